@@ -1,0 +1,1 @@
+"""The timing tables of `weft bench`, one file per engine."""

@@ -1,0 +1,1 @@
+"""Drawing on the GPU: on screen, and to a file by the same shaders."""

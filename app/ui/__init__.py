@@ -1,0 +1,1 @@
+"""Panels, menus and dialogs: Dear ImGui reads the editor and sends it actions."""

@@ -1,0 +1,1 @@
+"""Feature-aware mapping [FAT]: keep the shape of features under any warp."""

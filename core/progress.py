@@ -1,0 +1,49 @@
+"""Long work as generators: they yield `Progress` and return their result.
+
+A generator can be stopped at any yield, shown while it runs, and run to its end by `run`. Nothing else is needed for
+cancelling, previews and tests.
+"""
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from typing import Any, TypeAlias, TypeVar
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a job is."""
+
+    fraction: float
+    """0 to 1; never runs backwards within a job."""
+    note: str = ""
+    """What it does now, as a user would say it: "choosing patches"."""
+    preview: Any = None
+    """A partial result of the job's own kind, or None."""
+
+
+Job: TypeAlias = Generator[Progress, None, T]
+
+
+def run(job: Job[T], report: Callable[[Progress], None] | None = None) -> T:
+    """Run `job` to its end and return its result, handing every step to `report`."""
+    while True:
+        try:
+            step = next(job)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        if report is not None:
+            report(step)
+
+
+def part(job: Job[T], start: float, end: float) -> Job[T]:
+    """Run `job` as the part of a longer one that takes the fraction from `start` to `end`."""
+    while True:
+        try:
+            step = next(job)
+        except StopIteration as finish:
+            result: T = finish.value
+            return result
+        yield Progress(start + (end - start) * step.fraction, step.note, step.preview)

@@ -1,0 +1,1 @@
+"""Detail-preserving deformation [DPD]: regrow the texture along a moved curve."""
