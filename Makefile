@@ -1,0 +1,43 @@
+# Set-up, run and test. Everything is installed into .venv, from versions and hashes that are locked.
+SHELL := /bin/sh
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+BIN := .venv/bin
+
+.PHONY: run test check format install bench lock samples
+
+run: install
+	@$(BIN)/weft
+
+test: install check
+	$(BIN)/python -m pytest
+
+check: .venv/installed
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: .venv/installed
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+install: .venv/installed
+
+.venv/installed: pyproject.toml requirements.lock system-packages.sh
+	@test -n "$(PYTHON)" || { echo "weft: needs Python 3.11 or newer" >&2; exit 1; }
+	@PYTHON=$(PYTHON) sh system-packages.sh
+	@test -x $(BIN)/python && $(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+bench: install
+	$(BIN)/weft bench
+
+samples: install
+	$(BIN)/python assets/make_samples.py
+
+lock: .venv/installed
+	$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 --group dev pyproject.toml \
+		--generate-hashes --no-header --no-annotate --upgrade -o requirements.lock
