@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Canvas: TypeAlias = NDArray[np.float32]
+Canvas: TypeAlias = NDArray[np.floating]
 """(H, W, 3) or (H, W), 0 to 1, red first."""
 Colour: TypeAlias = tuple[float, float, float]
 
@@ -58,7 +58,7 @@ def smooth_noise(rng: np.random.Generator, shape: tuple[int, int], scale_px: flo
     """Return noise of zero mean and unit deviation, smooth over `scale_px`."""
     small = max(int(shape[0] / scale_px), 2) + 3, max(int(shape[1] / scale_px), 2) + 3
     noise = cv2.resize(rng.normal(size=small).astype(np.float32), shape[::-1], interpolation=cv2.INTER_CUBIC)
-    return ((noise - noise.mean()) / noise.std()).astype(np.float32)
+    return np.asarray((noise - noise.mean()) / noise.std(), np.float32)
 
 
 # --- Warp: balloons before a sunburst ------------------------------------------------------------------------------
@@ -268,7 +268,9 @@ def make_folded_print(folder: Path) -> None:
     texel = printed_texel(256)
     tiled = np.tile(texel, (3, 3, 1))
     place = (u % 1 * 256 + 255.5, v % 1 * 256 + 255.5)
-    cloth = cv2.remap(tiled, place[0].astype(np.float32), place[1].astype(np.float32), cv2.INTER_LINEAR)
+    cloth = np.asarray(
+        cv2.remap(tiled, place[0].astype(np.float32), place[1].astype(np.float32), cv2.INTER_LINEAR), np.float32
+    )
     facing = 0.34 + 0.66 * np.clip(
         (1 - 0.5 * slope_x - 0.2 * slope_y) / np.sqrt(1 + slope_x**2 + slope_y**2) / 1.1, 0, 1.5
     )
