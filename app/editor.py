@@ -1,0 +1,330 @@
+"""The editor: a document with its history, a session, and the gesture in progress. It knows no GL and no ImGui.
+
+A tool is a record. A gesture is a generator that owns its state in local variables: a press creates it, every later
+event is sent to it, and it ends by returning. Escape closes it, and the `with editor.group("Move pin")` inside rolls
+back. A gesture recomputes from the document it started with; it never adds up what moves brought.
+"""
+
+import time
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, TypeAlias, TypeVar
+
+from app.events import Event, Finish, Key, KeyUp, Move, Press, Release, Wheel
+from app.history import History
+from app.jobs import Jobs, Task, Ticket
+from app.requests import Request
+from app.session import Mode, Session
+from app.shapes import Shape
+from app.spaces import zoomed_at
+from core import tracing
+from core.arrays import WeftError
+from core.document import Document
+from core.progress import Job
+
+T = TypeVar("T")
+Gesture: TypeAlias = Generator[None, Event, None]
+
+WHEEL_ZOOM = 1.2
+"""Zoom factor of one notch of the wheel."""
+
+
+def _no_hover(editor: "Editor", pos: tuple[float, float]) -> object:
+    """Find nothing."""
+    return None
+
+
+def _no_key(editor: "Editor", key: Key) -> bool:
+    """Take no key."""
+    return False
+
+
+def _no_shapes(editor: "Editor") -> Sequence[Shape]:
+    """Draw nothing."""
+    return ()
+
+
+@dataclass(frozen=True)
+class Tool:
+    """What the pointer does on the canvas."""
+
+    name: str
+    label: str
+    icon: str
+    """Name of a Font Awesome 6 icon, without its prefix: "paintbrush"."""
+    key: str
+    hint: str
+    """What can be done now, for the status bar."""
+    press: Callable[["Editor", Press], Gesture | None]
+    modes: frozenset[Mode] = frozenset(("warp", "retexture", "overlay"))
+    cursor: Literal["arrow", "cross", "hand", "none", "move"] = "arrow"
+    hover: Callable[["Editor", tuple[float, float]], object] = _no_hover
+    """What lies under a screen position, kept in `Session.hover`."""
+    take_key: Callable[["Editor", Key], bool] = _no_key
+    """Act on a key and say so, before the action table sees it."""
+    overlay: Callable[["Editor"], Sequence[Shape]] = _no_shapes
+    """What is drawn over the picture while the tool is in hand, in screen pixels, the lowest first."""
+
+
+@dataclass(frozen=True)
+class Notice:
+    """A message for the artist."""
+
+    text: str
+    level: Literal["info", "error"] = "info"
+
+
+class Editor:
+    """Everything the window shows; events and actions go in, the document and the session come out."""
+
+    def __init__(
+        self,
+        document: Document,
+        tools: Mapping[str, Tool],
+        *,
+        jobs: Jobs | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.history = History(document)
+        self.session = Session()
+        self.tools = tools
+        self.jobs = jobs or Jobs()
+        self.clock = clock
+        self.project_path: Path | None = None
+        """Where the project is saved; None while it is not."""
+        self.source_path: Path | None = None
+        """The picture that was opened."""
+        self.notices: list[Notice] = []
+        self.requests: list[Request] = []
+        """What the window is to ask the artist, the oldest first; whoever shows one takes it out."""
+        self._gesture: Gesture | None = None
+        self._gesture_tool = ""
+        self._navigation: Gesture | None = None
+        self._spring: str | None = None
+        self._slide: Generator[None, None, None] | None = None
+        self._slide_label = ""
+
+    @property
+    def document(self) -> Document:
+        """The present document; set it inside a group only."""
+        return self.history.document
+
+    @document.setter
+    def document(self, document: Document) -> None:
+        self.history.document = document
+
+    @property
+    def tool(self) -> Tool:
+        """The tool in hand: the spring-loaded one while its key is held, else the chosen one."""
+        return self.tools[self._spring or self.session.tool]
+
+    @property
+    def name(self) -> str:
+        """What the document is called in the title."""
+        path = self.project_path or self.source_path
+        return path.name if path is not None else "Untitled"
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a gesture is in progress or a slider held."""
+        return self._gesture is not None or self._slide is not None
+
+    @property
+    def state(self) -> str:
+        """Tool and whether a gesture is in progress: "pins.idle", "pins.busy"."""
+        return f"{self._gesture_tool}.busy" if self._gesture is not None else f"{self.tool.name}.idle"
+
+    @contextmanager
+    def group(self, label: str) -> Iterator[None]:
+        """Make one undo entry of all edits in the block."""
+        with self.history.group(label):
+            yield
+
+    def edit(self, label: str, document: Document) -> None:
+        """Finish what is in progress and make `document` the present one, as one undo entry."""
+        self.finish()
+        with self.group(label):
+            self.document = document
+
+    def slide(self, label: str, document: Document) -> None:
+        """Show `document` while a slider is held; all calls with one label until `finish` are one undo entry."""
+        if self._slide is None or self._slide_label != label:
+            self.finish()
+            self._slide, self._slide_label = self._held(label), label
+            next(self._slide)
+        self.document = document
+
+    def _held(self, label: str) -> Generator[None, None, None]:
+        with self.group(label):
+            yield
+
+    def show(self, **changes: object) -> None:
+        """Change the session."""
+        self.session = replace(self.session, **changes)  # type: ignore[arg-type]
+
+    def notify(self, text: str, level: Literal["info", "error"] = "info") -> None:
+        """Leave a message for the artist."""
+        self.notices.append(Notice(text, level))
+
+    def fail(self, fault: Exception) -> None:
+        """Tell the artist what went wrong; a fault of the program itself is raised."""
+        if not isinstance(fault, WeftError | OSError):
+            raise fault
+        self.notify(str(fault), "error")
+
+    def start(self, name: str, steps: Callable[[], Job[T]], apply: Callable[[Document, T], Document | None]) -> Ticket:
+        """Run a long job and make what `apply` returns one undo entry called `name`.
+
+        `apply` gets the document of that moment, and returns None where the job's result no longer fits it.
+        """
+
+        def deliver(result: T) -> None:
+            document = apply(self.document, result)
+            if document is not None:
+                self.edit(name, document)
+
+        return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True))
+
+    def update(self) -> None:
+        """Take what jobs have ready and bring the map up to date; once per frame, after the events."""
+        self.jobs.drain(hold_edits=self.is_busy)
+
+    def choose_tool(self, name: str) -> None:
+        """Finish what is in progress and take another tool."""
+        self.finish()
+        self.show(tool=name, hover=None)
+
+    def choose_mode(self, mode: Mode) -> None:
+        """Finish what is in progress and work in another mode, with a tool that it has."""
+        self.finish()
+        tool = self.tools[self.session.tool]
+        if mode not in tool.modes:
+            tool = next(other for other in self.tools.values() if mode in other.modes)
+        self.show(mode=mode, tool=tool.name, hover=None)
+
+    def undo(self) -> None:
+        """Cancel a gesture in progress, or else take back the last entry."""
+        if self._gesture is not None:
+            self.cancel()
+            return
+        self.finish()
+        self.history.undo()
+        self.show(hover=None)
+
+    def redo(self) -> None:
+        """Do again what was taken back."""
+        self.finish()
+        self.history.redo()
+        self.show(hover=None)
+
+    def go_to(self, index: int) -> None:
+        """Make entry number `index` of the history the present one."""
+        self.finish()
+        self.history.go_to(index)
+        self.show(hover=None)
+
+    def replace_document(self, document: Document, *, project: Path | None, source: Path | None) -> None:
+        """Begin anew with another document and an empty history."""
+        self.cancel()
+        self.jobs.cancel_all()
+        self.history = History(document)
+        self.project_path, self.source_path = project, source
+        self.show(selected=frozenset(), hover=None)
+
+    def finish(self) -> None:
+        """End the gesture or the held slider in progress and keep what it did."""
+        if self._slide is not None:
+            slide, self._slide = self._slide, None
+            next(slide, None)
+        if self._gesture is not None:
+            self._send(Finish())
+            self.cancel()
+
+    def cancel(self) -> bool:
+        """End the gesture or the held slider in progress without a trace; say whether there was one."""
+        running: Generator[None, Event, None] | Generator[None, None, None] | None = self._gesture or self._slide
+        self._gesture = self._slide = None
+        if running is None:
+            return False
+        running.close()
+        return True
+
+    def handle(self, event: Event) -> bool:
+        """Let the tools act on `event`; return whether they did."""
+        with tracing.span("event", kind=type(event).__name__):
+            match event:
+                case Press():
+                    return self._press(event)
+                case Move() | Release():
+                    return self._drag(event)
+                case Wheel():
+                    self.show(view=zoomed_at(self.session.view, WHEEL_ZOOM**event.notches, event.pos))
+                    return True
+                case Key():
+                    return self._key(event)
+                case KeyUp(name="space"):
+                    self._spring = None
+                    return True
+        return False
+
+    def _press(self, press: Press) -> bool:
+        if press.button == "middle":
+            self._navigation = _started(self.tools["hand"].press(self, press))
+        elif self._spring is not None and press.button == "left":
+            self._navigation = _started(self.tools[self._spring].press(self, press))
+        elif self._gesture is not None:
+            self._send(press)
+        else:
+            if self._slide is not None:
+                self.finish()
+            self._gesture_tool = self.tool.name
+            self._gesture = _started(self.tool.press(self, press))
+        return True
+
+    def _drag(self, event: Move | Release) -> bool:
+        self.show(pointer=event.pos)
+        if self._navigation is not None:
+            self._navigation = _after(self._navigation, event)
+        elif self._gesture is not None:
+            self._send(event)
+        else:
+            self.show(hover=self.tool.hover(self, event.pos))
+        return True
+
+    def _key(self, key: Key) -> bool:
+        if key.name == "escape" and self.cancel():
+            return True
+        if key.name == "space" and not (key.mods.ctrl or key.mods.alt):
+            self._spring = "hand"
+            return True
+        if self._gesture is not None:
+            self._send(key)
+            return True
+        return self.tool.take_key(self, key)
+
+    def _send(self, event: Event) -> None:
+        if self._gesture is not None:
+            running, self._gesture = self._gesture, None
+            self._gesture = _after(running, event)
+
+
+def _started(gesture: Gesture | None) -> Gesture | None:
+    """Run a new gesture to its first wait; None if it ended at once."""
+    if gesture is None:
+        return None
+    try:
+        next(gesture)
+    except StopIteration:
+        return None
+    return gesture
+
+
+def _after(gesture: Gesture, event: Event) -> Gesture | None:
+    """Send `event`; None if that ended the gesture."""
+    try:
+        gesture.send(event)
+    except StopIteration:
+        return None
+    return gesture

@@ -1,0 +1,87 @@
+"""What the editor asks of the window, as plain data: a file to choose, a question to answer.
+
+The window shows the newest request as a dialog and calls `then` with the answer; closing the dialog drops the
+request. Tests answer in its place.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from core.document import Document
+
+Unsaved: TypeAlias = Literal["save", "discard", "cancel"]
+
+PICTURES = ("png", "jpg", "jpeg", "tif", "tiff", "webp", "exr")
+PROJECTS = ("weft",)
+
+
+@dataclass(frozen=True, eq=False)
+class OpenFile:
+    """Choose a file that exists."""
+
+    title: str
+    extensions: tuple[str, ...]
+    """Without the dot."""
+    then: Callable[[Path], None]
+
+
+@dataclass(frozen=True, eq=False)
+class SaveFile:
+    """Choose where to write."""
+
+    title: str
+    extensions: tuple[str, ...]
+    suggested: Path
+    then: Callable[[Path], None]
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """How a picture is exported."""
+
+    path: Path
+    size_px: tuple[int, int]
+    """Width and height of the file's picture."""
+    bits: Literal[8, 16, 32] | None = None
+    """Depth of a sample, 32 meaning float; None for the depth of the source as far as the format goes."""
+    quality: int = 92
+    """Of JPEG and WebP, 1 to 100."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExportPicture:
+    """Choose how and where to export; the dialog opens on `options`."""
+
+    document: Document
+    options: ExportOptions
+    then: Callable[[ExportOptions], None]
+
+
+@dataclass(frozen=True, eq=False)
+class AskUnsaved:
+    """Ask whether unsaved changes are to be saved."""
+
+    name: str
+    """What would be lost, as the artist knows it."""
+    then: Callable[[Unsaved], None]
+
+
+@dataclass(frozen=True, eq=False)
+class AskRecover:
+    """Offer work that an earlier run left unsaved."""
+
+    names: tuple[str, ...]
+    then: Callable[[bool], None]
+    """Takes True to open the newest and keep the others, False to discard them."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShowPanel:
+    """Show one of the window's own panels."""
+
+    panel: Literal["keys", "palette", "history", "about"]
+
+
+Request: TypeAlias = OpenFile | SaveFile | ExportPicture | AskUnsaved | AskRecover | ShowPanel

@@ -1,0 +1,54 @@
+"""The session: what the window shows and how the tools are set. Nothing in it is undone or saved."""
+
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from app.spaces import View
+
+Mode: TypeAlias = Literal["warp", "retexture", "overlay"]
+Compare: TypeAlias = Literal["result", "before", "split"]
+
+
+@dataclass(frozen=True)
+class Brush:
+    """How the mask brush paints."""
+
+    diameter_px: float = 60.0
+    """In screen pixels at 100 %, that is in canvas pixels."""
+    hardness: float = 0.8
+    """Share of the radius that is fully painted, 0 to 1."""
+    erase: bool = False
+
+
+@dataclass(frozen=True)
+class Overlays:
+    """What is drawn over the picture."""
+
+    grid: bool = False
+    mask: bool = True
+    handles: bool = True
+    outline: bool = True
+    folds: bool = True
+    scale: bool = False
+
+
+@dataclass(frozen=True)
+class Session:
+    """View, tool, options and selection."""
+
+    mode: Mode = "warp"
+    tool: str = "brush"
+    view: View = field(default_factory=View)
+    brush: Brush = field(default_factory=Brush)
+    overlays: Overlays = field(default_factory=Overlays)
+    compare: Compare = "result"
+    split: float = 0.5
+    """Place of the divider of the split view, as a share of the canvas widget's width."""
+    selected: frozenset[int] = frozenset()
+    """Numbers of the selected pins."""
+    pointer: tuple[float, float] | None = None
+    """Where the pointer is, in screen pixels; None when it is not over the canvas."""
+    hover: object = None
+    """What the tool finds under the pointer: whatever its `hover` returned."""
+    recent: tuple[str, ...] = field(default=())
+    """Paths of the files opened last, the newest first."""

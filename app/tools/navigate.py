@@ -1,0 +1,23 @@
+"""The hand: drags the view."""
+
+from app.editor import Editor, Gesture, Tool
+from app.events import Move, Press
+from app.spaces import moved
+
+
+def drag_view(editor: Editor, press: Press) -> Gesture:
+    """Move the view with the pointer."""
+    start = editor.session.view
+    while isinstance(event := (yield), Move):
+        editor.show(view=moved(start, (event.pos[0] - press.pos[0], event.pos[1] - press.pos[1])))
+
+
+HAND = Tool(
+    name="hand",
+    label="Hand",
+    icon="hand",
+    key="h",
+    hint="Drag to move the view; the wheel zooms at the pointer",
+    press=drag_view,
+    cursor="hand",
+)

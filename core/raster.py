@@ -1,0 +1,123 @@
+"""One-channel rasters in copy-on-write tiles.
+
+An edit makes a new `Raster` that shares every tile it did not touch, so an undo snapshot costs pointers and only the
+tiles that differ go to the GPU.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from core.arrays import Bytes, InputError, readonly
+
+TILE_PX = 128
+
+Box: TypeAlias = tuple[int, int, int, int]
+"""x0, y0, x1, y1 in pixels, the far sides excluded."""
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """A (height, width) uint8 picture in read-only tiles of `TILE_PX` pixels; 0 to 255."""
+
+    width_px: int
+    height_px: int
+    tiles: tuple[tuple[Bytes, ...], ...]
+
+    @classmethod
+    def filled(cls, width_px: int, height_px: int, value: int = 0) -> "Raster":
+        """Return a raster of one value; its tiles of one shape are one array."""
+        shared: dict[tuple[int, int], Bytes] = {}
+
+        def tile(shape: tuple[int, int]) -> Bytes:
+            if shape not in shared:
+                shared[shape] = readonly(np.full(shape, value, np.uint8))
+            return shared[shape]
+
+        return cls(
+            width_px, height_px, _tiled(width_px, height_px, lambda box: tile((box[3] - box[1], box[2] - box[0])))
+        )
+
+    @classmethod
+    def from_array(cls, values: Bytes) -> "Raster":
+        """Return the raster of `values`, (H, W) uint8; its tiles of one value and shape are one array."""
+        if values.ndim != 2 or values.dtype != np.uint8:
+            raise InputError(f"a mask is (height, width) of 8 bit, not {values.shape} of {values.dtype}")
+        height, width = values.shape
+        flat: dict[tuple[int, ...], Bytes] = {}
+
+        def tile(box: Box) -> Bytes:
+            part = readonly(values[box[1] : box[3], box[0] : box[2]].copy())
+            if part.min() != part.max():
+                return part
+            return flat.setdefault((*part.shape, int(part[0, 0])), part)
+
+        return cls(width, height, _tiled(width, height, tile))
+
+    @property
+    def array(self) -> Bytes:
+        """The whole as (H, W) uint8, read-only. Put together on each call, since history keeps many rasters."""
+        return readonly(np.concatenate([np.concatenate(row, axis=1) for row in self.tiles], axis=0))
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether every pixel is 0."""
+        return not any(tile.any() for tile in self._distinct())
+
+    @property
+    def inverted(self) -> "Raster":
+        """The raster of 255 minus every value; tiles that were one array stay one."""
+        flipped = {id(tile): readonly(255 - tile) for tile in self._distinct()}
+        return Raster(
+            self.width_px, self.height_px, tuple(tuple(flipped[id(tile)] for tile in row) for row in self.tiles)
+        )
+
+    def _distinct(self) -> list[Bytes]:
+        """Return every array once."""
+        return list({id(tile): tile for row in self.tiles for tile in row}.values())
+
+    def edited(self, box: Box, edit: Callable[[Bytes, Box], Bytes]) -> "Raster":
+        """Return a raster whose tiles under `box` are `edit(tile, box of the tile)`.
+
+        A tile that is returned as it was is shared. `edit` must not write to the tile that it is given.
+        """
+        if box[0] >= box[2] or box[1] >= box[3]:
+            return self
+        x0, y0 = max(box[0], 0) // TILE_PX, max(box[1], 0) // TILE_PX
+        x1, y1 = -(-min(box[2], self.width_px) // TILE_PX), -(-min(box[3], self.height_px) // TILE_PX)
+        rows = list(self.tiles)
+        for y in range(y0, y1):
+            row = list(rows[y])
+            for x in range(x0, x1):
+                row[x] = readonly(edit(row[x], self.box_of(x, y)))
+            rows[y] = tuple(row)
+        return Raster(self.width_px, self.height_px, tuple(rows))
+
+    def box_of(self, x: int, y: int) -> Box:
+        """Return the pixels that tile number (x, y) covers."""
+        return (
+            x * TILE_PX,
+            y * TILE_PX,
+            min((x + 1) * TILE_PX, self.width_px),
+            min((y + 1) * TILE_PX, self.height_px),
+        )
+
+    def changed_boxes(self, before: "Raster | None") -> Iterator[tuple[Box, Bytes]]:
+        """Yield box and values of every tile that is not `before`'s own; all of them where the sizes differ."""
+        same_size = before is not None and (before.width_px, before.height_px) == (self.width_px, self.height_px)
+        for y, row in enumerate(self.tiles):
+            for x, tile in enumerate(row):
+                if before is None or not same_size or before.tiles[y][x] is not tile:
+                    yield self.box_of(x, y), tile
+
+
+def _tiled(width_px: int, height_px: int, tile: Callable[[Box], Bytes]) -> tuple[tuple[Bytes, ...], ...]:
+    """Return `tile(box)` for every tile, by rows."""
+    return tuple(
+        tuple(
+            tile((x, y, min(x + TILE_PX, width_px), min(y + TILE_PX, height_px))) for x in range(0, width_px, TILE_PX)
+        )
+        for y in range(0, height_px, TILE_PX)
+    )
