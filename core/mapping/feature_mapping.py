@@ -1,0 +1,189 @@
+"""The feature-aware mapping: as close to W as its features allow  [FAT sec. 2]."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from core.arrays import Floats, InputError, Points
+from core.factor import Factor
+from core.grid import Features, Grid
+from core.mapping.exact import Placement, as_one, as_two
+from core.mapping.frames import Complexes, as_complex, as_positions, linear_parts
+from core.mapping.roles import assign_roles, average_scales
+from core.mapping.similarity import Body, bodies_of, body_index
+from core.mapping.stencil import divergence, edge_weights, laplacian, lower_values, pattern
+from core.mapping.stopwatch import Stopwatch
+
+Keep = Literal["similarity", "rigid"]
+Method = Literal["exact", "per-quad"]
+
+JOINT_AT_MOST = 32
+"""So many features, the largest, are placed together; each smaller one where W alone would have it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A mapped grid with the similarity of each of its bodies."""
+
+    z: Complexes
+    """Node positions (R, C)."""
+    alpha: Complexes
+    t: Complexes
+    """Body i lies at alpha[i] * arms + t[i]; both are empty for the per-quad method."""
+
+    @property
+    def positions(self) -> Points:
+        """Node positions (R, C, 2)."""
+        return as_positions(self.z)
+
+
+class FeatureMapping:
+    """Map a grid as close to W as its features allow; factor once per grid and mask, solve once per frame.
+
+    Parameters
+    ----------
+    keep
+        "similarity": every feature is turned, moved and scaled, by its λ, the mean of the smaller singular values of
+        W in it; "rigid": turned and moved.
+    method
+        "exact": a feature's nodes move as one; "per-quad": FAT eqs. 1-7 as printed.
+    weight
+        w_F: what the equations of a feature's quads are multiplied by.
+    falloff
+        ρ: over so many cells around a feature the weight returns to 1.
+    factor
+        Of a mapping of the same grid that nobody needs any more: its analysis is reused, its numbers overwritten.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        features: Features,
+        *,
+        keep: Keep = "similarity",
+        method: Method = "exact",
+        weight: float = 10.0,
+        falloff: float = 2.0,
+        factor: Factor | None = None,
+    ) -> None:
+        if features.labels.shape != grid.shape:
+            raise InputError("features: found on another grid")
+        if not weight > 0:
+            raise InputError(f"feature weight of {weight:g}: must be positive")
+        if not falloff >= 0:
+            raise InputError(f"falloff of {falloff:g} cells: must not be negative")
+        self.grid, self.features, self.keep, self.method = grid, features, keep, method
+        self.clock = Stopwatch()
+        self._rest = as_complex(grid.nodes)
+        with self.clock.measure("setup"):
+            self.factor = grid_factor(grid) if factor is None else factor
+            self.bodies = sorted(bodies_of(features, self._rest), key=lambda body: -len(body.nodes))
+            self.index = body_index(self.bodies, grid.shape)
+            self._roles = assign_roles(self.index, weight=weight, falloff=falloff)
+            self.owner = np.where(self._roles.owner < self._joint_count, self._roles.owner, -1)
+            self.follow_feature = np.where(self.owner >= 0, self._roles.weight**2, 0.0)
+        self.factorise(np.where(self.owner >= 0, 0.0, 1.0))
+
+    @property
+    def _joint_count(self) -> int:
+        return min(len(self.bodies), JOINT_AT_MOST) if self.method == "exact" else len(self.bodies)
+
+    def factorise(self, follow_w: Floats) -> None:
+        """Factorise with `follow_w` (R-1, C-1) as the squared weights of the quads' equations of type FAT eq. 4."""
+        with self.clock.measure("setup"):
+            self.follow_w = follow_w
+            self._towards_w = edge_weights(follow_w)
+            self._edges = edge_weights(follow_w + self.follow_feature)
+            fixed = self.grid.outline if self.method == "per-quad" else self.grid.outline | (self.index >= 0)
+            self.free = ~fixed
+            values = lower_values(self._edges, self.free)
+        with self.clock.measure("factor"):
+            self.factor.factorise(values)
+            self._placement = self._place_features() if self.method == "exact" and self.bodies else None
+
+    def _place_features(self) -> Placement:
+        return Placement(
+            self.bodies[: self._joint_count],
+            self._rest,
+            owner=self.owner,
+            follow=self.follow_feature,
+            weights=self._edges,
+            free=self.free,
+            factor=self.factor,
+        )
+
+    def solve(self, warped: Points) -> Points:
+        """Return where the nodes (R, C, 2) end, given where W takes them."""
+        return self.place(as_complex(warped)).positions
+
+    def place(self, w: Complexes) -> Solution:
+        """Return where nodes and features end, given where W takes the nodes, as x + iy (R, C)."""
+        if w.shape != self.grid.shape or not np.isfinite(w.view(np.float64)).all():
+            raise InputError("warp: does not take every grid node to a finite position")
+        return self._per_quad(w) if self._placement is None else self._exact(w, self._placement)
+
+    def _exact(self, w: Complexes, placement: Placement) -> Solution:
+        """Solve for free nodes and features together."""
+        with self.clock.measure("rhs"):
+            scales = self._scales(w)
+            joint = self._joint_count
+            z = w.copy()
+            for body in self.bodies[:joint]:
+                z.ravel()[body.nodes] = 0
+            alone = [self._alone(body, w) for body in self.bodies[joint:]]
+            for body, (alpha, t) in zip(self.bodies[joint:], alone, strict=True):
+                z.ravel()[body.nodes] = body.place(alpha, t)
+            r = divergence(*(c * np.diff(w, axis=a) for c, a in zip(self._towards_w, (1, 0), strict=True)))
+            r -= laplacian(self._edges, z)
+        with self.clock.measure("solve"):
+            c, v = placement.solve(r.ravel(), z.ravel(), w.ravel(), None if scales is None else scales[:joint])
+        z += v.reshape(z.shape)
+        alphas = np.concatenate([c[:joint], np.array([a for a, _ in alone], np.complex128)])
+        ts = np.concatenate([c[joint:], np.array([t for _, t in alone], np.complex128)])
+        for body, a, b in zip(self.bodies[:joint], alphas, ts, strict=False):
+            z.ravel()[body.nodes] = body.place(a, b)
+        return Solution(z, alphas, ts)
+
+    def _alone(self, body: Body, w: Complexes) -> tuple[complex, complex]:
+        """Place a body where W has it."""
+        alpha, t = body.fit(w.ravel())
+        return (alpha / abs(alpha) if self.keep == "rigid" and alpha else alpha), t
+
+    def _scales(self, w: Complexes) -> Floats | None:
+        """Return the scale of every feature; None leaves it to the best fit, where there is nothing but features."""
+        if self.keep == "rigid":
+            return np.ones(len(self.bodies))
+        if not self.free.any():
+            return None
+        found = average_scales(linear_parts(self.grid, w).smaller_singular_values, self._roles, len(self.bodies))
+        return np.where(found > 0, found, [abs(body.fit(w.ravel())[0]) for body in self.bodies])
+
+    def _per_quad(self, w: Complexes) -> Solution:
+        """Solve FAT eqs. 3-5: quads of a feature turn and scale, each by its own rotation and the feature's λ."""
+        with self.clock.measure("rhs"):
+            frames = linear_parts(self.grid, w)
+            turn = np.where(self.owner >= 0, frames.rotations, 0) * self.follow_feature
+            if self.keep == "similarity" and self.bodies:
+                turn *= average_scales(frames.smaller_singular_values, self._roles, len(self.bodies))[self.owner]
+            width, height = self.grid.cell
+            turn_across, turn_down = edge_weights(turn)
+            across = turn_across * width + self._towards_w[0] * np.diff(w, axis=1)
+            down = turn_down * (1j * height) + self._towards_w[1] * np.diff(w, axis=0)
+            r = np.where(self.free, divergence(across, down) - laplacian(self._edges, w), 0)
+        with self.clock.measure("solve"):
+            v = as_one(self.factor.solve(as_two(r.ravel())))
+        none = np.empty(0, np.complex128)
+        return Solution(w + v.reshape(w.shape), none, none)
+
+
+def grid_factor(grid: Grid) -> Factor:
+    """Analyse the pattern that all mappings of a grid share."""
+    return Factor(pattern(grid))
+
+
+def map_features(
+    grid: Grid, features: Features, warped: Points, *, keep: Keep = "similarity", method: Method = "exact"
+) -> Points:
+    """Return where the nodes (R, C, 2) end: one-off form of `FeatureMapping`."""
+    return FeatureMapping(grid, features, keep=keep, method=method).solve(warped)
