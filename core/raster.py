@@ -83,14 +83,18 @@ class Raster:
 
         A tile that is returned as it was is shared. `edit` must not write to the tile that it is given.
         """
-        if box[0] >= box[2] or box[1] >= box[3]:
+        left, top, right, bottom = (
+            max(box[0], 0),
+            max(box[1], 0),
+            min(box[2], self.width_px),
+            min(box[3], self.height_px),
+        )
+        if left >= right or top >= bottom:
             return self
-        x0, y0 = max(box[0], 0) // TILE_PX, max(box[1], 0) // TILE_PX
-        x1, y1 = -(-min(box[2], self.width_px) // TILE_PX), -(-min(box[3], self.height_px) // TILE_PX)
         rows = list(self.tiles)
-        for y in range(y0, y1):
+        for y in range(top // TILE_PX, -(-bottom // TILE_PX)):
             row = list(rows[y])
-            for x in range(x0, x1):
+            for x in range(left // TILE_PX, -(-right // TILE_PX)):
                 row[x] = readonly(edit(row[x], self.box_of(x, y)))
             rows[y] = tuple(row)
         return Raster(self.width_px, self.height_px, tuple(rows))
