@@ -108,6 +108,10 @@ class Raster:
             min((y + 1) * TILE_PX, self.height_px),
         )
 
+    def tile_at(self, box: Box) -> Bytes:
+        """Return the tile that covers `box`, as `box_of` gives it."""
+        return self.tiles[box[1] // TILE_PX][box[0] // TILE_PX]
+
     def changed_boxes(self, before: "Raster | None") -> Iterator[tuple[Box, Bytes]]:
         """Yield box and values of every tile that is not `before`'s own; all of them where the sizes differ."""
         same_size = before is not None and (before.width_px, before.height_px) == (self.width_px, self.height_px)

@@ -1,0 +1,115 @@
+"""Painting into a mask through a deformed grid, so that a dab is round where the artist sees it.
+
+A pixel p of the mask lies at M(p) on the canvas. A stroke piece from a to b covers it by a profile of the distance
+d = |M(p) - [a, b]|: wholly up to hardness x radius, not at all from the radius on, smoothly between. That is what
+round stamps set infinitely close along the piece leave when each pixel keeps the most it got.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Bytes, Points, Singles
+from core.mesh import Mesh
+from core.raster import Box, Raster
+
+FULL = 255
+SHARPEST_PX = 1.0
+"""The narrowest edge, in canvas pixels: a hard brush is antialiased."""
+
+
+@dataclass(frozen=True)
+class Tip:
+    """Shape of the brush."""
+
+    radius_px: float
+    """In canvas pixels."""
+    hardness: float
+    """Share of the radius that is wholly covered, 0 to 1."""
+
+    @property
+    def edge_px(self) -> float:
+        """Width of the soft edge."""
+        return max(self.radius_px * (1 - self.hardness), SHARPEST_PX)
+
+    @property
+    def reach_px(self) -> float:
+        """Distance from which on nothing is covered."""
+        return self.radius_px * (1 + self.hardness) / 2 + self.edge_px / 2
+
+    @property
+    def core_px(self) -> float:
+        """Distance up to which all is covered; negative for a brush finer than its edge."""
+        return self.reach_px - self.edge_px
+
+    def coverage(self, distance_px: Singles) -> Bytes:
+        """Return 0 to 255 at distances from the stroke."""
+        share = np.clip((self.reach_px - distance_px) / self.edge_px, 0, 1)
+        covered: Bytes = np.rint(share * share * (3 - 2 * share) * FULL).astype(np.uint8)
+        return covered
+
+
+class Stroke:
+    """A stroke in progress over the mask it began on. Where it crosses itself it does not build up."""
+
+    def __init__(self, start: Raster, *, erase: bool = False) -> None:
+        self.mask = start
+        """The mask with the stroke so far."""
+        self._start = start
+        self._erase = erase
+        self._covered = Raster.filled(start.width_px, start.height_px)
+
+    def extend(self, mesh: Mesh, a: Points, b: Points, tip: Tip) -> None:
+        """Draw on from canvas position `a` to `b`, (2,) each, over the picture as `mesh` shows it."""
+        low, high = np.minimum(a, b) - tip.reach_px, np.maximum(a, b) + tip.reach_px
+        box = mesh.box_near(low, high)
+        if box is None:
+            return
+        before = self._covered
+        self._covered = before.edited(box, lambda tile, at: _covered_tile(tile, at, box, mesh, a, b, tip))
+        for at, cover in list(self._covered.changed_boxes(before)):
+            self.mask = self.mask.edited(at, lambda tile, place, cover=cover: self._blended(tile, place, cover))  # type: ignore[misc]
+
+    def _blended(self, tile: Bytes, place: Box, cover: Bytes) -> Bytes:
+        """Return the tile as it was at the start, with `cover` painted or taken away."""
+        start = self._start.tile_at(place)
+        return np.minimum(start, FULL - cover) if self._erase else np.maximum(start, cover)
+
+
+def _covered_tile(tile: Bytes, at: Box, box: Box, mesh: Mesh, a: Points, b: Points, tip: Tip) -> Bytes:
+    """Return `tile`, which lies at `at`, with what the piece from `a` to `b` covers within `box`."""
+    part = (max(at[0], box[0]), max(at[1], box[1]), min(at[2], box[2]), min(at[3], box[3]))
+    inside = (slice(part[1] - at[1], part[3] - at[1]), slice(part[0] - at[0], part[2] - at[0]))
+    if (tile[inside] == FULL).all():
+        return tile
+    corners = mesh.nodes_of_box(part)
+    if _distance(corners, a, b).max() <= tip.core_px:
+        cover: Bytes = np.full((part[3] - part[1], part[2] - part[0]), FULL, np.uint8)
+    elif _apart(corners, a, b, tip.reach_px):
+        return tile
+    else:
+        cover = tip.coverage(_distance(mesh.canvas_of_box(part), a, b))
+    if (cover <= tile[inside]).all():
+        return tile
+    result = tile.copy()
+    result[inside] = np.maximum(tile[inside], cover)
+    return result
+
+
+def _distance(points: Points | Singles, a: Points, b: Points) -> Singles:
+    """Return the distance of `points` (..., 2) from the straight piece a b."""
+    x, y = np.float32(a[0]) - points[..., 0].astype(np.float32), np.float32(a[1]) - points[..., 1].astype(np.float32)
+    along = (np.asarray(b, float) - a).astype(np.float32)
+    length2 = float(along @ along)
+    if length2 > 0:
+        share = np.clip((x * along[0] + y * along[1]) / np.float32(-length2), 0, 1)
+        x, y = x + share * along[0], y + share * along[1]
+    distance: Singles = np.sqrt(x * x + y * y)
+    return distance
+
+
+def _apart(corners: Points, a: Points, b: Points, reach_px: float) -> bool:
+    """Return whether the box around `corners` is farther than `reach_px` from the box around a b."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    gap = np.maximum(np.maximum(np.minimum(a, b) - high, low - np.maximum(a, b)), 0)
+    return bool(np.hypot(*gap) >= reach_px)

@@ -1,0 +1,86 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.arrays import Bytes, Singles
+from core.brush import Stroke, Tip
+from core.grid import Grid
+from core.mesh import Mesh
+from core.raster import Raster
+
+SIZE = (300, 200)
+
+
+def flat() -> Mesh:
+    grid = Grid(*SIZE, cell_px=10.0)
+    return Mesh(grid, grid.nodes)
+
+
+def drawn(mesh: Mesh, points: list[tuple[float, float]], tip: Tip, start: Raster | None = None, **kind: bool) -> Bytes:
+    stroke = Stroke(start or Raster.filled(*SIZE), **kind)
+    for a, b in zip(points, points[1:] or points, strict=False):
+        stroke.extend(mesh, np.array(a), np.array(b), tip)
+    return stroke.mask.array
+
+
+def distances(mesh: Mesh, centre: tuple[float, float]) -> Singles:
+    gap = mesh.canvas_of_box((0, 0, *SIZE)) - np.array(centre, np.float32)
+    return np.hypot(gap[..., 0], gap[..., 1])
+
+
+@given(st.floats(1, 80), st.floats(0, 1), st.floats(0, 300), st.floats(0, 200))
+def test_a_dab_is_round_full_within_and_empty_without(radius: float, hardness: float, x: float, y: float) -> None:
+    tip = Tip(radius, hardness)
+    mask, far = drawn(flat(), [(x, y)], tip), distances(flat(), (x, y))
+    assert (mask[far <= tip.core_px - 1e-3] == 255).all()
+    assert (mask[far >= tip.reach_px + 1e-3] == 0).all()
+    assert (mask[far < radius * (1 + hardness) / 2 - 0.01] > 127).all()
+
+
+def test_a_dab_is_round_on_a_stretched_picture() -> None:
+    grid = Grid(*SIZE, cell_px=10.0)
+    mesh = Mesh(grid, grid.nodes * [3.0, 1.0])
+    mask = drawn(mesh, [(450.0, 100.0)], Tip(60, 1.0))
+    rows, columns = np.flatnonzero(mask.max(axis=1) > 127), np.flatnonzero(mask.max(axis=0) > 127)
+    assert len(rows) in (119, 120, 121)
+    assert len(columns) in (39, 40, 41)
+
+
+def test_a_stroke_is_the_most_of_its_dabs() -> None:
+    tip = Tip(12, 0.3)
+    stroke = drawn(flat(), [(40, 50), (140, 90)], tip).astype(int)
+    dabs = np.max([drawn(flat(), [(x, 50 + (x - 40) * 0.4)], tip) for x in np.arange(40, 140.5, 0.5)], axis=0)
+    assert np.abs(stroke - dabs).max() <= 2
+
+
+def test_erasing_takes_away_what_painting_brought() -> None:
+    tip = Tip(20, 0.5)
+    painted = Raster.from_array(drawn(flat(), [(50, 50), (90, 90)], tip))
+    assert not (drawn(flat(), [(50, 50), (90, 90)], Tip(40, 1.0), painted, erase=True)).any()
+    assert (drawn(flat(), [(250, 150)], tip, painted, erase=True) == painted.array).all()
+
+
+def test_crossing_itself_does_not_build_up() -> None:
+    tip = Tip(20, 0.0)
+    once = drawn(flat(), [(50, 50), (120, 50)], tip)
+    again = drawn(flat(), [(50, 50), (120, 50), (50, 50), (120, 50)], tip)
+    assert np.abs(once.astype(int) - again).max() <= 1
+
+
+def test_the_finest_brush_paints_one_pixel() -> None:
+    mask = drawn(flat(), [(30, 40)], Tip(0.5, 1.0))
+    assert np.argwhere(mask > 127).tolist() == [[40, 30]]
+
+
+def test_a_dab_beside_the_picture_changes_nothing() -> None:
+    start = Raster.filled(*SIZE)
+    stroke = Stroke(start)
+    stroke.extend(flat(), np.array([-500.0, 0.0]), np.array([-400.0, 0.0]), Tip(30, 1.0))
+    assert stroke.mask is start
+
+
+def test_only_tiles_under_the_stroke_are_new() -> None:
+    start = Raster.filled(*SIZE)
+    stroke = Stroke(start)
+    stroke.extend(flat(), np.array([20.0, 20.0]), np.array([40.0, 20.0]), Tip(10, 1.0))
+    assert [box for box, _ in stroke.mask.changed_boxes(start)] == [(0, 0, 128, 128)]

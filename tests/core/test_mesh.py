@@ -1,0 +1,94 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.arrays import Points
+from core.grid import Grid
+from core.mesh import Mesh
+
+
+def bent(grid: Grid, *, seed: int, strength: float = 0.35) -> Mesh:
+    """Move every node by less than what folds a quad, then turn, stretch and shift the whole."""
+    random = np.random.default_rng(seed)
+    moved = grid.nodes + random.uniform(-strength, strength, grid.nodes.shape) * grid.cell
+    turn = np.array([[0.8, -0.7], [0.6, 0.9]]) * random.uniform(0.5, 2)
+    return Mesh(grid, moved @ turn.T + random.uniform(-100, 100, 2))
+
+
+grids = st.builds(
+    lambda width, height, cell: Grid(width, height, cell_px=cell),
+    st.integers(20, 300),
+    st.integers(20, 300),
+    st.floats(4, 30),
+)
+seeds = st.integers(0, 1 << 30)
+
+
+def places(grid: Grid, seed: int, count: int = 50) -> Points:
+    return np.random.default_rng(seed).uniform(-0.5, np.array([grid.width_px, grid.height_px]) - 0.5, (count, 2))
+
+
+@given(grids, seeds)
+def test_the_map_back_undoes_the_map_there(grid: Grid, seed: int) -> None:
+    mesh, points = bent(grid, seed=seed), places(grid, seed)
+    assert np.allclose(mesh.image_from_canvas(mesh.canvas_from_image(points)), points, atol=1e-6)
+
+
+@given(grids, seeds)
+def test_nodes_go_where_they_are_put(grid: Grid, seed: int) -> None:
+    mesh = bent(grid, seed=seed)
+    assert np.allclose(mesh.canvas_from_image(grid.nodes), mesh.warped)
+
+
+@given(grids, seeds)
+def test_jacobians_are_the_slope_of_the_map(grid: Grid, seed: int) -> None:
+    mesh = bent(grid, seed=seed)
+    centres = (grid.nodes[:-1, :-1] + grid.nodes[1:, 1:]).reshape(-1, 2) / 2
+    step = 1e-5
+    slopes = [
+        (mesh.canvas_from_image(centres + by) - mesh.canvas_from_image(centres - by)) / (2 * step)
+        for by in (np.array([step, 0]), np.array([0, step]))
+    ]
+    assert np.allclose(mesh.jacobians_at(centres), np.stack(slopes, axis=-1), atol=1e-5)
+
+
+def test_nothing_is_found_beside_the_picture() -> None:
+    grid = Grid(50, 40, cell_px=5.0)
+    found = Mesh(grid, grid.nodes).image_from_canvas(
+        np.array([[-3.0, 5.0], [20.0, 39.6], [200.0, 200.0], [10.0, 10.0]])
+    )
+    assert np.isnan(found[:3]).all()
+    assert np.allclose(found[3], [10, 10])
+
+
+def test_of_a_fold_the_upright_sheet_wins() -> None:
+    grid = Grid(40, 10, cell_px=10.0)
+    warped = grid.nodes.copy()
+    warped[:, 2, 0] = 5.0
+    found = Mesh(grid, warped).image_from_canvas(np.array([[7.0, 4.0]]))
+    assert found[0, 0] < 10 or found[0, 0] > 20
+
+
+@given(grids, seeds)
+def test_pixels_of_a_box_are_mapped_like_points(grid: Grid, seed: int) -> None:
+    mesh = bent(grid, seed=seed)
+    box = (3, 2, min(20, grid.width_px), min(17, grid.height_px))
+    pixels = np.stack(np.meshgrid(np.arange(box[0], box[2]), np.arange(box[1], box[3])), axis=-1).astype(float)
+    assert np.allclose(mesh.canvas_of_box(box), mesh.canvas_from_image(pixels), atol=2e-3)
+    corners = mesh.nodes_of_box(box)
+    inside = mesh.canvas_of_box(box).reshape(-1, 2)
+    assert (inside >= corners.min(axis=0) - 1e-3).all()
+    assert (inside <= corners.max(axis=0) + 1e-3).all()
+
+
+@given(grids, seeds)
+def test_the_box_near_a_place_holds_its_pixel(grid: Grid, seed: int) -> None:
+    mesh, points = (
+        bent(grid, seed=seed),
+        np.rint(places(grid, seed, 5)).clip(0, [grid.width_px - 1, grid.height_px - 1]),
+    )
+    for point, canvas in zip(points, mesh.canvas_from_image(points), strict=True):
+        box = mesh.box_near(canvas - 1, canvas + 1)
+        assert box is not None
+        assert box[0] <= point[0] < box[2]
+        assert box[1] <= point[1] < box[3]
