@@ -1,0 +1,114 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.arrays import InputError, Points
+from core.curves import Curve
+from core.grid import Grid
+from core.mapping.editing import Editing, Frame, edit_grid
+from core.mapping.frames import as_complex, as_positions
+from core.mapping.handles import Handles
+
+GRID = Grid(120, 90, cell_px=3)
+PLACES = np.array([[30.2, 40.7], [80.0, 20.0], [70.5, 61.3], [71.9, 60.1]])
+EDITINGS: dict[Frame, Editing] = {"held": Editing(GRID), "free": Editing(GRID, frame="free")}
+FRAMES: list[Frame] = ["held", "free"]
+
+
+def at(places: Points, z: Points) -> Points:
+    nodes, weights = GRID.weights_at(places)
+    return np.asarray((z.reshape(-1, 2)[nodes] * weights[..., None]).sum(axis=1))
+
+
+def similar(points: Points, alpha: complex, shift: complex) -> Points:
+    return as_positions(as_complex(points) * alpha + shift)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_handles_reach_their_targets(frame: Frame) -> None:
+    to = PLACES + np.random.default_rng(0).normal(0, 5, PLACES.shape)
+    EDITINGS[frame].hold(PLACES)
+    assert np.abs(at(PLACES, EDITINGS[frame].solve(to)) - to).max() < 1e-9
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_no_edit_is_the_identity(frame: Frame) -> None:
+    EDITINGS[frame].hold(PLACES)
+    assert np.abs(EDITINGS[frame].solve(PLACES) - GRID.nodes).max() < 1e-9
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.3, 3), st.floats(-3, 3), st.floats(-100, 100), st.integers(2, 4))
+def test_a_similar_edit_gives_that_similarity(scale: float, angle: float, shift: float, count: int) -> None:
+    alpha, t = scale * np.exp(1j * angle), shift * (1 + 0.3j)
+    for frame, editing in EDITINGS.items():
+        editing.hold(PLACES[:count])
+        wanted = similar(GRID.nodes, alpha, t)
+        found = editing.solve(similar(PLACES[:count], alpha, t), base=None if frame == "free" else wanted)
+        assert np.abs(found - wanted).max() < 1e-7
+
+
+def test_one_handle_on_a_free_picture_moves_it_whole() -> None:
+    editing = EDITINGS["free"]
+    editing.hold(PLACES[:1])
+    assert np.abs(editing.solve(PLACES[:1] + [7, -4]) - GRID.nodes - [7, -4]).max() < 1e-9
+
+
+def test_the_held_frame_stays_where_the_base_has_it() -> None:
+    base = GRID.nodes * np.array([2.0, 1.5])
+    editing = EDITINGS["held"]
+    editing.hold(PLACES)
+    assert np.array_equal(editing.solve(PLACES + 9, base)[GRID.outline], base[GRID.outline])
+
+
+def test_a_handle_added_later_gives_the_same_as_all_at_once() -> None:
+    late = Editing(GRID)
+    late.hold(PLACES[[1, 3]])
+    late.hold(PLACES)
+    to = PLACES + [[5, 1], [0, 3], [2, 2], [2.5, 2]]
+    EDITINGS["held"].hold(PLACES)
+    assert np.abs(late.solve(to) - EDITINGS["held"].solve(to)).max() < 1e-9
+
+
+def test_an_inner_curve_reaches_its_target() -> None:
+    source = Curve(np.array([[20.0, 30], [50, 10], [80, 50], [100, 40]]))
+    target = Curve(np.array([[20.0, 35], [50, 25], [80, 60], [100, 42]]))
+    z = edit_grid(GRID, Handles(np.empty((0, 2)), np.empty((0, 2)), [(source, target)]))
+    t = np.linspace(0, 1, 200)
+    assert np.hypot(*(at(source.at(t), z) - target.at(t)).T).max() < 0.15
+
+
+@pytest.mark.parametrize("place", [[-50.0, 40.0], [60.0, 500.0], [-0.5, 40.0], [0.0, 0.0]])
+def test_a_pin_outside_pulls_on_the_nearest_place_inside(place: list[float]) -> None:
+    pin = np.array([place])
+    z = edit_grid(GRID, Handles(pin, pin + 2))
+    inside = np.clip(pin, [2.5, 2.5], [116.5, 86.5])
+    assert np.abs(at(inside, z) - inside - 2).max() < 1e-9
+    assert np.array_equal(z[GRID.outline], GRID.nodes[GRID.outline])
+
+
+def test_two_pins_on_one_spot_that_agree_are_one() -> None:
+    twice, once = PLACES[[0, 0, 1]], PLACES[:2]
+    assert np.allclose(edit_grid(GRID, Handles(twice, twice + 3)), edit_grid(GRID, Handles(once, once + 3)))
+
+
+def test_two_pins_on_one_spot_that_disagree_are_refused() -> None:
+    with pytest.raises(InputError, match=r"pins\[0\] and pins\[2\]"):
+        Handles(PLACES[[0, 1, 0]], PLACES[[0, 1, 0]] + [[0, 0], [0, 0], [9, 9]]).points(GRID)
+
+
+def test_handles_that_do_not_pair_up_are_refused() -> None:
+    with pytest.raises(InputError, match="2 places"):
+        Handles(PLACES[:2], PLACES[:1])
+    line = np.array([[0.0, 0], [1, 1], [2, 2], [3, 3]])
+    twice = np.concatenate([line, line[1:] + 3])
+    with pytest.raises(InputError, match=r"curves\[0\]"):
+        Handles(PLACES[:0], PLACES[:0], [(Curve(line), Curve(twice))])
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 50), (2, 2), (3, 3)])
+def test_tiny_pictures_take_pins(size: tuple[int, int]) -> None:
+    for frame in FRAMES:
+        z = edit_grid(Grid(*size), Handles(np.zeros((1, 2)), np.full((1, 2), 0.1)), frame=frame)
+        assert np.isfinite(z).all()
