@@ -39,6 +39,7 @@ class Parameter:
 BEND = Parameter("bend", "Bend", -100, 100, 0)
 HORIZONTAL = Parameter("horizontal", "Horizontal distortion", -100, 100, 0)
 VERTICAL = Parameter("vertical", "Vertical distortion", -100, 100, 0)
+_LEAST_BEND = 1e-9  # below it a radius would overflow
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,7 @@ def make_warp(
     bend, horizontal, vertical = BEND.checked(bend), HORIZONTAL.checked(horizontal), VERTICAL.checked(vertical)
     aspect = height_px / width_px if vertical_axis else width_px / height_px
     amount = Amount(bend / 100, aspect, values)
+    bend = 0.0 if abs(bend) < _LEAST_BEND else bend
     still = bend == 0 and all(values[p.name] == p.default for p in preset.settings)
     shape = shapes.unchanged if still else preset.shape
     shape(np.zeros(1), np.zeros(1), amount)  # what the settings rule out is said now

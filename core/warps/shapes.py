@@ -56,8 +56,10 @@ def arc(s: Floats, t: Floats, amount: Amount) -> Pair:
     flat_radius = 2 * amount.aspect / angle
     radius = math.hypot(flat_radius, 1.0)
     scale = math.sqrt(flat_radius / radius)
-    reach, turn = radius - side * t, (angle / 2) * s
-    return scale / amount.aspect * reach * np.sin(turn), side * scale * (radius - reach * np.cos(turn))
+    turn = (angle / 2) * s
+    across = scale / amount.aspect * (radius - side * t) * np.sin(turn)
+    # radius - (radius - t) cos(turn), written so that a large radius takes no digits away.
+    return across, scale * (t * np.cos(turn) + side * 2 * radius * np.square(np.sin(turn / 2)))
 
 
 def arc_lower(s: Floats, t: Floats, amount: Amount) -> Pair:
@@ -182,7 +184,7 @@ def cylinder(s: Floats, t: Floats, amount: Amount) -> Pair:
     side = math.copysign(radius, amount.bend)
 
     def seen(angle: Floats) -> Pair:
-        nearness = distance / (distance + side * (1 - np.cos(angle)))
+        nearness = distance / (distance + side * 2 * np.square(np.sin(angle / 2)))
         return radius * np.sin(angle) * nearness, nearness
 
     width, _ = seen(np.array(reach))
