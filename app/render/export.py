@@ -1,0 +1,178 @@
+"""Render a warped picture to pixels, tile by tile, with the shaders of the editor's preview."""
+
+import moderngl
+import numpy as np
+
+from app.render import gpu
+from app.render.mesh import Mesh, mesh_viewport, window_uniforms
+from app.render.programs import Programs
+from app.render.source import DEFAULT_LIMITS, Box, Limits, Source
+from core import tracing
+from core.arrays import InputError, Pixels, Points
+from core.images import Image
+from core.progress import Job, Progress, run
+
+TILE_PX = 1024
+LEAST_TILE_PX = 64
+MOST_SIDE_PX = 65_536
+
+
+def render_mesh(
+    image: Image,
+    rest: Points,
+    warped: Points,
+    *,
+    size: tuple[int, int],
+    origin: tuple[float, float] = (0.0, 0.0),
+    scale: float = 1.0,
+) -> Image:
+    """Return `image` drawn as the deformed grid, at its own depth; see `rendering`."""
+    return run(rendering(image, rest, warped, size=size, origin=origin, scale=scale))
+
+
+def rendering(
+    image: Image,
+    rest: Points,
+    warped: Points,
+    *,
+    size: tuple[int, int],
+    origin: tuple[float, float] = (0.0, 0.0),
+    scale: float = 1.0,
+    tile_px: int = TILE_PX,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Job[Image]:
+    """Draw `image` as the deformed grid, tile by tile.
+
+    Parameters
+    ----------
+    rest, warped
+        Node positions (R, C, 2) in source pixels and in output pixels at scale 1.
+    size
+        Width and height of the result.
+    origin
+        The place, at scale 1, of the result's first pixel's outer corner plus half a pixel: (0, 0) keeps the frame.
+    scale
+        Output pixels per pixel of `warped`.
+    tile_px, limits
+        Side of a tile, a power of two, and what the source's texture may take; neither changes the result.
+
+    Returns
+    -------
+    Image
+        Same depth, profile and metadata; alpha is added where the result does not cover its frame.
+    """
+    _check(rest, warped, size, scale)
+    target = TileTarget(gpu.standalone(), image, min(tile_px, gpu.power_of_two(max(size))), limits)
+    moved = (warped - np.asarray(origin) + 0.5) * scale - 0.5
+    try:
+        target.mesh_of(rest, moved)
+        pixels = np.zeros((size[1], size[0], 4), image.pixels.dtype)
+        tiles = _tiles(size, target.side)
+        for done, box in enumerate(tiles):
+            yield Progress(done / len(tiles), "rendering")
+            with tracing.span("draw", tile=box):
+                target.draw(box, pixels[box[1] : box[3], box[0] : box[2]])
+    finally:
+        target.release()
+    yield Progress(1.0, "rendering")
+    return image.with_pixels(_in_channels_of(image, pixels))
+
+
+def _check(rest: Points, warped: Points, size: tuple[int, int], scale: float) -> None:
+    if rest.shape != warped.shape or rest.ndim != 3 or min(rest.shape) < 2:
+        raise InputError(f"grid of {rest.shape} and {warped.shape}: not two grids of one shape, 2 x 2 nodes at least")
+    if not (min(size) >= 1 and max(size) <= MOST_SIDE_PX):
+        raise InputError(f"size {size[0]}x{size[1]}: sides must be from 1 to {MOST_SIDE_PX} pixels")
+    if not (np.isfinite(warped).all() and np.isfinite(scale) and scale > 0):
+        raise InputError("grid positions or scale that are not finite numbers")
+
+
+def _tiles(size: tuple[int, int], side: int) -> list[Box]:
+    return [
+        (x, y, min(x + side, size[0]), min(y + side, size[1]))
+        for y in range(0, size[1], side)
+        for x in range(0, size[0], side)
+    ]
+
+
+def _in_channels_of(image: Image, pixels: Pixels) -> Pixels:
+    """Return RGBA `pixels` in the channels of `image`, with alpha if that has it or something is not covered."""
+    opaque = 1.0 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
+    with_alpha = image.has_alpha or bool(pixels[..., 3].min() < opaque)
+    colors = [0] if image.channels <= 2 else [0, 1, 2]
+    if with_alpha and len(colors) == 3:
+        return pixels
+    return np.ascontiguousarray(pixels[..., [*colors, 3] if with_alpha else colors])
+
+
+class TileTarget:
+    """What draws one tile after another: float accumulation, then encoding to the depth of the file."""
+
+    def __init__(self, context: moderngl.Context, image: Image, side: int, limits: Limits) -> None:
+        self.side = side
+        self._context = context
+        self._programs = Programs(context)
+        self._source = Source(context, image, exact=True, limits=limits)
+        self._linear = image.linear
+        depth = {"u1": "f1", "u2": "nu2", "f4": "f4"}[image.pixels.dtype.str[1:]]
+        self._light = gpu.Offscreen(context, (side, side), "f4")
+        self._pixels = gpu.Offscreen(context, (side, side), depth)
+        self._mesh: Mesh | None = None
+
+    def mesh_of(self, rest: Points, moved: Points) -> None:
+        """Take the grid to draw, in source pixels and in output pixels."""
+        rows, columns = rest.shape[:2]
+        self._mesh = Mesh(self._context, self._programs, (rows, columns))
+        self._mesh.place(rest, moved)
+
+    def draw(self, box: Box, out: Pixels) -> None:
+        """Draw the output pixels of `box` into `out`, (h, w, 4)."""
+        with self._light.drawing(mesh_viewport(self.side)):
+            self._light.clear()
+            self._draw_light(box, box)
+        with self._pixels.drawing():
+            self._context.disable(moderngl.BLEND)
+            self._light.texture.use(0)
+            self._programs.fullscreen("encode.frag", tile=0, linear=self._linear)
+        read = self._pixels.read((box[2] - box[0], box[3] - box[1]))
+        out[:] = np.frombuffer(read, out.dtype).reshape(out.shape)
+
+    def _draw_light(self, tile: Box, part: Box) -> None:
+        """Draw `part` of `tile`, in quarters where the source for it is too large for one window."""
+        assert self._mesh is not None
+        blocks = self._mesh.blocks_in(part)
+        if not blocks.any():
+            return
+        box, base = self._mesh.source_of(blocks)
+        if max(part[2] - part[0], part[3] - part[1]) > LEAST_TILE_PX and not self._source.fits(box, base):
+            for quarter in _quarters(part):
+                self._draw_light(tile, quarter)
+            return
+        window = self._source.window(box, base)
+        window.texture.use(2)
+        self._context.enable(moderngl.BLEND)
+        self._context.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
+        self._context.scissor = part[0] - tile[0], part[1] - tile[1], part[2] - part[0], part[3] - part[1]
+        self._mesh.draw(
+            "picture.frag",
+            blocks,
+            target_origin=(float(tile[0]), float(tile[1])),
+            target_extent=float(self.side),
+            **window_uniforms(window, (self._source.image.width_px, self._source.image.height_px)),
+        )
+        self._context.scissor = None
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        self._source.release()
+        if self._mesh is not None:
+            self._mesh.release()
+        self._light.release()
+        self._pixels.release()
+
+
+def _quarters(box: Box) -> list[Box]:
+    left, top, right, bottom = box
+    x, y = (left + right) // 2, (top + bottom) // 2
+    boxes = [(left, top, x, y), (x, top, right, y), (left, y, x, bottom), (x, y, right, bottom)]
+    return [quarter for quarter in boxes if quarter[0] < quarter[2] and quarter[1] < quarter[3]]

@@ -1,0 +1,82 @@
+"""OpenGL contexts, and the pieces that every pass uses.
+
+A context belongs to the thread that made it. GPU objects are a cache of plain arrays: they can be dropped and made anew
+at any time.
+"""
+
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import moderngl
+
+from core.arrays import WeftError
+
+_threads = threading.local()
+
+
+def standalone() -> moderngl.Context:
+    """Return this thread's context without a window, made at the first call.
+
+    Raises
+    ------
+    WeftError
+        If the machine has no OpenGL 3.3.
+    """
+    context: moderngl.Context | None = getattr(_threads, "context", None)
+    if context is None:
+        settings: dict[str, Any] = {"backend": "egl"} if sys.platform.startswith("linux") else {}
+        try:
+            context = moderngl.create_standalone_context(require=330, **settings)
+        except Exception as fault:
+            raise WeftError(f"no OpenGL 3.3 without a window: {fault}") from fault
+        _threads.context = context
+    return context
+
+
+def attach() -> moderngl.Context:
+    """Return a context over the window's, which must be current in this thread."""
+    return moderngl.create_context(require=330)
+
+
+class Offscreen:
+    """A texture of four channels to draw into."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int], dtype: str) -> None:
+        self.size = size
+        self.texture = context.texture(size, 4, dtype=dtype)
+        self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._context = context
+        self._framebuffer = context.framebuffer([self.texture])
+
+    @contextmanager
+    def drawing(self, viewport: tuple[int, int, int, int] | None = None) -> Iterator[None]:
+        """Draw into the texture inside the block; then what was drawn into before is bound again."""
+        before, viewport_before = self._context.detect_framebuffer(), self._context.viewport
+        self._framebuffer.use()
+        self._context.viewport = viewport or (0, 0, *self.size)
+        try:
+            yield
+        finally:
+            before.use()
+            self._context.viewport = viewport_before
+
+    def clear(self) -> None:
+        """Make every pixel transparent black."""
+        self._framebuffer.clear()
+
+    def read(self, size: tuple[int, int]) -> bytes:
+        """Return the first `size`, (w, h), of the pixels, row by row."""
+        return bytes(self._framebuffer.read((0, 0, *size), 4, dtype=self.texture.dtype))
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        self._framebuffer.release()
+        self.texture.release()
+
+
+def power_of_two(size: int) -> int:
+    """Return the least power of two that is not below `size`."""
+    return 1 << max(size - 1, 0).bit_length()

@@ -1,0 +1,204 @@
+"""The deformed grid on the GPU: an index buffer per grid shape, two small textures of node positions.
+
+The vertex shader reads nodes by number (shaders/mesh.vert), so that moving the grid is one upload of its positions.
+Quads are ordered in blocks; only blocks that meet the target are drawn.
+"""
+
+from functools import cache
+
+import moderngl
+import numpy as np
+
+from app.render.programs import Programs, set_uniforms
+from app.render.source import Box, Window
+from core.arrays import Bools, Floats, Ints, Points, Singles
+
+BLOCK = 16
+RING_PX = 6.0
+"""How far the fading ring can reach beyond the outline, in output pixels (MOST_RING_PX of mesh.vert and rounding)."""
+MOST_ANISOTROPY = 16.0
+"""As in mesh.vert."""
+
+
+class Mesh:
+    """A grid of R x C nodes, R and C at least 2, with source and output positions."""
+
+    def __init__(self, context: moderngl.Context, programs: Programs, shape: tuple[int, int]) -> None:
+        self.shape = shape
+        self._programs = programs
+        self._context = context
+        rows, columns = shape
+        self._rest_nodes = context.texture((columns, rows), 4, dtype="f4")
+        self._moved_nodes = context.texture((columns, rows), 4, dtype="f4")
+        self._indices = context.buffer(_indices(shape).tobytes())
+        self._arrays: dict[str, moderngl.VertexArray] = {}
+        self._first, self._count = _block_ranges(shape)
+        self._rest: Points | None = None
+        self._moved: Points | None = None
+
+    def place(self, rest: Points, moved: Points) -> None:
+        """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
+        if rest is not self._rest:
+            self._rest_nodes.write(_whole_and_fraction(rest).tobytes())
+            self._rest = rest
+        if moved is not self._moved:
+            self._moved_nodes.write(_whole_and_fraction(moved).tobytes())
+            self._moved = moved
+            low, high = _block_bounds(moved)
+            self._low, self._high = low - RING_PX, high + RING_PX
+
+    def blocks_in(self, box: Box) -> Bools:
+        """Return which blocks may meet the output pixels of `box`."""
+        return np.asarray(
+            (self._low < [box[2], box[3]]).all(axis=-1) & (self._high > [box[0] - 1, box[1] - 1]).all(axis=-1)
+        )
+
+    def source_of(self, blocks: Bools) -> tuple[Box, int]:
+        """Return the source pixels that drawing `blocks` reads, and the finest level of the pyramid among them."""
+        assert self._rest is not None
+        assert self._moved is not None
+        low, high = _block_bounds(self._rest)
+        major, minor = _stretches(self._rest, self._moved)
+        reach = 2 * max(float(_block_reduce(np.maximum, major)[blocks].max()), 1.0) + 2
+        finest = max(float(_block_reduce(np.minimum, minor)[blocks].min()), 1.0)
+        left, top = np.floor(low[blocks].min(axis=0) - reach).astype(int)
+        right, bottom = np.ceil(high[blocks].max(axis=0) + reach).astype(int) + 1
+        return (int(left), int(top), int(right), int(bottom)), int(np.log2(finest))
+
+    def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:
+        """Draw `blocks` with the shader `fragment` into the bound framebuffer."""
+        program = self._programs.get("mesh.vert", fragment)
+        if fragment not in self._arrays:
+            self._arrays[fragment] = self._context.vertex_array(program, [], index_buffer=self._indices)
+        self._rest_nodes.use(0)
+        self._moved_nodes.use(1)
+        last_cell = (self.shape[1] - 1, self.shape[0] - 1)
+        set_uniforms(program, rest_nodes=0, moved_nodes=1, last_cell=last_cell, **uniforms)
+        for first, count in _runs(blocks, self._first, self._count):
+            self._arrays[fragment].render(moderngl.TRIANGLES, vertices=count, first=first)
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        for array in self._arrays.values():
+            array.release()
+        self._indices.release()
+        self._rest_nodes.release()
+        self._moved_nodes.release()
+
+
+def mesh_viewport(side: int) -> tuple[int, int, int, int]:
+    """Return the viewport in which mesh.vert draws into a target of `side`, a power of two."""
+    return -side // 2, -side // 2, 2 * side, 2 * side
+
+
+def window_uniforms(window: Window, size: tuple[int, int]) -> dict[str, object]:
+    """Return the uniforms of filter.glsl and mesh.vert for drawing from `window` of a picture of `size`, (W, H)."""
+    return {
+        "picture": 2,
+        "picture_size": size,
+        "window_origin": window.box[:2],
+        "base_level": window.base,
+        "top_level": window.top,
+    }
+
+
+def _whole_and_fraction(points: Points) -> Singles:
+    """Split positions, so that float32 keeps them to 1e-7 pixel in any picture: (R, C, 4), fraction then whole."""
+    whole = np.floor(points)
+    return np.concatenate([points - whole, whole], axis=-1).astype(np.float32)
+
+
+@cache
+def _indices(shape: tuple[int, int]) -> Ints:
+    """Return the vertex numbers of all triangles, ring included, in blocks (see mesh.vert): uint32."""
+    width = shape[1] + 2
+    parts = []
+    for rows, columns in _blocks(shape):
+        last = ((rows[:, None] + 1) * width + columns[None, :] + 1).ravel()
+        first, above, left = last - width - 1, last - width, last - 1
+        corners = np.stack([2 * first, 2 * above, 2 * last, 2 * left, 2 * first, 2 * last + 1], axis=1)
+        parts.append(corners.ravel())
+    return np.concatenate(parts).astype(np.uint32)
+
+
+def _blocks(shape: tuple[int, int]) -> list[tuple[Ints, Ints]]:
+    """Return rows and columns of the ring's quads, block by block."""
+    return [
+        (np.arange(y, min(y + BLOCK, shape[0] + 1)), np.arange(x, min(x + BLOCK, shape[1] + 1)))
+        for y in range(0, shape[0] + 1, BLOCK)
+        for x in range(0, shape[1] + 1, BLOCK)
+    ]
+
+
+@cache
+def _block_ranges(shape: tuple[int, int]) -> tuple[Ints, Ints]:
+    """Return first index and number of indices of every block."""
+    counts = np.array([6 * len(rows) * len(columns) for rows, columns in _blocks(shape)])
+    return np.concatenate([[0], np.cumsum(counts)[:-1]]), counts
+
+
+def _runs(blocks: Bools, first: Ints, count: Ints) -> list[tuple[int, int]]:
+    """Return (first index, number of indices) of every run of neighbouring blocks."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], blocks.ravel(), [False]]).astype(np.int8)))
+    return [
+        (int(first[start]), int(first[end - 1] + count[end - 1] - first[start]))
+        for start, end in zip(edges[::2], edges[1::2], strict=True)
+    ]
+
+
+def _block_bounds(points: Points) -> tuple[Points, Points]:
+    """Return the least and the greatest position of every block's nodes: two arrays (blocks down, blocks across, 2)."""
+    ring = np.pad(points, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    corners = ring[:-1, :-1], ring[:-1, 1:], ring[1:, :-1], ring[1:, 1:]
+    return (
+        _reduce_blocks(np.minimum, np.minimum.reduce(corners)),
+        _reduce_blocks(np.maximum, np.maximum.reduce(corners)),
+    )
+
+
+def _block_reduce(operation: np.ufunc, quads: Floats) -> Floats:
+    """Reduce a value per quad of the grid, ring quads taking that of the quad beside them, to one per block."""
+    return _reduce_blocks(operation, np.pad(quads, 1, mode="edge"))
+
+
+def _reduce_blocks(operation: np.ufunc, quads: Floats) -> Floats:
+    down, across = (np.arange(0, size, BLOCK) for size in quads.shape[:2])
+    reduced: Floats = operation.reduceat(operation.reduceat(quads, down, axis=0), across, axis=1)
+    return reduced
+
+
+def _stretches(rest: Points, moved: Points) -> tuple[Floats, Floats]:
+    """Return per quad the greatest and the least singular value of d(source) / d(output) of its two triangles."""
+    values = []
+    for a, b, c in (((0, 0), (0, 1), (1, 1)), ((1, 0), (0, 0), (1, 1))):
+        (source_1, source_2), (output_1, output_2) = (
+            (_corner(points, b) - _corner(points, a), _corner(points, c) - _corner(points, a))
+            for points in (rest, moved)
+        )
+        values.append(_singular_values(source_1, source_2, output_1, output_2))
+    major = np.maximum(values[0][0], values[1][0])
+    minor = np.minimum(values[0][1], values[1][1])
+    return major, np.maximum(minor, major / MOST_ANISOTROPY)
+
+
+def _corner(points: Points, at: tuple[int, int]) -> Points:
+    rows, columns = points.shape[0] - 1, points.shape[1] - 1
+    return points[at[0] : at[0] + rows, at[1] : at[1] + columns]
+
+
+def _singular_values(source_1: Points, source_2: Points, output_1: Points, output_2: Points) -> tuple[Floats, Floats]:
+    """Return the singular values of S O^-1, S and O having the given columns; large ones are capped.
+
+    With J = S O^-1: |J|^2 = |S adj(O)|^2 / det(O)^2 = s1^2 + s2^2 and |det J| = s1 s2.
+    """
+    det = output_1[..., 0] * output_2[..., 1] - output_1[..., 1] * output_2[..., 0]
+    det = np.maximum(np.abs(det), 1e-9)
+    columns = (
+        source_1 * output_2[..., 1:] - source_2 * output_1[..., 1:],
+        source_2 * output_1[..., :1] - source_1 * output_2[..., :1],
+    )
+    squares = sum((column**2).sum(axis=-1) for column in columns) / det**2
+    product = np.abs(source_1[..., 0] * source_2[..., 1] - source_1[..., 1] * source_2[..., 0]) / det
+    gap = np.sqrt(np.maximum(squares**2 / 4 - product**2, 0))
+    major = np.sqrt(squares / 2 + gap)
+    return np.minimum(major, 1e5), product / np.maximum(major, 1e-9)

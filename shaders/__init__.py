@@ -1,0 +1,1 @@
+"""GLSL sources, read by app.render.programs."""

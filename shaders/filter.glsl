@@ -1,0 +1,69 @@
+// Resampling of the picture: cubic convolution (Keys 1981, a = -1/2), stretched to the footprint where it shrinks.
+
+uniform sampler2D picture;     // linear light, premultiplied; levels base_level .. top_level of the pyramid
+uniform ivec2 picture_size;    // whole picture in pixels
+uniform ivec2 window_origin;   // source pixel that is the texture's first
+uniform int base_level;
+
+float cubic(float x) {
+    x = abs(x);
+    return x < 1.0 ? (1.5 * x - 2.5) * x * x + 1.0 : x < 2.0 ? ((2.5 - 0.5 * x) * x - 4.0) * x + 2.0 : 0.0;
+}
+
+// Weights of the texels at -1, 0, 1, 2 for a position at t in [0, 1).
+vec4 cubic_weights(float t) {
+    float t2 = t * t, t3 = t2 * t;
+    return vec4(-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * t3 - 0.5 * t2);
+}
+
+// One texel of a level; the picture's border repeats outwards.
+vec4 texel(ivec2 at, int level) {
+    ivec2 last = (picture_size - 1) >> level;
+    return texelFetch(picture, clamp(at, ivec2(0), last) - (window_origin >> level), level - base_level);
+}
+
+vec4 interpolated(ivec2 at, vec2 t, int level) {
+    vec4 wx = cubic_weights(t.x), wy = cubic_weights(t.y);
+    vec4 sum = vec4(0.0);
+    for (int y = 0; y < 4; y++) {
+        vec4 row = vec4(0.0);
+        for (int x = 0; x < 4; x++) row += wx[x] * texel(at + ivec2(x - 1, y - 1), level);
+        sum += wy[y] * row;
+    }
+    return sum;
+}
+
+// Sum over the texels with |K d| <= 2 in both components, row by row: the support is a parallelogram.
+vec4 averaged(ivec2 at, vec2 t, vec3 K, int level) {
+    float det = K.x * K.z - K.y * K.y;
+    float reach = 2.0 * (K.x + abs(K.y)) / det;
+    vec4 sum = vec4(0.0);
+    float total = 0.0;
+    for (float y = ceil(t.y - reach); y <= t.y + reach; y += 1.0) {
+        float dy = y - t.y;
+        vec2 centre = vec2(-K.y * dy / K.x, abs(K.y) > 1e-6 ? -K.z * dy / K.y : 0.0);
+        vec2 half_width = vec2(2.0 / K.x, abs(K.y) > 1e-6 ? 2.0 / abs(K.y) : 1e9);
+        vec2 low = centre - half_width, high = centre + half_width;
+        float right = t.x + min(high.x, high.y);
+        for (float x = ceil(t.x + max(low.x, low.y)); x <= right; x += 1.0) {
+            float dx = x - t.x;
+            float weight = cubic(K.x * dx + K.y * dy) * cubic(K.y * dx + K.z * dy);
+            sum += weight * texel(at + ivec2(int(x), int(y)), level);
+            total += weight;
+        }
+    }
+    return sum / total;
+}
+
+// The picture at source pixel whole + fraction, filtered by `kernel` at `level` (mesh.vert).
+vec4 filtered(vec2 whole, vec2 fraction, vec3 kernel, int level) {
+    ivec2 pixel = ivec2(whole);
+    ivec2 at = pixel >> level;
+    // Texel i of a level is centred at (i + 1/2) 2^level - 1/2.
+    vec2 t = (vec2(pixel - (at << level)) + fraction + 0.5) / exp2(float(level)) - 0.5;
+    vec2 low = floor(t);
+    at += ivec2(low);
+    t -= low;
+    bool plain = abs(kernel.x - 1.0) + abs(kernel.y) + abs(kernel.z - 1.0) < 1e-4;
+    return plain ? interpolated(at, t, level) : averaged(at, t, kernel, level);
+}
