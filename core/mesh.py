@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from core.arrays import Bools, Floats, Ints, Points, Singles
+from core.arrays import Floats, Ints, Points, Singles
 from core.grid import Grid
 from core.raster import Box
 
@@ -91,7 +91,7 @@ class Mesh:
     def box_near(self, low: Points, high: Points) -> Box | None:
         """Return the pixels of the quads that come into the canvas rectangle `low` to `high`; None if none does."""
         lows, highs = self._quad_boxes
-        hit: Bools = ((lows <= high) & (highs >= low)).all(axis=-1)
+        hit = np.all((lows <= high) & (highs >= low), axis=-1)
         rows, columns = np.flatnonzero(hit.any(axis=1)), np.flatnonzero(hit.any(axis=0))
         if not len(rows):
             return None
