@@ -5,6 +5,7 @@ event is sent to it, and it ends by returning. Escape closes it, and the `with e
 back. A gesture recomputes from the document it started with; it never adds up what moves brought.
 """
 
+import logging
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from typing import Literal, TypeAlias, TypeVar
 from app.events import Event, Finish, Key, KeyUp, Move, Press, Release, Wheel
 from app.history import History
 from app.jobs import Jobs, Task, Ticket
+from app.live import Answer, LiveWarp
 from app.requests import Request
 from app.session import Mode, Session
 from app.shapes import Shape
@@ -24,11 +26,14 @@ from core.arrays import WeftError
 from core.document import Document
 from core.progress import Job
 
+log = logging.getLogger("weft")
 T = TypeVar("T")
 Gesture: TypeAlias = Generator[None, Event, None]
 
 WHEEL_ZOOM = 1.2
 """Zoom factor of one notch of the wheel."""
+GESTURE_KEYS = frozenset(("enter", "backspace", "delete"))
+"""Keys that a gesture in progress gets; the others act as ever."""
 
 
 def _no_hover(editor: "Editor", pos: tuple[float, float]) -> object:
@@ -92,6 +97,7 @@ class Editor:
         self.tools = tools
         self.jobs = jobs or Jobs()
         self.clock = clock
+        self.live = LiveWarp(self.jobs, clock=clock)
         self.project_path: Path | None = None
         """Where the project is saved; None while it is not."""
         self.source_path: Path | None = None
@@ -125,6 +131,11 @@ class Editor:
         """What the document is called in the title."""
         path = self.project_path or self.source_path
         return path.name if path is not None else "Untitled"
+
+    @property
+    def answer(self) -> Answer:
+        """The map on the screen."""
+        return self.live.current(self.document)
 
     @property
     def is_busy(self) -> bool:
@@ -169,10 +180,10 @@ class Editor:
         self.notices.append(Notice(text, level))
 
     def fail(self, fault: Exception) -> None:
-        """Tell the artist what went wrong; a fault of the program itself is raised."""
+        """Tell the artist what went wrong; a fault of the program itself goes to the log as well."""
         if not isinstance(fault, WeftError | OSError):
-            raise fault
-        self.notify(str(fault), "error")
+            log.error("a job failed", exc_info=fault)
+        self.notify(str(fault) or type(fault).__name__, "error")
 
     def start(self, name: str, steps: Callable[[], Job[T]], apply: Callable[[Document, T], Document | None]) -> Ticket:
         """Run a long job and make what `apply` returns one undo entry called `name`.
@@ -190,6 +201,7 @@ class Editor:
     def update(self) -> None:
         """Take what jobs have ready and bring the map up to date; once per frame, after the events."""
         self.jobs.drain(hold_edits=self.is_busy)
+        self.live.update(self.document)
 
     def choose_tool(self, name: str) -> None:
         """Finish what is in progress and take another tool."""
@@ -299,7 +311,7 @@ class Editor:
         if key.name == "space" and not (key.mods.ctrl or key.mods.alt):
             self._spring = "hand"
             return True
-        if self._gesture is not None:
+        if self._gesture is not None and key.name in GESTURE_KEYS and not key.mods.ctrl:
             self._send(key)
             return True
         return self.tool.take_key(self, key)

@@ -46,6 +46,12 @@ class Session:
     """Place of the divider of the split view, as a share of the canvas widget's width."""
     selected: frozenset[int] = frozenset()
     """Numbers of the selected pins."""
+    selected_curve: int | None = None
+    """Number of the curve that is being edited."""
+    selected_knots: frozenset[int] = frozenset()
+    """Numbers of its selected knots."""
+    last_dab: tuple[float, float] | None = None
+    """Where the last stroke ended, in canvas pixels; a straight line begins there."""
     pointer: tuple[float, float] | None = None
     """Where the pointer is, in screen pixels; None when it is not over the canvas."""
     hover: object = None

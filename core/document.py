@@ -18,6 +18,7 @@ from core.raster import Raster
 
 Keep: TypeAlias = Literal["similarity", "rigid", "none"]
 Method: TypeAlias = Literal["exact", "per-quad"]
+Frame: TypeAlias = Literal["held", "free"]
 Place: TypeAlias = tuple[float, float]
 """A normalised position."""
 
@@ -40,6 +41,8 @@ class WarpSettings:
     """Further parameters of the preset, by name."""
     aspect: Place = (1.0, 1.0)
     """Width and height of the result over the picture's: resizing to another aspect ratio."""
+    frame: Frame = "held"
+    """Whether pins and curves leave the outline where it is, or draw it along."""
     keep: Keep = "similarity"
     method: Method = "exact"
     weight: float = 10.0

@@ -1,1 +1,1 @@
-"""Tools of the canvas, one file each."""
+"""Tools of the canvas, one file each; `all.TOOLS` lists them."""

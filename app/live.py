@@ -1,0 +1,208 @@
+"""The map on the screen: follows the document by one solve a frame, and settles when the artist rests.
+
+While something moves, the answer is the linear one, which may fold. A short while after the last change the final
+answer is worked out in the background, from the document alone as an export does, and takes its place. An answer
+that is late is shown only if nothing newer is on the screen.
+"""
+
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+from app.jobs import Jobs, Task
+from core import tracing
+from core.arrays import Bools, Points, WeftError
+from core.document import Document
+from core.document_map import MapSolver, grid_of, preset_of, settled
+from core.grid import Features, Grid
+from core.mapping.warping import Warped
+from core.mesh import Mesh
+from core.progress import Job, Progress
+
+log = logging.getLogger("weft")
+INLINE_NODES = 60_000
+"""Up to so many nodes a solve fits into a frame; larger grids are solved beside it."""
+REST_S = 0.3
+"""How long nothing may change before the final answer is begun."""
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A map and the document that it belongs to."""
+
+    document: Document
+    mesh: Mesh
+    """Where the picture is; for finding places on it."""
+    result: Warped | None
+    """None for what is shown before the first solve."""
+    settled: bool = False
+    """Whether this is the final answer, the one that an export gives."""
+    solve_ms: float = 0.0
+
+    @property
+    def grid(self) -> Grid:
+        """The grid over the picture."""
+        return self.mesh.grid
+
+    @property
+    def rest(self) -> Points:
+        """Nodes (R, C, 2) in pixels of the picture."""
+        return self.mesh.grid.nodes
+
+    @property
+    def warped(self) -> Points:
+        """Where the nodes (R, C, 2) are, in pixels of the canvas."""
+        return self.mesh.warped
+
+    @property
+    def plain(self) -> Points:
+        """Where W alone takes the nodes (R, C, 2)."""
+        return self.warped if self.result is None else self.result.plain
+
+    @property
+    def features(self) -> Features | None:
+        """The features that keep their shape."""
+        return None if self.result is None else self.result.marked
+
+    @property
+    def folded(self) -> Bools | None:
+        """Which quads (R - 1, C - 1) are folded."""
+        return None if self.result is None else self.result.folded
+
+    @cached_property
+    def folds(self) -> int:
+        """How many quads are folded."""
+        return 0 if self.folded is None else int(self.folded.sum())
+
+    @cached_property
+    def plain_mesh(self) -> Mesh:
+        """Where W alone has the picture."""
+        return Mesh(self.grid, self.plain)
+
+
+class LiveWarp:
+    """Keeps `answer` to the document it is shown; everything runs on the UI thread but the jobs."""
+
+    def __init__(self, jobs: Jobs, *, clock: Callable[[], float] = time.monotonic) -> None:
+        self.answer: Answer | None = None
+        self.fault: str | None = None
+        """Why the present document has no map of its own; the last one stays on the screen."""
+        self._jobs = jobs
+        self._clock = clock
+        self._seen: Document | None = None
+        self._changed_at = 0.0
+        self._solver = MapSolver()
+        self._side_solver = MapSolver()
+        """Only for the live thread."""
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the answer is the final one of the present document, or there is none."""
+        return self.fault is not None or (
+            self.answer is not None and self.answer.settled and self.answer.document is self._seen
+        )
+
+    @property
+    def wait_s(self) -> float | None:
+        """Seconds until `update` has something to do without an event; None when that needs an event."""
+        if self._seen is None or self.is_settled or self._jobs.holds("settle") or self._jobs.holds("solve"):
+            return None
+        return max(0.0, self._changed_at + REST_S - self._clock())
+
+    def update(self, document: Document) -> None:
+        """Bring the answer up to date with `document`; once per frame."""
+        if self._seen is None or not _maps_alike(document, self._seen):
+            self._changed_at = self._clock()
+            self._jobs.drop("settle")
+            self._seen, self.fault = document, None
+            self._solve(document)
+        elif document is not self._seen:
+            self._rename(document)
+        if not self.is_settled and self.wait_s == 0.0:
+            self._jobs.submit("settle", Task("Settle", lambda: settled(document), self._take_settled, self._take_fault))
+
+    def current(self, document: Document) -> Answer:
+        """Return the answer to `document`, as far as one is there."""
+        if self.answer is None:
+            self.update(document)
+        return self.answer if self.answer is not None else _untouched(document)
+
+    def _solve(self, document: Document) -> None:
+        """Answer now if that fits into a frame; else show the last answer until the live thread has one."""
+        try:
+            grid = grid_of(document)
+            if self.answer is None or self.answer.document.image is not document.image:
+                self.answer = _untouched(document)
+            if grid.size <= INLINE_NODES:
+                self._jobs.drop("solve")
+                self._show(document, self._solver.frame(document))
+            elif not self._jobs.holds("solve"):
+                self._solve_beside(document)
+        except WeftError as fault:
+            self.fault = str(fault)
+
+    def _solve_beside(self, document: Document) -> None:
+        """Solve in the live slot; of what changes meanwhile only the newest is answered next."""
+
+        def steps() -> Job[Warped]:
+            yield Progress(0.0, "solving")
+            return self._side_solver.frame(document)
+
+        def deliver(result: Warped) -> None:
+            if self._seen is not None and document.image is self._seen.image:
+                self._show(document, result)
+            if self._seen is not None and document is not self._seen:
+                self._solve_beside(self._seen)
+
+        self._jobs.submit("solve", Task("Solve", steps, deliver, self._take_fault))
+
+    def _show(self, document: Document, result: Warped, *, final: bool = False) -> None:
+        with tracing.span("answer", settled=final):
+            busy = sum(result.seconds.get(stage, 0.0) for stage in ("factor", "rhs", "solve"))
+            mesh = Mesh(grid_of(document), result.warped)
+            self.answer = Answer(document, mesh, result, settled=final, solve_ms=1e3 * busy)
+
+    def _take_settled(self, result: Warped) -> None:
+        if self._seen is not None:
+            self._show(self._seen, result, final=True)
+
+    def _take_fault(self, fault: Exception) -> None:
+        if not isinstance(fault, WeftError):
+            log.error("the map failed", exc_info=fault)
+        self.fault = str(fault) or type(fault).__name__
+
+    def _rename(self, document: Document) -> None:
+        """Keep the answer for a document that differs only in what the map does not depend on."""
+        if self.answer is not None and self.answer.document is self._seen:
+            self.answer = Answer(
+                document,
+                self.answer.mesh,
+                self.answer.result,
+                settled=self.answer.settled,
+                solve_ms=self.answer.solve_ms,
+            )
+        self._seen = document
+
+
+def _maps_alike(a: Document, b: Document) -> bool:
+    """Return whether two documents have the same map because what it depends on is the same."""
+    return (
+        a.image is b.image
+        and a.mask is b.mask
+        and a.warp == b.warp
+        and a.outline is b.outline
+        and a.pins == b.pins
+        and a.curves == b.curves
+    )
+
+
+def _untouched(document: Document) -> Answer:
+    """Return the answer by preset alone, or by nothing where even that fails."""
+    try:
+        grid = grid_of(document)
+        return Answer(document, Mesh(grid, preset_of(document)(grid.nodes)), None)
+    except WeftError:
+        grid = Grid(*document.size_px)
+        return Answer(document, Mesh(grid, grid.nodes), None)

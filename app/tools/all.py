@@ -1,0 +1,11 @@
+"""Every tool, in the order of the toolbar."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from app.editor import Tool
+from app.tools.brush import BRUSH
+from app.tools.navigate import HAND
+from app.tools.zoom import ZOOM
+
+TOOLS: Mapping[str, Tool] = MappingProxyType({tool.name: tool for tool in (BRUSH, HAND, ZOOM)})

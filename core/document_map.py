@@ -1,0 +1,143 @@
+"""From a document to its map: what the window shows at rest, and what is saved, reopened and exported.
+
+The preset warps the picture; the outline, the pins and the inner curves edit the preset's result; the features then
+keep their shape within that. `settled` is the one way to the final answer. It begins from nothing but the document,
+so that the same document gives the same bits, on screen and in a file.
+"""
+
+import numpy as np
+
+from core.arrays import Points
+from core.curves import Curve
+from core.document import Document, Outline, WarpSettings, pixels_from_places
+from core.grid import Features, Grid, find_features
+from core.mapping.editing import Editing, Frame
+from core.mapping.handles import Handles
+from core.mapping.warping import LiveWarp, MappingOptions, Warped
+from core.progress import Job
+from core.raster import Raster
+from core.warps.presets import make_warp
+from core.warps.warp import Warp, compose, resize
+
+
+def grid_of(document: Document) -> Grid:
+    """Return the grid over the document's picture."""
+    return Grid(*document.size_px, cell_px=document.warp.cell_px)
+
+
+def preset_of(document: Document) -> Warp:
+    """Return the preset and the resizing, from pixels of the picture to pixels of the canvas."""
+    warp = document.warp
+    bent = make_warp(
+        warp.preset or "none",
+        *document.size_px,
+        bend=warp.bend,
+        horizontal=warp.horizontal,
+        vertical=warp.vertical,
+        vertical_axis=warp.vertical_axis,
+        settings=warp.values,
+    )
+    return compose(bent, resize(document.size_px, document.canvas_px))
+
+
+def handles_of(document: Document) -> Handles:
+    """Return pins and inner curves in pixels."""
+    here, there = document.size_px, document.canvas_px
+    return Handles(
+        pixels_from_places(here, np.reshape([pin.at for pin in document.pins], (-1, 2))),
+        pixels_from_places(there, np.reshape([pin.to for pin in document.pins], (-1, 2))),
+        [
+            (Curve(pixels_from_places(here, pair.source)), Curve(pixels_from_places(there, pair.target)))
+            for pair in document.curves
+        ],
+    )
+
+
+def options_of(warp: WarpSettings) -> MappingOptions:
+    """Return what the settings say about features."""
+    return MappingOptions(keep=warp.keep, method=warp.method, weight=warp.weight, falloff=warp.falloff)
+
+
+def settled(document: Document) -> Job[Warped]:
+    """Return the map of `document`, without folds where W has none."""
+    return (yield from MapSolver().settle(document))
+
+
+class MapSolver:
+    """What is worth keeping from one answer to the next: analyses, factors and responses, while their inputs stay.
+
+    For one thread at a time. Raises `InputError` for a document that has no map.
+    """
+
+    def __init__(self) -> None:
+        self._live: LiveWarp | None = None
+        self._editing: Editing | None = None
+        self._mask: Raster | None = None
+        self._features: Features | None = None
+
+    def frame(self, document: Document) -> Warped:
+        """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""
+        return self._prepared(document).frame(self.plain(document))
+
+    def settle(self, document: Document) -> Job[Warped]:
+        """Return the answer without folds where W has none."""
+        return (yield from self._prepared(document).settle(self.plain(document)))
+
+    def plain(self, document: Document) -> Points:
+        """Return W at the nodes (R, C, 2), in pixels of the canvas."""
+        grid = self._on_grid(document).grid
+        base = preset_of(document)(grid.nodes)
+        if document.outline is not None:
+            base = base + _outline_shift(base, document.outline, document.canvas_px)
+        if not document.pins and not document.curves:
+            return base
+        at, to = handles_of(document).points(grid)
+        editing = self._editing_of(grid, document.warp.frame)
+        editing.hold(at)
+        return editing.solve(to, base)
+
+    def _prepared(self, document: Document) -> LiveWarp:
+        live = self._on_grid(document)
+        live.use(self._features_of(live.grid, document.mask), options_of(document.warp))
+        return live
+
+    def _on_grid(self, document: Document) -> LiveWarp:
+        grid = grid_of(document)
+        if self._live is None or self._live.grid != grid:
+            self._live = LiveWarp(grid)
+            self._editing = self._mask = self._features = None
+        return self._live
+
+    def _features_of(self, grid: Grid, mask: Raster) -> Features:
+        """Return the features of `mask`, the same object as before while no node's label changed."""
+        if self._features is None or mask is not self._mask:
+            found = find_features(grid, None if mask.is_empty else mask.array)
+            if self._features is None or not np.array_equal(found.labels, self._features.labels):
+                self._features = found
+            self._mask = mask
+        return self._features
+
+    def _editing_of(self, grid: Grid, frame: Frame) -> Editing:
+        if self._editing is None or self._editing.frame != frame:
+            self._editing = Editing(grid, frame=frame)
+        return self._editing
+
+
+def _outline_shift(base: Points, outline: Outline, canvas_px: tuple[int, int]) -> Points:
+    """Return the displacement (R, C, 2) that takes the edge of `base` to `outline` and fades into the picture.
+
+    Coons' patch of the edge's displacement e, with u across and v down, both 0 to 1:
+
+        d(u, v) = (1-v) top + v bottom + (1-u) left + u right - bilinear blend of the four corners of e
+    """
+    rows, columns = base.shape[:2]
+    ring = Curve(pixels_from_places(canvas_px, np.concatenate([outline.ring, outline.ring[:1]])))
+    u, v = np.linspace(0, 1, columns), np.linspace(0, 1, rows)
+    top, bottom = ring.at(u) - base[0], ring.at(3 - u) - base[-1]
+    right, left = ring.at(1 + v) - base[:, -1], ring.at(4 - v) - base[:, 0]
+    u, v = u[None, :, None], v[:, None, None]
+    across = (1 - u) * left[:, None] + u * right[:, None]
+    down = (1 - v) * top[None] + v * bottom[None]
+    corners = (1 - v) * ((1 - u) * top[0] + u * top[-1]) + v * ((1 - u) * bottom[0] + u * bottom[-1])
+    shift: Points = across + down - corners
+    return shift

@@ -1,0 +1,148 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import app.live
+from app.jobs import InlineExecutor, Jobs
+from app.session import Brush
+from core import tracing
+from core.document import Document, Outline, Pin
+from core.document_map import settled
+from core.images import Image
+from core.progress import run
+from core.raster import Raster
+from tests.app.driver import EditorDriver, document
+
+
+class Later:
+    """An executor that runs what was submitted when told."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Callable[[], None]] = []
+
+    def submit(self, work: Callable[[], None]) -> None:
+        self.waiting.append(work)
+
+    def run(self) -> None:
+        while self.waiting:
+            self.waiting.pop(0)()
+
+    def close(self) -> None:
+        self.run()
+
+
+def swirled() -> Document:
+    """Return a document whose linear answer folds."""
+    mask = np.zeros((150, 200), np.uint8)
+    mask[40:110, 60:95] = mask[40:110, 105:140] = 255
+    start = document(cell_px=4.0).changed(mask=Raster.from_array(mask))
+    return start.with_warp(preset="twist", bend=80, keep="rigid")
+
+
+def test_events_in_one_frame_cost_one_solve() -> None:
+    drive = EditorDriver().tool("brush")
+    tracing.start()
+    for x in range(30, 90, 5):
+        drive.editor.slide("Bend", drive.start.with_warp(preset="arc", bend=x))
+    drive.frame()
+    assert sum(event["name"] == "answer" for event in tracing.events()) == 1
+    drive.frame().frame()
+    assert sum(event["name"] == "answer" for event in tracing.events()) == 1
+
+
+def test_at_rest_the_final_answer_comes_and_stays() -> None:
+    drive = EditorDriver(swirled())
+    linear = drive.editor.answer
+    assert not linear.settled
+    assert linear.folds > 0
+    assert drive.editor.live.wait_s == pytest.approx(0.3)
+    drive.rest()
+    final = drive.editor.answer
+    assert final.settled
+    assert final.folds == 0
+    assert drive.editor.live.wait_s is None
+    assert drive.frame().editor.answer is final
+
+
+def test_what_is_shown_at_rest_is_what_an_export_computes() -> None:
+    drive = EditorDriver(swirled()).tool("brush")
+    drive.editor.show(brush=Brush(12.0, 0.5))
+    drive.drag((30, 30), (50, 50), (60, 30)).rest()
+    result = run(settled(drive.document))
+    assert (drive.editor.answer.warped == result.warped).all()
+    assert drive.editor.answer.warped.tobytes() == result.warped.tobytes()
+
+
+def test_a_change_drops_the_final_answer_under_way() -> None:
+    later = Later()
+    drive = EditorDriver(swirled(), jobs=Jobs(live=later, long=InlineExecutor()))
+    drive.rest()
+    assert later.waiting
+    drive.editor.edit("Bend", drive.document.with_warp(bend=20))
+    drive.frame()
+    shown = drive.editor.answer
+    later.run()
+    assert drive.frame().editor.answer is shown
+    drive.rest()
+    later.run()
+    assert drive.frame().editor.answer.settled
+
+
+def test_large_grids_keep_the_last_answer_until_the_next_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(app.live, "INLINE_NODES", 10)
+    later = Later()
+    drive = EditorDriver(jobs=Jobs(live=later, long=InlineExecutor()))
+    later.run()
+    first = drive.frame().editor.answer
+    for bend in range(10, 60, 10):
+        drive.editor.slide("Bend", drive.start.with_warp(preset="arc", bend=bend))
+        assert drive.frame().editor.answer is first
+    assert len(later.waiting) == 1
+    later.run()
+    second = drive.frame().editor.answer
+    assert second.document.warp.bend == 10
+    later.run()
+    assert drive.frame().editor.answer.document.warp.bend == 50
+    assert not later.waiting
+
+
+def test_a_document_without_a_map_keeps_the_last_one_and_says_why() -> None:
+    drive = EditorDriver()
+    before = drive.editor.answer
+    pins = (Pin((0.5, 0.5), (0.6, 0.6)), Pin((0.5, 0.5), (0.3, 0.3)))
+    drive.editor.edit("Pins", drive.document.changed(pins=pins))
+    drive.frame()
+    assert drive.editor.answer is before
+    assert "one spot" in (drive.editor.live.fault or "")
+    drive.undo()
+    assert drive.editor.live.fault is None
+
+
+def test_pins_take_the_picture_along_and_the_outline_stays() -> None:
+    pins = (Pin((0.5, 0.5), (0.6, 0.55)),)
+    drive = EditorDriver(document().changed(pins=pins))
+    mesh = drive.editor.answer.mesh
+    assert np.allclose(mesh.canvas_from_image(np.array([[99.5, 74.5]])), [[119.5, 82.0]], atol=1e-6)
+    assert np.allclose(mesh.warped[0], mesh.grid.nodes[0])
+
+
+def test_an_outline_holds_the_edge_and_a_straight_one_changes_nothing() -> None:
+    drive = EditorDriver(document().changed(outline=Outline.straight()))
+    assert np.allclose(drive.editor.answer.warped, drive.editor.answer.rest)
+    ring = Outline.straight().ring.copy()
+    ring[0] += [-0.2, 0.1]
+    ring[4:6] += [0.2, 0]
+    moved = Outline(ring)
+    drive.editor.edit("Outline", drive.document.changed(outline=moved))
+    warped = drive.frame().editor.answer.warped
+    assert np.allclose(warped[0, 0], [-0.2 * 200 - 0.5, 0.1 * 150 - 0.5])
+    assert warped[:, -1, 0].max() > 200 + 0.7 * 0.2 * 200
+
+
+@pytest.mark.parametrize(("width", "height"), [(1, 1), (1, 60), (60, 1), (3, 3)])
+def test_the_smallest_pictures_have_a_map(width: int, height: int) -> None:
+    drive = EditorDriver(Document.of(Image(np.zeros((height, width, 3), np.uint8))).with_warp(preset="arc", bend=30))
+    drive.tool("brush").drag((0, 0), (5, 5)).rest()
+    assert drive.editor.live.fault is None
+    assert np.isfinite(drive.editor.answer.warped).all()
