@@ -9,13 +9,14 @@ import numpy as np
 
 from core.arrays import Points
 from core.curves import Curve
-from core.document import Document, Outline, WarpSettings, pixels_from_places
+from core.document import Document, WarpSettings, pixels_from_places
 from core.grid import Features, Grid, find_features
 from core.mapping.editing import Editing, Frame
 from core.mapping.handles import Handles
 from core.mapping.warping import LiveWarp, MappingOptions, Warped
 from core.progress import Job
 from core.raster import Raster
+from core.warps.outline import follow_outline
 from core.warps.presets import make_warp
 from core.warps.warp import Warp, compose, resize
 
@@ -88,7 +89,7 @@ class MapSolver:
         grid = self._on_grid(document).grid
         base = preset_of(document)(grid.nodes)
         if document.outline is not None:
-            base = base + _outline_shift(base, document.outline, document.canvas_px)
+            base = follow_outline(base, pixels_from_places(document.canvas_px, document.outline.ring))
         if not document.pins and not document.curves:
             return base
         at, to = handles_of(document).points(grid)
@@ -121,23 +122,3 @@ class MapSolver:
         if self._editing is None or self._editing.frame != frame:
             self._editing = Editing(grid, frame=frame)
         return self._editing
-
-
-def _outline_shift(base: Points, outline: Outline, canvas_px: tuple[int, int]) -> Points:
-    """Return the displacement (R, C, 2) that takes the edge of `base` to `outline` and fades into the picture.
-
-    Coons' patch of the edge's displacement e, with u across and v down, both 0 to 1:
-
-        d(u, v) = (1-v) top + v bottom + (1-u) left + u right - bilinear blend of the four corners of e
-    """
-    rows, columns = base.shape[:2]
-    ring = Curve(pixels_from_places(canvas_px, np.concatenate([outline.ring, outline.ring[:1]])))
-    u, v = np.linspace(0, 1, columns), np.linspace(0, 1, rows)
-    top, bottom = ring.at(u) - base[0], ring.at(3 - u) - base[-1]
-    right, left = ring.at(1 + v) - base[:, -1], ring.at(4 - v) - base[:, 0]
-    u, v = u[None, :, None], v[:, None, None]
-    across = (1 - u) * left[:, None] + u * right[:, None]
-    down = (1 - v) * top[None] + v * bottom[None]
-    corners = (1 - v) * ((1 - u) * top[0] + u * top[-1]) + v * ((1 - u) * bottom[0] + u * bottom[-1])
-    shift: Points = across + down - corners
-    return shift

@@ -1,0 +1,196 @@
+import contextlib
+import json
+import zipfile
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from core.arrays import InputError
+from core.document import CurvePair, Document, Outline, Pin, WarpSettings
+from core.images import Attribute, Image, load, save
+from core.project import load_project, save_project
+from core.raster import Raster
+
+numbers = st.floats(-1e6, 1e6)
+places = st.tuples(numbers, numbers)
+samples = st.one_of(st.just(np.uint8), st.just(np.uint16), st.just(np.float32))
+
+
+@st.composite
+def images(draw: st.DrawFn) -> Image:
+    kind: Any = draw(samples)
+    shape = draw(st.tuples(st.integers(1, 40), st.integers(1, 40), st.integers(1, 4)))
+    random = np.random.default_rng(draw(st.integers(0, 9999)))
+    pixels = random.random(shape) if kind is np.float32 else random.integers(0, np.iinfo(kind).max, shape)
+    metadata = draw(
+        st.sampled_from([(), (Attribute("Make", "string", "Håkan"), Attribute("Exif:FNumber", "float", 2.8))])
+    )
+    icc = draw(st.none() | st.binary(min_size=1, max_size=200))
+    return Image(pixels.astype(kind), linear=kind is np.float32, icc=icc, metadata=metadata)
+
+
+def points(count: int) -> st.SearchStrategy[Any]:
+    return arrays(np.float64, (count, 2), elements=numbers)
+
+
+warps = st.builds(
+    WarpSettings,
+    preset=st.none() | st.sampled_from(["arc", "twist"]),
+    bend=numbers,
+    vertical_axis=st.booleans(),
+    values=st.dictionaries(st.text(max_size=8), numbers, max_size=3).map(MappingProxyType),
+    aspect=places,
+    keep=st.sampled_from(["similarity", "rigid", "none"]),
+    method=st.sampled_from(["exact", "per-quad"]),
+    cell_px=st.none() | st.floats(1, 50),
+)
+curves = st.builds(
+    lambda k, draw, closed, corners: CurvePair(draw[: 3 * k + 1], draw[3 * k + 1 : 6 * k + 2], closed, corners=corners),
+    st.integers(1, 2),
+    points(14),
+    st.booleans(),
+    st.frozensets(st.integers(0, 3)),
+)
+
+
+@st.composite
+def documents(draw: st.DrawFn) -> Document:
+    start = Document.of(draw(images()))
+    width, height = start.size_px
+    return start.changed(
+        mask=Raster.from_array(draw(arrays(np.uint8, (height, width)))),
+        warp=draw(warps),
+        outline=draw(st.none() | points(12).map(Outline)),
+        pins=draw(st.lists(st.builds(Pin, places, places), max_size=3).map(tuple)),
+        curves=draw(st.lists(curves, max_size=2).map(tuple)),
+    )
+
+
+def same(a: Any, b: Any) -> bool:
+    """Compare documents part by part and bit by bit."""
+    if isinstance(a, np.ndarray):
+        return isinstance(b, np.ndarray) and a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+    if isinstance(a, Raster):
+        return same(a.array, b.array)
+    if isinstance(a, tuple):
+        return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, Document | Image | CurvePair | Outline):
+        return all(same(getattr(a, name), getattr(b, name)) for name in a.__dataclass_fields__)
+    return bool(a == b)
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(documents())
+def test_what_is_saved_is_what_is_opened(tmp_path: Path, document: Document) -> None:
+    save_project(document, tmp_path / "project.weft")
+    assert same(load_project(tmp_path / "project.weft"), document)
+
+
+def test_depth_profile_and_metadata_of_a_picture_survive(tmp_path: Path) -> None:
+    picture = Image(
+        np.arange(60, dtype=np.uint16).reshape(4, 5, 3) * 1000,
+        metadata=(Attribute("Artist", "string", "A. Painter"), Attribute("Exif:FNumber", "float", 2.8)),
+    )
+    save(picture, tmp_path / "picture.png")
+    opened = load(tmp_path / "picture.png")
+    save_project(Document.of(opened), tmp_path / "project.weft")
+    again = load_project(tmp_path / "project.weft").image
+    assert again.metadata == opened.metadata
+    assert again.pixels.dtype == np.uint16
+    assert np.array_equal(again.pixels, picture.pixels)
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    document = Document.of(Image(np.full((6, 8, 3), 9, np.uint8))).changed(pins=(Pin((0.5, 0.5), (0.6, 0.5)),))
+    save_project(document, tmp_path / "project.weft")
+    return tmp_path / "project.weft"
+
+
+def rewritten(path: Path, **changes: object) -> None:
+    with zipfile.ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    data = json.loads(files["weft.json"]) | changes
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, json.dumps(data) if name == "weft.json" else content)
+
+
+def test_a_newer_version_is_refused(project: Path) -> None:
+    rewritten(project, version=99)
+    with pytest.raises(InputError, match=r"project\.weft: made by a newer Weft \(format 99"):
+        load_project(project)
+
+
+@pytest.mark.parametrize("cut", [0, 1, 100, -30])
+def test_a_cut_file_is_refused(project: Path, cut: int) -> None:
+    project.write_bytes(project.read_bytes()[:cut])
+    with pytest.raises(InputError, match=r"project\.weft: not a Weft project, or damaged"):
+        load_project(project)
+
+
+def test_flipped_bytes_are_refused_or_harmless(project: Path) -> None:
+    good = project.read_bytes()
+    for at in range(0, len(good), 7):
+        project.write_bytes(good[:at] + bytes([good[at] ^ 0xFF]) + good[at + 1 :])
+        with contextlib.suppress(InputError):
+            load_project(project)
+
+
+@pytest.mark.parametrize(
+    ("document", "fault"),
+    [
+        (None, "is not an object"),
+        ({}, "image: is missing"),
+        ({"image": {"file": "no.png"}}, "image: its file is missing"),
+        ({"image": {"file": "weft.json"}}, "image: holds a damaged picture"),
+    ],
+)
+def test_damage_inside_is_named(project: Path, document: object, fault: str) -> None:
+    rewritten(project, document=document)
+    with pytest.raises(InputError, match=fault):
+        load_project(project)
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "fault"),
+    [
+        ("warp", {"keep": "wobbly"}, "warp.keep: is not one of"),
+        ("warp", {"bend": "much"}, "warp.bend: is not a finite number"),
+        ("pins", [{"at": [0.5], "to": [0.1, 0.2]}], "pins.0.at: is not a list of 2"),
+        ("pins", {"at": 1}, "pins: is not a list"),
+        ("outline", {"ring": [[0, 0]] * 5}, "outline: needs 12 points"),
+        ("curves", [{"source": "x", "target": []}], "curves.0.source"),
+        ("mask", {"file": "image.png"}, "mask: is not an 8-bit grey picture"),
+    ],
+)
+def test_a_value_that_does_not_fit_is_named(project: Path, part: str, value: object, fault: str) -> None:
+    with zipfile.ZipFile(project) as archive:
+        document = json.loads(archive.read("weft.json"))["document"]
+    rewritten(project, document=document | {part: value})
+    with pytest.raises(InputError, match=fault):
+        load_project(project)
+
+
+def test_a_fault_while_saving_keeps_the_good_file(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    good = project.read_bytes()
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", full)
+    with pytest.raises(InputError, match=r"project\.weft: no space left"):
+        save_project(load_project(project), project)
+    assert project.read_bytes() == good
+    assert [file.name for file in project.parent.iterdir()] == ["project.weft"]
+
+
+def test_no_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.weft: no such file"):
+        load_project(tmp_path / "none.weft")
