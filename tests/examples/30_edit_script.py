@@ -1,0 +1,33 @@
+"""Script the editor's document: the same edits as with the mouse, saved as a project and rendered to a file."""
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from core.project import load_project, save_project
+
+from app.render.export import render_mesh
+from assets import asset
+from core.document import Document, Pin
+from core.document_map import settled
+from core.images import load, load_mask, save
+from core.progress import run
+from core.raster import Raster
+
+picture = load(asset("balloons.png"))
+
+document = Document.of(picture)
+document = replace(document, mask=Raster.from_array(load_mask(asset("balloons_mask.png"), picture.pixels.shape[:2])))
+document = document.with_warp(preset="flag", bend=35.0)
+document = replace(document, pins=(Pin((0.25, 0.35), (0.30, 0.30)),))
+
+with tempfile.TemporaryDirectory() as folder:
+    project = Path(folder) / "balloons.weft"
+    save_project(document, project)
+    again = load_project(project)
+    warped = run(settled(again))
+    result = render_mesh(picture, warped.rest, warped.warped, size=document.size_px)
+    save(result, Path(folder) / "balloons.jpg")
+    print(f"{project.name}: {project.stat().st_size} bytes; {warped.report()['features']}")
+
+assert (warped.warped == run(settled(document)).warped).all()
