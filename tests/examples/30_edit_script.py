@@ -4,14 +4,13 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from core.project import load_project, save_project
-
 from app.render.export import render_mesh
 from assets import asset
 from core.document import Document, Pin
 from core.document_map import settled
 from core.images import load, load_mask, save
 from core.progress import run
+from core.project import load_project, save_project
 from core.raster import Raster
 
 picture = load(asset("balloons.png"))
