@@ -17,7 +17,8 @@ from app.events import Event, Finish, Key, KeyUp, Move, Press, Release, Wheel
 from app.history import History
 from app.jobs import Jobs, Task, Ticket
 from app.live import Answer, LiveWarp
-from app.requests import Request
+from app.recovery import Recovery
+from app.requests import ExportOptions, Request
 from app.session import Mode, Session
 from app.shapes import Shape
 from app.spaces import zoomed_at
@@ -29,6 +30,7 @@ from core.progress import Job
 log = logging.getLogger("weft")
 T = TypeVar("T")
 Gesture: TypeAlias = Generator[None, Event, None]
+Exporter: TypeAlias = Callable[[Document, ExportOptions], Job[None]]
 
 WHEEL_ZOOM = 1.2
 """Zoom factor of one notch of the wheel."""
@@ -90,18 +92,28 @@ class Editor:
         tools: Mapping[str, Tool],
         *,
         jobs: Jobs | None = None,
+        recovery: Recovery | None = None,
+        exporter: Exporter | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.history = History(document)
         self.session = Session()
         self.tools = tools
         self.jobs = jobs or Jobs()
+        self.recovery = recovery
+        """Keeps unsaved work; None keeps nothing."""
+        self.exporter = exporter
+        """Writes a document's picture; None where nothing can draw it."""
         self.clock = clock
         self.live = LiveWarp(self.jobs, clock=clock)
         self.project_path: Path | None = None
         """Where the project is saved; None while it is not."""
         self.source_path: Path | None = None
         """The picture that was opened."""
+        self.recent_file: Path | None = None
+        """Where `Session.recent` is kept from run to run; None keeps it nowhere."""
+        self.is_closing = False
+        """Whether the artist has asked to leave and nothing stands against it."""
         self.notices: list[Notice] = []
         self.requests: list[Request] = []
         """What the window is to ask the artist, the oldest first; whoever shows one takes it out."""
@@ -198,10 +210,24 @@ class Editor:
 
         return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True))
 
+    def background(self, name: str, steps: Callable[[], Job[T]], deliver: Callable[[T], None]) -> Ticket:
+        """Run a long job whose result is not an edit; it is handed over when no gesture is in progress."""
+        return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True))
+
     def update(self) -> None:
         """Take what jobs have ready and bring the map up to date; once per frame, after the events."""
         self.jobs.drain(hold_edits=self.is_busy)
         self.live.update(self.document)
+        if self.recovery is not None and not self.is_busy:
+            saved, project = self.history.is_saved, self.project_path
+            self.recovery.update(self.document, saved=saved, name=self.name, project=project, now=self.clock())
+
+    @property
+    def wait_s(self) -> float | None:
+        """Seconds until `update` has something to do without an event; None when that needs an event."""
+        due = None if self.recovery is None else self.recovery.due_at
+        waits = [self.live.wait_s, None if due is None else max(0.0, due - self.clock())]
+        return min((wait for wait in waits if wait is not None), default=None)
 
     def choose_tool(self, name: str) -> None:
         """Finish what is in progress and take another tool."""
@@ -237,11 +263,13 @@ class Editor:
         self.history.go_to(index)
         self.show(hover=None)
 
-    def replace_document(self, document: Document, *, project: Path | None, source: Path | None) -> None:
+    def replace_document(
+        self, document: Document, *, project: Path | None, source: Path | None, saved: bool = True
+    ) -> None:
         """Begin anew with another document and an empty history."""
         self.cancel()
         self.jobs.cancel_all()
-        self.history = History(document)
+        self.history = History(document, saved=saved)
         self.project_path, self.source_path = project, source
         self.show(selected=frozenset(), hover=None)
 

@@ -22,12 +22,12 @@ class Entry:
 class History:
     """The present document, those before it and those undone; at most `budget_bytes` beyond the present one."""
 
-    def __init__(self, document: Document, *, budget_bytes: int = 512 << 20) -> None:
+    def __init__(self, document: Document, *, saved: bool = True, budget_bytes: int = 512 << 20) -> None:
         self.document = document
         """The present. Set it inside `group` only."""
         self._entries = [Entry("Open", document)]
         self._index = 0
-        self._saved: Document | None = document
+        self._saved = document if saved else None
         self._depth = 0
         self._budget_bytes = budget_bytes
 

@@ -1,4 +1,4 @@
-"""Work off the UI thread: live slots where the latest submission wins, and a queue of long jobs.
+"""Work off the UI thread: slots where the latest submission wins, and a queue of long jobs.
 
 A job is a generator over an immutable snapshot (`core.progress`). It runs on a worker thread and never sees the
 editor. Its result waits until the UI thread calls `drain`, which hands it over. Threads are behind `Executor`, so that
@@ -115,11 +115,13 @@ class Jobs:
         wake: Callable[[], None] = lambda: None,
         live: Executor | None = None,
         long: Executor | None = None,
+        beside: Executor | None = None,
     ) -> None:
         self.wake = wake
         """Called from workers when there is something to show or to hand over."""
         self._live = live or ThreadExecutor("live")
         self._long = long or ThreadExecutor("long")
+        self._beside = beside or ThreadExecutor("beside")
         self._slots: dict[str, Ticket] = {}
         self._tickets: list[Ticket] = []
         self._outcomes: deque[Outcome] = deque()
@@ -128,7 +130,7 @@ class Jobs:
     @classmethod
     def inline(cls) -> "Jobs":
         """Return jobs that are run where they are submitted, for tests and scripts."""
-        return cls(live=InlineExecutor(), long=InlineExecutor())
+        return cls(live=InlineExecutor(), long=InlineExecutor(), beside=InlineExecutor())
 
     @property
     def long_jobs(self) -> tuple[Ticket, ...]:
@@ -140,20 +142,23 @@ class Jobs:
         """Whether nothing runs, waits or is to be handed over."""
         return not self._slots and not self._tickets and not self._outcomes
 
-    def submit(self, slot: str, task: Task[T]) -> Ticket:
-        """Run `task` in a live slot; whatever the slot held is cancelled and its result dropped."""
+    def submit(self, slot: str, task: Task[T], *, beside: bool = False) -> Ticket:
+        """Run `task` in a slot; whatever the slot held is cancelled and its result dropped.
+
+        Slots share the live thread; with `beside` a third one, for what nobody waits for.
+        """
         self.drop(slot)
         ticket = self._slots[slot] = Ticket(task)
-        self._live.submit(lambda: self._work(ticket))
+        (self._beside if beside else self._live).submit(lambda: self._work(ticket))
         return ticket
 
     def drop(self, slot: str) -> None:
-        """Cancel what a live slot holds."""
+        """Cancel what a slot holds."""
         if slot in self._slots:
             self._slots.pop(slot).cancel()
 
     def holds(self, slot: str) -> bool:
-        """Whether a live slot has work whose result is not handed over yet."""
+        """Whether a slot has work whose result is not handed over yet."""
         return slot in self._slots
 
     def start(self, task: Task[T]) -> Ticket:
@@ -192,6 +197,7 @@ class Jobs:
         self.cancel_all()
         self._live.close()
         self._long.close()
+        self._beside.close()
 
     def _forget(self, ticket: Ticket) -> None:
         """Take a finished ticket off the books."""

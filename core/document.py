@@ -159,6 +159,10 @@ class Document:
             return self
         return replace(self, **changes)  # type: ignore[arg-type]
 
+    def with_image(self, image: Image) -> "Document":
+        """Return the document with another picture; what was done keeps its places, the mask is stretched."""
+        return self.changed(image=image, mask=self.mask.resized(image.width_px, image.height_px))
+
     def with_warp(self, **changes: object) -> "Document":
         """Return the document with some of its `WarpSettings` changed, itself where they are so already."""
         warp = replace(self.warp, **changes)  # type: ignore[arg-type]

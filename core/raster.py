@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import cv2
 import numpy as np
 
 from core.arrays import Bytes, InputError, readonly
@@ -73,6 +74,12 @@ class Raster:
         return Raster(
             self.width_px, self.height_px, tuple(tuple(flipped[id(tile)] for tile in row) for row in self.tiles)
         )
+
+    def resized(self, width_px: int, height_px: int) -> "Raster":
+        """Return the raster stretched to another size, itself where it has that size."""
+        if (width_px, height_px) == (self.width_px, self.height_px):
+            return self
+        return Raster.from_array(np.asarray(cv2.resize(self.array, (width_px, height_px)), np.uint8))
 
     def _distinct(self) -> list[Bytes]:
         """Return every array once."""

@@ -1,0 +1,80 @@
+"""Actions on the history and on jobs."""
+
+from app.actions import Action
+from app.editor import Editor
+from app.requests import ShowPanel
+
+EDIT = (
+    Action(
+        "edit.undo",
+        "Undo",
+        "Edit",
+        Editor.undo,
+        "Ctrl+Z",
+        "rotate-left",
+        "Take back what was done last",
+        enabled=lambda editor: editor.is_busy or editor.history.undo_label is not None,
+    ),
+    Action(
+        "edit.redo",
+        "Redo",
+        "Edit",
+        Editor.redo,
+        "Ctrl+Shift+Z",
+        "rotate-right",
+        "Do again what was taken back",
+        enabled=lambda editor: editor.history.redo_label is not None,
+        more_chords=("Ctrl+Y",),
+    ),
+    Action(
+        "edit.history",
+        "History…",
+        "Edit",
+        lambda editor: editor.requests.append(ShowPanel("history")),
+        "Ctrl+H",
+        "clock-rotate-left",
+        "Show everything that was done, and go back to any of it",
+    ),
+    Action(
+        "edit.cancel_job",
+        "Cancel job",
+        "Edit",
+        lambda editor: editor.jobs.cancel_all(),
+        "Ctrl+.",
+        "ban",
+        "Stop the work in the background",
+        enabled=lambda editor: bool(editor.jobs.long_jobs),
+        separated=True,
+    ),
+)
+
+HELP = (
+    Action(
+        "help.palette",
+        "Command palette…",
+        "Help",
+        lambda editor: editor.requests.append(ShowPanel("palette")),
+        "Ctrl+Shift+P",
+        "terminal",
+        "Find anything by its name",
+        more_chords=("F3",),
+    ),
+    Action(
+        "help.keys",
+        "Keys…",
+        "Help",
+        lambda editor: editor.requests.append(ShowPanel("keys")),
+        "F1",
+        "keyboard",
+        "Show all keys",
+    ),
+    Action(
+        "help.about",
+        "About Weft",
+        "Help",
+        lambda editor: editor.requests.append(ShowPanel("about")),
+        icon="circle-info",
+        tooltip="Version, papers and licence",
+        separated=True,
+    ),
+)

@@ -1,0 +1,74 @@
+"""Actions on files."""
+
+from pathlib import Path
+
+from app import filing
+from app.actions import Action
+from app.editor import Editor
+
+
+def recent_actions(editor: Editor) -> tuple[Action, ...]:
+    """Return an action for each of the files opened last."""
+    return tuple(
+        Action(
+            f"file.recent.{number}",
+            Path(path).name,
+            "File/Open recent",
+            lambda editor, path=path: filing.open_path(editor, Path(path)),  # type: ignore[misc]
+            tooltip=path,
+        )
+        for number, path in enumerate(editor.session.recent)
+    )
+
+
+FILE = (
+    Action(
+        "file.new",
+        "New from picture…",
+        "File",
+        filing.ask_new,
+        "Ctrl+N",
+        "file-circle-plus",
+        "Begin a project with a picture",
+    ),
+    Action("file.open", "Open…", "File", filing.ask_open, "Ctrl+O", "folder-open", "Open a picture or a project"),
+    Action(
+        "file.save",
+        "Save",
+        "File",
+        filing.save,
+        "Ctrl+S",
+        "floppy-disk",
+        "Save the project",
+        enabled=lambda editor: not editor.history.is_saved or editor.project_path is None,
+        separated=True,
+    ),
+    Action(
+        "file.save_as",
+        "Save as…",
+        "File",
+        filing.save_as,
+        "Ctrl+Shift+S",
+        tooltip="Save the project under another name",
+    ),
+    Action(
+        "file.export",
+        "Export picture…",
+        "File",
+        filing.ask_export,
+        "Ctrl+E",
+        "file-export",
+        "Write the warped picture to a file",
+        enabled=lambda editor: editor.exporter is not None,
+    ),
+    Action(
+        "file.replace_picture",
+        "Replace picture…",
+        "File",
+        filing.ask_picture,
+        icon="image",
+        tooltip="Do to another picture what was done to this one",
+        separated=True,
+    ),
+    Action("file.quit", "Quit", "File", filing.quit_editor, "Ctrl+Q", "power-off", "Close Weft", separated=True),
+)

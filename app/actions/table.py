@@ -1,0 +1,70 @@
+"""The one table of actions, which feeds menus, toolbar, keys, palette and tests."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from app.actions import Action, chord_of
+from app.actions.edit import EDIT, HELP
+from app.actions.file import FILE
+from app.actions.view import MODES, VIEW
+from app.actions.warp import HANDLES, MASK, WARP
+from app.editor import Editor, Tool
+from app.events import Key
+
+
+class ActionTable:
+    """All actions of an editor with given tools, in menu order."""
+
+    def __init__(self, tools: Mapping[str, Tool]) -> None:
+        tool_actions = tuple(_tool(tool) for tool in tools.values())
+        self.actions = (*FILE, *EDIT, *VIEW, *MASK, *WARP, *HANDLES, *tool_actions, *MODES, *HELP)
+        self.by_name: Mapping[str, Action] = MappingProxyType({action.name: action for action in self.actions})
+        self._by_chord: dict[str, list[Action]] = {}
+        for action in self.actions:
+            for chord in (action.chord, *action.more_chords):
+                if chord:
+                    self._by_chord.setdefault(chord, []).append(action)
+        self._held: dict[str, Action] = {}
+
+    def run(self, name: str, editor: Editor) -> bool:
+        """Run the action called `name` if it is enabled; say whether it was."""
+        return self.by_name[name].try_run(editor)
+
+    def for_key(self, key: Key, editor: Editor) -> Action | None:
+        """Return the action on `key`; of tools that share it, the one of the present mode."""
+        found = self._by_chord.get(chord_of(key), [])
+        return next((action for action in found if action.enabled(editor)), None)
+
+    def press(self, key: Key, editor: Editor) -> bool:
+        """Run what is on `key`; say whether there was something. Call it with keys that the editor did not take."""
+        action = self.for_key(key, editor)
+        if action is None:
+            return False
+        if action.release is not None:
+            self._held[key.name] = action
+        if not (key.repeated and action.checked is not None):
+            action.run(editor)
+        return True
+
+    def release(self, name: str, editor: Editor) -> bool:
+        """End what lasts as long as the key called `name` is held; say whether there was something."""
+        action = self._held.pop(name, None)
+        if action is None or action.release is None:
+            return False
+        action.release(editor)
+        return True
+
+
+def _tool(tool: Tool) -> Action:
+    """Return the action that takes `tool`."""
+    return Action(
+        f"tool.{tool.name}",
+        tool.label,
+        "Tools",
+        lambda editor: editor.choose_tool(tool.name),
+        tool.key.upper(),
+        tool.icon,
+        tool.hint,
+        enabled=lambda editor: editor.session.mode in tool.modes,
+        checked=lambda editor: editor.session.tool == tool.name,
+    )

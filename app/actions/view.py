@@ -1,0 +1,138 @@
+"""Actions on what the canvas shows."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from app.actions import Action
+from app.editor import Editor
+from app.session import Mode
+from app.spaces import centred, fitted, zoomed_at
+
+ZOOM_STEP = 1.5
+
+
+def fit(editor: Editor) -> None:
+    """Show the whole of picture and canvas."""
+    low, high = editor.answer.mesh.bounds
+    width, height = editor.document.canvas_px
+    low, high = np.minimum(low, -0.5), np.maximum(high, np.array([width, height]) - 0.5)
+    editor.show(view=fitted(editor.session.view, low, high))
+
+
+def actual_size(editor: Editor) -> None:
+    """Show canvas pixels as screen pixels, the middle of the view held in place."""
+    view = editor.session.view
+    middle = (np.asarray(view.size) / 2 - view.pan) / view.zoom
+    editor.show(view=centred(replace(view, zoom=1.0), middle))
+
+
+def zoom(editor: Editor, factor: float) -> None:
+    """Zoom about the middle of the view."""
+    view = editor.session.view
+    editor.show(view=zoomed_at(view, factor, (view.size[0] / 2, view.size[1] / 2)))
+
+
+def toggle_overlay(editor: Editor, name: str) -> None:
+    """Switch one of the overlays."""
+    overlays = editor.session.overlays
+    editor.show(overlays=replace(overlays, **{name: not getattr(overlays, name)}))
+
+
+def toggle_split(editor: Editor) -> None:
+    """Switch the split view of before and after."""
+    editor.show(compare="result" if editor.session.compare == "split" else "split")
+
+
+_OVERLAYS = {
+    "grid": ("Grid", "G", "border-all", "The deformed grid"),
+    "mask": ("Mask", "M", "masks-theater", "What keeps its shape"),
+    "handles": ("Handles", "K", "circle-nodes", "Pins, curves and their marks"),
+    "outline": ("Outline", "", "vector-square", "The edge of the picture"),
+    "folds": ("Folded cells", "", "triangle-exclamation", "Cells of the grid that are turned over"),
+    "scale": ("Scale heat map", "", "temperature-half", "Where the picture is stretched or shrunk"),
+}
+
+
+def _overlay(name: str) -> Action:
+    label, chord, icon, tooltip = _OVERLAYS[name]
+    return Action(
+        f"view.overlay.{name}",
+        label,
+        "View/Overlays",
+        lambda editor: toggle_overlay(editor, name),
+        chord,
+        icon,
+        tooltip,
+        checked=lambda editor: bool(getattr(editor.session.overlays, name)),
+    )
+
+
+VIEW = (
+    Action("view.fit", "Fit picture", "View", fit, "Ctrl+0", "expand", "Show the whole picture"),
+    Action("view.actual", "100 %", "View", actual_size, "Ctrl+1", "1", "One pixel of the result is one of the screen"),
+    Action(
+        "view.zoom_in",
+        "Zoom in",
+        "View",
+        lambda editor: zoom(editor, ZOOM_STEP),
+        "Ctrl+=",
+        "magnifying-glass-plus",
+        "Show more closely",
+        more_chords=("Ctrl++", "Ctrl+Shift+="),
+    ),
+    Action(
+        "view.zoom_out",
+        "Zoom out",
+        "View",
+        lambda editor: zoom(editor, 1 / ZOOM_STEP),
+        "Ctrl+-",
+        "magnifying-glass-minus",
+        "Show from farther off",
+    ),
+    Action(
+        "view.before",
+        "Before (hold)",
+        "View",
+        lambda editor: editor.show(compare="before"),
+        "\\",
+        "eye",
+        "Show the picture as it was, as long as the key is held",
+        checked=lambda editor: editor.session.compare == "before",
+        release=lambda editor: editor.show(compare="result"),
+        separated=True,
+    ),
+    Action(
+        "view.split",
+        "Split before and after",
+        "View",
+        toggle_split,
+        "Shift+\\",
+        "table-columns",
+        "Show before and after side by side",
+        checked=lambda editor: editor.session.compare == "split",
+    ),
+    *(_overlay(name) for name in _OVERLAYS),
+)
+
+_MODES: tuple[tuple[Mode, str, str, str], ...] = (
+    ("warp", "Warp", "bezier-curve", "Bend the picture and keep its features"),
+    ("retexture", "Retexture", "brush", "Move curves and regrow the texture along them"),
+    ("overlay", "Overlay", "shirt", "Lay a new pattern into photographed cloth"),
+)
+
+
+def _mode(number: int, mode: Mode, label: str, icon: str, tooltip: str) -> Action:
+    return Action(
+        f"mode.{mode}",
+        label,
+        "Mode",
+        lambda editor: editor.choose_mode(mode),
+        f"Alt+{number}",
+        icon,
+        tooltip,
+        checked=lambda editor: editor.session.mode == mode,
+    )
+
+
+MODES = tuple(_mode(number, *row) for number, row in enumerate(_MODES, start=1))

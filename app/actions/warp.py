@@ -1,0 +1,185 @@
+"""Actions on the mask, the warp and its handles."""
+
+from typing import get_args
+
+from app import filing
+from app.actions import Action
+from app.editor import Editor
+from core.document import Keep, WarpSettings
+from core.raster import Raster
+from core.warps.presets import PRESETS
+
+
+def _fill(editor: Editor, value: int) -> None:
+    document = editor.document
+    editor.edit("Fill mask" if value else "Clear mask", document.changed(mask=Raster.filled(*document.size_px, value)))
+
+
+def _invert(editor: Editor) -> None:
+    editor.edit("Invert mask", editor.document.changed(mask=editor.document.mask.inverted))
+
+
+def _has_mask(editor: Editor) -> bool:
+    return not editor.document.mask.is_empty
+
+
+MASK = (
+    Action("mask.fill", "Fill mask", "Mask", lambda e: _fill(e, 255), icon="fill-drip", tooltip="Keep everything"),
+    Action(
+        "mask.clear",
+        "Clear mask",
+        "Mask",
+        lambda e: _fill(e, 0),
+        "Ctrl+Shift+A",
+        "eraser",
+        "Keep nothing",
+        enabled=_has_mask,
+    ),
+    Action("mask.invert", "Invert mask", "Mask", _invert, "Ctrl+I", "circle-half-stroke", "Keep what was not kept"),
+    Action(
+        "mask.load",
+        "Load mask…",
+        "Mask",
+        filing.ask_mask,
+        icon="file-import",
+        tooltip="Take the mask from a picture of the same size, or from another project",
+        separated=True,
+    ),
+)
+
+
+def choose_preset(editor: Editor, name: str) -> None:
+    """Take a preset, bent visibly where the artist has not bent anything yet."""
+    warp = editor.document.warp
+    if name == "none":
+        editor.edit("No preset", editor.document.with_warp(preset=None, values=WarpSettings().values))
+        return
+    bend = 50.0 if warp.bend == 0 and PRESETS[name].bends else warp.bend
+    values = warp.values if name == warp.preset else WarpSettings().values
+    editor.edit(f"Preset {PRESETS[name].label}", editor.document.with_warp(preset=name, bend=bend, values=values))
+
+
+def reset_warp(editor: Editor) -> None:
+    """Take preset, sliders and size back; how features are kept stays."""
+    plain = WarpSettings()
+    names = ("preset", "bend", "horizontal", "vertical", "vertical_axis", "values", "aspect")
+    editor.edit("Reset warp", editor.document.with_warp(**{name: getattr(plain, name) for name in names}))
+
+
+def _preset(name: str) -> Action:
+    preset = PRESETS[name]
+    return Action(
+        f"warp.preset.{name}",
+        preset.label,
+        "Warp/Preset",
+        lambda editor: choose_preset(editor, name),
+        tooltip=f"Warp by {preset.label}" if name != "none" else "Warp by nothing but handles",
+        checked=lambda editor: (editor.document.warp.preset or "none") == name,
+    )
+
+
+_KEEP = {
+    "similarity": ("Keep shape", "Features may turn, move and change their size"),
+    "rigid": ("Keep shape and size", "Features may turn and move"),
+    "none": ("Keep nothing", "The plain warp"),
+}
+
+
+def _keep(keep: Keep) -> Action:
+    label, tooltip = _KEEP[keep]
+    return Action(
+        f"warp.keep.{keep}",
+        label,
+        "Warp/Features",
+        lambda editor: editor.edit(label, editor.document.with_warp(keep=keep)),
+        tooltip=tooltip,
+        checked=lambda editor: editor.document.warp.keep == keep,
+    )
+
+
+def _toggle_axis(editor: Editor) -> None:
+    editor.edit("Turn axis", editor.document.with_warp(vertical_axis=not editor.document.warp.vertical_axis))
+
+
+WARP = (
+    *(_preset(name) for name in PRESETS),
+    *(_keep(keep) for keep in get_args(Keep)),
+    Action(
+        "warp.vertical_axis",
+        "Vertical axis",
+        "Warp",
+        _toggle_axis,
+        icon="arrows-up-down",
+        tooltip="Bend along the other axis",
+        checked=lambda editor: editor.document.warp.vertical_axis,
+    ),
+    Action("warp.reset", "Reset warp", "Warp", reset_warp, icon="arrow-rotate-left", tooltip="Take the preset back"),
+)
+
+
+def _toggle_frame(editor: Editor) -> None:
+    frame = "free" if editor.document.warp.frame == "held" else "held"
+    editor.edit("Free frame" if frame == "free" else "Hold frame", editor.document.with_warp(frame=frame))
+
+
+def _select_all(editor: Editor) -> None:
+    editor.show(selected=frozenset(range(len(editor.document.pins))))
+
+
+HANDLES = (
+    Action(
+        "handles.select_all",
+        "Select all pins",
+        "Handles",
+        _select_all,
+        "Ctrl+A",
+        tooltip="Select every pin",
+        enabled=lambda editor: bool(editor.document.pins),
+    ),
+    Action(
+        "handles.frame",
+        "Let handles move the frame",
+        "Handles",
+        _toggle_frame,
+        icon="crop-simple",
+        tooltip="Pins and curves draw the picture's edge along",
+        checked=lambda editor: editor.document.warp.frame == "free",
+    ),
+    Action(
+        "handles.reset_outline",
+        "Reset outline",
+        "Handles",
+        lambda editor: editor.edit("Reset outline", editor.document.changed(outline=None)),
+        icon="vector-square",
+        tooltip="Give the outline back to the preset",
+        enabled=lambda editor: editor.document.outline is not None,
+        separated=True,
+    ),
+    Action(
+        "handles.remove_pins",
+        "Remove all pins",
+        "Handles",
+        lambda editor: editor.edit("Remove pins", editor.document.changed(pins=())),
+        icon="thumbtack",
+        tooltip="Take all pins out",
+        enabled=lambda editor: bool(editor.document.pins),
+    ),
+    Action(
+        "handles.remove_curves",
+        "Remove all curves",
+        "Handles",
+        lambda editor: editor.edit("Remove curves", editor.document.changed(curves=())),
+        icon="bezier-curve",
+        tooltip="Take all inner curves out",
+        enabled=lambda editor: bool(editor.document.curves),
+    ),
+    Action(
+        "handles.reset",
+        "Remove all handles",
+        "Handles",
+        lambda editor: editor.edit("Remove handles", editor.document.changed(outline=None, pins=(), curves=())),
+        icon="trash-can",
+        tooltip="Take outline, pins and curves back",
+        enabled=lambda editor: editor.document.has_handles,
+    ),
+)

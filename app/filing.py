@@ -1,0 +1,244 @@
+"""Opening, saving and exporting: between the editor and the disk. Long work is jobs, questions are requests."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import platformdirs
+
+from app.editor import Editor
+from app.recovery import Rescue, discard
+from app.requests import (
+    PICTURES,
+    PROJECTS,
+    AskRecover,
+    AskUnsaved,
+    ExportOptions,
+    ExportPicture,
+    OpenFile,
+    SaveFile,
+    Unsaved,
+)
+from core.arrays import InputError
+from core.document import Document
+from core.files import write_text
+from core.images import Image, load, load_mask
+from core.progress import Job, Progress
+from core.project import SUFFIX, load_project, save_project
+from core.raster import Raster
+
+RECENT = 12
+
+
+def is_project(path: Path) -> bool:
+    """Return whether `path` is named like a project."""
+    return path.suffix.lower() == SUFFIX
+
+
+def guarded(editor: Editor, then: Callable[[], None]) -> None:
+    """Do `then`, which gives up the document; if it is not saved, ask first."""
+    editor.finish()
+    if editor.history.is_saved:
+        then()
+        return
+
+    def answered(choice: Unsaved) -> None:
+        if choice == "discard":
+            then()
+        elif choice == "save":
+            save(editor, then=then)
+
+    editor.requests.append(AskUnsaved(editor.name, answered))
+
+
+def ask_open(editor: Editor) -> None:
+    """Ask for a picture or a project and open it."""
+    editor.requests.append(OpenFile("Open", PROJECTS + PICTURES, lambda path: open_path(editor, path)))
+
+
+def ask_new(editor: Editor) -> None:
+    """Ask for a picture and begin a project with it."""
+    editor.requests.append(OpenFile("New from picture", PICTURES, lambda path: open_path(editor, path)))
+
+
+def open_path(editor: Editor, path: Path) -> None:
+    """Open a picture or a project in place of the present document."""
+    guarded(editor, lambda: _open(editor, path))
+
+
+def _open(editor: Editor, path: Path) -> None:
+    def steps() -> Job[Document]:
+        yield Progress(0.0, "reading")
+        return load_project(path) if is_project(path) else Document.of(load(path))
+
+    before = editor.document
+
+    def deliver(document: Document) -> None:
+        def replace_document() -> None:
+            project, source = (path, None) if is_project(path) else (None, path)
+            editor.replace_document(document, project=project, source=source)
+            remember(editor, path)
+
+        # What was done while the file was read is not to be lost either.
+        replace_document() if editor.document is before else guarded(editor, replace_document)
+
+    editor.background(f"Open {path.name}", steps, deliver)
+
+
+def save(editor: Editor, *, then: Callable[[], None] | None = None) -> None:
+    """Save the project where it is, or ask where to; do `then` once it is on the disk."""
+    editor.finish()
+    if editor.project_path is None:
+        save_as(editor, then=then)
+    else:
+        _save_to(editor, editor.project_path, then)
+
+
+def save_as(editor: Editor, *, then: Callable[[], None] | None = None) -> None:
+    """Ask where to save the project."""
+    editor.finish()
+    near = editor.project_path or editor.source_path or Path("Untitled")
+    chosen = lambda path: _save_to(editor, path if is_project(path) else path.with_suffix(SUFFIX), then)  # noqa: E731
+    editor.requests.append(SaveFile("Save project as", PROJECTS, near.with_suffix(SUFFIX), chosen))
+
+
+def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None) -> None:
+    document = editor.document
+
+    def steps() -> Job[None]:
+        yield Progress(0.0, "writing")
+        save_project(document, path)
+
+    def deliver(_: None) -> None:
+        editor.history.mark_saved(document)
+        editor.project_path = path
+        remember(editor, path)
+        editor.notify(f"Saved {path.name}")
+        if then is not None:
+            then()
+
+    editor.background(f"Save {path.name}", steps, deliver)
+
+
+def ask_export(editor: Editor) -> None:
+    """Ask how to export the picture, and do it."""
+    editor.finish()
+    document = editor.document
+    near = editor.project_path or editor.source_path or Path("Untitled")
+    options = ExportOptions(near.with_name(f"{near.stem}-weft.png"), document.canvas_px)
+    editor.requests.append(ExportPicture(document, options, lambda chosen: export(editor, chosen)))
+
+
+def export(editor: Editor, options: ExportOptions) -> None:
+    """Write the present picture to a file, as a job."""
+    exporter, document = editor.exporter, editor.document
+    if exporter is None:
+        return
+    done = lambda _: editor.notify(f"Exported {options.path.name}")  # noqa: E731
+    editor.background(f"Export {options.path.name}", lambda: exporter(document, options), done)
+
+
+def quit_editor(editor: Editor) -> None:
+    """Close the editor; if there is unsaved work, ask first."""
+
+    def close() -> None:
+        if editor.recovery is not None:
+            editor.recovery.forget()
+        editor.is_closing = True
+
+    guarded(editor, close)
+
+
+def ask_mask(editor: Editor) -> None:
+    """Ask for a mask, as a picture or from another project, and load it."""
+    editor.requests.append(OpenFile("Load mask", PICTURES + PROJECTS, lambda path: load_mask_from(editor, path)))
+
+
+def load_mask_from(editor: Editor, path: Path) -> None:
+    """Take the mask in a picture of the same size, or in another project, where it is resized."""
+    width, height = editor.document.size_px
+
+    def steps() -> Job[Raster]:
+        yield Progress(0.0, "reading")
+        return load_project(path).mask if is_project(path) else Raster.from_array(load_mask(path, (height, width)))
+
+    editor.start("Load mask", steps, lambda document, mask: document.changed(mask=mask.resized(*document.size_px)))
+
+
+def ask_picture(editor: Editor) -> None:
+    """Ask for another picture to do to what was done to this one."""
+    editor.requests.append(OpenFile("Replace picture", PICTURES, lambda path: replace_picture(editor, path)))
+
+
+def replace_picture(editor: Editor, path: Path) -> None:
+    """Put another picture in place of the document's, and keep all that was done to it."""
+
+    def steps() -> Job[Image]:
+        yield Progress(0.0, "reading")
+        return load(path)
+
+    editor.start("Replace picture", steps, lambda document, image: document.with_image(image))
+
+
+def offer_rescues(editor: Editor) -> None:
+    """Offer what earlier runs left unsaved; at the start."""
+    rescues = [] if editor.recovery is None else editor.recovery.found()
+    if not rescues:
+        return
+
+    def answered(yes: bool) -> None:
+        if yes:
+            _recover(editor, rescues[0])
+        else:
+            for rescue in rescues:
+                discard(rescue)
+
+    editor.requests.append(AskRecover(tuple(rescue.name for rescue in rescues), answered))
+
+
+def _recover(editor: Editor, rescue: Rescue) -> None:
+    """Open rescued work as work that is not saved; its file goes once the editor has kept it anew."""
+
+    def steps() -> Job[Document]:
+        yield Progress(0.0, "reading")
+        return load_project(rescue.file)
+
+    def deliver(document: Document) -> None:
+        editor.replace_document(document, project=rescue.project, source=None, saved=False)
+        if editor.recovery is not None:
+            editor.recovery.adopt(rescue, document)
+
+    editor.background(f"Recover {rescue.name}", steps, deliver)
+
+
+def settings_file() -> Path:
+    """Return the file of what the editor remembers from run to run."""
+    return Path(platformdirs.user_config_path("weft")) / "recent.json"
+
+
+def recent_files(file: Path | None = None) -> tuple[str, ...]:
+    """Return the paths opened last, the newest first; none where there is no record."""
+    try:
+        data = json.loads((file or settings_file()).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return ()
+    return tuple(path for path in data if isinstance(path, str))[:RECENT] if isinstance(data, list) else ()
+
+
+def remember(editor: Editor, path: Path) -> None:
+    """Put `path` first among the files opened last."""
+    newest = str(path.resolve())
+    recent = (newest, *(old for old in editor.session.recent if old != newest))[:RECENT]
+    editor.session = replace(editor.session, recent=recent)
+    if editor.recent_file is not None:
+        _keep_recent(editor.recent_file, recent)
+
+
+def _keep_recent(file: Path, recent: tuple[str, ...]) -> None:
+    """Write the record; a place that cannot be written to costs the artist nothing but the list."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_text(file, json.dumps(recent))
+    except (OSError, InputError):
+        return

@@ -1,0 +1,256 @@
+import json
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+import pytest
+
+from app import filing
+from app.actions.file import recent_actions
+from app.editor import Editor
+from app.jobs import Jobs
+from app.recovery import Recovery
+from app.requests import AskRecover, AskUnsaved, ExportOptions, ExportPicture, OpenFile, SaveFile
+from app.tools.all import TOOLS
+from core.document import Document
+from core.images import Image, load, save
+from core.progress import Job, Progress
+from core.project import load_project, save_project
+from tests.app.driver import Clock, EditorDriver, document, picture
+
+T = TypeVar("T")
+
+
+@pytest.fixture
+def drive(tmp_path: Path) -> EditorDriver:
+    drive = EditorDriver()
+    drive.editor.recent_file = tmp_path / "config" / "recent.json"
+    return drive
+
+
+def bend(drive: EditorDriver, by: float = 30) -> None:
+    drive.editor.edit("Bend", drive.document.with_warp(preset="arc", bend=by))
+
+
+def ask(drive: EditorDriver, kind: type[T]) -> T:
+    """Take the request that the window would show."""
+    request = drive.editor.requests.pop(0)
+    assert isinstance(request, kind)
+    return request
+
+
+def test_a_picture_is_opened_by_dialog(drive: EditorDriver, tmp_path: Path) -> None:
+    save(picture(40, 30), tmp_path / "cat.png")
+    filing.ask_open(drive.editor)
+    ask(drive, OpenFile).then(tmp_path / "cat.png")
+    drive.frame()
+    assert drive.document.size_px == (40, 30)
+    assert drive.editor.name == "cat.png"
+    assert drive.editor.history.is_saved
+    assert filing.recent_files(drive.editor.recent_file) == (str((tmp_path / "cat.png").resolve()),)
+
+
+def test_what_cannot_be_opened_is_a_notice_and_nothing_changes(drive: EditorDriver, tmp_path: Path) -> None:
+    (tmp_path / "bad.weft").write_bytes(b"nonsense")
+    filing.open_path(drive.editor, tmp_path / "bad.weft")
+    drive.frame()
+    assert drive.document is drive.start
+    assert drive.editor.notices[-1].level == "error"
+    assert "bad.weft" in drive.editor.notices[-1].text
+
+
+def test_save_asks_once_and_then_knows_where(drive: EditorDriver, tmp_path: Path) -> None:
+    bend(drive)
+    assert not drive.editor.history.is_saved
+    filing.save(drive.editor)
+    ask(drive, SaveFile).then(tmp_path / "work")
+    drive.frame()
+    assert drive.editor.history.is_saved
+    assert drive.editor.project_path == tmp_path / "work.weft"
+    bend(drive, 60)
+    filing.save(drive.editor)
+    drive.frame()
+    assert load_project(tmp_path / "work.weft").warp.bend == 60
+
+
+def test_a_gesture_in_progress_is_finished_before_saving(drive: EditorDriver, tmp_path: Path) -> None:
+    drive.editor.project_path = tmp_path / "work.weft"
+    drive.tool("brush").press(50, 50).move(90, 60)
+    filing.save(drive.editor)
+    drive.frame()
+    assert np.array_equal(load_project(tmp_path / "work.weft").mask.array, drive.document.mask.array)
+    assert drive.labels == ("Paint mask",)
+
+
+def test_saving_where_it_cannot_be_is_a_notice_and_stays_unsaved(drive: EditorDriver, tmp_path: Path) -> None:
+    bend(drive)
+    drive.editor.project_path = tmp_path / "no" / "such" / "folder.weft"
+    filing.save(drive.editor)
+    drive.frame()
+    assert drive.editor.notices[-1].level == "error"
+    assert not drive.editor.history.is_saved
+
+
+def test_opening_over_changes_asks_and_save_goes_on(drive: EditorDriver, tmp_path: Path) -> None:
+    save_project(document(64, 64), tmp_path / "other.weft")
+    bend(drive)
+    filing.open_path(drive.editor, tmp_path / "other.weft")
+    drive.frame()
+    assert drive.document.size_px == (200, 150)
+    ask(drive, AskUnsaved).then("save")
+    ask(drive, SaveFile).then(tmp_path / "mine.weft")
+    drive.frame().frame()
+    assert drive.document.size_px == (64, 64)
+    assert load_project(tmp_path / "mine.weft").warp.bend == 30
+
+
+def test_recent_files_are_listed_newest_first(drive: EditorDriver, tmp_path: Path) -> None:
+    for name in ("a", "b", "a"):
+        save(picture(8, 8), tmp_path / f"{name}.png")
+        filing.open_path(drive.editor, tmp_path / f"{name}.png")
+        drive.frame()
+    assert [action.label for action in recent_actions(drive.editor)] == ["a.png", "b.png"]
+    recent_actions(drive.editor)[1].run(drive.editor)
+    drive.frame()
+    assert drive.editor.name == "b.png"
+
+
+def test_a_damaged_list_of_recent_files_is_no_list(tmp_path: Path) -> None:
+    (tmp_path / "recent.json").write_text("{")
+    assert filing.recent_files(tmp_path / "recent.json") == ()
+
+
+def test_export_is_a_job_over_the_document_of_that_moment(drive: EditorDriver, tmp_path: Path) -> None:
+    seen: list[Document] = []
+
+    def exporter(document: Document, options: ExportOptions) -> Job[None]:
+        yield Progress(0.5)
+        seen.append(document)
+        save(document.image, options.path)
+
+    drive.editor.exporter = exporter
+    filing.ask_export(drive.editor)
+    request = ask(drive, ExportPicture)
+    assert request.options.size_px == (200, 150)
+    request.then(ExportOptions(tmp_path / "out.png", (200, 150)))
+    drive.frame()
+    assert seen == [drive.document]
+    assert load(tmp_path / "out.png").width_px == 200
+    assert drive.editor.notices[-1].text == "Exported out.png"
+
+
+def test_a_mask_is_loaded_and_undone(drive: EditorDriver, tmp_path: Path) -> None:
+    mask = np.zeros((150, 200, 1), np.uint8)
+    mask[10:20] = 255
+    save(Image(mask), tmp_path / "mask.png")
+    filing.ask_mask(drive.editor)
+    ask(drive, OpenFile).then(tmp_path / "mask.png")
+    drive.frame()
+    assert np.array_equal(drive.document.mask.array, mask[..., 0])
+    assert drive.undo().document is drive.start
+
+
+def test_a_mask_of_another_size_is_refused_but_a_projects_mask_is_resized(drive: EditorDriver, tmp_path: Path) -> None:
+    save(Image(np.zeros((20, 20, 1), np.uint8)), tmp_path / "mask.png")
+    filing.load_mask_from(drive.editor, tmp_path / "mask.png")
+    drive.frame()
+    assert drive.document is drive.start
+    other = document(100, 75)
+    save_project(other.changed(mask=other.mask.inverted), tmp_path / "other.weft")
+    filing.load_mask_from(drive.editor, tmp_path / "other.weft")
+    drive.frame()
+    assert drive.mask.min() == 255
+
+
+def test_another_picture_keeps_what_was_done(drive: EditorDriver, tmp_path: Path) -> None:
+    bend(drive)
+    save(picture(400, 300), tmp_path / "large.png")
+    filing.replace_picture(drive.editor, tmp_path / "large.png")
+    drive.frame()
+    assert drive.document.size_px == (400, 300)
+    assert drive.document.warp.bend == 30
+    assert drive.editor.answer.grid.width_px == 400
+    assert drive.labels == ("Bend", "Replace picture")
+
+
+class Rescued:
+    """An editor that keeps unsaved work in a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.clock = Clock()
+        jobs = Jobs.inline()
+        self.recovery = Recovery(jobs, folder=folder)
+        self.editor = Editor(document(), TOOLS, jobs=jobs, recovery=self.recovery, clock=self.clock)
+
+    def after(self, seconds: float) -> None:
+        self.editor.update()
+        self.clock.now += seconds
+        self.editor.update()
+        self.editor.update()
+
+
+def crashed(folder: Path) -> None:
+    """Make what an editor left belong to no living process."""
+    for note in folder.glob("*.json"):
+        note.write_text(json.dumps(json.loads(note.read_text()) | {"process": 2**22 + 1}))
+
+
+def test_unsaved_work_survives_a_crash(tmp_path: Path) -> None:
+    first = Rescued(tmp_path)
+    first.editor.edit("Bend", first.editor.document.with_warp(preset="arc", bend=44))
+    first.after(1)
+    assert not list(tmp_path.iterdir())
+    assert first.editor.wait_s is not None
+    first.after(20)
+    crashed(tmp_path)
+    second = Rescued(tmp_path)
+    filing.offer_rescues(second.editor)
+    request = second.editor.requests.pop()
+    assert isinstance(request, AskRecover)
+    assert request.names == ("Untitled",)
+    request.then(True)
+    second.after(0)
+    assert second.editor.document.warp.bend == 44
+    assert not second.editor.history.is_saved
+    crashed(tmp_path)
+    assert len(Rescued(tmp_path).recovery.found()) == 1
+
+
+def test_nothing_is_kept_of_saved_or_given_up_work(tmp_path: Path) -> None:
+    folder = tmp_path / "state"
+    run = Rescued(folder)
+    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.after(20)
+    assert len(list(folder.iterdir())) == 2
+    run.editor.project_path = tmp_path / "work.weft"
+    filing.save(run.editor)
+    run.after(0)
+    assert not list(folder.iterdir())
+    run.editor.edit("Bend", run.editor.document.with_warp(bend=10))
+    run.after(20)
+    assert len(list(folder.iterdir())) == 2
+    filing.quit_editor(run.editor)
+    request = run.editor.requests.pop()
+    assert isinstance(request, AskUnsaved)
+    request.then("discard")
+    assert not list(folder.iterdir())
+
+
+def test_a_running_editor_is_not_robbed(tmp_path: Path) -> None:
+    run = Rescued(tmp_path)
+    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.after(20)
+    assert Rescued(tmp_path).recovery.found() == []
+
+
+def test_rescues_can_be_discarded(tmp_path: Path) -> None:
+    run = Rescued(tmp_path)
+    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.after(20)
+    crashed(tmp_path)
+    second = Rescued(tmp_path)
+    filing.offer_rescues(second.editor)
+    request = second.editor.requests.pop()
+    assert isinstance(request, AskRecover)
+    request.then(False)
+    assert not list(tmp_path.iterdir())
