@@ -50,6 +50,8 @@ class Session:
     """Number of the curve that is being edited."""
     selected_knots: frozenset[int] = frozenset()
     """Numbers of its selected knots."""
+    band: tuple[tuple[float, float], tuple[float, float]] | None = None
+    """Corners of the rectangle that is being drawn to select, in screen pixels."""
     last_dab: tuple[float, float] | None = None
     """Where the last stroke ended, in canvas pixels; a straight line begins there."""
     pointer: tuple[float, float] | None = None

@@ -142,7 +142,7 @@ class Mesh:
         row = (block_row * BLOCK)[:, None, None] + inner[:, None]
         column = (block_column * BLOCK)[:, None, None] + inner
         row, column = np.minimum(row, self.grid.rows - 2), np.minimum(column, self.grid.columns - 2)
-        quad = (row * (self.grid.columns - 1) + column).reshape(len(which), -1)
+        quad = (row * (self.grid.columns - 1) + column).reshape(-1, BLOCK * BLOCK)
         lows, highs = (side.reshape(-1, 2) for side in self._quad_boxes)
         target = points[which][:, None]
         hit = ((lows[quad] <= target) & (target <= highs[quad])).all(axis=-1)

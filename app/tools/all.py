@@ -6,6 +6,7 @@ from types import MappingProxyType
 from app.editor import Tool
 from app.tools.brush import BRUSH
 from app.tools.navigate import HAND
+from app.tools.pins import PINS
 from app.tools.zoom import ZOOM
 
-TOOLS: Mapping[str, Tool] = MappingProxyType({tool.name: tool for tool in (BRUSH, HAND, ZOOM)})
+TOOLS: Mapping[str, Tool] = MappingProxyType({tool.name: tool for tool in (BRUSH, PINS, HAND, ZOOM)})

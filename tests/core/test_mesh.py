@@ -58,6 +58,7 @@ def test_nothing_is_found_beside_the_picture() -> None:
         np.array([[-3.0, 5.0], [20.0, 39.6], [200.0, 200.0], [10.0, 10.0]])
     )
     assert np.isnan(found[:3]).all()
+    assert np.isnan(Mesh(grid, grid.nodes).image_from_canvas(np.array([[500.0, 500.0]]))).all()
     assert np.allclose(found[3], [10, 10])
 
 

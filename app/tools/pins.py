@@ -1,0 +1,207 @@
+"""Pins: points of the picture that are held or moved."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from app.editor import Editor, Gesture, Tool
+from app.events import Event, Key, Move, Position, Press
+from app.shapes import Circle, Polyline, Role, Shape
+from app.spaces import canvas_from_screen
+from app.tools.box import Box, Grip, applied
+from app.tools.grips import (
+    aimed,
+    drag_from,
+    nearest,
+    places_from_screen,
+    screen_from_places,
+    within,
+)
+from core.arrays import Points
+from core.document import Document, Pin, Place, places_from_pixels
+
+PIN_PX = 5.0
+NUDGES: dict[str, Place] = {"left": (-1, 0), "right": (1, 0), "up": (0, -1), "down": (0, 1)}
+FAR_NUDGE = 10
+"""Canvas pixels of a nudge with Shift."""
+
+
+def targets_on_screen(editor: Editor) -> Points:
+    """Return where the pins are (n, 2), in screen pixels."""
+    return screen_from_places(editor, np.array([pin.to for pin in editor.document.pins]))
+
+
+def selected(editor: Editor) -> frozenset[int]:
+    """Return the numbers of the selected pins that there are."""
+    return frozenset(number for number in editor.session.selected if number < len(editor.document.pins))
+
+
+def box_of(editor: Editor) -> Box | None:
+    """Return the box around the selected pins if they are several."""
+    return Box.around(targets_on_screen(editor)[sorted(selected(editor))])
+
+
+def with_targets(document: Document, numbers: Iterable[int], places: Points) -> Document:
+    """Return the document with some pins moved to `places` (n, 2)."""
+    pins = list(document.pins)
+    for number, (x, y) in zip(numbers, places, strict=True):
+        pins[number] = replace(pins[number], to=(float(x), float(y)))
+    return document.changed(pins=tuple(pins))
+
+
+def press(editor: Editor, press: Press) -> Gesture | None:
+    """Remove, move, transform, select or add, by what is under the pointer and which key is held."""
+    pin = nearest(targets_on_screen(editor), press.pos)
+    if press.mods.alt or press.button == "right":
+        if pin is not None:
+            remove(editor, {pin})
+        return None
+    if pin is not None:
+        return drag(editor, press, pin)
+    box = box_of(editor)
+    grip = box.grip(press.pos) if box is not None else None
+    if box is not None and grip is not None:
+        return transform(editor, press, box, grip)
+    at = _picture_place(editor, press.pos)
+    if press.mods.shift or at is None:
+        return rubber_band(editor, press)
+    return add(editor, press, at)
+
+
+def add(editor: Editor, press: Press, at: Place) -> Gesture:
+    """Put a pin on the picture and, while the button is held, move it."""
+    with editor.group("Add pin"):
+        to = places_from_screen(editor, np.array(press.pos))[0]
+        pin = Pin(at, (float(to[0]), float(to[1])))
+        editor.document = editor.document.changed(pins=(*editor.document.pins, pin))
+        number = len(editor.document.pins) - 1
+        editor.show(selected=frozenset({number}))
+        first = yield from drag_from(press.pos)
+        if first is not None:
+            yield from _follow(editor, press, [number], first)
+
+
+def drag(editor: Editor, press: Press, pin: int) -> Gesture:
+    """Move a pin, and the other selected ones if it is selected; a click with Shift selects or deselects it."""
+    before = selected(editor)
+    if pin not in before:
+        editor.show(selected=before | {pin} if press.mods.shift else frozenset({pin}))
+    first = yield from drag_from(press.pos)
+    if first is None:
+        if pin in before:
+            editor.show(selected=before - {pin} if press.mods.shift else frozenset({pin}))
+        return
+    numbers = sorted(selected(editor))
+    with editor.group("Move pin" if len(numbers) == 1 else "Move pins"):
+        yield from _follow(editor, press, numbers, first)
+
+
+def _follow(editor: Editor, press: Press, numbers: Sequence[int], first: Move) -> Gesture:
+    """Move pins with the pointer; with Shift along an axis."""
+    start, places = editor.document, targets_on_screen(editor)[list(numbers)]
+    event: Event = first
+    while isinstance(event, Move):
+        shift = np.subtract(aimed(press.pos, event), press.pos)
+        editor.document = with_targets(start, numbers, places_from_screen(editor, places + shift))
+        event = yield
+
+
+def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
+    """Move, scale or turn the selected pins by their box."""
+    numbers = sorted(selected(editor))
+    start, places = editor.document, targets_on_screen(editor)[numbers]
+    first = yield from drag_from(press.pos)
+    if first is None:
+        editor.show(selected=frozenset())
+        return
+    with editor.group({"move": "Move pins", "scale": "Scale pins", "turn": "Turn pins"}[grip.kind]):
+        event: Event = first
+        while isinstance(event, Move):
+            matrix = box.transform(grip, press.pos, event.pos, held=event.mods.shift)
+            editor.document = with_targets(start, numbers, places_from_screen(editor, applied(matrix, places)))
+            event = yield
+
+
+def rubber_band(editor: Editor, press: Press) -> Gesture:
+    """Select the pins in a rectangle, with Shift beside those that are selected; a click deselects."""
+    before = selected(editor) if press.mods.shift else frozenset()
+    try:
+        editor.show(selected=before)
+        while isinstance(event := (yield), Move):
+            inside = within(targets_on_screen(editor), press.pos, event.pos)
+            editor.show(selected=before | frozenset(inside.tolist()), band=(press.pos, event.pos))
+    finally:
+        editor.show(band=None)
+
+
+def remove(editor: Editor, numbers: Iterable[int]) -> None:
+    """Take pins out."""
+    gone = frozenset(numbers)
+    pins = tuple(pin for number, pin in enumerate(editor.document.pins) if number not in gone)
+    editor.edit("Remove pin" if len(gone) == 1 else "Remove pins", editor.document.changed(pins=pins))
+    editor.show(selected=frozenset(), hover=None)
+
+
+def take_key(editor: Editor, key: Key) -> bool:
+    """Remove, nudge or deselect the selected pins."""
+    numbers = sorted(selected(editor))
+    if not numbers or key.mods.ctrl or key.mods.alt:
+        return False
+    if key.name in ("delete", "backspace"):
+        remove(editor, numbers)
+    elif key.name == "escape":
+        editor.show(selected=frozenset())
+    elif key.name in NUDGES:
+        step = np.array(NUDGES[key.name]) * (FAR_NUDGE if key.mods.shift else 1) / editor.document.canvas_px
+        places = np.array([editor.document.pins[number].to for number in numbers])
+        editor.slide("Nudge pins", with_targets(editor.document, numbers, places + step))
+    else:
+        return False
+    return True
+
+
+def hover(editor: Editor, pos: Position) -> object:
+    """Return the number of the pin under the pointer."""
+    return nearest(targets_on_screen(editor), pos)
+
+
+def overlay(editor: Editor) -> Sequence[Shape]:
+    """Draw the pins, where the preset alone would have them, the box and the rubber band."""
+    pins, chosen = editor.document.pins, selected(editor)
+    shapes: list[Shape] = []
+    box, band = box_of(editor), editor.session.band
+    if box is not None:
+        shapes.extend(box.shapes())
+    for number, (x, y) in enumerate(targets_on_screen(editor)):
+        if number == editor.session.hover:
+            shapes.append(Circle((float(x), float(y)), PIN_PX + 3, "hover"))
+        role: Role = "pin-selected" if number in chosen else "pin"
+        shapes.append(Circle((float(x), float(y)), PIN_PX, role, filled=True))
+    if band is not None:
+        (left, top), (right, bottom) = band
+        corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
+        shapes.append(Polyline(corners, "rubber-band", closed=True))
+    return shapes if pins or band is not None else ()
+
+
+def _picture_place(editor: Editor, pos: Position) -> Place | None:
+    """Return the place of the picture that is seen at `pos`; None beside the picture."""
+    canvas = canvas_from_screen(editor.session.view, np.array([pos]))
+    place = places_from_pixels(editor.document.size_px, editor.answer.mesh.image_from_canvas(canvas))[0]
+    return None if np.isnan(place).any() else (float(place[0]), float(place[1]))
+
+
+PINS = Tool(
+    name="pins",
+    label="Pins",
+    icon="thumbtack",
+    key="p",
+    hint="Click to add, drag to move · Shift holds an axis and selects several · Alt-click removes · arrows nudge",
+    press=press,
+    modes=frozenset(("warp",)),
+    cursor="cross",
+    hover=hover,
+    take_key=take_key,
+    overlay=overlay,
+)
