@@ -2,12 +2,17 @@
 
 import argparse
 import importlib
+import importlib.metadata
+import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol, cast
+from typing import NoReturn, Protocol, cast
 
 from core import tracing
 from core.arrays import WeftError
+from core.files import atomic_file
 
 COMMANDS = {
     "warp": "warp a picture and keep its features",
@@ -35,46 +40,66 @@ class Command(Protocol):
 class OneLineParser(argparse.ArgumentParser):
     """An argument parser whose errors are one line, `weft: error: ...`."""
 
-    def error(self, message: str) -> None:  # type: ignore[override]
+    def error(self, message: str) -> NoReturn:
         """Raise the fault instead of printing the usage and leaving."""
         raise WeftError(message)
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run `weft` with `arguments` (those of the process by default) and return its exit status."""
-    words = sys.argv[1:] if arguments is None else arguments
-    trace: Path | None = None
     try:
-        command, options = parse(words)
-        trace = options.trace
-        if trace is not None:
-            tracing.start()
-        command.run(options)
+        command, options = parse(sys.argv[1:] if arguments is None else arguments)
+        with recorded(options.trace):
+            command.run(options)
+        sys.stdout.flush()
     except WeftError as fault:
-        print(f"weft: error: {fault}", file=sys.stderr)  # noqa: T201
-        return 2
+        return _fail(str(fault))
+    except MemoryError:
+        return _fail("not enough memory")
     except KeyboardInterrupt:
-        print("weft: interrupted", file=sys.stderr)  # noqa: T201
+        sys.stderr.write("weft: interrupted\n")
         return 130
-    finally:
-        if trace is not None:
-            tracing.save(trace)
+    except BrokenPipeError:
+        # Who read standard output has had enough. What is left in the buffer must not fail again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
+
+
+def _fail(fault: str) -> int:
+    """Say what went wrong, in one line, and return the exit status of it."""
+    sys.stderr.write(f"weft: error: {' '.join(fault.split())}\n")
+    return 2
+
+
+@contextmanager
+def recorded(trace: Path | None) -> Iterator[None]:
+    """Write a timeline of the block to `trace`, if there is one, however the block ends."""
+    if trace is None:
+        yield
+        return
+    tracing.start()
+    try:
+        yield
+    finally:
+        with atomic_file(trace) as place:
+            tracing.save(place)
 
 
 def parse(words: list[str]) -> tuple[Command, argparse.Namespace]:
     """Return the module of the subcommand named by `words` and its parsed options."""
     if words and words[0] in COMMANDS:
         name, rest = words[0], words[1:]
-        parser = OneLineParser(prog=f"weft {name}")
+        parser = OneLineParser(prog=f"weft {name}", allow_abbrev=False)
     else:
         name, rest = "edit", words
         listing = "\n".join(f"  {known:11s} {what}" for known, what in COMMANDS.items())
         parser = OneLineParser(
             prog="weft",
+            allow_abbrev=False,
             formatter_class=argparse.RawDescriptionHelpFormatter,
             epilog=f"commands that need no display (weft COMMAND --help):\n{listing}",
         )
+        parser.add_argument("--version", action="version", version=f"weft {importlib.metadata.version('weft')}")
     command = cast("Command", importlib.import_module(f"app.commands.{name}"))
     parser.description = command.__doc__
     parser.add_argument("--trace", type=Path, metavar="FILE", help="write a timeline in the Chrome trace event format")

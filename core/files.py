@@ -68,6 +68,17 @@ def atomic_folder(path: Path) -> Iterator[Path]:
             shutil.rmtree(place, ignore_errors=True)
 
 
+def check_place(path: Path) -> None:
+    """Raise `InputError` if no file could be written at `path`: to be asked before the work that fills it."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder, not a file")
+    folder = path.resolve().parent
+    if not folder.is_dir():
+        raise InputError(f"{path}: there is no folder {folder}")
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{path}: permission denied")
+
+
 def write_bytes(path: Path, data: bytes) -> None:
     """Write `data` to `path`, whole or not at all."""
     with atomic_file(path) as place:

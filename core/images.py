@@ -14,7 +14,10 @@ Read is whatever OpenImageIO knows; written are PNG, TIFF, EXR, JPEG and WebP. W
 - JPEG has no alpha: the picture is laid on white, in linear light.
 """
 
-from collections.abc import Callable
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,7 +29,16 @@ from core import color
 from core.arrays import Bytes, InputError, Pixels, readonly
 from core.files import atomic_file
 
-SUFFIXES = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg", ".webp")
+_FORMATS = {
+    ".png": "png",
+    ".tif": "tiff",
+    ".tiff": "tiff",
+    ".exr": "openexr",
+    ".jpg": "jpeg",
+    ".jpeg": "jpeg",
+    ".webp": "webp",
+}
+SUFFIXES = tuple(_FORMATS)
 """Endings of the formats that `save` writes."""
 
 
@@ -120,12 +132,16 @@ def save(image: Image, path: Path | str, *, quality: int = 95) -> None:
         If the ending is unknown, the format cannot hold the picture, or the file cannot be written.
     """
     path = Path(path)
-    check_writable_format(path)
+    with atomic_file(path) as place:
+        write(image, place, named=path, quality=quality)
+
+
+def write(image: Image, place: Path, *, named: Path, quality: int = 95) -> None:
+    """Write `image` to `place` at once, as `save` does to `named`; faults name that."""
+    check_writable_format(named)
     if not 1 <= quality <= 100:
         raise InputError(f"quality {quality}: not from 1 to 100")
-    fitted = _fit_to_format(image, path.suffix.lower())
-    with atomic_file(path) as place:
-        _write(fitted, place, path, quality=quality)
+    _write(_fit_to_format(image, named.suffix.lower()), place, named, quality=quality)
 
 
 def check_writable_format(path: Path) -> None:
@@ -290,16 +306,38 @@ def _write(image: Image, place: Path, path: Path, *, quality: int) -> None:
     pixels = image.pixels
     if image.has_alpha and path.suffix.lower() == ".exr":
         pixels = color.premultiply(pixels)
-    sink = OpenImageIO.ImageOutput.create(str(place))
+    suffix = path.suffix.lower()
+    sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
     if sink is None:
         raise InputError(f"{path}: {_first_line(OpenImageIO.geterror())}")
-    try:
-        done = sink.open(str(place), _spec(image, path.suffix.lower(), quality)) and sink.write_image(pixels)
-        fault = sink.geterror()
-    finally:
-        closed = sink.close()
-    if not (done and closed):
-        raise InputError(f"{path}: cannot be written: {_first_line(fault or sink.geterror())}")
+    with _staged(place, pixels.nbytes + len(image.icc or b"")) as name:
+        try:
+            done = sink.open(name, _spec(image, suffix, quality)) and sink.write_image(pixels)
+            fault = sink.geterror()
+        finally:
+            closed = sink.close()
+        if not (done and closed):
+            raise InputError(f"{path}: cannot be written: {_first_line(fault or sink.geterror())}")
+
+
+@contextmanager
+def _staged(place: Path, size_bytes: int) -> Iterator[str]:
+    """Yield the name of a file in memory whose contents then go to `place`.
+
+    The libraries behind OpenImageIO write to a full disk in silence, or end the process; Python says what is wrong.
+    `size_bytes`, about what the file may need, is refused beforehand if no file may be as large. Where the system has
+    no such files, `place` itself is yielded.
+    """
+    if not hasattr(os, "memfd_create"):
+        yield str(place)
+        return
+    with os.fdopen(os.memfd_create("picture"), "rb+") as memory:
+        memory.truncate(size_bytes + size_bytes // 20 + 65_536)
+        memory.truncate(0)
+        yield f"/proc/self/fd/{memory.fileno()}"
+        memory.seek(0)
+        with place.open("wb") as file:
+            shutil.copyfileobj(memory, file, 1 << 20)
 
 
 def _spec(image: Image, suffix: str, quality: int) -> OpenImageIO.ImageSpec:

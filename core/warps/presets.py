@@ -5,6 +5,7 @@ The first fifteen are the shapes that artists know from other editors under thes
 grids that are too coarse for it, under about ten cells to its radius.
 """
 
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -140,10 +141,11 @@ def make_warp(
 
 
 def _preset(name: str) -> Preset:
-    """Return the row called `name`."""
-    if name not in PRESETS:
-        raise InputError(f"preset {name!r}: unknown; one of {', '.join(PRESETS)}")
-    return PRESETS[name]
+    """Return the row called `name`, or name those that are like it."""
+    if name in PRESETS:
+        return PRESETS[name]
+    near = difflib.get_close_matches(name.lower(), PRESETS, n=3, cutoff=0.5)
+    raise InputError(f"preset {name!r}: unknown; {'did you mean' if near else 'one of'} {', '.join(near or PRESETS)}")
 
 
 def _settings(preset: Preset, given: Mapping[str, float]) -> Mapping[str, float]:
@@ -181,10 +183,3 @@ def _distortion_of(
     into = np.array([[1 / half[0], 0, -center[0] / half[0]], [0, 1 / half[1], -center[1] / half[1]], [0, 0, 1]])
     matrix: Floats = np.linalg.inv(into) @ distortion(horizontal, vertical) @ into
     return matrix
-
-
-def near_names(name: str) -> list[str]:
-    """Return the presets whose names are like `name`, the likest first."""
-    import difflib
-
-    return difflib.get_close_matches(name.lower(), PRESETS, n=3, cutoff=0.5)

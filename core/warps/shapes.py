@@ -47,14 +47,15 @@ def arc(s: Floats, t: Floats, amount: Amount) -> Pair:
     """Bend the frame into a sector of a ring; at 1 it spans a half circle, arched upwards.
 
     The sector has the central angle q = pi |b| and the mean radius R. With half the height as the unit, R = 2A/q keeps
-    the length of the middle line, and R > 1 keeps the inner edge outside the centre: R = sqrt((2A/q)² + 1) does
-    both in the limit. All is scaled by k = sqrt(2A / (q R)), so that the sector has the area of the frame.
+    the length of the middle line, and R > 1.5 keeps the inner edge at more than a fifth of the outer one's radius:
+    R = sqrt((2A/q)² + 1.5²) does both in the limit. All is scaled by k = sqrt(2A / (q R)), so that the sector has the
+    area of the frame.
     det = k² (R - t) q / 2 / A > 0.
     """
     side = math.copysign(1.0, amount.bend)
     angle = math.pi * abs(amount.bend)
     flat_radius = 2 * amount.aspect / angle
-    radius = math.hypot(flat_radius, 1.0)
+    radius = math.hypot(flat_radius, 1.5)
     scale = math.sqrt(flat_radius / radius)
     turn = (angle / 2) * s
     across = scale / amount.aspect * (radius - side * t) * np.sin(turn)

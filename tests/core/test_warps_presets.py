@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.arrays import InputError, Points
-from core.warps.presets import PRESETS, make_warp, near_names
+from core.warps.presets import PRESETS, make_warp
 
 SHAPES = [name for name in PRESETS if name != "none"]
 NAMES = st.sampled_from(SHAPES)
@@ -100,7 +100,7 @@ def test_perspective_takes_the_corners_where_they_are_told() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"name": "arcc"}, "'arcc': unknown"),
+        ({"name": "qqqq"}, "'qqqq': unknown; one of none, arc,"),
         ({"name": "arc", "bend": 101}, "bend 101: not from -100 to 100"),
         ({"name": "arc", "vertical": float("nan")}, "vertical nan"),
         ({"name": "arc", "settings": {"waves": 2.0}}, "no setting 'waves'"),
@@ -114,5 +114,5 @@ def test_what_cannot_be_is_named(arguments: dict[str, object], message: str) -> 
 
 
 def test_a_misspelt_name_has_neighbours() -> None:
-    assert near_names("arc-louer")[0] == "arc-lower"
-    assert near_names("qqqq") == []
+    with pytest.raises(InputError, match="unknown; did you mean arc-lower"):
+        make_warp("arc-louer", 10, 10)

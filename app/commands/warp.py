@@ -1,0 +1,200 @@
+"""Warp a picture and keep its features.
+
+Places in HANDLES.json are pixels of the picture; with --frame warp the canvas is moved there afterwards.
+"""
+
+import argparse
+import json
+import re
+import time
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.console import run_shown
+from app.render.export import rendering
+from core import handles_file
+from core.arrays import InputError
+from core.canvas import Canvas
+from core.document import CurvePair, Document, Outline, Pin, WarpSettings, places_from_pixels
+from core.document_map import MapSolver, grid_of, handles_of
+from core.files import atomic_file, check_place
+from core.images import Image, check_writable_format, load, load_mask, write
+from core.mapping.warping import Warped
+from core.raster import Raster
+from core.stmap import st_map
+from core.warps.presets import PRESETS
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `weft warp`."""
+    parser.add_argument("image", type=Path, metavar="IMAGE")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT")
+    _add_warp_options(parser.add_argument_group("the warp"))
+    _add_mapping_options(parser.add_argument_group("the features"))
+    _add_output_options(parser.add_argument_group("the output"))
+
+
+def _add_warp_options(group: argparse._ArgumentGroup) -> None:
+    group.add_argument("--preset", metavar="NAME", help="one of: " + ", ".join(PRESETS))
+    for name in ("bend", "horizontal", "vertical"):
+        group.add_argument(f"--{name}", type=float, default=0.0, metavar="P", help="per cent, -100 to 100")
+    group.add_argument("--vertical-axis", action="store_true", help="turn the preset by 90 degrees clockwise")
+    group.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        type=_setting,
+        dest="settings",
+        metavar="KEY=VALUE",
+        help="a parameter of the preset's own; see weft presets",
+    )
+    group.add_argument("--size", type=_size, metavar="WxH", help="resize to another size and aspect ratio")
+    group.add_argument("--handles", type=Path, metavar="HANDLES.json", help="pins, inner curves and outline")
+    group.add_argument(
+        "--outline",
+        choices=("held", "free"),
+        default="held",
+        help="whether pins and curves leave the picture's outline where it is (held, the default) or draw it along",
+    )
+
+
+def _add_mapping_options(group: argparse._ArgumentGroup) -> None:
+    group.add_argument("--mask", type=Path, metavar="MASK", help="a picture of the same size; over 127 is a feature")
+    group.add_argument("--keep", choices=("similarity", "rigid", "none"), default="similarity")
+    group.add_argument("--method", choices=("exact", "per-quad"), default="exact")
+    group.add_argument("--allow-folds", action="store_true", help="do not remove the folds that features bring")
+    group.add_argument("--cell", type=float, metavar="PX", help="grid cell; by default 20 000 to 50 000 nodes")
+    group.add_argument("--weight", type=float, default=10.0, metavar="W", help="of the features, 10 by default")
+    group.add_argument("--falloff", type=float, default=2.0, metavar="CELLS", help="of that weight, 2 by default")
+
+
+def _add_output_options(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--frame",
+        choices=("warp", "picture"),
+        default="warp",
+        help="warp, the default: a canvas that holds all of the warped picture; picture: the frame it had",
+    )
+    group.add_argument("--quality", type=int, default=95, metavar="1-100", help="of JPEG and WebP")
+    group.add_argument("--map", type=Path, metavar="MAP.npz", help="also write the grid, before and after")
+    group.add_argument("--stmap", type=Path, metavar="FILE.exr", help="also write the warp as an ST map")
+    group.add_argument("--report", type=Path, metavar="REPORT.json", help="also write what became of the features")
+
+
+def _setting(text: str) -> tuple[str, float]:
+    """Read KEY=VALUE."""
+    key, _, value = text.partition("=")
+    try:
+        return key, float(value)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: not KEY=NUMBER") from None
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Read WxH."""
+    match = re.fullmatch(r"([1-9]\d{0,5})x([1-9]\d{0,5})", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text!r}: not WIDTHxHEIGHT in pixels")
+    return int(match[1]), int(match[2])
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Read, warp, render and write."""
+    _check_outputs(arguments)
+    document = document_from(arguments)
+    solver = MapSolver()
+    found = solver.frame(document) if arguments.allow_folds else run_shown(solver.settle(document))
+    canvas = Canvas.around(found.warped) if arguments.frame == "warp" else Canvas(*document.canvas_px)
+    found = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped))
+    started = time.perf_counter()
+    picture = run_shown(rendering(document.image, found.rest, found.warped, size=canvas.size))
+    report = found.report()
+    report["seconds"]["render"] = time.perf_counter() - started
+    shares = None if arguments.stmap is None else st_map(found.rest, found.warped, document.size_px, canvas)
+    _write(arguments, picture, found, report, shares)
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Refuse, before any work, what cannot be written in the end."""
+    check_writable_format(arguments.output)
+    if not 1 <= arguments.quality <= 100:
+        raise InputError(f"--quality {arguments.quality}: not from 1 to 100")
+    if arguments.stmap is not None and arguments.stmap.suffix.lower() != ".exr":
+        raise InputError(f"{arguments.stmap}: an ST map is an .exr file")
+    for path in (arguments.output, arguments.map, arguments.stmap, arguments.report):
+        if path is not None:
+            check_place(path)
+
+
+def document_from(arguments: argparse.Namespace) -> Document:
+    """Return the document that the options describe; raise `InputError` for what they cannot mean."""
+    if arguments.preset is None and (arguments.bend or arguments.settings or arguments.vertical_axis):
+        raise InputError("--bend, --vertical-axis and --set bend a preset: choose one with --preset")
+    image = load(arguments.image)
+    document = Document.of(image)
+    size = arguments.size or document.size_px
+    settings = WarpSettings(
+        preset=arguments.preset,
+        bend=arguments.bend,
+        horizontal=arguments.horizontal,
+        vertical=arguments.vertical,
+        vertical_axis=arguments.vertical_axis,
+        values=dict(arguments.settings),
+        aspect=(size[0] / image.width_px, size[1] / image.height_px),
+        frame=arguments.outline,
+        keep=arguments.keep,
+        method=arguments.method,
+        weight=arguments.weight,
+        falloff=arguments.falloff,
+        cell_px=arguments.cell,
+    )
+    document = replace(document, warp=settings)
+    if arguments.mask is not None:
+        mask = load_mask(arguments.mask, (image.height_px, image.width_px))
+        document = replace(document, mask=Raster.from_array(mask))
+    return document if arguments.handles is None else _with_handles(document, arguments.handles)
+
+
+def _with_handles(document: Document, path: Path) -> Document:
+    """Return `document` with the handles in the file `path`."""
+    handles = handles_file.read(path, document.size_px)
+    at = places_from_pixels(document.size_px, handles.pins_at)
+    to = places_from_pixels(document.canvas_px, handles.pins_to)
+    curves = tuple(
+        CurvePair(
+            places_from_pixels(document.size_px, curve.source.points),
+            places_from_pixels(document.canvas_px, curve.target.points),
+            curve.source.closed,
+        )
+        for curve in handles.curves
+        if curve.target is not None
+    )
+    ring = None if handles.outline is None else Outline(places_from_pixels(document.canvas_px, handles.outline))
+    pins = tuple(Pin((x, y), (u, v)) for (x, y), (u, v) in zip(at.tolist(), to.tolist(), strict=True))
+    document = replace(document, outline=ring, pins=pins, curves=curves)
+    try:
+        handles_of(document).points(grid_of(document))
+    except InputError as fault:
+        raise InputError(f"{path}: {fault}") from None
+    return document
+
+
+def _write(
+    arguments: argparse.Namespace, picture: Image, found: Warped, report: dict[str, Any], shares: Image | None
+) -> None:
+    """Write all files that were asked for; they appear together, once each is whole."""
+    with ExitStack() as files:
+        place = files.enter_context(atomic_file(arguments.output))
+        write(picture, place, named=arguments.output, quality=arguments.quality)
+        if arguments.map is not None:
+            with files.enter_context(atomic_file(arguments.map)).open("wb") as file:
+                np.savez(file, rest=found.rest, plain=found.plain, warped=found.warped)
+        if shares is not None:
+            write(shares, files.enter_context(atomic_file(arguments.stmap)), named=arguments.stmap)
+        if arguments.report is not None:
+            text = json.dumps(report, indent=1)
+            files.enter_context(atomic_file(arguments.report)).write_text(f"{text}\n", encoding="utf-8")

@@ -1,0 +1,51 @@
+"""The output canvas: which part of the plane becomes the picture that is written."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import InputError, Points
+
+MOST_SIDE_PX = 65_536
+MOST_PIXELS = 2**30
+_TOLERANCE_PX = 1e-6
+"""An edge that lies on a pixel border but for rounding adds no row of pixels."""
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """A whole number of pixels, the first of which is centred at `origin` of the plane.
+
+    Raises `InputError` for a size that no picture can have.
+    """
+
+    width_px: int
+    height_px: int
+    origin: tuple[int, int] = (0, 0)
+
+    def __post_init__(self) -> None:
+        width, height = self.width_px, self.height_px
+        if min(width, height) < 1 or max(width, height) > MOST_SIDE_PX or width * height > MOST_PIXELS:
+            raise InputError(
+                f"output of {width}x{height} pixels: must have 1 to {MOST_SIDE_PX} a side, {MOST_PIXELS} in all"
+            )
+
+    @classmethod
+    def around(cls, positions: Points) -> "Canvas":
+        """Return the smallest canvas that holds all of a warped grid (R, C, 2), whose edge is the picture's edge."""
+        flat = positions.reshape(-1, 2)
+        low = np.floor(flat.min(axis=0) + 0.5 + _TOLERANCE_PX)
+        high = np.maximum(np.ceil(flat.max(axis=0) + 0.5 - _TOLERANCE_PX), low + 1)
+        if not np.abs([low, high]).max() < 2**31:
+            raise InputError("output: the warped picture reaches out of all bounds")
+        (left, top), (width, height) = low, high - low
+        return cls(int(width), int(height), (int(left), int(top)))
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.width_px, self.height_px
+
+    def placed(self, positions: Points) -> Points:
+        """Return positions (..., 2) of the plane in pixels of the canvas."""
+        return positions - self.origin

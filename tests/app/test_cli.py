@@ -1,0 +1,83 @@
+"""The command line finds its commands and answers mistakes in one line."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.cli import main
+from core.warps.presets import PRESETS
+
+
+def test_presets_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["presets"]) == 0
+    listed = capsys.readouterr().out
+    assert all(f"  {name}\n" in listed for name in PRESETS)
+    assert "--set waves=1" in listed
+
+
+def test_presets_are_listed_for_scripts(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["presets", "--json"]) == 0
+    rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)}
+    assert list(rows) == list(PRESETS)
+    bend = rows["arc"]["parameters"][0]
+    assert (bend["name"], bend["low"], bend["high"], bend["default"]) == ("bend", -100, 100, 0)
+    assert rows["swirl"]["settings"] == ["center-x", "center-y", "radius"]
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (["presets", "--jso"], "unrecognized arguments: --jso"),
+        (["warp", "a.png"], "the following arguments are required: -o/--output"),
+        (["warp", "a.png", "-o"], "argument -o/--output: expected one argument"),
+        (["warp", "a.png", "-o", "b.png", "--bend", "much"], "argument --bend: invalid float value: 'much'"),
+        (["warp", "a.png", "-o", "b.png", "--keep", "all"], "argument --keep: invalid choice: 'all'"),
+        (["warp", "a.png", "-o", "b.png", "--size", "10x"], "argument --size: '10x': not WIDTHxHEIGHT"),
+        (["warp", "a.png", "-o", "b.png", "--set", "waves"], "argument --set: 'waves': not KEY=NUMBER"),
+    ],
+)
+def test_mistakes_are_answered_in_one_line(words: list[str], fault: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(words) == 2
+    said = capsys.readouterr()
+    assert said.err.startswith(f"weft: error: {fault}")
+    assert said.err.count("\n") == 1
+    assert not said.out
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(["--version"])
+    assert left.value.code == 0
+    assert capsys.readouterr().out.startswith("weft ")
+
+
+def test_an_interrupt_is_130(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted(_arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("app.commands.presets.run", interrupted)
+    assert main(["presets"]) == 130
+    assert capsys.readouterr().err == "weft: interrupted\n"
+
+
+def test_a_reader_that_leaves_is_no_fault() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(
+        [sys.executable, "-m", "app", "presets"], stdout=write, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(write)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_timeline_is_written_even_of_a_fault(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    trace = tmp_path / "trace.json"
+    words = ["warp", str(tmp_path / "none.png"), "-o", str(tmp_path / "out.png"), "--trace", str(trace)]
+    assert main(words) == 2
+    assert "traceEvents" in json.loads(trace.read_text())
+    assert main([*words[:-1], str(tmp_path / "no" / "trace.json")]) == 2
+    assert "no such file or directory" in capsys.readouterr().err
