@@ -46,6 +46,8 @@ class Session:
     """Place of the divider of the split view, as a share of the canvas widget's width."""
     selected: frozenset[int] = frozenset()
     """Numbers of the selected pins."""
+    selected_corner: int | None = None
+    """Number in the ring of the outline's corner that was gripped last."""
     selected_curve: int | None = None
     """Number of the curve that is being edited."""
     selected_knots: frozenset[int] = frozenset()

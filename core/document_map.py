@@ -8,8 +8,9 @@ so that the same document gives the same bits, on screen and in a file.
 import numpy as np
 
 from core.arrays import Points
+from core.curve_edit import through
 from core.curves import Curve
-from core.document import Document, WarpSettings, pixels_from_places
+from core.document import Document, Outline, WarpSettings, pixels_from_places, places_from_pixels
 from core.grid import Features, Grid, find_features
 from core.mapping.editing import Editing, Frame
 from core.mapping.handles import Handles
@@ -19,6 +20,9 @@ from core.raster import Raster
 from core.warps.outline import follow_outline
 from core.warps.presets import make_warp
 from core.warps.warp import Warp, compose, resize
+
+_EDGE_SAMPLES = 65
+"""Points of a side at which a cubic is fitted to it."""
 
 
 def grid_of(document: Document) -> Grid:
@@ -52,6 +56,21 @@ def handles_of(document: Document) -> Handles:
             for pair in document.curves
         ],
     )
+
+
+def outline_of(document: Document) -> Outline:
+    """Return the document's outline, or the one nearest to where the preset takes the picture's edge."""
+    if document.outline is not None:
+        return document.outline
+    u = np.linspace(0, 1, _EDGE_SAMPLES)
+    low, high = np.zeros_like(u), np.ones_like(u)
+    edges = [(u, low), (high, u), (1 - u, high), (low, 1 - u)]
+    preset = preset_of(document)
+    sides = []
+    for edge in edges:
+        pixels = preset(pixels_from_places(document.size_px, np.stack(edge, axis=-1)))
+        sides.append(through(places_from_pixels(document.canvas_px, pixels), u)[:3])
+    return Outline(np.concatenate(sides))
 
 
 def options_of(warp: WarpSettings) -> MappingOptions:

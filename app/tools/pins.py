@@ -14,6 +14,7 @@ from app.tools.grips import (
     aimed,
     drag_from,
     nearest,
+    nudge_px,
     places_from_screen,
     screen_from_places,
     within,
@@ -22,9 +23,6 @@ from core.arrays import Points
 from core.document import Document, Pin, Place, places_from_pixels
 
 PIN_PX = 5.0
-NUDGES: dict[str, Place] = {"left": (-1, 0), "right": (1, 0), "up": (0, -1), "down": (0, 1)}
-FAR_NUDGE = 10
-"""Canvas pixels of a nudge with Shift."""
 
 
 def targets_on_screen(editor: Editor) -> Points:
@@ -146,16 +144,16 @@ def remove(editor: Editor, numbers: Iterable[int]) -> None:
 def take_key(editor: Editor, key: Key) -> bool:
     """Remove, nudge or deselect the selected pins."""
     numbers = sorted(selected(editor))
+    step = nudge_px(key)
     if not numbers or key.mods.ctrl or key.mods.alt:
         return False
     if key.name in ("delete", "backspace"):
         remove(editor, numbers)
     elif key.name == "escape":
         editor.show(selected=frozenset())
-    elif key.name in NUDGES:
-        step = np.array(NUDGES[key.name]) * (FAR_NUDGE if key.mods.shift else 1) / editor.document.canvas_px
+    elif step is not None:
         places = np.array([editor.document.pins[number].to for number in numbers])
-        editor.slide("Nudge pins", with_targets(editor.document, numbers, places + step))
+        editor.slide("Nudge pins", with_targets(editor.document, numbers, places + step / editor.document.canvas_px))
     else:
         return False
     return True
