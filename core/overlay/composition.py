@@ -1,0 +1,191 @@
+"""Laying a texture into the cloth: I' = Wp T'(Wg) + α HF (NRT sec. 3.3), filtered where the folds shrink it.
+
+The filter is that of a graphics card, so that a shader shows the same: a pyramid of halved textures, and several
+samples along the direction that is shrunk most. It begins where the cloth holds more than `DENSITY` samples a pixel; a
+texture finer than that in the undeformed cloth is first resampled to it, as the mean texel is. So laying the mean texel
+on its own cloth gives the reconstruction, to the bit.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats, InputError, Singles
+
+DENSITY = 1.5
+"""Texture samples to a pixel of undeformed cloth."""
+TAPS = 8
+"""Most samples along the direction that is shrunk most."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """How a texture lies on the cloth."""
+
+    repeat: tuple[float, float] = (1.0, 1.0)
+    """Copies to a texel, across and down; 0.2 lays one copy over five texels."""
+    rotate_deg: float = 0.0
+    """Clockwise, in the plane of the undeformed cloth."""
+    offset: tuple[float, float] = (0.0, 0.0)
+    """By how many copies the texture is moved."""
+    mirror: bool = False
+    """Whether every second copy is mirrored, so that any picture joins without an edge."""
+    tile: bool = True
+    """Whether the texture repeats; otherwise one copy, its middle on the middle of the cloth."""
+
+    def __post_init__(self) -> None:
+        values = (*self.repeat, self.rotate_deg, *self.offset)
+        if not np.isfinite(values).all() or min(abs(r) for r in self.repeat) < 1e-6:
+            raise InputError("placement: repeat must not be 0, and every value must be a finite number")
+
+    def matrix(self, scale: Floats) -> Floats:
+        """Return the matrix (2, 2) that takes texels to copies; `scale` (2, 2) is pixels a texel."""
+        angle = np.radians(self.rotate_deg)
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        inner = np.linalg.inv(scale) @ turn @ scale
+        return np.asarray(np.diag(self.repeat) @ inner, np.float64)
+
+    def __call__(self, uv: Floats, scale: Floats, middle: Floats) -> Floats:
+        """Return places (..., 2) in copies of the texture; `middle` (2,) is the middle of the cloth in texels."""
+        matrix = self.matrix(scale)
+        # Turned and scaled about the middle of the cloth; whole copies there keep repeat 1 in step with the texels.
+        pivot = np.rint(middle)
+        at = (uv - pivot) @ matrix.T + pivot - np.array(self.offset)
+        return np.asarray(at) if self.tile else at - pivot + 0.5 - np.asarray((middle - pivot) @ matrix.T)
+
+
+def compose(
+    texture: Floats,
+    uv: Floats,
+    shading: Floats,
+    detail: Floats,
+    scale: Floats,
+    *,
+    placement: Placement | None = None,
+    alpha: float = 1.0,
+    strength: float = 1.0,
+) -> tuple[Floats, Floats]:
+    """Return Wp T'(Wg) + α HF (H, W, 3) and the opacity (H, W) of a texture (h, w, 3 or 4), 0 to 1, on the cloth.
+
+    `uv` (H, W, 2), `shading` (H, W) or (H, W, 3) and `detail` (H, W, 3) are NaN outside, where the opacity is 0.
+    """
+    placement = placement or Placement()
+    covered: Bools = finite(uv)
+    coloured = texture if texture.shape[-1] == 4 else np.concatenate([texture, np.ones_like(texture[..., :1])], -1)
+    middle = np.median(uv[covered], axis=0) if covered.any() else np.zeros(2)
+    light = relit(shading, strength)
+    colours = laid(coloured, placement, uv, scale, middle, covered)
+    wp = np.nan_to_num(light if light.ndim == 3 else light[..., None])
+    return wp * colours[..., :3] + alpha * np.nan_to_num(detail), colours[..., 3] * covered
+
+
+def relit(shading: Floats, strength: float) -> Floats:
+    """Return the shading with its contrast, in stops about the median, times `strength`."""
+    if strength == 1:
+        return shading
+    middle = np.nanmedian(shading)
+    return np.asarray(middle * (shading / middle) ** strength)
+
+
+def laid(texture: Floats, placement: Placement, uv: Floats, scale: Floats, middle: Floats, covered: Bools) -> Floats:
+    """Return the texture (H, W, 4), premultiplied by its opacity, as the cloth shows it; 0 outside."""
+    source = np.concatenate([texture[..., :3] * texture[..., 3:], texture[..., 3:]], -1)
+    density = np.linalg.norm(np.diag([*texture.shape[1::-1]]) @ placement.matrix(scale) @ np.linalg.inv(scale), axis=1)
+    if placement.mirror:
+        source = np.concatenate([source, source[:, ::-1]], 1)
+        source = np.concatenate([source, source[::-1]], 0)
+    source = thinned(source, density / DENSITY)
+    copies = placement(np.nan_to_num(uv), scale, middle)
+    at = copies / 2 if placement.mirror else copies
+    colours = filtered(source, np.where(covered[..., None], at, np.nan))
+    if not placement.tile:
+        inside = (copies.min(-1) >= 0) & (copies.max(-1) < 1)
+        colours = np.where(inside[..., None], colours, 0.0)
+    straight = colours[..., :3] / np.maximum(colours[..., 3:], 1e-6)
+    return np.concatenate([straight, colours[..., 3:]], -1)
+
+
+def thinned(texture: Floats, excess: Floats) -> Floats:
+    """Return the texture with fewer columns and rows where `excess` (2,) says there are that many times too many."""
+    h, w = texture.shape[:2]
+    size = max(1, round(w / max(1.0, excess[0]))), max(1, round(h / max(1.0, excess[1])))
+    if size == (w, h) or max(excess) < 1.05:
+        return texture
+    out = cv2.resize(texture, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(out, np.float64).reshape(size[1], size[0], -1)
+
+
+def filtered(texture: Floats, at: Floats) -> Floats:
+    """Return a repeating texture (h, w, C) at places (H, W, 2), in copies; NaN places give 0."""
+    covered = finite(at)
+    along, length, width = footprints(at, texture.shape[:2])
+    level = np.log2(np.clip(np.maximum(width, length / TAPS), 1, None))
+    taps = int(np.clip(np.ceil(length[covered].max(initial=1)), 1, TAPS))
+    place = np.nan_to_num(at)
+    total = np.zeros((*at.shape[:2], texture.shape[-1]))
+    reach = np.where(length > 1, length - np.maximum(width, 1), 0.0)[..., None] * along
+    for k in range(taps):
+        total += trilinear(texture, place + ((k + 0.5) / taps - 0.5) * reach, level)
+    return np.asarray(total / taps * covered[..., None], np.float64)
+
+
+def finite(at: Floats) -> Bools:
+    """Return which places (H, W) of (H, W, 2) are not NaN."""
+    return np.asarray(np.isfinite(at).all(-1), np.bool_)
+
+
+def footprints(at: Floats, size: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
+    """Return a pixel's footprint in the texture: its long axis (H, W, 2), in copies a sample, its length and width.
+
+    Length and width are over `DENSITY` samples.
+    """
+    samples = np.array(size[::-1], float)
+    columns = [steepness(at * samples / DENSITY, axis) for axis in (1, 0)]
+    J = np.stack(columns, -1)
+    # Singular values and the first left vector of a 2 x 2 matrix, from the angle that diagonalises J Jᵀ.
+    a, b, c = (J[..., 0, :] ** 2).sum(-1), (J[..., 0, :] * J[..., 1, :]).sum(-1), (J[..., 1, :] ** 2).sum(-1)
+    half, gap = (a + c) / 2, np.hypot((a - c) / 2, b)
+    angle = np.arctan2(b, (a - c) / 2) / 2
+    along = np.stack([np.cos(angle), np.sin(angle)], -1) * DENSITY / samples
+    return along, np.sqrt(half + gap), np.sqrt(np.maximum(half - gap, 0))
+
+
+def steepness(at: Floats, axis: int) -> Floats:
+    """Return the smaller of the differences to both neighbours along an axis: it does not see a jump between pieces."""
+    steps = np.diff(at, axis=axis)
+    pad = [(0, 0)] * at.ndim
+    pad[axis] = (1, 0)
+    before = np.pad(steps, pad, constant_values=np.nan)
+    pad[axis] = (0, 1)
+    after = np.pad(steps, pad, constant_values=np.nan)
+    sizes = [np.nan_to_num((step**2).sum(-1), nan=np.inf) for step in (before, after)]
+    return np.asarray(np.nan_to_num(np.where((sizes[0] <= sizes[1])[..., None], before, after)), np.float64)
+
+
+def trilinear(texture: Floats, at: Floats, level: Floats) -> Floats:
+    """Return the texture at places `at` between the two levels of its pyramid next to `level` (H, W)."""
+    total = np.zeros((*at.shape[:2], texture.shape[-1]))
+    current: Floats | None = texture
+    for k in range(int(np.ceil(level.max(initial=0))) + 1):
+        share = np.clip(1 - np.abs(level - k), 0, None)
+        if share.any():
+            total += share[..., None] * wrapped(texture if current is None else current, at)
+        current = halved(texture if current is None else current)
+    return total
+
+
+def halved(texture: Floats) -> Floats:
+    """Return the next level of a pyramid."""
+    h, w = texture.shape[:2]
+    size = max(1, w // 2), max(1, h // 2)
+    return np.asarray(cv2.resize(texture, size, interpolation=cv2.INTER_AREA), np.float64).reshape(size[1], size[0], -1)
+
+
+def wrapped(texture: Floats, at: Floats) -> Floats:
+    """Return a repeating texture at places (H, W, 2), in copies, bilinear."""
+    h, w = texture.shape[:2]
+    padded: Singles = np.pad(texture, ((1, 1), (1, 1), (0, 0)), mode="wrap").astype(np.float32)
+    inside = at - np.floor(at)
+    x, y = (inside[..., 0] * w + 0.5).astype(np.float32), (inside[..., 1] * h + 0.5).astype(np.float32)
+    return np.asarray(cv2.remap(padded, x, y, cv2.INTER_LINEAR), np.float64).reshape(*at.shape[:2], -1)

@@ -1,0 +1,178 @@
+"""The decomposition of a photo of patterned cloth into texel, mesh, shading and detail (NRT eq. 1).
+
+I(x) = Wp(x) T(Wg(x)) + HF(x)
+"""
+
+import time
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Singles
+from core.overlay.alignment import Frames
+from core.overlay.composition import filtered
+from core.overlay.fitting import Cloth, Fit, fit
+from core.overlay.lattice import Lattice
+from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring
+from core.overlay.registration import LEAST_SHADING, State
+from core.overlay.seeding import find_lattice, flat_canvas
+from core.overlay.stages import Stage
+from core.overlay.texel import Texel
+from core.overlay.vertices import vertices
+from core.progress import Job, Progress, part
+
+T = TypeVar("T")
+
+GAP = 3
+"""Texels between the coordinates of two pieces of cloth."""
+
+
+@dataclass(frozen=True)
+class Decomposition:
+    """The parts of a photo; pixels outside the cloth are NaN in `uv`, `shading` and `detail`."""
+
+    photo: Floats
+    """(H, W, 3), 0 to 1."""
+    uv: Singles
+    """(H, W, 2), texels."""
+    texel: Texel
+    shading: Singles
+    """(H, W), the factor Wp."""
+    detail: Singles
+    """(H, W, 3), HF = I - Wp T(Wg); NRT eq. 10 prints the opposite sign."""
+    reconstruction: Floats
+    """(H, W, 3), Wp T(Wg), 0 outside."""
+    coverage: Singles
+    """(H, W), 1 on cloth that the model explains, falling to 0 over the last pixels before its border."""
+    lattice: Lattice
+    """Its scores are the confidence of the quad to the lower right of each vertex, 0 to 1."""
+    basis: Floats
+    """S (2, 2), pixels of the undeformed cloth a texel."""
+    seconds: dict[str, float] = field(default_factory=dict)
+    """Time by stage."""
+
+    @property
+    def covered(self) -> Bools:
+        """Pixels that have texture coordinates."""
+        return np.asarray(np.isfinite(self.uv).all(-1), np.bool_)
+
+
+def decompose(
+    photo: Floats, *, region: Bools | None = None, texel_px: float | None = None, seed: int = 0
+) -> Job[Decomposition]:
+    """Split a photo (H, W, 3), 0 to 1, into texel, mesh, shading and detail.
+
+    `region` (H, W) says where cloth may be, `texel_px` about how large the side of a texel is. Raises
+    `NoPatternError` where no lattice is found.
+    """
+    seconds: dict[str, float] = {}
+    valid = np.ones(photo.shape[:2], bool) if region is None else region
+    canvas = flat_canvas(photo, valid)
+    search = find_lattice(canvas, np.random.default_rng(seed), texel_px=texel_px)
+    lattice = yield from timed(part(search, 0.0, 0.4), seconds)
+    yield Progress(0.4, "registering", Stage("lattice", lattice))
+    cloth, found = yield from timed(part(fit(photo, canvas, lattice, seed), 0.4, 0.95), seconds)
+    yield Progress(0.95, "splitting off the detail")
+    started = time.perf_counter()
+    result = split(cloth, found)
+    seconds["splitting off the detail"] = time.perf_counter() - started
+    return replace(result, seconds=seconds)
+
+
+def timed(job: Job[T], seconds: dict[str, float]) -> Job[T]:
+    """Run a job and add the time after each of its notes to `seconds`; what the watcher takes is not counted."""
+    note = "starting"
+    while True:
+        started = time.perf_counter()
+        try:
+            step = next(job)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        finally:
+            seconds[note] = seconds.get(note, 0.0) + time.perf_counter() - started
+        note = step.note
+        yield step
+
+
+def split(cloth: Cloth, found: Fit) -> Decomposition:
+    """Return the parts at every pixel."""
+    gauge = max(1.0, float(np.percentile(found.texel.pixels, 99.5)))
+    # The texel is rounded as its file is, so that the parts that are written recombine.
+    texel = Texel(np.rint(255 * np.clip(found.texel.pixels / gauge, 0, 1)) / 255)
+    pieces = apart(cloth, found.pieces)
+    uv, shading = painted(cloth, found.texel, pieces)
+    inside = np.isfinite(shading)
+    light = (shading * gauge).astype(np.float32)
+    coordinates = uv.astype(np.float32)
+    modelled = np.nan_to_num(light.astype(float))[..., None] * filtered(texel.pixels, coordinates.astype(float))
+    return Decomposition(
+        photo=cloth.photo,
+        uv=coordinates,
+        texel=texel,
+        shading=light,
+        detail=np.where(inside[..., None], cloth.photo - modelled, np.nan).astype(np.float32),
+        reconstruction=modelled,
+        coverage=feathered(inside).astype(np.float32),
+        lattice=whole_lattice(cloth, pieces, texel),
+        basis=cloth.basis,
+    )
+
+
+def apart(cloth: Cloth, pieces: tuple[State, ...]) -> list[State]:
+    """Return the pieces with their coordinates moved by whole texels so that no two share a vertex."""
+    moved: list[State] = []
+    right = -np.inf
+    for piece in pieces:
+        used = piece.uv[cloth.mesh.nodes_of(piece.cells)]
+        step = 0.0 if not moved else np.ceil(right + GAP - used[:, 0].min())
+        moved.append(replace(piece, uv=piece.uv + np.array([step, 0.0])))
+        right = max(right, float(used[:, 0].max() + step))
+    return moved
+
+
+def painted(cloth: Cloth, texel: Texel, pieces: list[State]) -> tuple[Floats, Floats]:
+    """Return coordinates (H, W, 2) and shading (H, W) of the pixels that a piece explains, NaN elsewhere.
+
+    Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
+    """
+    mesh, valid = cloth.mesh, cloth.valid.astype(float)
+    uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
+    best = np.full(valid.shape, LIMIT)
+    for piece in pieces:
+        at = mesh.smooth_to_pixels(piece.values)
+        rho = np.maximum(at[..., 2], LEAST_SHADING)
+        modelled = rho[..., None] * texel(at[..., :2])
+        bad = misfit(cloth.photo, modelled, rho, valid, texel, cloth.sigma_px / 2)
+        near = mesh.pixels_of(piece.cells | ring(piece.cells, np.ones_like(piece.cells), 1)) & cloth.valid
+        better = cleaned(near & (bad < best), cloth.sigma_px) & near
+        uv[better], shading[better], best[better] = at[better, :2], rho[better], bad[better]
+    return uv, shading
+
+
+def whole_lattice(cloth: Cloth, pieces: list[State], texel: Texel) -> Lattice:
+    """Return the vertices of all pieces, scored by how well the texture explains the quad to their lower right."""
+    parts = [vertices(cloth.mesh, piece) for piece in pieces]
+    scores = [confidence(cloth, piece, found, texel) for piece, found in zip(pieces, parts, strict=True)]
+    frames = Frames(
+        np.concatenate([found.frames.points for found in parts]),
+        np.concatenate([found.frames.bases for found in parts]),
+        np.concatenate(scores),
+    )
+    return Lattice(np.concatenate([found.keys for found in parts]), frames)
+
+
+def confidence(cloth: Cloth, piece: State, found: Lattice, texel: Texel) -> Floats:
+    """Return the share of the variance (K,) that is explained in the quad to the lower right of each vertex."""
+    at = cloth.mesh.to_pixels(piece.values)
+    bad = misfit(cloth.photo, at[..., 2:] * texel(at[..., :2]), at[..., 2], cloth.valid.astype(float), texel, 2.0)
+    inside = cloth.mesh.pixels_of(piece.cells)
+    quads = np.floor(at[inside, :2]).astype(np.int64)
+    low = np.minimum(quads.min(0), found.keys.min(0)) if len(found) else quads.min(0)
+    width = int(max(quads[:, 1].max(), found.keys[:, 1].max(initial=0)) - low[1] + 1)
+    number = (quads[:, 0] - low[0]) * width + quads[:, 1] - low[1]
+    keys = (found.keys[:, 0] - low[0]) * width + found.keys[:, 1] - low[1]
+    count = int(max(number.max(), keys.max(initial=0))) + 1
+    total, area = np.bincount(number, np.clip(1 - bad[inside], 0, 1), count), np.bincount(number, minlength=count)
+    return np.asarray(total[keys] / np.maximum(area[keys], 1), np.float64)

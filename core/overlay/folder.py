@@ -1,0 +1,147 @@
+"""The parts of a decomposition as a folder of files."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from core import color
+from core.arrays import Floats, InputError, Singles
+from core.files import atomic_folder
+from core.images import Image, load, save
+from core.overlay.decomposition import Decomposition
+from core.overlay.lattice import Lattice
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What laying a new texture needs of a decomposition."""
+
+    source: Image
+    uv: Singles
+    shading: Singles
+    detail: Singles
+    coverage: Singles
+    basis: Floats
+
+
+def encoded(image: Image) -> Floats:
+    """Return a picture's colours (H, W, 3) on the 0 to 1 scale of an encoded picture, alpha left out."""
+    colours = color.unit(image.pixels)[..., : color.color_channels(image.channels)]
+    if image.linear:
+        colours = color.encode(colours)
+    return np.broadcast_to(colours, (*colours.shape[:2], 3)).astype(np.float64)
+
+
+def write(found: Decomposition, source: Image, folder: Path) -> None:
+    """Write the parts into `folder`, which appears whole or stays as it was."""
+    with atomic_folder(folder) as place:
+        save(source, place / "source.png")
+        save(picture(found.texel.pixels), place / "texel.png")
+        save(picture(found.reconstruction), place / "reconstruction.png")
+        for name, key, array in (
+            ("texture_coords", "uv", found.uv),
+            ("shading", "shading", found.shading),
+            ("detail", "detail", found.detail),
+            ("coverage", "coverage", found.coverage),
+        ):
+            np.savez_compressed(place / f"{name}.npz", allow_pickle=False, **{key: array})
+        (place / "lattice.json").write_text(json.dumps(lattice_json(found.lattice)), encoding="utf-8")
+        (place / "report.json").write_text(json.dumps(report(found), indent=1) + "\n", encoding="utf-8")
+
+
+def picture(values: Floats) -> Image:
+    """Return values on the 0 to 1 scale as an 8-bit picture."""
+    return Image(color.quantise(values.astype(np.float32), np.uint8))
+
+
+def report(found: Decomposition) -> dict[str, object]:
+    """Return what `report.json` holds."""
+    return {
+        "image": list(found.photo.shape[:2]),
+        "texel_size": [float(np.linalg.norm(found.basis[:, k])) for k in (1, 0)],
+        "basis": found.basis.tolist(),
+        "lattice_vertices": len(found.lattice),
+        "coverage": float(found.covered.mean()),
+        "seconds": found.seconds,
+    }
+
+
+def lattice_json(lattice: Lattice) -> dict[str, object]:
+    """Return what `lattice.json` holds."""
+    rows = zip(lattice.keys.tolist(), lattice.frames.points.tolist(), lattice.frames.scores.tolist(), strict=True)
+    return {"vertices": [{"lattice": key, "at": point, "likeness": score} for key, point, score in rows]}
+
+
+def read_lattice(path: Path) -> tuple[list[tuple[int, int]], list[tuple[float, float]]]:
+    """Read integer coordinates and positions from a `lattice.json`.
+
+    Raises `InputError` that names the file and the fault: not JSON, a vertex without numbers, a doubled vertex.
+    """
+    try:
+        vertices = json.loads(path.read_text(encoding="utf-8"))["vertices"]
+        rows = [(vertex["lattice"], vertex["at"]) for vertex in vertices]
+        keys = [(int(i), int(j)) for (i, j), _ in rows if (int(i), int(j)) == (i, j)]
+        points = [(float(x), float(y)) for _, (x, y) in rows]
+    except OSError as fault:
+        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from None
+    except (ValueError, KeyError, TypeError):
+        raise InputError(f"{path}: not a lattice: vertices with whole 'lattice' and 'at' pairs are expected") from None
+    if len(keys) != len(points) or not np.isfinite(points).all():
+        raise InputError(f"{path}: a vertex has coordinates that are not whole, or a position that is not finite")
+    doubled = next((key for key in keys if keys.count(key) > 1), None)
+    if doubled is not None:
+        raise InputError(f"{path}: vertex {list(doubled)} comes twice")
+    return keys, points
+
+
+def read(folder: Path) -> Parts:
+    """Read the parts that `write` left in `folder`.
+
+    Raises `InputError` that names the file if one is missing, damaged, or of another picture.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder}: not a folder of a decomposition")
+    source = load(folder / "source.png")
+    size = (source.height_px, source.width_px)
+    document = read_report(folder / "report.json", size)
+    return Parts(
+        source,
+        uv=array(folder / "texture_coords.npz", "uv", [(*size, 2)]),
+        shading=array(folder / "shading.npz", "shading", [size, (*size, 3)]),
+        detail=array(folder / "detail.npz", "detail", [(*size, 3)]),
+        coverage=array(folder / "coverage.npz", "coverage", [size]),
+        basis=document,
+    )
+
+
+def read_report(path: Path, size: tuple[int, int]) -> Floats:
+    """Return the basis (2, 2) that a report holds, after checking that it is of a picture of that size."""
+    try:
+        found = cast("dict[str, Any]", json.loads(path.read_text(encoding="utf-8")))
+        image, basis = found["image"], np.asarray(found["basis"], np.float64)
+    except OSError as fault:
+        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from None
+    except (ValueError, KeyError, TypeError):
+        raise InputError(f"{path}: not the report of a decomposition") from None
+    if image != list(size):
+        raise InputError(f"{path}: is of a picture of {image}, not of {list(size)} as source.png")
+    if basis.shape != (2, 2) or not abs(np.linalg.det(basis)) > 1e-6:
+        raise InputError(f"{path}: 'basis' does not span the plane")
+    return basis
+
+
+def array(path: Path, key: str, shapes: list[tuple[int, ...]]) -> Singles:
+    """Return the array `key` of an .npz file of one of the given shapes."""
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            values = np.asarray(arrays[key], np.float32)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file or directory") from None
+    except Exception:  # noqa: BLE001  a damaged zip fails in many ways
+        raise InputError(f"{path}: not a readable array file with '{key}'") from None
+    if values.shape not in shapes:
+        raise InputError(f"{path}: '{key}' has shape {list(values.shape)}, not {list(shapes[0])}: of another picture?")
+    return values

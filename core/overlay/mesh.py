@@ -1,0 +1,148 @@
+"""The triangle mesh that carries texture coordinates and shading over the picture.
+
+Nodes form a regular grid on the picture, `cell` pixels apart, each square cut by the diagonal from its top left to its
+bottom right corner. A value at a pixel is the barycentric mean of three nodes (NRT eqs. 4 and 5), so it is linear in
+the nodes with weights that are the same in every cell.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from core.arrays import Bools, Floats, Ints
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A grid over a picture of `size` (H, W); node (r, c) lies at (c, r) * cell - 0.5."""
+
+    size: tuple[int, int]
+    cell: int
+
+    @property
+    def cells(self) -> tuple[int, int]:
+        """Rows and columns of cells; the last may reach past the picture."""
+        return -(-self.size[0] // self.cell), -(-self.size[1] // self.cell)
+
+    @property
+    def nodes(self) -> tuple[int, int]:
+        """Rows and columns of nodes."""
+        return self.cells[0] + 1, self.cells[1] + 1
+
+    @cached_property
+    def weights(self) -> Floats:
+        """(cell², 4): shares of the nodes top left, top right, bottom left, bottom right at each pixel of a cell."""
+        t = (np.arange(self.cell) + 0.5) / self.cell
+        x, y = (a.ravel() for a in np.meshgrid(t, t))
+        return np.stack([1 - np.maximum(x, y), np.maximum(x - y, 0), np.maximum(y - x, 0), np.minimum(x, y)], -1)
+
+    @cached_property
+    def corners(self) -> Ints:
+        """(rows, columns, 4): node numbers of each cell, as in `weights`."""
+        number = np.arange(self.nodes[0] * self.nodes[1]).reshape(self.nodes)
+        return np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]], -1)
+
+    def positions(self) -> Floats:
+        """Return the places (R, C, 2) of the nodes in the picture."""
+        y, x = np.indices(self.nodes).astype(float) * self.cell - 0.5
+        return np.stack([x, y], -1)
+
+    def to_pixels(self, values: Floats) -> Floats:
+        """Return node values (R, C, K) at the pixels (H, W, K), linear in each triangle."""
+        k = values.shape[-1]
+        inside = self.weights @ values.reshape(-1, k)[self.corners]
+        return self.from_cells(inside)
+
+    def smooth_to_pixels(self, values: Floats) -> Floats:
+        """Return node values (R, C, K) at the pixels (H, W, K) by bicubic interpolation."""
+        down, across = (
+            cubic_weights((np.arange(n) + 0.5) / self.cell, count)
+            for n, count in zip(self.size, self.nodes, strict=True)
+        )
+        planes = [down @ values[..., k] @ across.T for k in range(values.shape[-1])]
+        return np.stack(planes, -1)
+
+    def in_cells(self, image: Floats) -> Floats:
+        """Return an image (H, W, K) as (rows, columns, cell², K), zero past the picture."""
+        rows, columns = self.cells
+        h = self.cell
+        padded = np.zeros((rows * h, columns * h, image.shape[-1]))
+        padded[: self.size[0], : self.size[1]] = image
+        blocks = padded.reshape(rows, h, columns, h, -1).swapaxes(1, 2)
+        return blocks.reshape(rows, columns, h * h, -1)
+
+    def from_cells(self, blocks: Floats) -> Floats:
+        """Return (rows, columns, cell², K) as an image (H, W, K)."""
+        rows, columns = self.cells
+        h = self.cell
+        image = blocks.reshape(rows, columns, h, h, -1).swapaxes(1, 2).reshape(rows * h, columns * h, -1)
+        return image[: self.size[0], : self.size[1]]
+
+    def cell_means(self, image: Floats) -> Floats:
+        """Return the mean (rows, columns) of a plane (H, W) over each cell's part of the picture."""
+        inside = self.in_cells(np.stack([image, np.ones(self.size)], -1)).sum(2)
+        return np.asarray(inside[..., 0] / np.maximum(inside[..., 1], 1e-9))
+
+    def pixels_of(self, cells: Bools) -> Bools:
+        """Return which pixels (H, W) lie in marked cells."""
+        h = self.cell
+        return np.repeat(np.repeat(cells, h, 0), h, 1)[: self.size[0], : self.size[1]]
+
+    def nodes_of(self, cells: Bools) -> Bools:
+        """Return which nodes (R, C) are corners of marked cells."""
+        used = np.zeros(self.nodes, bool)
+        for dy in (0, 1):
+            for dx in (0, 1):
+                used[dy : dy + self.cells[0], dx : dx + self.cells[1]] |= cells
+        return used
+
+    def areas(self, values: Floats) -> Floats:
+        """Return twice the signed area (rows, columns, 2) of both triangles of each cell under a map (R, C, 2)."""
+        tl, tr, bl, br = (values.reshape(-1, 2)[self.corners[..., k]] for k in range(4))
+        return np.stack([cross(tr - tl, br - tl), cross(br - tl, bl - tl)], -1)
+
+    def bending(self, used: Bools) -> sparse.csr_array:
+        """Return the second differences among used nodes, by direction: one row each, a column for every node."""
+        number = np.arange(used.size).reshape(self.nodes)
+        rows: list[tuple[Ints, Floats]] = []
+        for a, b, c in ((number[:, :-2], number[:, 1:-1], number[:, 2:]), (number[:-2], number[1:-1], number[2:])):
+            rows.append((np.stack([a, b, c], -1).reshape(-1, 3), np.array([1.0, -2.0, 1.0])))
+        twist = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]], -1).reshape(-1, 4)
+        rows.append((twist, np.array([1.0, -1.0, -1.0, 1.0]) * np.sqrt(2)))
+        flat = used.ravel()
+        blocks = [stencil(nodes[flat[nodes].all(1)], weights, used.size) for nodes, weights in rows]
+        return sparse.csr_array(sparse.vstack(blocks))
+
+
+def stencil(nodes: Ints, weights: Floats, size: int) -> sparse.csr_array:
+    """Return a matrix with `weights` (k,) at the columns `nodes` (n, k)."""
+    count, width = nodes.shape
+    rows = np.repeat(np.arange(count), width)
+    return sparse.csr_array((np.tile(weights, count), (rows, nodes.ravel())), shape=(count, size))
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Return the z component of the product of plane vectors (..., 2)."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def cubic_weights(at: Floats, count: int) -> Floats:
+    """Return the (n, count) matrix that takes values at 0, 1, ... to places `at` (n,), by Catmull-Rom's cubic.
+
+    Past the first and last value the curve is continued in a straight line.
+    """
+    left = np.clip(np.floor(at).astype(np.int64), 0, count - 2)
+    t = at - left
+    shares = np.stack([-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2], -1) / 2
+    out = np.zeros((len(at), count + 2))
+    rows = np.arange(len(at))
+    for k in range(4):
+        out[rows, left + k] = shares[:, k]
+    # The values beyond both ends are 2 v0 - v1 and 2 v(n-1) - v(n-2).
+    out[:, 1] += 2 * out[:, 0]
+    out[:, 2] -= out[:, 0]
+    out[:, -2] += 2 * out[:, -1]
+    out[:, -3] -= out[:, -1]
+    return out[:, 1:-1]

@@ -1,0 +1,84 @@
+"""Which translations leave a texture as it is: tells a texel from its fractions and multiples.
+
+A basis that is too fine joins what differs in colour only (a checkerboard with a mark in every second check), one that
+is too coarse wastes observations. The texture is estimated twice, from two halves of the texels drawn at random. The
+product of what a translation changes in one half and in the other has the true squared change as its mean, whatever
+the noise, so that it is compared with the texture's variance without a model of the noise.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.arrays import Floats, Ints
+from core.overlay.basis import sublattices
+from core.overlay.texel import estimate_texel
+
+CHANGED = 0.02
+"""Share of the texture's variance over which a translation is no period."""
+MARKED = 0.25
+"""The same for the worst spot of a tenth of a texel: a small mark is part of the pattern."""
+SAMPLES = 24
+"""Samples along a side of one texel while testing."""
+
+
+@dataclass(frozen=True)
+class Halves:
+    """The texture of a block of `count` x `count` texels, estimated from two halves of the photo."""
+
+    first: Floats
+    second: Floats
+    count: int
+
+
+def estimate_halves(photo: Floats, uv: Floats, weight: Floats, count: int, seed: int) -> Halves:
+    """Return the texture over a block of texels of side `count`; `photo` (H, W, 3) has no shading."""
+    block = np.floor(uv / count).astype(np.int64)
+    draw = np.random.default_rng(seed).integers(0, 2, (512, 512)).astype(bool)
+    which = draw[block[..., 0] % 512, block[..., 1] % 512]
+    size = (SAMPLES * count, SAMPLES * count)
+    light = np.ones(weight.shape)
+    parts = [estimate_texel(photo, uv / count, light, weight * half, size).pixels for half in (which, ~which)]
+    return Halves(parts[0], parts[1], count)
+
+
+def change(halves: Halves, shift: Floats) -> tuple[float, float]:
+    """Return what a translation by `shift` texels changes: mean and worst spot, over the texture's variance."""
+    changes = [moved(part, shift / halves.count) - part for part in (halves.first, halves.second)]
+    mean = (halves.first + halves.second) / 2
+    variance = float(mean.var(axis=(0, 1)).sum())
+    product = (changes[0] * changes[1]).sum(-1)
+    sigma = SAMPLES / 10
+    pad = int(4 * sigma)
+    local = cv2.GaussianBlur(np.pad(product, pad, mode="wrap"), (0, 0), sigma)[pad:-pad, pad:-pad]
+    # Noise is as often negative as positive; a change is positive only.
+    worst = float(local.max()) + min(3 * float(local.min()), 0.0)
+    return float(product.mean()) / max(variance, 1e-9), worst / max(variance, 1e-9)
+
+
+def moved(pixels: Floats, shift: Floats) -> Floats:
+    """Return a periodic texture moved by a share (2,) of its sides."""
+    h, w = pixels.shape[:2]
+    phase = np.exp(-2j * np.pi * (np.fft.fftfreq(w) * w * shift[0] + (np.fft.fftfreq(h) * h * shift[1])[:, None]))
+    return np.asarray(np.fft.ifft2(np.fft.fft2(pixels, axes=(0, 1)) * phase[..., None], axes=(0, 1)).real)
+
+
+def is_period(halves: Halves, shift: Floats) -> bool:
+    """Return whether the texture is the same after a translation by `shift` texels."""
+    mean, worst = change(halves, np.asarray(shift, float))
+    return mean < CHANGED and worst < MARKED
+
+
+def coarser(halves: Halves) -> Ints:
+    """Return the finest sublattice (2, 2) of Z² that contains `count` Z² and has periods as steps."""
+    n = halves.count
+    periods = {(i, j) for i in range(n) for j in range(n) if is_period(halves, np.array([i, j], float))}
+    for index in range(1, n * n + 1):
+        if (n * n) % index:
+            continue
+        for basis in sublattices(index):
+            steps = {tuple(int(c) % n for c in basis @ np.array([a, b])) for a in range(n) for b in range(n)}
+            if steps <= periods and index * len(steps) == n * n:
+                return basis
+    return n * np.eye(2, dtype=np.int64)

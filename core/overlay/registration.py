@@ -1,0 +1,233 @@
+"""Joint registration of geometry and shading (NRT sec. 3.2).
+
+Unknown at each node of the mesh: the place m = S uv of the cloth, in pixels of the undeformed texture, and the shading
+ρ. With T the regular texture, the residual of a pixel in one channel and its derivatives (NRT eqs. 2 and 9) are
+
+    r = ρ T(uv) - I,    ∂r/∂m = ρ ∇T(uv) S⁻¹,    ∂r/∂ρ = T(uv).
+
+Minimised is Σ ψ(r) + λ² (|L m|² + λp² |L ρ|²) with Huber's ψ and L the second differences of the mesh, by Gauss-Newton
+with reweighting. The weights of a cell's pixels are the same in every cell, so a cell's part of the normal equations
+is the matrix Σ w g gᵀ of its pixels, g = (∂r/∂m, ∂r/∂ρ), times constant products of weights.
+"""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from scipy import sparse
+
+from core.arrays import Bools, Floats, Ints
+from core.factor import Factor
+from core.overlay.mesh import Mesh
+from core.overlay.texel import Texel
+from core.tracing import span
+
+PAIRS = [(a, b) for a in range(4) for b in range(a, 4)]
+SYMMETRIC = [(i, j) for i in range(3) for j in range(i, 3)]
+LEAST_SHADING = 0.02
+
+
+@dataclass(frozen=True)
+class State:
+    """Values at the nodes of a mesh, and the cells in which they count."""
+
+    uv: Floats
+    """(R, C, 2), texels."""
+    rho: Floats
+    """(R, C), shading."""
+    cells: Bools
+    """(rows, columns)."""
+
+    @property
+    def values(self) -> Floats:
+        """Coordinates and shading together, (R, C, 3)."""
+        return np.concatenate([self.uv, self.rho[..., None]], -1)
+
+
+@dataclass(frozen=True)
+class Smoothness:
+    """Weights of the second differences, over the median weight that the data gives a node."""
+
+    geometry: float = 0.3
+    shading: float = 1.0
+
+
+class System:
+    """The normal equations' pattern for a set of cells: built once, filled and solved for every step."""
+
+    def __init__(self, mesh: Mesh, cells: Bools) -> None:
+        used = mesh.nodes_of(cells)
+        self.nodes: Ints = np.flatnonzero(used)
+        self.count = len(self.nodes)
+        number = np.full(used.size, -1)
+        number[self.nodes] = np.arange(self.count)
+        self.corners: Ints = number[mesh.corners[cells]]
+        L = mesh.bending(used)[:, self.nodes]
+        bend = sparse.coo_array(L.T @ L)
+        self._bend = sparse.csr_array(bend)
+        self._bend_values = bend.data
+        self._products = np.stack([mesh.weights[:, a] * mesh.weights[:, b] for a, b in PAIRS], -1)
+        self._weights = mesh.weights
+        self._lay_out(bend)
+        self._factor: Factor | None = None
+
+    def _lay_out(self, bend: sparse.coo_array) -> None:
+        """Find the place of every entry that `_entries` gives in the lower triangle."""
+        n = self.count
+        blocks: list[tuple[Ints, Ints]] = [
+            (self.corners[:, a] + i * n, self.corners[:, b] + j * n)
+            for i in range(3)
+            for j in range(3)
+            for a in range(4)
+            for b in range(4)
+        ]
+        blocks += [(bend.row.astype(np.int64) + k * n, bend.col.astype(np.int64) + k * n) for k in range(3)]
+        rows = np.concatenate([r for r, _ in blocks])
+        columns = np.concatenate([c for _, c in blocks])
+        self._lower = rows >= columns
+        key = columns[self._lower] * (3 * n) + rows[self._lower]
+        unique, self._slot = np.unique(key, return_inverse=True)
+        self._pattern = (unique % (3 * n), unique // (3 * n))
+        self._diagonal = np.flatnonzero(self._pattern[0] == self._pattern[1])
+
+    def solve(self, moments: Floats, gradient: Floats, theta: Floats, smoothness: Smoothness) -> Floats:
+        """Return the change (3, n) of the unknowns `theta` (3, n).
+
+        `moments` (K, cell², 6) are w g gᵀ and `gradient` (K, cell², 3) w g r of the pixels of the K cells.
+        """
+        n = self.count
+        blocks = np.swapaxes(moments, 1, 2) @ self._products
+        pull = np.swapaxes(gradient, 1, 2) @ self._weights
+        bend = self._stiffness(blocks, smoothness)
+        rhs = np.stack([self._gathered(pull[:, i]) for i in range(3)]) + bend[:, None] * (self._bend @ theta.T).T
+        entries = np.concatenate([self._entries(blocks), *(b * self._bend_values for b in bend)])[self._lower]
+        values = np.bincount(self._slot, entries, len(self._pattern[0])).astype(np.float64)
+        # Nodes that neither data nor bending hold stay where they are.
+        values[self._diagonal] += np.repeat(1e-6 * bend, n) + 1e-9
+        if self._factor is None:
+            self._factor = Factor(sparse.csc_array((values, self._pattern), shape=(3 * n, 3 * n)))
+        else:
+            self._factor.factorise(values)
+        return -np.asarray(self._factor.solve(rhs.ravel()), np.float64).reshape(3, n)
+
+    def _gathered(self, at_corners: Floats) -> Floats:
+        """Return values (K, 4) at the corners of cells summed at the nodes (n,)."""
+        return np.asarray(np.bincount(self.corners.ravel(), at_corners.ravel(), self.count), np.float64)
+
+    def _stiffness(self, blocks: Floats, smoothness: Smoothness) -> Floats:
+        """Return the weights (3,) of the second differences of m_x, m_y and ρ, from the data's own weights."""
+        own = [PAIRS.index((a, a)) for a in range(4)]
+        x, y, rho = (self._gathered(blocks[:, SYMMETRIC.index((i, i))][:, own]) for i in range(3))
+        geometry = smoothness.geometry * float(np.median(x + y)) / 2
+        return np.array([geometry, geometry, smoothness.shading * float(np.median(rho))]) + 1e-9
+
+    def _entries(self, blocks: Floats) -> Floats:
+        """Return the entries of all cells' 12 x 12 blocks from their moments (K, 6, 10)."""
+        return np.concatenate(
+            [
+                blocks[:, SYMMETRIC.index((min(i, j), max(i, j))), PAIRS.index((min(a, b), max(a, b)))]
+                for i in range(3)
+                for j in range(3)
+                for a in range(4)
+                for b in range(4)
+            ]
+        )
+
+
+class Registration:
+    """Registers the regular texture with a photo over the cells in use.
+
+    Parameters
+    ----------
+    mesh
+        The mesh over the photo.
+    photo
+        (H, W, 3), 0 to 1.
+    weight
+        (H, W), 0 where a pixel says nothing: outside the region, transparent.
+    scale
+        S (2, 2), pixels of the undeformed texture from texels.
+    """
+
+    def __init__(self, mesh: Mesh, photo: Floats, weight: Floats, scale: Floats) -> None:
+        self.mesh, self.photo, self.scale = mesh, photo, scale
+        self._weight = mesh.in_cells(weight[..., None])[..., 0]
+        self._blurred: dict[float, Floats] = {}
+        self._system: tuple[Bools, System] | None = None
+
+    def run(self, state: State, texel: Texel, smoothness: Smoothness, *, rounds: int, blur_px: float = 0.0) -> State:
+        """Return the state after up to `rounds` Gauss-Newton steps on pictures blurred by `blur_px`."""
+        texel = texel.blurred(blur_px, self.scale)
+        photo = self._photo(blur_px)[state.cells]
+        system = self._system_of(state.cells)
+        for _ in range(rounds):
+            with span("registration step", unknowns=3 * system.count):
+                state, moved = self._step(system, state, texel, photo, smoothness)
+            if moved < 0.02:
+                break
+        return state
+
+    def _photo(self, blur_px: float) -> Floats:
+        """Return the photo blurred, by cells (rows, columns, cell², 3)."""
+        if blur_px not in self._blurred:
+            image = cv2.GaussianBlur(self.photo, (0, 0), blur_px) if blur_px > 0 else self.photo
+            self._blurred[blur_px] = self.mesh.in_cells(np.asarray(image, np.float64))
+        return self._blurred[blur_px]
+
+    def _system_of(self, cells: Bools) -> System:
+        if self._system is None or not np.array_equal(self._system[0], cells):
+            self._system = (cells, System(self.mesh, cells))
+        return self._system[1]
+
+    def _step(
+        self, system: System, state: State, texel: Texel, photo: Floats, smoothness: Smoothness
+    ) -> tuple[State, float]:
+        """Return the state after one Gauss-Newton step and how far it went, pixels."""
+        residual, slopes = self.linearised(state, texel, photo)
+        weight = self._weight[state.cells]
+        weight = weight * huber(np.sqrt((residual**2).mean(-1)), weight > 0)
+        moments = np.stack([(slopes[..., i] * slopes[..., j]).sum(-1) * weight for i, j in SYMMETRIC], -1)
+        gradient = np.einsum("kpc,kpci,kp->kpi", residual, slopes, weight)
+        m = state.uv.reshape(-1, 2)[system.nodes] @ self.scale.T
+        theta = np.concatenate([m.T, state.rho.ravel()[None, system.nodes]])
+        return self._moved(system, state, system.solve(moments, gradient, theta, smoothness))
+
+    def linearised(self, state: State, texel: Texel, photo: Floats) -> tuple[Floats, Floats]:
+        """Return residuals (K, cell², 3) and slopes (K, cell², 3, 3) by (m_x, m_y, ρ) in the K cells in use."""
+        at = self.mesh.weights @ state.values.reshape(-1, 3)[self.mesh.corners[state.cells]]
+        rho = at[..., 2:]
+        value, du, dv = texel.with_gradient(at[..., :2])
+        by_m = rho[..., None] * (np.stack([du, dv], -1) @ np.linalg.inv(self.scale))
+        return rho * value - photo, np.concatenate([by_m, value[..., None]], -1)
+
+    def _moved(self, system: System, state: State, step: Floats) -> tuple[State, float]:
+        """Return the state moved by as much of the step as folds no triangle, and the 95th percentile of the move."""
+        length = float(np.percentile(np.abs(step[:2]), 95))
+        # Far from the answer a step may point anywhere: none goes further than a few pixels.
+        limit = min(1.0, 3.0 / max(float(np.abs(step[:2]).max()), 1e-9)) if length > 1.5 else 1.0
+        uv = state.uv.reshape(-1, 2).copy()
+        uv[system.nodes] += (step[:2] * limit).T @ np.linalg.inv(self.scale).T
+        rho = state.rho.ravel().copy()
+        rho[system.nodes] = np.maximum(rho[system.nodes] + step[2], LEAST_SHADING)
+        uv = unfolded(self.mesh, state, uv.reshape(state.uv.shape))
+        return replace(state, uv=uv, rho=rho.reshape(state.rho.shape)), length
+
+
+def unfolded(mesh: Mesh, before: State, uv: Floats) -> Floats:
+    """Return the new coordinates, taken back where they would fold a triangle."""
+    sign = np.sign(np.median(mesh.areas(before.uv)[before.cells]))
+    for attempt in range(8):
+        folded = ((mesh.areas(uv) * sign).min(-1) <= 0) & before.cells
+        if not folded.any():
+            break
+        kernel = np.ones((3 + 2 * attempt, 3 + 2 * attempt), np.uint8)
+        back = cv2.dilate(mesh.nodes_of(folded).astype(np.uint8), kernel) > 0
+        uv = np.where(back[..., None], before.uv if attempt > 4 else (uv + before.uv) / 2, uv)
+    return uv
+
+
+def huber(size: Floats, used: Bools) -> Floats:
+    """Return Huber's weights for residuals of that size; the bend is at 1.345 robust standard deviations."""
+    spread = 1.4826 * float(np.median(size[used])) if used.any() else 1.0
+    bend = 1.345 * max(spread, 0.01)
+    return np.minimum(1.0, bend / np.maximum(size, 1e-9))

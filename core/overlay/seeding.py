@@ -1,0 +1,140 @@
+"""The search for a lattice: seeds from several detectors grow, and the best result wins."""
+
+import numpy as np
+
+from core.arrays import Bools, Floats, InputError, Points
+from core.overlay.alignment import Canvas, Frames, align, correlate
+from core.overlay.correlation import Proposal, propose
+from core.overlay.flattening import flatten
+from core.overlay.keypoints import propose_from_keypoints
+from core.overlay.lattice import Lattice, grow, mean_template, refined, seeded
+from core.overlay.stages import Stage
+from core.progress import Job, Progress
+
+LEAST_VERTICES = 9
+LIGHT_PX = 25.0
+"""Changes of light slower than this are taken out before patches are compared."""
+TRIALS, FINALISTS = 18, 3
+TRIAL_VERTICES = 25
+
+
+class NoPatternError(InputError):
+    """Nothing repeats in the picture, or not in both directions."""
+
+    def __init__(self, where: str = "the picture") -> None:
+        super().__init__(f"no repeating texture found in {where}")
+
+
+def flat_canvas(photo: Floats, valid: Bools) -> Canvas:
+    """Return the photo (H, W, 3) freed of slow changes of light, to be looked at inside `valid`."""
+    return Canvas(flatten(photo.astype(np.float32), valid, LIGHT_PX), valid.astype(np.float32)[..., None])
+
+
+def find_lattice(canvas: Canvas, rng: np.random.Generator, *, texel_px: float | None = None) -> Job[Lattice]:
+    """Return the best of the lattices that grow from several seeds and detectors.
+
+    `texel_px` is the side of a texel where the user knows it. Raises `NoPatternError` if there is no lattice.
+    """
+    valid = canvas.valid[..., 0] > 0
+    yield Progress(0.0, "correlating patches")
+    proposals = propose(canvas.image, valid, rng)
+    yield Progress(0.1, "clustering keypoints")
+    proposals = of_size(proposals + propose_from_keypoints(canvas.image, valid, rng), texel_px)
+    lattices: list[Lattice] = []
+    for number, proposal in enumerate(proposals[:TRIALS]):
+        yield Progress(0.2 + 0.3 * number / TRIALS, "trying seeds")
+        lattices.append(tried(canvas, proposal))
+    grown: list[Lattice] = []
+    for number, lattice in enumerate(finalists(lattices)):
+        note = "growing the lattice"
+        lattice = yield from full_grown(canvas, lattice, Progress(0.5 + 0.15 * number, note))
+        grown.append(lattice)
+    best = max(grown, key=merit, default=None)
+    if best is None or len(best) < LEAST_VERTICES:
+        raise NoPatternError
+    return best
+
+
+def of_size(proposals: list[Proposal], texel_px: float | None) -> list[Proposal]:
+    """Return the proposals, best first, of about the wanted size if one is given."""
+    ordered = sorted(proposals, key=lambda proposal: -proposal.support)
+    if texel_px is None:
+        return ordered
+    sides = [float(np.sqrt(abs(np.linalg.det(proposal.basis)))) for proposal in ordered]
+    return [proposal for proposal, side in zip(ordered, sides, strict=True) if 1 / 1.5 < side / texel_px < 1.5]
+
+
+def tried(canvas: Canvas, proposal: Proposal) -> Lattice:
+    """Return the small lattice that grows around a proposal."""
+    lattice, template = seeded(canvas, proposal.point, proposal.basis)
+    for grown in grow(canvas, lattice, template, most=TRIAL_VERTICES):
+        lattice = grown
+    return refined(canvas, lattice)[0] if len(lattice) > 4 else lattice
+
+
+def finalists(lattices: list[Lattice]) -> list[Lattice]:
+    """Return the most promising small lattices, of texels that differ in size."""
+    chosen: list[Lattice] = []
+    for lattice in sorted(lattices, key=promise, reverse=True):
+        sizes = [abs(np.log(lattice.texel_area / other.texel_area)) for other in chosen]
+        if promise(lattice) > 0 and min(sizes, default=1.0) > 0.4 and len(chosen) < FINALISTS:
+            chosen.append(lattice)
+    return chosen
+
+
+def full_grown(canvas: Canvas, lattice: Lattice, step: Progress, *, rounds: int = 2) -> Job[Lattice]:
+    """Return the lattice grown to its end, its template and outliers looked at anew in between."""
+    for _ in range(rounds):
+        for grown in grow(canvas, lattice, mean_template(canvas, lattice.frames)):
+            lattice = grown
+            yield Progress(step.fraction, step.note, Stage("lattice", lattice))
+        lattice, _ = refined(canvas, lattice)
+    return lattice
+
+
+def likeness(lattice: Lattice) -> float:
+    """Return how much better than chance the vertices match, 0 to 0.5."""
+    return float(np.clip(lattice.frames.scores.mean() - 0.5, 0, None)) if len(lattice) else 0.0
+
+
+def promise(lattice: Lattice) -> float:
+    """Return what a small lattice is worth: all of them may have grown alike, so area counts little."""
+    return likeness(lattice) ** 2 * min(len(lattice), TRIAL_VERTICES) if len(lattice) > 3 else 0.0
+
+
+def merit(lattice: Lattice) -> float:
+    """Return what a grown lattice is worth: the area it covers, by how alike its texels are."""
+    return likeness(lattice) ** 2 * len(lattice) * lattice.texel_area
+
+
+def scattered(valid: Bools, rng: np.random.Generator, count: int) -> Points:
+    """Return up to `count` random places (n, 2) in `valid`."""
+    y, x = np.nonzero(valid)
+    chosen = rng.permutation(len(x))[:count]
+    return np.stack([x[chosen], y[chosen]], -1).astype(np.float64)
+
+
+def find_piece(canvas: Canvas, known: Lattice, basis: Floats, rng: np.random.Generator) -> Lattice | None:
+    """Return a further part of the cloth with the texel of a known lattice, in any direction, or None.
+
+    `canvas` is valid where no part has been found yet. `basis` are the vectors of the known texel.
+    """
+    template = mean_template(canvas.everywhere(), known.frames)
+    points = scattered(canvas.valid[..., 0] > 0, rng, 500)
+    angles = np.arange(0, 2 * np.pi, np.pi / 9)
+    turns = np.array([[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in angles])
+    bases = turns @ basis
+    where = np.repeat(points, len(turns), 0)
+    bases = np.tile(bases, (len(points), 1, 1))
+    scores = correlate(canvas, template, where, bases)
+    best = np.argsort(-scores)[:60]
+    found = align(canvas, template, Frames(where[best], bases[best], scores[best]))
+    for row in np.argsort(-found.scores)[:4]:
+        if found.scores[row] < 0.6:
+            break
+        lattice = Lattice(np.zeros((1, 2), np.int64), found[np.array([row])])
+        for grown in grow(canvas, lattice, template):
+            lattice = grown
+        if len(lattice) >= 4 and likeness(lattice) > 0.1:
+            return lattice
+    return None

@@ -1,0 +1,19 @@
+"""What a running decomposition can show."""
+
+from dataclasses import dataclass
+
+from core.arrays import Floats
+from core.overlay.lattice import Lattice
+from core.overlay.texel import Texel
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What is known so far, at the working size; the preview of a step."""
+
+    name: str
+    """"lattice", "texel", "mesh"."""
+    lattice: Lattice | None = None
+    texel: Texel | None = None
+    uv: Floats | None = None
+    """(H, W, 2), texels, NaN where not covered."""

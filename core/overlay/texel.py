@@ -1,0 +1,140 @@
+"""The mean texel: one period of the regular texture, estimated from the registered photo.
+
+Sample (i, j) of an h x w texel lies at u = (j + 0.5) / w, v = (i + 0.5) / h; it repeats in both directions.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats, Singles
+
+BORDER = 3
+
+
+@dataclass(frozen=True)
+class Texel:
+    """Colours (h, w, 3), 0 to 1, of one texel."""
+
+    pixels: Floats
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width in samples."""
+        return self.pixels.shape[0], self.pixels.shape[1]
+
+    @cached_property
+    def _padded(self) -> Singles:
+        return np.pad(self.pixels, ((BORDER, BORDER), (BORDER, BORDER), (0, 0)), mode="wrap").astype(np.float32)
+
+    @cached_property
+    def _slopes(self) -> tuple[Singles, Singles]:
+        """Derivatives by u and v, central differences, padded."""
+        h, w = self.size
+        du, dv = (
+            (np.roll(self.pixels, -1, axis) - np.roll(self.pixels, 1, axis)) * (n / 2) for axis, n in ((1, w), (0, h))
+        )
+        pad = ((BORDER, BORDER), (BORDER, BORDER), (0, 0))
+        return np.pad(du, pad, mode="wrap").astype(np.float32), np.pad(dv, pad, mode="wrap").astype(np.float32)
+
+    def places(self, uv: Floats) -> tuple[Singles, Singles]:
+        """Return columns and rows in the padded texel of coordinates (..., 2)."""
+        h, w = self.size
+        inside = uv - np.floor(uv)
+        x, y = inside[..., 0] * w - 0.5 + BORDER, inside[..., 1] * h - 0.5 + BORDER
+        return x.astype(np.float32), y.astype(np.float32)
+
+    def __call__(self, uv: Floats) -> Floats:
+        """Return T(uv) (H, W, 3), bilinear, for uv (H, W, 2)."""
+        x, y = self.places(uv)
+        return np.asarray(cv2.remap(self._padded, x, y, cv2.INTER_LINEAR), np.float64)
+
+    def with_gradient(self, uv: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return T, ∂T/∂u and ∂T/∂v (H, W, 3) at uv (H, W, 2)."""
+        x, y = self.places(uv)
+        fields = (self._padded, *self._slopes)
+        value, du, dv = (np.asarray(cv2.remap(f, x, y, cv2.INTER_LINEAR), np.float64) for f in fields)
+        return value, du, dv
+
+    def blurred(self, sigma_px: float, scale: Floats) -> "Texel":
+        """Return the texel under the blur that the photo gets by `sigma_px`; `scale` is pixels a texel (2, 2)."""
+        if sigma_px <= 0:
+            return self
+        h, w = self.size
+        # Covariance of the blur in texels: S⁻¹ S⁻ᵀ σ², in the frequency domain, where the texel's periods are exact.
+        inverse = np.linalg.inv(scale)
+        covariance = inverse @ inverse.T * sigma_px**2
+        fv, fu = np.fft.fftfreq(h) * h, np.fft.fftfreq(w) * w
+        u, v = np.meshgrid(fu, fv)
+        power = covariance[0, 0] * u * u + 2 * covariance[0, 1] * u * v + covariance[1, 1] * v * v
+        spectrum = np.fft.fft2(self.pixels, axes=(0, 1)) * np.exp(-2 * np.pi**2 * power)[..., None]
+        return Texel(np.fft.ifft2(spectrum, axes=(0, 1)).real)
+
+    def tiled(self, rows: int, columns: int) -> Floats:
+        """Return the regular texture of that many texels."""
+        return np.tile(self.pixels, (rows, columns, 1))
+
+
+def estimate_texel(
+    photo: Floats, uv: Floats, shading: Floats, weight: Floats, size: tuple[int, int], *, rounds: int = 6
+) -> Texel:
+    """Return the robust mean appearance of a texel of `size` (h, w) over the registered photo.
+
+    Minimises Σ w ψ(ρ T(uv) - I) over T. The first round gathers the colours that each sample is seen with; the others
+    gather what is still missing, which takes out the blur of sharing a pixel among four samples. `photo` (H, W, 3),
+    `uv` (H, W, 2), `shading` and `weight` (H, W).
+    """
+    use = weight > 0
+    colours, light, w = photo[use], shading[use], weight[use]
+    index, share = splat(uv[use], size)
+    pixels = np.zeros((*size, photo.shape[-1]))
+    robust = w
+    for _ in range(rounds):
+        missing = colours - light[:, None] * Texel(pixels)(uv)[use]
+        if pixels.any():
+            error = np.abs(missing).mean(-1)
+            bend = 2.0 * float(np.median(error)) + 1e-3
+            robust = w * np.minimum(1, (bend / np.maximum(error, 1e-9)) ** 2)
+        pixels = pixels + gathered(index, share, missing, light, robust, size)
+    return Texel(np.clip(pixels, 0, None))
+
+
+def splat(at: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
+    """Return the sample numbers and shares (4, n) of coordinates (n, 2) in a texel of `size`."""
+    h, w = size
+    x, y = at[:, 0] * w - 0.5, at[:, 1] * h - 0.5
+    left, top = np.floor(x), np.floor(y)
+    fx, fy = x - left, y - top
+    columns = [(left.astype(np.int64) + k) % w for k in (0, 1)]
+    rows = [(top.astype(np.int64) + k) % h for k in (0, 1)]
+    index = np.stack([rows[b] * w + columns[a] for b in (0, 1) for a in (0, 1)])
+    return index, np.stack([(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy])
+
+
+def gathered(
+    index: Floats, share: Floats, colours: Floats, light: Floats, weight: Floats, size: tuple[int, int]
+) -> Floats:
+    """Return the weighted mean colours (h, w, 3); samples that nothing reached take their neighbours'."""
+    count = size[0] * size[1]
+    mass = np.bincount(index.ravel(), (share * weight * light**2).ravel(), count).reshape(size).astype(np.float64)
+    sums = [
+        np.bincount(index.ravel(), (share * weight * light * colours[:, c]).ravel(), count).reshape(size)
+        for c in range(colours.shape[1])
+    ]
+    return filled(np.stack(sums, -1), mass)
+
+
+def filled(sums: Floats, mass: Floats) -> Floats:
+    """Return sums over mass; where mass is small, a blurred ratio of both is mixed in."""
+    little = 0.02 * max(float(np.median(mass)), float(mass.mean()) * 0.1, 1e-12)
+    wide, base = (np.pad(a, [(8, 8), (8, 8)] + [(0, 0)] * (a.ndim - 2), mode="wrap") for a in (sums, mass))
+    soft = [cv2.GaussianBlur(a, (0, 0), 2.0)[8:-8, 8:-8] for a in (wide, base)]
+    near = soft[0] / np.maximum(soft[1], 1e-12)[..., None]
+    return np.asarray((sums + little * near) / (mass + little)[..., None], np.float64)
+
+
+def covered(uv: Floats) -> Bools:
+    """Return which pixels (H, W) have coordinates."""
+    return np.asarray(np.isfinite(uv).all(-1), np.bool_)

@@ -1,0 +1,129 @@
+"""`weft decompose` and `weft overlay`, from file to file."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from core.images import Image, load, save
+from tests.core.overlay_scenes import make_scene, motif
+
+
+def stored(values: object) -> Image:
+    return Image(np.rint(255 * np.clip(np.asarray(values), 0, 1)).astype(np.uint8))
+
+
+@pytest.fixture(scope="module")
+def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("photo") / "photo.png"
+    save(stored(make_scene(motif()).photo), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(photo: Path) -> Path:
+    place = photo.parent / "parts"
+    assert main(["decompose", str(photo), "-o", str(place)]) == 0
+    return place
+
+
+def failing(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    """Run a command that must fail with status 2 and return its one line."""
+    assert main([str(word) for word in words]) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("weft: error: ")
+    return lines[0]
+
+
+def test_folder_holds_the_parts(photo: Path, folder: Path) -> None:
+    report = json.loads((folder / "report.json").read_text())
+    image = load(photo).pixels
+    assert report["image"] == list(image.shape[:2])
+    assert report["lattice_vertices"] == len(json.loads((folder / "lattice.json").read_text())["vertices"])
+    uv, detail = np.load(folder / "texture_coords.npz")["uv"], np.load(folder / "detail.npz")["detail"]
+    shading = np.load(folder / "shading.npz")["shading"]
+    inside = np.isfinite(uv).all(-1)
+    assert report["coverage"] == pytest.approx(inside.mean())
+    assert np.isfinite(shading[inside]).all()
+    whole = load(folder / "reconstruction.png").pixels / 255 + detail - image / 255
+    assert np.abs(whole[inside]).max() < 0.006
+    assert (load(folder / "source.png").pixels == image).all()
+
+
+def test_the_original_texel_gives_the_photo_back(photo: Path, folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "back.png"
+    assert main(["overlay", str(folder), "--texture", str(folder / "texel.png"), "-o", str(out)]) == 0
+    assert np.abs(load(out).pixels.astype(int) - load(photo).pixels).max() <= 1
+
+
+def test_a_new_texture_hides_the_old_pattern(photo: Path, folder: Path, tmp_path: Path) -> None:
+    save(stored(np.full((8, 8, 3), 0.6)), tmp_path / "plain.png")
+    out = tmp_path / "new.png"
+    words = ["overlay", str(folder), "--texture", str(tmp_path / "plain.png"), "-o", str(out), "--shading", "0"]
+    assert main(words) == 0
+    assert load(photo).pixels[40:130, 40:150].std() > 40
+    assert load(out).pixels[40:130, 40:150].std() < 6
+
+
+def test_a_missing_photo_is_named_and_nothing_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    line = failing(capsys, "decompose", tmp_path / "none.png", "-o", tmp_path / "parts")
+    assert "none.png" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_picture_without_repeats_is_refused_and_leaves_the_folder(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save(stored(np.random.default_rng(0).random((90, 110, 3))), tmp_path / "noise.png")
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    line = failing(capsys, "decompose", tmp_path / "noise.png", "-o", folder)
+    assert line == f"weft: error: no repeating texture found in {tmp_path / 'noise.png'}"
+    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+
+
+def test_an_empty_or_wrong_mask_is_named(photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    size = load(photo).pixels.shape[:2]
+    save(stored(np.zeros((*size, 1))), tmp_path / "empty.png")
+    save(stored(np.ones((5, 5, 1))), tmp_path / "small.png")
+    for name in ("empty.png", "small.png"):
+        line = failing(capsys, "decompose", photo, "-o", tmp_path / "parts", "--region", tmp_path / name)
+        assert name in line
+    assert not (tmp_path / "parts").exists()
+
+
+@pytest.mark.parametrize("name", ["texture_coords.npz", "shading.npz", "detail.npz", "report.json", "source.png"])
+def test_a_damaged_or_missing_part_is_named(
+    name: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = tmp_path / "parts"
+    copy.mkdir()
+    for file in folder.iterdir():
+        (copy / file.name).write_bytes(file.read_bytes())
+    words = ("overlay", copy, "--texture", folder / "texel.png", "-o", tmp_path / "out.png")
+    (copy / name).write_bytes(b"junk")
+    assert name in failing(capsys, *words)
+    (copy / name).unlink()
+    assert name in failing(capsys, *words)
+    assert not (tmp_path / "out.png").exists()
+
+
+def test_parts_of_another_picture_are_refused(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copy = tmp_path / "parts"
+    copy.mkdir()
+    for file in folder.iterdir():
+        (copy / file.name).write_bytes(file.read_bytes())
+    np.savez(copy / "shading.npz", shading=np.ones((7, 9), np.float32))
+    line = failing(capsys, "overlay", copy, "--texture", folder / "texel.png", "-o", tmp_path / "out.png")
+    assert "shading.npz" in line
+    assert "another picture" in line
+
+
+@pytest.mark.parametrize("words", [["--repeat", "0,1"], ["--repeat", "a,b"], ["--detail", "nan"], ["--rotate", "x"]])
+def test_impossible_options_are_refused(
+    words: list[str], folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    failing(capsys, "overlay", folder, "--texture", folder / "texel.png", "-o", tmp_path / "out.png", *words)
+    assert not (tmp_path / "out.png").exists()
