@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import OpenImageIO
 
-from core import color
+from core import color, webp_exif
 from core.arrays import Bytes, InputError, Pixels, readonly
 from core.files import atomic_file
 
@@ -108,8 +108,9 @@ def load(path: Path | str) -> Image:
     wish = OpenImageIO.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)
     source = OpenImageIO.ImageInput.open(str(path), wish)
+    fault = OpenImageIO.geterror()
     if source is None:
-        raise InputError(f"{path}: {_open_fault(path, OpenImageIO.geterror())}")
+        raise InputError(f"{path}: {_open_fault(fault)}")
     try:
         spec = source.spec()
         pixels = source.read_image(0, 0, 0, spec.nchannels, _reading_depth(spec))
@@ -118,6 +119,8 @@ def load(path: Path | str) -> Image:
         source.close()
     if pixels is None or "remature end" in fault:
         raise InputError(f"{path}: the image is damaged or cut short")
+    if source.format_name() == "webp":
+        spec = _with_exif(spec, path)
     return _image_from_file(np.asarray(pixels), spec)
 
 
@@ -180,11 +183,18 @@ def _check_readable(path: Path) -> None:
         raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
 
 
-def _open_fault(path: Path, fault: str) -> str:
-    """Say in one line why OpenImageIO cannot open `path`."""
-    if OpenImageIO.ImageInput.create(str(path)) is None or "format reader" in fault:
-        return "not an image of a known format"
-    return "not an image, damaged or cut short"
+def _open_fault(fault: str) -> str:
+    """Say in one line why OpenImageIO cannot open a file."""
+    return "not an image of a known format" if "format reader" in fault else "not an image, damaged or cut short"
+
+
+def _with_exif(spec: OpenImageIO.ImageSpec, path: Path) -> OpenImageIO.ImageSpec:
+    """Return the description of the WebP file `path` with its EXIF entries."""
+    entries = webp_exif.read_exif(path)
+    for entry in entries.extra_attribs if entries is not None else ():
+        if not entry.name.startswith(_STRUCTURE):
+            spec.attribute(entry.name, entry.type, entry.value)
+    return spec
 
 
 def _reading_depth(spec: OpenImageIO.ImageSpec) -> Any:
@@ -238,6 +248,7 @@ def upright(pixels: Pixels, orientation: int) -> Pixels:
 
 
 _STRUCTURE = ("ICCProfile", "oiio:", "png:", "tiff:", "jpeg:", "openexr:", "webp:", "gif:", "thumbnail", "screenWindow")
+_SHORT = {"uint8", "uint16", "int16", "uint"}
 _STRUCTURE_NAMES = {"Orientation", "compression", "planarconfig", "Exif:PixelXDimension", "Exif:PixelYDimension"}
 
 
@@ -310,14 +321,17 @@ def _write(image: Image, place: Path, path: Path, *, quality: int) -> None:
     sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
     if sink is None:
         raise InputError(f"{path}: {_first_line(OpenImageIO.geterror())}")
+    spec = _spec(image, suffix, quality)
     with _staged(place, pixels.nbytes + len(image.icc or b"")) as name:
         try:
-            done = sink.open(name, _spec(image, suffix, quality)) and sink.write_image(pixels)
+            done = sink.open(name, spec) and sink.write_image(pixels)
             fault = sink.geterror()
         finally:
             closed = sink.close()
         if not (done and closed):
             raise InputError(f"{path}: cannot be written: {_first_line(fault or sink.geterror())}")
+    if suffix == ".webp" and image.metadata:
+        webp_exif.add_exif(place, spec)
 
 
 @contextmanager
@@ -346,7 +360,8 @@ def _spec(image: Image, suffix: str, quality: int) -> OpenImageIO.ImageSpec:
         image.width_px, image.height_px, image.channels, str(image.pixels.dtype).replace("32", "")
     )
     for name, kind, value in image.metadata:
-        spec.attribute(name, OpenImageIO.TypeDesc(kind), value)
+        # Short integers are left out of EXIF by OpenImageIO, plain ones are not.
+        spec.attribute(name, OpenImageIO.TypeDesc("int" if kind in _SHORT else kind), value)
     spec.attribute("Orientation", 1)
     profile = usable_profile(image.icc, image.channels)
     if profile is not None:
