@@ -1,8 +1,8 @@
 // Resampling of the picture: cubic convolution (Keys 1981, a = -1/2), stretched to the footprint where it shrinks.
 
-uniform sampler2D picture;     // linear light, premultiplied; levels base_level .. top_level of the pyramid
-uniform ivec2 picture_size;    // whole picture in pixels
-uniform ivec2 window_origin;   // source pixel that is the texture's first
+uniform sampler2D picture;    // linear light, premultiplied: the base level, at its right the coarser ones
+uniform ivec2 picture_size;   // whole picture in pixels
+uniform ivec4 window;         // source pixel that is the texture's first; size of the base level in texels
 uniform int base_level;
 
 float cubic(float x) {
@@ -16,25 +16,31 @@ vec4 cubic_weights(float t) {
     return vec4(-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * t3 - 0.5 * t2);
 }
 
-// One texel of a level; the picture's border repeats outwards.
-vec4 texel(ivec2 at, int level) {
-    ivec2 last = (picture_size - 1) >> level;
-    return texelFetch(picture, clamp(at, ivec2(0), last) - (window_origin >> level), level - base_level);
+// Place in the texture of the first texel of a level of the whole picture.
+ivec2 level_origin(int level) {
+    int above = level - base_level;
+    ivec2 place = above > 0 ? ivec2(window.z, window.w - (window.w >> (above - 1))) : ivec2(0);
+    return place - (window.xy >> level);
 }
 
-vec4 interpolated(ivec2 at, vec2 t, int level) {
+// One texel of a level; the picture's border repeats outwards.
+vec4 texel(ivec2 at, ivec2 last, ivec2 origin) {
+    return texelFetch(picture, clamp(at, ivec2(0), last) + origin, 0);
+}
+
+vec4 interpolated(ivec2 at, vec2 t, ivec2 last, ivec2 origin) {
     vec4 wx = cubic_weights(t.x), wy = cubic_weights(t.y);
     vec4 sum = vec4(0.0);
     for (int y = 0; y < 4; y++) {
         vec4 row = vec4(0.0);
-        for (int x = 0; x < 4; x++) row += wx[x] * texel(at + ivec2(x - 1, y - 1), level);
+        for (int x = 0; x < 4; x++) row += wx[x] * texel(at + ivec2(x - 1, y - 1), last, origin);
         sum += wy[y] * row;
     }
     return sum;
 }
 
 // Sum over the texels with |K d| <= 2 in both components, row by row: the support is a parallelogram.
-vec4 averaged(ivec2 at, vec2 t, vec3 K, int level) {
+vec4 averaged(ivec2 at, vec2 t, vec3 K, ivec2 last, ivec2 origin) {
     float det = K.x * K.z - K.y * K.y;
     float reach = 2.0 * (K.x + abs(K.y)) / det;
     vec4 sum = vec4(0.0);
@@ -48,7 +54,7 @@ vec4 averaged(ivec2 at, vec2 t, vec3 K, int level) {
         for (float x = ceil(t.x + max(low.x, low.y)); x <= right; x += 1.0) {
             float dx = x - t.x;
             float weight = cubic(K.x * dx + K.y * dy) * cubic(K.y * dx + K.z * dy);
-            sum += weight * texel(at + ivec2(int(x), int(y)), level);
+            sum += weight * texel(at + ivec2(int(x), int(y)), last, origin);
             total += weight;
         }
     }
@@ -65,5 +71,6 @@ vec4 filtered(vec2 whole, vec2 fraction, vec3 kernel, int level) {
     at += ivec2(low);
     t -= low;
     bool plain = abs(kernel.x - 1.0) + abs(kernel.y) + abs(kernel.z - 1.0) < 1e-4;
-    return plain ? interpolated(at, t, level) : averaged(at, t, kernel, level);
+    ivec2 last = (picture_size - 1) >> level, origin = level_origin(level);
+    return plain ? interpolated(at, t, last, origin) : averaged(at, t, kernel, last, origin);
 }

@@ -76,7 +76,7 @@ void choose_filter(mat2 J) {
     float gap = 2.0 * spread;
     float b = gap > 1e-6 * mean ? (1.0 / major - 1.0 / minor) / gap : 0.0;
     float a = 1.0 / major - b * (mean + spread);
-    level = clamp(int(floor(log2(minor) + 1e-4)), base_level, top_level);
+    level = clamp(int(floor(log2(minor / 1.5))), base_level, top_level);
     kernel = (vec3(a, 0.0, a) + b * vec3(C[0][0], C[0][1], C[1][1])) * exp2(float(level));
 }
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from app.render import gpu
 from app.render.mesh import Mesh, mesh_viewport, window_uniforms
-from app.render.programs import Programs
+from app.render.programs import programs_of
 from app.render.source import DEFAULT_LIMITS, Box, Limits, Source
 from core import tracing
 from core.arrays import InputError, Pixels, Points
@@ -111,7 +111,7 @@ class TileTarget:
     def __init__(self, context: moderngl.Context, image: Image, side: int, limits: Limits) -> None:
         self.side = side
         self._context = context
-        self._programs = Programs(context)
+        self._programs = programs_of(context)
         self._source = Source(context, image, exact=True, limits=limits)
         self._linear = image.linear
         depth = {"u1": "f1", "u2": "nu2", "f4": "f4"}[image.pixels.dtype.str[1:]]
@@ -122,7 +122,7 @@ class TileTarget:
     def mesh_of(self, rest: Points, moved: Points) -> None:
         """Take the grid to draw, in source pixels and in output pixels."""
         rows, columns = rest.shape[:2]
-        self._mesh = Mesh(self._context, self._programs, (rows, columns))
+        self._mesh = Mesh(self._context, (rows, columns))
         self._mesh.place(rest, moved)
 
     def draw(self, box: Box, out: Pixels) -> None:

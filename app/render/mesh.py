@@ -9,7 +9,7 @@ from functools import cache
 import moderngl
 import numpy as np
 
-from app.render.programs import Programs, set_uniforms
+from app.render.programs import programs_of, set_uniforms
 from app.render.source import Box, Window
 from core.arrays import Bools, Floats, Ints, Points, Singles
 
@@ -23,9 +23,9 @@ MOST_ANISOTROPY = 16.0
 class Mesh:
     """A grid of R x C nodes, R and C at least 2, with source and output positions."""
 
-    def __init__(self, context: moderngl.Context, programs: Programs, shape: tuple[int, int]) -> None:
+    def __init__(self, context: moderngl.Context, shape: tuple[int, int]) -> None:
         self.shape = shape
-        self._programs = programs
+        self._programs = programs_of(context)
         self._context = context
         rows, columns = shape
         self._rest_nodes = context.texture((columns, rows), 4, dtype="f4")
@@ -96,7 +96,7 @@ def window_uniforms(window: Window, size: tuple[int, int]) -> dict[str, object]:
     return {
         "picture": 2,
         "picture_size": size,
-        "window_origin": window.box[:2],
+        "window": (*window.box[:2], *window.base_size),
         "base_level": window.base,
         "top_level": window.top,
     }

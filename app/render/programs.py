@@ -40,6 +40,13 @@ class Programs:
         self._fullscreen[fragment].render(moderngl.TRIANGLES, vertices=3)
 
 
+def programs_of(context: moderngl.Context) -> Programs:
+    """Return the one `Programs` of `context`."""
+    if not isinstance(context.extra, Programs):
+        context.extra = Programs(context)
+    return context.extra
+
+
 def set_uniforms(program: moderngl.Program, **uniforms: object) -> None:
     """Set the uniforms that `program` has; compilers drop those that it does not use."""
     for name, value in uniforms.items():

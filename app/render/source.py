@@ -2,7 +2,8 @@
 
 Level L of the pyramid averages blocks of 2^L x 2^L pixels, aligned at the picture's first pixel, its border repeated
 outwards to whole blocks. A texture holds a window of it: the levels from `base` up, over a box of the picture that is
-aligned to the coarsest block. Because blocks are aligned, every window has the same texels as the whole; so a picture
+aligned to the coarsest block. The base level lies at the left, the coarser ones below one another at its right: one
+plain texture, half as wide again, filled from means taken in float32. Because blocks are aligned, every window has the same texels as the whole; so a picture
 too large for a texture or for the memory is drawn window by window, with the same result.
 """
 
@@ -10,17 +11,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+import cv2
 import moderngl
 import numpy as np
-from numpy.typing import DTypeLike
 
 from core import color
-from core.arrays import Pixels, Singles
+from core.arrays import Singles
 from core.images import Image
 
 LEVELS = 6
 """Levels above the base, where the picture is large enough to have them."""
-BAND_PIXELS = 1 << 19
+PART_PIXELS = 1 << 18
 
 Box = tuple[int, int, int, int]
 """left, top, right, bottom in source pixels; right and bottom are outside."""
@@ -45,6 +46,12 @@ class Window:
     box: Box
     base: int
     top: int
+    """The coarsest level."""
+
+    @property
+    def base_size(self) -> tuple[int, int]:
+        """Width and height of the base level, in texels."""
+        return (self.box[2] - self.box[0]) >> self.base, (self.box[3] - self.box[1]) >> self.base
 
     def holds(self, box: Box, base: int) -> bool:
         """Return whether the window covers `box` from level `base` or finer."""
@@ -85,7 +92,8 @@ class Source:
         left, top, right, bottom = self._aligned(box, base)
         width, height = (right - left) >> base, (bottom - top) >> base
         texel_bytes = 16 if self.dtype == "f4" else 8
-        return max(width, height) <= self._max_side_px and width * height * texel_bytes * 4 // 3 <= self._budget_bytes
+        sides_fit = max(_texture_width(width), height) <= self._max_side_px
+        return sides_fit and width * height * texel_bytes * 4 // 3 <= self._budget_bytes
 
     def window(self, box: Box, base: int) -> Window:
         """Return a window over `box` with levels from `base` up; the whole picture where that fits.
@@ -125,50 +133,56 @@ class Source:
         return left, top, -(-box[2] // block) * block, -(-box[3] // block) * block
 
     def _load(self, box: Box, base: int) -> Window:
-        left, top, right, bottom = self._aligned(box, base)
+        left, top, right, bottom = box = self._aligned(box, base)
         size = ((right - left) >> base, (bottom - top) >> base)
-        texture = self._context.texture(size, 4, dtype=self.dtype)
-        for y, rows in self._bands((left, top, right, bottom), base):
-            texture.write(rows.tobytes(), viewport=(0, y, size[0], len(rows)))
-        if self.levels:
-            texture.build_mipmaps(0, self.levels)
-        texture.filter = (moderngl.NEAREST_MIPMAP_NEAREST if self.levels else moderngl.NEAREST, moderngl.NEAREST)
-        self._window = Window(texture, (left, top, right, bottom), base, base + self.levels)
+        texture = self._context.texture((_texture_width(size[0]), size[1]), 4, dtype=self.dtype)
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        for part in _parts(box, 1 << (base + self.levels)):
+            texels = _reduced(_texels(self.image, part), 1 << base)
+            x, y = (part[0] - left) >> base, (part[1] - top) >> base
+            for level in range(self.levels + 1):
+                texels = _reduced(texels, 2) if level else texels
+                shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
+                corner = ((x >> level) + shift[0], (y >> level) + shift[1])
+                texture.write(texels.astype(self.dtype).tobytes(), viewport=(*corner, texels.shape[1], texels.shape[0]))
+        self._window = Window(texture, box, base, base + self.levels)
         return self._window
 
-    def _bands(self, box: Box, base: int) -> Iterator[tuple[int, Pixels]]:
-        """Yield the rows of level `base` inside `box`, a few at a time: (first row, (h, w, 4))."""
-        left, top, right, bottom = box
-        block = 1 << base
-        step = max(BAND_PIXELS // (right - left), 1) * block
-        step = min(step, max(block, (1 << 24) // (right - left) // block * block))
-        for y in range(top, bottom, step):
-            end = min(y + step, bottom)
-            texels = _texels(self.image, (left, y, right, end), self.dtype)
-            yield (y - top) >> base, _reduced(texels, block)
+
+def _texture_width(width: int) -> int:
+    return width + max(width // 2, 1)
 
 
-def _texels(image: Image, box: Box, dtype: DTypeLike) -> Pixels:
+def _parts(box: Box, block: int) -> Iterator[Box]:
+    """Cut `box` into parts of whole blocks, small enough to work on."""
+    left, top, right, bottom = box
+    width = max(PART_PIXELS // block // block, 1) * block
+    height = max(PART_PIXELS // min(width, right - left) // block, 1) * block
+    for y in range(top, bottom, height):
+        for x in range(left, right, width):
+            yield x, y, min(x + width, right), min(y + height, bottom)
+
+
+def _texels(image: Image, box: Box) -> Singles:
     """Return the premultiplied linear light of `box`, the picture's border repeated outwards: (h, w, 4)."""
     left, top, right, bottom = box
-    height, width = image.height_px, image.width_px
-    rows = slice(min(top, height - 1), min(bottom, height))
-    columns = slice(min(left, width - 1), min(right, width))
+    rows = slice(min(top, image.height_px - 1), min(bottom, image.height_px))
+    columns = slice(min(left, image.width_px - 1), min(right, image.width_px))
     light = color.premultiply(color.linear_light(image.pixels[rows, columns], linear=image.linear))
-    filled = np.empty((bottom - top, right - left, 4), dtype)
-    shown = filled[: light.shape[0], : light.shape[1]]
+    height, width = light.shape[:2]
     colors = color.color_channels(light.shape[2])
-    shown[..., :3] = light[..., :colors]
-    shown[..., 3] = light[..., -1] if light.shape[2] > colors else 1
-    filled[: light.shape[0], light.shape[1] :] = shown[:, -1:]
-    filled[light.shape[0] :] = filled[light.shape[0] - 1 : light.shape[0]]
-    return filled
+    texels = np.empty((bottom - top, right - left, 4), np.float32)
+    texels[:height, :width, :3] = light[..., :colors]
+    texels[:height, :width, 3] = light[..., -1] if light.shape[2] > colors else 1
+    texels[:height, width:] = texels[:height, width - 1 : width]
+    texels[height:] = texels[height - 1 : height]
+    return texels
 
 
-def _reduced(texels: Pixels, block: int) -> Pixels:
+def _reduced(texels: Singles, block: int) -> Singles:
     """Return the means of blocks of `block` x `block` texels."""
     if block == 1:
         return texels
-    height, width = texels.shape[0] // block, texels.shape[1] // block
-    blocks: Singles = texels.reshape(height, block, width, block, 4).mean(axis=(1, 3), dtype=np.float32)
-    return blocks.astype(texels.dtype)
+    size = (texels.shape[1] // block, texels.shape[0] // block)
+    reduced: Singles = cv2.resize(texels, size, interpolation=cv2.INTER_AREA)
+    return reduced
