@@ -160,15 +160,15 @@ class Editor:
         return f"{self._gesture_tool}.busy" if self._gesture is not None else f"{self.tool.name}.idle"
 
     @contextmanager
-    def group(self, label: str) -> Iterator[None]:
-        """Make one undo entry of all edits in the block."""
-        with self.history.group(label):
+    def group(self, label: str, *, joins: bool = False) -> Iterator[None]:
+        """Make one undo entry of all edits in the block; with `joins`, of those just before with this label too."""
+        with self.history.group(label, joins=joins):
             yield
 
-    def edit(self, label: str, document: Document) -> None:
+    def edit(self, label: str, document: Document, *, joins: bool = False) -> None:
         """Finish what is in progress and make `document` the present one, as one undo entry."""
         self.finish()
-        with self.group(label):
+        with self.group(label, joins=joins):
             self.document = document
 
     def slide(self, label: str, document: Document) -> None:

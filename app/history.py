@@ -29,6 +29,8 @@ class History:
         self._index = 0
         self._saved = document if saved else None
         self._depth = 0
+        self._open_label: str | None = None
+        """Label of the last entry while another edit may still join it."""
         self._budget_bytes = budget_bytes
 
     @property
@@ -58,11 +60,15 @@ class History:
 
     def mark_saved(self, document: Document) -> None:
         """Remember `document` as the one on disk."""
+        self._open_label = None
         self._saved = document
 
     @contextmanager
-    def group(self, label: str) -> Iterator[None]:
-        """Make one entry of all edits in the block; take them back when it is left by an exception."""
+    def group(self, label: str, *, joins: bool = False) -> Iterator[None]:
+        """Make one entry of all edits in the block; take them back when it is left by an exception.
+
+        With `joins` the entry is one with the last if that has the same label and nothing happened since.
+        """
         start = self.document
         self._depth += 1
         try:
@@ -73,31 +79,32 @@ class History:
         finally:
             self._depth -= 1
         if self._depth == 0:
-            self._commit(label)
+            self._commit(label, joins=joins)
 
     def undo(self) -> None:
         """Go back by one entry."""
-        if self._index > 0:
-            self._index -= 1
-            self.document = self._entries[self._index].document
+        self.go_to(self._index - 1)
 
     def redo(self) -> None:
         """Go forward by one entry."""
-        if self._index + 1 < len(self._entries):
-            self._index += 1
-            self.document = self._entries[self._index].document
+        self.go_to(self._index + 1)
 
     def go_to(self, index: int) -> None:
-        """Make entry number `index` the present one."""
+        """Make entry number `index`, or the nearest there is, the present one."""
+        self._open_label = None
         self._index = min(max(index, 0), len(self._entries) - 1)
         self.document = self._entries[self._index].document
 
-    def _commit(self, label: str) -> None:
+    def _commit(self, label: str, *, joins: bool) -> None:
         """Keep the present as an entry unless nothing changed."""
         if self.document is self._entries[self._index].document:
             return
-        self._entries[self._index + 1 :] = [Entry(label, self.document)]
-        self._index += 1
+        if joins and self._open_label == label:
+            self._entries[self._index] = Entry(label, self.document)
+        else:
+            self._entries[self._index + 1 :] = [Entry(label, self.document)]
+            self._index += 1
+        self._open_label = label if joins else None
         self._forget()
 
     def _forget(self) -> None:

@@ -77,9 +77,9 @@ class Answer:
         return 0 if self.folded is None else int(self.folded.sum())
 
     @cached_property
-    def plain_mesh(self) -> Mesh:
-        """Where W alone has the picture."""
-        return Mesh(self.grid, self.plain)
+    def base_mesh(self) -> Mesh:
+        """Where the preset has the picture, without handles."""
+        return Mesh(self.grid, preset_of(self.document)(self.rest))
 
 
 class LiveWarp:

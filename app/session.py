@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from app.spaces import View
+from core.arrays import Points
 
 Mode: TypeAlias = Literal["warp", "retexture", "overlay"]
 Compare: TypeAlias = Literal["result", "before", "split"]
@@ -52,6 +53,10 @@ class Session:
     """Number of the curve that is being edited."""
     selected_knots: frozenset[int] = frozenset()
     """Numbers of its selected knots."""
+    curve_side: Literal["target", "source"] = "target"
+    """Which of a curve's sides is edited where they coincide."""
+    draft: Points | None = field(default=None, compare=False)
+    """Control points (3k + 1, 2) of the curve that is being drawn, in canvas pixels."""
     band: tuple[tuple[float, float], tuple[float, float]] | None = None
     """Corners of the rectangle that is being drawn to select, in screen pixels."""
     last_dab: tuple[float, float] | None = None

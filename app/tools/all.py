@@ -5,9 +5,10 @@ from types import MappingProxyType
 
 from app.editor import Tool
 from app.tools.brush import BRUSH
+from app.tools.curves import CURVES
 from app.tools.navigate import HAND
 from app.tools.outline import OUTLINE
 from app.tools.pins import PINS
 from app.tools.zoom import ZOOM
 
-TOOLS: Mapping[str, Tool] = MappingProxyType({tool.name: tool for tool in (BRUSH, OUTLINE, PINS, HAND, ZOOM)})
+TOOLS: Mapping[str, Tool] = MappingProxyType({tool.name: tool for tool in (BRUSH, OUTLINE, PINS, CURVES, HAND, ZOOM)})

@@ -112,7 +112,7 @@ def take_key(editor: Editor, key: Key) -> bool:
     outline = outline_of(editor.document)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     moved = curve_edit.with_knots_moved(ring, {corner // 3}, step / editor.document.canvas_px, closed=True)
-    editor.slide("Nudge corner", editor.document.changed(outline=Outline(moved[:-1])))
+    editor.edit("Nudge corner", editor.document.changed(outline=Outline(moved[:-1])), joins=True)
     return True
 
 

@@ -153,7 +153,9 @@ def take_key(editor: Editor, key: Key) -> bool:
         editor.show(selected=frozenset())
     elif step is not None:
         places = np.array([editor.document.pins[number].to for number in numbers])
-        editor.slide("Nudge pins", with_targets(editor.document, numbers, places + step / editor.document.canvas_px))
+        editor.edit(
+            "Nudge pins", with_targets(editor.document, numbers, places + step / editor.document.canvas_px), joins=True
+        )
     else:
         return False
     return True

@@ -26,6 +26,29 @@ def test_a_group_is_one_entry() -> None:
     assert history.document.warp.bend == 3
 
 
+def test_edits_join_the_one_before_until_something_else_happens() -> None:
+    start = document()
+    history = History(start)
+
+    def nudge(bend: float) -> None:
+        with history.group("Nudge", joins=True):
+            history.document = history.document.with_warp(bend=bend)
+
+    for bend in (1, 2, 3):
+        nudge(bend)
+    assert history.labels == ("Open", "Nudge")
+    history.undo()
+    assert history.document is start
+    history.redo()
+    nudge(4)
+    assert history.labels == ("Open", "Nudge", "Nudge")
+    history.mark_saved(history.document)
+    nudge(5)
+    assert history.labels == ("Open", "Nudge", "Nudge", "Nudge")
+    history.undo()
+    assert history.is_saved
+
+
 def test_a_group_that_changes_nothing_is_none() -> None:
     history = History(document())
     with history.group("Nothing"):

@@ -1,0 +1,148 @@
+"""Which curves of a document a tool edits, where they are on the screen, and what of them is under the pointer."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from app.editor import Editor
+from app.events import Position
+from app.spaces import canvas_from_screen, screen_from_canvas
+from app.tools.grips import nearest, places_from_screen, screen_from_places
+from core import curve_edit
+from core.arrays import Points
+from core.curves import Curve
+from core.document import CurvePair, Document, pixels_from_places, places_from_pixels
+from core.mesh import Mesh
+
+Side: TypeAlias = Literal["target", "source"]
+LINE_REACH_PX = 7.0
+SAME_PX = 0.05
+"""A target no farther from its source on the screen has not been moved yet."""
+
+
+@dataclass(frozen=True)
+class Hit:
+    """What of the curves is under the pointer."""
+
+    curve: int
+    side: Side
+    kind: Literal["knot", "handle", "line"]
+    number: int = 0
+    """Of the knot, or of the handle among the control points."""
+    t: float = 0.0
+    """Parameter of the place on the line."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurveSet:
+    """Curves of one kind in a document, and how their sources lie on the canvas.
+
+    Targets are places on the canvas. Sources are places on the picture and are seen through `mesh`.
+    """
+
+    read: Callable[[Document], tuple[CurvePair, ...]]
+    write: Callable[[Document, tuple[CurvePair, ...]], Document]
+    mesh: Callable[[Editor], Mesh]
+    seen_through: Callable[[Editor], Mesh]
+    """Where the picture is on the canvas while a new curve is drawn on it."""
+
+    def pairs(self, editor: Editor) -> tuple[CurvePair, ...]:
+        """Return the present curves."""
+        return self.read(editor.document)
+
+    def selected(self, editor: Editor) -> int | None:
+        """Return the number of the curve that is being edited, if there is one."""
+        number = editor.session.selected_curve
+        return number if number is not None and number < len(self.pairs(editor)) else None
+
+    def knots(self, editor: Editor) -> frozenset[int]:
+        """Return the numbers of the selected knots that there are."""
+        number = self.selected(editor)
+        if number is None:
+            return frozenset()
+        pair = self.pairs(editor)[number]
+        count = curve_edit.knots_of(pair.source, closed=pair.closed)
+        return frozenset(knot for knot in editor.session.selected_knots if knot < count)
+
+    def replaced(self, document: Document, number: int, pair: CurvePair | None) -> Document:
+        """Return the document with one curve exchanged, or taken out."""
+        pairs = self.read(document)
+        return self.write(document, (*pairs[:number], *(() if pair is None else (pair,)), *pairs[number + 1 :]))
+
+    def on_screen(self, editor: Editor, pair: CurvePair, side: Side) -> Points:
+        """Return the control points of a side in screen pixels."""
+        if side == "target":
+            return screen_from_places(editor, pair.target)
+        pixels = pixels_from_places(editor.document.size_px, pair.source)
+        canvas = curve_edit.mapped(pixels, self.mesh(editor).canvas_from_image(curve_edit.samples_of(pixels)))
+        return screen_from_canvas(editor.session.view, canvas)
+
+    def with_side(self, editor: Editor, pair: CurvePair, side: Side, points: Points) -> CurvePair:
+        """Return the pair with a side at `points` on the screen; a target that never left its source goes along."""
+        if side == "target":
+            return replace(pair, target=places_from_screen(editor, points))
+        before, target = self.on_screen(editor, pair, "source"), self.on_screen(editor, pair, "target")
+        source = pair.source.copy()
+        for start in range(0, len(points) - 1, 3):
+            piece = slice(start, start + 4)
+            if not np.array_equal(points[piece], before[piece]):
+                source[piece] = self.source_places(editor, self.mesh(editor), points[piece])
+        changed = replace(pair, source=source)
+        if np.abs(before - target).max() <= SAME_PX:
+            return replace(changed, target=places_from_screen(editor, points))
+        return changed
+
+    def source_places(self, editor: Editor, mesh: Mesh, points: Points) -> Points:
+        """Return places on the picture of a curve on the screen, (3k + 1, 2), as `mesh` shows the picture."""
+        canvas = canvas_from_screen(editor.session.view, curve_edit.samples_of(points))
+        found = curve_edit.mapped(points, pulled_back(mesh, canvas))
+        return places_from_pixels(editor.document.size_px, found)
+
+    def hit(self, editor: Editor, pos: Position, *, first: Side = "target") -> Hit | None:
+        """Return what is under `pos`: the selected curve's points, then lines; `first` wins where sides coincide."""
+        sides: tuple[Side, Side] = (first, "source" if first == "target" else "target")
+        chosen = self.selected(editor)
+        pairs = self.pairs(editor)
+        if chosen is not None:
+            for side in sides_of(pairs[chosen], sides):
+                found = self._hit_points(editor, chosen, side, pos)
+                if found is not None:
+                    return found
+        order = sorted(range(len(pairs)), key=lambda number: number != chosen)
+        for side in sides:
+            for number in order:
+                if side in sides_of(pairs[number], sides):
+                    t, away = Curve(self.on_screen(editor, pairs[number], side)).nearest(np.array([pos]))
+                    if away[0] <= LINE_REACH_PX:
+                        return Hit(number, side, "line", t=float(t[0]))
+        return None
+
+    def _hit_points(self, editor: Editor, number: int, side: Side, pos: Position) -> Hit | None:
+        """Return the knot or handle of a curve under `pos`."""
+        pair = self.pairs(editor)[number]
+        points = self.on_screen(editor, pair, side)
+        knot = nearest(points[::3], pos)
+        if knot is not None:
+            return Hit(number, side, "knot", knot % curve_edit.knots_of(points, closed=pair.closed))
+        handles = np.array([n for n in range(len(points)) if n % 3])
+        handle = nearest(points[handles], pos)
+        return None if handle is None else Hit(number, side, "handle", int(handles[handle]))
+
+
+def sides_of(pair: CurvePair, sides: tuple[Side, ...]) -> tuple[Side, ...]:
+    """Return those of `sides` that the pair has: a passive curve has no target."""
+    return tuple(side for side in sides if side == "source" or not pair.passive)
+
+
+def pulled_back(mesh: Mesh, canvas: Points) -> Points:
+    """Return picture positions of canvas positions (n, 2); beside the picture they shift like the nearest one on it."""
+    found = mesh.image_from_canvas(canvas)
+    on = np.flatnonzero(~np.isnan(found).any(axis=1))
+    if not len(on):
+        return canvas
+    for number in np.flatnonzero(np.isnan(found).any(axis=1)):
+        closest = on[np.argmin(np.hypot(*(canvas[on] - canvas[number]).T))]
+        found[number] = canvas[number] + found[closest] - canvas[closest]
+    return found

@@ -1,0 +1,341 @@
+"""The curve tool: draws inner curves and edits their sources and targets. Warp and Retexture share it."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from app.editor import Editor, Gesture, Tool
+from app.events import Event, Key, Move, Position, Press
+from app.session import Mode
+from app.shapes import Bezier, Circle, Polyline, Role, Shape, Square
+from app.spaces import screen_from_canvas
+from app.tools.box import Box, Grip, applied
+from app.tools.curve_set import CurveSet, Hit, Side, sides_of
+from app.tools.grips import aimed, drag_from, nudge_px, within
+from app.tools.pen import draw
+from core import curve_edit, curve_pairs
+from core.arrays import Points
+from core.curves import Curve
+from core.document import CurvePair
+
+TICKS = 9
+"""Marks of correspondence between a curve and its target, at each knot and between."""
+
+
+def press(editor: Editor, curves: CurveSet, press: Press) -> Gesture | None:
+    """Edit what is under the pointer, or draw."""
+    hit = curves.hit(editor, press.pos, first=active_side(editor, swapped=press.mods.ctrl))
+    if hit is not None and hit.kind == "knot":
+        if press.clicks > 1 or press.mods.alt:
+            toggle_corner(editor, curves, hit.number)
+            return None
+        return drag_knots(editor, curves, press, hit)
+    if hit is not None and hit.kind == "handle":
+        return drag_handle(editor, curves, press, hit)
+    box = box_of(editor, curves)
+    grip = box.grip(press.pos) if box is not None else None
+    if box is not None and grip is not None and (hit is None or grip.kind != "move"):
+        return transform(editor, curves, press, box, grip)
+    if hit is not None:
+        return drag_line(editor, curves, press, hit)
+    if press.mods.shift and curves.selected(editor) is not None:
+        return rubber_band(editor, curves, press)
+    return draw(editor, curves, press)
+
+
+def active_side(editor: Editor, *, swapped: bool = False) -> Side:
+    """Return the side that is edited where source and target coincide; Ctrl swaps them."""
+    chosen = editor.session.curve_side
+    return chosen if not swapped else "source" if chosen == "target" else "target"
+
+
+def drag_knots(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
+    """Move a knot, and the other selected ones if it is selected; a click with Shift selects or deselects it."""
+    before = curves.knots(editor)
+    if hit.number not in before:
+        editor.show(selected_knots=before | {hit.number} if press.mods.shift else frozenset({hit.number}))
+    first = yield from drag_from(press.pos)
+    if first is None:
+        if hit.number in before:
+            editor.show(selected_knots=before - {hit.number} if press.mods.shift else frozenset({hit.number}))
+        return
+    knots = curves.knots(editor)
+    label = "Move curve point" if len(knots) == 1 else "Move curve points"
+    move = lambda points, pair, event: curve_edit.with_knots_moved(  # noqa: E731
+        points, knots, np.subtract(aimed(press.pos, event), press.pos), closed=pair.closed
+    )
+    yield from _follow(editor, curves, hit, label, move, first)
+
+
+def drag_handle(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
+    """Move a handle; at a smooth knot the one across turns along, unless Alt breaks the knot."""
+    pair = curves.pairs(editor)[hit.curve]
+    knot = curve_edit.knot_beside(pair.source, hit.number, closed=pair.closed)
+    first = yield from drag_from(press.pos)
+    if first is None:
+        return
+    if press.mods.alt or first.mods.alt:
+        pair = curve_pairs.with_corner(pair, knot)
+    linked = knot not in pair.corners
+
+    def move(points: Points, pair: CurvePair, event: Move) -> Points:
+        place = points[hit.number] + np.subtract(aimed(press.pos, event), press.pos)
+        return curve_edit.with_handle_at(points, hit.number, place, closed=pair.closed, linked=linked)
+
+    yield from _follow(editor, curves, hit, "Move curve handle", move, first, pair)
+
+
+def drag_line(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
+    """Bend the curve where it is gripped; a click selects it, and inserts a knot where it is selected already."""
+    was_selected = curves.selected(editor) == hit.curve
+    editor.show(selected_curve=hit.curve, selected_knots=frozenset())
+    first = yield from drag_from(press.pos)
+    if first is not None:
+        bend = lambda points, pair, event: curve_edit.bent(  # noqa: E731
+            points, hit.t, np.subtract(aimed(press.pos, event), press.pos)
+        )
+        yield from _follow(editor, curves, hit, "Bend curve", bend, first)
+    elif was_selected:
+        with editor.group("Insert curve point"):
+            pair = curve_pairs.inserted(curves.pairs(editor)[hit.curve], hit.t)
+            editor.document = curves.replaced(editor.document, hit.curve, pair)
+        editor.show(selected_knots=frozenset({int(hit.t) + 1}))
+
+
+def transform(editor: Editor, curves: CurveSet, press: Press, box: Box, grip: Grip) -> Gesture:
+    """Move, scale or turn the selected knots by their box; a click deselects them."""
+    number, side = curves.selected(editor), active_side(editor, swapped=press.mods.ctrl)
+    first = yield from drag_from(press.pos)
+    if first is None or number is None:
+        editor.show(selected_knots=frozenset())
+        return
+    pair = curves.pairs(editor)[number]
+    numbers = _points_of(pair, curves.knots(editor))
+
+    def move(points: Points, pair: CurvePair, event: Move) -> Points:
+        result = points.copy()
+        result[numbers] = applied(box.transform(grip, press.pos, event.pos, held=event.mods.shift), points[numbers])
+        return result
+
+    label = {"move": "Move curve", "scale": "Scale curve", "turn": "Turn curve"}[grip.kind]
+    yield from _follow(editor, curves, Hit(number, side_of(pair, side), "knot"), label, move, first)
+
+
+def _follow(
+    editor: Editor,
+    curves: CurveSet,
+    hit: Hit,
+    label: str,
+    move: Callable[[Points, CurvePair, Move], Points],
+    first: Move,
+    pair: CurvePair | None = None,
+) -> Gesture:
+    """Keep a side of a curve at `move(its points at the start, pair, event)`, all on the screen."""
+    start = editor.document
+    pair = pair or curves.pairs(editor)[hit.curve]
+    points = curves.on_screen(editor, pair, hit.side)
+    with editor.group(label):
+        event: Event = first
+        while isinstance(event, Move):
+            changed = curves.with_side(editor, pair, hit.side, move(points, pair, event))
+            editor.document = curves.replaced(start, hit.curve, changed)
+            event = yield
+
+
+def rubber_band(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
+    """Select knots of the selected curve in a rectangle, beside those that are selected."""
+    number, before = curves.selected(editor), curves.knots(editor)
+    if number is None:
+        return
+    pair = curves.pairs(editor)[number]
+    count = curve_edit.knots_of(pair.source, closed=pair.closed)
+    try:
+        while isinstance(event := (yield), Move):
+            knots = curves.on_screen(editor, pair, side_of(pair, active_side(editor)))[::3][:count]
+            inside = frozenset(within(knots, press.pos, event.pos).tolist())
+            editor.show(selected_knots=before | inside, band=(press.pos, event.pos))
+    finally:
+        editor.show(band=None)
+
+
+def toggle_corner(editor: Editor, curves: CurveSet, knot: int) -> None:
+    """Make a knot of the selected curve a corner, or smooth."""
+    number = curves.selected(editor)
+    if number is not None:
+        pair = curve_pairs.with_corner_toggled(curves.pairs(editor)[number], knot)
+        label = "Make corner" if knot in pair.corners else "Make smooth"
+        editor.edit(label, curves.replaced(editor.document, number, pair))
+
+
+def remove(editor: Editor, curves: CurveSet) -> None:
+    """Remove the selected knots, or the whole curve where none is selected or fewer than two are left."""
+    number, knots = curves.selected(editor), curves.knots(editor)
+    if number is None:
+        return
+    pair: CurvePair | None = curves.pairs(editor)[number] if knots else None
+    for knot in sorted(knots, reverse=True):
+        pair = curve_pairs.without_knot(pair, knot) if pair is not None else None
+    label = "Remove curve" if pair is None else "Remove curve point"
+    editor.edit(label, curves.replaced(editor.document, number, pair))
+    editor.show(selected_knots=frozenset(), selected_curve=None if pair is None else number)
+
+
+def take_key(editor: Editor, curves: CurveSet, key: Key) -> bool:
+    """Remove, nudge, select all or deselect."""
+    number, step = curves.selected(editor), nudge_px(key)
+    if number is None:
+        return False
+    pair, knots = curves.pairs(editor)[number], curves.knots(editor)
+    if key.name == "a" and key.mods.ctrl:
+        editor.show(selected_knots=frozenset(range(curve_pairs.knots_of(pair))))
+    elif key.name in ("delete", "backspace"):
+        remove(editor, curves)
+    elif key.name == "escape":
+        editor.show(selected_knots=frozenset(), selected_curve=number if knots else None)
+    elif step is not None and knots:
+        side = side_of(pair, active_side(editor))
+        by = step * editor.session.view.zoom
+        moved = curve_edit.with_knots_moved(curves.on_screen(editor, pair, side), knots, by, closed=pair.closed)
+        changed = curves.with_side(editor, pair, side, moved)
+        editor.edit("Nudge curve points", curves.replaced(editor.document, number, changed), joins=True)
+    else:
+        return False
+    return True
+
+
+def side_of(pair: CurvePair, side: Side) -> Side:
+    """Return `side`, or the source of a curve that has nothing else."""
+    return "source" if pair.passive else side
+
+
+def box_of(editor: Editor, curves: CurveSet) -> Box | None:
+    """Return the box around the selected knots if they are several."""
+    number, knots = curves.selected(editor), curves.knots(editor)
+    if number is None:
+        return None
+    pair = curves.pairs(editor)[number]
+    points = curves.on_screen(editor, pair, side_of(pair, active_side(editor)))
+    return Box.around(points[[3 * knot for knot in sorted(knots)]])
+
+
+def _points_of(pair: CurvePair, knots: frozenset[int]) -> list[int]:
+    """Return the numbers of the control points that belong to knots, a closed curve's doubled end included."""
+    numbers = {3 * knot for knot in knots}
+    for knot in knots:
+        numbers.update(n for n in curve_edit.handles_at(pair.source, knot, closed=pair.closed) if n is not None)
+    if pair.closed and 0 in knots:
+        numbers.add(len(pair.source) - 1)
+    return sorted(numbers)
+
+
+def overlay(editor: Editor, curves: CurveSet) -> Sequence[Shape]:
+    """Draw every curve, the points of the selected one, its box, and the path in progress."""
+    shapes: list[Shape] = []
+    chosen = curves.selected(editor)
+    for number, pair in enumerate(curves.pairs(editor)):
+        shapes.extend(_curve_shapes(editor, curves, pair))
+        if number == chosen:
+            shapes.extend(_point_shapes(editor, curves, pair))
+    box, band, draft = box_of(editor, curves), editor.session.band, editor.session.draft
+    if box is not None:
+        shapes.extend(box.shapes())
+    if draft is not None and len(draft):
+        shapes.extend(_draft_shapes(screen_from_canvas(editor.session.view, draft)))
+    if band is not None:
+        (left, top), (right, bottom) = band
+        corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
+        shapes.append(Polyline(corners, "rubber-band", closed=True))
+    hit = editor.session.hover
+    if isinstance(hit, Hit) and hit.curve < len(curves.pairs(editor)) and draft is None:
+        shapes.extend(_hover_shapes(editor, curves, hit))
+    return shapes
+
+
+def _curve_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Shape]:
+    """Return source, target and the ticks between them."""
+    source = curves.on_screen(editor, pair, "source")
+    if pair.passive:
+        return [Bezier(source, "passive")]
+    target = curves.on_screen(editor, pair, "target")
+    t = np.linspace(0, len(source) // 3, (len(source) // 3) * (TICKS // 3) + 1)
+    pairs = np.stack([Curve(source).at(t), Curve(target).at(t)], axis=1)
+    apart = np.hypot(*(pairs[:, 0] - pairs[:, 1]).T) > 1
+    ticks: list[Shape] = [Polyline(tick, "tick") for tick in pairs[apart]]
+    return [*ticks, Bezier(source, "source", dashed=True), Bezier(target, "target")]
+
+
+def _point_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Shape]:
+    """Return knots and handles of the selected curve; knots of the other side where it lies elsewhere."""
+    shapes: list[Shape] = []
+    active, chosen = side_of(pair, active_side(editor)), curves.knots(editor)
+    count = curve_pairs.knots_of(pair)
+    for side in sides_of(pair, ("source", "target")):
+        points = curves.on_screen(editor, pair, side)
+        for knot in range(count):
+            place = _position(points[3 * knot])
+            if side == active:
+                for handle in curve_edit.handles_at(points, knot, closed=pair.closed):
+                    if handle is not None:
+                        shapes.append(Polyline(points[[3 * knot, handle]], "link"))
+                        shapes.append(Circle(_position(points[handle]), 3.5, "handle", filled=True))
+            role: Role = "knot-selected" if side == active and knot in chosen else "knot"
+            if knot in pair.corners:
+                shapes.append(Square(place, 4.0, role, filled=side == active))
+            else:
+                shapes.append(Circle(place, 4.5, role, filled=side == active))
+    return shapes
+
+
+def _draft_shapes(points: Points) -> list[Shape]:
+    """Return the path in progress, on the screen."""
+    knots: list[Shape] = [Square(_position(place), 4.0, "knot", filled=True) for place in points[::3]]
+    return [*([Bezier(points, "target")] if len(points) > 1 else []), *knots]
+
+
+def _hover_shapes(editor: Editor, curves: CurveSet, hit: Hit) -> list[Shape]:
+    """Return the mark of what is under the pointer."""
+    points = curves.on_screen(editor, curves.pairs(editor)[hit.curve], hit.side)
+    if hit.kind == "line":
+        return [Circle(_position(Curve(points).at(hit.t)), 4.0, "hover")]
+    number = 3 * hit.number if hit.kind == "knot" else hit.number
+    return [Circle(_position(points[number]), 8.0, "hover")] if number < len(points) else []
+
+
+def _position(point: Points) -> Position:
+    return float(point[0]), float(point[1])
+
+
+def curve_tool(
+    curves: CurveSet, *, name: str, label: str, icon: str, key: str, modes: frozenset[Mode], hint: str
+) -> Tool:
+    """Return the tool that draws and edits `curves`."""
+    return Tool(
+        name=name,
+        label=label,
+        icon=icon,
+        key=key,
+        hint=hint,
+        press=lambda editor, event: press(editor, curves, event),
+        modes=modes,
+        cursor="cross",
+        hover=lambda editor, pos: curves.hit(editor, pos, first=active_side(editor)),
+        take_key=lambda editor, event: take_key(editor, curves, event),
+        overlay=lambda editor: overlay(editor, curves),
+    )
+
+
+WARP_CURVES = CurveSet(
+    read=lambda document: document.curves,
+    write=lambda document, pairs: document.changed(curves=pairs),
+    mesh=lambda editor: editor.answer.base_mesh,
+    seen_through=lambda editor: editor.answer.mesh,
+)
+CURVES = curve_tool(
+    WARP_CURVES,
+    name="curves",
+    label="Inner curves",
+    icon="bezier-curve",
+    key="c",
+    modes=frozenset(("warp",)),
+    hint="Click and drag to draw, Enter ends · drag points and lines · click a line to add a point · Alt breaks",
+)
