@@ -67,8 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _fail(fault: str) -> int:
     """Say what went wrong, in one line, and return the exit status of it."""
-    clear = "\r\x1b[K" if sys.stderr.isatty() else ""  # of progress that the fault broke off
-    sys.stderr.write(f"{clear}weft: error: {' '.join(fault.split())}\n")
+    sys.stderr.write(f"weft: error: {' '.join(fault.split())}\n")
     return 2
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from app.commands.terminal import on_terminal
+from app.console import run_shown
 from app.render.export import rendering
 from core import handles_file
 from core.arrays import InputError
@@ -24,7 +24,6 @@ from core.document_map import MapSolver, grid_of, handles_of
 from core.files import atomic_file, check_place
 from core.images import Image, check_writable_format, load, load_mask, write
 from core.mapping.warping import Warped
-from core.progress import run as finished
 from core.raster import Raster
 from core.stmap import st_map
 from core.warps.presets import PRESETS
@@ -108,11 +107,11 @@ def run(arguments: argparse.Namespace) -> None:
     _check_outputs(arguments)
     document = document_from(arguments)
     solver = MapSolver()
-    found = solver.frame(document) if arguments.allow_folds else finished(solver.settle(document), on_terminal())
+    found = solver.frame(document) if arguments.allow_folds else run_shown(solver.settle(document))
     canvas = Canvas.around(found.warped) if arguments.frame == "warp" else Canvas(*document.canvas_px)
     found = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped))
     started = time.perf_counter()
-    picture = finished(rendering(document.image, found.rest, found.warped, size=canvas.size), on_terminal())
+    picture = run_shown(rendering(document.image, found.rest, found.warped, size=canvas.size))
     report = found.report()
     report["seconds"]["render"] = time.perf_counter() - started
     shares = None if arguments.stmap is None else st_map(found.rest, found.warped, document.size_px, canvas)

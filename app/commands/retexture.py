@@ -1,0 +1,155 @@
+"""Move feature curves of a picture and regrow the texture along them instead of stretching it."""
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+from app.commands.terminal import on_terminal
+from core import feature_curves
+from core.arrays import Bytes, InputError
+from core.files import write_text
+from core.images import Image, check_writable_format, load, load_mask, save
+from core.progress import run as finish
+from core.retexture.job import Settings, retexture
+from core.retexture.patches import PatchShape
+from core.retexture.result import Retexture
+
+
+def size(text: str) -> tuple[int, int]:
+    """Parse `ALONGxACROSS`, two whole numbers of pixels."""
+    along, _, across = text.partition("x")
+    if not (along.isdecimal() and across.isdecimal() and min(int(along), int(across)) >= 1):
+        raise argparse.ArgumentTypeError(f"{text!r} is not ALONGxACROSS in pixels, as in 41x25")
+    return int(along), int(across)
+
+
+def pixels(text: str) -> float:
+    """Parse a length in pixels."""
+    try:
+        length = float(text)
+    except ValueError:
+        length = 0.0
+    if not 0 < length < 1e6:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a length in pixels")
+    return length
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    add = parser.add_argument
+    add("image", type=Path, metavar="IMAGE", help="the picture")
+    add("--curves", type=Path, required=True, metavar="CURVES.json", help="where curves are and where they shall go")
+    add(
+        "-o",
+        "--output",
+        type=Path,
+        action="append",
+        required=True,
+        metavar="OUT",
+        help="the result; once more for each --also, in their order",
+    )
+    add(
+        "--also",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="LAYER",
+        help="a layer to carry along, such as normals",
+    )
+    add("--deformed", type=Path, metavar="FILE", help="write the plain deformation, too")
+    add("--matte", type=Path, metavar="MATTE", help="where the result may differ from it: over 127")
+    add("--source-mask", type=Path, metavar="MASK", help="where texture may be taken from: over 127")
+    add("--patch", type=size, default=(41, 25), metavar="ALONGxACROSS", help="a patch's sides, px (default: 41x25)")
+    add("--search", type=size, default=(31, 11), metavar="ALONGxACROSS", help="candidates' region, px (default: 31x11)")
+    add("--reach", type=pixels, metavar="PX", help="regrow this far from a curve (default: 12 %% of the longer side)")
+    add("--move-within", type=pixels, metavar="PX", help="move nothing farther than this from a curve")
+    add("--mirror", action="store_true", help="allow mirrored patches")
+    add("--seed", type=int, default=0, metavar="N", help="for the random choices (default: 0)")
+    add("--report", type=Path, metavar="REPORT.json", help="write what was done and how long it took")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Retexture the picture and its layers; nothing is written before all of them are done."""
+    check(arguments)
+    image = load(arguments.image)
+    shape = image.height_px, image.width_px
+    curves = feature_curves.read(arguments.curves)
+    layers = [load(path) for path in arguments.also]
+    for path, layer in zip(arguments.also, layers, strict=True):
+        if (layer.height_px, layer.width_px) != shape:
+            raise InputError(f"{path}: has {layer.width_px}x{layer.height_px} pixels, the image {shape[1]}x{shape[0]}")
+    try:
+        job = retexture(
+            image.pixels,
+            curves,
+            chosen(arguments),
+            linear=image.linear,
+            matte=mask(arguments.matte, shape),
+            source_mask=mask(arguments.source_mask, shape),
+        )
+        result = finish(job, on_terminal())
+    except InputError as fault:
+        raise InputError(f"{arguments.curves}: {fault}") from None
+    started = time.perf_counter()
+    pictures = [image.with_pixels(result.apply(image.pixels, linear=image.linear))]
+    # A layer holds data, not light: its numbers are resampled as they are.
+    pictures += [layer.with_pixels(result.apply(layer.pixels, linear=True)) for layer in layers]
+    blend = time.perf_counter() - started
+    if arguments.deformed is not None:
+        save(image.with_pixels(result.deformed(image.pixels, linear=image.linear)), arguments.deformed)
+    for picture, path in zip(pictures, arguments.output, strict=True):
+        save(picture, path)
+    if arguments.report is not None:
+        write_text(arguments.report, json.dumps(report(image, result, blend, arguments.seed), indent=1) + "\n")
+
+
+def check(arguments: argparse.Namespace) -> None:
+    """Raise `InputError` for options that do not fit together."""
+    if len(arguments.output) != 1 + len(arguments.also):
+        raise InputError(f"{len(arguments.also)} --also need {1 + len(arguments.also)} -o, not {len(arguments.output)}")
+    outputs = [*arguments.output, *([arguments.deformed] if arguments.deformed else [])]
+    for path in outputs:
+        check_writable_format(path)
+    if len({path.resolve() for path in outputs}) < len(outputs):
+        raise InputError("two outputs go to the same file")
+    if arguments.seed < 0:
+        raise InputError(f"seed {arguments.seed}: must not be negative")
+
+
+def chosen(arguments: argparse.Namespace) -> Settings:
+    """Return the engine's settings."""
+    along, across = arguments.patch
+    search_along, search_across = arguments.search
+    if not (9 <= along <= 501 and 5 <= across <= 501 and max(search_along, search_across) <= 201):
+        raise InputError("--patch takes 9x5 to 501x501 pixels, --search up to 201x201")
+    shape = PatchShape(along // 2, across // 2, search_along // 2, search_across // 2)
+    return Settings(
+        patch=shape,
+        reach_px=arguments.reach,
+        diffusion_reach_px=arguments.move_within,
+        mirrored=arguments.mirror,
+        seed=arguments.seed,
+    )
+
+
+def mask(path: Path | None, shape: tuple[int, int]) -> Bytes | None:
+    """Return a mask of the picture's size, or None; refuse one that marks nothing."""
+    if path is None:
+        return None
+    marked = load_mask(path, shape)
+    if not (marked > 127).any():
+        raise InputError(f"{path}: the mask marks nothing")
+    return marked
+
+
+def report(image: Image, result: Retexture, blend: float, seed: int) -> dict[str, object]:
+    """Return what `--report` writes."""
+    seconds = {**result.seconds, "blend": blend, "total": result.seconds["total"] + blend}
+    return {
+        "size": [image.height_px, image.width_px],
+        "patches": result.patches,
+        "candidates": result.candidates,
+        "seconds": {stage: round(value, 4) for stage, value in seconds.items()},
+        "seed": seed,
+    }

@@ -1,0 +1,222 @@
+"""Curvilinear coordinates: spines that run along a feature curve, ribs that stand on them (DPD sec. 3.2).
+
+The direction of the nearest curve is stored at the nodes of a grid over the picture as a *line* field
+(cos 2a, sin 2a): a and a + 180 degrees are the same line, so that the arbitrary senses of several curves never cancel,
+and a trace keeps the sense it started with. Where two sides of a bend, or two curves, meet, the nearest direction
+jumps; there the field is diffused, held everywhere else.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+
+from core.arrays import Bools, Floats, Ints, Points, Singles
+from core.curves import Curve
+from core.retexture.sampling import read
+
+STEP_PX = 3.0
+"""Nodes of the direction field lie this far apart."""
+DIFFUSIONS = 24
+SMOOTHINGS = 6
+SMOOTHING = 0.7
+"""lambda of DPD eq. 3."""
+
+
+@dataclass(frozen=True)
+class Feet:
+    """The nearest points of several curves to n positions."""
+
+    curve: Ints
+    """Which curve is nearest."""
+    length: Floats
+    """Arc length from that curve's start to the foot, px."""
+    offset: Floats
+    """Signed distance, px: positive on the side of the curve's normal."""
+    heading: Points
+    """(n, 2) unit tangents at the feet."""
+    beyond: Bools
+    """Whether the foot is an open curve's end and the position lies beyond it."""
+
+
+class CurveSet:
+    """Curves as points half a pixel apart, with a tree to find the nearest."""
+
+    def __init__(self, curves: list[Curve], *, step: float = 0.5) -> None:
+        self.curves = curves
+        spans = [np.linspace(0, c.length, int(np.ceil(c.length / step)) + 1) for c in curves]
+        t = [c.parameter_at(s) for c, s in zip(curves, spans, strict=True)]
+        self.length = np.concatenate(spans)
+        self.index = np.repeat(np.arange(len(curves)), [len(s) for s in spans])
+        self.points = np.concatenate([c.at(p) for c, p in zip(curves, t, strict=True)])
+        self.tangent = np.concatenate([c.tangent(p) for c, p in zip(curves, t, strict=True)])
+        self.turn = np.concatenate([_turning(self.tangent[self.index == i]) for i in range(len(curves))])
+        """Angle by which the tangent has turned since the curve's start, radians."""
+        ends = np.cumsum([len(s) for s in spans])
+        open_curve = np.array([not c.closed for c in curves])
+        self._end = np.zeros(len(self.length), bool)
+        self._end[ends[open_curve] - 1] = True
+        self._end[(ends - [len(s) for s in spans])[open_curve]] = True
+        self._tree = cKDTree(self.points)
+
+    def feet(self, positions: Points) -> Feet:
+        """Return the nearest points to `positions` (n, 2)."""
+        distance, near = self._tree.query(positions, workers=2)
+        gap, tangent = positions - self.points[near], self.tangent[near]
+        along = (gap * tangent).sum(axis=1)
+        across = tangent[:, 0] * gap[:, 1] - tangent[:, 1] * gap[:, 0]
+        beyond = self._end[near] & (np.abs(along) > 0.5)
+        offset = np.where(beyond, np.copysign(distance, across), across)
+        length = self.length[near] + np.clip(along, -0.5, 0.5)
+        return Feet(self.index[near], length, offset, tangent, beyond)
+
+    def distance(self, positions: Points) -> Floats:
+        """Return the distances of `positions` (n, 2) to the nearest curve, px."""
+        return np.asarray(self._tree.query(positions, workers=2)[0])
+
+    def place(self, curve: Ints, length: Floats, offset: Floats) -> tuple[Points, Points]:
+        """Return positions at `offset` px along the normals at arc `length`s of curves, and the tangents there."""
+        points, tangents = np.empty((len(curve), 2)), np.empty((len(curve), 2))
+        for i, each in enumerate(self.curves):
+            mine = curve == i
+            t = each.parameter_at(length[mine])
+            tangents[mine] = each.tangent(t)
+            points[mine] = each.at(t) + offset[mine, None] * each.normal(t)
+        return points, tangents
+
+
+def _turning(tangent: Points) -> Floats:
+    angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
+    return np.asarray(angle - angle[0])
+
+
+class DirectionField:
+    """Unit tangents over a window of the picture, read bilinearly."""
+
+    def __init__(self, curves: CurveSet, window: tuple[float, float, float, float], *, step: float = STEP_PX) -> None:
+        self.origin, self.step = np.array(window[:2], np.float32), np.float32(step)
+        count = np.ceil((np.array(window[2:]) - self.origin) / step).astype(int) + 2
+        x, y = np.meshgrid(np.arange(count[0]), np.arange(count[1]))
+        nodes = np.stack([x, y], axis=-1).reshape(-1, 2) * step + self.origin
+        feet = curves.feet(nodes)
+        a = 2 * np.arctan2(feet.heading[:, 1], feet.heading[:, 0])
+        line = np.stack([np.cos(a), np.sin(a)], axis=-1).reshape(*x.shape, 2).astype(np.float32)
+        self._line = _diffused(line)
+
+    def along(self, positions: Singles, heading: Singles) -> Singles:
+        """Return unit tangents (..., 2) at `positions` (..., 2), in the sense of `heading` (..., 2).
+
+        Of the line (c, s) = (cos 2a, sin 2a) both (1 + c, s) and (s, 1 - c) have the direction a or a + 180 degrees;
+        the longer one is safe to normalise.
+        """
+        c, s = np.moveaxis(read(self._line, (positions - self.origin) / self.step), -1, 0)
+        steep = c < 0
+        x, y = np.where(steep, s, 1 + c), np.where(steep, 1 - c, s)
+        size = np.hypot(x, y)
+        size = np.copysign(np.where(size > 1e-6, size, 1), x * heading[..., 0] + y * heading[..., 1])
+        return np.stack([x / size, y / size], axis=-1)
+
+
+def _diffused(line: Singles) -> Singles:
+    """Solve Laplace's equation for the field around its jumps, with the rest held, by Jacobi's sweeps."""
+    jump = np.zeros(line.shape[:2], np.uint8)
+    jump[:, 1:] |= (line[:, 1:] * line[:, :-1]).sum(axis=-1) < 0.94
+    jump[1:] |= (line[1:] * line[:-1]).sum(axis=-1) < 0.94
+    around = cv2.dilate(jump, np.ones((9, 9), np.uint8)) > 0
+    if not around.any():
+        return line
+    for _ in range(DIFFUSIONS):
+        mean = cv2.blur(line, (3, 3), borderType=cv2.BORDER_REPLICATE)
+        line = np.where(around[..., None], mean, line).astype(np.float32)
+    return line
+
+
+def trace(field: DirectionField, origins: Points, heading: Points, *, spine: int, rib: int) -> Singles:
+    """Grow grids q[k, j] of unit steps from `origins` (n, 2): (n, 2 rib + 1, 2 spine + 1, 2) (DPD eq. 2).
+
+    Midpoint steps in place of Euler's: on a circle of radius R Euler's spiral out by 1 / 2R per step.
+    """
+    grids = np.empty((len(origins), 2 * rib + 1, 2 * spine + 1, 2), np.float32)
+    leaving = np.empty((len(origins), 2 * spine + 1, 2), np.float32)
+    first = origins.astype(np.float32)
+    grids[:, rib, spine] = first
+    leaving[:, spine] = field.along(first, heading.astype(np.float32))
+    for sense in (1, -1):
+        at, toward = first, leaving[:, spine]
+        for j in range(1, spine + 1):
+            middle = field.along(at + np.float32(sense / 2) * toward, toward)
+            at = at + sense * middle
+            toward = field.along(at, middle)
+            grids[:, rib, spine + sense * j], leaving[:, spine + sense * j] = at, toward
+    for sense in (1, -1):
+        at, toward = grids[:, rib], leaving
+        for k in range(1, rib + 1):
+            middle = field.along(at + np.float32(sense / 2) * _turned(toward), toward)
+            at = at + sense * _turned(middle)
+            toward = field.along(at, middle)
+            grids[:, rib + sense * k] = at
+    return _smoothed(grids)
+
+
+def _turned(vectors: Singles) -> Singles:
+    """Return `vectors` turned by +90 degrees, from tangents to normals."""
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
+
+
+def _smoothed(grids: Singles) -> Singles:
+    """Relax the inner nodes of grids that cross themselves towards the mean of their neighbours (DPD eq. 3)."""
+    crossed = _folded(grids)
+    if crossed.any():
+        part = grids[crossed]
+        for _ in range(SMOOTHINGS):
+            mean = (part[:, 2:, 1:-1] + part[:, :-2, 1:-1] + part[:, 1:-1, 2:] + part[:, 1:-1, :-2]) / 4
+            part[:, 1:-1, 1:-1] += np.float32(SMOOTHING) * (mean - part[:, 1:-1, 1:-1])
+        grids[crossed] = part
+    return grids
+
+
+def _folded(grids: Singles) -> Bools:
+    """Return which grids (n,) have a cell turned inside out."""
+    along, across = np.diff(grids, axis=2)[:, :-1], np.diff(grids, axis=1)[:, :, :-1]
+    area = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
+    return np.asarray((area <= 0).any(axis=(1, 2)))
+
+
+def located(grids: Singles, corners: Ints, size: int) -> Singles:
+    """Return where in its grid each pixel of a window lies: (n, size, size, 2) as (j, k), from the grid's first node.
+
+    Window i covers pixels corners[i] + (0..size-1). NaN where the grid does not reach. Every pixel takes the node of
+    the grid, refined to half steps, that falls on it, and adds its own distance from there in the node's frame, which
+    is orthonormal but for the grid's bends.
+    """
+    fine = _refined(_refined(grids, 1), 2)
+    tangent = np.gradient(fine, axis=2)
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-6)
+    local = fine - corners.astype(np.float32)[:, None, None]
+    x, y = np.moveaxis(np.rint(local).astype(np.int64), -1, 0)
+    window = np.arange(len(grids))[:, None, None]
+    inside = (x >= 0) & (y >= 0) & (x < size) & (y < size)
+    pixel = ((window * size + y) * size + x)[inside]
+    node = np.full(len(grids) * size * size, -1)
+    node[pixel] = np.flatnonzero(inside)
+    hit = np.flatnonzero(node >= 0)
+    node = node[hit]
+    gap = np.stack([hit % size, hit // size % size], axis=-1) - local.reshape(-1, 2)[node]
+    way = tangent.reshape(-1, 2)[node]
+    columns, rows = fine.shape[2], fine.shape[1]
+    at = np.stack([node % columns, node // columns % rows], axis=-1) / 2
+    found = np.full((len(grids) * size * size, 2), np.nan, np.float32)
+    found[hit] = at + np.stack([(gap * way).sum(axis=-1), (gap * _turned(way)).sum(axis=-1)], axis=-1)
+    return found.reshape(len(grids), size, size, 2)
+
+
+def _refined(grids: Singles, axis: int) -> Singles:
+    """Return grids with a node in the middle of every step along `axis`."""
+    shape = list(grids.shape)
+    shape[axis] = 2 * shape[axis] - 1
+    fine = np.moveaxis(np.empty(shape, np.float32), axis, 0)
+    coarse = np.moveaxis(grids, axis, 0)
+    fine[::2] = coarse
+    fine[1::2] = (coarse[1:] + coarse[:-1]) / 2
+    return np.moveaxis(fine, 0, axis)

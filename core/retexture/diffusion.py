@@ -1,0 +1,183 @@
+"""Deformation by diffusion: the motion of feature curves spread over the picture by Laplace's equation (DPD sec. 3.1).
+
+On a grid of nodes a few pixels apart, with G the differences along its edges and B the bilinear weights that read the
+grid at points of the curves, the field u minimises
+
+    |G u|^2 + w |B u - v|^2,    u = 0 on the picture's border (and beyond a chosen distance of the curves)
+
+so that (G'G + w B'B) u = w B'v. The matrix depends on where the curves' points are, not on the values v they carry.
+"""
+
+import cv2
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from core.arrays import Bools, Floats, Points, Singles
+from core.curves import paired_parameters
+from core.factor import Factor
+from core.feature_curves import FeatureCurve
+from core.tracing import span
+
+NODES = 40_000
+"""Nodes of the default grid."""
+HOLD = 100.0
+"""Weight w of a curve's point against one edge of the grid: it is met to about a hundredth of a pixel."""
+
+
+class Diffusion:
+    """Diffuse values given at points over a picture; factor once per set of points, solve once per set of values."""
+
+    def __init__(
+        self, shape: tuple[int, int], points: Points, *, reach_px: float | None = None, nodes: int = NODES
+    ) -> None:
+        height, width = shape
+        self.shape = shape
+        self.step = max(2.0, float(np.sqrt(height * width / nodes)))
+        """Distance of neighbouring nodes in px; node (r, c) lies at pixel (step c, step r)."""
+        self.rows, self.columns = (int(np.ceil((n - 1) / self.step)) + 1 for n in shape)
+        inside = ((points > 0) & (points < np.array([width - 1, height - 1]))).all(axis=1)
+        self._used = inside
+        self._free = np.flatnonzero(self._free_nodes(points, reach_px).ravel())
+        stiffness = _stiffness(self.rows, self.columns)[self._free][:, self._free]
+        self._read = _bilinear(points[inside] / self.step, self.rows, self.columns)[:, self._free]
+        self._factor = Factor(stiffness + HOLD * (self._read.T @ self._read))
+
+    def solve(self, values: Floats) -> Floats:
+        """Return the field (R, C, d) at the nodes for `values` (n, d) at the points."""
+        with span("rhs"):
+            right = HOLD * (self._read.T @ values[self._used])
+        field = np.zeros((self.rows * self.columns, values.shape[1]))
+        with span("solve"):
+            field[self._free] = self._factor.solve(right)
+        return field.reshape(self.rows, self.columns, -1)
+
+    def at_pixels(self, field: Floats | Singles, window: tuple[slice, slice] | None = None) -> Singles:
+        """Return a field (R, C, d) of the nodes, d at most 4, at every pixel of `window` (rows, columns)."""
+        rows, columns = window or (slice(0, self.shape[0]), slice(0, self.shape[1]))
+        scale = 1 / self.step
+        to_nodes = np.array([[scale, 0, columns.start * scale], [0, scale, rows.start * scale]])
+        size = columns.stop - columns.start, rows.stop - rows.start
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        nodes = field.astype(np.float32)
+        dense = cv2.warpAffine(nodes, to_nodes, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(dense, np.float32).reshape(size[1], size[0], -1)
+
+    def at(self, field: Floats, places: Points) -> Floats:
+        """Return a field (R, C, d) of the nodes at `places` (n, 2), those outside the picture as at its border."""
+        limit = np.array([self.columns - 1, self.rows - 1])
+        read = _bilinear(np.clip(places / self.step, 0, limit), self.rows, self.columns)
+        return np.asarray(read @ field.reshape(self.rows * self.columns, -1))
+
+    @property
+    def nodes(self) -> Points:
+        """(R, C, 2) positions of the nodes in the picture."""
+        x, y = np.meshgrid(np.arange(self.columns) * self.step, np.arange(self.rows) * self.step)
+        return np.stack([x, y], axis=-1)
+
+    def _free_nodes(self, points: Points, reach_px: float | None) -> Bools:
+        free = np.zeros((self.rows, self.columns), bool)
+        free[1:-1, 1:-1] = True
+        if reach_px is not None and len(points):
+            distance, _ = cKDTree(points).query(self.nodes.reshape(-1, 2))
+            free &= np.reshape(distance < reach_px, free.shape)
+        return free
+
+
+def _stiffness(rows: int, columns: int) -> sp.csr_matrix:
+    """Return G'G of a grid: its graph Laplacian."""
+    along, down = _path(columns), _path(rows)
+    return sp.csr_matrix(sp.kron(sp.eye(rows), along) + sp.kron(down, sp.eye(columns)))
+
+
+def _path(count: int) -> sp.dia_matrix:
+    """Return the graph Laplacian of a row of `count` nodes."""
+    degree = np.full(count, 2.0)
+    degree[[0, -1]] = 1 if count > 1 else 0
+    return sp.diags([-np.ones(count - 1), degree, -np.ones(count - 1)], [-1, 0, 1])
+
+
+def _bilinear(positions: Points, rows: int, columns: int) -> sp.csr_matrix:
+    """Return B (n, rows * columns): the weights that read a grid at `positions` (n, 2), in cells."""
+    corner = np.clip(np.floor(positions).astype(int), 0, [columns - 2, rows - 2])
+    u, v = (positions - corner).T
+    first = corner[:, 1] * columns + corner[:, 0]
+    weights = np.concatenate([(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v])
+    nodes = np.concatenate([first, first + 1, first + columns, first + columns + 1])
+    return sp.csr_matrix((weights, (np.tile(np.arange(len(u)), 4), nodes)), (len(u), rows * columns))
+
+
+def _motion(curves: list[FeatureCurve], step: float) -> tuple[Points, Points]:
+    """Return corresponding points (n, 2) of all active curves, at the source and at the target."""
+    pairs = [(c.source, c.target, *paired_parameters(c.source, c.target, step=step)) for c in curves if c.target]
+    if not pairs:
+        return np.empty((0, 2)), np.empty((0, 2))
+    return (
+        np.concatenate([source.at(s) for source, _, s, _ in pairs]),
+        np.concatenate([target.at(t) for _, target, _, t in pairs]),
+    )
+
+
+def deformation(
+    shape: tuple[int, int], curves: list[FeatureCurve], *, reach_px: float | None = None
+) -> tuple[Diffusion, Floats]:
+    """Return D at the nodes of a grid: the way from a target pixel to its source (DPD eq. 1)."""
+    source, target = _motion(curves, 1.0)
+    grid = Diffusion(shape, target, reach_px=reach_px)
+    return grid, grid.solve(source - target)
+
+
+def compression(grid: Diffusion, field: Floats) -> Floats:
+    """Return the Lipschitz constant of D at the nodes (R, C), from 1 to 3 (DPD eq. 4, sec. 3.5)."""
+    most = np.zeros(field.shape[:2])
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        here = field[: field.shape[0] - down, max(-right, 0) : field.shape[1] - max(right, 0)]
+        there = field[down:, max(right, 0) : field.shape[1] - max(-right, 0)]
+        slope = np.linalg.norm(there - here, axis=-1) / (grid.step * np.hypot(down, right))
+        for part in (
+            most[: field.shape[0] - down, max(-right, 0) : field.shape[1] - max(right, 0)],
+            most[down:, max(right, 0) : field.shape[1] - max(-right, 0)],
+        ):
+            np.maximum(part, slope, out=part)
+    return np.clip(most, 1, 3)
+
+
+def distortion(grid: Diffusion, field: Floats) -> Floats:
+    """Return at the nodes (R, C) how far the deformation is from rigid: the larger |log| of its two stretches.
+
+    The stretches are the singular values of J = I + dD, with s1^2 + s2^2 = |J|^2 and s1 s2 = |det J|.
+    """
+    right, down = np.gradient(field, grid.step, axis=1), np.gradient(field, grid.step, axis=0)
+    a, b, c, d = right[..., 0] + 1, down[..., 0], right[..., 1], down[..., 1] + 1
+    plus, minus = np.hypot(a + d, c - b), np.hypot(a - d, c + b)
+    most, least = (plus + minus) / 2, np.abs(plus - minus) / 2
+    return np.asarray(np.maximum(np.abs(np.log(np.maximum(most, 1e-3))), np.abs(np.log(np.maximum(least, 1e-3)))))
+
+
+class LivePreview:
+    """The deformation while targets are dragged: anchored at the source curves, so that the matrix never changes.
+
+    `solve` says where each node of a grid over the picture goes; drawing that grid, textured with the picture, shows
+    the deformation.
+    """
+
+    def __init__(
+        self, shape: tuple[int, int], curves: list[FeatureCurve], *, reach_px: float | None = None, nodes: int = NODES
+    ) -> None:
+        self._sources = [c.source for c in curves if not c.passive]
+        points = [source.at(source.parameters(step=1.0)) for source in self._sources]
+        everywhere = np.concatenate(points) if points else np.empty((0, 2))
+        self.grid = Diffusion(shape, everywhere, reach_px=reach_px, nodes=nodes)
+
+    def solve(self, curves: list[FeatureCurve]) -> Points:
+        """Return the nodes' places (R, C, 2) when the active `curves` have these targets, in the order given before."""
+        targets = [c.target for c in curves if c.target is not None]
+        moves = [np.empty((0, 2))]
+        for source, target in zip(self._sources, targets, strict=True):
+            t = source.parameters(step=1.0)
+            if target.segments == source.segments:
+                there = target.at(t)
+            else:
+                there = target.at(target.parameter_at(source.length_at(t) / source.length * target.length))
+            moves.append(there - source.at(t))
+        return self.grid.nodes + self.grid.solve(np.concatenate(moves))

@@ -1,0 +1,200 @@
+"""Retexturing as a job: deformation, coordinates, a coarse result at once, patches, and the result."""
+
+from dataclasses import dataclass, field, replace
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+
+from core import color
+from core.arrays import Bytes, InputError, Ints, Pixels, Singles
+from core.curve_fitting import fit
+from core.curves import Curve
+from core.feature_curves import FeatureCurve, disjoint
+from core.progress import Job, Progress, part
+from core.retexture import diffusion
+from core.retexture.canvas import Canvas
+from core.retexture.coordinates import CurveSet, DirectionField
+from core.retexture.layout import Correspondence, ordered_origins
+from core.retexture.patches import Fields, Patches, PatchShape, coarse
+from core.retexture.region import Region, region
+from core.retexture.result import Retexture, plain_place
+from core.retexture.sampling import Kernel, read
+from core.retexture.stopwatch import Stopwatch
+from core.retexture.synthesis import Painter, lattice, synthesised
+
+REACH = 0.12
+"""Default distance from a target curve to which texture is regrown, as a share of the picture's longer side."""
+LEAST_REACH_PX = 40.0
+KEPT_PX = 2.0
+"""Patches stop this short of another curve (DPD sec. 3.2)."""
+SHORTEST_PX = 4.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the artist may choose."""
+
+    patch: PatchShape = field(default_factory=PatchShape)
+    reach_px: float | None = None
+    """How far from a target curve texture is regrown; None chooses by the picture's size."""
+    diffusion_reach_px: float | None = None
+    """Beyond this distance of the target curves nothing moves; None holds only the picture's border."""
+    variety: float = 0.3
+    """Cost of showing a place of the source once more."""
+    refine: float = 0.25
+    """Share of the patches that is done again, over the worst seams."""
+    mirrored: bool = False
+    """Whether candidates may be mirrored across the curve's normal."""
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What is known before a patch is grown."""
+
+    way: Correspondence
+    area: Region
+    fields: Fields
+    kept: tuple[Ints, Ints] | None
+    """See `Painter.kept`."""
+
+
+def retexture(
+    pixels: Pixels,
+    curves: list[FeatureCurve],
+    settings: Settings | None = None,
+    *,
+    linear: bool = False,
+    matte: Bytes | None = None,
+    source_mask: Bytes | None = None,
+) -> Job[Retexture]:
+    """Move feature curves of a picture (H, W, C) and regrow the texture along them.
+
+    Each preview is a `Retexture` too: the plain deformation, the coarse result, then better ones. `matte` (H, W), over
+    127, bounds where the result may differ from the plain deformation, `source_mask` where texture is taken from.
+    Raises `InputError` for curves or masks that cannot be used.
+    """
+    settings = settings or Settings()
+    shape = pixels.shape[0], pixels.shape[1]
+    check(shape, curves, matte, source_mask)
+    watch = Stopwatch("diffuse", "coordinates", "search", "seams", "blend")
+    with watch("diffuse"):
+        pieces = disjoint(curves)
+        grid, move = diffusion.deformation(shape, pieces, reach_px=settings.diffusion_reach_px)
+        place = plain_place(grid, move, (slice(0, shape[0]), slice(0, shape[1])))
+    found = Retexture(grid, move, place, np.zeros(shape, np.int32))
+    yield Progress(0.05, "deforming", found)
+    with watch("coordinates"):
+        picture = compared(pixels, linear=linear)
+        shown = read(picture, place, Kernel.CUBIC)
+        scene = prepared(pieces, found, shown, settings, matte)
+        found = replace(found, compression=scene.way.compression)
+        patches = Patches(
+            ordered_origins(scene.way, scene.area.must, lattice(settings.patch)), settings.patch, scene.fields
+        )
+        rough = laid(patches, scene.area, found)
+    yield Progress(0.15, "laying patches", rough)
+    canvas = Canvas(shown, place, must=scene.area.must, may=scene.area.may)
+    usable = None if source_mask is None else source_mask > 127
+    rng = np.random.default_rng(settings.seed)
+    painter = Painter(
+        picture, usable, canvas, settings.patch, settings.variety, settings.mirrored, rng, watch, scene.kept
+    )
+    work = synthesised(painter, scene.way, scene.fields, patches, refine=settings.refine)
+    yield from part(work, 0.15, 1.0)
+    return Retexture(
+        grid,
+        move,
+        canvas.place,
+        canvas.label,
+        origins=tuple(painter.origins),
+        compression=scene.way.compression,
+        candidates=painter.candidates,
+        seconds={**watch.seconds, "total": watch.total},
+        final=True,
+    )
+
+
+def compared(pixels: Pixels, *, linear: bool) -> Singles:
+    """Return what patches are compared by: encoded RGB (H, W, 3) from 0 to 1, before grey where transparent."""
+    light = color.unit(pixels)
+    split = color.color_channels(light.shape[2])
+    colours = color.encode(light[..., :split]) if linear else light[..., :split]
+    if split < light.shape[2]:
+        colours = colours * light[..., split:] + np.float32(0.5) * (1 - light[..., split:])
+    return np.ascontiguousarray(np.broadcast_to(colours, (*light.shape[:2], 3)), np.float32)
+
+
+def prepared(
+    pieces: list[FeatureCurve], plain: Retexture, shown: Singles, settings: Settings, matte: Bytes | None
+) -> Scene:
+    """Return the coordinates around both sides of the curves, and where to regrow."""
+    targets = [piece.target or followed(piece.source, plain) for piece in pieces]
+    source, target = CurveSet([piece.source for piece in pieces]), CurveSet(targets)
+    shape = plain.grid.shape
+    reach_px = settings.reach_px or max(REACH * max(shape), LEAST_REACH_PX)
+    area = region(plain.grid, plain.field, target, shown, reach_px=reach_px, matte=matte)
+    compression = diffusion.compression(plain.grid, plain.field)
+    way = Correspondence(source, target, plain.grid, plain.field, compression, area.nearness)
+    margin = 2 * (settings.patch.window + settings.patch.search_along)
+    y, x = (np.flatnonzero(area.may.any(axis=axis)) for axis in (1, 0))
+    bounds = (x[0], y[0], x[-1], y[-1]) if len(x) else (0, 0, 1, 1)
+    box = source.points.min(axis=0), source.points.max(axis=0)
+    far = 1.5 * reach_px + margin
+    fields = (
+        DirectionField(target, (bounds[0] - margin, bounds[1] - margin, bounds[2] + margin, bounds[3] + margin)),
+        DirectionField(source, (*(box[0] - far), *(box[1] + far))),
+    )
+    kept = (near_curves(source, shape), near_curves(target, shape)) if len(pieces) > 1 else None
+    return Scene(way, area, fields, kept)
+
+
+def followed(source: Curve, plain: Retexture) -> Curve:
+    """Return where the plain deformation takes a passive curve: the places q with q + D(q) on it."""
+    nodes = plain.grid.nodes.reshape(-1, 2)
+    origin = nodes + plain.field.reshape(-1, 2)
+    line = source.at(source.parameters(step=2.0))
+    _, near = cKDTree(origin).query(line)
+    place = nodes[near]
+    for _ in range(8):
+        place = place + 0.5 * (line - place - plain.grid.at(plain.field, place))
+    return fit(place, tolerance=1.0, closed=source.closed)
+
+
+def near_curves(curves: CurveSet, shape: tuple[int, int]) -> Ints:
+    """Return which curve runs within `KEPT_PX` of each pixel (H, W); -1 where none does."""
+    kept = np.full(shape, -1, np.int32)
+    for i in range(len(curves.curves)):
+        line = curves.points[curves.index == i]
+        cv2.polylines(kept, [np.rint(line).astype(np.int32)], curves.curves[i].closed, i, int(2 * KEPT_PX + 1))
+    return kept.astype(np.int64)
+
+
+def laid(patches: Patches, area: Region, plain: Retexture) -> Retexture:
+    """Return the result without any choice: every pixel from the most central patch, at its corresponding place."""
+    best = np.where(area.must, np.inf, -1).astype(np.float32)
+    place, label, count = plain.place.copy(), plain.label.copy(), 0
+    for batch in patches:
+        coarse(batch, best, place, label, count + 1)
+        count += len(batch.origins)
+    return replace(plain, place=place, label=label, origins=(patches.origins,))
+
+
+def check(shape: tuple[int, int], curves: list[FeatureCurve], matte: Bytes | None, source_mask: Bytes | None) -> None:
+    """Raise `InputError` for curves and masks without any effect, or of which nothing sensible can be made."""
+    if all(curve.passive for curve in curves):
+        raise InputError("no curve has a target")
+    limit = np.array([shape[1], shape[0]]) - 0.5
+    for i, curve in enumerate(curves, 1):
+        for name, line in (("source", curve.source), ("target", curve.target)):
+            if line is None:
+                continue
+            points = line.at(line.parameters(step=1.0))
+            if not ((points >= -0.5) & (points <= limit)).all(axis=1).any():
+                raise InputError(f"curve {i}: its {name} lies outside the picture")
+            if line.length < SHORTEST_PX:
+                raise InputError(f"curve {i}: its {name} is shorter than {SHORTEST_PX:.0f} px")
+    for name, mask in (("matte", matte), ("source mask", source_mask)):
+        if mask is not None and not (mask > 127).any():
+            raise InputError(f"the {name} is empty")

@@ -1,0 +1,146 @@
+"""Where patches go, in which order, and which place of the source belongs to each."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats, Ints, Points, Singles
+from core.retexture.coordinates import CurveSet
+from core.retexture.diffusion import Diffusion
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Distances between neighbouring origins, px."""
+
+    along: float
+    across: float
+    shift: float = 0.0
+    """Where it begins, as a share of the spacing: at 0.5 origins fall upon the seams of a lattice at 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class Origins:
+    """Places to grow n patches from, in the order of their synthesis."""
+
+    target: Points
+    heading: Points
+    """(n, 2) unit tangents at the target."""
+    source: Points
+    source_heading: Points
+    offset: Floats
+    """(n,) signed distances from the target curve, px."""
+    curve: Ints
+    """(n,) which curve is nearest."""
+    scale: Floats
+    """(n,) by how much the patch is smaller than others (DPD sec. 3.5)."""
+
+    def __len__(self) -> int:
+        return len(self.target)
+
+    def taken(self, which: Bools | Ints | slice) -> "Origins":
+        """Return the origins that `which` picks."""
+        return Origins(*(part[which] for part in self.__dict__.values()))
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondence:
+    """What leads from a place of the result to its place in the source."""
+
+    source: CurveSet
+    target: CurveSet
+    grid: Diffusion
+    displacement: Floats
+    """(R, C, 2) D of the plain deformation at the grid's nodes."""
+    compression: Floats
+    """(R, C) at the nodes, from 1 to 3."""
+    nearness: Singles
+    """(H, W) share of the curves' own coordinates, see `region.Region`."""
+
+    def origins(self, places: Points) -> Origins:
+        """Return origins at `places` (n, 2).
+
+        Near a curve the source lies at the same distance from the curve, at the same parameter; towards the edge of
+        the region it goes over into where the deformation has it (DPD sec. 3.3: q + D(q)), so that both join there.
+        """
+        feet = self.target.feet(places)
+        length = np.empty(len(places))
+        for i, (there, here) in enumerate(zip(self.source.curves, self.target.curves, strict=True)):
+            mine = feet.curve == i
+            if there.segments == here.segments:
+                length[mine] = there.length_at(here.parameter_at(feet.length[mine]))
+            else:
+                length[mine] = feet.length[mine] * there.length / here.length
+        along_curve, source_heading = self.source.place(feet.curve, length, feet.offset)
+        height, width = self.nearness.shape
+        x, y = np.clip(np.rint(places).astype(int), 0, [width - 1, height - 1]).T
+        share = np.where(feet.beyond, 0, self.nearness[y, x])[:, None]
+        place = share * along_curve + (1 - share) * (places + self.grid.at(self.displacement, places))
+        return Origins(places, feet.heading, place, source_heading, feet.offset, feet.curve, self.scale_at(places))
+
+    def scale_at(self, places: Points) -> Floats:
+        """Return by how much patches at `places` (n, 2) are smaller: 1, 2 or 3."""
+        return np.rint(self.grid.at(self.compression[..., None], places)[:, 0])
+
+
+def ordered_origins(way: Correspondence, wanted: Bools, lattice: Lattice) -> Origins:
+    """Return origins over the pixels `wanted` (H, W): rows nearest to the curves first, and along each row.
+
+    That is DPD's priority (sec. 3.4). Where the patches are smaller, so are the distances between them.
+    """
+    wanted = cv2.dilate(wanted.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    sample = 4.0 * np.argwhere(wanted[::4, ::4])[:, ::-1].astype(np.float64)
+    reach_px = float(way.target.distance(sample).max(initial=0.0)) + 4
+    places = []
+    for scale in (1, 2, 3) if way.compression.max() >= 1.5 else (1,):
+        finer = Lattice(lattice.along / scale, lattice.across / scale, lattice.shift)
+        place, offset = _rows(way.target, reach_px, finer)
+        fits = _touching(place, wanted) & (way.scale_at(place) == scale)
+        places.append((place[fits], np.rint(np.abs(offset[fits]) / lattice.across)))
+    place, ring = (np.concatenate(part) for part in zip(*places, strict=True))
+    return way.origins(place[np.argsort(ring, kind="stable")])
+
+
+def _rows(curves: CurveSet, reach_px: float, lattice: Lattice) -> tuple[Points, Floats]:
+    """Return places (n, 2) in rows parallel to the curves, and their distances, nearest rows first.
+
+    At distance d the curve has length s - d turn(s): rows keep their own spacing, so that patches neither crowd
+    inside a bend nor part outside.
+    """
+    count = int(reach_px // lattice.across) + 1
+    rows = (np.arange(-count, count + 1) + lattice.shift) * lattice.across
+    places, offsets = [], []
+    for row in rows[np.argsort(np.abs(rows), kind="stable")]:
+        for i, curve in enumerate(curves.curves):
+            length, turn = curves.length[curves.index == i], curves.turn[curves.index == i]
+            along = np.maximum.accumulate(length - row * turn)
+            number = max(int(np.ceil(along[-1] / lattice.along)), 1)
+            share = (np.arange(number + (not curve.closed and lattice.shift == 0)) + lattice.shift) / number
+            at = np.interp(share * along[-1], along, length)
+            places.append(curves.place(np.full(len(at), i), at, np.full(len(at), row))[0])
+            offsets.append(np.full(len(at), row))
+    place, offset = np.concatenate(places), np.concatenate(offsets)
+    # Behind the line where a bend's ribs meet, another part of the curve is nearer.
+    own = np.abs(curves.distance(place) - np.abs(offset)) < 1.0
+    return place[own], offset[own]
+
+
+def _touching(places: Points, wanted: Bools) -> Bools:
+    """Return which `places` (n, 2) lie on a wanted pixel, or just beyond the picture beside one."""
+    size = np.array(wanted.shape[::-1])
+    pixel = np.rint(places).astype(int)
+    beside = ((pixel > -8) & (pixel < size + 8)).all(axis=1)
+    x, y = np.clip(pixel, 0, size - 1).T
+    return np.asarray(beside & wanted[y, x])
+
+
+def gap_places(bare: Bools, spacing: int) -> Points:
+    """Return one place (n, 2) in each square of `spacing` px that holds bare pixels, the most central of them."""
+    y, x = np.nonzero(bare)
+    square = (y // spacing) * (bare.shape[1] // spacing + 1) + x // spacing
+    off = np.hypot(y % spacing - spacing / 2, x % spacing - spacing / 2)
+    order = np.lexsort((off, square))
+    _, first = np.unique(square[order], return_index=True)
+    chosen = order[first]
+    return np.column_stack([x[chosen], y[chosen]]).astype(np.float64)

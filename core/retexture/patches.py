@@ -1,0 +1,143 @@
+"""Patches: grids grown at an origin in the result and at the corresponding one in the source (DPD sec. 3.3).
+
+The source grid is larger than the target's by the search reach on every side. Shifting the smaller grid within it
+gives the pool of candidates, each by a slice, in coordinates that run along the curve.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from core.arrays import Bools, Ints, Points, Singles
+from core.retexture.coordinates import DirectionField, located, trace
+from core.retexture.layout import Origins
+from core.retexture.sampling import read
+
+BATCH = 256
+"""Patches grown at a time."""
+KEPT = 2048
+"""Patches that stay in memory, some 40 kB each."""
+Fields: TypeAlias = tuple[DirectionField, DirectionField]
+"""Directions in the result and in the source."""
+
+
+@dataclass(frozen=True)
+class PatchShape:
+    """Half sizes in px: grids have 2 n + 1 nodes along a side."""
+
+    spine: int = 20
+    """Along the curve."""
+    rib: int = 12
+    """Across it."""
+    search_along: int = 15
+    """Candidates lie up to this far from the corresponding place, along the curve."""
+    search_across: int = 5
+    """And across it."""
+
+    @property
+    def window(self) -> int:
+        """Side of a square of pixels that holds the patch in any direction."""
+        return int(np.ceil(np.hypot(2 * self.spine + 1, 2 * self.rib + 1))) + 4
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Patches of n origins."""
+
+    shape: PatchShape
+    origins: Origins
+    target: Singles
+    """(n, K, J, 2) positions in the result of the target grids' nodes, K across, J along the curve."""
+    source: Singles
+    """(n, K', J', 2) positions in the picture of the source grids' nodes."""
+    corners: Ints
+    """(n, 2) first pixel (x, y) of each patch's window."""
+    at: Singles
+    """(n, window, window, 2) where in its target grid each pixel lies, as (j, k); NaN outside the patch."""
+
+
+class Patches:
+    """The patches of some origins, in batches that are grown when they are asked for; a few thousand are kept."""
+
+    def __init__(self, origins: Origins, shape: PatchShape, fields: Fields) -> None:
+        self.origins = origins
+        self._shape, self._fields = shape, fields
+        self._kept: dict[int, Batch] = {}
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+    def __iter__(self) -> Iterator[Batch]:
+        for start in range(0, len(self.origins), BATCH):
+            batch = self._kept.get(start) or grown(
+                self.origins.taken(slice(start, start + BATCH)), self._shape, self._fields
+            )
+            if start < KEPT:
+                self._kept[start] = batch
+            yield batch
+
+
+def grown(origins: Origins, shape: PatchShape, fields: Fields) -> Batch:
+    """Grow the patches of `origins`."""
+    target, source = fields
+    here = trace(target, origins.target, origins.heading, spine=shape.spine, rib=shape.rib)
+    there = trace(
+        source,
+        origins.source,
+        origins.source_heading,
+        spine=shape.spine + shape.search_along,
+        rib=shape.rib + shape.search_across,
+    )
+    corners = np.rint(origins.target).astype(np.int64) - shape.window // 2
+    at = located(here, corners, shape.window)
+    # Scale-adaptive patches: the middle half, or third, of the grid (DPD sec. 3.5).
+    for i in np.flatnonzero(origins.scale > 1):
+        off = np.abs(at[i] - [shape.spine, shape.rib])
+        limit = np.array([shape.spine, shape.rib]) / origins.scale[i] + 0.5
+        at[i][(off > limit).any(axis=-1)] = np.nan
+    return Batch(shape, origins, here, there, corners, at)
+
+
+def within(positions: Singles, size: tuple[int, int], allowed: Bools | None) -> Bools:
+    """Return which `positions` (..., 2) lie in a picture of `size`, (H, W), and on an `allowed` pixel of it."""
+    x, y = positions[..., 0], positions[..., 1]
+    inside = (x >= 0) & (y >= 0) & (x <= size[1] - 1) & (y <= size[0] - 1)
+    if allowed is not None:
+        pixel = np.clip(np.rint(positions), 0, [size[1] - 1, size[0] - 1]).astype(np.int64)
+        inside &= allowed[pixel[..., 1], pixel[..., 0]]
+    return np.asarray(inside)
+
+
+def coarse(batch: Batch, best: Singles, place: Singles, label: Ints, first_label: int) -> None:
+    """Lay a batch's central candidates over `place` (H, W, 2) and `label` (H, W).
+
+    Each pixel is taken from the patch it is most central to.
+    `best` (H, W) holds how central the patch there is so far; infinity at first, -1 where nothing may be laid.
+    """
+    shape = batch.shape
+    height, width = best.shape
+    window = shape.window
+    y, x = np.mgrid[:window, :window]
+    px, py = x + batch.corners[:, 0, None, None], y + batch.corners[:, 1, None, None]
+    reached = np.isfinite(batch.at[..., 0]) & (px >= 0) & (py >= 0) & (px < width) & (py < height)
+    patch = np.nonzero(reached)[0]
+    at, pixel = batch.at[reached], (py * width + px)[reached]
+    off = np.abs(at - [shape.spine, shape.rib]) / [shape.spine, shape.rib]
+    central = off.max(axis=1).astype(np.float32)
+    better = central < best.reshape(-1)[pixel]
+    order = np.flatnonzero(better)[np.argsort(-central[better], kind="stable")]
+    pixel, patch, at = pixel[order], patch[order], at[order]
+    best.reshape(-1)[pixel] = central[order]
+    label.reshape(-1)[pixel] = first_label + patch
+    place.reshape(-1, 2)[pixel] = grid_places(batch, patch, at)
+
+
+def grid_places(batch: Batch, patch: Ints, at: Points) -> Singles:
+    """Return the source positions of grid places `at` (m, 2) of patches (m,), for their central candidates."""
+    rows, columns = batch.source.shape[1:3]
+    shape = batch.shape
+    where = (at + [shape.search_along, shape.search_across]).astype(np.float32)
+    where[:, 1] = np.clip(where[:, 1], 0, rows - 1.001) + patch * rows
+    return read(batch.source.reshape(-1, columns, 2), where)

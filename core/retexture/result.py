@@ -1,0 +1,134 @@
+"""What retexturing finds: for every pixel of the result its place in the source, to resample any layer once."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from dataclasses import field as default
+
+import numpy as np
+
+from core import color
+from core.arrays import Bools, Floats, InputError, Ints, Pixels, Singles
+from core.retexture.blend import correction
+from core.retexture.diffusion import Diffusion
+from core.retexture.layout import Origins
+from core.retexture.sampling import Kernel, read
+from core.retexture.softening import SHARE, Mixture, across_seams
+
+BAND = 256
+"""Rows resampled at a time."""
+STILL_PX = 1e-4
+"""What moves less is copied as it is."""
+MARGIN_PX = 40
+"""Corrections have faded this far from a seam."""
+
+
+@dataclass(frozen=True, eq=False)
+class Retexture:
+    """Source coordinates of a picture whose curves were moved; a preview while the job runs, or its result."""
+
+    grid: Diffusion
+    field: Floats
+    """(R, C, 2) D of the plain deformation at the grid's nodes."""
+    place: Singles
+    """(H, W, 2) where each pixel comes from, (x, y) in the source."""
+    label: Ints
+    """(H, W) number of the patch that each pixel shows; 0 is the plain deformation."""
+    origins: tuple[Origins, ...] = ()
+    """Where the patches were grown."""
+    compression: Floats = default(default_factory=lambda: np.empty((0, 0)))
+    """(R, C) at the nodes, from 1 to 3."""
+    candidates: int = 0
+    """How many were compared."""
+    seconds: dict[str, float] = default(default_factory=dict)
+    final: bool = False
+
+    @property
+    def patches(self) -> int:
+        """The number of patches synthesised."""
+        return sum(len(origins) for origins in self.origins)
+
+    @property
+    def seams(self) -> Bools:
+        """(H, W) pixels whose right or lower neighbour shows another patch."""
+        mask = np.zeros(self.label.shape, bool)
+        mask[:, :-1] |= self.label[:, 1:] != self.label[:, :-1]
+        mask[:-1] |= self.label[1:] != self.label[:-1]
+        return mask
+
+    def apply(self, layer: Pixels, *, linear: bool = False, blend: bool = True) -> Pixels:
+        """Return a layer (H, W, C) of the source's size, retextured, at its own depth.
+
+        `linear` says that its numbers are linear light, or no light at all. With `blend` visible seams are corrected.
+        Raises `InputError` for another size.
+        """
+        mixture = across_seams(self.place, self.label) if blend else None
+        result = self._resampled(layer, lambda rows: self.place[rows], mixture, linear=linear)
+        box = self._box() if blend else None
+        if box is None:
+            return result
+        encoded = color.premultiply(color.unit(result[box]))
+        change = correction(encoded, self.label[box])
+        if change is not None:
+            shown = self.label[box] > 0
+            low, high = (color.unit(np.asarray(limit)) for limit in (layer.min(), layer.max()))
+            corrected = color.unpremultiply(np.clip(encoded + change, low, high))
+            result[box][shown] = color.quantise(corrected, layer.dtype)[shown]
+        return result
+
+    def deformed(self, layer: Pixels, *, linear: bool = False) -> Pixels:
+        """Return a layer (H, W, C) under the plain deformation, at its own depth."""
+        return self._resampled(layer, self._plain, None, linear=linear)
+
+    def _plain(self, rows: slice) -> Singles:
+        width = self.label.shape[1]
+        return plain_place(self.grid, self.field, (rows, slice(0, width)))
+
+    def _resampled(
+        self, layer: Pixels, place: Callable[[slice], Singles], mixture: Mixture | None, *, linear: bool
+    ) -> Pixels:
+        if layer.shape[:2] != self.label.shape:
+            (height, width), (h, w) = self.label.shape, layer.shape[:2]
+            raise InputError(f"a layer of {w}x{h} pixels does not fit a picture of {width}x{height}")
+        source = color.premultiply(color.linear_light(layer, linear=linear))
+        low, high = float(source.min()), float(source.max())
+        result = layer.copy()
+        for start in range(0, layer.shape[0], BAND):
+            rows = slice(start, min(start + BAND, layer.shape[0]))
+            at = place(rows)
+            moved = (np.abs(at - _pixels(rows, layer.shape[1])) > STILL_PX).any(axis=-1)
+            if not moved.any():
+                continue
+            light = read(source, at, Kernel.LANCZOS, mirror=True)
+            if mixture is not None:
+                _mix(light, source, mixture.rows(rows.start, rows.stop, layer.shape[1]))
+            # The kernel overshoots beside edges; nothing becomes brighter or darker than the whole layer.
+            light = np.clip(light, low, high)
+            result[rows][moved] = color.stored(color.unpremultiply(light), depth=layer.dtype, linear=linear)[moved]
+        return result
+
+    def _box(self) -> tuple[slice, slice] | None:
+        """Return rows and columns around all patches, with room for corrections to fade."""
+        rows, columns = (np.flatnonzero((self.label > 0).any(axis=axis)) for axis in (1, 0))
+        if not len(rows):
+            return None
+        first = max(rows[0] - MARGIN_PX, 0), max(columns[0] - MARGIN_PX, 0)
+        return slice(first[0], rows[-1] + MARGIN_PX), slice(first[1], columns[-1] + MARGIN_PX)
+
+
+def _mix(light: Singles, source: Singles, mixture: Mixture) -> None:
+    """Mix into pixels of `light` (h, w, C) what they show of the patches across their seams."""
+    flat = light.reshape(-1, light.shape[2])
+    other = read(source, mixture.place, Kernel.LANCZOS, mirror=True)
+    np.add.at(flat, mixture.pixel, np.float32(SHARE) * (other - flat[mixture.pixel]))
+
+
+def plain_place(grid: Diffusion, field: Floats, window: tuple[slice, slice]) -> Singles:
+    """Return where the pixels (h, w, 2) of a window of the plain deformation come from."""
+    rows, columns = window
+    return _pixels(rows, columns.stop, columns.start) + grid.at_pixels(field, window)
+
+
+def _pixels(rows: slice, stop: int, start: int = 0) -> Singles:
+    """Return the positions (h, w, 2) of the pixels of some rows, columns `start` to `stop`."""
+    x, y = np.meshgrid(np.arange(start, stop, dtype=np.float32), np.arange(rows.start, rows.stop, dtype=np.float32))
+    return np.stack([x, y], axis=-1)

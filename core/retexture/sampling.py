@@ -1,0 +1,39 @@
+"""Reading arrays between their pixels."""
+
+from enum import IntEnum
+
+import cv2
+import numpy as np
+
+from core.arrays import Singles
+
+LONGEST = 32_000
+"""OpenCV reads no more places in a row or column."""
+
+
+class Kernel(IntEnum):
+    """How values between pixels come about."""
+
+    NEAREST = cv2.INTER_NEAREST
+    LINEAR = cv2.INTER_LINEAR
+    CUBIC = cv2.INTER_CUBIC
+    LANCZOS = cv2.INTER_LANCZOS4
+    """Eight by eight pixels: next to nothing of what a picture can hold is lost."""
+
+
+def read(picture: Singles, at: Singles, kernel: Kernel = Kernel.LINEAR, *, mirror: bool = False) -> Singles:
+    """Return a picture (H, W) or (H, W, C), C at most 4, at places (..., 2): (...) or (..., C).
+
+    Outside, its border goes on, or with `mirror` its mirror image.
+    """
+    border = cv2.BORDER_REFLECT_101 if mirror else cv2.BORDER_REPLICATE
+    places = np.ascontiguousarray(at, np.float32)
+    if places.ndim != 3 or max(places.shape[:2]) > LONGEST:
+        places = places.reshape(1, -1, 2)
+    parts = []
+    for i in range(0, places.shape[1] if places.size else 0, LONGEST):
+        some = np.ascontiguousarray(places[:, i : i + LONGEST])
+        # The stubs know neither None for the second map nor that it must be None beside a map of pairs.
+        parts.append(cv2.remap(picture, some, None, kernel.value, borderMode=border))  # type: ignore[call-overload]
+    whole = np.concatenate(parts, axis=1) if parts else np.empty(0, np.float32)
+    return np.asarray(whole, np.float32).reshape(*at.shape[:-1], *picture.shape[2:])
