@@ -7,7 +7,7 @@ so that the same document gives the same bits, on screen and in a file.
 
 import numpy as np
 
-from core.arrays import Points
+from core.arrays import Points, readonly
 from core.curve_edit import through
 from core.curves import Curve
 from core.document import Document, Outline, WarpSettings, pixels_from_places, places_from_pixels
@@ -94,6 +94,7 @@ class MapSolver:
         self._editing: Editing | None = None
         self._mask: Raster | None = None
         self._features: Features | None = None
+        self._base: tuple[object, Points] | None = None
 
     def frame(self, document: Document) -> Warped:
         """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""
@@ -106,15 +107,23 @@ class MapSolver:
     def plain(self, document: Document) -> Points:
         """Return W at the nodes (R, C, 2), in pixels of the canvas."""
         grid = self._on_grid(document).grid
-        base = preset_of(document)(grid.nodes)
-        if document.outline is not None:
-            base = follow_outline(base, pixels_from_places(document.canvas_px, document.outline.ring))
+        base = self._base_of(document, grid)
         if not document.pins and not document.curves:
             return base
         at, to = handles_of(document).points(grid)
         editing = self._editing_of(grid, document.warp.frame)
         editing.hold(at)
         return editing.solve(to, base)
+
+    def _base_of(self, document: Document, grid: Grid) -> Points:
+        """Return where preset and outline take the nodes, kept while pins and curves are dragged."""
+        key = (document.warp, document.size_px, document.outline)
+        if self._base is None or self._base[0] != key:
+            base = preset_of(document)(grid.nodes)
+            if document.outline is not None:
+                base = follow_outline(base, pixels_from_places(document.canvas_px, document.outline.ring))
+            self._base = key, readonly(base)
+        return self._base[1]
 
     def _prepared(self, document: Document) -> LiveWarp:
         live = self._on_grid(document)

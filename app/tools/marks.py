@@ -1,0 +1,36 @@
+"""All that is drawn over the picture: the tool's own shapes, and below them the handles that other tools set."""
+
+import numpy as np
+
+from app.editor import Editor
+from app.shapes import Bezier, Circle, Shape
+from app.tools.curves import WARP_CURVES
+from app.tools.outline import ring_on_screen
+from app.tools.pins import targets_on_screen
+
+PIN_PX = 3.0
+
+
+def marks(editor: Editor) -> list[Shape]:
+    """Return the shapes to draw now, in screen pixels, the lowest first.
+
+    The tool's shapes stay while another tool is held for a moment.
+    """
+    session = editor.session
+    tool = editor.tools[session.tool]
+    others = _handles(editor) if session.mode == "warp" else []
+    return [*others, *tool.overlay(editor)]
+
+
+def _handles(editor: Editor) -> list[Shape]:
+    """Return outline, curves and pins in their quiet form, as far as they are switched on."""
+    session, document = editor.session, editor.document
+    shapes: list[Shape] = []
+    if session.overlays.outline and session.tool != "outline":
+        shapes.append(Bezier(ring_on_screen(editor), "outline"))
+    if session.overlays.handles and session.tool != "curves":
+        shapes.extend(Bezier(WARP_CURVES.on_screen(editor, pair, "target"), "target") for pair in document.curves)
+    if session.overlays.handles and session.tool != "pins":
+        places = np.reshape(targets_on_screen(editor), (-1, 2))
+        shapes.extend(Circle((float(x), float(y)), PIN_PX, "pin-rest", filled=True) for x, y in places)
+    return shapes
