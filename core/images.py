@@ -362,7 +362,6 @@ def _spec(image: Image, suffix: str, quality: int) -> OpenImageIO.ImageSpec:
     for name, kind, value in image.metadata:
         # Short integers are left out of EXIF by OpenImageIO, plain ones are not.
         spec.attribute(name, OpenImageIO.TypeDesc("int" if kind in _SHORT else kind), value)
-    spec.attribute("Orientation", 1)
     profile = usable_profile(image.icc, image.channels)
     if profile is not None:
         spec.attribute("ICCProfile", OpenImageIO.TypeDesc(f"uint8[{len(profile)}]"), np.frombuffer(profile, np.uint8))

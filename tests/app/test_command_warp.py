@@ -88,9 +88,29 @@ def test_the_canvas_holds_the_whole_warp_or_the_frame(folder: Path) -> None:
     # The upper side rises by 3/4 of half the height: 24 rows, the lower side's corners stay.
     assert load("out.png").pixels.shape == (HEIGHT + 24, WIDTH, 4)
     np.testing.assert_allclose(found["warped"].min((0, 1)), [-0.5, -0.5], atol=0.05)
+    np.testing.assert_array_equal(found["plain"], found["warped"])
     assert weft(*words, "--frame", "picture") == 0
     assert load("out.png").pixels.shape[:2] == (HEIGHT, WIDTH)
     np.testing.assert_allclose(arrays("map.npz")["warped"] + [0, 24], found["warped"], atol=1e-9)
+
+
+def feature_report(*words: str) -> dict[str, Any]:
+    assert weft("photo.png", "-o", "out.png", "--mask", "mask.png", "--report", "report.json", *words) == 0
+    feature: dict[str, Any] = json.loads(Path("report.json").read_text())["features"][0]
+    return feature
+
+
+def test_what_is_kept_can_be_chosen(folder: Path) -> None:
+    words = ("--preset", "arc", "--bend=40", "--size", "144x96")
+    assert feature_report(*words)["scale"] > 1.3
+    assert feature_report(*words, "--keep", "rigid")["scale"] == pytest.approx(1)
+    assert feature_report(*words, "--keep", "none")["residual"] > 0.01
+    assert 1e-6 < feature_report(*words, "--method", "per-quad")["residual"] < 0.1
+
+
+def test_the_axis_can_be_turned(folder: Path) -> None:
+    assert weft("photo.png", "-o", "out.png", "--preset", "arch", "--bend=100", "--vertical-axis") == 0
+    assert load("out.png").pixels.shape[:2] == (HEIGHT, WIDTH + 36)
 
 
 def test_another_size_stretches_all_but_the_feature(folder: Path) -> None:

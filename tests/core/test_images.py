@@ -9,7 +9,7 @@ import pytest
 
 from core import color
 from core.arrays import Bytes, InputError, Singles
-from core.images import Attribute, Image, load, load_mask, save, upright
+from core.images import Attribute, Image, load, load_mask, save, upright, usable_profile
 from tests.core.profiles import icc_profile
 
 
@@ -109,6 +109,7 @@ def test_depth_follows_the_format(tmp_path: Path) -> None:
 EXIF = (
     Attribute("Make", "string", "Acme"),
     Attribute("ExposureTime", "float", 0.008),
+    Attribute("Exif:Flash", "uint16", 16),
     Attribute("Exif:FocalLength", "float", 50.0),
     Attribute("Exif:DateTimeOriginal", "string", "2020:01:01 00:00:00"),
     Attribute("GPS:Latitude", "float[3]", (52.0, 30.0, 12.25)),
@@ -141,6 +142,7 @@ def test_a_damaged_profile_goes(tmp_path: Path, damage: bytes) -> None:
     image = Image(picture().pixels, icc=damage)
     save(image, tmp_path / "a.png")
     assert load(tmp_path / "a.png").icc is None
+    assert usable_profile(damage, 3) is None
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))

@@ -33,6 +33,18 @@ def test_where_the_picture_does_not_come_nothing_is_covered() -> None:
     assert (found[:, 70:] == 0).all()
 
 
+def test_no_seam_stays_open_on_pixel_centres() -> None:
+    found = st_map(nodes(), nodes() + 0.5, (WIDTH, HEIGHT), Canvas(WIDTH + 1, HEIGHT + 1)).pixels
+    assert (found[..., 3] == 1).all()
+
+
+def test_of_a_fold_the_upright_side_is_seen() -> None:
+    folded = nodes()
+    folded[..., 0] = np.minimum(folded[..., 0], 59 - folded[..., 0])
+    found = st_map(nodes(), folded, (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT)).pixels
+    np.testing.assert_allclose(found[9, :29, 0], (np.arange(29) + 0.5) / WIDTH, atol=1e-6)
+
+
 def test_many_bands_and_chunks_are_one_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     warped = make_warp("twist", WIDTH, HEIGHT, bend=80)(nodes())
     whole = st_map(nodes(), warped, (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT)).pixels

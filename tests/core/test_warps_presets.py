@@ -58,6 +58,12 @@ def test_nothing_folds(
     assert count_folds(moved) == 0
 
 
+@pytest.mark.parametrize("bend", [-100, 100])
+@pytest.mark.parametrize("name", SHAPES)
+def test_nothing_folds_at_the_ends(name: str, bend: float) -> None:
+    assert count_folds(make_warp(name, 300, 200, bend=bend)(nodes(300, 200))) == 0
+
+
 @pytest.mark.parametrize("bend", [-50, 50, 40])
 def test_each_preset_is_a_shape_of_its_own(bend: float) -> None:
     rest = nodes(480, 320, 1600)
