@@ -1,8 +1,8 @@
 """The map on the screen: follows the document by one solve a frame, and settles when the artist rests.
 
 While something moves, the answer is the linear one, which may fold. A short while after the last change the final
-answer is worked out in the background, from the document alone as an export does, and takes its place. An answer
-that is late is shown only if nothing newer is on the screen.
+answer is worked out in the background, as an export does it, and takes its place; if something moves meanwhile it is
+dropped.
 """
 
 import logging
@@ -15,7 +15,7 @@ from app.jobs import Jobs, Task
 from core import tracing
 from core.arrays import Bools, Points, WeftError
 from core.document import Document
-from core.document_map import MapSolver, grid_of, preset_of, settled
+from core.document_map import MapSolver, grid_of, preset_of
 from core.grid import Features, Grid
 from core.mapping.warping import Warped
 from core.mesh import Mesh
@@ -95,7 +95,9 @@ class LiveWarp:
         self._changed_at = 0.0
         self._solver = MapSolver()
         self._side_solver = MapSolver()
-        """Only for the live thread."""
+        """The live thread's; what it has built is taken over with its answer."""
+        self._final_solver = MapSolver()
+        """The live thread's, for final answers."""
 
     @property
     def is_settled(self) -> bool:
@@ -121,7 +123,8 @@ class LiveWarp:
         elif document is not self._seen:
             self._rename(document)
         if not self.is_settled and self.wait_s == 0.0:
-            self._jobs.submit("settle", Task("Settle", lambda: settled(document), self._take_settled, self._take_fault))
+            steps = lambda: self._final_solver.settle(document)  # noqa: E731
+            self._jobs.submit("settle", Task("Settle", steps, self._take_settled, self._take_fault))
 
     def current(self, document: Document) -> Answer:
         """Return the answer to `document`, as far as one is there."""
@@ -132,13 +135,13 @@ class LiveWarp:
     def _solve(self, document: Document) -> None:
         """Answer now if that fits into a frame; else show the last answer until the live thread has one."""
         try:
-            grid = grid_of(document)
             if self.answer is None or self.answer.document.image is not document.image:
                 self.answer = _untouched(document)
-            if grid.size <= INLINE_NODES:
-                self._jobs.drop("solve")
+            if self._jobs.holds("solve"):
+                return
+            if grid_of(document).size <= INLINE_NODES and not self._solver.is_heavy(document):
                 self._show(document, self._solver.frame(document))
-            elif not self._jobs.holds("solve"):
+            else:
                 self._solve_beside(document)
         except WeftError as fault:
             self.fault = str(fault)
@@ -151,12 +154,21 @@ class LiveWarp:
             return self._side_solver.frame(document)
 
         def deliver(result: Warped) -> None:
+            self._solver, self._side_solver = self._side_solver, self._solver
             if self._seen is not None and document.image is self._seen.image:
                 self._show(document, result)
-            if self._seen is not None and document is not self._seen:
-                self._solve_beside(self._seen)
+            go_on()
 
-        self._jobs.submit("solve", Task("Solve", steps, deliver, self._take_fault))
+        def fail(fault: Exception) -> None:
+            if document is self._seen:
+                self._take_fault(fault)
+            go_on()
+
+        def go_on() -> None:
+            if self._seen is not None and not _maps_alike(document, self._seen):
+                self._solve(self._seen)
+
+        self._jobs.submit("solve", Task("Solve", steps, deliver, fail))
 
     def _show(self, document: Document, result: Warped, *, final: bool = False) -> None:
         with tracing.span("answer", settled=final):

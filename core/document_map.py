@@ -21,6 +21,9 @@ from core.warps.outline import follow_outline
 from core.warps.presets import make_warp
 from core.warps.warp import Warp, compose, resize
 
+_NOWHERE: Points = np.empty((0, 2))
+NEW_HANDLES_AT_ONCE = 4
+"""Each new handle costs a solve; so many fit into a frame."""
 _EDGE_SAMPLES = 65
 """Points of a side at which a cubic is fitted to it."""
 
@@ -95,13 +98,30 @@ class MapSolver:
         self._mask: Raster | None = None
         self._features: Features | None = None
         self._base: tuple[object, Points] | None = None
+        self._held = _NOWHERE
+        """The places that the editing system has responses for."""
+
+    def is_heavy(self, document: Document) -> bool:
+        """Return whether the next answer needs more than a frame's time: another grid, or many new handles."""
+        if self._live is None or self._live.grid != grid_of(document):
+            return True
+        if not document.pins and not document.curves:
+            return False
+        if self._editing is None or self._editing.frame != document.warp.frame:
+            return True
+        held = set(map(tuple, self._held.tolist()))
+        at, _ = handles_of(document).points(self._live.grid)
+        return sum(tuple(place) not in held for place in at.tolist()) > NEW_HANDLES_AT_ONCE
 
     def frame(self, document: Document) -> Warped:
         """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""
         return self._prepared(document).frame(self.plain(document))
 
     def settle(self, document: Document) -> Job[Warped]:
-        """Return the answer without folds where W has none."""
+        """Return the answer without folds where W has none; the same bits, whatever was answered before."""
+        if self._editing is not None:
+            # Responses are kept in the order in which handles came; their last bits depend on it.
+            self._editing.hold(_NOWHERE)
         return (yield from self._prepared(document).settle(self.plain(document)))
 
     def plain(self, document: Document) -> Points:
@@ -113,6 +133,7 @@ class MapSolver:
         at, to = handles_of(document).points(grid)
         editing = self._editing_of(grid, document.warp.frame)
         editing.hold(at)
+        self._held = at
         return editing.solve(to, base)
 
     def _base_of(self, document: Document, grid: Grid) -> Points:
@@ -148,5 +169,5 @@ class MapSolver:
 
     def _editing_of(self, grid: Grid, frame: Frame) -> Editing:
         if self._editing is None or self._editing.frame != frame:
-            self._editing = Editing(grid, frame=frame)
+            self._editing, self._held = Editing(grid, frame=frame), _NOWHERE
         return self._editing

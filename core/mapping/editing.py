@@ -139,7 +139,7 @@ class Editing:
         """Return S, of which the rows and columns of places known before are kept."""
         assert self._factor is not None
         known = {tuple(point): i for i, point in enumerate(self._points.tolist())}
-        before = np.array([known.get(tuple(point), -1) for point in points.tolist()])
+        before = np.array([known.get(tuple(point), -1) for point in points.tolist()], np.int64)
         old = np.flatnonzero(before >= 0)
         S = np.zeros((len(points), len(points)), np.float64 if self.frame == "held" else np.complex128)
         S[np.ix_(old, old)] = self._S[np.ix_(before[old], before[old])]

@@ -50,7 +50,7 @@ class EditorDriver:
         self.start = start or document()
         self.editor = Editor(self.start, TOOLS, jobs=jobs or Jobs.inline(), clock=self.clock)
         self.editor.show(view=View(size=(800.0, 600.0)))
-        self.editor.update()
+        self.frame()
 
     @property
     def document(self) -> Document:
@@ -116,7 +116,10 @@ class EditorDriver:
         return self.frame()
 
     def frame(self) -> "EditorDriver":
+        """Draw a frame, and one more for what jobs have ready."""
         self.editor.update()
+        if not self.editor.jobs.is_idle:
+            self.editor.update()
         return self
 
     def rest(self) -> "EditorDriver":

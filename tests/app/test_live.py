@@ -74,10 +74,42 @@ def test_what_is_shown_at_rest_is_what_an_export_computes() -> None:
     assert drive.editor.answer.warped.tobytes() == result.warped.tobytes()
 
 
+def test_the_final_answer_depends_on_nothing_but_the_document() -> None:
+    drive = EditorDriver(swirled().with_warp(bend=40)).tool("pins")
+    for step, place in enumerate([(30, 30), (170, 40), (100, 120), (40, 110)]):
+        drive.drag(place, (place[0] + 5, place[1] + 3)).rest()
+        if step == 2:
+            drive.click(175, 43, alt=True).rest()
+        final = drive.editor.answer
+        assert final.settled
+        assert final.warped.tobytes() == run(settled(drive.document)).warped.tobytes()
+    drive.tool("brush").drag((90, 60), (110, 90)).rest()
+    drive.tool("curves").click(60, 130).click(120, 140).key("enter").drag((60, 130), (60, 125)).rest()
+    assert drive.editor.answer.settled
+    assert drive.editor.answer.warped.tobytes() == run(settled(drive.document)).warped.tobytes()
+
+
+def test_a_handle_that_needs_a_factorisation_does_not_hold_the_window_up() -> None:
+    later = Later()
+    drive = EditorDriver(jobs=Jobs(live=later, long=InlineExecutor())).tool("pins")
+    later.run()
+    before = drive.frame().editor.answer
+    drive.press(60, 50)
+    assert drive.editor.answer is before
+    drive.move(80, 50)
+    later.run()
+    drive.frame()
+    assert np.allclose(drive.screen_of(60, 50), (80, 50), atol=1e-3)
+    drive.move(90, 50)
+    assert np.allclose(drive.screen_of(60, 50), (90, 50), atol=1e-3)
+    assert not later.waiting
+
+
 def test_a_change_drops_the_final_answer_under_way() -> None:
     later = Later()
     drive = EditorDriver(swirled(), jobs=Jobs(live=later, long=InlineExecutor()))
-    drive.rest()
+    later.run()
+    drive.frame().rest()
     assert later.waiting
     drive.editor.edit("Bend", drive.document.with_warp(bend=20))
     drive.frame()
