@@ -3,9 +3,9 @@
 Read is whatever OpenImageIO knows; written are PNG, TIFF, EXR, JPEG and WebP. What happens to the special cases:
 
 - EXIF orientation is applied to the pixels and reset. Other EXIF, IPTC and XMP entries and the ICC profile are kept;
-  colours are not converted.
+  colours are not converted. (ISO speed is lost in TIFF, and so is a grey profile in WebP, which has no grey.)
 - Palettes are expanded. CMYK becomes RGB, its profile goes. Of files with other channel sets red, green, blue and alpha
-  are taken by name, else the first channels. Of files with several pictures the first is taken.
+  are taken by name, else the first channels. Of files with several pictures the first is taken, of EXR the data window.
 - Alpha is straight, as in PNG. Files that hold premultiplied colours (EXR, some TIFF) are divided on reading, EXR is
   multiplied on writing, so that a colour without any alpha is lost there.
 - Float pictures are linear light; NaN becomes 0, infinities the largest finite number.

@@ -284,11 +284,38 @@ def test_a_full_disk_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) 
     assert Path("/dev/full").is_char_device()
 
 
-def test_palette_and_orientation_are_resolved(folder: Path) -> None:
-    spec = OpenImageIO.ImageSpec(WIDTH, HEIGHT, 3, "uint8")
-    spec.attribute("Orientation", 6)
+def write_with(path: str, pixels: Any, **attributes: Any) -> None:
+    """Write `pixels` with OpenImageIO itself; colons in names are written as double underscores."""
+    kind = {"uint8": "uint8", "float32": "float"}[str(pixels.dtype)]
+    spec = OpenImageIO.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kind)
+    for name, value in attributes.items():
+        spec.attribute(name.replace("__", ":"), value)
     buffer = OpenImageIO.ImageBuf(spec)
-    buffer.set_pixels(spec.roi, photograph())
-    assert buffer.write("turned.jpg")
+    buffer.set_pixels(spec.roi, pixels)
+    assert buffer.write(path)
+
+
+BEND = ("--preset", "rise", "--bend", "-40")
+
+
+def test_numbers_that_are_none_do_not_spread(folder: Path) -> None:
+    light = photograph().astype(np.float32) / 255
+    light[20, 30] = np.nan
+    write_with("light.exr", light)
+    assert weft("light.exr", "-o", "out.exr", *BEND) == 0
+    assert np.isfinite(load("out.exr").pixels).all()
+
+
+def test_grey_palette_and_ink_become_pictures(folder: Path) -> None:
+    save(Image(disc()[..., None]), "grey.png")
+    write_with("palette.gif", photograph())
+    write_with("ink.tif", np.concatenate([photograph(), disc(0)[..., None]], axis=2), tiff__ColorSpace="CMYK")
+    for name, channels in {"grey.png": 2, "palette.gif": 4, "ink.tif": 4}.items():
+        assert weft(name, "-o", "out.png", *BEND) == 0
+        assert load("out.png").channels == channels
+
+
+def test_orientation_is_resolved(folder: Path) -> None:
+    write_with("turned.jpg", photograph(), Orientation=6)
     assert weft("turned.jpg", "-o", "out.png") == 0
     assert load("out.png").pixels.shape == (WIDTH, HEIGHT, 3)

@@ -1,5 +1,7 @@
 """Pictures come back from disk as they were written, and faults are named in one line."""
 
+import struct
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -234,6 +236,16 @@ def test_files_cut_short_are_named(tmp_path: Path, suffix: str, share: float) ->
     save(picture(height=90, width=120), path)
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
     with pytest.raises(InputError, match=rf"a\{suffix}: .*cut short|a\{suffix}: not an image"):
+        load(path)
+
+
+def test_a_header_that_asks_for_too_much_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    save(picture(), path)
+    data = path.read_bytes()
+    header = b"IHDR" + struct.pack(">II", 60_000, 60_000) + data[24:29]
+    path.write_bytes(data[:12] + header + struct.pack(">I", zlib.crc32(header)) + data[33:])
+    with pytest.raises(InputError, match=r"a\.png: not an image, damaged or cut short"):
         load(path)
 
 
