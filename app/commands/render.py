@@ -1,0 +1,52 @@
+"""Export a saved project."""
+
+import argparse
+from pathlib import Path
+
+from app.commands.terminal import on_terminal
+from app.render.export import rendering
+from core.arrays import InputError
+from core.canvas import Canvas
+from core.document import Document
+from core.document_map import settled
+from core.files import check_place
+from core.images import Image, check_writable_format, save
+from core.progress import Job, part
+from core.progress import run as finished
+from core.project import load_project
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `weft render`."""
+    parser.add_argument("project", type=Path, metavar="PROJECT")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT")
+    parser.add_argument(
+        "--frame",
+        choices=("picture", "warp"),
+        default="picture",
+        help="picture, the default: the frame of the project's canvas; warp: one that holds all of the warped picture",
+    )
+    parser.add_argument("--scale", type=float, default=1.0, metavar="S", help="output pixels per pixel, 1 by default")
+    parser.add_argument("--quality", type=int, default=95, metavar="1-100", help="of JPEG and WebP")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Read the project, map it, render and write."""
+    check_writable_format(arguments.output)
+    check_place(arguments.output)
+    if not 1 <= arguments.quality <= 100:
+        raise InputError(f"--quality {arguments.quality}: not from 1 to 100")
+    if not 0 < arguments.scale <= 64:
+        raise InputError(f"--scale {arguments.scale:g}: not above 0 and up to 64")
+    document = load_project(arguments.project)
+    job = exported(document, whole=arguments.frame == "warp", scale=arguments.scale)
+    save(finished(job, on_terminal()), arguments.output, quality=arguments.quality)
+
+
+def exported(document: Document, *, whole: bool, scale: float) -> Job[Image]:
+    """Return the picture of `document`, in its own frame or in one that holds the `whole` warp."""
+    found = yield from part(settled(document), 0.0, 0.3)
+    canvas = Canvas.around(found.warped) if whole else Canvas(*document.canvas_px)
+    final = Canvas(max(1, round(canvas.width_px * scale)), max(1, round(canvas.height_px * scale)))
+    moved = canvas.placed(found.warped)
+    return (yield from part(rendering(document.image, found.rest, moved, size=final.size, scale=scale), 0.3, 1.0))

@@ -1,0 +1,62 @@
+"""`weft render` exports what a project holds."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from core.document import Document, WarpSettings
+from core.images import Image, load, save
+from core.project import save_project
+
+pytestmark = pytest.mark.gpu
+
+
+def document() -> Document:
+    y, x = np.mgrid[0:40, 0:60]
+    picture = Image(np.stack([x * 4, y * 6, 0 * x + 90], axis=-1).astype(np.uint8))
+    return replace(Document.of(picture), warp=WarpSettings(preset="arch", bend=100))
+
+
+def test_a_project_gives_what_the_warp_command_gives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    save(document().image, "photo.png")
+    save_project(document(), Path("a.weft"))
+    for frame in ("picture", "warp"):
+        assert main(["render", "a.weft", "-o", "one.png", "--frame", frame]) == 0
+        assert main(["warp", "photo.png", "-o", "two.png", "--preset", "arch", "--bend=100", "--frame", frame]) == 0
+        assert load("one.png").pixels.shape[:2] == ((40, 60) if frame == "picture" else (55, 60))
+        np.testing.assert_array_equal(load("one.png").pixels, load("two.png").pixels)
+
+
+def test_the_scale_multiplies_the_pixels(tmp_path: Path) -> None:
+    save_project(document(), tmp_path / "a.weft")
+    assert main(["render", str(tmp_path / "a.weft"), "-o", str(tmp_path / "a.png"), "--scale", "2"]) == 0
+    assert load(tmp_path / "a.png").pixels.shape[:2] == (80, 120)
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (["none.weft", "-o", "a.png"], "none.weft: no such file"),
+        (["photo.png", "-o", "a.png"], "photo.png: not a Weft project"),
+        (["a.weft", "-o", "a.bmp"], "a.bmp: unknown picture format '.bmp'"),
+        (["a.weft", "-o", "a.png", "--scale", "0"], "--scale 0: not above 0"),
+        (["a.weft", "-o", "a.jpg", "--quality", "101"], "--quality 101: not from 1 to 100"),
+    ],
+)
+def test_what_cannot_be_is_named(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    fault: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_project(document(), Path("a.weft"))
+    save(document().image, "photo.png")
+    assert main(["render", *words]) == 2
+    assert f"weft: error: {fault}" in capsys.readouterr().err
+    assert not list(Path().glob("a.[pjb]*"))
