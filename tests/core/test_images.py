@@ -11,7 +11,9 @@ import pytest
 
 from core import color
 from core.arrays import Bytes, InputError, Singles
-from core.images import Attribute, Image, load, load_mask, save, upright, usable_profile
+from core.image import usable_profile
+from core.image_reading import upright
+from core.images import Attribute, Image, load, load_mask, save
 from tests.core.profiles import icc_profile
 
 
@@ -183,6 +185,12 @@ def test_numbers_that_are_none_become_numbers(tmp_path: Path) -> None:
     write_with(tmp_path / "a.exr", pixels)
     top = np.finfo(np.float32).max
     np.testing.assert_array_equal(load(tmp_path / "a.exr").pixels, singles([[[0, top, -top], [0.5, 0.25, 2.0]]]))
+
+
+def test_dividing_by_little_alpha_stays_finite(tmp_path: Path) -> None:
+    top = float(np.finfo(np.float32).max)
+    write_with(tmp_path / "a.exr", singles([[[np.inf, 1.0, 0.0, 1e-3], [np.nan, np.nan, 1.0, np.nan]]]))
+    np.testing.assert_allclose(load(tmp_path / "a.exr").pixels, [[[top, 1e3, 0, 1e-3], [0, 0, 0, 0]]], rtol=1e-5)
 
 
 def test_channels_are_found_by_name(tmp_path: Path) -> None:

@@ -1,0 +1,160 @@
+"""Reading pictures and masks through OpenImageIO; `core.images` says what becomes of the special cases."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO
+
+from core import color, webp_exif
+from core.arrays import Bytes, InputError, Pixels, readonly
+from core.image import Attribute, Image, usable_profile
+
+_STRUCTURE = ("ICCProfile", "oiio:", "png:", "tiff:", "jpeg:", "openexr:", "webp:", "gif:", "thumbnail", "screenWindow")
+_STRUCTURE_NAMES = {"Orientation", "compression", "planarconfig", "Exif:PixelXDimension", "Exif:PixelYDimension"}
+
+
+def load(path: Path | str) -> Image:
+    """Read the picture `path`.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not an image, or cut short.
+    """
+    path = Path(path)
+    _check_readable(path)
+    wish = OpenImageIO.ImageSpec()
+    wish.attribute("oiio:UnassociatedAlpha", 1)
+    source = OpenImageIO.ImageInput.open(str(path), wish)
+    fault = OpenImageIO.geterror()
+    if source is None:
+        raise InputError(f"{path}: {_open_fault(fault)}")
+    try:
+        spec = source.spec()
+        pixels = source.read_image(0, 0, 0, spec.nchannels, _reading_depth(spec))
+        fault = source.geterror()
+    finally:
+        source.close()
+    if pixels is None or "remature end" in fault:
+        raise InputError(f"{path}: the image is damaged or cut short")
+    if source.format_name() == "webp":
+        spec = _with_exif(spec, path)
+    return _image_from_file(np.asarray(pixels), spec)
+
+
+def load_mask(path: Path | str, size: tuple[int, int]) -> Bytes:
+    """Read a mask for a picture of `size`, (H, W): (H, W) uint8, over 127 is a feature.
+
+    Colours count by their luma (Rec. 601), alpha not at all. Raises `InputError` as `load` does, and for another size.
+    """
+    image = load(path)
+    if image.pixels.shape[:2] != tuple(size):
+        raise InputError(
+            f"{path}: the mask has {image.width_px}x{image.height_px} pixels, the image {size[1]}x{size[0]}"
+        )
+    colors = image.pixels[..., : color.color_channels(image.channels)]
+    levels = colors if colors.dtype == np.uint8 else color.quantise(color.unit(colors), np.uint8)
+    grey = (
+        levels[..., 0] if levels.shape[2] == 1 else np.rint(levels @ np.array([0.299, 0.587, 0.114])).astype(np.uint8)
+    )
+    return readonly(grey)
+
+
+def _check_readable(path: Path) -> None:
+    """Name what keeps `path` from being opened at all."""
+    try:
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder, not an image")
+        with path.open("rb") as file:
+            if not file.read(1):
+                raise InputError(f"{path}: the file is empty")
+    except OSError as fault:
+        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
+
+
+def _open_fault(fault: str) -> str:
+    """Say in one line why OpenImageIO cannot open a file."""
+    return "not an image of a known format" if "format reader" in fault else "not an image, damaged or cut short"
+
+
+def _with_exif(spec: OpenImageIO.ImageSpec, path: Path) -> OpenImageIO.ImageSpec:
+    """Return the description of the WebP file `path` with its EXIF entries."""
+    entries = webp_exif.read_exif(path)
+    for entry in entries.extra_attribs if entries is not None else ():
+        if not entry.name.startswith(_STRUCTURE):
+            spec.attribute(entry.name, entry.type, entry.value)
+    return spec
+
+
+def _reading_depth(spec: OpenImageIO.ImageSpec) -> Any:
+    """Return the depth to read at: 8 and 16 bits as stored, all else as float."""
+    kept = {"uint8": OpenImageIO.UINT8, "uint16": OpenImageIO.UINT16}
+    return kept.get(str(spec.format), OpenImageIO.FLOAT)
+
+
+def _image_from_file(pixels: Pixels, spec: OpenImageIO.ImageSpec) -> Image:
+    """Bring what a file held into the one form that `Image` has."""
+    linear = pixels.dtype == np.float32
+    pixels = _take_channels(pixels, spec)
+    if linear:
+        pixels = np.nan_to_num(pixels, copy=False, nan=0.0)
+    if pixels.shape[2] in (2, 4) and not spec.get_int_attribute("oiio:UnassociatedAlpha"):
+        pixels = _straight(pixels)
+    pixels = upright(pixels, spec.get_int_attribute("Orientation", 1))
+    return Image(
+        readonly(np.ascontiguousarray(pixels)), linear, _profile(spec, pixels.shape[2]), _kept_attributes(spec)
+    )
+
+
+def _straight(pixels: Pixels) -> Pixels:
+    """Return premultiplied pixels with straight alpha; what overflows becomes the largest number."""
+    with np.errstate(over="ignore"):
+        straight = color.unpremultiply(color.unit(pixels))
+    return color.quantise(np.nan_to_num(straight, copy=False), pixels.dtype)
+
+
+def _take_channels(pixels: Pixels, spec: OpenImageIO.ImageSpec) -> Pixels:
+    """Return the channels R, G, B and A if they are named so, else the first ones."""
+    names = list(spec.channelnames)
+    rgb = [names.index(name) for name in "RGB" if name in names]
+    alpha = [names.index("A")] if "A" in names else [spec.alpha_channel] if spec.alpha_channel >= 0 else []
+    if len(rgb) < 3:
+        plain = [i for i in range(len(names)) if i not in alpha]
+        rgb = plain[:3] if len(plain) >= 3 else plain[:1] or alpha
+        alpha = [i for i in alpha if i not in rgb]
+    chosen = rgb + alpha
+    return pixels if chosen == list(range(pixels.shape[2])) else pixels[..., chosen]
+
+
+_UPRIGHT: dict[int, Callable[[Pixels], Pixels]] = {
+    2: lambda p: p[:, ::-1],
+    3: lambda p: p[::-1, ::-1],
+    4: lambda p: p[::-1],
+    5: lambda p: p.swapaxes(0, 1),
+    6: lambda p: p[::-1].swapaxes(0, 1),
+    7: lambda p: p[::-1, ::-1].swapaxes(0, 1),
+    8: lambda p: p[:, ::-1].swapaxes(0, 1),
+}
+
+
+def upright(pixels: Pixels, orientation: int) -> Pixels:
+    """Return `pixels` turned and mirrored as the EXIF orientation 1 to 8 says; other numbers change nothing."""
+    turn = _UPRIGHT.get(orientation)
+    return pixels if turn is None else turn(pixels)
+
+
+def _kept_attributes(spec: OpenImageIO.ImageSpec) -> tuple[Attribute, ...]:
+    """Return the entries that describe the picture rather than the layout of its file."""
+    return tuple(
+        Attribute(entry.name, str(entry.type), entry.value)
+        for entry in spec.extra_attribs
+        if not entry.name.startswith(_STRUCTURE) and entry.name not in _STRUCTURE_NAMES
+    )
+
+
+def _profile(spec: OpenImageIO.ImageSpec, channels: int) -> bytes | None:
+    """Return the ICC profile if it is whole and fits grey or RGB pixels."""
+    value = spec.getattribute("ICCProfile")
+    return usable_profile(None if value is None else np.asarray(value, np.uint8).tobytes(), channels)

@@ -1,0 +1,169 @@
+"""Writing pictures through OpenImageIO; `core.images` says what each format can hold."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO
+
+from core import color, webp_exif
+from core.arrays import InputError, Pixels
+from core.files import atomic_file
+from core.image import Image, usable_profile
+
+_FORMATS = {
+    ".png": "png",
+    ".tif": "tiff",
+    ".tiff": "tiff",
+    ".exr": "openexr",
+    ".jpg": "jpeg",
+    ".jpeg": "jpeg",
+    ".webp": "webp",
+}
+SUFFIXES = tuple(_FORMATS)
+"""Endings of the formats that `save` writes."""
+_SHORT = {"uint8", "uint16", "int16", "uint"}
+
+
+def save(image: Image, path: Path | str, *, quality: int = 95) -> None:
+    """Write `image` to `path` in the format that its ending names; it appears whole or not at all.
+
+    `quality`, 1 to 100, is that of JPEG and WebP (100: WebP is lossless).
+
+    Raises
+    ------
+    InputError
+        If the ending is unknown, the format cannot hold the picture, or the file cannot be written.
+    """
+    path = Path(path)
+    with atomic_file(path) as place:
+        write(image, place, named=path, quality=quality)
+
+
+def write(image: Image, place: Path, *, named: Path, quality: int = 95) -> None:
+    """Write `image` to `place` at once, as `save` does to `named`; faults name that."""
+    check_writable_format(named)
+    if not 1 <= quality <= 100:
+        raise InputError(f"quality {quality}: not from 1 to 100")
+    _write(_fit_to_format(image, named.suffix.lower()), place, named, quality=quality)
+
+
+def check_writable_format(path: Path) -> None:
+    """Raise `InputError` if `save` cannot write a file with the ending of `path`."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: unknown picture format {path.suffix!r}; use one of {', '.join(SUFFIXES)}")
+
+
+def _fit_to_format(image: Image, suffix: str) -> Image:
+    """Return `image` with the depth and channels that the format of `suffix` can hold."""
+    pixels, linear = image.pixels, image.linear
+    if suffix in (".jpg", ".jpeg"):
+        if image.has_alpha:
+            pixels = _on_white(image)
+        elif linear or pixels.dtype != np.uint8:
+            pixels = _restored(image, np.uint8, linear=False)
+        linear = False
+    elif suffix == ".webp":
+        pixels = pixels if pixels.dtype == np.uint8 else _restored(image, np.uint8, linear=False)
+        if image.channels <= 2:
+            pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
+        linear = False
+    elif suffix == ".png" and pixels.dtype == np.float32:
+        pixels, linear = _restored(image, np.uint16, linear=False), False
+    elif suffix == ".exr" and not (linear and pixels.dtype == np.float32):
+        pixels, linear = _restored(image, np.float32, linear=True), True
+    return image if pixels is image.pixels else replace(image, pixels=pixels, linear=linear)
+
+
+def _restored(image: Image, depth: Any, *, linear: bool) -> Pixels:
+    """Return the pixels at another depth; the transfer function is applied only where `linear` differs."""
+    if linear == image.linear:
+        return color.quantise(color.unit(image.pixels), depth)
+    return color.stored(color.linear_light(image.pixels, linear=image.linear), depth=depth, linear=linear)
+
+
+def _on_white(image: Image) -> Pixels:
+    """Return the 8-bit picture on white, by bands of rows, since float copies of large pictures are larger still."""
+    bands = []
+    for top in range(0, image.height_px, 256):
+        light = color.linear_light(image.pixels[top : top + 256], linear=image.linear)
+        bands.append(color.stored(color.over(light, 1.0), depth=np.uint8, linear=False))
+    return np.concatenate(bands)
+
+
+def _write(image: Image, place: Path, path: Path, *, quality: int) -> None:
+    """Write `image`, which fits the format, to `place`; faults name `path`."""
+    pixels = image.pixels
+    if image.has_alpha and path.suffix.lower() == ".exr":
+        pixels = color.premultiply(pixels)
+    suffix = path.suffix.lower()
+    sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
+    if sink is None:
+        raise InputError(f"{path}: {_first_line(OpenImageIO.geterror())}")
+    spec = _spec(image, suffix, quality)
+    with _staged(place, pixels.nbytes + len(image.icc or b"")) as name:
+        try:
+            done = sink.open(name, spec) and sink.write_image(pixels)
+            fault = sink.geterror()
+        finally:
+            closed = sink.close()
+        if not (done and closed):
+            raise InputError(f"{path}: cannot be written: {_first_line(fault or sink.geterror())}")
+    if suffix == ".webp" and image.metadata:
+        webp_exif.add_exif(place, spec)
+
+
+@contextmanager
+def _staged(place: Path, size_bytes: int) -> Iterator[str]:
+    """Yield the name of a file in memory whose contents then go to `place`.
+
+    The libraries behind OpenImageIO write to a full disk in silence, or end the process; Python says what is wrong.
+    `size_bytes`, about what the file may need, is refused beforehand if no file may be as large. Where the system has
+    no such files, `place` itself is yielded.
+    """
+    if not hasattr(os, "memfd_create"):
+        yield str(place)
+        return
+    with os.fdopen(os.memfd_create("picture"), "rb+") as memory:
+        memory.truncate(size_bytes + size_bytes // 20 + 65_536)
+        memory.truncate(0)
+        yield f"/proc/self/fd/{memory.fileno()}"
+        memory.seek(0)
+        with place.open("wb") as file:
+            shutil.copyfileobj(memory, file, 1 << 20)
+
+
+def _spec(image: Image, suffix: str, quality: int) -> OpenImageIO.ImageSpec:
+    """Return OpenImageIO's description of the file to write."""
+    spec = OpenImageIO.ImageSpec(
+        image.width_px, image.height_px, image.channels, str(image.pixels.dtype).replace("32", "")
+    )
+    for name, kind, value in image.metadata:
+        # Short integers are left out of EXIF by OpenImageIO, plain ones are not.
+        spec.attribute(name, OpenImageIO.TypeDesc("int" if kind in _SHORT else kind), value)
+    profile = usable_profile(image.icc, image.channels)
+    if profile is not None:
+        spec.attribute("ICCProfile", OpenImageIO.TypeDesc(f"uint8[{len(profile)}]"), np.frombuffer(profile, np.uint8))
+    if image.has_alpha:
+        spec.channelnames = ("Y", "A") if image.channels == 2 else tuple("RGBA")
+        spec.alpha_channel = image.channels - 1
+        spec.attribute("oiio:UnassociatedAlpha", int(suffix != ".exr"))
+    if suffix in (".jpg", ".jpeg", ".webp"):
+        kind = (
+            "lossless"
+            if suffix == ".webp" and quality == 100
+            else f"{'webp' if suffix == '.webp' else 'jpeg'}:{quality}"
+        )
+        spec.attribute("compression", kind)
+    if suffix in (".jpg", ".jpeg"):
+        spec.attribute("jpeg:subsampling", "4:4:4" if quality >= 90 else "4:2:0")
+    return spec
+
+
+def _first_line(fault: str) -> str:
+    return (fault.strip().splitlines() or ["unknown fault"])[0]
