@@ -190,7 +190,9 @@ def test_numbers_that_are_none_become_numbers(tmp_path: Path) -> None:
 def test_dividing_by_little_alpha_stays_finite(tmp_path: Path) -> None:
     top = float(np.finfo(np.float32).max)
     write_with(tmp_path / "a.exr", singles([[[np.inf, 1.0, 0.0, 1e-3], [np.nan, np.nan, 1.0, np.nan]]]))
-    np.testing.assert_allclose(load(tmp_path / "a.exr").pixels, singles([[[top, 1e3, 0, 1e-3], [0, 0, 0, 0]]]), rtol=1e-5)
+    np.testing.assert_allclose(
+        load(tmp_path / "a.exr").pixels, singles([[[top, 1e3, 0, 1e-3], [0, 0, 0, 0]]]), rtol=1e-5
+    )
 
 
 def test_channels_are_found_by_name(tmp_path: Path) -> None:
