@@ -1,6 +1,9 @@
 // Where a fragment of the deformed grid comes from. Included by the fragment shaders that follow mesh.vert.
 
+#include "outline.glsl"
+
 uniform vec2 target_origin;
+uniform vec2 last_cell;   // grid coordinates of the last node
 
 flat in vec4 moved_corner;
 flat in vec4 rest_corner;
@@ -20,16 +23,7 @@ vec2 cell_position(vec2 offset) {
     return cell_corner + to_cell * offset;
 }
 
-// Signed distance in output pixels from the line where grid coordinate `axis` has the value at distance `cells`.
-vec2 pixels_from_cells(vec2 cells) {
-    vec2 gradient = vec2(length(vec2(to_cell[0][0], to_cell[1][0])), length(vec2(to_cell[0][1], to_cell[1][1])));
-    return cells / max(gradient, vec2(1e-12));
-}
-
-// Share of the fragment's pixel that lies inside the outline.
-float coverage(vec2 cell, vec2 last_cell) {
-    vec2 low = clamp(pixels_from_cells(cell) + 0.5, 0.0, 1.0);
-    vec2 high = clamp(pixels_from_cells(last_cell - cell) + 0.5, 0.0, 1.0);
-    vec2 inside = max(low + high - 1.0, 0.0);
-    return inside.x * inside.y;
+// Grid coordinates per output pixel, along the direction in which each grows fastest.
+vec2 cells_per_pixel() {
+    return vec2(length(vec2(to_cell[0][0], to_cell[1][0])), length(vec2(to_cell[0][1], to_cell[1][1])));
 }

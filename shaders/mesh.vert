@@ -13,6 +13,7 @@ uniform vec2 target_origin;     // output pixel that is the target's first
 uniform float target_extent;    // side of the square target, a power of two: the projection rounds nothing
 uniform int base_level;         // finest level of the picture's pyramid that the texture holds
 uniform int top_level;          // coarsest level that it holds
+uniform float least_stretch;    // how many texels of its level a shrinking kernel spans at least
 
 flat out vec4 moved_corner;  // output pixel of the triangle's first corner: xy = fraction, zw = whole
 flat out vec4 rest_corner;   // source pixel of that corner
@@ -23,7 +24,7 @@ flat out vec3 kernel;        // symmetric map from texels of the level to the un
 flat out int level;          // level of the pyramid to read
 
 const float MOST_ANISOTROPY = 16.0;
-const float RING_PX = 1.0;
+const float RING_PX = 1.5;
 const float MOST_RING_PX = 4.0;
 
 struct Node {
@@ -70,14 +71,16 @@ void choose_filter(mat2 J) {
     mat2 C = J * transpose(J);
     float mean = 0.5 * (C[0][0] + C[1][1]);
     float spread = length(vec2(0.5 * (C[0][0] - C[1][1]), C[0][1]));
-    float finest = exp2(float(base_level));
-    float major = max(sqrt(mean + spread), finest);
-    float minor = max(max(sqrt(max(mean - spread, 0.0)), finest), major / MOST_ANISOTROPY);
+    float major = sqrt(mean + spread);
+    float minor = max(sqrt(max(mean - spread, 0.0)), major / MOST_ANISOTROPY);
+    level = clamp(int(floor(log2(max(minor, 1e-9) / least_stretch))), base_level, top_level);
+    float texel = exp2(float(level));
+    major = max(major, texel);
+    minor = max(minor, texel);
     float gap = 2.0 * spread;
     float b = gap > 1e-6 * mean ? (1.0 / major - 1.0 / minor) / gap : 0.0;
     float a = 1.0 / major - b * (mean + spread);
-    level = clamp(int(floor(log2(minor / 1.5))), base_level, top_level);
-    kernel = (vec3(a, 0.0, a) + b * vec3(C[0][0], C[0][1], C[1][1])) * exp2(float(level));
+    kernel = (vec3(a, 0.0, a) + b * vec3(C[0][0], C[0][1], C[1][1])) * texel;
 }
 
 void main() {

@@ -4,7 +4,8 @@ import moderngl
 import numpy as np
 
 from app.render import gpu
-from app.render.mesh import Mesh, mesh_viewport, window_uniforms
+from app.render.mesh import Mesh
+from app.render.picture_pass import PicturePass
 from app.render.programs import programs_of
 from app.render.source import DEFAULT_LIMITS, Box, Limits, Source
 from core import tracing
@@ -115,7 +116,7 @@ class TileTarget:
         self._source = Source(context, image, exact=True, limits=limits)
         self._linear = image.linear
         depth = {"u1": "f1", "u2": "nu2", "f4": "f4"}[image.pixels.dtype.str[1:]]
-        self._light = gpu.Offscreen(context, (side, side), "f4")
+        self._picture = PicturePass(context, (side, side), exact=True)
         self._pixels = gpu.Offscreen(context, (side, side), depth)
         self._mesh: Mesh | None = None
 
@@ -127,12 +128,10 @@ class TileTarget:
 
     def draw(self, box: Box, out: Pixels) -> None:
         """Draw the output pixels of `box` into `out`, (h, w, 4)."""
-        with self._light.drawing(mesh_viewport(self.side)):
-            self._light.clear()
-            self._draw_light(box, box)
+        self._picture.clear()
+        self._draw_light(box, box)
         with self._pixels.drawing():
-            self._context.disable(moderngl.BLEND)
-            self._light.texture.use(0)
+            self._picture.light.texture.use(0)
             self._programs.fullscreen("encode.frag", tile=0, linear=self._linear)
         read = self._pixels.read((box[2] - box[0], box[3] - box[1]))
         out[:] = np.frombuffer(read, out.dtype).reshape(out.shape)
@@ -148,26 +147,14 @@ class TileTarget:
             for quarter in _quarters(part):
                 self._draw_light(tile, quarter)
             return
-        window = self._source.window(box, base)
-        window.texture.use(2)
-        self._context.enable(moderngl.BLEND)
-        self._context.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
-        self._context.scissor = part[0] - tile[0], part[1] - tile[1], part[2] - part[0], part[3] - part[1]
-        self._mesh.draw(
-            "picture.frag",
-            blocks,
-            target_origin=(float(tile[0]), float(tile[1])),
-            target_extent=float(self.side),
-            **window_uniforms(window, (self._source.image.width_px, self._source.image.height_px)),
-        )
-        self._context.scissor = None
+        self._picture.draw(self._mesh, self._source, part, origin=tile[:2])
 
     def release(self) -> None:
         """Free the GPU objects."""
         self._source.release()
         if self._mesh is not None:
             self._mesh.release()
-        self._light.release()
+        self._picture.release()
         self._pixels.release()
 
 

@@ -41,6 +41,25 @@ def attach() -> moderngl.Context:
     return moderngl.create_context(require=330)
 
 
+Rectangle = tuple[int, int, int, int]
+"""Left, first row, width and height in pixels of a framebuffer."""
+
+
+@contextmanager
+def drawing(framebuffer: moderngl.Framebuffer, viewport: Rectangle, scissor: Rectangle | None = None) -> Iterator[None]:
+    """Draw into `framebuffer` inside the block; then what was drawn into before is bound again."""
+    context = framebuffer.ctx
+    before, viewport_before = context.detect_framebuffer(), context.viewport
+    framebuffer.use()
+    context.viewport, context.scissor = viewport, scissor
+    try:
+        yield
+    finally:
+        context.scissor = None
+        before.use()
+        context.viewport = viewport_before
+
+
 class Offscreen:
     """A texture of four channels to draw into."""
 
@@ -52,16 +71,10 @@ class Offscreen:
         self._framebuffer = context.framebuffer([self.texture])
 
     @contextmanager
-    def drawing(self, viewport: tuple[int, int, int, int] | None = None) -> Iterator[None]:
-        """Draw into the texture inside the block; then what was drawn into before is bound again."""
-        before, viewport_before = self._context.detect_framebuffer(), self._context.viewport
-        self._framebuffer.use()
-        self._context.viewport = viewport or (0, 0, *self.size)
-        try:
+    def drawing(self, viewport: Rectangle | None = None, scissor: Rectangle | None = None) -> Iterator[None]:
+        """Draw into the texture inside the block."""
+        with drawing(self._framebuffer, viewport or (0, 0, *self.size), scissor):
             yield
-        finally:
-            before.use()
-            self._context.viewport = viewport_before
 
     def clear(self) -> None:
         """Make every pixel transparent black."""

@@ -4,18 +4,23 @@ The vertex shader reads nodes by number (shaders/mesh.vert), so that moving the 
 Quads are ordered in blocks; only blocks that meet the target are drawn.
 """
 
+import math
 from functools import cache
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from app.render.programs import programs_of, set_uniforms
-from app.render.source import Box, Window
+from app.render.source import Box
 from core.arrays import Bools, Floats, Ints, Points, Singles
 
 BLOCK = 16
 RING_PX = 6.0
 """How far the fading ring can reach beyond the outline, in output pixels (MOST_RING_PX of mesh.vert and rounding)."""
+EDGE_PX = 1.5
+"""The outline cuts pixels so far inside it."""
+MOST_EDGE_LAYERS = 24
 MOST_ANISOTROPY = 16.0
 """As in mesh.vert."""
 
@@ -31,7 +36,9 @@ class Mesh:
         self._rest_nodes = context.texture((columns, rows), 4, dtype="f4")
         self._moved_nodes = context.texture((columns, rows), 4, dtype="f4")
         self._indices = context.buffer(_indices(shape).tobytes())
-        self._arrays: dict[str, moderngl.VertexArray] = {}
+        self._edge_indices = context.buffer(_edge_indices(shape)[0].tobytes())
+        self._edge_counts = _edge_indices(shape)[1]
+        self._arrays: dict[tuple[str, int], moderngl.VertexArray] = {}
         self._first, self._count = _block_ranges(shape)
         self._rest: Points | None = None
         self._moved: Points | None = None
@@ -46,6 +53,7 @@ class Mesh:
             self._moved = moved
             low, high = _block_bounds(moved)
             self._low, self._high = low - RING_PX, high + RING_PX
+            self._thinnest = _thinnest_border(moved)
 
     def blocks_in(self, box: Box) -> Bools:
         """Return which blocks may meet the output pixels of `box`."""
@@ -67,39 +75,36 @@ class Mesh:
 
     def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:
         """Draw `blocks` with the shader `fragment` into the bound framebuffer."""
+        array = self._array(fragment, self._indices, uniforms)
+        for first, count in _runs(blocks, self._first, self._count):
+            array.render(moderngl.TRIANGLES, vertices=count, first=first)
+
+    def draw_edge(self, fragment: str, **uniforms: object) -> None:
+        """Draw the ring and the cells that may reach into the last pixel before the outline."""
+        layers = min(math.ceil(EDGE_PX / max(self._thinnest, EDGE_PX / MOST_EDGE_LAYERS)), len(self._edge_counts) - 1)
+        array = self._array(fragment, self._edge_indices, uniforms)
+        array.render(moderngl.TRIANGLES, vertices=int(self._edge_counts[layers]))
+
+    def _array(self, fragment: str, indices: moderngl.Buffer, uniforms: dict[str, object]) -> moderngl.VertexArray:
+        """Return what to render, with its program and textures set."""
         program = self._programs.get("mesh.vert", fragment)
-        if fragment not in self._arrays:
-            self._arrays[fragment] = self._context.vertex_array(program, [], index_buffer=self._indices)
+        key = fragment, indices.glo
+        if key not in self._arrays:
+            self._arrays[key] = self._context.vertex_array(program, [], index_buffer=indices)
         self._rest_nodes.use(0)
         self._moved_nodes.use(1)
         last_cell = (self.shape[1] - 1, self.shape[0] - 1)
         set_uniforms(program, rest_nodes=0, moved_nodes=1, last_cell=last_cell, **uniforms)
-        for first, count in _runs(blocks, self._first, self._count):
-            self._arrays[fragment].render(moderngl.TRIANGLES, vertices=count, first=first)
+        return self._arrays[key]
 
     def release(self) -> None:
         """Free the GPU objects."""
         for array in self._arrays.values():
             array.release()
         self._indices.release()
+        self._edge_indices.release()
         self._rest_nodes.release()
         self._moved_nodes.release()
-
-
-def mesh_viewport(side: int) -> tuple[int, int, int, int]:
-    """Return the viewport in which mesh.vert draws into a target of `side`, a power of two."""
-    return -side // 2, -side // 2, 2 * side, 2 * side
-
-
-def window_uniforms(window: Window, size: tuple[int, int]) -> dict[str, object]:
-    """Return the uniforms of filter.glsl and mesh.vert for drawing from `window` of a picture of `size`, (W, H)."""
-    return {
-        "picture": 2,
-        "picture_size": size,
-        "window": (*window.box[:2], *window.base_size),
-        "base_level": window.base,
-        "top_level": window.top,
-    }
 
 
 def _whole_and_fraction(points: Points) -> Singles:
@@ -109,16 +114,29 @@ def _whole_and_fraction(points: Points) -> Singles:
 
 
 @cache
-def _indices(shape: tuple[int, int]) -> Ints:
-    """Return the vertex numbers of all triangles, ring included, in blocks (see mesh.vert): uint32."""
+def _indices(shape: tuple[int, int]) -> NDArray[np.uint32]:
+    """Return the vertex numbers of all triangles, ring included, in blocks."""
+    return np.concatenate([_triangles(shape, rows[:, None], columns[None, :]) for rows, columns in _blocks(shape)])
+
+
+@cache
+def _edge_indices(shape: tuple[int, int]) -> tuple[NDArray[np.uint32], Ints]:
+    """Return the vertex numbers of the ring and the layers of cells inside it, and how many ring and k layers have."""
+    rows, columns = np.indices((shape[0] + 1, shape[1] + 1))
+    depth = np.minimum(np.minimum(rows, shape[0] - rows), np.minimum(columns, shape[1] - columns)).ravel()
+    chosen = np.flatnonzero(depth <= MOST_EDGE_LAYERS)
+    chosen = chosen[np.argsort(depth[chosen], kind="stable")]
+    counts = 6 * np.cumsum(np.bincount(depth[chosen]))
+    return _triangles(shape, rows.ravel()[chosen], columns.ravel()[chosen]), counts
+
+
+def _triangles(shape: tuple[int, int], rows: Ints, columns: Ints) -> NDArray[np.uint32]:
+    """Return the vertex numbers of the two triangles of ring quads (see mesh.vert)."""
     width = shape[1] + 2
-    parts = []
-    for rows, columns in _blocks(shape):
-        last = ((rows[:, None] + 1) * width + columns[None, :] + 1).ravel()
-        first, above, left = last - width - 1, last - width, last - 1
-        corners = np.stack([2 * first, 2 * above, 2 * last, 2 * left, 2 * first, 2 * last + 1], axis=1)
-        parts.append(corners.ravel())
-    return np.concatenate(parts).astype(np.uint32)
+    last = ((rows + 1) * width + columns + 1).ravel()
+    first, above, left = last - width - 1, last - width, last - 1
+    corners = np.stack([2 * first, 2 * above, 2 * last, 2 * left, 2 * first, 2 * last + 1], axis=1)
+    return corners.ravel().astype(np.uint32)
 
 
 def _blocks(shape: tuple[int, int]) -> list[tuple[Ints, Ints]]:
@@ -165,6 +183,17 @@ def _reduce_blocks(operation: np.ufunc, quads: Floats) -> Floats:
     down, across = (np.arange(0, size, BLOCK) for size in quads.shape[:2])
     reduced: Floats = operation.reduceat(operation.reduceat(quads, down, axis=0), across, axis=1)
     return reduced
+
+
+def _thinnest_border(points: Points) -> float:
+    """Return the least distance between the outline and the nodes next to it."""
+    sides = (
+        (points[0], points[1]),
+        (points[-1], points[-2]),
+        (points[:, 0], points[:, 1]),
+        (points[:, -1], points[:, -2]),
+    )
+    return float(min(np.linalg.norm(inner - outer, axis=-1).min() for outer, inner in sides))
 
 
 def _stretches(rest: Points, moved: Points) -> tuple[Floats, Floats]:

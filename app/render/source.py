@@ -3,8 +3,9 @@
 Level L of the pyramid averages blocks of 2^L x 2^L pixels, aligned at the picture's first pixel, its border repeated
 outwards to whole blocks. A texture holds a window of it: the levels from `base` up, over a box of the picture that is
 aligned to the coarsest block. The base level lies at the left, the coarser ones below one another at its right: one
-plain texture, half as wide again, filled from means taken in float32. Because blocks are aligned, every window has the same texels as the whole; so a picture
-too large for a texture or for the memory is drawn window by window, with the same result.
+plain texture, half as wide again, filled from means taken in float32. Because blocks are aligned, every window has the
+same texels as the whole; so a picture too large for a texture or for the memory is drawn window by window, with the
+same result.
 """
 
 from collections.abc import Iterator
@@ -184,5 +185,4 @@ def _reduced(texels: Singles, block: int) -> Singles:
     if block == 1:
         return texels
     size = (texels.shape[1] // block, texels.shape[0] // block)
-    reduced: Singles = cv2.resize(texels, size, interpolation=cv2.INTER_AREA)
-    return reduced
+    return np.asarray(cv2.resize(texels, size, interpolation=cv2.INTER_AREA), np.float32)

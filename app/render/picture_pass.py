@@ -1,0 +1,98 @@
+"""Draws a warped picture in linear light: places, filter, outline.
+
+First the mesh is drawn with nothing but the source place and the footprint of every pixel (place.frag); then one pass
+over the pixels filters the picture (resample.frag); then the pixels that the outline cuts are laid over, since they let
+what is behind them through (edge.frag).
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import moderngl
+
+from app.render import gpu
+from app.render.mesh import Mesh
+from app.render.programs import programs_of
+from app.render.source import Box, Source, Window
+
+PICTURE_UNIT, PLACE_UNIT, FOOTPRINT_UNIT = 2, 3, 4
+"""Texture units; the nodes of the grid have 0 and 1."""
+
+
+class PicturePass:
+    """A target of `size`, (w, h), and the passes that draw into it.
+
+    `light` holds the picture, linear and premultiplied; `cells`, if asked for, grid coordinates for the marks.
+    """
+
+    def __init__(
+        self, context: moderngl.Context, size: tuple[int, int], *, exact: bool = False, with_cells: bool = False
+    ) -> None:
+        self.size = size
+        self.side = gpu.power_of_two(max(size))
+        self._context = context
+        self._programs = programs_of(context)
+        self.light = gpu.Offscreen(context, size, "f4" if exact else "f2")
+        self.cells = gpu.Offscreen(context, size, "f4") if with_cells else None
+        self._place = gpu.Offscreen(context, size, "f4")
+        self._footprint = gpu.Offscreen(context, size, "f4")
+        layers = [self._place.texture, self._footprint.texture]
+        self._places = context.framebuffer([*layers, self.cells.texture] if self.cells else layers)
+
+    def clear(self) -> None:
+        """Empty the target."""
+        self._places.clear()
+        self.light.clear()
+
+    def draw(
+        self, mesh: Mesh, source: Source, box: Box, *, origin: tuple[int, int] = (0, 0), draft: bool = False
+    ) -> None:
+        """Draw the output pixels of `box`, which nothing was drawn in since `clear`.
+
+        `origin` is the output pixel that is the target's first. A `draft` is less sharp where it shrinks the picture.
+        """
+        blocks = mesh.blocks_in(box)
+        if not blocks.any():
+            return
+        window = source.window(*mesh.source_of(blocks))
+        uniforms = self._uniforms(window, source, origin, draft=draft)
+        viewport = -self.side // 2, -self.side // 2, 2 * self.side, 2 * self.side
+        scissor = box[0] - origin[0], box[1] - origin[1], box[2] - box[0], box[3] - box[1]
+        with gpu.drawing(self._places, viewport, scissor):
+            mesh.draw("place.frag", blocks, **uniforms)
+        with self.light.drawing(None, scissor):
+            window.texture.use(PICTURE_UNIT)
+            self._place.texture.use(PLACE_UNIT)
+            self._footprint.texture.use(FOOTPRINT_UNIT)
+            self._programs.fullscreen("resample.frag", place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms)
+        with self.light.drawing(viewport, scissor), self._blending():
+            mesh.draw_edge("edge.frag", **uniforms)
+        if self.cells is not None:
+            with self.cells.drawing(viewport, scissor):
+                mesh.draw_edge("edge_cells.frag", **uniforms)
+
+    def _uniforms(self, window: Window, source: Source, origin: tuple[int, int], *, draft: bool) -> dict[str, object]:
+        return {
+            "picture": PICTURE_UNIT,
+            "picture_size": (source.image.width_px, source.image.height_px),
+            "window": (*window.box[:2], *window.base_size),
+            "base_level": window.base,
+            "top_level": window.top,
+            "least_stretch": 0.75 if draft else 1.5,
+            "target_origin": (float(origin[0]), float(origin[1])),
+            "target_extent": float(self.side),
+        }
+
+    @contextmanager
+    def _blending(self) -> Iterator[None]:
+        self._context.enable(moderngl.BLEND)
+        self._context.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
+        yield
+        self._context.disable(moderngl.BLEND)
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        self._places.release()
+        for layer in (self.light, self.cells, self._place, self._footprint):
+            if layer is not None:
+                layer.release()

@@ -1,0 +1,93 @@
+"""What the renderer draws: plain data, compared by identity where it is large."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from app.spaces import View
+from core.arrays import Bools, Points
+from core.images import Image
+from core.raster import Raster
+
+Color: TypeAlias = tuple[float, float, float, float]
+"""Red, green, blue and alpha, 0 to 1, encoded as on the screen."""
+Compare: TypeAlias = Literal["result", "before", "split"]
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What is drawn over the picture and bends with it."""
+
+    grid: bool = False
+    mask: bool = False
+    outline: bool = False
+    folds: bool = False
+    scale: bool = False
+    """The local scale of areas: blue where the picture shrinks, orange where it grows."""
+
+    @property
+    def any(self) -> bool:
+        """Whether anything is drawn at all."""
+        return self.grid or self.mask or self.outline or self.folds or self.scale
+
+
+@dataclass(frozen=True)
+class Palette:
+    """Colours of what is not the picture."""
+
+    desk: Color = (0.11, 0.115, 0.125, 1.0)
+    """Around the frame."""
+    checks: tuple[Color, Color] = ((0.26, 0.26, 0.27, 1.0), (0.33, 0.33, 0.34, 1.0))
+    """Inside the frame, behind the picture."""
+    mask: Color = (0.96, 0.23, 0.34, 0.5)
+    grid: Color = (1.0, 1.0, 1.0, 0.45)
+    outline: Color = (1.0, 1.0, 1.0, 0.8)
+    fold: Color = (1.0, 0.12, 0.78, 0.75)
+    shrunk: Color = (0.15, 0.45, 1.0, 0.7)
+    grown: Color = (1.0, 0.55, 0.08, 0.7)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One frame of the canvas."""
+
+    image: Image
+    rest: Points
+    """Nodes (R, C, 2) in pixels of the picture."""
+    warped: Points
+    """Where they are, in pixels of the canvas."""
+    view: View
+    pixel_ratio: float = 1.0
+    """Framebuffer pixels per screen pixel."""
+    frame: tuple[float, float, float, float] | None = None
+    """Left, top, right and bottom edge of the result, in canvas pixels."""
+    mask: Raster | None = None
+    folded: Bools | None = None
+    """Which quads (R - 1, C - 1) are folded."""
+    marks: Marks = Marks()
+    compare: Compare = "result"
+    split: float = 0.5
+    """Place of the divider, as a share of the width: the picture as it was is left of it."""
+    draft: bool = False
+    """Draw faster and a little less sharp: while a gesture moves something."""
+    palette: Palette = Palette()
+
+    def shows_same_picture(self, other: "Scene | None") -> bool:
+        """Return whether the picture without marks looks as in `other`."""
+        return (
+            other is not None
+            and self.image is other.image
+            and self.rest is other.rest
+            and self.warped is other.warped
+            and self.draft == other.draft
+            and (self.view, self.pixel_ratio, self.compare, self.split)
+            == (other.view, other.pixel_ratio, other.compare, other.split)
+        )
+
+    def shows_same_marks(self, other: "Scene | None") -> bool:
+        """Return whether all else looks as in `other` too."""
+        return (
+            other is not None
+            and self.mask is other.mask
+            and self.folded is other.folded
+            and (self.marks, self.frame, self.palette) == (other.marks, other.frame, other.palette)
+        )

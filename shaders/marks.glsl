@@ -1,0 +1,59 @@
+// What is drawn over the picture and bends with it: scale, mask, grid lines, folds, outline. Encoded, premultiplied.
+
+#include "outline.glsl"
+
+uniform vec2 last_cell;
+uniform sampler2D mask;          // 1 in features
+uniform sampler2D growth;        // per quad: 1 where lengths are doubled, -1 where they are halved
+uniform usampler2D folded;       // one texel a quad, not 0 where it is folded
+uniform vec4 mask_color, grid_color, outline_color, fold_color, shrunk_color, grown_color;
+uniform float grid_step;         // cells between grid lines
+uniform float grid_fade;         // strength of the lines halfway between them
+uniform float line_px;           // width of a line
+
+vec4 over(vec4 below, vec4 paint, float share) {
+    float a = paint.a * share;
+    return vec4(paint.rgb * a, a) + (1.0 - a) * below;
+}
+
+// Share of the pixel under a line of `width` px whose centre is `pixels` away.
+vec2 line_share(vec2 pixels, float width) {
+    return clamp(0.5 * width + 0.5 - pixels, 0.0, 1.0);
+}
+
+// Lines every `step` cells; those closer than a few pixels would only grey the picture.
+vec2 grid_lines(vec2 cell, vec2 pixels_per_cell, float step) {
+    vec2 distance = step * abs(fract(cell / step + 0.5) - 0.5) * pixels_per_cell;
+    return line_share(distance, line_px) * smoothstep(2.5, 6.0, step * pixels_per_cell);
+}
+
+float grid_share(vec2 cell, vec2 pixels_per_cell) {
+    vec2 coarse = grid_lines(cell, pixels_per_cell, grid_step);
+    vec2 fine = grid_fade * grid_lines(cell, pixels_per_cell, 0.5 * grid_step);
+    vec2 both = max(coarse, fine);
+    return max(both.x, both.y);
+}
+
+float outline_share(vec2 cell, vec2 pixels_per_cell) {
+    vec2 beyond = max(max(-cell, cell - last_cell), 0.0) * pixels_per_cell;
+    vec2 edge = min(abs(cell), abs(last_cell - cell)) * pixels_per_cell;
+    vec2 share = line_share(edge, 1.5 * line_px) * step(beyond.yx, vec2(line_px));
+    return max(share.x, share.y);
+}
+
+// `cell`: grid coordinates and their change per pixel; a change of 0 is where the mesh does not come.
+vec4 marks(vec4 cell) {
+    if (cell.z <= 0.0) return vec4(0.0);
+    vec2 pixels_per_cell = 1.0 / cell.zw;
+    vec2 place = cell.xy / last_cell;
+    float inside = coverage(cell.xy, cell.zw, last_cell);
+    float grown = texture(growth, place).r;
+    ivec2 quad = ivec2(clamp(floor(cell.xy), vec2(0.0), last_cell - 1.0));
+
+    vec4 colour = vec4(0.0);
+    colour = over(colour, grown < 0.0 ? shrunk_color : grown_color, inside * min(abs(grown), 1.0));
+    colour = over(colour, mask_color, inside * texture(mask, place).r);
+    colour = over(colour, grid_color, inside * grid_share(cell.xy, pixels_per_cell));
+    colour = over(colour, fold_color, texelFetch(folded, quad, 0).r > 0u ? inside : 0.0);
+    return over(colour, outline_color, outline_share(cell.xy, pixels_per_cell));
+}
