@@ -8,7 +8,7 @@ from collections.abc import Set as AbstractSet
 
 import numpy as np
 
-from core.arrays import Floats, Points
+from core.arrays import Floats, InputError, Points
 from core.curves import Curve
 
 LEAST_BEND = 0.05
@@ -152,8 +152,17 @@ def mapped(points: Points, line: Points) -> Points:
 
 def samples_of(points: Points, *, per_segment: int = 12) -> Points:
     """Return points of the curve, both ends of every segment included, segment by segment."""
-    u = np.linspace(0, 1, per_segment)
-    return np.concatenate([Curve(points[3 * i : 3 * i + 4]).at(u) for i in range(len(points) // 3)])
+    t = np.arange(len(points) // 3)[:, None] + np.linspace(0, 1, per_segment)
+    curve = curve_through(points)
+    return np.repeat(points[:1], t.size, axis=0) if curve is None else curve.at(t.ravel())
+
+
+def curve_through(points: Points) -> Curve | None:
+    """Return the curve with these control points; None where they make none, as while an artist folds it together."""
+    try:
+        return Curve(points)
+    except InputError:
+        return None
 
 
 def _merged(first: Points, second: Points) -> Points:

@@ -9,10 +9,9 @@ import numpy as np
 from app.editor import Editor
 from app.events import Position
 from app.spaces import canvas_from_screen, screen_from_canvas
-from app.tools.grips import nearest, places_from_screen, screen_from_places
+from app.tools.grips import nearest, places_from_screen
 from core import curve_edit
 from core.arrays import Points
-from core.curves import Curve
 from core.document import CurvePair, Document, pixels_from_places, places_from_pixels
 from core.mesh import Mesh
 
@@ -71,13 +70,16 @@ class CurveSet:
         pairs = self.read(document)
         return self.write(document, (*pairs[:number], *(() if pair is None else (pair,)), *pairs[number + 1 :]))
 
+    def on_canvas(self, editor: Editor, pair: CurvePair, side: Side) -> Points:
+        """Return the control points of a side in canvas pixels."""
+        if side == "target":
+            return pixels_from_places(editor.document.canvas_px, pair.target)
+        pixels = pixels_from_places(editor.document.size_px, pair.source)
+        return curve_edit.mapped(pixels, self.mesh(editor).canvas_from_image(curve_edit.samples_of(pixels)))
+
     def on_screen(self, editor: Editor, pair: CurvePair, side: Side) -> Points:
         """Return the control points of a side in screen pixels."""
-        if side == "target":
-            return screen_from_places(editor, pair.target)
-        pixels = pixels_from_places(editor.document.size_px, pair.source)
-        canvas = curve_edit.mapped(pixels, self.mesh(editor).canvas_from_image(curve_edit.samples_of(pixels)))
-        return screen_from_canvas(editor.session.view, canvas)
+        return screen_from_canvas(editor.session.view, self.on_canvas(editor, pair, side))
 
     def with_side(self, editor: Editor, pair: CurvePair, side: Side, points: Points) -> CurvePair:
         """Return the pair with a side at `points` on the screen; a target that never left its source goes along."""
@@ -96,8 +98,8 @@ class CurveSet:
 
     def source_places(self, editor: Editor, mesh: Mesh, points: Points) -> Points:
         """Return places on the picture of a curve on the screen, (3k + 1, 2), as `mesh` shows the picture."""
-        canvas = canvas_from_screen(editor.session.view, curve_edit.samples_of(points))
-        found = curve_edit.mapped(points, pulled_back(mesh, canvas))
+        canvas = canvas_from_screen(editor.session.view, points)
+        found = curve_edit.mapped(canvas, pulled_back(mesh, curve_edit.samples_of(canvas)))
         return places_from_pixels(editor.document.size_px, found)
 
     def hit(self, editor: Editor, pos: Position, *, first: Side = "target") -> Hit | None:
@@ -114,9 +116,9 @@ class CurveSet:
         for side in sides:
             for number in order:
                 if side in sides_of(pairs[number], sides):
-                    t, away = Curve(self.on_screen(editor, pairs[number], side)).nearest(np.array([pos]))
-                    if away[0] <= LINE_REACH_PX:
-                        return Hit(number, side, "line", t=float(t[0]))
+                    t = place_on_line(editor, self.on_canvas(editor, pairs[number], side), pos)
+                    if t is not None:
+                        return Hit(number, side, "line", t=t)
         return None
 
     def _hit_points(self, editor: Editor, number: int, side: Side, pos: Position) -> Hit | None:
@@ -129,6 +131,15 @@ class CurveSet:
         handles = np.array([n for n in range(len(points)) if n % 3])
         handle = nearest(points[handles], pos)
         return None if handle is None else Hit(number, side, "handle", int(handles[handle]))
+
+
+def place_on_line(editor: Editor, canvas: Points, pos: Position) -> float | None:
+    """Return the parameter at which a curve, its points in canvas pixels, passes `pos` on the screen."""
+    curve, view = curve_edit.curve_through(canvas), editor.session.view
+    if curve is None:
+        return None
+    t, away = curve.nearest(canvas_from_screen(view, np.array([pos])))
+    return float(t[0]) if away[0] * view.zoom <= LINE_REACH_PX else None
 
 
 def sides_of(pair: CurvePair, sides: tuple[Side, ...]) -> tuple[Side, ...]:

@@ -15,11 +15,10 @@ from app.tools.grips import aimed, drag_from, nudge_px, within
 from app.tools.pen import draw
 from core import curve_edit, curve_pairs
 from core.arrays import Points
-from core.curves import Curve
 from core.document import CurvePair
 
-TICKS = 9
-"""Marks of correspondence between a curve and its target, at each knot and between."""
+TICKS = 7
+"""Samples of a segment of which every third has a mark of correspondence: its ends and its middle."""
 
 
 def press(editor: Editor, curves: CurveSet, press: Press) -> Gesture | None:
@@ -253,15 +252,16 @@ def overlay(editor: Editor, curves: CurveSet) -> Sequence[Shape]:
 
 def _curve_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Shape]:
     """Return source, target and the ticks between them."""
-    source = curves.on_screen(editor, pair, "source")
+    view, source = editor.session.view, curves.on_canvas(editor, pair, "source")
     if pair.passive:
-        return [Bezier(source, "passive")]
-    target = curves.on_screen(editor, pair, "target")
-    t = np.linspace(0, len(source) // 3, (len(source) // 3) * (TICKS // 3) + 1)
-    pairs = np.stack([Curve(source).at(t), Curve(target).at(t)], axis=1)
-    apart = np.hypot(*(pairs[:, 0] - pairs[:, 1]).T) > 1
-    ticks: list[Shape] = [Polyline(tick, "tick") for tick in pairs[apart]]
-    return [*ticks, Bezier(source, "source", dashed=True), Bezier(target, "target")]
+        return [Bezier(screen_from_canvas(view, source), "passive")]
+    target = curves.on_canvas(editor, pair, "target")
+    ends = [curve_edit.samples_of(points, per_segment=TICKS)[::3] for points in (source, target)]
+    both = screen_from_canvas(view, np.stack(ends, axis=1))
+    apart = np.hypot(*(both[:, 0] - both[:, 1]).T) > 1
+    ticks: list[Shape] = [Polyline(tick, "tick") for tick in both[apart]]
+    lines = [Bezier(screen_from_canvas(view, source), "source", dashed=True)]
+    return [*ticks, *lines, Bezier(screen_from_canvas(view, target), "target")]
 
 
 def _point_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Shape]:
@@ -294,9 +294,13 @@ def _draft_shapes(points: Points) -> list[Shape]:
 
 def _hover_shapes(editor: Editor, curves: CurveSet, hit: Hit) -> list[Shape]:
     """Return the mark of what is under the pointer."""
-    points = curves.on_screen(editor, curves.pairs(editor)[hit.curve], hit.side)
+    pair = curves.pairs(editor)[hit.curve]
+    points = curves.on_screen(editor, pair, hit.side)
     if hit.kind == "line":
-        return [Circle(_position(Curve(points).at(hit.t)), 4.0, "hover")]
+        curve = curve_edit.curve_through(curves.on_canvas(editor, pair, hit.side))
+        return (
+            [Circle(_position(screen_from_canvas(editor.session.view, curve.at(hit.t))), 4.0, "hover")] if curve else []
+        )
     number = 3 * hit.number if hit.kind == "knot" else hit.number
     return [Circle(_position(points[number]), 8.0, "hover")] if number < len(points) else []
 

@@ -9,14 +9,13 @@ import numpy as np
 from app.editor import Editor, Gesture, Tool
 from app.events import Event, Key, Move, Position, Press
 from app.shapes import Bezier, Circle, Polyline, Shape, Square
+from app.spaces import canvas_from_screen, screen_from_canvas
+from app.tools.curve_set import place_on_line
 from app.tools.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
 from core import curve_edit
 from core.arrays import Points
-from core.curves import Curve
 from core.document import Outline
 from core.document_map import outline_of
-
-SIDE_REACH_PX = 7.0
 
 
 @dataclass(frozen=True)
@@ -44,8 +43,8 @@ def part_at(editor: Editor, pos: Position) -> Part | None:
     handle = nearest(ring[handles], pos)
     if handle is not None:
         return Part("handle", int(handles[handle]))
-    t, away = Curve(ring, closed=True).nearest(np.array([pos]))
-    return Part("side", t=float(t[0])) if away[0] <= SIDE_REACH_PX else None
+    t = place_on_line(editor, canvas_from_screen(editor.session.view, ring), pos)
+    return None if t is None else Part("side", t=t)
 
 
 def press(editor: Editor, press: Press) -> Gesture | None:
@@ -136,9 +135,17 @@ def overlay(editor: Editor) -> Sequence[Shape]:
         shapes.append(Circle(place, 4.0, "handle", filled=True))
     part = editor.session.hover
     if isinstance(part, Part):
-        at = Curve(ring, closed=True).at(part.t) if part.kind == "side" else ring[part.number]
-        shapes.append(Circle((float(at[0]), float(at[1])), 8.0, "hover"))
+        at = _on_side(editor, ring, part.t) if part.kind == "side" else ring[part.number]
+        if at is not None:
+            shapes.append(Circle((float(at[0]), float(at[1])), 8.0, "hover"))
     return shapes
+
+
+def _on_side(editor: Editor, ring: Points, t: float) -> Points | None:
+    """Return the place of a side at parameter `t`, on the screen."""
+    view = editor.session.view
+    curve = curve_edit.curve_through(canvas_from_screen(view, ring))
+    return None if curve is None else screen_from_canvas(view, curve.at(t))
 
 
 OUTLINE = Tool(

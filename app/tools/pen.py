@@ -10,6 +10,7 @@ from app.events import Event, Finish, Key, Move, Position, Press, Release
 from app.spaces import canvas_from_screen, screen_from_canvas
 from app.tools.curve_set import CurveSet
 from app.tools.grips import REACH_PX, held_to_axis, is_click
+from core import curve_edit
 from core.arrays import Points
 from core.document import CurvePair, places_from_pixels
 
@@ -33,6 +34,8 @@ class Path:
 
     def points(self, pointer: Points | None = None) -> Points:
         """Return the control points (3k + 1, 2); with `pointer`, a segment leads on to there."""
+        if not self.knots:
+            return np.empty((0, 2))
         knots = [*self.knots, *([] if pointer is None else [Knot(pointer, pointer, pointer)])]
         knots += self.knots[:1] if self.closed else []
         pieces = [knots[0].place[None]]
@@ -52,9 +55,9 @@ def draw(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
         yield from _draw(editor, path, press)
     finally:
         editor.show(draft=None)
-    if len(path.knots) < 2:
-        return
     canvas = path.points()
+    if len(path.knots) < 2 or curve_edit.curve_through(canvas) is None:
+        return
     with editor.group("Draw curve"):
         source = curves.source_places(editor, mesh, screen_from_canvas(editor.session.view, canvas))
         target = places_from_pixels(editor.document.canvas_px, canvas)
@@ -105,6 +108,8 @@ def _add(editor: Editor, path: Path, press: Press) -> None:
         x, y = screen_from_canvas(editor.session.view, path.knots[-1].place)
         pos = held_to_axis((float(x), float(y)), pos)
     place = canvas_from_screen(editor.session.view, np.array(pos))
+    if path.knots and (place == path.knots[-1].place).all():
+        return
     path.knots.append(Knot(place, place, place))
 
 

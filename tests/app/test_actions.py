@@ -48,6 +48,7 @@ def test_no_two_actions_share_a_key_in_one_mode() -> None:
     [
         (key("z", ctrl=True, shift=True), "Ctrl+Shift+Z"),
         (key("f1"), "F1"),
+        (key("k", shift=True, alt=True, ctrl=True), "Ctrl+Alt+Shift+K"),
         (key("delete"), "Delete"),
         (key("\\", shift=True), "Shift+\\"),
         (key("1", alt=True), "Alt+1"),

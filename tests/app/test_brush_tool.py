@@ -105,6 +105,7 @@ def test_undo_in_a_stroke_takes_back_that_stroke_only(drive: EditorDriver) -> No
     once = drive.document
     drive.press(30, 80).move(90, 80).undo()
     assert drive.document is once
+    assert drive.labels == ("Paint mask",)
 
 
 def test_on_a_grid_of_one_pixel_cells() -> None:

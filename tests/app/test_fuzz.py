@@ -30,7 +30,23 @@ events: st.SearchStrategy[Event | str] = st.one_of(
     st.sampled_from(["undo", "redo", *(f"tool.{name}" for name in TOOLS), *(f"tool.{name}" for name in TOOLS)]),
     st.sampled_from(ACTIONS),
 )
-streams = st.lists(events, max_size=40)
+
+
+@st.composite
+def gestures(draw: st.DrawFn) -> list[Event | str]:
+    """Draw a press, some moves and mostly a release, as a hand makes them."""
+    place, mods = (
+        draw(positions),
+        draw(st.sampled_from([Modifiers()] * 4 + [Modifiers(shift=True), Modifiers(alt=True)])),
+    )
+    moves = [Move(to) for to in draw(st.lists(positions, max_size=3))]
+    end = [Release(moves[-1].pos if moves else place)] if draw(st.integers(0, 9)) else []
+    return [Move(place), Press(place, "left", mods), *moves, *end]
+
+
+streams = st.lists(st.one_of(events.map(lambda event: [event]), gestures(), gestures()), max_size=40).map(
+    lambda parts: [event for part in parts for event in part]
+)
 START: Document = document(120, 90, cell_px=15.0)
 
 

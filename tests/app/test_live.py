@@ -85,6 +85,7 @@ def test_the_final_answer_depends_on_nothing_but_the_document() -> None:
         assert final.warped.tobytes() == run(settled(drive.document)).warped.tobytes()
     drive.tool("brush").drag((90, 60), (110, 90)).rest()
     drive.tool("curves").click(60, 130).click(120, 140).key("enter").drag((60, 130), (60, 125)).rest()
+    drive.tool("pins").click(150, 110).drag((150, 110), (160, 105)).rest()
     assert drive.editor.answer.settled
     assert drive.editor.answer.warped.tobytes() == run(settled(drive.document)).warped.tobytes()
 

@@ -127,3 +127,11 @@ def test_a_curve_is_refitted_exactly_and_follows_an_affine_map(kind: tuple[int, 
     assert np.allclose(curve_edit.mapped(points, line), points)
     matrix = np.array([[1.5, 0.3], [-0.2, 0.8]])
     assert np.allclose(curve_edit.mapped(points, line @ matrix + 7), points @ matrix + 7)
+
+
+def test_a_curve_folded_into_a_point_is_sampled_there() -> None:
+    points = np.full((7, 2), 4.0)
+    assert (curve_edit.samples_of(points, per_segment=5) == 4.0).all()
+    assert curve_edit.samples_of(points, per_segment=5).shape == (10, 2)
+    assert curve_edit.curve_through(points) is None
+    assert np.allclose(curve_edit.mapped(points, curve_edit.samples_of(points) + 1), 5.0)
