@@ -271,7 +271,14 @@ class Editor:
         self.jobs.cancel_all()
         self.history = History(document, saved=saved)
         self.project_path, self.source_path = project, source
-        self.show(selected=frozenset(), hover=None)
+        self.show(
+            selected=frozenset(),
+            selected_corner=None,
+            selected_curve=None,
+            selected_knots=frozenset(),
+            last_dab=None,
+            hover=None,
+        )
 
     def finish(self) -> None:
         """End the gesture or the held slider in progress and keep what it did."""
@@ -292,21 +299,29 @@ class Editor:
         return True
 
     def handle(self, event: Event) -> bool:
-        """Let the tools act on `event`; return whether they did."""
+        """Let the tools act on `event`; return whether they did. What they refuse is a notice."""
         with tracing.span("event", kind=type(event).__name__):
-            match event:
-                case Press():
-                    return self._press(event)
-                case Move() | Release():
-                    return self._drag(event)
-                case Wheel():
-                    self.show(view=zoomed_at(self.session.view, WHEEL_ZOOM**event.notches, event.pos))
-                    return True
-                case Key():
-                    return self._key(event)
-                case KeyUp(name="space"):
-                    self._spring = None
-                    return True
+            try:
+                return self._handle(event)
+            except WeftError as fault:
+                self.cancel()
+                self.fail(fault)
+                return True
+
+    def _handle(self, event: Event) -> bool:
+        match event:
+            case Press():
+                return self._press(event)
+            case Move() | Release():
+                return self._drag(event)
+            case Wheel():
+                self.show(view=zoomed_at(self.session.view, WHEEL_ZOOM**event.notches, event.pos))
+                return True
+            case Key():
+                return self._key(event)
+            case KeyUp(name="space"):
+                self._spring = None
+                return True
         return False
 
     def _press(self, press: Press) -> bool:

@@ -143,8 +143,8 @@ class LiveWarp:
                 self._show(document, self._solver.frame(document))
             else:
                 self._solve_beside(document)
-        except WeftError as fault:
-            self.fault = str(fault)
+        except Exception as fault:  # noqa: BLE001  whatever it is, the last map stays and the artist goes on
+            self._take_fault(fault)
 
     def _solve_beside(self, document: Document) -> None:
         """Solve in the live slot; of what changes meanwhile only the newest is answered next."""

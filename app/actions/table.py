@@ -6,8 +6,9 @@ from types import MappingProxyType
 from app.actions import Action, chord_of
 from app.actions.edit import EDIT, HELP
 from app.actions.file import FILE
+from app.actions.handles import HANDLES
 from app.actions.view import MODES, VIEW
-from app.actions.warp import HANDLES, MASK, WARP
+from app.actions.warp import MASK, WARP
 from app.editor import Editor, Tool
 from app.events import Key
 

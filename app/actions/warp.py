@@ -1,4 +1,4 @@
-"""Actions on the mask, the warp and its handles."""
+"""Actions on the mask and the warp."""
 
 from typing import get_args
 
@@ -114,72 +114,4 @@ WARP = (
         checked=lambda editor: editor.document.warp.vertical_axis,
     ),
     Action("warp.reset", "Reset warp", "Warp", reset_warp, icon="arrow-rotate-left", tooltip="Take the preset back"),
-)
-
-
-def _toggle_frame(editor: Editor) -> None:
-    frame = "free" if editor.document.warp.frame == "held" else "held"
-    editor.edit("Free frame" if frame == "free" else "Hold frame", editor.document.with_warp(frame=frame))
-
-
-def _select_all(editor: Editor) -> None:
-    editor.show(selected=frozenset(range(len(editor.document.pins))))
-
-
-HANDLES = (
-    Action(
-        "handles.select_all",
-        "Select all pins",
-        "Handles",
-        _select_all,
-        "Ctrl+A",
-        tooltip="Select every pin",
-        enabled=lambda editor: bool(editor.document.pins),
-    ),
-    Action(
-        "handles.frame",
-        "Let handles move the frame",
-        "Handles",
-        _toggle_frame,
-        icon="crop-simple",
-        tooltip="Pins and curves draw the picture's edge along",
-        checked=lambda editor: editor.document.warp.frame == "free",
-    ),
-    Action(
-        "handles.reset_outline",
-        "Reset outline",
-        "Handles",
-        lambda editor: editor.edit("Reset outline", editor.document.changed(outline=None)),
-        icon="vector-square",
-        tooltip="Give the outline back to the preset",
-        enabled=lambda editor: editor.document.outline is not None,
-        separated=True,
-    ),
-    Action(
-        "handles.remove_pins",
-        "Remove all pins",
-        "Handles",
-        lambda editor: editor.edit("Remove pins", editor.document.changed(pins=())),
-        icon="thumbtack",
-        tooltip="Take all pins out",
-        enabled=lambda editor: bool(editor.document.pins),
-    ),
-    Action(
-        "handles.remove_curves",
-        "Remove all curves",
-        "Handles",
-        lambda editor: editor.edit("Remove curves", editor.document.changed(curves=())),
-        icon="bezier-curve",
-        tooltip="Take all inner curves out",
-        enabled=lambda editor: bool(editor.document.curves),
-    ),
-    Action(
-        "handles.reset",
-        "Remove all handles",
-        "Handles",
-        lambda editor: editor.edit("Remove handles", editor.document.changed(outline=None, pins=(), curves=())),
-        icon="trash-can",
-        tooltip="Take outline, pins and curves back",
-        enabled=lambda editor: editor.document.has_handles,
-    ),
 )

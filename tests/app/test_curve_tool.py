@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
+from app.actions.table import ActionTable
 from app.shapes import Bezier, Circle, Polyline
+from app.tools.all import TOOLS
 from app.tools.curves import WARP_CURVES
 from core import curve_pairs
 from core.arrays import Points
@@ -213,6 +215,19 @@ def test_source_target_and_ticks_are_drawn(drive: EditorDriver) -> None:
     assert any(isinstance(s, Polyline) and s.role == "tick" for s in shapes)
     drive.move(90, 91)
     assert any(isinstance(s, Circle) and s.role == "hover" for s in drive.editor.tool.overlay(drive.editor))
+
+
+def test_a_curve_is_put_back_closed_and_opened_by_actions(drive: EditorDriver) -> None:
+    table = ActionTable(TOOLS)
+    assert not table.run("handles.put_back", drive.editor)
+    drawn(drive).drag((90, 50), (90, 90))
+    assert table.run("handles.put_back", drive.editor)
+    assert np.allclose(target(drive), source(drive), atol=1e-6)
+    assert table.run("handles.closed", drive.editor)
+    assert drive.document.curves[0].closed
+    assert table.run("handles.closed", drive.editor)
+    assert not drive.document.curves[0].closed
+    assert drive.labels[-3:] == ("Put curve back", "Close curve", "Open curve")
 
 
 def test_edits_of_pairs_are_undone_by_their_opposites() -> None:
