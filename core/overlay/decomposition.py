@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
+import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
@@ -14,7 +15,7 @@ from core.overlay.alignment import Frames
 from core.overlay.composition import filtered
 from core.overlay.fitting import Cloth, Fit, fit
 from core.overlay.lattice import Lattice
-from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring
+from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring, without_specks
 from core.overlay.registration import LEAST_SHADING, State
 from core.overlay.seeding import find_lattice, flat_canvas
 from core.overlay.stages import Stage
@@ -24,6 +25,8 @@ from core.progress import Job, Progress, part
 
 T = TypeVar("T")
 
+LENIENCE = 1.6
+"""Times the limit that a misfit may have in the middle of a piece."""
 GAP = 3
 """Texels between the coordinates of two pieces of cloth."""
 
@@ -102,7 +105,7 @@ def split(cloth: Cloth, found: Fit) -> Decomposition:
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(found.texel.pixels / gauge, 0, 1)) / 255)
     pieces = apart(cloth, found.pieces)
-    uv, shading = painted(cloth, found.texel, pieces)
+    uv, shading = painted(cloth, found, pieces)
     inside = np.isfinite(shading)
     light = (shading * gauge).astype(np.float32)
     coordinates = uv.astype(np.float32)
@@ -115,7 +118,7 @@ def split(cloth: Cloth, found: Fit) -> Decomposition:
         detail=np.where(inside[..., None], cloth.photo - modelled, np.nan).astype(np.float32),
         reconstruction=modelled,
         coverage=feathered(inside).astype(np.float32),
-        lattice=whole_lattice(cloth, pieces, texel),
+        lattice=whole_lattice(cloth, pieces, found),
         basis=cloth.basis,
     )
 
@@ -132,7 +135,7 @@ def apart(cloth: Cloth, pieces: tuple[State, ...]) -> list[State]:
     return moved
 
 
-def painted(cloth: Cloth, texel: Texel, pieces: list[State]) -> tuple[Floats, Floats]:
+def painted(cloth: Cloth, found: Fit, pieces: list[State]) -> tuple[Floats, Floats]:
     """Return coordinates (H, W, 2) and shading (H, W) of the pixels that a piece explains, NaN elsewhere.
 
     Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
@@ -143,18 +146,22 @@ def painted(cloth: Cloth, texel: Texel, pieces: list[State]) -> tuple[Floats, Fl
     for piece in pieces:
         at = mesh.smooth_to_pixels(piece.values)
         rho = np.maximum(at[..., 2], LEAST_SHADING)
-        modelled = rho[..., None] * texel(at[..., :2])
-        bad = misfit(cloth.photo, modelled, rho, valid, texel, cloth.sigma_px / 2)
-        near = mesh.pixels_of(piece.cells | ring(piece.cells, np.ones_like(piece.cells), 1)) & cloth.valid
+        modelled = rho[..., None] * found.texel(at[..., :2])
+        strict, mild = misfit(cloth.photo, modelled, rho, valid, found.tolerance, cloth.sigma_px / 2)
+        # At the border a pattern that correlates may lie on half of a neighbourhood only; amid cloth is cloth.
+        filled = without_specks(piece.cells, round(2 * (cloth.step_px / mesh.cell) ** 2))
+        core = cv2.erode(np.pad(filled, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
+        bad = np.where(mesh.pixels_of(core > 0), mild / LENIENCE, strict)
+        near = mesh.pixels_of(filled | ring(filled, np.ones_like(piece.cells), 1)) & cloth.valid
         better = cleaned(near & (bad < best), cloth.sigma_px) & near
         uv[better], shading[better], best[better] = at[better, :2], rho[better], bad[better]
     return uv, shading
 
 
-def whole_lattice(cloth: Cloth, pieces: list[State], texel: Texel) -> Lattice:
+def whole_lattice(cloth: Cloth, pieces: list[State], fit: Fit) -> Lattice:
     """Return the vertices of all pieces, scored by how well the texture explains the quad to their lower right."""
     parts = [vertices(cloth.mesh, piece) for piece in pieces]
-    scores = [confidence(cloth, piece, found, texel) for piece, found in zip(pieces, parts, strict=True)]
+    scores = [confidence(cloth, piece, found, fit) for piece, found in zip(pieces, parts, strict=True)]
     frames = Frames(
         np.concatenate([found.frames.points for found in parts]),
         np.concatenate([found.frames.bases for found in parts]),
@@ -163,10 +170,11 @@ def whole_lattice(cloth: Cloth, pieces: list[State], texel: Texel) -> Lattice:
     return Lattice(np.concatenate([found.keys for found in parts]), frames)
 
 
-def confidence(cloth: Cloth, piece: State, found: Lattice, texel: Texel) -> Floats:
+def confidence(cloth: Cloth, piece: State, found: Lattice, fit: Fit) -> Floats:
     """Return the share of the variance (K,) that is explained in the quad to the lower right of each vertex."""
     at = cloth.mesh.to_pixels(piece.values)
-    bad = misfit(cloth.photo, at[..., 2:] * texel(at[..., :2]), at[..., 2], cloth.valid.astype(float), texel, 2.0)
+    modelled = at[..., 2:] * fit.texel(at[..., :2])
+    bad, _ = misfit(cloth.photo, modelled, at[..., 2], cloth.valid.astype(float), fit.tolerance, 2.0)
     inside = cloth.mesh.pixels_of(piece.cells)
     quads = np.floor(at[inside, :2]).astype(np.int64)
     low = np.minimum(quads.min(0), found.keys.min(0)) if len(found) else quads.min(0)

@@ -54,9 +54,10 @@ def window(basis: Floats) -> tuple[float, int]:
     return reach, int(np.clip(round(2 * reach * length / 1.5), 16, 36))
 
 
-def mean_template(canvas: Canvas, frames: Frames) -> Template:
-    """Return the robust mean appearance around the vertices as a template; weighs by score."""
-    reach, count = window(np.median(frames.bases, axis=0))
+def mean_template(canvas: Canvas, frames: Frames, *, reach: float | None = None) -> Template:
+    """Return the robust mean appearance within `reach` texels of the vertices as a template; weighs by score."""
+    usual, count = window(np.median(frames.bases, axis=0))
+    reach = reach or usual
     places = raster(reach, count)
     values, weights = canvas.patches(frames.points, frames.bases, places)
     w = (weights * np.maximum(frames.scores, 0.05)[:, None] ** 2)[..., None]

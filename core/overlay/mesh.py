@@ -98,9 +98,9 @@ class Mesh:
                 used[dy : dy + self.cells[0], dx : dx + self.cells[1]] |= cells
         return used
 
-    def areas(self, values: Floats) -> Floats:
-        """Return twice the signed area (rows, columns, 2) of both triangles of each cell under a map (R, C, 2)."""
-        tl, tr, bl, br = (values.reshape(-1, 2)[self.corners[..., k]] for k in range(4))
+    def areas(self, values: Floats, cells: Bools) -> Floats:
+        """Return twice the signed area (K, 2) of both triangles of each marked cell under a map (R, C, 2)."""
+        tl, tr, bl, br = np.moveaxis(values.reshape(-1, 2)[self.corners[cells]], 1, 0)
         return np.stack([cross(tr - tl, br - tl), cross(br - tl, bl - tl)], -1)
 
     def bending(self, used: Bools) -> sparse.csr_array:

@@ -1,34 +1,76 @@
 """Where the cloth is: how well the registered texture explains the photo, and the mesh's growth to the cloth's end."""
 
+from dataclasses import dataclass, replace
+
 import cv2
 import numpy as np
 from scipy import sparse
 
 from core.arrays import Bools, Floats
+from core.factor import Factor
 from core.overlay.mesh import Mesh
 from core.overlay.registration import State
 from core.overlay.texel import Texel
-from core.overlay.thin_plate import solve_plate
 
 LIMIT = 0.6
 """Misfit from which a pixel is not cloth that the texture explains."""
+UNUSUAL, LEAST_NOISE = 12.0, 2e-4
+"""Times the usual unexplained variance from which a pixel is not cloth, and what that variance is at least."""
+ALIKE = 0.75
+"""Correlation of photo and model from which a pixel is cloth whatever its colours."""
 FLOOR = 0.2
 """Least variance that a misfit is compared with, over the texel's own: plain ground between motifs has none."""
 
 
-def misfit(photo: Floats, modelled: Floats, light: Floats, valid: Floats, texel: Texel, sigma_px: float) -> Floats:
-    """Return the unexplained variance (H, W) of a neighbourhood over the texture's variance there.
+@dataclass(frozen=True)
+class Tolerance:
+    """What an unexplained variance is compared with."""
 
-    0 is a perfect fit; where the photo lacks the pattern it is about 1 or more. `modelled` is ρ T(uv) (H, W, 3),
-    `light` ρ (H, W), `valid` (H, W) the pixels that count.
+    own: float
+    """Variance of the texel's colours."""
+    noise: float
+    """Usual unexplained variance on the cloth, at a shading of one."""
+
+
+def sums(photo: Floats, modelled: Floats, light: Floats, weight: Floats) -> Floats:
+    """Return what `judged` needs of pixels (..., 18), times their weight.
+
+    That is: the squared error, 1, the model's three colours and their squares, ρ², the photo's colours and their
+    squares, and the products of both. `photo` and `modelled` are (..., 3), `light` and `weight` (..., 1).
     """
-    error = ((photo - modelled) ** 2).sum(-1)
-    mass = np.maximum(smooth(valid, sigma_px), 1e-3)
-    unexplained = smooth(error * valid, sigma_px) / mass
-    mean = smooth(modelled * valid[..., None], sigma_px) / mass[..., None]
-    variance = (smooth(modelled**2 * valid[..., None], sigma_px) / mass[..., None] - mean**2).sum(-1)
-    own = float(texel.pixels.var(axis=(0, 1)).sum()) * light**2
-    return np.asarray(unexplained / np.maximum(np.maximum(variance, FLOOR * own), 1e-6))
+    error = ((photo - modelled) ** 2).sum(-1, keepdims=True)
+    one = np.ones_like(error)
+    parts = [error, one, modelled, modelled**2, light**2, photo, photo**2, photo * modelled]
+    return np.concatenate(parts, -1) * weight
+
+
+def judged(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
+    """Return the misfit from smoothed `sums` (..., 18), strictly and mildly: 0 is perfect, `LIMIT` the cloth's end.
+
+    Strictly it is the unexplained variance over the texture's in the same neighbourhood. Mildly it is what the
+    correlation of photo and model lacks, if that is less: a brick of another colour is a brick.
+    """
+    means = planes / np.maximum(planes[..., 1:2], 1e-3)
+    light = means[..., 8]
+    variance = (means[..., 5:8] - means[..., 2:5] ** 2).sum(-1)
+    seen = (means[..., 12:15] - means[..., 9:12] ** 2).sum(-1)
+    common = (means[..., 15:18] - means[..., 2:5] * means[..., 9:12]).sum(-1)
+    floor, usual = FLOOR * tolerance.own * light, UNUSUAL * tolerance.noise / LIMIT * light
+    unexplained = means[..., 0] / np.maximum(np.minimum(np.maximum(variance, floor), usual), 1e-6)
+    correlation = common / np.sqrt(np.maximum(variance * (seen + LEAST_NOISE), 1e-12))
+    lacking = np.where(variance > floor, LIMIT * (1 - correlation) / (1 - ALIKE), np.inf)
+    return np.asarray(unexplained, np.float64), np.asarray(np.minimum(unexplained, lacking), np.float64)
+
+
+def misfit(
+    photo: Floats, modelled: Floats, light: Floats, valid: Floats, tolerance: Tolerance, sigma_px: float
+) -> tuple[Floats, Floats]:
+    """Return the strict and the mild misfit (H, W) of the neighbourhood of each pixel.
+
+    `modelled` is ρ T(uv) (H, W, 3), `light` ρ (H, W), `valid` (H, W) the pixels that count.
+    """
+    planes = sums(photo, modelled, light[..., None], valid[..., None])
+    return judged(smooth(planes, sigma_px), tolerance)
 
 
 def smooth(values: Floats, sigma_px: float) -> Floats:
@@ -36,10 +78,28 @@ def smooth(values: Floats, sigma_px: float) -> Floats:
     return np.asarray(cv2.GaussianBlur(values, (0, 0), sigma_px, borderType=cv2.BORDER_REFLECT), np.float64)
 
 
-def model(mesh: Mesh, state: State, texel: Texel) -> tuple[Floats, Floats]:
-    """Return ρ T(uv) (H, W, 3) and ρ (H, W)."""
-    at = mesh.to_pixels(state.values)
-    return at[..., 2:] * texel(at[..., :2]), at[..., 2]
+def sums_of_cells(mesh: Mesh, photo: Floats, weight: Floats, state: State, texel: Texel) -> Floats:
+    """Return the `sums` (K, 18) over each of the K cells in use.
+
+    `photo` (rows, columns, cell², 3) and `weight` (rows, columns, cell²) are by cells.
+    """
+    at = mesh.weights @ state.values.reshape(-1, 3)[mesh.corners[state.cells]]
+    light = at[..., 2:]
+    found = sums(photo[state.cells], light * texel(at[..., :2]), light, weight[state.cells][..., None])
+    return np.asarray(found.sum(1), np.float64)
+
+
+def tolerance_of(found: Floats, texel: Texel) -> Tolerance:
+    """Return the tolerance for cloth whose cells have these sums (K, 18)."""
+    noise = float(np.median(found[:, 0] / np.maximum(found[:, 8], 1e-6))) if len(found) else 0.0
+    return Tolerance(float(texel.pixels.var(axis=(0, 1)).sum()), max(noise, LEAST_NOISE))
+
+
+def misfit_of_cells(mesh: Mesh, cells: Bools, found: Floats, tolerance: Tolerance, sigma_px: float) -> Floats:
+    """Return the mild misfit (rows, columns) of the cells that the sums (K, 18) are of, 0 elsewhere."""
+    planes = np.zeros((*mesh.cells, found.shape[1]))
+    planes[cells] = found
+    return np.where(cells, judged(smooth(planes, sigma_px / mesh.cell), tolerance)[1], 0.0)
 
 
 def ring(cells: Bools, allowed: Bools, width: int) -> Bools:
@@ -49,15 +109,22 @@ def ring(cells: Bools, allowed: Bools, width: int) -> Bools:
 
 
 def continued(mesh: Mesh, state: State, cells: Bools) -> State:
-    """Return the state on more cells, its values carried on straight from those that are in use."""
-    known = np.flatnonzero(mesh.nodes_of(state.cells).ravel())
-    rows = sparse.csr_array((np.ones(len(known)), (np.arange(len(known)), known)), shape=(len(known), state.rho.size))
+    """Return the state on more cells, its values carried on as a thin plate that is fixed at the nodes in use."""
+    fixed = mesh.nodes_of(state.cells).ravel()
+    used = mesh.nodes_of(cells).ravel()
+    new = np.flatnonzero(used & ~fixed)
+    if not len(new):
+        return replace(state, cells=cells)
+    # Only nodes near the new ones matter.
+    near = cv2.dilate((used & ~fixed).reshape(mesh.nodes).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    L = mesh.bending(np.asarray(used.reshape(mesh.nodes) & near, np.bool_))
     # Shading is carried on in its logarithm, so that it stays positive.
-    targets = np.concatenate([state.uv.reshape(-1, 2)[known], np.log(state.rho.ravel()[known])[:, None]], -1)
-    plate = solve_plate(mesh, rows, targets, 0.05)
-    uv, rho = plate[..., :2], np.exp(np.clip(plate[..., 2], -4, 3))
-    fixed = mesh.nodes_of(state.cells)
-    return State(np.where(fixed[..., None], state.uv, uv), np.where(fixed, state.rho, rho), np.asarray(cells, np.bool_))
+    values = np.concatenate([state.uv, np.log(np.maximum(state.rho, 1e-3))[..., None]], -1).reshape(-1, 3)
+    inner, outer = L[:, new], L @ np.where(fixed[:, None], values, 0.0)
+    A = inner.T @ inner + 1e-9 * sparse.eye_array(len(new))
+    values[new] = -np.asarray(Factor(A).solve(inner.T @ outer), np.float64)
+    grid = values.reshape(*mesh.nodes, 3)
+    return State(grid[..., :2], np.exp(np.clip(grid[..., 2], -4, 3)), cells)
 
 
 def without_specks(cells: Bools, least: int) -> Bools:

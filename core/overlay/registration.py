@@ -167,6 +167,10 @@ class Registration:
                 break
         return state
 
+    def by_cells(self, blur_px: float = 0.0) -> tuple[Floats, Floats]:
+        """Return the blurred photo (rows, columns, cell², 3) and the weight (rows, columns, cell²) by cells."""
+        return self._photo(blur_px), self._weight
+
     def _photo(self, blur_px: float) -> Floats:
         """Return the photo blurred, by cells (rows, columns, cell², 3)."""
         if blur_px not in self._blurred:
@@ -215,11 +219,14 @@ class Registration:
 
 def unfolded(mesh: Mesh, before: State, uv: Floats) -> Floats:
     """Return the new coordinates, taken back where they would fold a triangle."""
-    sign = np.sign(np.median(mesh.areas(before.uv)[before.cells]))
+    old = mesh.areas(before.uv, before.cells)
+    sign = np.sign(np.median(old))
     for attempt in range(8):
-        folded = ((mesh.areas(uv) * sign).min(-1) <= 0) & before.cells
-        if not folded.any():
+        wrong = (mesh.areas(uv, before.cells) * sign).min(-1) <= 0
+        if not wrong.any():
             break
+        folded = np.zeros(mesh.cells, bool)
+        folded[before.cells] = wrong
         kernel = np.ones((3 + 2 * attempt, 3 + 2 * attempt), np.uint8)
         back = cv2.dilate(mesh.nodes_of(folded).astype(np.uint8), kernel) > 0
         uv = np.where(back[..., None], before.uv if attempt > 4 else (uv + before.uv) / 2, uv)

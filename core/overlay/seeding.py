@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Points
-from core.overlay.alignment import Canvas, Frames, align, correlate
+from core.overlay.alignment import Canvas, Frames, align, correlate, thinned
 from core.overlay.correlation import Proposal, propose
 from core.overlay.flattening import flatten
 from core.overlay.keypoints import propose_from_keypoints
@@ -14,8 +14,16 @@ from core.progress import Job, Progress
 LEAST_VERTICES = 9
 LIGHT_PX = 25.0
 """Changes of light slower than this are taken out before patches are compared."""
+PLACES, ALIGNED = 700, 120
+"""Places at which a further piece is looked for, and how many of the best are aligned."""
+LEAST_LIKENESS = 0.6
+"""Least correlation of the first texel of a further piece."""
 TRIALS, FINALISTS = 18, 3
 TRIAL_VERTICES = 25
+ENOUGH = 5
+"""Seeds that agree before no more are tried."""
+WORSE = 0.4
+"""Promise, over the best one's, below which a seed is dropped."""
 
 
 class NoPatternError(InputError):
@@ -44,6 +52,8 @@ def find_lattice(canvas: Canvas, rng: np.random.Generator, *, texel_px: float | 
     for number, proposal in enumerate(proposals[:TRIALS]):
         yield Progress(0.2 + 0.3 * number / TRIALS, "trying seeds")
         lattices.append(tried(canvas, proposal))
+        if agreed(lattices):
+            break
     grown: list[Lattice] = []
     for number, lattice in enumerate(finalists(lattices)):
         note = "growing the lattice"
@@ -72,12 +82,19 @@ def tried(canvas: Canvas, proposal: Proposal) -> Lattice:
     return refined(canvas, lattice)[0] if len(lattice) > 4 else lattice
 
 
+def agreed(lattices: list[Lattice]) -> bool:
+    """Return whether enough seeds have grown well, and into texels of one size."""
+    good = [lattice.texel_area for lattice in lattices if len(lattice) >= TRIAL_VERTICES and likeness(lattice) > 0.42]
+    return len(good) >= ENOUGH and max(good) < 1.5 * min(good)
+
+
 def finalists(lattices: list[Lattice]) -> list[Lattice]:
     """Return the most promising small lattices, of texels that differ in size."""
     chosen: list[Lattice] = []
+    best = max(map(promise, lattices), default=0.0)
     for lattice in sorted(lattices, key=promise, reverse=True):
         sizes = [abs(np.log(lattice.texel_area / other.texel_area)) for other in chosen]
-        if promise(lattice) > 0 and min(sizes, default=1.0) > 0.4 and len(chosen) < FINALISTS:
+        if promise(lattice) > WORSE * best and min(sizes, default=1.0) > 0.4 and len(chosen) < FINALISTS:
             chosen.append(lattice)
     return chosen
 
@@ -114,27 +131,42 @@ def scattered(valid: Bools, rng: np.random.Generator, count: int) -> Points:
     return np.stack([x[chosen], y[chosen]], -1).astype(np.float64)
 
 
-def find_piece(canvas: Canvas, known: Lattice, basis: Floats, rng: np.random.Generator) -> Lattice | None:
-    """Return a further part of the cloth with the texel of a known lattice, in any direction, or None.
+def find_texels(canvas: Canvas, known: Lattice, rng: np.random.Generator) -> Frames:
+    """Return places, best first, that look like the vertices of a known lattice, turned in any direction.
 
-    `canvas` is valid where no part has been found yet. `basis` are the vectors of the known texel.
+    `canvas` is valid where to look.
     """
-    template = mean_template(canvas.everywhere(), known.frames)
-    points = scattered(canvas.valid[..., 0] > 0, rng, 500)
+    template = mean_template(canvas.everywhere(), known.frames, reach=0.5)
+    points = scattered(canvas.valid[..., 0] > 0, rng, PLACES)
     angles = np.arange(0, 2 * np.pi, np.pi / 9)
     turns = np.array([[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in angles])
-    bases = turns @ basis
     where = np.repeat(points, len(turns), 0)
-    bases = np.tile(bases, (len(points), 1, 1))
-    scores = correlate(canvas, template, where, bases)
-    best = np.argsort(-scores)[:60]
-    found = align(canvas, template, Frames(where[best], bases[best], scores[best]))
-    for row in np.argsort(-found.scores)[:4]:
-        if found.scores[row] < 0.6:
-            break
-        lattice = Lattice(np.zeros((1, 2), np.int64), found[np.array([row])])
-        for grown in grow(canvas, lattice, template):
-            lattice = grown
-        if len(lattice) >= 4 and likeness(lattice) > 0.1:
-            return lattice
-    return None
+    scores = correlate(canvas, thinned(template), where, np.tile(turns @ known.basis, (len(points), 1, 1)))
+    # The best direction at every place, then the best places.
+    # A texel that looks alike when turned is taken as turned least.
+    habit = 0.05 * np.abs((angles + np.pi) % (2 * np.pi) - np.pi) / np.pi
+    turn = (scores.reshape(len(points), -1) - habit).argmax(1)
+    scores = scores.reshape(len(points), -1).max(1)
+    best = np.argsort(-scores)[:ALIGNED]
+    found = align(canvas, template, Frames(points[best], turns[turn[best]] @ known.basis, scores[best]))
+    sizes = np.abs(np.linalg.det(found.bases)) / known.texel_area
+    good = (found.scores > LEAST_LIKENESS) & (sizes > 0.3) & (sizes < 3)
+    return spaced(found[good], 0.7 * float(np.sqrt(known.texel_area)))
+
+
+def spaced(frames: Frames, least_px: float) -> Frames:
+    """Return the frames, best first, without those closer than `least_px` to a better one."""
+    kept: list[int] = []
+    for row in np.argsort(-frames.scores).tolist():
+        if not kept or np.linalg.norm(frames.points[kept] - frames.points[row], axis=1).min() > least_px:
+            kept.append(row)
+    return frames[np.array(kept, np.int64)]
+
+
+def grown_piece(canvas: Canvas, known: Lattice, frame: Frames) -> Lattice:
+    """Return the lattice that grows from one frame with the appearance of a known lattice."""
+    lattice = Lattice(np.zeros((1, 2), np.int64), frame)
+    template = mean_template(canvas.everywhere(), known.frames)
+    for grown in grow(canvas, lattice, template):
+        lattice = grown
+    return lattice
