@@ -11,6 +11,7 @@ from typing import Literal, TypeAlias
 
 from core.document import Document
 
+Panel: TypeAlias = Literal["keys", "palette", "history", "about"]
 Unsaved: TypeAlias = Literal["save", "discard", "cancel"]
 
 PICTURES = ("png", "jpg", "jpeg", "tif", "tiff", "webp", "exr")
@@ -44,6 +45,8 @@ class ExportOptions:
     path: Path
     size_px: tuple[int, int]
     """Width and height of the file's picture."""
+    frame: Literal["picture", "warp"] = "picture"
+    """What the file shows: the frame that the picture had, or all of the warped picture."""
     bits: Literal[8, 16, 32] | None = None
     """Depth of a sample, 32 meaning float; None for the depth of the source as far as the format goes."""
     quality: int = 92
@@ -81,7 +84,7 @@ class AskRecover:
 class ShowPanel:
     """Show one of the window's own panels."""
 
-    panel: Literal["keys", "palette", "history", "about"]
+    panel: Panel
 
 
 Request: TypeAlias = OpenFile | SaveFile | ExportPicture | AskUnsaved | AskRecover | ShowPanel

@@ -1,7 +1,28 @@
 """Open the editor on a picture, a project, or the sample."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.console import run_shown
+from app.editor import Editor
+from app.filing import is_project, offer_rescues, recent_files, remember, settings_file
+from app.jobs import Jobs
+from app.recovery import Recovery
+from app.requests import ExportOptions
+from app.tools.all import TOOLS
+from assets import asset
+from core.document import Document
+from core.images import load, load_mask
+from core.project import load_project
+from core.raster import Raster
+
+if TYPE_CHECKING:
+    from core.progress import Job
+
+SAMPLE, SAMPLE_MASK = "balloons.png", "balloons_mask.png"
+WITHOUT_WINDOW = Path("weft-sample.png")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -10,5 +31,52 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Open the window."""
-    raise NotImplementedError
+    """Open the window; where there is no display, render to a file and say so."""
+    document = sample() if arguments.file is None else opened(arguments.file)
+    from app import shell
+
+    if not shell.has_display():
+        render_without_window(document)
+        return
+    editor = editor_on(document, arguments.file, Jobs(wake=shell.wake))
+    shell.Shell(editor, welcomes=arguments.file is None).run()
+
+
+def opened(path: Path) -> Document:
+    """Read a project, or begin one with a picture."""
+    return load_project(path) if is_project(path) else Document.of(load(path))
+
+
+def sample() -> Document:
+    """Return the sample, its figures painted as features and bent."""
+    document = Document.of(load(asset(SAMPLE)))
+    width, height = document.size_px
+    return document.changed(mask=Raster.from_array(load_mask(asset(SAMPLE_MASK), (height, width))))
+
+
+def editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
+    """Return an editor as the window wants it: it remembers what was opened and keeps what is not saved."""
+    editor = Editor(document, TOOLS, jobs=jobs, recovery=Recovery(jobs), exporter=_exporting)
+    editor.recent_file = settings_file()
+    editor.session = replace(editor.session, recent=recent_files())
+    if path is not None:
+        editor.project_path, editor.source_path = (path, None) if is_project(path) else (None, path)
+        remember(editor, path)
+    offer_rescues(editor)
+    return editor
+
+
+def _exporting(document: Document, options: ExportOptions) -> "Job[None]":
+    """Export by the renderer, which is imported only now: the window shows sooner."""
+    from app.render.picture_file import exporting
+
+    return exporting(document, options)
+
+
+def render_without_window(document: Document) -> None:
+    """Render `document` to a file in the working folder, and say where it is and what a window needs."""
+    from app.render.picture_file import exporting
+
+    run_shown(exporting(document, ExportOptions(WITHOUT_WINDOW, document.canvas_px)))
+    print(f"weft: no display: rendered to {WITHOUT_WINDOW.resolve()}")  # noqa: T201
+    print("weft: a window needs X11 or Wayland (DISPLAY or WAYLAND_DISPLAY) and OpenGL 3.3")  # noqa: T201

@@ -4,14 +4,10 @@ import argparse
 from pathlib import Path
 
 from app.commands.terminal import on_terminal
-from app.render.export import rendering
+from app.render.picture_file import drawing
 from core.arrays import InputError
-from core.canvas import Canvas
-from core.document import Document
-from core.document_map import settled
 from core.files import check_place
-from core.images import Image, check_writable_format, save
-from core.progress import Job, part
+from core.images import check_writable_format, save
 from core.progress import run as finished
 from core.project import load_project
 
@@ -39,14 +35,5 @@ def run(arguments: argparse.Namespace) -> None:
     if not 0 < arguments.scale <= 64:
         raise InputError(f"--scale {arguments.scale:g}: not above 0 and up to 64")
     document = load_project(arguments.project)
-    job = exported(document, whole=arguments.frame == "warp", scale=arguments.scale)
+    job = drawing(document, frame=arguments.frame, scale=arguments.scale)
     save(finished(job, on_terminal()), arguments.output, quality=arguments.quality)
-
-
-def exported(document: Document, *, whole: bool, scale: float) -> Job[Image]:
-    """Return the picture of `document`, in its own frame or in one that holds the `whole` warp."""
-    found = yield from part(settled(document), 0.0, 0.3)
-    canvas = Canvas.around(found.warped) if whole else Canvas(*document.canvas_px)
-    final = Canvas(max(1, round(canvas.width_px * scale)), max(1, round(canvas.height_px * scale)))
-    moved = canvas.placed(found.warped)
-    return (yield from part(rendering(document.image, found.rest, moved, size=final.size, scale=scale), 0.3, 1.0))

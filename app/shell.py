@@ -1,0 +1,216 @@
+"""The window: GL context, frame loop, file drops. The only file that knows GLFW.
+
+A frame is drawn when there is a reason: input, a job's result (`wake`), or something on the screen that is to change
+by itself. Between frames the loop sleeps in GLFW.
+"""
+
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import glfw
+import platformdirs
+from imgui_bundle import glfw_utils, hello_imgui, imgui
+
+from app import filing
+from app.editor import Editor
+from app.render import gpu
+from app.render.renderer import Renderer
+from app.ui import theme
+from app.ui.scene import scene_of
+from app.ui.workspace import Workspace
+from core import tracing
+
+FRAMES_AFTER_INPUT = 3
+"""Dear ImGui needs a frame or two to come to rest: hovering, layout and popups answer in the next one."""
+REST_S = 0.55
+"""When the pointer has rested so long, tooltips show: one more frame."""
+BLINK_S = 0.3
+"""How often the caret of a text field wants a frame."""
+
+
+def wake() -> None:
+    """Make the loop draw a frame; may be called from any thread."""
+    glfw.post_empty_event()
+
+
+@contextmanager
+def _interruptions() -> Iterator[threading.Event]:
+    """Yield an event that Ctrl+C in the terminal sets, in the middle of no frame, and let it end the sleep in GLFW."""
+    interrupted = threading.Event()
+    heard, told = socket.socketpair()
+    told.setblocking(False)
+
+    def listen() -> None:
+        while heard.recv(1):
+            wake()
+
+    threading.Thread(target=listen, name="signals", daemon=True).start()
+    wakeup_before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+    handler_before = signal.signal(signal.SIGINT, lambda *_: interrupted.set())
+    try:
+        yield interrupted
+    finally:
+        signal.signal(signal.SIGINT, handler_before)
+        signal.set_wakeup_fd(wakeup_before)
+        told.close()
+
+
+def has_display() -> bool:
+    """Return whether a window can be opened."""
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        return False
+    return bool(glfw.init())
+
+
+class Shell:
+    """The editor in a window."""
+
+    def __init__(self, editor: Editor, *, keeps_settings: bool = True, welcomes: bool = False) -> None:
+        self.editor = editor
+        self.workspace = Workspace(editor, welcomes=welcomes)
+        self.params = self._params(keeps_settings=keeps_settings)
+        self.frames = 0
+        """How many frames were drawn."""
+        self._frames_due = FRAMES_AFTER_INPUT
+        self._last_input = 0.0
+        self._rested = False
+        self._title = ""
+        self._frame = ExitStack()
+        """Holds the span of the frame that is being drawn."""
+
+    def run(self) -> None:
+        """Show the window until it is closed; raise `KeyboardInterrupt` when the terminal ended it."""
+        render = hello_imgui.manual_render
+        render.setup_from_runner_params(self.params)
+        try:
+            with _interruptions() as interrupted:
+                while not (self.params.app_shall_exit or interrupted.is_set()):
+                    self._wait()
+                    render.render()
+        finally:
+            self.editor.jobs.close()
+            render.tear_down()
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+
+    def _params(self, *, keeps_settings: bool) -> hello_imgui.RunnerParams:
+        params = hello_imgui.RunnerParams()
+        window = params.app_window_params
+        window.window_title = "Weft"
+        window.window_geometry.size = (1440, 900)
+        window.restore_previous_geometry = keeps_settings
+        params.renderer_backend_options.open_gl_options.anti_aliasing_samples = 0
+        params.fps_idling.enable_idling = False
+        params.ini_disable = not keeps_settings
+        if keeps_settings:
+            params.ini_folder_type = hello_imgui.IniFolderType.absolute_path
+            params.ini_filename = str(Path(platformdirs.user_config_dir("weft", ensure_exists=True)) / "window.ini")
+            params.ini_filename_use_app_window_title = False
+        calls = params.callbacks
+        calls.default_icon_font = hello_imgui.DefaultIconFont.font_awesome6
+        calls.load_additional_fonts = theme.load_fonts
+        calls.post_init_add_platform_backend_callbacks = self._listen
+        calls.post_init = self._attach
+        calls.post_new_frame = self._begin_frame
+        calls.before_imgui_render = self.workspace.end_frame
+        calls.custom_background = self._draw_picture
+        calls.after_swap = self._end_frame
+        calls.confirm_exit = self.may_close
+        calls.before_exit = self._detach
+        self.workspace.set_up(params)
+        return params
+
+    def _listen(self) -> None:
+        """Hear of the window's events before Dear ImGui does, which chains to what is set here."""
+        self._window = glfw_utils.glfw_window_hello_imgui()
+        for listen in (
+            glfw.set_cursor_pos_callback,
+            glfw.set_mouse_button_callback,
+            glfw.set_scroll_callback,
+            glfw.set_key_callback,
+            glfw.set_char_callback,
+            glfw.set_window_focus_callback,
+            glfw.set_cursor_enter_callback,
+        ):
+            listen(self._window, self._stir)
+        glfw.set_drop_callback(self._window, self._drop)  # type: ignore[arg-type]  # the wrapper hands over a list
+
+    def _stir(self, *_: object) -> None:
+        """Draw a few frames, since something was done to the window."""
+        self._frames_due, self._last_input, self._rested = FRAMES_AFTER_INPUT, time.monotonic(), False
+
+    def _attach(self) -> None:
+        """Take the GL context, once it is there."""
+        self._context = gpu.attach()
+        self._renderer = Renderer(self._context)
+        self.workspace.thumbnails.attach(self._context, self._renderer)
+
+    def _detach(self) -> None:
+        """Free what is on the GPU while the context is there."""
+        self.workspace.thumbnails.release()
+        self._renderer.release()
+
+    def _begin_frame(self) -> None:
+        self.frames += 1
+        self._frame.enter_context(tracing.span("frame"))
+        self._show_title()
+        self.workspace.begin_frame()
+        if self.editor.is_closing:
+            self.params.app_shall_exit = True
+
+    def _draw_picture(self) -> None:
+        """Draw the picture behind the panels."""
+        desk, io, area = theme.rgb(theme.DESK), imgui.get_io(), self.workspace.canvas.area
+        self._context.screen.clear(desk.x, desk.y, desk.z)
+        ratio = io.display_framebuffer_scale.y
+        below = io.display_size.y - area.y - area.height
+        left, bottom, width, height = (round(side * ratio) for side in (area.x, below, area.width, area.height))
+        self._renderer.draw(scene_of(self.editor, ratio), (left, bottom, width, height))
+
+    def _end_frame(self) -> None:
+        self._frame.close()
+
+    def _show_title(self) -> None:
+        star = "" if self.editor.history.is_saved else "*"
+        title = f"{star}{self.editor.name} – Weft"
+        if title != self._title:
+            self._title = title
+            glfw.set_window_title(self._window, title)
+
+    def _drop(self, window: object, paths: list[str]) -> None:
+        """Open the first of the files dropped on the window."""
+        self.workspace.drop([Path(path) for path in paths])
+
+    def may_close(self) -> bool:
+        """Return whether the window may close now; otherwise ask first."""
+        filing.quit_editor(self.editor)
+        return self.editor.is_closing
+
+    def _wait(self) -> None:
+        """Sleep until there is a reason to draw."""
+        if self._frames_due > 0:
+            self._frames_due -= 1
+            return
+        timeout = self._timeout()
+        if timeout is None:
+            glfw.wait_events()
+        elif timeout > 0:
+            glfw.wait_events_timeout(timeout)
+        self._frames_due = FRAMES_AFTER_INPUT - 1
+
+    def _timeout(self) -> float | None:
+        """Return seconds until something on the screen is to change by itself."""
+        waits = [self.workspace.wait_s]
+        if not self._rested:
+            self._rested = True
+            waits.append(max(self._last_input + REST_S - time.monotonic(), 0.0))
+        if imgui.get_io().want_text_input:
+            waits.append(BLINK_S)
+        return min((wait for wait in waits if wait is not None), default=None)

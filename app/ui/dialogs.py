@@ -1,0 +1,203 @@
+"""Shows what the editor requests: a file to choose, a question to answer, a picture to export; one at a time."""
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from imgui_bundle import ImVec2, imgui, portable_file_dialogs
+
+from app.editor import Editor
+from app.requests import AskRecover, AskUnsaved, ExportPicture, OpenFile, Panel, Request, SaveFile, ShowPanel
+from app.ui.controls import faint, plain_button, primary_button
+from app.ui.export_dialog import ExportDialog
+from app.ui.file_browser import FileBrowser
+from app.ui.theme import em
+
+
+class Dialog(Protocol):
+    """Something that is drawn over the window until it is answered."""
+
+    title: str
+
+    def draw(self) -> bool:
+        """Draw the inside; return whether it stays open."""
+
+
+class Dialogs:
+    """The dialog that is open, if any."""
+
+    def __init__(self, editor: Editor, show_panel: Callable[[Panel], None]) -> None:
+        self._editor = editor
+        self._show_panel = show_panel
+        self._dialog: Dialog | None = None
+
+    @property
+    def title(self) -> str | None:
+        """Title of the open dialog."""
+        return self._dialog.title if self._dialog is not None else None
+
+    def draw(self) -> float | None:
+        """Draw the open dialog, or open the next; return seconds until it wants a frame."""
+        while self._dialog is None and self._editor.requests:
+            self._take(self._editor.requests.pop(0))
+        if self._dialog is None:
+            return None
+        self._draw_modal(self._dialog)
+        return 0.1 if isinstance(self._dialog, SystemFileDialog) else None
+
+    def _take(self, request: Request) -> None:
+        if isinstance(request, ShowPanel):
+            self._show_panel(request.panel)
+        else:
+            self._dialog = dialog_for(request, self._editor)
+
+    def _draw_modal(self, dialog: Dialog) -> None:
+        if not imgui.is_popup_open(dialog.title):
+            imgui.open_popup(dialog.title)
+        centre = imgui.get_main_viewport().get_center()
+        imgui.set_next_window_pos(centre, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
+        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(em(1.1), em(0.9)))
+        flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
+        if imgui.begin_popup_modal(dialog.title, None, flags)[0]:
+            if not dialog.draw():
+                self._dialog = None
+                imgui.close_current_popup()
+            imgui.end_popup()
+        imgui.pop_style_var()
+
+
+def dialog_for(request: Request, editor: Editor) -> Dialog:
+    """Return the dialog that answers `request`."""
+    folder = _folder(editor)
+    match request:
+        case OpenFile(title, extensions, then):
+            if has_system_dialogs():
+                return SystemFileDialog(title, extensions, folder, then)
+            return BrowserDialog(title, FileBrowser(extensions, folder), then)
+        case SaveFile(title, extensions, suggested, then):
+            if has_system_dialogs():
+                return SystemFileDialog(title, extensions, suggested, then, saves=True)
+            return BrowserDialog(title, FileBrowser(extensions, suggested.parent, name=suggested.name), then)
+        case ExportPicture():
+            return ExportDialog(request, editor.answer.warped)
+        case AskUnsaved():
+            return UnsavedDialog(request)
+        case AskRecover():
+            return RecoverDialog(request)
+    raise TypeError(request)
+
+
+def _folder(editor: Editor) -> Path:
+    """Return the folder that file dialogs open on."""
+    path = editor.project_path or editor.source_path
+    return path.parent if path is not None else Path.home()
+
+
+def has_system_dialogs() -> bool:
+    """Return whether the desktop's own file dialogs can be shown."""
+    if sys.platform in ("win32", "darwin"):
+        return True
+    return any(shutil.which(program) for program in ("zenity", "kdialog", "matedialog", "qarma"))
+
+
+class BrowserDialog:
+    """The file browser of our own as a dialog."""
+
+    def __init__(self, title: str, browser: FileBrowser, then: Callable[[Path], None]) -> None:
+        self.title = title
+        self._browser = browser
+        self._then = then
+
+    def draw(self) -> bool:
+        """Draw the browser."""
+        answer = self._browser.draw()
+        if isinstance(answer, Path):
+            self._then(answer)
+            return False
+        return answer
+
+
+class SystemFileDialog:
+    """A file dialog of the desktop, which runs beside the window; the window waits for it."""
+
+    def __init__(
+        self,
+        title: str,
+        extensions: tuple[str, ...],
+        start: Path,
+        then: Callable[[Path], None],
+        *,
+        saves: bool = False,
+    ) -> None:
+        self.title = title
+        self._then = then
+        patterns = " ".join(f"*.{extension}" for extension in extensions)
+        kind = portable_file_dialogs.save_file if saves else portable_file_dialogs.open_file
+        self._dialog = kind(title, str(start), [f"{title} ({patterns})", patterns, "All files", "*"])
+
+    def draw(self) -> bool:
+        """Wait for the answer."""
+        faint("Choose in the window that has opened.")
+        if plain_button("Cancel", 7):
+            self._dialog.kill()
+            return False
+        if not self._dialog.ready(0):
+            return True
+        answer = self._dialog.result()
+        path = answer if isinstance(answer, str) else answer[0] if answer else ""
+        if path:
+            self._then(Path(path))
+        return False
+
+
+class UnsavedDialog:
+    """Asks what is to become of unsaved changes."""
+
+    title = "Save changes?"
+
+    def __init__(self, request: AskUnsaved) -> None:
+        self._request = request
+
+    def draw(self) -> bool:
+        """Draw question and answers."""
+        imgui.text(f"{self._request.name} has changes that are not saved.")
+        faint("They are lost unless you save them.")
+        imgui.dummy(ImVec2(em(26), em(0.4)))
+        if plain_button("Don't save", 8):
+            self._request.then("discard")
+            return False
+        imgui.same_line(imgui.get_window_width() - em(16.6))
+        if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
+            self._request.then("cancel")
+            return False
+        imgui.same_line()
+        if primary_button("Save", 7) or imgui.is_key_pressed(imgui.Key.enter):
+            self._request.then("save")
+            return False
+        return True
+
+
+class RecoverDialog:
+    """Offers what an earlier run left."""
+
+    title = "Recover unsaved work?"
+
+    def __init__(self, request: AskRecover) -> None:
+        self._request = request
+
+    def draw(self) -> bool:
+        """Draw the list and the answers."""
+        imgui.text("Weft did not close as it should last time. It kept your work:")
+        for name in self._request.names:
+            imgui.bullet_text(name)
+        imgui.dummy(ImVec2(em(26), em(0.4)))
+        if plain_button("Discard", 8):
+            self._request.then(False)
+            return False
+        imgui.same_line(imgui.get_window_width() - em(9.4))
+        if primary_button("Recover", 8):
+            self._request.then(True)
+            return False
+        return True

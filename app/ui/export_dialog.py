@@ -1,0 +1,173 @@
+"""The export dialog: where to, how large, in which format. The export itself is a job; the status bar follows it."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal, cast
+
+from imgui_bundle import ImVec2, imgui
+
+from app.requests import ExportPicture
+from app.ui import theme
+from app.ui.controls import faint, label, plain_button, primary_button, segments, slider, tip
+from app.ui.file_browser import FileBrowser
+from app.ui.theme import em
+from core.arrays import InputError, Points
+from core.canvas import Canvas
+
+Bits = Literal[8, 16, 32]
+Frame = Literal["picture", "warp"]
+
+FORMATS: dict[str, tuple[str, tuple[Bits, ...], bool]] = {
+    "png": ("PNG", (8, 16), False),
+    "tif": ("TIFF", (8, 16, 32), False),
+    "exr": ("EXR", (32,), False),
+    "jpg": ("JPEG", (8,), True),
+    "webp": ("WebP", (8,), True),
+}
+"""By suffix: name, depths, and whether it has a quality."""
+
+FRAMES = (
+    ("picture", "The picture's frame", "What has moved out of the frame is cut off"),
+    ("warp", "All of the warp", "As large as the warped picture reaches"),
+)
+MOST_PX = 32768
+
+
+def suffix_of(path: Path) -> str:
+    """Return the key of `FORMATS` for a path."""
+    suffix = path.suffix.lower().lstrip(".")
+    suffix = {"jpeg": "jpg", "tiff": "tif"}.get(suffix, suffix)
+    return suffix if suffix in FORMATS else "png"
+
+
+def _size_around(warped: Points) -> tuple[int, int]:
+    """Return the size that holds all of a warped grid; at least something where it is out of bounds."""
+    try:
+        return Canvas.around(warped).size
+    except InputError:
+        return 1, 1
+
+
+class ExportDialog:
+    """Choose how and where to export."""
+
+    title = "Export picture"
+
+    def __init__(self, request: ExportPicture, warped: Points) -> None:
+        self._request = request
+        self.options = request.options
+        self._sizes_px = {"picture": request.options.size_px, "warp": _size_around(warped)}
+        self._browser: FileBrowser | None = None
+        self._asked_overwrite: Path | None = None
+
+    def draw(self) -> bool:
+        """Draw the dialog; return whether it stays open."""
+        if self._browser is not None:
+            self._draw_browser(self._browser)
+            return True
+        imgui.dummy(ImVec2(em(34), 0))
+        self._draw_place()
+        self._draw_format()
+        self._draw_frame()
+        self._draw_size()
+        imgui.dummy(ImVec2(0, em(0.4)))
+        return self._draw_answers()
+
+    def _draw_browser(self, browser: FileBrowser) -> None:
+        answer = browser.draw()
+        if isinstance(answer, Path):
+            self.options = replace(self.options, path=answer)
+            self._asked_overwrite = answer
+        if answer is not True:
+            self._browser = None
+
+    def _draw_place(self) -> None:
+        path = self.options.path
+        label("File", "Where the picture is written")
+        imgui.set_next_item_width(em(19.5))
+        name = imgui.input_text("##file", str(path))[1]
+        if name != str(path) and name:
+            self.options = replace(self.options, path=Path(name))
+        imgui.same_line()
+        if imgui.button("Browse …", ImVec2(em(6.6), 0)):
+            self._browser = FileBrowser(tuple(FORMATS), path.parent, name=path.name)
+
+    def _draw_format(self) -> None:
+        options, suffix = self.options, suffix_of(self.options.path)
+        label("Format")
+        if chosen := segments("format", [(key, row[0], "") for key, row in FORMATS.items()], suffix):
+            self.options = options = replace(options, path=options.path.with_suffix(f".{chosen}"), bits=None)
+        _, depths, lossy = FORMATS[suffix_of(options.path)]
+        if len(depths) > 1:
+            label("Depth", "Bits of a sample")
+            names = {8: "8 bit", 16: "16 bit", 32: "Float"}
+            choices = [("", "As the source", ""), *((str(bits), names[bits], "") for bits in depths)]
+            if (bits := segments("depth", choices, str(options.bits or ""))) is not None:
+                known: dict[str, Bits] = {str(depth): depth for depth in depths}
+                self.options = replace(options, bits=known.get(bits))
+        if lossy:
+            held = slider("Quality", options.quality, 1, 100, default=92, hint="Higher is better and larger")
+            if held.value is not None:
+                self.options = replace(options, quality=round(held.value))
+
+    def _draw_frame(self) -> None:
+        label("Frame", "What the file shows")
+        frame = segments("frame", FRAMES, self.options.frame)
+        if frame is not None and frame != self.options.frame:
+            scale = self.options.size_px[0] / self._full_px[0]
+            self.options = replace(self.options, frame=cast("Frame", frame))
+            self._scale(scale)
+
+    def _draw_size(self) -> None:
+        width, height = self.options.size_px
+        label("Size", "Width and height in pixels; the proportions stay")
+        imgui.set_next_item_width(em(5.5))
+        new_width = imgui.input_int("##width", width, 0)[1]
+        imgui.same_line()
+        imgui.text("×")
+        imgui.same_line()
+        imgui.set_next_item_width(em(5.5))
+        new_height = imgui.input_int("##height", height, 0)[1]
+        if new_width != width:
+            self._scale(new_width / self._full_px[0])
+        elif new_height != height:
+            self._scale(new_height / self._full_px[1])
+        for percent in (50, 100, 200):
+            imgui.same_line(0, em(0.6) if percent == 50 else em(0.3))
+            if imgui.button(f"{percent} %", ImVec2(em(3.6), 0)):
+                self._scale(percent / 100)
+            tip("{} × {} pixels".format(*self._scaled(percent / 100)))
+
+    def _scaled(self, scale: float) -> tuple[int, int]:
+        """Return `scale` times the size of the result in the chosen frame."""
+        width, height = (min(max(round(side * scale), 1), MOST_PX) for side in self._full_px)
+        return width, height
+
+    def _scale(self, scale: float) -> None:
+        self.options = replace(self.options, size_px=self._scaled(scale))
+
+    @property
+    def _full_px(self) -> tuple[int, int]:
+        """Size of the result at 100 % in the chosen frame."""
+        return self._sizes_px[self.options.frame]
+
+    def _draw_answers(self) -> bool:
+        path = self.options.path
+        replaces = path.is_file() and self._asked_overwrite != path
+        fault = "" if path.parent.is_dir() else f"{path.parent}: no such folder"
+        if fault:
+            imgui.text_colored(theme.rgb(theme.FAULT), fault)
+        elif replaces:
+            faint(f"{path.name} exists and will be replaced.")
+        else:
+            faint(f"{self.options.size_px[0] * self.options.size_px[1] / 1e6:.1f} megapixels")
+        imgui.same_line(imgui.get_window_width() - em(16.4))
+        if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
+            return False
+        imgui.same_line()
+        imgui.begin_disabled(bool(fault))
+        pressed = primary_button("Replace" if replaces else "Export", 7)
+        imgui.end_disabled()
+        if pressed:
+            self._request.then(self.options)
+        return not pressed

@@ -1,0 +1,182 @@
+"""A file browser inside the window, for machines that have no program for system dialogs."""
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import platformdirs
+from imgui_bundle import ImVec2, imgui
+
+from app.ui import theme
+from app.ui.controls import colors, icon_button, plain_button, primary_button, tip
+from app.ui.theme import em, icon
+
+
+@dataclass(frozen=True)
+class Item:
+    """An entry of a folder."""
+
+    path: Path
+    is_folder: bool
+    size: int
+    modified: float
+
+
+class FileBrowser:
+    """Choose a file that exists, or a name to write to; `draw` it inside a popup."""
+
+    def __init__(self, extensions: tuple[str, ...], folder: Path, *, name: str | None = None) -> None:
+        self._extensions = tuple(f".{extension}" for extension in extensions)
+        self._saves = name is not None
+        self._name = name or ""
+        self._asks_overwrite: Path | None = None
+        self._fault = ""
+        self.folder = folder
+        self._items: tuple[Item, ...] = ()
+        self.enter(folder if folder.is_dir() else Path.home())
+
+    def enter(self, folder: Path) -> None:
+        """Show another folder."""
+        try:
+            self._items = listed(folder, self._extensions)
+        except OSError as fault:
+            self._fault = f"{folder}: {fault.strerror}"
+            return
+        self.folder, self._fault, self._asks_overwrite = folder, "", None
+
+    def draw(self) -> Path | bool:
+        """Draw the browser; return the chosen file, False when it was closed, True while it is open."""
+        self._draw_trail()
+        imgui.begin_child("places", ImVec2(em(10), em(22)))
+        for place, glyph, path in places():
+            if imgui.selectable(f"{icon(glyph)}   {place}", path == self.folder)[0]:
+                self.enter(path)
+        imgui.end_child()
+        imgui.same_line()
+        chosen = self._draw_items()
+        return self._draw_foot(chosen)
+
+    def _draw_trail(self) -> None:
+        """Draw the folders above, each a button."""
+        if icon_button("Up", "arrow-up", hint="To the folder above", size_em=1.7):
+            self.enter(self.folder.parent)
+        parts = [self.folder, *self.folder.parents][::-1][-5:]
+        for part in parts:
+            imgui.same_line(0, em(0.3))
+            with colors(button=theme.RAISED):
+                if imgui.button(f"{part.name or part.anchor}##{part}"):
+                    self.enter(part)
+            imgui.same_line(0, em(0.3))
+            with colors(text=theme.DISABLED):
+                imgui.text(icon("angle-right"))
+        imgui.new_line()
+
+    def _draw_items(self) -> Path | None:
+        """Draw the folder's entries; return the file that was double-clicked."""
+        chosen: Path | None = None
+        entered: Path | None = None
+        flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.row_bg | imgui.TableFlags_.borders_outer
+        if imgui.begin_table("files", 3, flags, ImVec2(em(36), em(22))):
+            imgui.table_setup_column("Name", imgui.TableColumnFlags_.width_stretch)
+            imgui.table_setup_column("Size", imgui.TableColumnFlags_.width_fixed, em(4.5))
+            imgui.table_setup_column("Changed", imgui.TableColumnFlags_.width_fixed, em(7))
+            for item in self._items:
+                imgui.table_next_row()
+                imgui.table_next_column()
+                if self._draw_item(item):
+                    chosen, entered = (None, item.path) if item.is_folder else (item.path, None)
+                imgui.table_next_column()
+                with colors(text=theme.FAINT):
+                    imgui.text("" if item.is_folder else readable(item.size))
+                    imgui.table_next_column()
+                    imgui.text(time.strftime("%d %b %Y", time.localtime(item.modified)))
+            imgui.end_table()
+        if entered is not None:
+            self.enter(entered)
+        return chosen
+
+    def _draw_item(self, item: Item) -> bool:
+        """Draw one entry; return whether it was double-clicked."""
+        glyph = "folder" if item.is_folder else "diagram-project" if item.path.suffix == ".weft" else "image"
+        flags = imgui.SelectableFlags_.span_all_columns | imgui.SelectableFlags_.allow_double_click
+        flags |= imgui.SelectableFlags_.no_auto_close_popups
+        pressed = imgui.selectable(f"{icon(glyph)}   {item.path.name}", item.path.name == self._name, flags)[0]
+        if pressed and not item.is_folder:
+            self._name, self._asks_overwrite = item.path.name, None
+        return pressed and imgui.is_mouse_double_clicked(0)
+
+    def _draw_foot(self, chosen: Path | None) -> Path | bool:
+        """Draw name, buttons and what is wrong."""
+        imgui.set_next_item_width(em(30))
+        entered, self._name = imgui.input_text("##name", self._name, imgui.InputTextFlags_.enter_returns_true)
+        tip("Name of the file; a whole path will do")
+        imgui.same_line(0, em(1))
+        verb = "Replace" if self._asks_overwrite else "Save" if self._saves else "Open"
+        pressed = primary_button(verb, 7) or entered or chosen is not None
+        imgui.same_line()
+        closed = plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape)
+        with colors(text=theme.FAULT):
+            imgui.text(self._fault)
+        if closed:
+            return False
+        return self._accepted(chosen) if pressed else True
+
+    def _accepted(self, chosen: Path | None) -> Path | bool:
+        """Return the file to take, True where something is to be mended first."""
+        path = chosen or self.folder / Path(self._name).expanduser()
+        if path.is_dir():
+            self.enter(path)
+            return True
+        if not self._name and chosen is None:
+            self._fault = "Type a name, or choose a file"
+            return True
+        if not self._saves:
+            self._fault = "" if path.is_file() else f"{path.name}: no such file here"
+            return path if path.is_file() else True
+        if not path.suffix:
+            path = path.with_suffix(self._extensions[0])
+        if path.exists() and self._asks_overwrite != path:
+            self._asks_overwrite, self._fault = path, f"{path.name} exists already"
+            return True
+        return path
+
+
+def places() -> list[tuple[str, str, Path]]:
+    """Return name, icon and path of the folders one starts from."""
+    named = [
+        ("Home", "house", Path.home()),
+        ("Pictures", "image", Path(platformdirs.user_pictures_dir())),
+        ("Documents", "file", Path(platformdirs.user_documents_dir())),
+        ("Downloads", "download", Path(platformdirs.user_downloads_dir())),
+        ("Desktop", "desktop", Path(platformdirs.user_desktop_dir())),
+        ("Here", "location-dot", Path.cwd()),
+        ("Computer", "hard-drive", Path(Path.home().anchor)),
+    ]
+    return [row for row in named if row[2].is_dir()]
+
+
+def listed(folder: Path, extensions: tuple[str, ...]) -> tuple[Item, ...]:
+    """Return the folder's entries, folders first; hidden ones and other kinds of file are left out."""
+    items = []
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            path = Path(entry.path)
+            shown = entry.is_dir() or path.suffix.lower() in extensions
+            if shown and not entry.name.startswith("."):
+                try:
+                    stat = entry.stat()
+                except OSError:
+                    continue
+                items.append(Item(path, entry.is_dir(), stat.st_size, stat.st_mtime))
+    return tuple(sorted(items, key=lambda item: (not item.is_folder, item.path.name.lower())))
+
+
+def readable(size: int) -> str:
+    """Return a number of bytes as one reads it."""
+    value = float(size)
+    for unit in ("B", "kB", "MB"):
+        if value < 1000:
+            return f"{value:.0f} {unit}"
+        value /= 1000
+    return f"{value:.1f} GB"

@@ -1,0 +1,29 @@
+"""The undo history as a list: press an entry to go there."""
+
+from imgui_bundle import imgui
+
+from app.editor import Editor
+from app.ui import theme
+from app.ui.controls import colors
+from app.ui.theme import icon
+
+
+class HistoryPanel:
+    """Lists what was done, the newest last."""
+
+    def __init__(self, editor: Editor) -> None:
+        self._editor = editor
+        self._seen = 0
+
+    def draw(self) -> None:
+        """Draw the entries."""
+        history = self._editor.history
+        for number, entry in enumerate(history.labels):
+            done = number <= history.index
+            with colors(text=theme.TEXT if done else theme.DISABLED):
+                glyph = icon("folder-open" if number == 0 else "circle" if number == history.index else "check")
+                if imgui.selectable(f"{glyph}   {entry}##{number}", number == history.index)[0]:
+                    self._editor.go_to(number)
+        if len(history.labels) != self._seen:
+            self._seen = len(history.labels)
+            imgui.set_scroll_here_y(1.0)

@@ -1,0 +1,120 @@
+"""Turns what Dear ImGui saw of mouse and keyboard into `app.events`, for the canvas."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from imgui_bundle import imgui
+
+from app.events import Button, Event, Key, KeyUp, Modifiers, Move, Position, Press, Release, Wheel
+
+
+@dataclass(frozen=True)
+class Area:
+    """Where the canvas lies in the window, in screen pixels."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether a place of the window is on the canvas."""
+        return self.x <= x < self.x + self.width and self.y <= y < self.y + self.height
+
+
+_NAMED = {
+    "left_arrow": "left",
+    "right_arrow": "right",
+    "up_arrow": "up",
+    "down_arrow": "down",
+    "page_up": "pageup",
+    "page_down": "pagedown",
+    "home": "home",
+    "end": "end",
+    "delete": "delete",
+    "backspace": "backspace",
+    "space": "space",
+    "enter": "enter",
+    "keypad_enter": "enter",
+    "escape": "escape",
+    "apostrophe": "'",
+    "comma": ",",
+    "minus": "-",
+    "keypad_subtract": "-",
+    "period": ".",
+    "slash": "/",
+    "semicolon": ";",
+    "equal": "=",
+    "keypad_add": "+",
+    "left_bracket": "[",
+    "right_bracket": "]",
+    "backslash": "\\",
+    "grave_accent": "`",
+}
+
+KEYS: dict[imgui.Key, str] = (
+    {getattr(imgui.Key, name): text for name, text in _NAMED.items()}
+    | {getattr(imgui.Key, letter): letter for letter in "abcdefghijklmnopqrstuvwxyz"}
+    | {getattr(imgui.Key, f"_{digit}"): digit for digit in "0123456789"}
+    | {getattr(imgui.Key, f"keypad{digit}"): digit for digit in "0123456789"}
+    | {getattr(imgui.Key, f"f{number}"): f"f{number}" for number in range(1, 13)}
+)
+"""Names of the keys as `app.events` and the action table call them."""
+
+BUTTONS: tuple[tuple[int, Button], ...] = ((0, "left"), (2, "middle"), (1, "right"))
+
+
+def modifiers() -> Modifiers:
+    """Return which modifier keys are held; the Mac's command key counts as Ctrl."""
+    io = imgui.get_io()
+    return Modifiers(shift=io.key_shift, ctrl=io.key_ctrl or io.key_super, alt=io.key_alt)
+
+
+class Pointer:
+    """Follows the mouse from press to release, also when it leaves the canvas meanwhile."""
+
+    def __init__(self) -> None:
+        self._held: int | None = None
+        self._last: Position | None = None
+
+    def events(self, area: Area) -> Iterator[Event]:
+        """Yield what the mouse did since the last frame, in pixels of the canvas."""
+        io = imgui.get_io()
+        pos = (io.mouse_pos.x - area.x, io.mouse_pos.y - area.y)
+        over = not io.want_capture_mouse and area.holds(io.mouse_pos.x, io.mouse_pos.y)
+        mods = modifiers()
+        if pos != self._last and (over or self._held is not None):
+            self._last = pos
+            yield Move(pos, mods)
+        if self._held is not None and not imgui.is_mouse_down(self._held):
+            self._held = None
+            yield Release(pos, mods)
+        if over:
+            yield from self._presses(pos, mods)
+            if io.mouse_wheel:
+                yield Wheel(pos, io.mouse_wheel, mods)
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a button that went down on the canvas is down."""
+        return self._held is not None
+
+    def _presses(self, pos: Position, mods: Modifiers) -> Iterator[Event]:
+        for number, button in BUTTONS:
+            if self._held is None and imgui.is_mouse_clicked(number):
+                self._held = number
+                yield Press(pos, button, mods, clicks=max(imgui.get_mouse_clicked_count(number), 1))
+
+
+def key_events() -> Iterator[Key | KeyUp]:
+    """Yield the keys that went down or up; none while a text field takes them."""
+    if imgui.get_io().want_text_input:
+        return
+    mods = modifiers()
+    for code, name in KEYS.items():
+        if imgui.is_key_pressed(code, False):
+            yield Key(name, mods)
+        elif imgui.is_key_down(code) and imgui.is_key_pressed(code, True):
+            yield Key(name, mods, repeated=True)
+        if imgui.is_key_released(code):
+            yield KeyUp(name)

@@ -1,0 +1,104 @@
+"""Sheets to read: every key at a glance, and what Weft is."""
+
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import Literal, TypeAlias
+
+from imgui_bundle import ImVec2, imgui
+
+from app.actions import Action
+from app.editor import Editor
+from app.ui import theme
+from app.ui.controls import colors, faint, heading, primary_button
+from app.ui.theme import em
+
+Sheet = Literal["keys", "about"]
+Group: TypeAlias = tuple[str, Sequence[tuple[str, str]]]
+"""A title and its rows of key and meaning."""
+
+COLUMNS = 3
+
+POINTER = (
+    ("Space-drag", "Move the view; the middle button does too"),
+    ("Wheel", "Zoom at the pointer"),
+    ("Esc", "Cancel what is being dragged"),
+)
+
+
+class Sheets:
+    """The sheet that is open, if any."""
+
+    def __init__(self, editor: Editor, actions: Sequence[Action]) -> None:
+        self._editor = editor
+        self._actions = actions
+        self.shown: Sheet | None = None
+
+    def draw(self) -> None:
+        """Draw the sheet over the window."""
+        if self.shown is None:
+            return
+        title = "Keys" if self.shown == "keys" else "About Weft"
+        if not imgui.is_popup_open(title):
+            imgui.open_popup(title)
+        imgui.set_next_window_pos(imgui.get_main_viewport().get_center(), imgui.Cond_.always, ImVec2(0.5, 0.5))
+        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(em(1.4), em(1.0)))
+        flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
+        if imgui.begin_popup_modal(title, None, flags)[0]:
+            self._draw_keys() if self.shown == "keys" else self._draw_about()
+            imgui.dummy(ImVec2(0, em(0.3)))
+            if primary_button("Close", 7) or imgui.is_key_pressed(imgui.Key.escape):
+                self.shown = None
+                imgui.close_current_popup()
+            imgui.end_popup()
+        imgui.pop_style_var()
+
+    def _draw_keys(self) -> None:
+        """Draw the keys in columns of about the same height."""
+        if imgui.begin_table("keys", COLUMNS, 0, ImVec2(em(66), 0)):
+            for column in balanced(self._groups(), COLUMNS):
+                imgui.table_next_column()
+                for title, rows in column:
+                    _draw_group(title, rows)
+            imgui.end_table()
+
+    def _groups(self) -> list[Group]:
+        """Return the keys: those of the pointer, then menu by menu."""
+        groups: list[Group] = [("Pointer", list(POINTER))]
+        for menu in dict.fromkeys(action.menu for action in self._actions):
+            rows = [(action.chord, action.label) for action in self._actions if action.menu == menu and action.chord]
+            if rows:
+                groups.append((menu.replace("/", " › "), rows))
+        return groups
+
+    def _draw_about(self) -> None:
+        imgui.push_font(None, theme.TITLE_PX)
+        imgui.text("Weft")
+        imgui.pop_font()
+        faint(f"Version {_version()}. Free software under the GNU General Public License, version 3 or later.")
+        imgui.dummy(ImVec2(em(30), em(0.3)))
+        imgui.text("Bend a picture and keep its features: warp, retexture and overlay, live.")
+
+
+def balanced(groups: Sequence[Group], count: int) -> list[list[Group]]:
+    """Deal the groups to `count` columns, each to the shortest, and return the columns."""
+    columns: list[list[Group]] = [[] for _ in range(count)]
+    for group in groups:
+        min(columns, key=lambda column: sum(len(rows) + 2 for _, rows in column)).append(group)
+    return columns
+
+
+def _draw_group(title: str, rows: Sequence[tuple[str, str]]) -> None:
+    heading(title)
+    left = imgui.get_cursor_pos_x()
+    for key, name in rows:
+        with colors(text=theme.ACCENT):
+            imgui.text(key)
+        imgui.same_line(left + em(9))
+        imgui.text(name)
+
+
+def _version() -> str:
+    try:
+        return version("weft")
+    except PackageNotFoundError:
+        return "of the source folder"

@@ -1,0 +1,154 @@
+"""All that the window shows, frame by frame: menus, toolbar, canvas, panels, dialogs."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from imgui_bundle import hello_imgui, imgui
+
+from app import filing
+from app.actions.table import ActionTable
+from app.editor import Editor
+from app.requests import Panel
+from app.session import Mode
+from app.ui import theme
+from app.ui.canvas import Canvas
+from app.ui.dialogs import Dialogs
+from app.ui.handles_panel import HandlesPanel
+from app.ui.history_panel import HistoryPanel
+from app.ui.input import Area
+from app.ui.menus import MenuBar
+from app.ui.options_bar import HEIGHT_EM, OptionsBar
+from app.ui.palette import Palette
+from app.ui.preset_list import PresetList
+from app.ui.sheets import Sheets
+from app.ui.status_bar import StatusBar
+from app.ui.thumbnails import Thumbnails
+from app.ui.toasts import Toasts
+from app.ui.toolbar import WIDTH_EM, draw_toolbar
+from app.ui.warp_panel import WarpPanel
+from app.ui.welcome import Welcome
+
+SIDE, LOWER_SIDE = "Side", "LowerSide"
+FITTING_FRAMES = 4
+"""How many frames Dear ImGui takes to lay out the panels."""
+MODES: frozenset[Mode] = frozenset(("warp",))
+"""Modes that have a panel."""
+
+
+class Workspace:
+    """The parts of the window and the order in which a frame calls them."""
+
+    def __init__(self, editor: Editor, *, welcomes: bool = False) -> None:
+        self.editor = editor
+        self.wait_s: float | None = None
+        """Seconds until the window wants a frame without an event; None for never."""
+        self.table = table = ActionTable(editor.tools)
+        self.canvas = Canvas(editor, table)
+        self.menus = MenuBar(editor, table, MODES)
+        self.options_bar = OptionsBar(editor, table)
+        self.status_bar = StatusBar(editor)
+        self.thumbnails = Thumbnails(editor)
+        self.warp_panel = WarpPanel(editor, PresetList(self.thumbnails.of))
+        self.handles_panel = HandlesPanel(editor)
+        self.history_panel = HistoryPanel(editor)
+        self.dialogs = Dialogs(editor, self.show_panel)
+        self.palette = Palette(editor, table.actions)
+        self.sheets = Sheets(editor, table.actions)
+        self.toasts = Toasts(editor)
+        self.welcome = Welcome(editor, shown=welcomes)
+        self._shown_picture: object = None
+        self._fits_left = 0
+
+    def set_up(self, params: hello_imgui.RunnerParams) -> None:
+        """Put the parts into Hello ImGui's layout."""
+        window = params.imgui_window_params
+        window.default_imgui_window_type = hello_imgui.DefaultImGuiWindowType.provide_full_screen_dock_space
+        window.show_menu_bar = True
+        window.show_menu_app = window.show_menu_view = False
+        window.show_status_bar = True
+        window.show_status_fps = False
+        window.remember_theme = False
+        window.remember_status_bar_settings = False
+        calls = params.callbacks
+        calls.setup_imgui_style = theme.apply_style
+        calls.show_menus = self.menus.draw
+        calls.show_status = self.status_bar.draw
+        _add_bar(calls, "left", lambda: draw_toolbar(self.editor), WIDTH_EM)
+        _add_bar(calls, "top", self.options_bar.draw, HEIGHT_EM)
+        self._dock(params.docking_params)
+
+    def _dock(self, docking: hello_imgui.DockingParams) -> None:
+        """Lay out the panels at the right."""
+        docking.main_dock_space_node_flags = (
+            imgui.DockNodeFlags_.passthru_central_node | imgui.DockNodeFlags_.no_docking_over_central_node
+        )
+        right, down = imgui.Dir.right, imgui.Dir.down
+        docking.docking_splits = [
+            hello_imgui.DockingSplit("MainDockSpace", SIDE, right, 0.235),
+            hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.24),
+        ]
+        docking.dockable_windows = [
+            hello_imgui.DockableWindow("Warp", SIDE, self.warp_panel.draw),
+            hello_imgui.DockableWindow("Handles", LOWER_SIDE, self.handles_panel.draw),
+            hello_imgui.DockableWindow("History", LOWER_SIDE, self.history_panel.draw),
+        ]
+        for panel in docking.dockable_windows:
+            panel.can_be_closed = False
+
+    def show_panel(self, panel: Panel) -> None:
+        """Show one of the window's own panels."""
+        if panel == "palette":
+            self.palette.open()
+        elif panel == "history":
+            hello_imgui.get_runner_params().docking_params.focus_dockable_window("History")
+        else:
+            self.sheets.shown = panel
+
+    def drop(self, paths: Sequence[Path]) -> None:
+        """Open the first of the files dropped on the window."""
+        if paths:
+            filing.open_path(self.editor, paths[0])
+
+    def begin_frame(self) -> None:
+        """Take the input and let the editor act on it."""
+        self.canvas.lay_out(_central_area())
+        self.canvas.take_input()
+        self.editor.update()
+        self._fit_new_picture()
+        self.thumbnails.begin_frame()
+
+    def end_frame(self) -> None:
+        """Draw what belongs to this frame's map."""
+        self.canvas.draw()
+        self.welcome.draw(self.canvas.area)
+        self.palette.draw()
+        self.sheets.draw()
+        waits = [self.dialogs.draw(), self.toasts.draw(self.canvas.area), self.editor.wait_s]
+        waits.append(None if self.thumbnails.is_complete else 0.0)
+        self.wait_s = min((wait for wait in waits if wait is not None), default=None)
+
+    def _fit_new_picture(self) -> None:
+        """Show a picture whole when it is opened; again while the panels still come to their places."""
+        if self.editor.history is not self._shown_picture:
+            self._shown_picture, self._fits_left = self.editor.history, FITTING_FRAMES
+        if self._fits_left > 0:
+            self._fits_left -= 1
+            self.table.run("view.fit", self.editor)
+
+
+def _add_bar(calls: hello_imgui.RunnerCallbacks, side: str, draw: Callable[[], None], size_em: float) -> None:
+    """Put a bar of fixed width at a side of the window."""
+    options = hello_imgui.EdgeToolbarOptions(
+        size_em=size_em, window_padding_em=(0.0, 0.3), window_bg=theme.rgb(theme.PANEL)
+    )
+    calls.add_edge_toolbar(getattr(hello_imgui.EdgeToolbarType, side), draw, options)
+
+
+def _central_area() -> Area:
+    """Return the place that the docked panels leave free."""
+    space = hello_imgui.get_runner_params().docking_params.dock_space_id_from_name("MainDockSpace")
+    node = imgui.internal.dock_builder_get_central_node(space) if space is not None else None
+    if node is None:
+        size = imgui.get_io().display_size
+        return Area(0, 0, size.x, size.y)
+    return Area(node.pos.x, node.pos.y, node.size.x, node.size.y)

@@ -1,0 +1,93 @@
+"""Every action once, in the window: nothing fails, and what asks something shows its dialog."""
+
+import pytest
+from imgui_bundle import imgui
+
+from app.editor import Editor
+from app.ui.menus import menu_tree
+from app.ui.palette import matches
+from app.ui.sheets import balanced
+from tests.gui.window_driver import WindowDriver, drive
+
+pytestmark = pytest.mark.gui
+
+ASKING = {
+    "file.new": "New from picture",
+    "file.open": "Open",
+    "file.save": "Save project as",
+    "file.save_as": "Save project as",
+    "file.export": "Export picture",
+    "file.replace_picture": "Replace picture",
+    "mask.load": "Load mask",
+}
+
+
+def test_every_action_runs(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        workspace = window.shell.workspace
+        for action in workspace.table.actions:
+            if action.name in ("file.quit", "mode.retexture", "mode.overlay"):
+                continue
+            action.try_run(editor)
+            window.wait(2)
+            assert window.dialog == ASKING.get(action.name), action.name
+            if action.release is not None:
+                action.release(editor)
+            window.key(imgui.Key.escape).wait(1)
+            assert window.dialog is None, action.name
+            workspace.sheets.shown = None
+        window.wait(5)
+        assert not any("error" in text.lower() for text in workspace.toasts.texts)
+
+    drive(editor, script)
+    assert editor.history.index > 20
+
+
+def test_menus_run_actions(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.context.set_ref("##MainMenuBar")
+        window.context.menu_click("Mask/###mask.invert")
+        window.wait()
+
+    drive(editor, script)
+    assert editor.history.labels[-1] == "Invert mask"
+
+
+def test_the_palette_runs_what_is_typed(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.key(imgui.Key.f3).wait()
+        window.context.key_chars_append_enter("invert")
+        window.wait()
+
+    drive(editor, script)
+    assert editor.history.labels[-1] == "Invert mask"
+
+
+def test_the_palette_finds_by_initials_and_by_parts(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        actions = window.shell.workspace.table.actions
+        assert matches("export", actions)[0].name == "file.export"
+        assert matches("sbaa", actions)[0].name == "view.split"
+        assert matches("qqqq", actions) == []
+        assert len(matches("", actions)) == len(actions)
+
+    drive(editor, script)
+
+
+def test_every_action_stands_in_a_menu(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        table = window.shell.workspace.table
+        tree = menu_tree(table.actions)
+        overlays = tree["View"]
+        assert isinstance(overlays, dict)
+        assert "view.fit" in overlays
+        assert isinstance(overlays["Overlays"], dict)
+        assert set(tree) == {action.menu.split("/")[0] for action in table.actions}
+
+    drive(editor, script)
+
+
+def test_columns_of_keys_are_of_about_the_same_height() -> None:
+    groups = [(str(n), [("k", "name")] * n) for n in (6, 5, 4, 3, 3, 3)]
+    heights = [sum(len(rows) for _, rows in column) for column in balanced(groups, 3)]
+    assert max(heights) - min(heights) <= 3

@@ -1,0 +1,35 @@
+"""The timeline of a drag in the real window: one solve a frame, however many events arrive."""
+
+import pytest
+
+from app.editor import Editor
+from core import tracing
+from tests.gui.window_driver import WindowDriver, drive
+
+pytestmark = pytest.mark.gui
+
+
+def test_a_dragged_pin_is_solved_once_a_frame(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        editor.choose_tool("pins")
+        window.click(300, 200).click(500, 300).wait(4)
+        tracing.start()
+        window.press(300, 200)
+        for step in range(12):
+            window.move(300 + 6 * step, 200 + 3 * step)
+        window.release().wait(2)
+
+    drive(editor, script)
+    spans = sorted(tracing.events(), key=lambda event: float(str(event["ts"])))
+    frames = [event for event in spans if event["name"] == "frame"]
+    solves = [event for event in spans if event["name"] == "answer"]
+    assert len(solves) >= 12
+    for frame in frames:
+        start, end = _times(frame)
+        assert sum(start <= _times(solve)[0] < end for solve in solves) <= 1
+    assert {"event", "draw", "answer"} <= {str(event["name"]) for event in spans}
+
+
+def _times(event: dict[str, object]) -> tuple[float, float]:
+    start = float(str(event["ts"]))
+    return start, start + float(str(event["dur"]))

@@ -1,0 +1,156 @@
+"""The window as a whole: it shows the picture, hands mouse and keys to the tools, and every action runs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from app.editor import Editor
+from tests.gui.window_driver import WindowDriver, drive
+
+pytestmark = pytest.mark.gui
+
+
+def moved(place: imgui.ImVec2, by: float) -> imgui.ImVec2:
+    """Return a place farther to the right."""
+    return imgui.ImVec2(place.x + by, place.y)
+
+
+def test_a_stroke_of_the_mouse_paints_the_mask(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        editor.choose_tool("brush")
+        window.drag((300, 300), (360, 300), (420, 320))
+
+    drive(editor, script)
+    assert editor.history.labels[-1] == "Paint mask"
+    assert not editor.document.mask.is_empty
+
+
+def test_keys_reach_tools_and_actions(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        size = editor.session.brush.diameter_px
+        window.move(300, 300).key(imgui.Key.right_bracket)
+        assert editor.session.brush.diameter_px > size
+        window.key(imgui.Key.h).wait()
+        assert editor.session.tool == "hand"
+        window.key(imgui.Key.mod_ctrl | imgui.Key.i).wait()
+        assert editor.history.labels[-1] == "Invert mask"
+        window.key(imgui.Key.mod_ctrl | imgui.Key.z).wait()
+        assert editor.history.index == 0
+
+    drive(editor, script)
+
+
+def test_typing_in_a_field_presses_no_keys_of_the_editor(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.key(imgui.Key.mod_ctrl | imgui.Key.mod_shift | imgui.Key.p).wait()
+        window.context.key_chars("hbg")
+        window.wait().key(imgui.Key.escape)
+
+    drive(editor, script)
+    assert editor.session.tool == "brush"
+    assert not editor.session.overlays.grid
+
+
+def test_wheel_and_middle_button_move_the_view(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        before = editor.session.view
+        window.move(400, 300).context.mouse_wheel_y(1)
+        window.wait()
+        zoomed = editor.session.view
+        assert zoomed.zoom > before.zoom
+        window.drag((400, 300), (450, 320), button=2)
+        panned = editor.session.view
+        assert panned.pan == pytest.approx((zoomed.pan[0] + 50, zoomed.pan[1] + 20), abs=2)
+
+    drive(editor, script)
+
+
+def test_a_slider_is_one_entry_however_long_it_is_dragged(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.item("//Warp/**/Arch").wait()
+        window.context.mouse_move("//Warp/Bend/##track")
+        window.context.mouse_down(0)
+        for _ in range(4):
+            window.context.mouse_move_to_pos(moved(imgui.get_io().mouse_pos, 6))
+            assert editor.is_busy
+        window.release().wait()
+
+    drive(editor, script)
+    assert editor.history.labels == ("Open", "Preset Arch", "Bend")
+    assert editor.document.warp.bend not in (0, 50)
+
+
+def test_a_number_can_be_typed(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.item("//Warp/**/Arch").wait()
+        window.context.item_input_value("//Warp/Bend/##number", -37.0)
+        window.wait()
+
+    drive(editor, script)
+    assert editor.document.warp.bend == -37.0
+    assert editor.history.labels[-1] == "Bend"
+
+
+def test_a_job_shows_in_the_status_bar_and_is_cancelled_there(editor: Editor, tmp_path: Path) -> None:
+    def script(window: WindowDriver) -> None:
+        editor.source_path = tmp_path / "picture.png"
+        window.key(imgui.Key.mod_ctrl | imgui.Key.e).wait(3)
+        assert window.dialog == "Export picture"
+        window.item("//Export picture/Export").wait(3)
+        assert [job.name for job in editor.jobs.long_jobs] == ["Export picture-weft.png"]
+        window.item("//StatusBar/###Cancel job").wait_until(lambda: not editor.jobs.long_jobs)
+
+    drive(editor, script)
+
+
+def test_a_file_dropped_on_the_window_opens(editor: Editor, tmp_path: Path) -> None:
+    from core.images import save
+
+    picture = tmp_path / "dropped.png"
+    save(editor.document.image.with_pixels(editor.document.image.pixels[:100]), picture)
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.drop([picture])
+        window.wait_until(lambda: editor.name == "dropped.png")
+
+    drive(editor, script)
+    assert editor.document.size_px == (600, 100)
+
+
+def test_unsaved_changes_hold_the_window_open(editor: Editor, tmp_path: Path) -> None:
+    def script(window: WindowDriver) -> None:
+        editor.choose_tool("brush")
+        window.drag((300, 300), (360, 300))
+        assert not window.shell.may_close()
+        window.wait(3)
+        assert window.dialog == "Save changes?"
+        window.item("//Save changes?/Cancel").wait()
+        assert not editor.is_closing
+        window.shell.may_close()
+        window.wait(3).item("//Save changes?/Save").wait(3)
+        assert window.dialog == "Save project as"
+        window.context.item_input_value("//Save project as/##name", str(tmp_path / "kept.weft"))
+        window.item("//Save project as/Save").wait_until(lambda: editor.is_closing)
+
+    drive(editor, script)
+    assert (tmp_path / "kept.weft").is_file()
+
+
+def test_the_window_shows_the_picture_between_its_panels(editor: Editor, tmp_path: Path) -> None:
+    shot: list[np.ndarray] = []
+
+    def script(window: WindowDriver) -> None:
+        editor.choose_tool("hand")
+        window.context.mouse_move_to_pos(window.place(5, 5))
+        window.wait(6)
+        view, area = editor.session.view, window.shell.workspace.canvas.area
+        pixels = window.screenshot(tmp_path / "window.png")
+        for x, y in ((155, 105), (305, 205), (455, 305)):
+            seen = pixels[round(area.y + view.pan[1] + y * view.zoom), round(area.x + view.pan[0] + x * view.zoom)]
+            np.testing.assert_allclose(seen, editor.document.image.pixels[y, x], atol=3)
+        shot.append(pixels)
+
+    drive(editor, script)
+    assert (shot[0][500, -20] < 80).all()

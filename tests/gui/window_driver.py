@@ -1,0 +1,98 @@
+"""Drives the window as a user would; positions are pixels of the canvas, as in `app.events`."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+from imgui_bundle import ImVec2, imgui
+from imgui_bundle.immapp import testing
+
+from app.editor import Editor
+from app.shell import Shell
+from core.arrays import Bytes
+
+Context = imgui.test_engine.TestContext
+
+
+class WindowDriver:
+    """The window that is open, and the test engine's mouse and keyboard."""
+
+    def __init__(self, shell: Shell, context: Context) -> None:
+        self.shell = shell
+        self.editor = shell.editor
+        self.context = context
+
+    def wait(self, frames: int = 2) -> "WindowDriver":
+        """Let some frames pass."""
+        self.context.yield_(frames)
+        return self
+
+    def wait_until(self, done: Callable[[], bool], *, frames: int = 2000) -> "WindowDriver":
+        """Let frames pass until `done`; fail after so many."""
+        for _ in range(frames):
+            if done():
+                return self
+            if self.context.is_error():
+                break
+            self.context.yield_(1)
+        raise AssertionError("it never came")
+
+    @property
+    def dialog(self) -> str | None:
+        """Title of the open dialog."""
+        return self.shell.workspace.dialogs.title
+
+    def place(self, x: float, y: float) -> ImVec2:
+        """Return the place in the window of a place on the canvas."""
+        area = self.shell.workspace.canvas.area
+        return ImVec2(area.x + x, area.y + y)
+
+    def move(self, x: float, y: float) -> "WindowDriver":
+        self.context.mouse_move_to_pos(self.place(x, y))
+        return self
+
+    def press(self, x: float, y: float, button: int = 0) -> "WindowDriver":
+        self.move(x, y).context.mouse_down(button)
+        return self
+
+    def release(self, button: int = 0) -> "WindowDriver":
+        self.context.mouse_up(button)
+        return self
+
+    def drag(self, *places: tuple[float, float], button: int = 0) -> "WindowDriver":
+        """Press at the first place, move over the others and let go."""
+        self.press(*places[0], button)
+        for place in places[1:]:
+            self.move(*place)
+        return self.release(button)
+
+    def click(self, x: float, y: float, button: int = 0) -> "WindowDriver":
+        return self.drag((x, y), button=button)
+
+    def key(self, chord: int) -> "WindowDriver":
+        self.context.key_press(chord)
+        return self
+
+    def item(self, path: str) -> "WindowDriver":
+        """Click a widget: `//Warp/Arc`."""
+        self.context.item_click(path)
+        return self
+
+    def screenshot(self, path: Path) -> Bytes:
+        """Write the window to `path` and return it, (H, W, 3) uint8 RGB."""
+        testing.capture(self.context, str(path))
+        pixels = cv2.imread(str(path))
+        assert pixels is not None
+        return np.asarray(pixels[..., ::-1])
+
+
+def drive(editor: Editor, script: Callable[[WindowDriver], None]) -> Shell:
+    """Open the window on `editor`, run `script` in it and close it again."""
+    shell = Shell(editor, keeps_settings=False)
+    try:
+        testing.run(test_function=lambda context: script(WindowDriver(shell, context)), runner_params=shell.params)
+    except RuntimeError:
+        if not editor.is_closing:  # a script that closes the window is cut off there
+            raise
+    return shell
