@@ -1,45 +1,156 @@
-"""Remove fold-overs from a mapping, which FAT sec. 5 leaves as future work."""
+"""Remove fold-overs from a mapping, which FAT sec. 5 leaves as future work.
+
+The cheap way first: quads that fold are drawn closer to W by the weight of their equations, which takes a factorisation
+a round. What stays folded is untangled by Newton's method, in a window around the folds and then everywhere, quickly
+and then robustly. Scales of features give way as little as they can; a rigid feature's not at all unless it must.
+"""
 
 import cv2
 import numpy as np
 
+from core.arrays import Bools, Floats
+from core.mapping.distortion import Barrier, Hinge
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.frames import Complexes
+from core.mapping.untangle import Untangler
 from core.progress import Job, Progress
 
-_ROUNDS = 6
+_ROUNDS = 2
 _THIN = 0.15
 """A corner with less than this share of its area under W is about to fold."""
 _GAIN = 8.0
-
-
-def reweight(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
-    """Draw quads that fold closer to W by raising the weight of their equations of FAT eq. 4, a few times over.
-
-    The mapping is left factorised for the weights that were reached.
-    """
-    solution = mapping.place(w)
-    areas = corner_areas(w)
-    for step in range(_ROUNDS):
-        if not folded_quads(solution.z).any():
-            break
-        yield Progress(step / _ROUNDS, "unfolding", solution.positions)
-        thin = (corner_areas(solution.z) < _THIN * areas).any(axis=0)
-        near = cv2.dilate(np.asarray(thin, np.uint8), np.ones((5, 5), np.uint8)) > 0
-        mapping.factorise(np.where(near, _GAIN * (1 + mapping.follow_w), mapping.follow_w))
-        solution = mapping.place(w)
-    return solution
+_REACH = 12
+"""Cells around what folds that may move at first."""
+_KEPT = 0.3
+"""Share of its area that the hinge asks of a corner, enough to leave none at zero."""
+_HINGE_WEIGHT = 1e4
+_BARRIER_WEIGHT = 0.5
+_SHARP = 1e-3
+_LAG = 0.2
+"""ε of the barrier over the depth of the worst fold."""
+_TRIALS = 5
+_NEARLY, _EXACT = 0.02, 1e-9
+"""Logarithms of scales that are as good as one, and that are one."""
+_STIFF, _SOFT = 20.0, 0.5
+"""Stiffness of a feature's scale, per node."""
 
 
 def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
-    """Solve and remove every folded quad, if W has none; the mapping is left as it was."""
-    if folded_quads(w).any():
-        return mapping.place(w)
-    follow_w = mapping.follow_w
-    try:
-        solution = yield from reweight(mapping, w)
-    finally:
-        if mapping.follow_w is not follow_w:
-            mapping.factorise(follow_w)
+    """Return a mapping without folded quads, if W has none; the mapping object is left as it was.
+
+    Should nothing help, the result is the one with the fewest folded quads.
+    """
+    linear = mapping.place(w)
+    if folded_quads(w).any() or not folded_quads(linear.z).any():
+        return linear
+    yield Progress(0.0, "unfolding", linear.positions)
+    solution = yield from _reweighted(mapping, w)
+    if not folded_quads(solution.z).any():
+        return solution
+    solution = yield from _untangled(mapping, w, linear)
+    if mapping.keep == "rigid" and mapping.method == "exact":
+        solution = yield from _grown(mapping, w, solution)
     return solution
+
+
+def _reweighted(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
+    """Raise the weight of FAT eq. 4 around what folds or is about to, and solve again, a few times over."""
+    follow_w, areas = mapping.follow_w, corner_areas(w)
+    solution = mapping.place(w)
+    try:
+        for step in range(_ROUNDS):
+            thin = (corner_areas(solution.z) < _THIN * areas).any(axis=0)
+            near = _widened(thin, 2)
+            mapping.factorise(np.where(near, _GAIN * (1 + mapping.follow_w), mapping.follow_w))
+            solution = mapping.place(w)
+            yield Progress(0.1 * (step + 1) / _ROUNDS, "unfolding", solution.positions)
+            if not folded_quads(solution.z).any():
+                break
+    finally:
+        mapping.factorise(follow_w)
+    return solution
+
+
+def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution) -> Job[Solution]:
+    """Untangle in ever wider and softer attempts, each from where the last one ended."""
+    nodes = np.array([len(body.nodes) for body in mapping.bodies], np.float64)[: len(start.alpha)]
+    held = np.full(len(nodes), np.inf)
+    stiff = held if mapping.keep == "rigid" else _STIFF * nodes
+    attempts = [(_window(mapping, start), stiff, "hinge", 15), (_everywhere(mapping), stiff, "hinge", 12)]
+    attempts.append((_everywhere(mapping), stiff, "barrier", 40))
+    attempts.append((_everywhere(mapping), _STIFF * nodes, "barrier", 30))
+    attempts.append((_everywhere(mapping), _SOFT * nodes, "barrier", 60))
+    best = start
+    for number, (window, stiffness, kind, steps) in enumerate(attempts):
+        untangler = Untangler(mapping, w, best, window=window, stiffness=stiffness)
+        clear = yield from _steps(untangler, kind, steps, 0.1 + 0.15 * number)
+        if clear or untangler.folds < folded_quads(best.z).sum():
+            best = untangler.solution
+        if clear:
+            break
+    return best
+
+
+def _steps(untangler: Untangler, kind: str, steps: int, done: float) -> Job[bool]:
+    """Take Newton steps until nothing is folded; return whether that was reached."""
+    for step in range(steps):
+        worst = untangler.worst
+        if worst > 0:
+            return True
+        if kind == "hinge":
+            moved = untangler.step(Hinge(_KEPT), _HINGE_WEIGHT)
+        else:
+            moved = untangler.step(Barrier(float(np.hypot(_SHARP, _LAG * worst))), _BARRIER_WEIGHT)
+        if not moved:
+            break
+        yield Progress(done + 0.15 * step / steps, "unfolding")
+    return untangler.worst > 0
+
+
+def _grown(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[Solution]:
+    """Bring rigid features back to the largest sizes that fit."""
+    lost = np.log(np.abs(solution.alpha))
+    if np.abs(lost).max(initial=0.0) < _EXACT:
+        return solution
+    low, high = 0.0, 1.0
+    for number in range(_TRIALS):
+        share = high if number == 0 else (low + high) / 2
+        trial = _resized(mapping, solution, np.where(np.abs(lost) < _NEARLY, -lost, -lost * share))
+        held = np.full(len(lost), np.inf)
+        untangler = Untangler(mapping, w, trial, window=_everywhere(mapping), stiffness=held)
+        clear = yield from _steps(untangler, "hinge", 8, 0.85 + 0.15 * number / _TRIALS)
+        if clear:
+            low, best = share, untangler.solution
+            if share == 1:
+                break
+        else:
+            high = share
+    return solution if low == 0 else best
+
+
+def _resized(mapping: FeatureMapping, solution: Solution, logarithms: Floats) -> Solution:
+    """Scale every feature about its centre."""
+    z, alpha = solution.z.copy(), solution.alpha * np.exp(logarithms)
+    for body, a, t in zip(mapping.bodies, alpha, solution.t, strict=True):
+        z.ravel()[body.nodes] = body.place(a, t)
+    return Solution(z, alpha, solution.t)
+
+
+def _window(mapping: FeatureMapping, solution: Solution) -> Bools:
+    """Return the nodes around folded quads, and around all features that come near them."""
+    nodes = np.zeros(mapping.grid.shape, bool)
+    for corner in (np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, 1:], np.s_[1:, :-1]):
+        nodes[corner] |= folded_quads(solution.z)
+    window = _widened(nodes, _REACH)
+    near = np.unique(mapping.index[window & (mapping.index >= 0)])
+    return window | _widened(np.isin(mapping.index, near), _REACH)
+
+
+def _widened(quads: Bools, reach: int) -> Bools:
+    size = 2 * reach + 1
+    return cv2.dilate(np.asarray(quads, np.uint8), np.ones((size, size), np.uint8)) > 0
+
+
+def _everywhere(mapping: FeatureMapping) -> Bools:
+    return np.ones(mapping.grid.shape, bool)

@@ -1,0 +1,224 @@
+"""Untangle a mapping by Newton's method, features moving as one  [FAT sec. 5 leaves it as future work].
+
+Unknown are free nodes and, of every feature, a move, a turn and a change of size: t and α = α₀ exp(ρ + iφ). A node of
+the grid therefore follows at most four unknowns. The energy is a sum over quads,
+
+    w₄ Σ |dz - dW|² + w₃ Σ |dz - α dp|² + μ f(z),
+
+the first two those of FAT eqs. 4 and 3 in units of a cell's area, f a penalty on folds, and over features, which are
+to keep the scale they have: k/2 (log |α| / s)².
+"""
+
+import numpy as np
+from scipy import sparse
+
+from core.arrays import Bools, Floats, Ints
+from core.factor import Factor
+from core.mapping.distortion import Corners, Penalty
+from core.mapping.feature_mapping import FeatureMapping, Solution
+from core.mapping.frames import Complexes, as_complex
+from core.tracing import span
+
+_FOLLOW_AT_MOST = 4.0
+"""w₃ at most: around a feature that does not fit, the band that follows it gives way first."""
+_HALVINGS = 10
+_DESCENT = 1e-4
+# Σ |d z|² over the four edges of a quad, on (x0, y0, ..., x3, y3).
+_RING = np.kron(2 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0), np.eye(2))
+
+
+class Untangler:
+    """Newton's method in a window of the grid; what lies outside stays where it is.
+
+    Parameters
+    ----------
+    window
+        Nodes (R, C) that may move; features that have a node in it move as a whole.
+    stiffness
+        k of every feature, inf to hold its scale; the scale it keeps to is the one it has at the start.
+    """
+
+    def __init__(
+        self, mapping: FeatureMapping, w: Complexes, start: Solution, *, window: Bools, stiffness: Floats
+    ) -> None:
+        self._mapping, self._sizes, self._scales = mapping, stiffness, np.abs(start.alpha)
+        self.z, self.alpha, self.t = start.z.ravel().copy(), start.alpha.copy(), start.t.copy()
+        index = mapping.index.ravel() if len(self.alpha) else np.full(mapping.grid.size, -1)
+        self._index = index
+        self._active = np.unique(index[(index >= 0) & window.ravel()])
+        moving = (mapping.free & window).ravel() | np.isin(index, self._active)
+        self._number_unknowns(moving, index)
+        quads = mapping.grid.quads
+        rows, columns = mapping.owner.shape
+        inside = (index[quads] == index[quads[:, :1]]).all(axis=1) & (index[quads[:, 0]] >= 0)
+        owned = np.isin(mapping.owner.ravel(), self._active)
+        chosen = np.flatnonzero((moving[quads].any(axis=1) | owned) & ~inside)
+        self._quads, self._owner = quads[chosen], mapping.owner.ravel()[chosen]
+        self._w4 = mapping.follow_w.ravel()[chosen]
+        self._w3 = np.minimum(mapping.follow_feature.ravel()[chosen], _FOLLOW_AT_MOST)
+        corners = w.ravel()[self._quads]
+        self._wanted = np.roll(corners, -1, axis=1) - corners
+        if not len(self.alpha):
+            # Nothing moves as one: every quad is to keep the edges that it has.
+            self._owner, self._w3, self._w4 = np.full(len(chosen), -1), self._w3 * 0, self._w3 + self._w4
+            self._wanted = np.roll(self.z[self._quads], -1, axis=1) - self.z[self._quads]
+        rest = as_complex(mapping.grid.nodes).ravel()[self._quads]
+        self._rest = np.roll(rest, -1, axis=1) - rest
+        self._corners = Corners.of(corners)
+        self._unit = float(self._corners.area.mean())
+        self._index_elements()
+
+    def _number_unknowns(self, moving: Bools, index: Ints) -> None:
+        """Give every node its unknowns (N, 4); `_count` stands for none."""
+        free = np.flatnonzero(moving & (index < 0))
+        features = 4 * np.arange(len(self._active))[:, None] + 2 * len(free) + np.arange(4)
+        self._count = 2 * len(free) + 4 * len(self._active)
+        self._free = free
+        self._dofs = np.full((len(index), 4), self._count)
+        self._dofs[free, 0] = 2 * np.arange(len(free))
+        self._dofs[free, 1] = self._dofs[free, 0] + 1
+        self._feature_dofs = np.full((len(self.alpha) + 1, 4), self._count)
+        self._feature_dofs[self._active] = features
+        self._feature_dofs[:-1][np.isinf(self._sizes), 0] = self._count
+        for i in self._active:
+            self._dofs[self._mapping.bodies[i].nodes] = self._feature_dofs[i]
+
+    def _index_elements(self) -> None:
+        """Split quads into those of free nodes only and those with a feature, and find their entries in the matrix."""
+        bound = np.isin(self._index[self._quads], self._active).any(axis=1) | np.isin(self._owner, self._active)
+        self._plain, self._bound = np.flatnonzero(~bound), np.flatnonzero(bound)
+        plain = self._dofs[self._quads[self._plain], :2].reshape(-1, 8)
+        owner = self._feature_dofs[self._owner[self._bound], :2]
+        tied = np.concatenate([self._dofs[self._quads[self._bound]].reshape(-1, 16), owner], axis=1)
+        self._element_dofs = plain, tied
+        pairs = [_pairs(dofs, self._count) for dofs in (plain, tied)]
+        diagonal = np.arange(self._count) * (self._count + 1)
+        keys = np.unique(np.concatenate([*pairs, diagonal]))
+        keys = keys[keys < self._count * self._count]
+        self._slots = [np.searchsorted(keys, p) for p in pairs]
+        self._diagonal = np.searchsorted(keys, diagonal)
+        self._entries = len(keys)
+        column, row = np.divmod(keys, self._count)
+        ones = (row == column).astype(np.float64)
+        self._factor = Factor(sparse.csc_array((ones, (row, column)), shape=(self._count,) * 2))
+
+    def step(self, penalty: Penalty, weight: float) -> bool:
+        """Take one Newton step with f = `penalty` and μ = `weight`; return whether it lowered the energy."""
+        with span("untangle", unknowns=self._count):
+            gradient, values = self._model(penalty, weight)
+            values[self._diagonal] += 1e-9 * values[self._diagonal].max()
+            move = -self._factor.factorise(values).solve(gradient)
+            before, slope, length = self._energy(penalty, weight), float(gradient @ move), 1.0
+            kept = self.z, self.alpha, self.t
+            for _ in range(_HALVINGS):
+                self._move(move * length)
+                if self._energy(penalty, weight) <= before + _DESCENT * length * slope:
+                    return True
+                self.z, self.alpha, self.t = kept
+                length /= 2
+        return False
+
+    @property
+    def worst(self) -> float:
+        """The least area of a corner relative to W."""
+        return float(self._corners.determinants(self.z[self._quads]).min(initial=np.inf))
+
+    @property
+    def folds(self) -> int:
+        """The number of folded quads."""
+        return int((self._corners.determinants(self.z[self._quads]) <= 0).any(axis=1).sum())
+
+    @property
+    def solution(self) -> Solution:
+        """Where everything is now."""
+        return Solution(self.z.reshape(self._mapping.grid.shape).copy(), self.alpha.copy(), self.t.copy())
+
+    def _edges(self) -> tuple[Complexes, Complexes, Complexes]:
+        """Return the feature's edges and the residuals of FAT eqs. 4 and 3, (m, 4) each."""
+        z = self.z[self._quads]
+        edges = np.roll(z, -1, axis=1) - z
+        turned = np.append(self.alpha, 0)[self._owner, None] * self._rest
+        return turned, edges - self._wanted, edges - turned
+
+    def _energy(self, penalty: Penalty, weight: float) -> float:
+        _, plain, halo = self._edges()
+        quadratic = self._w4 * (np.abs(plain) ** 2).sum(axis=1) + self._w3 * (np.abs(halo) ** 2).sum(axis=1)
+        folds = penalty.energy(self._corners, self.z[self._quads])
+        return float(quadratic.sum() / (2 * self._unit) + weight * folds.sum() + self._size_energy())
+
+    def _size_energy(self) -> float:
+        held = np.isfinite(self._sizes)
+        return float((self._sizes[held] * self._stretch[held] ** 2).sum() / 2)
+
+    @property
+    def _stretch(self) -> Floats:
+        """Logarithm of each feature's scale over the one wanted."""
+        return np.asarray(np.log(np.abs(self.alpha) / self._scales))
+
+    def _model(self, penalty: Penalty, weight: float) -> tuple[Floats, Floats]:
+        """Return the gradient of the energy and the entries of its second derivative."""
+        gradient, H = penalty.model(self._corners, self.z[self._quads])
+        gradient *= weight
+        H *= weight
+        turned, plain, halo = self._edges()
+        w3, w4 = self._w3[:, None] / self._unit, self._w4[:, None] / self._unit
+        pull = w4 * plain + w3 * halo
+        gradient += (np.roll(pull, 1, axis=1) - pull).view(np.float64)
+        H += (w3 + w4)[..., None] * _RING
+        values = np.bincount(self._slots[0], H[self._plain].ravel(), self._entries + 1)[:-1]
+        total = np.bincount(self._element_dofs[0].ravel(), gradient[self._plain].ravel(), self._count + 1)[:-1]
+        bound = self._bound
+        T = self._directions()
+        wide = np.zeros((len(bound), 10, 10))
+        wide[:, :8, :8] = H[bound]
+        across = -(w3 * (np.roll(turned, 1, axis=1) - turned))[bound]
+        wide[:, :8, 8], wide[:, :8, 9] = across.view(np.float64), (1j * across).view(np.float64)
+        wide[:, 8:, :8] = wide[:, :8, 8:].transpose(0, 2, 1)
+        wide[:, 8, 8] = wide[:, 9, 9] = (w3 * np.abs(turned) ** 2).sum(axis=1)[bound]
+        slope = np.zeros((len(bound), 10))
+        slope[:, :8] = gradient[bound]
+        along = -(w3 * np.conj(turned) * halo).sum(axis=1)[bound]
+        slope[:, 8], slope[:, 9] = along.real, along.imag
+        small = T.transpose(0, 2, 1) @ wide @ T
+        values += np.bincount(self._slots[1], small.ravel(), self._entries + 1)[:-1]
+        ends = (slope[:, None, :] @ T)[:, 0]
+        total += np.bincount(self._element_dofs[1].ravel(), ends.ravel(), self._count + 1)[:-1]
+        for i in self._active[np.isfinite(self._sizes[self._active])]:
+            unknown = self._feature_dofs[i, 0]
+            total[unknown] += self._sizes[i] * self._stretch[i]
+            values[self._diagonal[unknown]] += self._sizes[i]
+        return total, values
+
+    def _directions(self) -> Floats:
+        """Return how corners and owners of bound quads (n, 10) move with their unknowns (n, 18)."""
+        nodes = self._quads[self._bound]
+        index = self._index[nodes]
+        active = np.isin(index, self._active)
+        arm = np.where(active, self.z[nodes] - np.append(self.t, 0)[index], 1)
+        T = np.zeros((len(nodes), 10, 18))
+        for k in range(4):
+            x, first = 2 * k, 4 * k
+            T[:, x, first], T[:, x + 1, first] = arm[:, k].real, np.where(active[:, k], arm[:, k].imag, 0)
+            T[:, x, first + 1] = np.where(active[:, k], -arm[:, k].imag, 0)
+            T[:, x + 1, first + 1] = arm[:, k].real
+            T[:, x, first + 2] = T[:, x + 1, first + 3] = active[:, k]
+        T[:, 8, 16] = T[:, 9, 17] = 1
+        return T
+
+    def _move(self, move: Floats) -> None:
+        """Follow the unknowns by `move`."""
+        moves = np.append(move, 0.0)
+        self.z, self.alpha, self.t = self.z.copy(), self.alpha.copy(), self.t.copy()
+        self.z[self._free] += moves[: 2 * len(self._free)].view(np.complex128)
+        by = moves[self._feature_dofs[self._active]]
+        self.alpha[self._active] *= np.exp(by[:, 0] + 1j * by[:, 1])
+        self.t[self._active] += by[:, 2] + 1j * by[:, 3]
+        for i in self._active:
+            body = self._mapping.bodies[i]
+            self.z[body.nodes] = body.place(self.alpha[i], self.t[i])
+
+
+def _pairs(dofs: Ints, count: int) -> Ints:
+    """Return the place in the lower triangle, by columns, of every pair of an element's unknowns; count² for none."""
+    row, column = dofs[:, :, None], dofs[:, None, :]
+    return np.where((row >= column) & (row < count), column * count + row, count * count).ravel()
