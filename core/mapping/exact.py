@@ -81,13 +81,16 @@ class Placement:
         self._S = (S + S.conj().T) / 2
 
     def solve(
-        self, r: Complexes, z0: Complexes, warped: Complexes, scales: Floats | None
+        self, r: Complexes, z0: Complexes, warped: Complexes, scales: Floats | None, given: Complexes | None = None
     ) -> tuple[Complexes, Complexes]:
-        """Return c = (α, t) and v (N,) for the load r, the start z⁰ and W, all (N,); |α| = `scales` where given."""
+        """Return c = (α, t) and v (N,) for the load r, the start z⁰ and W, all (N,).
+
+        |α| = `scales` where they are given, c = `given` where that is.
+        """
         load = np.where(self._free, r, 0)
         y = as_one(self._factor.forward(as_two(load)))
         g = np.asarray(self._phi @ (r + _TIE * warped) + self._halo @ z0 + self._half.conj().T @ y, np.complex128)
-        c = self._minimise(g, scales)
+        c = self._minimise(g, scales) if given is None else given
         v = as_one(self._factor.backward(as_two(y + self._half @ c)))
         return c, np.where(self._free, v, 0)
 

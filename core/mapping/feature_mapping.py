@@ -9,7 +9,7 @@ from core.arrays import Floats, InputError, Points
 from core.factor import Factor
 from core.grid import Features, Grid
 from core.mapping.exact import Placement, as_one, as_two
-from core.mapping.frames import Complexes, as_complex, as_positions, linear_parts
+from core.mapping.frames import Complexes, Frames, as_complex, as_positions, linear_parts
 from core.mapping.roles import assign_roles, average_scales
 from core.mapping.similarity import Body, bodies_of, body_index
 from core.mapping.stencil import divergence, edge_weights, laplacian, lower_values, pattern
@@ -44,8 +44,8 @@ class FeatureMapping:
     Parameters
     ----------
     keep
-        "similarity": every feature is turned, moved and scaled, by its λ, the mean of the smaller singular values of
-        W in it; "rigid": turned and moved.
+        "similarity": every feature is turned, moved and scaled by its λ, the smaller singular value of W in it;
+        "rigid": turned and moved.
     method
         "exact": a feature's nodes move as one; "per-quad": FAT eqs. 1-7 as printed.
     weight
@@ -123,8 +123,18 @@ class FeatureMapping:
             raise InputError("warp: does not take every grid node to a finite position")
         return self._per_quad(w) if self._placement is None else self._exact(w, self._placement)
 
+    def place_at(self, w: Complexes, alpha: Complexes, t: Complexes) -> Solution:
+        """Return where free nodes end, given W and the similarity of every body."""
+        if self._placement is None:
+            return self.place(w)
+        return self._settled(w, self._placement, np.concatenate([alpha[: self._joint_count], t[: self._joint_count]]))
+
     def _exact(self, w: Complexes, placement: Placement) -> Solution:
         """Solve for free nodes and features together."""
+        return self._settled(w, placement, None)
+
+    def _settled(self, w: Complexes, placement: Placement, given: Complexes | None) -> Solution:
+        """Solve for free nodes, with the similarities `given` or free."""
         with self.clock.measure("rhs"):
             scales = self._scales(w)
             joint = self._joint_count
@@ -137,7 +147,8 @@ class FeatureMapping:
             r = divergence(*(c * np.diff(w, axis=a) for c, a in zip(self._towards_w, (1, 0), strict=True)))
             r -= laplacian(self._edges, z)
         with self.clock.measure("solve"):
-            c, v = placement.solve(r.ravel(), z.ravel(), w.ravel(), None if scales is None else scales[:joint])
+            wanted = None if scales is None else scales[:joint]
+            c, v = placement.solve(r.ravel(), z.ravel(), w.ravel(), wanted, given)
         z += v.reshape(z.shape)
         alphas = np.concatenate([c[:joint], np.array([a for a, _ in alone], np.complex128)])
         ts = np.concatenate([c[joint:], np.array([t for _, t in alone], np.complex128)])
@@ -151,12 +162,21 @@ class FeatureMapping:
         return (alpha / abs(alpha) if self.keep == "rigid" and alpha else alpha), t
 
     def _scales(self, w: Complexes) -> Floats | None:
-        """Return the scale of every feature; None leaves it to the best fit, where there is nothing but features."""
+        """Return the scale of every feature; None leaves it to the best fit, where there is nothing but features.
+
+        The linear part of W in a feature is taken as a whole, as the feature moves: of a swirl, which shears every quad
+        a different way, little is left.
+        """
         if self.keep == "rigid":
             return np.ones(len(self.bodies))
         if not self.free.any():
             return None
-        found = average_scales(linear_parts(self.grid, w).smaller_singular_values, self._roles, len(self.bodies))
+        frames, count = linear_parts(self.grid, w), len(self.bodies)
+        similar, opposite = (
+            average_scales(part.real, self._roles, count) + 1j * average_scales(part.imag, self._roles, count)
+            for part in (frames.similar, frames.opposite)
+        )
+        found = Frames(similar, opposite).smaller_singular_values
         return np.where(found > 0, found, [abs(body.fit(w.ravel())[0]) for body in self.bodies])
 
     def _per_quad(self, w: Complexes) -> Solution:

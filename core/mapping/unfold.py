@@ -13,6 +13,7 @@ from core.mapping.distortion import Barrier, Hinge
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.frames import Complexes
+from core.mapping.junctions import fit_between
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress
 
@@ -24,7 +25,7 @@ _REACH = 12
 """Cells around what folds that may move at first."""
 _KEPT = 0.3
 """Share of its area that the hinge asks of a corner, enough to leave none at zero."""
-_HINGE_WEIGHT = 1e4
+_HINGE_WEIGHT, _TIGHTEN = 1e4, 1.5
 _BARRIER_WEIGHT = 0.5
 _SHARP = 1e-3
 _LAG = 0.2
@@ -45,10 +46,13 @@ def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     if folded_quads(w).any() or not folded_quads(linear.z).any():
         return linear
     yield Progress(0.0, "unfolding", linear.positions)
-    solution = yield from _reweighted(mapping, w)
-    if not folded_quads(solution.z).any():
-        return solution
-    solution = yield from _untangled(mapping, w, linear)
+    solution = fit_between(mapping, w, linear)
+    if solution is None:
+        solution = yield from _reweighted(mapping, w)
+        if folded_quads(solution.z).any():
+            solution = yield from _untangled(mapping, w, linear)
+    elif folded_quads(solution.z).any():
+        solution = yield from _untangled(mapping, w, solution)
     if mapping.keep == "rigid" and mapping.method == "exact":
         solution = yield from _grown(mapping, w, solution)
     return solution
@@ -60,7 +64,7 @@ def _reweighted(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     solution = mapping.place(w)
     try:
         for step in range(_ROUNDS):
-            thin = (corner_areas(solution.z) < _THIN * areas).any(axis=0)
+            thin = np.asarray((corner_areas(solution.z) < _THIN * areas).any(axis=0))
             near = _widened(thin, 2)
             mapping.factorise(np.where(near, _GAIN * (1 + mapping.follow_w), mapping.follow_w))
             solution = mapping.place(w)
@@ -77,7 +81,7 @@ def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution) -> Job[So
     nodes = np.array([len(body.nodes) for body in mapping.bodies], np.float64)[: len(start.alpha)]
     held = np.full(len(nodes), np.inf)
     stiff = held if mapping.keep == "rigid" else _STIFF * nodes
-    attempts = [(_window(mapping, start), stiff, "hinge", 15), (_everywhere(mapping), stiff, "hinge", 12)]
+    attempts = [(_window(mapping, start), stiff, "hinge", 20), (_everywhere(mapping), stiff, "hinge", 20)]
     attempts.append((_everywhere(mapping), stiff, "barrier", 40))
     attempts.append((_everywhere(mapping), _STIFF * nodes, "barrier", 30))
     attempts.append((_everywhere(mapping), _SOFT * nodes, "barrier", 60))
@@ -99,7 +103,7 @@ def _steps(untangler: Untangler, kind: str, steps: int, done: float) -> Job[bool
         if worst > 0:
             return True
         if kind == "hinge":
-            moved = untangler.step(Hinge(_KEPT), _HINGE_WEIGHT)
+            moved = untangler.step(Hinge(_KEPT), _HINGE_WEIGHT * _TIGHTEN**step)
         else:
             moved = untangler.step(Barrier(float(np.hypot(_SHARP, _LAG * worst))), _BARRIER_WEIGHT)
         if not moved:
@@ -149,7 +153,7 @@ def _window(mapping: FeatureMapping, solution: Solution) -> Bools:
 
 def _widened(quads: Bools, reach: int) -> Bools:
     size = 2 * reach + 1
-    return cv2.dilate(np.asarray(quads, np.uint8), np.ones((size, size), np.uint8)) > 0
+    return np.asarray(cv2.dilate(quads.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
 
 
 def _everywhere(mapping: FeatureMapping) -> Bools:

@@ -49,7 +49,6 @@ class Untangler:
         moving = (mapping.free & window).ravel() | np.isin(index, self._active)
         self._number_unknowns(moving, index)
         quads = mapping.grid.quads
-        rows, columns = mapping.owner.shape
         inside = (index[quads] == index[quads[:, :1]]).all(axis=1) & (index[quads[:, 0]] >= 0)
         owned = np.isin(mapping.owner.ravel(), self._active)
         chosen = np.flatnonzero((moving[quads].any(axis=1) | owned) & ~inside)
@@ -165,8 +164,8 @@ class Untangler:
         pull = w4 * plain + w3 * halo
         gradient += (np.roll(pull, 1, axis=1) - pull).view(np.float64)
         H += (w3 + w4)[..., None] * _RING
-        values = np.bincount(self._slots[0], H[self._plain].ravel(), self._entries + 1)[:-1]
-        total = np.bincount(self._element_dofs[0].ravel(), gradient[self._plain].ravel(), self._count + 1)[:-1]
+        values = _summed(self._slots[0], H[self._plain], self._entries)
+        total = _summed(self._element_dofs[0], gradient[self._plain], self._count)
         bound = self._bound
         T = self._directions()
         wide = np.zeros((len(bound), 10, 10))
@@ -180,9 +179,9 @@ class Untangler:
         along = -(w3 * np.conj(turned) * halo).sum(axis=1)[bound]
         slope[:, 8], slope[:, 9] = along.real, along.imag
         small = T.transpose(0, 2, 1) @ wide @ T
-        values += np.bincount(self._slots[1], small.ravel(), self._entries + 1)[:-1]
+        values += _summed(self._slots[1], small, self._entries)
         ends = (slope[:, None, :] @ T)[:, 0]
-        total += np.bincount(self._element_dofs[1].ravel(), ends.ravel(), self._count + 1)[:-1]
+        total += _summed(self._element_dofs[1], ends, self._count)
         for i in self._active[np.isfinite(self._sizes[self._active])]:
             unknown = self._feature_dofs[i, 0]
             total[unknown] += self._sizes[i] * self._stretch[i]
@@ -216,6 +215,11 @@ class Untangler:
         for i in self._active:
             body = self._mapping.bodies[i]
             self.z[body.nodes] = body.place(self.alpha[i], self.t[i])
+
+
+def _summed(places: Ints, values: Floats, count: int) -> Floats:
+    """Add up `values` by their places below `count`."""
+    return np.asarray(np.bincount(places.ravel(), values.ravel(), count + 1)[:-1], np.float64)
 
 
 def _pairs(dofs: Ints, count: int) -> Ints:

@@ -1,0 +1,190 @@
+"""Place features that the picture's edge cuts so that they fit between the outline nodes on either side.
+
+Outline nodes outside features are held by W, a feature's nodes by its similarity. A corner of a quad with two nodes
+a, b of one feature and one node o of the outline is therefore decided by the similarity alone. Seen from the feature,
+with β = 1/α and τ = t/α, the outline node lies at β W(o) - τ, and twice the corner's area is
+
+    Im(conj(a) b) + Im(conj(b - a) (β W(o) - τ)),
+
+which is linear in (β, τ). So the placement closest to a given one that leaves every such corner some area is a small
+least-distance problem (Lawson & Hanson 1974, ch. 23).
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from core.arrays import Floats, Ints
+from core.mapping.feature_mapping import FeatureMapping, Solution
+from core.mapping.frames import Complexes, as_complex
+
+_MARGINS = (0.5, 0.25, 0.1, 0.03, 0.01)
+"""Room to leave, in cells, the most that can be had."""
+_CONTACTS = 8
+_SAMPLES = 32
+_FLAT = 0.1
+_SAME_SIZE = 0.01
+"""Logarithm of a rigid feature's scale that the free nodes can take up."""
+_NONE = 1e-9
+_RIGID = 1e6
+"""How much dearer a change of a rigid feature's size is than a turn."""
+
+
+def fit_between(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Solution | None:
+    """Return the solution with features moved to where they fit between outline nodes, None if all fit already."""
+    alpha, t = solution.alpha.copy(), solution.t.copy()
+    for i in range(len(alpha)):
+        corners = _corners(mapping, i)
+        alpha[i], t[i] = _fitted(mapping, i, corners, w.ravel(), alpha[i], t[i])
+    if np.array_equal(alpha, solution.alpha):
+        return None
+    return mapping.place_at(w, alpha, t)
+
+
+def _corners(mapping: FeatureMapping, i: int) -> Ints:
+    """Return (k, 3) nodes o, a, b, clockwise, of the corners that feature `i` and the outline decide."""
+    quads, index = mapping.grid.quads, mapping.index.ravel()
+    outer = mapping.grid.outline.ravel() & (index < 0)
+    quads = quads[outer[quads].any(axis=1) & (index[quads] == i).any(axis=1)]
+    corners = quads[:, [[3, 0, 1], [0, 1, 2], [1, 2, 3], [2, 3, 0]]].reshape(-1, 3)
+    chosen = corners[(outer[corners].sum(axis=1) == 1) & ((index[corners] == i).sum(axis=1) == 2)]
+    first = np.argmax(outer[chosen], axis=1)
+    return np.take_along_axis(chosen, (first[:, None] + np.arange(3)) % 3, axis=1)
+
+
+def _fitted(
+    mapping: FeatureMapping, i: int, corners: Ints, w: Complexes, alpha: complex, t: complex
+) -> tuple[complex, complex]:
+    """Return the (α, t) closest to the given one at which every corner has area and no outline node is run over."""
+    scene = _Scene.of(mapping, i, w)
+    sides, base = _corner_sides(scene, corners)
+    nodes, normals, offsets = corners[:, 0], sides, base
+    beta, tau = 1 / alpha, t / alpha
+    start = np.array([beta.real, beta.imag, tau.real, tau.imag])
+    half = np.linalg.inv(np.linalg.cholesky(_metric(mapping, i, beta, tau))).T
+    x = start
+    for _ in range(_CONTACTS):
+        hit, normal, offset = scene.contacts(complex(x[0], x[1]), complex(x[2], x[3]))
+        low = _rows(normals, w[nodes]) @ x + offsets
+        if not len(hit) and low.min(initial=1.0) > 0:
+            break
+        nodes, normals = np.append(nodes, hit), np.append(normals, normal)
+        offsets = np.append(offsets, offset)
+        A = _rows(normals, w[nodes])
+        step = next(filter(_found, (_least_step(A @ half, m - A @ start - offsets) for m in _MARGINS)), None)
+        if step is None:
+            break
+        x = start + half @ step
+    if x is start:
+        return alpha, t
+    beta, tau = complex(x[0], x[1]), complex(x[2], x[3])
+    if mapping.keep == "rigid" and abs(np.log(abs(beta))) < _SAME_SIZE:
+        beta /= abs(beta)
+    return 1 / beta, tau / beta
+
+
+def _found(step: Floats | None) -> bool:
+    return step is not None
+
+
+def _rows(normals: Complexes, there: Complexes) -> Floats:
+    """Return the rows of Re(conj(n) (β w - τ)) in (Re β, Im β, Re τ, Im τ)."""
+    along = np.conj(normals) * there
+    return np.stack([along.real, -along.imag, -normals.real, -normals.imag], axis=1)
+
+
+def _corner_sides(scene: "_Scene", corners: Ints) -> tuple[Complexes, Floats]:
+    """Return n and c with twice each corner's area, in cells, = Re(conj(n) (β W(o) - τ)) + c."""
+    a, b = scene.rest[corners[:, 1]], scene.rest[corners[:, 2]]
+    return 1j * (b - a) / scene.unit**2, (np.conj(a) * b).imag / scene.unit**2
+
+
+@dataclass(frozen=True, eq=False)
+class _Scene:
+    """A feature at rest, and the outline nodes around it as it sees them."""
+
+    rest: Complexes
+    """Rest positions (N,) from the feature's centre."""
+    outer: Ints
+    """Outline nodes outside features."""
+    w: Complexes
+    unit: float
+    """Side of a cell."""
+    distance: NDArray[np.float32]
+    """Signed distance to the feature in cells, positive outside, on the grid and `pad` more nodes around it."""
+    pad: int
+    corner: complex
+    cell: tuple[float, float]
+
+    @classmethod
+    def of(cls, mapping: FeatureMapping, i: int, w: Complexes) -> "_Scene":
+        body, grid, index = mapping.bodies[i], mapping.grid, mapping.index.ravel()
+        rest = as_complex(grid.nodes).ravel()
+        rest = rest - (rest[body.nodes] - body.arms)[0]
+        pad = max(grid.shape) // 3
+        inside = np.pad((index == i).reshape(grid.shape).astype(np.uint8), pad)
+        out, into = (cv2.distanceTransform(m, cv2.DIST_L2, cv2.DIST_MASK_5) for m in (1 - inside, inside))
+        outer = np.flatnonzero(grid.outline.ravel() & (index < 0))
+        unit = float(np.sqrt(grid.cell[0] * grid.cell[1]))
+        distance = np.asarray(cv2.GaussianBlur(out - into, (0, 0), 1.0), np.float32)
+        return cls(rest, outer, w, unit, distance, pad, complex(rest[0]), grid.cell)
+
+    def _distance_at(self, p: Complexes) -> Floats:
+        if not p.size:
+            return np.zeros(p.shape)
+        u = ((p - self.corner).real / self.cell[0] + self.pad).astype(np.float32)
+        v = ((p - self.corner).imag / self.cell[1] + self.pad).astype(np.float32)
+        found = cv2.remap(self.distance, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(found, np.float64)
+
+    def contacts(self, beta: complex, tau: complex) -> tuple[Ints, Complexes, Floats]:
+        """Return outline nodes that come into the feature, and n and c so that Re(conj(n) (β W - τ)) + c is to be > 0.
+
+        The line is the feature's edge where the way from the node's place at rest first meets it.
+        """
+        start, end = self.rest[self.outer], beta * self.w[self.outer] - tau
+        ways = start + np.linspace(0, 1, _SAMPLES)[:, None] * (end - start)
+        room = np.minimum(1.0, 0.3 * self._distance_at(start[None])[0])
+        close = self._distance_at(ways) < room
+        chosen = np.flatnonzero(close[-1])
+        first = ways[np.argmax(close[:, chosen], axis=0), chosen]
+        step = 0.5 * self.unit
+        slope = [
+            self._distance_at((first + d)[None])[0] - self._distance_at((first - d)[None])[0] for d in (step, 1j * step)
+        ]
+        normal = slope[0] + 1j * slope[1]
+        steep = np.abs(normal) > _FLAT
+        chosen, first, normal = chosen[steep], first[steep], normal[steep] / np.abs(normal[steep])
+        offset = -(np.conj(normal) * first).real / self.unit - 0.5 * room[chosen]
+        return self.outer[chosen], normal / self.unit, offset
+
+
+def _metric(mapping: FeatureMapping, i: int, beta: complex, tau: complex) -> Floats:
+    """Return the squared distance that a change of (β, τ) moves the body's nodes, as a quadratic form (4, 4).
+
+    Seen from the feature, node p moves by -(dβ (p + τ) / β - dτ).
+    """
+    arms = mapping.bodies[i].arms
+    first, spread = -tau / beta, float((np.abs(arms) ** 2).sum()) / abs(beta) ** 2
+    rows = np.array([[first.real, -first.imag, 1, 0], [first.imag, first.real, 0, 1]])
+    form = len(arms) * rows.T @ rows
+    form[0, 0] += spread
+    form[1, 1] += spread
+    if mapping.keep == "rigid":
+        unit = np.array([beta.real, beta.imag, 0, 0]) / abs(beta)
+        form += _RIGID * spread * np.outer(unit, unit)
+    return np.asarray(form)
+
+
+def _least_step(G: Floats, h: Floats) -> Floats | None:
+    """Return the shortest y with G y >= h, None if there is none."""
+    size = np.linalg.norm(G, axis=1)
+    E, f = np.vstack([G.T, h]) / size, np.append(np.zeros(G.shape[1]), 1.0)
+    u, residual = nnls(E, f)
+    if residual < _NONE:
+        return None
+    r = E @ u - f
+    return np.asarray(-r[:-1] / r[-1])
