@@ -97,13 +97,22 @@ def _tiles(size: tuple[int, int], side: int) -> list[Box]:
 
 
 def _in_channels_of(image: Image, pixels: Pixels) -> Pixels:
-    """Return RGBA `pixels` in the channels of `image`, with alpha if that has it or something is not covered."""
+    """Return RGBA `pixels` in the channels of `image`, with alpha if that has it or something is not covered.
+
+    Works in place, row after row, since a copy of a large picture would be the most memory that rendering takes.
+    """
     opaque = 1.0 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
     with_alpha = image.has_alpha or bool(pixels[..., 3].min() < opaque)
-    colors = [0] if image.channels <= 2 else [0, 1, 2]
-    if with_alpha and len(colors) == 3:
+    kept = ([0] if image.channels <= 2 else [0, 1, 2]) + ([3] if with_alpha else [])
+    if len(kept) == 4:
         return pixels
-    return np.ascontiguousarray(pixels[..., [*colors, 3] if with_alpha else colors])
+    height, width = pixels.shape[:2]
+    packed = pixels.reshape(-1)[: height * width * len(kept)].reshape(height, width, len(kept))
+    for y in range(height):
+        packed[y] = pixels[y][:, kept]
+    del packed
+    pixels.resize((height, width, len(kept)), refcheck=False)
+    return pixels
 
 
 class TileTarget:

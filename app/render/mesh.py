@@ -42,15 +42,17 @@ class Mesh:
         self._first, self._count = _block_ranges(shape)
         self._rest: Points | None = None
         self._moved: Points | None = None
+        self._stretches: tuple[Floats, Floats] | None = None
 
     def place(self, rest: Points, moved: Points) -> None:
         """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
         if rest is not self._rest:
             self._rest_nodes.write(_whole_and_fraction(rest).tobytes())
-            self._rest = rest
+            self._rest, self._stretches = rest, None
+            self._rest_low, self._rest_high = _block_bounds(rest)
         if moved is not self._moved:
             self._moved_nodes.write(_whole_and_fraction(moved).tobytes())
-            self._moved = moved
+            self._moved, self._stretches = moved, None
             low, high = _block_bounds(moved)
             self._low, self._high = low - RING_PX, high + RING_PX
             self._thinnest = _thinnest_border(moved)
@@ -61,16 +63,23 @@ class Mesh:
             (self._low < [box[2], box[3]]).all(axis=-1) & (self._high > [box[0] - 1, box[1] - 1]).all(axis=-1)
         )
 
+    def bounds_in(self, box: Box) -> Box:
+        """Return the part of the output pixels of `box` outside which the mesh does not come."""
+        left, top = np.maximum(np.floor(self._low.min(axis=(0, 1))), box[:2]).astype(int).tolist()
+        right, bottom = np.minimum(np.ceil(self._high.max(axis=(0, 1))), box[2:]).astype(int).tolist()
+        return left, top, max(right, left), max(bottom, top)
+
     def source_of(self, blocks: Bools) -> tuple[Box, int]:
         """Return the source pixels that drawing `blocks` reads, and the finest level of the pyramid among them."""
         assert self._rest is not None
         assert self._moved is not None
-        low, high = _block_bounds(self._rest)
-        major, minor = _stretches(self._rest, self._moved)
-        reach = 2 * max(float(_block_reduce(np.maximum, major)[blocks].max()), 1.0) + 2
-        finest = max(float(_block_reduce(np.minimum, minor)[blocks].min()), 1.0)
-        left, top = np.floor(low[blocks].min(axis=0) - reach).astype(int)
-        right, bottom = np.ceil(high[blocks].max(axis=0) + reach).astype(int) + 1
+        if self._stretches is None:
+            major, minor = _stretches(self._rest, self._moved)
+            self._stretches = _block_reduce(np.maximum, major), _block_reduce(np.minimum, minor)
+        reach = 2 * max(float(self._stretches[0][blocks].max()), 1.0) + 2
+        finest = max(float(self._stretches[1][blocks].min()), 1.0)
+        left, top = np.floor(self._rest_low[blocks].min(axis=0) - reach).astype(int)
+        right, bottom = np.ceil(self._rest_high[blocks].max(axis=0) + reach).astype(int) + 1
         return (int(left), int(top), int(right), int(bottom)), int(np.log2(finest))
 
     def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:

@@ -41,8 +41,10 @@ class PicturePass:
 
     def clear(self) -> None:
         """Empty the target."""
-        self._places.clear()
+        self._footprint.clear()
         self.light.clear()
+        if self.cells is not None:
+            self.cells.clear()
 
     def draw(
         self, mesh: Mesh, source: Source, box: Box, *, origin: tuple[int, int] = (0, 0), draft: bool = False
@@ -51,6 +53,7 @@ class PicturePass:
 
         `origin` is the output pixel that is the target's first. A `draft` is less sharp where it shrinks the picture.
         """
+        box = mesh.bounds_in(box)
         blocks = mesh.blocks_in(box)
         if not blocks.any():
             return

@@ -119,7 +119,7 @@ class Renderer:
         if self._source is None or self._source.image is not image:
             if self._source is not None:
                 self._source.release()
-            self._source = Source(self._context, image)
+            self._source = Source(self._context, image, margin=0.25)
         return self._source
 
     def _mesh_of(self, name: str, rest: Points) -> Mesh:

@@ -33,7 +33,8 @@ class Limits:
     """What a texture may take at most."""
 
     side_px: int = 1 << 16
-    budget_bytes: int = 160_000_000
+    budget_bytes: int = 132_000_000
+    """A whole picture may take so much; a window half, since drivers let go of the one before late."""
 
 
 DEFAULT_LIMITS = Limits()
@@ -61,7 +62,11 @@ class Window:
 
 
 class Source:
-    """A picture for drawing from: gives the window that a draw needs, and keeps the last one."""
+    """A picture for drawing from: gives the window that a draw needs, and keeps the last one.
+
+    `exact` keeps 16-bit and float pictures in float32. `margin` is by how much a window reaches beyond what is asked
+    for, on each side, as a share of its size: for a view that moves about.
+    """
 
     def __init__(
         self,
@@ -70,13 +75,16 @@ class Source:
         *,
         exact: bool = False,
         limits: Limits = DEFAULT_LIMITS,
+        margin: float = 0.0,
     ) -> None:
         self._context = context
         self.image = image
         self.dtype = "f4" if exact and image.pixels.dtype != np.uint8 else "f2"
         self._budget_bytes = limits.budget_bytes
         self._max_side_px = min(limits.side_px, int(context.info["GL_MAX_TEXTURE_SIZE"]))
+        self._margin = margin
         self._window: Window | None = None
+        self._texture: moderngl.Texture | None = None
 
     @cached_property
     def levels(self) -> int:
@@ -94,7 +102,8 @@ class Source:
         width, height = (right - left) >> base, (bottom - top) >> base
         texel_bytes = 16 if self.dtype == "f4" else 8
         sides_fit = max(_texture_width(width), height) <= self._max_side_px
-        return sides_fit and width * height * texel_bytes * 4 // 3 <= self._budget_bytes
+        budget = self._budget_bytes // (1 if box == self.whole else 2)
+        return sides_fit and width * height * texel_bytes * 4 // 3 <= budget
 
     def window(self, box: Box, base: int) -> Window:
         """Return a window over `box` with levels from `base` up; the whole picture where that fits.
@@ -104,8 +113,7 @@ class Source:
         box = self._clipped(box)
         if self._window is not None and self._window.holds(box, base):
             return self._window
-        self.release()
-        for wish, level in [(self.whole, 0), (self.whole, base), (box, base)]:
+        for wish, level in [(self.whole, 0), (self.whole, base), (self._with_margin(box), base), (box, base)]:
             if self.fits(wish, level):
                 return self._load(wish, level)
         while not self.fits(box, base):
@@ -114,9 +122,13 @@ class Source:
 
     def release(self) -> None:
         """Free the texture."""
-        if self._window is not None:
-            self._window.texture.release()
-            self._window = None
+        if self._texture is not None:
+            self._texture.release()
+        self._texture = self._window = None
+
+    def _with_margin(self, box: Box) -> Box:
+        across, down = round((box[2] - box[0]) * self._margin), round((box[3] - box[1]) * self._margin)
+        return self._clipped((box[0] - across, box[1] - down, box[2] + across, box[3] + down))
 
     def _clipped(self, box: Box) -> Box:
         left, top = max(box[0], 0), max(box[1], 0)
@@ -136,8 +148,7 @@ class Source:
     def _load(self, box: Box, base: int) -> Window:
         left, top, right, bottom = box = self._aligned(box, base)
         size = ((right - left) >> base, (bottom - top) >> base)
-        texture = self._context.texture((_texture_width(size[0]), size[1]), 4, dtype=self.dtype)
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        texture = self._texture_of(_texture_width(size[0]), size[1])
         for part in _parts(box, 1 << (base + self.levels)):
             texels = _reduced(_texels(self.image, part), 1 << base)
             x, y = (part[0] - left) >> base, (part[1] - top) >> base
@@ -148,6 +159,15 @@ class Source:
                 texture.write(texels.astype(self.dtype).tobytes(), viewport=(*corner, texels.shape[1], texels.shape[0]))
         self._window = Window(texture, box, base, base + self.levels)
         return self._window
+
+    def _texture_of(self, width: int, height: int) -> moderngl.Texture:
+        """Return a texture of at least this size: the present one if that will do, since drivers free late."""
+        if self._texture is not None and (self._texture.width < width or self._texture.height < height):
+            self.release()
+        if self._texture is None:
+            self._texture = self._context.texture((width, height), 4, dtype=self.dtype)
+            self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return self._texture
 
 
 def _texture_width(width: int) -> int:
