@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias, TypeVar
 
 from app.events import Event, Finish, Key, KeyUp, Move, Press, Release, Wheel
+from app.gestures import Gesture, Running
 from app.history import History
 from app.jobs import Jobs, Task, Ticket
 from app.live import Answer, LiveWarp
@@ -29,7 +30,6 @@ from core.progress import Job
 
 log = logging.getLogger("weft")
 T = TypeVar("T")
-Gesture: TypeAlias = Generator[None, Event, None]
 Exporter: TypeAlias = Callable[[Document, ExportOptions], Job[None]]
 
 WHEEL_ZOOM = 1.2
@@ -117,9 +117,9 @@ class Editor:
         self.notices: list[Notice] = []
         self.requests: list[Request] = []
         """What the window is to ask the artist, the oldest first; whoever shows one takes it out."""
-        self._gesture: Gesture | None = None
+        self._gesture = Running()
         self._gesture_tool = ""
-        self._navigation: Gesture | None = None
+        self._navigation = Running()
         self._spring: str | None = None
         self._slide: Generator[None, None, None] | None = None
         self._slide_label = ""
@@ -152,12 +152,12 @@ class Editor:
     @property
     def is_busy(self) -> bool:
         """Whether a gesture is in progress or a slider held."""
-        return self._gesture is not None or self._slide is not None
+        return bool(self._gesture) or self._slide is not None
 
     @property
     def state(self) -> str:
         """Tool and whether a gesture is in progress: "pins.idle", "pins.busy"."""
-        return f"{self._gesture_tool}.busy" if self._gesture is not None else f"{self.tool.name}.idle"
+        return f"{self._gesture_tool}.busy" if self._gesture else f"{self.tool.name}.idle"
 
     @contextmanager
     def group(self, label: str, *, joins: bool = False) -> Iterator[None]:
@@ -244,7 +244,7 @@ class Editor:
 
     def undo(self) -> None:
         """Cancel a gesture in progress, or else take back the last entry."""
-        if self._gesture is not None:
+        if self._gesture:
             self.cancel()
             return
         self.finish()
@@ -285,18 +285,15 @@ class Editor:
         if self._slide is not None:
             slide, self._slide = self._slide, None
             next(slide, None)
-        if self._gesture is not None:
-            self._send(Finish())
-            self.cancel()
+        self._gesture.send(Finish())
+        self._gesture.close()
 
     def cancel(self) -> bool:
         """End the gesture or the held slider in progress without a trace; say whether there was one."""
-        running: Generator[None, Event, None] | Generator[None, None, None] | None = self._gesture or self._slide
-        self._gesture = self._slide = None
-        if running is None:
-            return False
-        running.close()
-        return True
+        slide, self._slide = self._slide, None
+        if slide is not None:
+            slide.close()
+        return self._gesture.close() or slide is not None
 
     def handle(self, event: Event) -> bool:
         """Let the tools act on `event`; return whether they did. What they refuse is a notice."""
@@ -326,24 +323,24 @@ class Editor:
 
     def _press(self, press: Press) -> bool:
         if press.button == "middle":
-            self._navigation = _started(self.tools["hand"].press(self, press))
+            self._navigation.begin(self.tools["hand"].press(self, press))
         elif self._spring is not None and press.button == "left":
-            self._navigation = _started(self.tools[self._spring].press(self, press))
-        elif self._gesture is not None:
-            self._send(press)
+            self._navigation.begin(self.tools[self._spring].press(self, press))
+        elif self._gesture:
+            self._gesture.send(press)
         else:
             if self._slide is not None:
                 self.finish()
             self._gesture_tool = self.tool.name
-            self._gesture = _started(self.tool.press(self, press))
+            self._gesture.begin(self.tool.press(self, press))
         return True
 
     def _drag(self, event: Move | Release) -> bool:
         self.show(pointer=event.pos)
-        if self._navigation is not None:
-            self._navigation = _after(self._navigation, event)
-        elif self._gesture is not None:
-            self._send(event)
+        if self._navigation:
+            self._navigation.send(event)
+        elif self._gesture:
+            self._gesture.send(event)
         else:
             self.show(hover=self.tool.hover(self, event.pos))
         return True
@@ -354,32 +351,7 @@ class Editor:
         if key.name == "space" and not (key.mods.ctrl or key.mods.alt):
             self._spring = "hand"
             return True
-        if self._gesture is not None and key.name in GESTURE_KEYS and not key.mods.ctrl:
-            self._send(key)
+        if self._gesture and key.name in GESTURE_KEYS and not key.mods.ctrl:
+            self._gesture.send(key)
             return True
         return self.tool.take_key(self, key)
-
-    def _send(self, event: Event) -> None:
-        if self._gesture is not None:
-            running, self._gesture = self._gesture, None
-            self._gesture = _after(running, event)
-
-
-def _started(gesture: Gesture | None) -> Gesture | None:
-    """Run a new gesture to its first wait; None if it ended at once."""
-    if gesture is None:
-        return None
-    try:
-        next(gesture)
-    except StopIteration:
-        return None
-    return gesture
-
-
-def _after(gesture: Gesture, event: Event) -> Gesture | None:
-    """Send `event`; None if that ended the gesture."""
-    try:
-        gesture.send(event)
-    except StopIteration:
-        return None
-    return gesture

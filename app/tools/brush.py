@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.editor import Editor, Gesture, Tool
+from app.editor import Editor, Tool
 from app.events import Key, Move, Position, Press
+from app.gestures import Gesture
 from app.session import Brush
 from app.shapes import Circle, Shape
 from app.spaces import canvas_from_screen

@@ -1,24 +1,21 @@
 """The curve tool: draws inner curves and edits their sources and targets. Warp and Retexture share it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from app.editor import Editor, Gesture, Tool
-from app.events import Event, Key, Move, Position, Press
+from app.editor import Editor, Tool
+from app.events import Event, Key, Move, Press
+from app.gestures import Gesture
 from app.session import Mode
-from app.shapes import Bezier, Circle, Polyline, Role, Shape, Square
-from app.spaces import screen_from_canvas
 from app.tools.box import Box, Grip, applied
-from app.tools.curve_set import CurveSet, Hit, Side, sides_of
+from app.tools.curve_set import CurveSet, Hit
+from app.tools.curve_shapes import active_side, box_of, overlay, side_of
 from app.tools.grips import aimed, drag_from, nudge_px, within
 from app.tools.pen import draw
 from core import curve_edit, curve_pairs
 from core.arrays import Points
 from core.document import CurvePair
-
-TICKS = 7
-"""Samples of a segment of which every third has a mark of correspondence: its ends and its middle."""
 
 
 def press(editor: Editor, curves: CurveSet, press: Press) -> Gesture | None:
@@ -40,12 +37,6 @@ def press(editor: Editor, curves: CurveSet, press: Press) -> Gesture | None:
     if press.mods.shift and curves.selected(editor) is not None:
         return rubber_band(editor, curves, press)
     return draw(editor, curves, press)
-
-
-def active_side(editor: Editor, *, swapped: bool = False) -> Side:
-    """Return the side that is edited where source and target coincide; Ctrl swaps them."""
-    chosen = editor.session.curve_side
-    return chosen if not swapped else "source" if chosen == "target" else "target"
 
 
 def drag_knots(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
@@ -202,21 +193,6 @@ def take_key(editor: Editor, curves: CurveSet, key: Key) -> bool:
     return True
 
 
-def side_of(pair: CurvePair, side: Side) -> Side:
-    """Return `side`, or the source of a curve that has nothing else."""
-    return "source" if pair.passive else side
-
-
-def box_of(editor: Editor, curves: CurveSet) -> Box | None:
-    """Return the box around the selected knots if they are several."""
-    number, knots = curves.selected(editor), curves.knots(editor)
-    if number is None:
-        return None
-    pair = curves.pairs(editor)[number]
-    points = curves.on_screen(editor, pair, side_of(pair, active_side(editor)))
-    return Box.around(points[[3 * knot for knot in sorted(knots)]])
-
-
 def _points_of(pair: CurvePair, knots: frozenset[int]) -> list[int]:
     """Return the numbers of the control points that belong to knots, a closed curve's doubled end included."""
     numbers = {3 * knot for knot in knots}
@@ -225,88 +201,6 @@ def _points_of(pair: CurvePair, knots: frozenset[int]) -> list[int]:
     if pair.closed and 0 in knots:
         numbers.add(len(pair.source) - 1)
     return sorted(numbers)
-
-
-def overlay(editor: Editor, curves: CurveSet) -> Sequence[Shape]:
-    """Draw every curve, the points of the selected one, its box, and the path in progress."""
-    shapes: list[Shape] = []
-    chosen = curves.selected(editor)
-    for number, pair in enumerate(curves.pairs(editor)):
-        shapes.extend(_curve_shapes(editor, curves, pair))
-        if number == chosen:
-            shapes.extend(_point_shapes(editor, curves, pair))
-    box, band, draft = box_of(editor, curves), editor.session.band, editor.session.draft
-    if box is not None:
-        shapes.extend(box.shapes())
-    if draft is not None and len(draft):
-        shapes.extend(_draft_shapes(screen_from_canvas(editor.session.view, draft)))
-    if band is not None:
-        (left, top), (right, bottom) = band
-        corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
-        shapes.append(Polyline(corners, "rubber-band", closed=True))
-    hit = editor.session.hover
-    if isinstance(hit, Hit) and hit.curve < len(curves.pairs(editor)) and draft is None:
-        shapes.extend(_hover_shapes(editor, curves, hit))
-    return shapes
-
-
-def _curve_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Shape]:
-    """Return source, target and the ticks between them."""
-    view, source = editor.session.view, curves.on_canvas(editor, pair, "source")
-    if pair.passive:
-        return [Bezier(screen_from_canvas(view, source), "passive")]
-    target = curves.on_canvas(editor, pair, "target")
-    ends = [curve_edit.samples_of(points, per_segment=TICKS)[::3] for points in (source, target)]
-    both = screen_from_canvas(view, np.stack(ends, axis=1))
-    apart = np.hypot(*(both[:, 0] - both[:, 1]).T) > 1
-    ticks: list[Shape] = [Polyline(tick, "tick") for tick in both[apart]]
-    lines = [Bezier(screen_from_canvas(view, source), "source", dashed=True)]
-    return [*ticks, *lines, Bezier(screen_from_canvas(view, target), "target")]
-
-
-def _point_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Shape]:
-    """Return knots and handles of the selected curve; knots of the other side where it lies elsewhere."""
-    shapes: list[Shape] = []
-    active, chosen = side_of(pair, active_side(editor)), curves.knots(editor)
-    count = curve_pairs.knots_of(pair)
-    for side in sides_of(pair, ("source", "target")):
-        points = curves.on_screen(editor, pair, side)
-        for knot in range(count):
-            place = _position(points[3 * knot])
-            if side == active:
-                for handle in curve_edit.handles_at(points, knot, closed=pair.closed):
-                    if handle is not None:
-                        shapes.append(Polyline(points[[3 * knot, handle]], "link"))
-                        shapes.append(Circle(_position(points[handle]), 3.5, "handle", filled=True))
-            role: Role = "knot-selected" if side == active and knot in chosen else "knot"
-            if knot in pair.corners:
-                shapes.append(Square(place, 4.0, role, filled=side == active))
-            else:
-                shapes.append(Circle(place, 4.5, role, filled=side == active))
-    return shapes
-
-
-def _draft_shapes(points: Points) -> list[Shape]:
-    """Return the path in progress, on the screen."""
-    knots: list[Shape] = [Square(_position(place), 4.0, "knot", filled=True) for place in points[::3]]
-    return [*([Bezier(points, "target")] if len(points) > 1 else []), *knots]
-
-
-def _hover_shapes(editor: Editor, curves: CurveSet, hit: Hit) -> list[Shape]:
-    """Return the mark of what is under the pointer."""
-    pair = curves.pairs(editor)[hit.curve]
-    points = curves.on_screen(editor, pair, hit.side)
-    if hit.kind == "line":
-        curve = curve_edit.curve_through(curves.on_canvas(editor, pair, hit.side))
-        return (
-            [Circle(_position(screen_from_canvas(editor.session.view, curve.at(hit.t))), 4.0, "hover")] if curve else []
-        )
-    number = 3 * hit.number if hit.kind == "knot" else hit.number
-    return [Circle(_position(points[number]), 8.0, "hover")] if number < len(points) else []
-
-
-def _position(point: Points) -> Position:
-    return float(point[0]), float(point[1])
 
 
 def curve_tool(

@@ -1,7 +1,8 @@
 """The hand: drags the view."""
 
-from app.editor import Editor, Gesture, Tool
+from app.editor import Editor, Tool
 from app.events import Move, Press
+from app.gestures import Gesture
 from app.spaces import moved
 
 

@@ -6,8 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from app.editor import Editor, Gesture, Tool
+from app.editor import Editor, Tool
 from app.events import Event, Key, Move, Position, Press
+from app.gestures import Gesture
 from app.shapes import Bezier, Circle, Polyline, Shape, Square
 from app.spaces import canvas_from_screen, screen_from_canvas
 from app.tools.curve_set import place_on_line

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.editor import Editor, Gesture
+from app.editor import Editor
 from app.events import Event, Finish, Key, Move, Position, Press, Release
+from app.gestures import Gesture
 from app.spaces import canvas_from_screen, screen_from_canvas
 from app.tools.curve_set import CurveSet
 from app.tools.grips import REACH_PX, held_to_axis, is_click

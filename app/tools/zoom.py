@@ -1,7 +1,8 @@
 """The magnifier: a click zooms in, with Alt out; a drag up and down zooms smoothly."""
 
-from app.editor import Editor, Gesture, Tool
+from app.editor import Editor, Tool
 from app.events import Move, Press
+from app.gestures import Gesture
 from app.spaces import zoomed_at
 
 CLICK_ZOOM = 2.0
