@@ -1,0 +1,171 @@
+"""Time the feature-aware mapping beside bare solvers on the same grid, and beside FAT table 1."""
+
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+from cvxopt import cholmod
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from core.arrays import Bytes, Floats, Points
+from core.factor import Factor
+from core.grid import Features, Grid, find_features
+from core.mapping.editing import Editing
+from core.mapping.feature_mapping import FeatureMapping
+from core.mapping.folds import folded_quads
+from core.mapping.frames import as_complex
+from core.mapping.stencil import edge_weights, lower_values, pattern
+from core.mapping.unfold import unfold
+from core.progress import run
+from core.warps.presets import make_warp
+
+SIZES = ((50, 100), (100, 100), (100, 200), (200, 200), (500, 500), (1000, 1000))
+PAPER = {
+    (50, 100): (0.156, 0.110, 0.015, 0.0),
+    (100, 100): (0.375, 0.250, 0.031, 0.015),
+    (100, 200): (1.141, 0.562, 0.047, 0.031),
+    (200, 200): (2.171, 1.407, 0.109, 0.063),
+}
+"""Seconds for setup, factor, right-hand side and solve  [FAT table 1, on a Pentium 4 at 3.2 GHz]."""
+
+CELL_PX = 4
+_HANDLES_AT_MOST = 300_000
+"""Nodes up to which handles are timed; the editing system of a larger grid does not fit a small machine."""
+_UNFOLD_AT_MOST = 50_000
+"""Nodes of the largest default grid."""
+_ARAP_AT_MOST = 300_000
+_DISCS = ((0.25, 0.25, 0.1), (0.7, 0.3, 0.12), (0.35, 0.75, 0.08), (0.75, 0.75, 0.14))
+"""Features: centre and radius as shares of the picture's sides and of its shorter one."""
+
+
+def measure(sizes: Sequence[tuple[int, int]] = SIZES, *, repeats: int = 5) -> list[dict[str, Any]]:
+    """Return one record per grid size (R, C): medians in milliseconds; None for what was not run."""
+    return [_record(rows, columns, repeats) for rows, columns in sizes]
+
+
+def _record(rows: int, columns: int, repeats: int) -> dict[str, Any]:
+    repeats = max(2, repeats if rows * columns <= _HANDLES_AT_MOST else repeats // 2)
+    grid = Grid((columns - 1) * CELL_PX, (rows - 1) * CELL_PX, cell_px=CELL_PX)
+    mask = _mask(grid)
+    features = find_features(grid, mask)
+    plain = make_warp("swirl", grid.width_px, grid.height_px, bend=30)(grid.nodes)
+    return {
+        "grid": [rows, columns],
+        **_stages(grid, features, plain, repeats),
+        **_interaction(grid, mask, repeats),
+        "unfold_ms": _unfold_ms(grid, features) if grid.size <= _UNFOLD_AT_MOST else None,
+        "bare": {**_bare(grid, features, repeats), "libigl_arap_ms": _arap_ms(grid, plain, repeats)},
+        "paper": _paper(rows, columns),
+    }
+
+
+def _paper(rows: int, columns: int) -> dict[str, float | None]:
+    seconds = PAPER.get((rows, columns), (None,) * 4)
+    return dict(zip(("setup_s", "factor_s", "rhs_s", "solve_s"), seconds, strict=True))
+
+
+def _mask(grid: Grid) -> Bytes:
+    mask = np.zeros((grid.height_px, grid.width_px), np.uint8)
+    for x, y, radius in _DISCS:
+        centre = round(x * grid.width_px), round(y * grid.height_px)
+        cv2.circle(mask, centre, round(radius * min(grid.width_px, grid.height_px)), 255, -1)
+    return mask
+
+
+def _median_ms(work: Callable[[], object], repeats: int) -> float:
+    taken = []
+    for _ in range(repeats):
+        started = time.perf_counter()
+        work()
+        taken.append(time.perf_counter() - started)
+    return 1e3 * statistics.median(taken)
+
+
+def _stages(grid: Grid, features: Features, plain: Points, repeats: int) -> dict[str, float]:
+    """Time what FAT table 1 times."""
+    runs = []
+    for _ in range(repeats):
+        mapping = FeatureMapping(grid, features)
+        mapping.solve(plain)
+        runs.append(mapping.clock.take())
+    return {
+        f"{stage}_ms": 1e3 * statistics.median(r[stage] for r in runs) for stage in ("setup", "factor", "rhs", "solve")
+    }
+
+
+def _interaction(grid: Grid, mask: Bytes, repeats: int) -> dict[str, float | None]:
+    """Time what an artist waits for: from an input to positions that can be uploaded."""
+    mapping = FeatureMapping(grid, find_features(grid, mask))
+
+    def drag_preset() -> Points:
+        warp = make_warp("swirl", grid.width_px, grid.height_px, bend=30)
+        return mapping.solve(warp(grid.nodes)).astype(np.float32)
+
+    def stroke() -> None:
+        nonlocal mapping
+        mapping = FeatureMapping(grid, find_features(grid, mask), factor=mapping.factor)
+        mapping.solve(plain).astype(np.float32)
+
+    plain = make_warp("swirl", grid.width_px, grid.height_px, bend=30)(grid.nodes)
+    found: dict[str, float | None] = {"drag_preset_ms": _median_ms(drag_preset, repeats), "drag_handles_ms": None}
+    if grid.size <= _HANDLES_AT_MOST:
+        editing = Editing(grid)
+        pins = np.array([[0.2, 0.5], [0.5, 0.5], [0.8, 0.6]]) * [grid.width_px, grid.height_px]
+        editing.hold(pins)
+
+        def drag_handles() -> Points:
+            return mapping.solve(editing.solve(pins + [5.0, 3.0])).astype(np.float32)
+
+        found["drag_handles_ms"] = _median_ms(drag_handles, repeats)
+    found["stroke_ms"] = _median_ms(stroke, repeats)
+    return found
+
+
+def _unfold_ms(grid: Grid, features: Features) -> float | None:
+    """Time unfolding rigid features under a wave that folds them; None when it does not."""
+    mapping = FeatureMapping(grid, features, keep="rigid")
+    for bend in (40, 60, 80, 100):
+        w = as_complex(make_warp("arc", grid.width_px, grid.height_px, bend=bend)(grid.nodes))
+        if folded_quads(mapping.place(w).z).any() and not folded_quads(w).any():
+            return _median_ms(lambda w=w: run(unfold(mapping, w)), 1)  # type: ignore[misc]
+    return None
+
+
+def _bare(grid: Grid, features: Features, repeats: int) -> dict[str, float]:
+    """Time CHOLMOD and SuperLU on the mapping's matrix, with nothing around them."""
+    mapping = FeatureMapping(grid, features)
+    weights = edge_weights(mapping.follow_w + mapping.follow_feature)
+    lower = pattern(grid)
+    lower.data = lower_values(weights, mapping.free)
+    whole = sparse.csc_array(lower + sparse.tril(lower, -1).T)
+    b = np.random.default_rng(0).random((grid.size, 2))
+    factor = Factor(lower)
+    matrix, symbolic = factor._matrix, factor._factor
+    superlu = splu(whole)
+    return {
+        "cholmod_factor_ms": _median_ms(lambda: cholmod.numeric(matrix, symbolic), repeats),
+        "cholmod_solve_ms": _median_ms(lambda: factor.solve(b), repeats),
+        "superlu_factor_ms": _median_ms(lambda: splu(whole), max(1, repeats // 2)),
+        "superlu_solve_ms": _median_ms(lambda: superlu.solve(b), repeats),
+    }
+
+
+def _arap_ms(grid: Grid, plain: Points, repeats: int) -> float | None:
+    """Time one solve of libigl's as-rigid-as-possible deformation with the outline held; None where it is missing."""
+    if grid.size > _ARAP_AT_MOST:
+        return None
+    try:
+        import igl
+    except ImportError:
+        return None
+    outline = np.flatnonzero(grid.outline).astype(np.int32)
+    rest, there = (np.ascontiguousarray(p.reshape(-1, 2)) for p in (grid.nodes, plain))
+    data = igl.ARAPData()
+    data.max_iter = 1
+    igl.arap_precomputation(rest, grid.triangles, 2, outline, data)
+    held: Floats = there[outline]
+    return _median_ms(lambda: igl.arap_solve(held, data, there), repeats)
