@@ -98,6 +98,7 @@ class MapSolver:
         self._mask: Raster | None = None
         self._features: Features | None = None
         self._base: tuple[object, Points] | None = None
+        self._plain: tuple[object, Points] | None = None
         self._held = _NOWHERE
         """The places that the editing system has responses for."""
 
@@ -119,15 +120,22 @@ class MapSolver:
 
     def settle(self, document: Document) -> Job[Warped]:
         """Return the answer without folds where W has none; the same bits, whatever was answered before."""
+        self._plain = None
         if self._editing is not None:
             # Responses are kept in the order in which handles came; their last bits depend on it.
             self._editing.hold(_NOWHERE)
         return (yield from self._prepared(document).settle(self.plain(document)))
 
     def plain(self, document: Document) -> Points:
-        """Return W at the nodes (R, C, 2), in pixels of the canvas."""
+        """Return W at the nodes (R, C, 2), in pixels of the canvas; kept while the mask is painted."""
         grid = self._on_grid(document).grid
-        base = self._base_of(document, grid)
+        key = (document.warp, document.size_px, document.outline, document.pins, document.curves)
+        if self._plain is None or self._plain[0] != key:
+            self._plain = key, readonly(self._with_handles(document, grid, self._base_of(document, grid)))
+        return self._plain[1]
+
+    def _with_handles(self, document: Document, grid: Grid, base: Points) -> Points:
+        """Return `base` edited by pins and curves."""
         if not document.pins and not document.curves:
             return base
         at, to = handles_of(document).points(grid)
