@@ -32,9 +32,7 @@ class MaskTexture:
         for box, tile in mask.changed_boxes(self._seen):
             small = self._reduced(tile)
             corner = (box[0] // self._shrink, box[1] // self._shrink)
-            self.texture.write(
-                np.ascontiguousarray(small).tobytes(), viewport=(*corner, small.shape[1], small.shape[0])
-            )
+            self.texture.write(np.ascontiguousarray(small), viewport=(*corner, small.shape[1], small.shape[0]))
         self._seen = mask
 
     def _reduced(self, tile: Bytes) -> Bytes:

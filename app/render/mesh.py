@@ -47,11 +47,11 @@ class Mesh:
     def place(self, rest: Points, moved: Points) -> None:
         """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
         if rest is not self._rest:
-            self._rest_nodes.write(_whole_and_fraction(rest).tobytes())
+            self._rest_nodes.write(_whole_and_fraction(rest))
             self._rest, self._stretches = rest, None
             self._rest_low, self._rest_high = _block_bounds(rest)
         if moved is not self._moved:
-            self._moved_nodes.write(_whole_and_fraction(moved).tobytes())
+            self._moved_nodes.write(_whole_and_fraction(moved))
             self._moved, self._stretches = moved, None
             low, high = _block_bounds(moved)
             self._low, self._high = low - RING_PX, high + RING_PX

@@ -156,7 +156,7 @@ class Source:
                 texels = _reduced(texels, 2) if level else texels
                 shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
                 corner = ((x >> level) + shift[0], (y >> level) + shift[1])
-                texture.write(texels.astype(self.dtype).tobytes(), viewport=(*corner, texels.shape[1], texels.shape[0]))
+                texture.write(texels.astype(self.dtype), viewport=(*corner, texels.shape[1], texels.shape[0]))
         self._window = Window(texture, box, base, base + self.levels)
         return self._window
 
