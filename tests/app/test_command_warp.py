@@ -108,6 +108,25 @@ def test_what_is_kept_can_be_chosen(folder: Path) -> None:
     assert 1e-6 < feature_report(*words, "--method", "per-quad")["residual"] < 0.1
 
 
+def test_folds_go_unless_allowed(folder: Path) -> None:
+    words = (
+        "photo.png",
+        "-o",
+        "out.png",
+        "--mask",
+        "mask.png",
+        "--preset",
+        "twist",
+        "--bend=100",
+        "--report",
+        "r.json",
+    )
+    assert weft(*words) == 0
+    assert json.loads(Path("r.json").read_text())["folds"] == {"plain": 0, "warped": 0}
+    assert weft(*words, "--allow-folds") == 0
+    assert json.loads(Path("r.json").read_text())["folds"]["warped"] > 0
+
+
 def test_the_axis_can_be_turned(folder: Path) -> None:
     assert weft("photo.png", "-o", "out.png", "--preset", "arch", "--bend=100", "--vertical-axis") == 0
     assert load("out.png").pixels.shape[:2] == (HEIGHT, WIDTH + 36)
