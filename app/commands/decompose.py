@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from app.commands.terminal import on_terminal
+from app.console import run_shown
 from core.arrays import Bools, InputError
 from core.images import Image, load, load_mask
 from core.overlay.decomposition import decompose
 from core.overlay.folder import encoded, write
 from core.overlay.seeding import NoPatternError
-from core.progress import run as finish
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,7 +28,7 @@ def run(arguments: argparse.Namespace) -> None:
     region = usable(image, arguments.region)
     job = decompose(encoded(image), region=region, texel_px=arguments.texel_size, seed=arguments.seed)
     try:
-        found = finish(job, on_terminal())
+        found = run_shown(job)
     except NoPatternError:
         raise NoPatternError(str(arguments.image)) from None
     write(found, image, arguments.output)

@@ -3,12 +3,11 @@
 import argparse
 from pathlib import Path
 
-from app.commands.terminal import on_terminal
+from app.console import run_shown
 from app.render.picture_file import drawing
 from core.arrays import InputError
 from core.files import check_place
 from core.images import check_writable_format, save
-from core.progress import run as finished
 from core.project import load_project
 
 
@@ -23,6 +22,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="picture, the default: the frame of the project's canvas; warp: one that holds all of the warped picture",
     )
     parser.add_argument("--scale", type=float, default=1.0, metavar="S", help="output pixels per pixel, 1 by default")
+    parser.add_argument(
+        "--bits", type=int, choices=(8, 16, 32), help="depth of a sample, 32 for float; by default that of the picture"
+    )
     parser.add_argument("--quality", type=int, default=95, metavar="1-100", help="of JPEG and WebP")
 
 
@@ -35,5 +37,5 @@ def run(arguments: argparse.Namespace) -> None:
     if not 0 < arguments.scale <= 64:
         raise InputError(f"--scale {arguments.scale:g}: not above 0 and up to 64")
     document = load_project(arguments.project)
-    job = drawing(document, frame=arguments.frame, scale=arguments.scale)
-    save(finished(job, on_terminal()), arguments.output, quality=arguments.quality)
+    job = drawing(document, frame=arguments.frame, scale=arguments.scale, bits=arguments.bits)
+    save(run_shown(job), arguments.output, quality=arguments.quality)

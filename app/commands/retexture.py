@@ -5,12 +5,11 @@ import json
 import time
 from pathlib import Path
 
-from app.commands.terminal import on_terminal
+from app.console import run_shown
 from core import feature_curves
 from core.arrays import Bytes, InputError
 from core.files import write_text
 from core.images import Image, check_writable_format, load, load_mask, save
-from core.progress import run as finish
 from core.retexture.job import Settings, retexture
 from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture
@@ -88,7 +87,7 @@ def run(arguments: argparse.Namespace) -> None:
             matte=mask(arguments.matte, shape),
             source_mask=mask(arguments.source_mask, shape),
         )
-        result = finish(job, on_terminal())
+        result = run_shown(job)
     except InputError as fault:
         raise InputError(f"{arguments.curves}: {fault}") from None
     started = time.perf_counter()

@@ -37,6 +37,13 @@ def test_the_scale_multiplies_the_pixels(tmp_path: Path) -> None:
     assert load(tmp_path / "a.png").pixels.shape[:2] == (80, 120)
 
 
+def test_the_depth_can_be_chosen(tmp_path: Path) -> None:
+    save_project(document(), tmp_path / "a.weft")
+    for bits, depth in {"16": np.uint16, "32": np.float32}.items():
+        assert main(["render", str(tmp_path / "a.weft"), "-o", str(tmp_path / "a.tif"), "--bits", bits]) == 0
+        assert load(tmp_path / "a.tif").pixels.dtype == depth
+
+
 @pytest.mark.parametrize(
     ("words", "fault"),
     [
