@@ -23,7 +23,7 @@ from app.editor import Editor
 from app.render import gpu
 from app.render.renderer import Renderer
 from app.ui import theme
-from app.ui.scene import scene_of
+from app.ui.scene import Motion, scene_of
 from app.ui.workspace import Workspace
 from core import tracing
 
@@ -82,6 +82,7 @@ class Shell:
         self._last_input = 0.0
         self._rested = False
         self._title = ""
+        self._motion = Motion()
         self._frame = ExitStack()
         """Holds the span of the frame that is being drawn."""
 
@@ -172,7 +173,8 @@ class Shell:
         ratio = io.display_framebuffer_scale.y
         below = io.display_size.y - area.y - area.height
         left, bottom, width, height = (round(side * ratio) for side in (area.x, below, area.width, area.height))
-        self._renderer.draw(scene_of(self.editor, ratio), (left, bottom, width, height))
+        self._motion.update(self.editor)
+        self._renderer.draw(scene_of(self.editor, ratio, self._motion), (left, bottom, width, height))
 
     def _end_frame(self) -> None:
         self._frame.close()
@@ -207,7 +209,7 @@ class Shell:
 
     def _timeout(self) -> float | None:
         """Return seconds until something on the screen is to change by itself."""
-        waits = [self.workspace.wait_s]
+        waits = [self.workspace.wait_s, self._motion.wait_s]
         if not self._rested:
             self._rested = True
             waits.append(max(self._last_input + REST_S - time.monotonic(), 0.0))

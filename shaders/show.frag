@@ -1,12 +1,14 @@
 #version 330
-// Copies the composed canvas to the window, whose rows run upwards.
+// Copies the composed canvas to the window, whose rows run upwards; a draft is enlarged.
 
 uniform sampler2D canvas;
-uniform ivec2 corner;   // lower left pixel of the viewport
+uniform ivec4 viewport;   // left, bottom, width, height
+uniform float shrink;     // window pixels per pixel of the canvas
 
 out vec4 colour;
 
 void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy) - corner;
-    colour = texelFetch(canvas, ivec2(at.x, textureSize(canvas, 0).y - 1 - at.y), 0);
+    vec2 at = gl_FragCoord.xy - vec2(viewport.xy);
+    vec2 place = vec2(at.x, float(viewport.w) - at.y) / shrink;
+    colour = texture(canvas, place / vec2(textureSize(canvas, 0)));
 }

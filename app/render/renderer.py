@@ -1,6 +1,8 @@
 """Draws the canvas of the window: what changed is drawn anew, the rest is kept from the frame before."""
 
+import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -18,6 +20,9 @@ from core.arrays import Bytes, Points
 from core.images import Image
 
 CHECK_PX = 8.0
+DRAFT_S = 0.016
+"""What drawing a draft may take."""
+MOST_SHRINK = 4
 NO_MARKS = 1e9
 NO_FRAME = (0.0, 0.0, 0.0, 0.0)
 
@@ -34,8 +39,9 @@ class Renderer:
         self._marks = MarksLayer(context)
         self._meshes: dict[str, Mesh] = {}
         self._source: Source | None = None
-        self._layers: _Layers | None = None
-        self._drawn: Scene | None = None
+        self._layers: dict[bool, _Layers] = {}
+        """For the canvas at rest and for drafts."""
+        self._cost_s = 0.0
 
     def draw(self, scene: Scene, viewport: tuple[int, int, int, int]) -> None:
         """Draw `scene` into the bound framebuffer.
@@ -43,15 +49,34 @@ class Renderer:
         `viewport` is left, bottom (upwards, as OpenGL has it), width and height in framebuffer pixels; the scene's view
         is that of a canvas widget of this size.
         """
-        with tracing.span("draw"):
-            layers = self._layers_of((max(viewport[2], 1), max(viewport[3], 1)))
-            same_picture = scene.shows_same_picture(self._drawn)
+        shrink = self._shrink if scene.draft else 1
+        if shrink > 1:
+            scene = replace(scene, pixel_ratio=scene.pixel_ratio / shrink)
+        with tracing.span("draw", shrink=shrink):
+            layers = self._layers_of(
+                (max(-(-viewport[2] // shrink), 1), max(-(-viewport[3] // shrink), 1)), scene.draft
+            )
+            started = time.perf_counter()
+            same_picture = scene.shows_same_picture(layers.drawn)
             if not same_picture:
                 self._draw_picture(scene, layers)
-            if not (same_picture and scene.shows_same_marks(self._drawn)):
+            if not (same_picture and scene.shows_same_marks(layers.drawn)):
                 self._compose(scene, layers)
-            self._drawn = scene
-            self._show(layers, viewport)
+            if not same_picture:
+                self._context.finish()
+                self._learn_cost((time.perf_counter() - started) * shrink**2)
+            layers.drawn = scene
+            self._show(layers, viewport, shrink)
+
+    @property
+    def _shrink(self) -> int:
+        """By how much a draft is drawn smaller, so that it keeps up with the mouse: 1 on any GPU."""
+        fitting = (shrink for shrink in range(1, MOST_SHRINK) if self._cost_s <= DRAFT_S * shrink**2)
+        return next(fitting, MOST_SHRINK)
+
+    def _learn_cost(self, seconds: float) -> None:
+        """Take note of what drawing the whole canvas costs; a single late frame does not count much."""
+        self._cost_s = seconds if self._cost_s == 0.0 else 0.7 * self._cost_s + 0.3 * seconds
 
     def thumbnails(self, image: Image, rest: Points, warps: Sequence[Points], size: tuple[int, int]) -> list[Bytes]:
         """Return `image` under each of `warps`, (R, C, 2) like `rest`, fitted into `size`: (h, w, 4)."""
@@ -60,10 +85,10 @@ class Renderer:
     def release(self) -> None:
         """Free the GPU objects; drawing makes them anew."""
         self._marks.release()
-        for held in (*self._meshes.values(), self._source, self._layers):
+        for held in (*self._meshes.values(), self._source, *self._layers.values()):
             if held is not None:
                 held.release()
-        self._meshes, self._source, self._layers, self._drawn = {}, None, None, None
+        self._meshes, self._source, self._layers = {}, None, {}
 
     def _draw_picture(self, scene: Scene, layers: "_Layers") -> None:
         """Draw the picture in linear light: the result, the picture as it was, or both beside the divider."""
@@ -102,18 +127,21 @@ class Renderer:
                 **self._marks.uniforms(scene),
             )
 
-    def _show(self, layers: "_Layers", viewport: tuple[int, int, int, int]) -> None:
+    def _show(self, layers: "_Layers", viewport: tuple[int, int, int, int], shrink: int) -> None:
         before, self._context.viewport = self._context.viewport, viewport
+        smooth = moderngl.NEAREST if shrink == 1 else moderngl.LINEAR
+        layers.shown.texture.filter = (smooth, smooth)
         layers.shown.texture.use(0)
-        self._programs.fullscreen("show.frag", canvas=0, corner=viewport[:2])
+        self._programs.fullscreen("show.frag", canvas=0, viewport=viewport, shrink=float(shrink))
         self._context.viewport = before
 
-    def _layers_of(self, size: tuple[int, int]) -> "_Layers":
-        if self._layers is None or self._layers.picture.size != size:
-            if self._layers is not None:
-                self._layers.release()
-            self._layers, self._drawn = _Layers(self._context, size), None
-        return self._layers
+    def _layers_of(self, size: tuple[int, int], draft: bool) -> "_Layers":
+        layers = self._layers.get(draft)
+        if layers is None or layers.picture.size != size:
+            if layers is not None:
+                layers.release()
+            layers = self._layers[draft] = _Layers(self._context, size)
+        return layers
 
     def _source_of(self, image: Image) -> Source:
         if self._source is None or self._source.image is not image:
@@ -138,6 +166,8 @@ class _Layers:
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.picture = PicturePass(context, size, with_cells=True)
         self.shown = gpu.Offscreen(context, size, "f1")
+        self.drawn: Scene | None = None
+        """What they show."""
 
     @property
     def cells(self) -> gpu.Offscreen:
@@ -164,7 +194,7 @@ def _framebuffer_positions(scene: Scene, points: Points) -> Points:
     """
     zoom = scene.view.zoom * scene.pixel_ratio
     corner = np.asarray(scene.view.pan) * scene.pixel_ratio - zoom / 2
-    if abs(zoom - round(zoom)) < 1e-6 and zoom > 0.5:
+    if abs(zoom - round(zoom)) < 1e-6 and zoom > 0.5 and not scene.draft:
         corner = np.round(corner)
     positions: Points = (points + 0.5) * zoom + corner - 0.5
     return positions

@@ -1,8 +1,14 @@
 """What the renderer is to draw, from the editor's state."""
 
+import time
+from collections.abc import Callable
+
+import numpy as np
+
 from app.editor import Editor
 from app.render.scene import Marks, Palette, Scene
 from app.ui import theme
+from core.arrays import Points
 
 
 def _shade(code: int, alpha: float = 1.0) -> tuple[float, float, float, float]:
@@ -19,7 +25,56 @@ PALETTE = Palette(
 )
 
 
-def scene_of(editor: Editor, pixel_ratio: float) -> Scene:
+REST_S = 0.12
+"""When nothing has moved for so long, the canvas is drawn at its best."""
+
+SAME_PX = 1e-4
+
+
+class Motion:
+    """Tells frames in which the picture moves, which are drawn fast, from those that it rests in.
+
+    A gesture that has moved the picture stays fast to its end; a stroke of the brush that moves nothing never is.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._seen: tuple[object, ...] = ()
+        self.warped: Points = np.empty((0, 0, 2))
+        """The map of the frame: the array of the frame before where it says the same."""
+        self._moved_at = 0.0
+        self._is_busy = False
+        self.is_draft = False
+
+    def update(self, editor: Editor) -> None:
+        """Look at the editor; once a frame, when the map is that of the frame."""
+        answer, session = editor.answer, editor.session
+        if not _is_same_map(answer.warped, self.warped):
+            self.warped = answer.warped
+        opened = not self._seen or self._seen[0] is not answer.document.image
+        seen = (answer.document.image, session.view, session.compare, session.split, id(self.warped))
+        only_settled = answer.settled and seen[:-1] == self._seen[:-1]
+        moved = seen != self._seen and not opened and not only_settled
+        self._seen, self._is_busy = seen, editor.is_busy
+        if moved:
+            self.is_draft, self._moved_at = True, self._clock()
+        elif opened or not (editor.is_busy or self.wait_s):
+            self.is_draft = False
+
+    @property
+    def wait_s(self) -> float | None:
+        """Seconds until the canvas is to be drawn at its best; None when that needs an event."""
+        if not self.is_draft or self._is_busy:
+            return None
+        return max(0.0, self._moved_at + REST_S - self._clock())
+
+
+def _is_same_map(a: Points, b: Points) -> bool:
+    """Return whether two maps take no node to visibly different places."""
+    return a is b or (a.shape == b.shape and bool(np.abs(a - b).max() < SAME_PX))
+
+
+def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     """Return one frame of the canvas."""
     answer, document, session = editor.answer, editor.document, editor.session
     overlays = session.overlays
@@ -27,7 +82,7 @@ def scene_of(editor: Editor, pixel_ratio: float) -> Scene:
     return Scene(
         image=answer.document.image,
         rest=answer.rest,
-        warped=answer.warped,
+        warped=motion.warped,
         view=session.view,
         pixel_ratio=pixel_ratio,
         frame=(-0.5, -0.5, width - 0.5, height - 0.5),
@@ -42,6 +97,6 @@ def scene_of(editor: Editor, pixel_ratio: float) -> Scene:
         ),
         compare=session.compare,
         split=session.split,
-        draft=editor.is_busy,
+        draft=motion.is_draft,
         palette=PALETTE,
     )

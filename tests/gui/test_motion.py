@@ -1,0 +1,43 @@
+"""When the canvas is drawn fast: while the picture moves, and to the end of a gesture that has moved it."""
+
+from app.ui.scene import REST_S, Motion
+from tests.app.driver import Clock, EditorDriver
+
+
+def test_a_moved_view_is_a_draft_until_it_rests() -> None:
+    clock, drive = Clock(), EditorDriver()
+    motion = Motion(clock)
+    motion.update(drive.editor)
+    assert not motion.is_draft
+    drive.tool("hand").press(10, 10).move(40, 10).release()
+    motion.update(drive.editor)
+    assert motion.is_draft
+    assert motion.wait_s == REST_S
+    clock.now += REST_S
+    motion.update(drive.editor)
+    assert not motion.is_draft
+    assert motion.wait_s is None
+
+
+def test_a_gesture_that_moved_the_picture_stays_a_draft_while_it_pauses() -> None:
+    clock, drive = Clock(), EditorDriver()
+    motion = Motion(clock)
+    motion.update(drive.editor)
+    drive.tool("pins").press(60, 60).release().press(60, 60).move(90, 80)
+    motion.update(drive.editor)
+    clock.now += 10 * REST_S
+    motion.update(drive.editor)
+    assert motion.is_draft
+    assert motion.wait_s is None
+    drive.release()
+    motion.update(drive.editor)
+    assert not motion.is_draft
+
+
+def test_a_stroke_that_moves_nothing_is_drawn_at_its_best() -> None:
+    drive = EditorDriver()
+    motion = Motion(Clock())
+    motion.update(drive.editor)
+    drive.tool("brush").press(60, 60).move(90, 80)
+    motion.update(drive.editor)
+    assert not motion.is_draft
