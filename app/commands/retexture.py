@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--source-mask", type=Path, metavar="MASK", help="where texture may be taken from: over 127")
     add("--patch", type=size, default=(41, 25), metavar="ALONGxACROSS", help="a patch's sides, px (default: 41x25)")
     add("--search", type=size, default=(31, 11), metavar="ALONGxACROSS", help="candidates' region, px (default: 31x11)")
-    add("--reach", type=pixels, metavar="PX", help="regrow this far from a curve (default: 12 %% of the longer side)")
+    add("--reach", type=pixels, metavar="PX", help="regrow this far from a curve (default: by the motion)")
     add("--move-within", type=pixels, metavar="PX", help="move nothing farther than this from a curve")
     add("--mirror", action="store_true", help="allow mirrored patches")
     add("--seed", type=int, default=0, metavar="N", help="for the random choices (default: 0)")

@@ -18,6 +18,8 @@ from core.retexture.patches import PatchShape
 
 DRIFT_ALONG, DRIFT_ACROSS = 0.02, 0.05
 """Costs of the outermost candidates."""
+DRIFT_RIM = 1.0
+"""The same where the plain deformation takes over: there the corresponding place joins it without a seam."""
 MISSING = 4.0
 """Cost of a candidate that lies wholly where no texture may be taken from."""
 CHANCE = 0.02
@@ -56,14 +58,16 @@ def costs(pool: Pool, shown: Singles, weight: Singles, needed: Singles, variety:
     return np.asarray(total + variety * np.asarray(mean_use)[: total.shape[0], : total.shape[1]])
 
 
-def drift(shape: PatchShape, offset: float) -> Floats:
+def drift(shape: PatchShape, offset: float, inner: float) -> Floats:
     """Return what it costs candidates (2 search_across + 1, 2 search_along + 1) to lie off the corresponding place.
 
-    A patch that holds the curve keeps its distance from it, and no other may take the curve with it.
+    A patch that holds the curve keeps its distance from it, and no other may take the curve with it. `inner` is the
+    share of texture's own scale, see `region.Region`.
     """
     along = np.arange(-shape.search_along, shape.search_along + 1) / max(shape.search_along, 1)
     across = np.arange(-shape.search_across, shape.search_across + 1)
-    cost = DRIFT_ALONG * along**2 + DRIFT_ACROSS * (across[:, None] / max(shape.search_across, 1)) ** 2
+    beside = (across[:, None] / max(shape.search_across, 1)) ** 2
+    cost = DRIFT_ALONG * along**2 + DRIFT_ACROSS * beside + DRIFT_RIM * (1 - inner) * (along**2 + beside)
     room = abs(offset) - shape.rib - 1
     inward = -np.sign(offset) * across
     held = (across != 0) if room < 0 and abs(offset) <= shape.rib + 1 else inward > max(room, 0)

@@ -15,7 +15,7 @@ from typing import TypeAlias
 import maxflow
 import numpy as np
 
-from core.arrays import Bools, Ints, Singles
+from core.arrays import Bools, Floats, Ints, Singles
 
 Window: TypeAlias = tuple[slice, slice]
 """Rows and columns."""
@@ -50,7 +50,7 @@ class Canvas:
         if not reach.any():
             return 0
         seams = _seams(self.colour[window] - colour)
-        taken = self._cut(window, seams, reach)
+        taken = self._cut(window, seams, np.where(reach, 0, 2 * NEVER)) & reach
         if not taken.any():
             return 0
         self._reseam(window, seams, taken)
@@ -63,7 +63,7 @@ class Canvas:
         self.bare[window][taken] = False
         return int(taken.sum())
 
-    def _cut(self, window: Window, seams: tuple[Singles, Singles], reach: Bools) -> Bools:
+    def _cut(self, window: Window, seams: tuple[Singles, Singles], take: Floats) -> Bools:
         right, below = seams
         old_right, old_below = self.right[window][:, :-1], self.below[window][:-1]
         keep = np.where(self.bare[window], NEVER, 0.0)
@@ -71,18 +71,17 @@ class Canvas:
         keep[:, 1:] += old_right / 2
         keep[:-1] += old_below / 2
         keep[1:] += old_below / 2
-        take = np.where(reach, 0.0, 2 * NEVER)
-        graph = maxflow.GraphFloat(reach.size, 2 * reach.size)
-        nodes = graph.add_grid_nodes(reach.shape)
-        across = np.zeros(reach.shape)
+        graph = maxflow.GraphFloat(take.size, 2 * take.size)
+        nodes = graph.add_grid_nodes(take.shape)
+        across = np.zeros(take.shape)
         across[:, :-1] = np.maximum(right - old_right / 2, 0)
         graph.add_grid_edges(nodes, across, RIGHT, symmetric=True)
-        down = np.zeros(reach.shape)
+        down = np.zeros(take.shape)
         down[:-1] = np.maximum(below - old_below / 2, 0)
         graph.add_grid_edges(nodes, down, BELOW, symmetric=True)
         graph.add_grid_tedges(nodes, keep, take)
         graph.maxflow()
-        return np.asarray(~graph.get_grid_segments(nodes) & reach)
+        return np.asarray(~graph.get_grid_segments(nodes))
 
     def _reseam(self, window: Window, seams: tuple[Singles, Singles], taken: Bools) -> None:
         right, below = seams

@@ -18,7 +18,7 @@ from core.retexture.sampling import read
 
 STEP_PX = 3.0
 """Nodes of the direction field lie this far apart."""
-DIFFUSIONS = 24
+DIFFUSIONS = 16
 SMOOTHINGS = 6
 SMOOTHING = 0.7
 """lambda of DPD eq. 3."""
@@ -44,7 +44,7 @@ class CurveSet:
     """Curves as points half a pixel apart, with a tree to find the nearest."""
 
     def __init__(self, curves: list[Curve], *, step: float = 0.5) -> None:
-        self.curves = curves
+        self.curves, self.step = curves, step
         spans = [np.linspace(0, c.length, int(np.ceil(c.length / step)) + 1) for c in curves]
         t = [c.parameter_at(s) for c, s in zip(curves, spans, strict=True)]
         self.length = np.concatenate(spans)
@@ -65,11 +65,16 @@ class CurveSet:
         distance, near = self._tree.query(positions, workers=2)
         gap, tangent = positions - self.points[near], self.tangent[near]
         along = (gap * tangent).sum(axis=1)
+        # Between two samples the tangent turns evenly.
+        beside = np.clip(near + np.sign(along).astype(np.int64), 0, len(self.length) - 1)
+        share = np.clip(np.abs(along) / self.step, 0, 0.5) * (self.index[beside] == self.index[near])
+        heading = tangent + share[:, None] * (self.tangent[beside] - tangent)
+        heading /= np.linalg.norm(heading, axis=1, keepdims=True)
         across = tangent[:, 0] * gap[:, 1] - tangent[:, 1] * gap[:, 0]
         beyond = self._end[near] & (np.abs(along) > 0.5)
         offset = np.where(beyond, np.copysign(distance, across), across)
         length = self.length[near] + np.clip(along, -0.5, 0.5)
-        return Feet(self.index[near], length, offset, tangent, beyond)
+        return Feet(self.index[near], length, offset, heading, beyond)
 
     def distance(self, positions: Points) -> Floats:
         """Return the distances of `positions` (n, 2) to the nearest curve, px."""
@@ -123,7 +128,7 @@ def _diffused(line: Singles) -> Singles:
     jump = np.zeros(line.shape[:2], np.uint8)
     jump[:, 1:] |= (line[:, 1:] * line[:, :-1]).sum(axis=-1) < 0.94
     jump[1:] |= (line[1:] * line[:-1]).sum(axis=-1) < 0.94
-    around = cv2.dilate(jump, np.ones((9, 9), np.uint8)) > 0
+    around = cv2.dilate(jump, np.ones((5, 5), np.uint8)) > 0
     if not around.any():
         return line
     for _ in range(DIFFUSIONS):
@@ -132,11 +137,16 @@ def _diffused(line: Singles) -> Singles:
     return line
 
 
-def trace(field: DirectionField, origins: Points, heading: Points, *, spine: int, rib: int) -> Singles:
+def trace(
+    field: DirectionField, origins: Points, heading: Points, *, spine: int, rib: int, turn: Floats | None = None
+) -> Singles:
     """Grow grids q[k, j] of unit steps from `origins` (n, 2): (n, 2 rib + 1, 2 spine + 1, 2) (DPD eq. 2).
 
-    Midpoint steps in place of Euler's: on a circle of radius R Euler's spiral out by 1 / 2R per step.
+    `turn` (n,) is an angle between each grid and the field, 0 by default. Midpoint steps in place of Euler's: on a
+    circle of radius R Euler's spiral out by 1 / 2R per step.
     """
+    angle = np.zeros(len(origins)) if turn is None else turn
+    turned = np.stack([np.cos(angle), np.sin(angle)], axis=-1).astype(np.float32)
     grids = np.empty((len(origins), 2 * rib + 1, 2 * spine + 1, 2), np.float32)
     leaving = np.empty((len(origins), 2 * spine + 1, 2), np.float32)
     first = origins.astype(np.float32)
@@ -145,18 +155,25 @@ def trace(field: DirectionField, origins: Points, heading: Points, *, spine: int
     for sense in (1, -1):
         at, toward = first, leaving[:, spine]
         for j in range(1, spine + 1):
-            middle = field.along(at + np.float32(sense / 2) * toward, toward)
-            at = at + sense * middle
+            middle = field.along(at + np.float32(sense / 2) * _rotated(toward, turned), toward)
+            at = at + sense * _rotated(middle, turned)
             toward = field.along(at, middle)
             grids[:, rib, spine + sense * j], leaving[:, spine + sense * j] = at, toward
+    across = _turned(turned)[:, None]
     for sense in (1, -1):
         at, toward = grids[:, rib], leaving
         for k in range(1, rib + 1):
-            middle = field.along(at + np.float32(sense / 2) * _turned(toward), toward)
-            at = at + sense * _turned(middle)
+            middle = field.along(at + np.float32(sense / 2) * _rotated(toward, across), toward)
+            at = at + sense * _rotated(middle, across)
             toward = field.along(at, middle)
             grids[:, rib + sense * k] = at
     return _smoothed(grids)
+
+
+def _rotated(vectors: Singles, by: Singles) -> Singles:
+    """Return `vectors` turned by the angles of the unit vectors `by`: a complex product."""
+    x, y, c, s = vectors[..., 0], vectors[..., 1], by[..., 0], by[..., 1]
+    return np.stack([x * c - y * s, x * s + y * c], axis=-1)
 
 
 def _turned(vectors: Singles) -> Singles:

@@ -15,16 +15,16 @@ from core.progress import Job, Progress, part
 from core.retexture import diffusion
 from core.retexture.canvas import Canvas
 from core.retexture.coordinates import CurveSet, DirectionField
-from core.retexture.layout import Correspondence, ordered_origins
+from core.retexture.layout import Correspondence, along_curves, ordered_origins
 from core.retexture.patches import Fields, Patches, PatchShape, coarse
-from core.retexture.region import Region, region
+from core.retexture.region import Region, contrast, region
 from core.retexture.result import Retexture, plain_place
 from core.retexture.sampling import Kernel, read
 from core.retexture.stopwatch import Stopwatch
 from core.retexture.synthesis import Painter, lattice, synthesised
 
-REACH = 0.12
-"""Default distance from a target curve to which texture is regrown, as a share of the picture's longer side."""
+REACH, REACH_PER_MOVE = 0.12, 1.25
+"""Texture is regrown this far from a target curve: a share of the picture's longer side, less if nothing moves far."""
 LEAST_REACH_PX = 40.0
 KEPT_PX = 2.0
 """Patches stop this short of another curve (DPD sec. 3.2)."""
@@ -88,10 +88,13 @@ def retexture(
     with watch("coordinates"):
         picture = compared(pixels, linear=linear)
         shown = read(picture, place, Kernel.CUBIC)
-        scene = prepared(pieces, found, shown, settings, matte)
+        scene = prepared(pieces, found, contrast(picture), settings, matte)
         found = replace(found, compression=scene.way.compression)
         patches = Patches(
-            ordered_origins(scene.way, scene.area.must, lattice(settings.patch)), settings.patch, scene.fields
+            ordered_origins(scene.way, scene.area.must, lattice(settings.patch)),
+            settings.patch,
+            scene.fields,
+            scene.way,
         )
         rough = laid(patches, scene.area, found)
     yield Progress(0.15, "laying patches", rough)
@@ -127,16 +130,22 @@ def compared(pixels: Pixels, *, linear: bool) -> Singles:
 
 
 def prepared(
-    pieces: list[FeatureCurve], plain: Retexture, shown: Singles, settings: Settings, matte: Bytes | None
+    pieces: list[FeatureCurve], plain: Retexture, fine: Singles, settings: Settings, matte: Bytes | None
 ) -> Scene:
     """Return the coordinates around both sides of the curves, and where to regrow."""
     targets = [piece.target or followed(piece.source, plain) for piece in pieces]
     source, target = CurveSet([piece.source for piece in pieces]), CurveSet(targets)
     shape = plain.grid.shape
-    reach_px = settings.reach_px or max(REACH * max(shape), LEAST_REACH_PX)
-    area = region(plain.grid, plain.field, target, shown, reach_px=reach_px, matte=matte)
+    farthest = float(np.linalg.norm(plain.field, axis=-1).max())
+    reach_px = settings.reach_px or max(min(REACH * max(shape), REACH_PER_MOVE * farthest), LEAST_REACH_PX)
+    # What a place shows comes from where the deformation has it, or from where it lies along the curve.
+    along = along_curves(source, target, plain.grid.nodes.reshape(-1, 2))[1]
+    regrown = read(fine, along).reshape(plain.grid.rows, plain.grid.columns, 1)
+    fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(regrown)[..., 0])
+    edge_px = 1.5 * settings.patch.rib
+    area = region(plain.grid, plain.field, target, fine, reach_px=reach_px, edge_px=edge_px, matte=matte)
     compression = diffusion.compression(plain.grid, plain.field)
-    way = Correspondence(source, target, plain.grid, plain.field, compression, area.nearness)
+    way = Correspondence(source, target, plain.grid, plain.field, compression, area.inner, area.nearness, fine)
     margin = 2 * (settings.patch.window + settings.patch.search_along)
     y, x = (np.flatnonzero(area.may.any(axis=axis)) for axis in (1, 0))
     bounds = (x[0], y[0], x[-1], y[-1]) if len(x) else (0, 0, 1, 1)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.retexture.coordinates import CurveSet
+from core.retexture.coordinates import CurveSet, Feet
 from core.retexture.diffusion import Diffusion
 
 
@@ -29,10 +29,14 @@ class Origins:
     """(n, 2) unit tangents at the target."""
     source: Points
     source_heading: Points
+    source_turn: Floats
+    """(n,) angle between the source grid and the source's directions, radians."""
     offset: Floats
     """(n,) signed distances from the target curve, px."""
     curve: Ints
     """(n,) which curve is nearest."""
+    inner: Floats
+    """(n,) share of texture's own scale, see `region.Region`."""
     scale: Floats
     """(n,) by how much the patch is smaller than others (DPD sec. 3.5)."""
 
@@ -55,33 +59,63 @@ class Correspondence:
     """(R, C, 2) D of the plain deformation at the grid's nodes."""
     compression: Floats
     """(R, C) at the nodes, from 1 to 3."""
+    inner: Singles
     nearness: Singles
-    """(H, W) share of the curves' own coordinates, see `region.Region`."""
+    """(H, W) shares of texture's own scale and of the curves' coordinates, see `region.Region`."""
+    contrast: Singles
+    """(H, W) of fine texture, see `region.contrast`."""
 
     def origins(self, places: Points) -> Origins:
         """Return origins at `places` (n, 2).
 
         Near a curve the source lies at the same distance from the curve, at the same parameter; towards the edge of
-        the region it goes over into where the deformation has it (DPD sec. 3.3: q + D(q)), so that both join there.
+        the region it goes over into where the deformation has it (DPD sec. 3.3: q + D(q)), and turns as the
+        deformation does, so that both join there.
         """
-        feet = self.target.feet(places)
-        length = np.empty(len(places))
-        for i, (there, here) in enumerate(zip(self.source.curves, self.target.curves, strict=True)):
-            mine = feet.curve == i
-            if there.segments == here.segments:
-                length[mine] = there.length_at(here.parameter_at(feet.length[mine]))
-            else:
-                length[mine] = feet.length[mine] * there.length / here.length
-        along_curve, source_heading = self.source.place(feet.curve, length, feet.offset)
+        feet, along_curve, source_heading = along_curves(self.source, self.target, places)
         height, width = self.nearness.shape
         x, y = np.clip(np.rint(places).astype(int), 0, [width - 1, height - 1]).T
-        share = np.where(feet.beyond, 0, self.nearness[y, x])[:, None]
-        place = share * along_curve + (1 - share) * (places + self.grid.at(self.displacement, places))
-        return Origins(places, feet.heading, place, source_heading, feet.offset, feet.curve, self.scale_at(places))
+        share = np.where(feet.beyond, 0, self.nearness[y, x])
+        plain, carried = self._deformed(places, feet.heading)
+        place = share[:, None] * along_curve + (1 - share[:, None]) * plain
+        turn = (1 - share) * _angle(self.source.feet(place).heading, carried)
+        scale = self.scale_at(places)
+        source_heading = np.where(share[:, None] < 0.5, carried, source_heading)
+        inner = self.inner[y, x].astype(np.float64)
+        return Origins(places, feet.heading, place, source_heading, turn, feet.offset, feet.curve, inner, scale)
+
+    def _deformed(self, places: Points, heading: Points) -> tuple[Points, Points]:
+        """Return where the deformation has `places` (n, 2) in the source, and `heading` there."""
+        step = 2 * heading
+        ahead, behind = (p + self.grid.at(self.displacement, p) for p in (places + step, places - step))
+        return places + self.grid.at(self.displacement, places), ahead - behind
 
     def scale_at(self, places: Points) -> Floats:
         """Return by how much patches at `places` (n, 2) are smaller: 1, 2 or 3."""
         return np.rint(self.grid.at(self.compression[..., None], places)[:, 0])
+
+
+def along_curves(source: CurveSet, target: CurveSet, places: Points) -> tuple[Feet, Points, Points]:
+    """Return the feet of `places` (n, 2) on target curves, what corresponds at the source, and the tangents there.
+
+    That is the place as far from the source curve, at the same parameter (or share of the length, see
+    `curves.paired_parameters`).
+    """
+    feet = target.feet(places)
+    length = np.empty(len(places))
+    for i, (there, here) in enumerate(zip(source.curves, target.curves, strict=True)):
+        mine = feet.curve == i
+        if there.segments == here.segments:
+            length[mine] = there.length_at(here.parameter_at(feet.length[mine]))
+        else:
+            length[mine] = feet.length[mine] * there.length / here.length
+    return feet, *source.place(feet.curve, length, feet.offset)
+
+
+def _angle(start: Points, end: Points) -> Floats:
+    """Return by how much to turn `start` (n, 2) into the line of `end` (n, 2), from -90 to 90 degrees."""
+    angle = np.arctan2(end[:, 1], end[:, 0]) - np.arctan2(start[:, 1], start[:, 0])
+    return np.asarray((angle + np.pi / 2) % np.pi - np.pi / 2)
 
 
 def ordered_origins(way: Correspondence, wanted: Bools, lattice: Lattice) -> Origins:

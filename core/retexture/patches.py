@@ -12,11 +12,14 @@ import numpy as np
 
 from core.arrays import Bools, Ints, Points, Singles
 from core.retexture.coordinates import DirectionField, located, trace
-from core.retexture.layout import Origins
+from core.retexture.layout import Correspondence, Origins
+from core.retexture.region import smoothstep
 from core.retexture.sampling import read
 
 BATCH = 256
 """Patches grown at a time."""
+SMOOTH = 0.03
+"""Up to this contrast stretching shows less than a seam, from twice as much it shows more."""
 KEPT = 2048
 """Patches that stay in memory, some 40 kB each."""
 Fields: TypeAlias = tuple[DirectionField, DirectionField]
@@ -61,9 +64,9 @@ class Batch:
 class Patches:
     """The patches of some origins, in batches that are grown when they are asked for; a few thousand are kept."""
 
-    def __init__(self, origins: Origins, shape: PatchShape, fields: Fields) -> None:
+    def __init__(self, origins: Origins, shape: PatchShape, fields: Fields, way: Correspondence) -> None:
         self.origins = origins
-        self._shape, self._fields = shape, fields
+        self._shape, self._fields, self._way = shape, fields, way
         self._kept: dict[int, Batch] = {}
 
     def __len__(self) -> int:
@@ -72,14 +75,14 @@ class Patches:
     def __iter__(self) -> Iterator[Batch]:
         for start in range(0, len(self.origins), BATCH):
             batch = self._kept.get(start) or grown(
-                self.origins.taken(slice(start, start + BATCH)), self._shape, self._fields
+                self.origins.taken(slice(start, start + BATCH)), self._shape, self._fields, self._way
             )
             if start < KEPT:
                 self._kept[start] = batch
             yield batch
 
 
-def grown(origins: Origins, shape: PatchShape, fields: Fields) -> Batch:
+def grown(origins: Origins, shape: PatchShape, fields: Fields, way: Correspondence) -> Batch:
     """Grow the patches of `origins`."""
     target, source = fields
     here = trace(target, origins.target, origins.heading, spine=shape.spine, rib=shape.rib)
@@ -89,7 +92,10 @@ def grown(origins: Origins, shape: PatchShape, fields: Fields) -> Batch:
         origins.source_heading,
         spine=shape.spine + shape.search_along,
         rib=shape.rib + shape.search_across,
+        turn=origins.source_turn,
     )
+    rim = np.flatnonzero(read(way.inner, here[:, :: shape.rib, :: shape.spine]).min(axis=(1, 2)) < 1)
+    there[rim] = joined(there[rim], origins.taken(rim), shape, target, way)
     corners = np.rint(origins.target).astype(np.int64) - shape.window // 2
     at = located(here, corners, shape.window)
     # Scale-adaptive patches: the middle half, or third, of the grid (DPD sec. 3.5).
@@ -98,6 +104,24 @@ def grown(origins: Origins, shape: PatchShape, fields: Fields) -> Batch:
         limit = np.array([shape.spine, shape.rib]) / origins.scale[i] + 0.5
         at[i][(off > limit).any(axis=-1)] = np.nan
     return Batch(shape, origins, here, there, corners, at)
+
+
+def joined(there: Singles, origins: Origins, shape: PatchShape, target: DirectionField, way: Correspondence) -> Singles:
+    """Return source grids that go over into the deformation's where it takes over.
+
+    With q the nodes of the target grid, as large as the source's, and w the share of texture's own scale, a node is
+    w there + (1 - w) (q + D(q) + o). In rich texture, which would show it if it were stretched, the offset o brings
+    both to the same place at the origin, and the cut hides the seam; elsewhere o is 0, and there is no seam.
+    """
+    if not len(origins):
+        return there
+    spine, rib = shape.spine + shape.search_along, shape.rib + shape.search_across
+    here = trace(target, origins.target, origins.heading, spine=spine, rib=rib)
+    share = read(way.inner, here)[..., None]
+    plain = here + read(way.displacement.astype(np.float32), here / np.float32(way.grid.step))
+    own = smoothstep((read(way.contrast, origins.target) - SMOOTH) / SMOOTH)[:, None]
+    off = own * (origins.source.astype(np.float32) - plain[:, rib, spine])
+    return share * there + (1 - share) * (plain + off[:, None, None])
 
 
 def within(positions: Singles, size: tuple[int, int], allowed: Bools | None) -> Bools:

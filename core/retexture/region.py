@@ -14,10 +14,14 @@ CALM = 0.06
 """Where the deformation stretches by less than this (as a logarithm), near a curve, it stands."""
 STRAINED = 0.3
 """Where it stretches by more, texture is regrown beyond the usual reach too."""
-FARTHEST = 2.5
+FARTHEST = 2.0
 """But no farther from a curve than this many reaches."""
-TEXEL_PX, CONTRAST = 15, 0.02
-"""There the colours vary by this much, of 1, within a window of this many pixels."""
+FINE_PX, AROUND_PX = 2.0, 15
+"""Detail finer than the first is averaged over a window as wide as the second."""
+CONTRAST = 0.02
+"""Below this contrast, of 1, there is nothing to be seen stretched."""
+JOIN = 0.3
+"""Width of the band that joins both, as a share of the reach."""
 RIM_PX = 12
 """Width of the rim in which the seam between both may run."""
 
@@ -30,28 +34,35 @@ class Region:
     """Texture is regrown here."""
     may: Bools
     """And may be here: the rim around it."""
+    inner: Singles
+    """(H, W) 1 well inside, falling to 0 at the outer edge: the share of texture at its own scale, which gives way to
+    the deformation's, so that both join without a seam."""
     nearness: Singles
-    """(H, W) 1 well inside, falling to 0 at the outer edge and far from the curves: how much of a place's source is
-    found along the curve's own coordinates, the rest being found by the deformation."""
+    """(H, W) the same, falling with the distance from the curves too: how much of a place's source is found along the
+    curve's own coordinates, the rest being found by the deformation."""
 
 
 def region(
     grid: Diffusion,
     field: Floats,
     curves: CurveSet,
-    shown: Singles,
+    detail: Singles,
     *,
     reach_px: float,
+    edge_px: float,
     matte: Bytes | None = None,
 ) -> Region:
     """Return where to regrow texture: near the target curves, as far as the deformation is not rigid.
 
-    Farther off, too, where it stretches much and `shown` (H, W, c), the deformed picture, has a texture to show it.
+    Farther off, too, where it stretches much. And wherever the deformed picture has no `detail` (H, W), there is
+    nothing to regrow, but within `edge_px` of a curve, so that its edge stays sharp.
     """
     strain = grid.at_pixels(gaussian_filter(distortion(grid, field), 6 / grid.step)[..., None])[..., 0]
     distance = _distance(curves, grid.shape)
-    far = (distance < FARTHEST * reach_px) & (strain > STRAINED) & _textured(shown)
-    must = (distance < reach_px) & (strain > CALM) | far
+    near = (distance < reach_px) & (strain > CALM)
+    far = (distance < FARTHEST * reach_px) & (strain > STRAINED)
+    aside = ~_beyond_ends(curves, distance, FARTHEST * reach_px)
+    must = (near | far) & aside & (detail > CONTRAST) | (distance < edge_px) & (strain > CALM)
     must = _cleaned(must)
     may = cv2.dilate(must.astype(np.uint8), _disc(RIM_PX)) > 0
     if matte is not None:
@@ -60,8 +71,8 @@ def region(
         must &= cv2.erode(allowed.astype(np.uint8), _disc(RIM_PX // 2), borderValue=1) > 0
     depth = cv2.distanceTransform(np.pad(may, 1, mode="edge").astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
     # A region without an outer edge is infinitely deep.
-    inner = smoothstep(((np.minimum(depth, 1e4) - RIM_PX / 2) / (0.4 * reach_px)).astype(np.float32))
-    return Region(must, may, inner * (1 - smoothstep(distance / reach_px - 1)))
+    inner = smoothstep(((np.minimum(depth, 1e4) - RIM_PX / 2) / (JOIN * reach_px)).astype(np.float32))
+    return Region(must, may, inner, inner * (1 - smoothstep(distance / reach_px - 1)))
 
 
 def smoothstep(x: Singles) -> Singles:
@@ -80,14 +91,34 @@ def _distance(curves: CurveSet, shape: tuple[int, int]) -> Singles:
     return np.asarray(cv2.distanceTransform(far, cv2.DIST_L2, 5), np.float32)
 
 
-def _textured(picture: Singles) -> Bools:
-    """Return where the colours (H, W, c) vary visibly within a few pixels: Var = E[x^2] - E[x]^2."""
-    side = (TEXEL_PX, TEXEL_PX)
-    varies = np.zeros(picture.shape[:2], np.uint8)
+def contrast(picture: Singles) -> Singles:
+    """Return the contrast (H, W) of fine texture in colours (H, W, c): how much a blur takes away, on average around.
+
+    The mean of the size rather than the squares: a few strong edges are no texture.
+    """
+    fine = np.zeros(picture.shape[:2], np.float32)
     for i in range(picture.shape[2]):
         plane = picture[..., i]
-        varies |= cv2.blur(plane * plane, side) - cv2.blur(plane, side) ** 2 > CONTRAST**2
-    return cv2.dilate(varies, _disc(TEXEL_PX)) > 0
+        lost = np.abs(plane - cv2.GaussianBlur(plane, (0, 0), FINE_PX))
+        np.maximum(fine, cv2.blur(lost, (AROUND_PX, AROUND_PX)), out=fine)
+    return np.asarray(cv2.dilate(fine, _disc(AROUND_PX // 2)), np.float32)
+
+
+def _beyond_ends(curves: CurveSet, distance: Singles, reach_px: float) -> Bools:
+    """Return which pixels (H, W) have an open curve's end for their nearest point, and lie before it."""
+    beyond = np.zeros(distance.shape, bool)
+    for curve in curves.curves:
+        if curve.closed:
+            continue
+        for t, sense in ((0.0, -1.0), (float(curve.segments), 1.0)):
+            end, outward = curve.at(t), sense * curve.tangent(t)
+            low = np.clip(np.floor(end - reach_px), 0, np.array(distance.shape[::-1])).astype(int)
+            high = np.clip(np.ceil(end + reach_px), 0, np.array(distance.shape[::-1])).astype(int)
+            box = slice(low[1], high[1]), slice(low[0], high[0])
+            y, x = np.mgrid[box]
+            nearest = np.hypot(x - end[0], y - end[1]) < distance[box] + 1.5
+            beyond[box] |= nearest & ((x - end[0]) * outward[0] + (y - end[1]) * outward[1] > 1)
+    return beyond
 
 
 def _cleaned(mask: Bools) -> Bools:

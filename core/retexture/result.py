@@ -80,8 +80,7 @@ class Retexture:
         return self._resampled(layer, self._plain, None, linear=linear)
 
     def _plain(self, rows: slice) -> Singles:
-        width = self.label.shape[1]
-        return plain_place(self.grid, self.field, (rows, slice(0, width)))
+        return plain_place(self.grid, self.field, (rows, slice(0, self.label.shape[1])))
 
     def _resampled(
         self, layer: Pixels, place: Callable[[slice], Singles], mixture: Mixture | None, *, linear: bool

@@ -5,7 +5,7 @@ from enum import IntEnum
 import cv2
 import numpy as np
 
-from core.arrays import Singles
+from core.arrays import Points, Singles
 
 LONGEST = 32_000
 """OpenCV reads no more places in a row or column."""
@@ -21,7 +21,7 @@ class Kernel(IntEnum):
     """Eight by eight pixels: next to nothing of what a picture can hold is lost."""
 
 
-def read(picture: Singles, at: Singles, kernel: Kernel = Kernel.LINEAR, *, mirror: bool = False) -> Singles:
+def read(picture: Singles, at: Singles | Points, kernel: Kernel = Kernel.LINEAR, *, mirror: bool = False) -> Singles:
     """Return a picture (H, W) or (H, W, C), C at most 4, at places (..., 2): (...) or (..., C).
 
     Outside, its border goes on, or with `mirror` its mirror image.

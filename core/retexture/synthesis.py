@@ -93,7 +93,7 @@ class Painter:
         """Return the best candidate: a source grid, and where the target grid's first node lies in it, as (j, k)."""
         shown, weight, needed = self._surroundings(batch, i, over_seams=over_seams)
         uses = read(self.canvas.uses, batch.source[i] / CELL, Kernel.NEAREST)
-        off_place = drift(self.shape, float(batch.origins.offset[i]))
+        off_place = drift(self.shape, float(batch.origins.offset[i]), float(batch.origins.inner[i]))
         found = []
         for sense in (1, -1) if self.mirrored else (1,):
             parts = (colours, uses, (~usable).astype(np.float32))
@@ -157,12 +157,12 @@ def synthesised(painter: Painter, way: Correspondence, fields: Fields, first: Pa
         yield Progress(done / whole, "choosing patches")
     for _ in range(GAP_ROUNDS):
         gaps = way.origins(gap_places(canvas.bare, int(lattice(shape).across)))
-        for _ in painter.cover(Patches(gaps, shape, fields)):
+        for _ in painter.cover(Patches(gaps, shape, fields, way)):
             yield Progress(len(first) / whole, "closing gaps")
     with painter.watch("coordinates"):
         again = ordered_origins(way, wanted, lattice(shape, 0.5))
         worst = _worst(again, canvas.right + canvas.below, shape, refine)
-    for done in painter.cover(Patches(worst, shape, fields), over_seams=True):
+    for done in painter.cover(Patches(worst, shape, fields, way), over_seams=True):
         yield Progress(min((len(first) + done) / whole, 1.0), "mending seams")
 
 

@@ -1,0 +1,305 @@
+"""The parts of retexturing, each against what its definition says."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core import poisson
+from core.arrays import Ints, Points, Singles
+from core.curves import Curve
+from core.feature_curves import FeatureCurve
+from core.retexture.blend import correction
+from core.retexture.candidates import Pool, costs, drift
+from core.retexture.canvas import Canvas
+from core.retexture.coordinates import CurveSet, DirectionField, located, trace
+from core.retexture.diffusion import Diffusion, LivePreview, compression, deformation, distortion
+from core.retexture.layout import Lattice, gap_places
+from core.retexture.patches import PatchShape
+from core.retexture.sampling import Kernel, read
+from core.retexture.softening import across_seams
+from tests.core.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
+
+SHAPE = (HEIGHT, WIDTH)
+
+
+def ring(radius: float, centre: tuple[float, float]) -> Curve:
+    """Return a circle of four segments, to a thousandth of its radius."""
+    k = 0.5522847498 * radius
+    r = radius
+    points = [(r, 0), (r, k), (k, r), (0, r), (-k, r), (-r, k), (-r, 0), (-r, -k), (-k, -r), (0, -r), (k, -r), (r, -k)]
+    return Curve(np.array([*points, points[0]], float) + centre, closed=True)
+
+
+# Deformation
+
+
+def test_the_deformation_leads_from_the_target_curve_to_the_source_curve() -> None:
+    grid, field = deformation(SHAPE, bent())
+    t = np.linspace(0.8, straight().segments - 0.8, 50)
+    target, source = bent()[0].target, bent()[0].source
+    assert target is not None
+    same = target.segments == source.segments
+    s = t if same else source.parameter_at(target.length_at(t) / target.length * source.length)
+    t = t if same else target.parameter_at(source.length_at(s) / source.length * target.length)
+    np.testing.assert_allclose(target.at(t) + grid.at(field, target.at(t)), source.at(s), atol=0.3)
+
+
+def test_the_deformation_is_harmonic_and_rests_at_the_border() -> None:
+    grid, field = deformation(SHAPE, bent())
+    assert not field[0].any()
+    assert not field[-1].any()
+    assert not field[:, 0].any()
+    inner = field[1:-1, 1:-1]
+    mean = (field[2:, 1:-1] + field[:-2, 1:-1] + field[1:-1, 2:] + field[1:-1, :-2]) / 4
+    away = CurveSet([arched()]).distance(grid.nodes[1:-1, 1:-1].reshape(-1, 2)).reshape(inner.shape[:2]) > 2 * grid.step
+    np.testing.assert_allclose(inner[away], mean[away], atol=1e-9)
+
+
+def test_nothing_moves_beyond_the_chosen_distance() -> None:
+    grid, field = deformation(SHAPE, bent(), reach_px=30)
+    far = CurveSet([arched()]).distance(grid.nodes.reshape(-1, 2)).reshape(grid.rows, grid.columns) > 31
+    assert not field[far].any()
+    assert np.abs(field).max() > 20
+
+
+def test_fields_are_read_the_same_everywhere() -> None:
+    grid = Diffusion(SHAPE, np.array([[50.0, 50.0]]))
+    linear = grid.nodes * [0.3, -2] + 1
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    want = np.stack([x * 0.3 + 1, y * -2.0 + 1], axis=-1)
+    np.testing.assert_allclose(grid.at_pixels(linear), want, atol=1e-3)
+    np.testing.assert_allclose(grid.at_pixels(linear, (slice(9, 30), slice(4, 99))), want[9:30, 4:99], atol=1e-3)
+    np.testing.assert_allclose(grid.at(linear, np.array([[7.0, 3.0]])), want[3:4, 7], atol=1e-9)
+
+
+def test_the_live_preview_carries_sources_to_their_targets() -> None:
+    preview = LivePreview(SHAPE, bent())
+    nodes = preview.solve(bent())
+    assert nodes.shape == (preview.grid.rows, preview.grid.columns, 2)
+    source = bent()[0].source
+    places = source.at(np.linspace(0.3, source.segments - 0.3, 30))
+    moved = preview.grid.at(nodes, places)
+    assert arched().nearest(moved)[1].max() < 0.4
+    still = preview.solve([FeatureCurve(straight(), straight())])
+    np.testing.assert_allclose(still, preview.grid.nodes, atol=1e-9)
+
+
+def test_compression_is_clamped_and_distortion_is_that_of_the_map() -> None:
+    grid = Diffusion(SHAPE, np.array([[50.0, 50.0]]))
+    assert compression(grid, np.zeros((grid.rows, grid.columns, 2))) == pytest.approx(1)
+    np.testing.assert_allclose(compression(grid, grid.nodes * [2.0, 0]), 2, atol=1e-9)
+    np.testing.assert_allclose(compression(grid, grid.nodes * [9.0, 0]), 3)
+    turned = grid.nodes @ np.array([[0.0, 1.0], [-1.0, 0.0]]) - grid.nodes
+    np.testing.assert_allclose(distortion(grid, turned), 0, atol=1e-9)
+    np.testing.assert_allclose(distortion(grid, grid.nodes * [1.0, 0]), np.log(2), atol=1e-9)
+
+
+# Curvilinear coordinates
+
+
+def test_feet_are_nearest_points_with_a_side() -> None:
+    feet = CurveSet([straight(100.0), straight(20.0)]).feet(np.array([[50.0, 110.0], [50.0, 90.0], [70.0, 25.0]]))
+    np.testing.assert_array_equal(feet.curve, [0, 0, 1])
+    np.testing.assert_allclose(feet.offset, [10, -10, 5], atol=1e-9)
+    np.testing.assert_allclose(feet.length, [50, 50, 70], atol=1e-6)
+    assert CurveSet([straight(left=50)]).feet(np.array([[40.0, 100.0]])).beyond.all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(40, 60), st.floats(-15, 15), st.floats(0, 6.28))
+def test_on_a_circle_spines_are_arcs_and_ribs_radii(radius: float, offset: float, angle: float) -> None:
+    centre = np.array([110.0, 100.0])
+    curves = CurveSet([ring(radius, (110, 100))])
+    field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
+    r = radius + offset
+    outward = np.array([np.cos(angle), np.sin(angle)])
+    heading = np.array([-outward[1], outward[0]])
+    grid = trace(field, (centre + r * outward)[None], heading[None], spine=10, rib=5)[0]
+    distance = np.linalg.norm(grid - centre, axis=-1)
+    # The circle runs clockwise on screen, so that its normal points inwards.
+    want = r - np.arange(-5, 6)[:, None] + 0 * distance
+    np.testing.assert_allclose(distance, want, atol=0.15)
+    along = np.linalg.norm(np.diff(grid[5], axis=0), axis=-1)
+    np.testing.assert_allclose(along, 1, atol=0.01)
+
+
+def test_a_grid_that_would_fold_is_smoothed() -> None:
+    curves = CurveSet([ring(12, (110, 100))])
+    field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
+    origin, heading = np.array([[122.0, 100.0]]), np.array([[0.0, 1.0]])
+    grid = trace(field, origin, heading, spine=8, rib=16)
+    assert np.isfinite(grid).all()
+    assert np.linalg.norm(grid - origin, axis=-1).max() < 30
+
+
+def test_traces_keep_their_sense_between_curves_of_opposite_sense() -> None:
+    curves = CurveSet([straight(80.0), straight(120.0).reversed()])
+    field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
+    grid = trace(field, np.array([[100.0, 100.0]]), np.array([[1.0, 0.0]]), spine=10, rib=10)[0]
+    np.testing.assert_allclose(grid[10], np.column_stack([np.arange(90, 111), np.full(21, 100)]), atol=1e-3)
+    np.testing.assert_allclose(grid[:, 10], np.column_stack([np.full(21, 100), np.arange(90, 111)]), atol=1e-3)
+
+
+def test_pixels_find_their_place_in_a_bent_grid() -> None:
+    curves = CurveSet([arched()])
+    field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
+    place, tangent = curves.place(np.zeros(1, int), np.array([100.0]), np.array([12.0]))
+    grid = trace(field, place, tangent, spine=20, rib=12)
+    corner = np.rint(place).astype(int) - 26
+    at = located(grid, corner, 53)[0]
+    inside = np.isfinite(at[..., 0]) & (at > 0).all(axis=-1) & (at < [40, 24]).all(axis=-1)
+    assert inside.sum() > 800
+    y, x = np.mgrid[:53, :53]
+    pixels = np.stack([x, y], axis=-1) + corner[0]
+    np.testing.assert_allclose(read(grid[0], at[inside][:, None])[:, 0], pixels[inside], atol=0.2)
+
+
+# Layout and choice
+
+
+def test_gaps_are_covered_by_one_place_in_each_square() -> None:
+    bare = np.zeros((40, 40), bool)
+    bare[3:6, 3:30] = True
+    places = gap_places(bare, 10)
+    assert len(places) == 3
+    x, y = places.astype(int).T
+    assert bare[y, x].all()
+    assert Lattice(10, 5).shift == 0
+
+
+def pool(colours: Singles, uses: Singles | None = None, unusable: Singles | None = None) -> Pool:
+    flat = np.zeros(colours.shape[:2], np.float32)
+    return Pool(
+        colours, flat if uses is None else uses, flat if unusable is None else unusable, float(colours.var()) + 1e-4
+    )
+
+
+def test_the_candidate_that_continues_what_is_shown_costs_nothing() -> None:
+    colours = np.random.default_rng(0).random((15, 31, 3)).astype(np.float32)
+    shown = colours[3:10, 8:29].copy()
+    whole = np.ones((7, 21), np.float32)
+    cost = costs(pool(colours), shown, whole, whole, 0.3)
+    assert cost.shape == (9, 11)
+    assert divmod(int(cost.argmin()), 11) == (3, 8)
+    assert cost.min() == pytest.approx(0, abs=1e-4)
+
+
+def test_used_and_forbidden_places_cost_more() -> None:
+    even = np.zeros((15, 31, 3), np.float32)
+    whole = np.ones((7, 21), np.float32)
+    left = np.zeros((15, 31), np.float32)
+    left[:, :12] = 1
+    for which in ({"uses": left}, {"unusable": left}):
+        cost = costs(pool(even + np.float32(0.5), **which), even[:7, :21], whole, whole, 0.5)
+        assert (np.diff(cost[4]) < 1e-6).all()
+        assert cost[4, 0] > cost[4, -1] + 0.1
+
+
+def test_a_patch_on_the_curve_keeps_its_distance() -> None:
+    shape = PatchShape()
+    on, beside, far = (drift(shape, offset, 1.0)[:, shape.search_along] for offset in (0.0, 14.0, 40.0))
+    assert (on < 100).sum() == 1
+    assert (np.flatnonzero(beside < 100) >= shape.search_across - 1).all()
+    assert (far < 100).all()
+
+
+# Seams
+
+
+def test_the_cut_runs_where_both_pictures_agree() -> None:
+    shown = np.zeros((20, 30, 3), np.float32)
+    patch = np.ones((20, 30, 3), np.float32)
+    patch[:, 12:14] = 0
+    canvas = Canvas(
+        shown.copy(), np.zeros((20, 30, 2), np.float32), must=np.zeros((20, 30), bool), may=np.ones((20, 30), bool)
+    )
+    canvas.bare[:, 20:] = True
+    reach = np.ones((20, 30), bool)
+    reach[:, :5] = False
+    canvas.merge((slice(0, 20), slice(0, 30)), 7, patch, np.ones((20, 30, 2), np.float32), reach)
+    assert (canvas.label[:, 20:] == 7).all()
+    assert not canvas.label[:, :12].any()
+    assert not canvas.bare.any()
+    assert canvas.right.sum() + canvas.below.sum() == 0
+    np.testing.assert_array_equal(canvas.colour[canvas.label == 7], patch[canvas.label == 7])
+
+
+def test_a_patch_never_leaves_its_reach_and_mends_an_old_seam() -> None:
+    shown = np.zeros((16, 16, 3), np.float32)
+    shown[:, 8:] = 1
+    canvas = Canvas(
+        shown, np.zeros((16, 16, 2), np.float32), must=np.zeros((16, 16), bool), may=np.ones((16, 16), bool)
+    )
+    canvas.right[:, 7] = 6
+    ramp = np.broadcast_to(np.linspace(0, 1, 16, dtype=np.float32)[:, None], (16, 16, 3)).copy()
+    reach = np.zeros((16, 16), bool)
+    reach[2:14, 2:14] = True
+    before = canvas.right.sum() + canvas.below.sum()
+    canvas.merge((slice(0, 16), slice(0, 16)), 3, ramp, np.ones((16, 16, 2), np.float32), reach)
+    assert not (canvas.label[~reach] > 0).any()
+    assert canvas.right.sum() + canvas.below.sum() <= before
+
+
+def test_a_step_is_taken_away_and_fades() -> None:
+    right = np.zeros((40, 79, 1), np.float32)
+    right[:, 39] = 1
+    change = poisson.remove_steps(right, np.zeros((39, 80, 1), np.float32), fade_px=6)[..., 0]
+    np.testing.assert_allclose(change[:, 40] - change[:, 39], -1, atol=0.1)
+    np.testing.assert_allclose(change[:, [0, -1]], 0, atol=0.01)
+    np.testing.assert_allclose(change[20], -change[20, ::-1], atol=1e-5)
+
+
+def halves_of(step: float, noise: float) -> tuple[Singles, Ints]:
+    rng = np.random.default_rng(4)
+    picture = rng.normal(0.5, noise, (60, 60, 3)).astype(np.float32)
+    picture[:, 30:] += np.float32(step)
+    label = np.ones((60, 60), np.int64)
+    label[:, 30:] = 2
+    return picture, label
+
+
+def test_an_even_step_between_patches_is_blended() -> None:
+    picture, label = halves_of(0.08, 0.01)
+    change = correction(picture, label)
+    assert change is not None
+    mended = picture + change
+    assert abs(float((mended[:, 30] - mended[:, 29]).mean())) < 0.02
+
+
+@pytest.mark.parametrize(("step", "noise"), [(0.0, 0.1), (0.5, 0.01)])
+def test_texture_and_edges_are_no_visible_seams(step: float, noise: float) -> None:
+    change = correction(*halves_of(step, noise))
+    assert change is None or np.abs(change).max() < 0.02
+
+
+def test_the_plain_deformation_is_not_touched_by_blending() -> None:
+    picture, label = halves_of(0.08, 0.01)
+    label[label == 1] = 0
+    change = correction(picture, label)
+    assert change is not None
+    assert not change[:, :30].any()
+    assert abs(float((picture + change)[:, 30].mean() - picture[:, 29].mean())) < 0.03
+
+
+def test_beside_a_seam_the_neighbour_is_carried_on() -> None:
+    x = np.broadcast_to(np.arange(12, dtype=np.float32), (6, 12))
+    place = np.stack([np.where(x < 6, x, x + 100), np.zeros_like(x)], axis=-1)
+    label = np.where(x < 6, 1, 2).astype(np.int64)
+    mixture = across_seams(place, label)
+    np.testing.assert_array_equal(np.unique(mixture.pixel % 12), [5, 6])
+    at_five = mixture.place[mixture.pixel % 12 == 5]
+    np.testing.assert_allclose(at_five[:, 0], 105)
+    assert len(mixture.rows(2, 4, 12).pixel) == 4
+
+
+@pytest.mark.parametrize("kernel", list(Kernel))
+def test_reading_at_pixels_returns_them(kernel: Kernel) -> None:
+    picture = np.random.default_rng(1).random((30, 40, 3)).astype(np.float32)
+    y, x = np.mgrid[5:20, 5:30]
+    at: Points = np.stack([x, y], axis=-1).astype(np.float64)
+    np.testing.assert_allclose(read(picture, at, kernel), picture[5:20, 5:30], atol=1e-5)
+    np.testing.assert_allclose(
+        read(picture, at.reshape(1, 1, -1, 2), kernel)[0, 0], picture[5:20, 5:30].reshape(-1, 3), atol=1e-5
+    )
+    assert read(picture, np.empty((0, 2)), kernel).shape == (0, 3)
