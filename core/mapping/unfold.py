@@ -5,6 +5,8 @@ a round. What stays folded is untangled by Newton's method, in a window around t
 and then robustly. Scales of features give way as little as they can; a rigid feature's not at all unless it must.
 """
 
+from typing import Literal
+
 import cv2
 import numpy as np
 
@@ -26,15 +28,21 @@ _REACH = 12
 _KEPT = 0.3
 """Share of its area that the hinge asks of a corner, enough to leave none at zero."""
 _HINGE_WEIGHT, _TIGHTEN = 1e4, 1.5
-_BARRIER_WEIGHT = 0.5
+_BARRIER_WEIGHT, _LIGHTER = 100.0, (10.0, 1.0, 0.3, 0.1)
+_LEAST = 1e-4
+"""Share of its area that a corner has at least in the end."""
 _SHARP = 1e-3
 _LAG = 0.2
 """ε of the barrier over the depth of the worst fold."""
-_TRIALS = 5
+_TRIALS = 4
 _NEARLY, _EXACT = 0.02, 1e-9
 """Logarithms of scales that are as good as one, and that are one."""
 _STIFF, _SOFT = 20.0, 0.5
 """Stiffness of a feature's scale, per node."""
+
+
+_Attempt = tuple[Bools, Floats | None, Literal["hinge", "barrier"], int]
+"""Window, stiffness, penalty, steps."""
 
 
 def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
@@ -50,9 +58,9 @@ def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     if solution is None:
         solution = yield from _reweighted(mapping, w)
         if folded_quads(solution.z).any():
-            solution = yield from _untangled(mapping, w, linear)
+            solution = yield from _untangled(mapping, w, linear, fitted=False)
     elif folded_quads(solution.z).any():
-        solution = yield from _untangled(mapping, w, solution)
+        solution = yield from _untangled(mapping, w, solution, fitted=True)
     if mapping.keep == "rigid" and mapping.method == "exact":
         solution = yield from _grown(mapping, w, solution)
     return solution
@@ -76,23 +84,22 @@ def _reweighted(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     return solution
 
 
-def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution) -> Job[Solution]:
-    """Untangle in ever wider and softer attempts, each from where the last one ended."""
+def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution, *, fitted: bool) -> Job[Solution]:
+    """Untangle in ever wider and softer attempts, each from the best state so far, then come back closer to W."""
     nodes = np.array([len(body.nodes) for body in mapping.bodies], np.float64)[: len(start.alpha)]
-    held = np.full(len(nodes), np.inf)
-    stiff = held if mapping.keep == "rigid" else _STIFF * nodes
-    attempts = [(_window(mapping, start), stiff, "hinge", 20), (_everywhere(mapping), stiff, "hinge", 20)]
-    attempts.append((_everywhere(mapping), stiff, "barrier", 40))
-    attempts.append((_everywhere(mapping), _STIFF * nodes, "barrier", 30))
-    attempts.append((_everywhere(mapping), _SOFT * nodes, "barrier", 60))
+    stiff = np.full(len(nodes), np.inf) if mapping.keep == "rigid" else _STIFF * nodes
+    window, everywhere = _window(mapping, start), np.ones(mapping.grid.shape, bool)
+    attempts: list[_Attempt] = [(window, None, "barrier", 40)] if fitted else [(window, stiff, "hinge", 12)]
+    attempts += [(window, stiff, "barrier", 40), (everywhere, stiff, "barrier", 40)]
+    attempts += [(everywhere, _STIFF * nodes, "barrier", 40), (everywhere, _SOFT * nodes, "barrier", 60)]
     best = start
-    for number, (window, stiffness, kind, steps) in enumerate(attempts):
-        untangler = Untangler(mapping, w, best, window=window, stiffness=stiffness)
+    for number, (where, stiffness, kind, steps) in enumerate(attempts):
+        untangler = Untangler(mapping, w, best, window=where, stiffness=stiffness)
         clear = yield from _steps(untangler, kind, steps, 0.1 + 0.15 * number)
         if clear or untangler.folds < folded_quads(best.z).sum():
             best = untangler.solution
         if clear:
-            break
+            return _relaxed(Untangler(mapping, w, best, window=where, stiffness=stiff), best)
     return best
 
 
@@ -112,6 +119,16 @@ def _steps(untangler: Untangler, kind: str, steps: int, done: float) -> Job[bool
     return untangler.worst > 0
 
 
+def _relaxed(untangler: Untangler, clear: Solution) -> Solution:
+    """Come closer to W without folding again, behind a barrier that becomes lighter."""
+    for weight in _LIGHTER:
+        untangler.step(Barrier(_SHARP), weight)
+        if untangler.worst <= _LEAST:
+            break
+        clear = untangler.solution
+    return clear
+
+
 def _grown(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[Solution]:
     """Bring rigid features back to the largest sizes that fit."""
     lost = np.log(np.abs(solution.alpha))
@@ -122,7 +139,7 @@ def _grown(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[Sol
         share = high if number == 0 else (low + high) / 2
         trial = _resized(mapping, solution, np.where(np.abs(lost) < _NEARLY, -lost, -lost * share))
         held = np.full(len(lost), np.inf)
-        untangler = Untangler(mapping, w, trial, window=_everywhere(mapping), stiffness=held)
+        untangler = Untangler(mapping, w, trial, window=_window(mapping, trial), stiffness=held)
         clear = yield from _steps(untangler, "hinge", 8, 0.85 + 0.15 * number / _TRIALS)
         if clear:
             low, best = share, untangler.solution
@@ -154,7 +171,3 @@ def _window(mapping: FeatureMapping, solution: Solution) -> Bools:
 def _widened(quads: Bools, reach: int) -> Bools:
     size = 2 * reach + 1
     return np.asarray(cv2.dilate(quads.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
-
-
-def _everywhere(mapping: FeatureMapping) -> Bools:
-    return np.ones(mapping.grid.shape, bool)

@@ -35,17 +35,19 @@ class Untangler:
     window
         Nodes (R, C) that may move; features that have a node in it move as a whole.
     stiffness
-        k of every feature, inf to hold its scale; the scale it keeps to is the one it has at the start.
+        k of every feature, inf to hold its scale; the scale it keeps to is the one it has at the start. None holds
+        all features where they are.
     """
 
     def __init__(
-        self, mapping: FeatureMapping, w: Complexes, start: Solution, *, window: Bools, stiffness: Floats
+        self, mapping: FeatureMapping, w: Complexes, start: Solution, *, window: Bools, stiffness: Floats | None
     ) -> None:
-        self._mapping, self._sizes, self._scales = mapping, stiffness, np.abs(start.alpha)
+        self._mapping, self._scales = mapping, np.abs(start.alpha)
+        self._sizes = np.full(len(start.alpha), np.inf) if stiffness is None else stiffness
         self.z, self.alpha, self.t = start.z.ravel().copy(), start.alpha.copy(), start.t.copy()
         index = mapping.index.ravel() if len(self.alpha) else np.full(mapping.grid.size, -1)
         self._index = index
-        self._active = np.unique(index[(index >= 0) & window.ravel()])
+        self._active = np.unique(index[(index >= 0) & window.ravel() & (stiffness is not None)])
         moving = (mapping.free & window).ravel() | np.isin(index, self._active)
         self._number_unknowns(moving, index)
         quads = mapping.grid.quads
