@@ -2,15 +2,25 @@
 
 import argparse
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from app.console import run_shown
-from core.arrays import Bools, InputError
-from core.images import Image, load, load_mask
-from core.overlay.decomposition import decompose
-from core.overlay.folder import encoded, write
+from core import color
+from core.arrays import Bools, Floats, InputError
+from core.files import atomic_folder
+from core.images import Image, load, load_mask, save
+from core.overlay.corrections import lattices_of
+from core.overlay.decomposition import decompose, shrunk
+from core.overlay.folder import encoded, read_lattice, write
+from core.overlay.lattice import Lattice
+from core.overlay.pictures import stage_picture
 from core.overlay.seeding import NoPatternError
+from core.overlay.stages import Stage
+from core.progress import Job
+
+T = TypeVar("T")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,19 +29,84 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FOLDER", help="where the parts go")
     parser.add_argument("--region", type=Path, metavar="MASK", help="where the cloth is: over 127, the photo's size")
     parser.add_argument("--texel-size", type=float, metavar="PX", help="about the side of one texel")
+    parser.add_argument("--lattice", type=Path, metavar="LATTICE.json", help="a corrected lattice to go on from")
+    parser.add_argument("--stages", type=Path, metavar="DIR", help="write a picture per stage")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="for the random choices (default: 0)")
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Decompose the photo and write the folder."""
+    check(arguments)
     image = load(arguments.image)
-    region = usable(image, arguments.region)
-    job = decompose(encoded(image), region=region, texel_px=arguments.texel_size, seed=arguments.seed)
+    photo = encoded(image)
+    job = decompose(
+        photo,
+        region=usable(image, arguments.region),
+        texel_px=arguments.texel_size,
+        lattice=given_lattice(arguments.lattice),
+        seed=arguments.seed,
+    )
+    shown: list[Stage] = []
     try:
-        found = run_shown(job)
+        found = run_shown(watched(job, shown))
     except NoPatternError:
         raise NoPatternError(str(arguments.image)) from None
+    finally:
+        if arguments.stages is not None:
+            write_stages(arguments.stages, photo, shown)
     write(found, image, arguments.output)
+
+
+def check(arguments: argparse.Namespace) -> None:
+    """Raise `InputError` for what is wrong before any work is done."""
+    folder = arguments.output
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file, not a folder")
+    if not folder.resolve().parent.is_dir():
+        raise InputError(f"{folder}: there is no folder {folder.resolve().parent}")
+    if arguments.texel_size is not None and not 2 <= arguments.texel_size < 1e5:
+        raise InputError(f"--texel-size {arguments.texel_size:g}: not a length of 2 pixels or more")
+    if arguments.seed < 0:
+        raise InputError(f"--seed {arguments.seed}: must not be negative")
+
+
+def given_lattice(path: Path | None) -> list[Lattice] | None:
+    """Return the lattice of a file in connected parts, or None."""
+    if path is None:
+        return None
+    keys, points = read_lattice(path)
+    try:
+        return lattices_of(np.array(keys, np.int64).reshape(-1, 2), np.array(points, np.float64).reshape(-1, 2))
+    except InputError as fault:
+        raise InputError(f"{path}: {fault}") from None
+
+
+def watched(job: Job[T], shown: list[Stage]) -> Job[T]:
+    """Run a job and keep the last preview of every stage."""
+    while True:
+        try:
+            step = next(job)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        if isinstance(step.preview, Stage):
+            if shown and shown[-1].name == step.preview.name:
+                shown.pop()
+            shown.append(step.preview)
+        yield step
+
+
+def write_stages(folder: Path, photo: Floats, shown: list[Stage]) -> None:
+    """Write a numbered picture of every stage, on the photo at the working size."""
+    with atomic_folder(folder) as place:
+        for number, stage in enumerate(shown):
+            size = stage.size or photo.shape[:2]
+            small = shrunk(photo, -(-photo.shape[0] // size[0]))
+            picture = Image(stage_picture(small, stage))
+            save(picture, place / f"{number:02d}-{stage.name}.png")
+            if stage.texel is not None:
+                tiled = color.quantise(stage.texel.tiled(3, 3).astype(np.float32), np.uint8)
+                save(Image(tiled), place / f"{number:02d}-texel.png")
 
 
 def usable(image: Image, mask: Path | None) -> Bools | None:

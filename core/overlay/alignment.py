@@ -107,6 +107,11 @@ class Canvas:
     valid: Singles
     """(H, W, 1), one inside, zero outside."""
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """Height and width."""
+        return self.image.shape[0], self.image.shape[1]
+
     def everywhere(self) -> "Canvas":
         """Return the canvas without its limits."""
         return Canvas(self.image, np.ones_like(self.valid))

@@ -10,21 +10,27 @@ from typing import TypeVar
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Floats, Points, Singles
 from core.overlay.alignment import Frames
 from core.overlay.composition import filtered
+from core.overlay.correlation import Proposal
 from core.overlay.fitting import Cloth, Fit, fit
 from core.overlay.lattice import Lattice
+from core.overlay.mesh import Mesh
 from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring, without_specks
 from core.overlay.registration import LEAST_SHADING, State
 from core.overlay.seeding import find_lattice, flat_canvas
 from core.overlay.stages import Stage
-from core.overlay.texel import Texel
+from core.overlay.texel import Texel, estimate_texel
 from core.overlay.vertices import vertices
 from core.progress import Job, Progress, part
 
 T = TypeVar("T")
 
+WORKING_PX = 1000
+"""Longest side of the picture that is searched and registered; larger ones are shrunk for that by a whole number."""
+TEXEL_PIXELS = 1_500_000
+"""Pixels from which the texel of a large photo is estimated."""
 LENIENCE = 1.6
 """Times the limit that a misfit may have in the middle of a piece."""
 GAP = 3
@@ -62,25 +68,66 @@ class Decomposition:
 
 
 def decompose(
-    photo: Floats, *, region: Bools | None = None, texel_px: float | None = None, seed: int = 0
+    photo: Floats,
+    *,
+    region: Bools | None = None,
+    texel_px: float | None = None,
+    start: Proposal | None = None,
+    lattice: list[Lattice] | None = None,
+    seed: int = 0,
 ) -> Job[Decomposition]:
     """Split a photo (H, W, 3), 0 to 1, into texel, mesh, shading and detail.
 
-    `region` (H, W) says where cloth may be, `texel_px` about how large the side of a texel is. Raises
-    `NoPatternError` where no lattice is found.
+    `region` (H, W) says where cloth may be, `texel_px` about how large the side of a texel is. The search begins at
+    `start` alone if it is given, and is left out if the `lattice` is, in connected parts. Raises `NoPatternError`
+    where no lattice is found.
     """
     seconds: dict[str, float] = {}
-    valid = np.ones(photo.shape[:2], bool) if region is None else region
-    canvas = flat_canvas(photo, valid)
-    search = find_lattice(canvas, np.random.default_rng(seed), texel_px=texel_px)
-    lattice = yield from timed(part(search, 0.0, 0.4), seconds)
-    yield Progress(0.4, "registering", Stage("lattice", lattice))
-    cloth, found = yield from timed(part(fit(photo, canvas, lattice, seed), 0.4, 0.95), seconds)
-    yield Progress(0.95, "splitting off the detail")
+    whole = np.ones(photo.shape[:2], bool) if region is None else region
+    scale = -(-max(photo.shape[:2]) // WORKING_PX)
+    small, valid = (
+        shrunk(photo, scale),
+        np.asarray(shrunk(whole.astype(float)[..., None], scale)[..., 0] > 0.5, np.bool_),
+    )
+    canvas = flat_canvas(small, valid)
+    if lattice is None:
+        search = find_lattice(
+            canvas,
+            np.random.default_rng(seed),
+            texel_px=None if texel_px is None else texel_px / scale,
+            start=None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0),
+        )
+        lattices = [(yield from timed(part(search, 0.0, 0.4), seconds))]
+    else:
+        lattices = [rescaled(piece, scale) for piece in lattice]
+    yield Progress(0.4, "registering", Stage("lattice", lattices[0], size=canvas.size))
+    job = fit(small, canvas, lattices, seed, trusted=lattice is not None)
+    cloth, found = yield from timed(part(job, 0.4, 0.9), seconds)
+    yield Progress(0.9, "splitting off the detail")
     started = time.perf_counter()
-    result = split(cloth, found)
+    result = split(cloth, found, photo, whole, scale)
     seconds["splitting off the detail"] = time.perf_counter() - started
     return replace(result, seconds=seconds)
+
+
+def shrunk(image: Floats, scale: int) -> Floats:
+    """Return the means (h, w, C) of squares of `scale` pixels; the last may be cut by the picture's edge."""
+    if scale == 1:
+        return image
+    h, w = (-(-n // scale) for n in image.shape[:2])
+    padded = np.pad(image, ((0, h * scale - image.shape[0]), (0, w * scale - image.shape[1]), (0, 0)), mode="edge")
+    return np.asarray(padded.reshape(h, scale, w, scale, -1).mean((1, 3)), np.float64)
+
+
+def to_small(points: Points, scale: int) -> Points:
+    """Return where points of a picture lie in the picture that `shrunk` makes."""
+    return (points - (scale - 1) / 2) / scale
+
+
+def rescaled(lattice: Lattice, scale: int) -> Lattice:
+    """Return a lattice of a picture on the picture that `shrunk` makes."""
+    frames = lattice.frames
+    return replace(lattice, frames=Frames(to_small(frames.points, scale), frames.bases / scale, frames.scores))
 
 
 def timed(job: Job[T], seconds: dict[str, float]) -> Job[T]:
@@ -99,28 +146,43 @@ def timed(job: Job[T], seconds: dict[str, float]) -> Job[T]:
         yield step
 
 
-def split(cloth: Cloth, found: Fit) -> Decomposition:
-    """Return the parts at every pixel."""
-    gauge = max(1.0, float(np.percentile(found.texel.pixels, 99.5)))
-    # The texel is rounded as its file is, so that the parts that are written recombine.
-    texel = Texel(np.rint(255 * np.clip(found.texel.pixels / gauge, 0, 1)) / 255)
+def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> Decomposition:
+    """Return the parts at every pixel of the photo, of which the cloth was fitted at 1 / `scale` of the size."""
     pieces = apart(cloth, found.pieces)
-    uv, shading = painted(cloth, found, pieces)
+    masks = explained(cloth, found, pieces)
+    mesh = Mesh(photo.shape[:2], cloth.mesh.cell * scale)
+    uv, shading = painted(mesh, pieces, masks, valid)
+    texel = found.texel if scale == 1 else finer_texel(cloth, photo, uv, shading, scale)
+    gauge = max(1.0, float(np.percentile(texel.pixels, 99.5)))
+    # The texel is rounded as its file is, so that the parts that are written recombine.
+    texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)
     inside = np.isfinite(shading)
-    light = (shading * gauge).astype(np.float32)
-    coordinates = uv.astype(np.float32)
+    light, coordinates = (shading * gauge).astype(np.float32), uv.astype(np.float32)
     modelled = np.nan_to_num(light.astype(float))[..., None] * filtered(texel.pixels, coordinates.astype(float))
+    lattice = whole_lattice(cloth, pieces, found)
+    frames = Frames(
+        scale * lattice.frames.points + (scale - 1) / 2, scale * lattice.frames.bases, lattice.frames.scores
+    )
     return Decomposition(
-        photo=cloth.photo,
+        photo=photo,
         uv=coordinates,
         texel=texel,
         shading=light,
-        detail=np.where(inside[..., None], cloth.photo - modelled, np.nan).astype(np.float32),
+        detail=np.where(inside[..., None], photo - modelled, np.nan).astype(np.float32),
         reconstruction=modelled,
         coverage=feathered(inside).astype(np.float32),
-        lattice=whole_lattice(cloth, pieces, found),
-        basis=cloth.basis,
+        lattice=replace(lattice, frames=frames),
+        basis=cloth.basis * scale,
     )
+
+
+def finer_texel(cloth: Cloth, photo: Floats, uv: Floats, shading: Floats, scale: int) -> Texel:
+    """Return the texel at the photo's own resolution, from a share of its pixels that is drawn evenly."""
+    covered = np.isfinite(shading)
+    draw = np.random.default_rng(0).random(covered.shape) < TEXEL_PIXELS / max(int(covered.sum()), 1)
+    h, w = cloth.texel_samples
+    weight = (covered & draw).astype(float)
+    return estimate_texel(photo, np.nan_to_num(uv), np.nan_to_num(shading), weight, (h * scale, w * scale))
 
 
 def apart(cloth: Cloth, pieces: tuple[State, ...]) -> list[State]:
@@ -135,27 +197,47 @@ def apart(cloth: Cloth, pieces: tuple[State, ...]) -> list[State]:
     return moved
 
 
-def painted(cloth: Cloth, found: Fit, pieces: list[State]) -> tuple[Floats, Floats]:
-    """Return coordinates (H, W, 2) and shading (H, W) of the pixels that a piece explains, NaN elsewhere.
+def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
+    """Return the pixels (H, W) that each piece explains, as seen by the fit; they do not overlap.
 
     Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
     """
     mesh, valid = cloth.mesh, cloth.valid.astype(float)
-    uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
-    best = np.full(valid.shape, LIMIT)
-    for piece in pieces:
+    best, owner = np.full(valid.shape, LIMIT), np.full(valid.shape, -1)
+    for number, piece in enumerate(pieces):
         at = mesh.smooth_to_pixels(piece.values)
         rho = np.maximum(at[..., 2], LEAST_SHADING)
         modelled = rho[..., None] * found.texel(at[..., :2])
         strict, mild = misfit(cloth.photo, modelled, rho, valid, found.tolerance, cloth.sigma_px / 2)
         # At the border a pattern that correlates may lie on half of a neighbourhood only; amid cloth is cloth.
-        filled = without_specks(piece.cells, round(2 * (cloth.step_px / mesh.cell) ** 2))
-        core = cv2.erode(np.pad(filled, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
+        whole = without_specks(piece.cells, round(2 * (cloth.step_px / mesh.cell) ** 2))
+        core = cv2.erode(np.pad(whole, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
         bad = np.where(mesh.pixels_of(core > 0), mild / LENIENCE, strict)
-        near = mesh.pixels_of(filled | ring(filled, np.ones_like(piece.cells), 1)) & cloth.valid
+        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1)) & cloth.valid
         better = cleaned(near & (bad < best), cloth.sigma_px) & near
-        uv[better], shading[better], best[better] = at[better, :2], rho[better], bad[better]
+        owner[better], best[better] = number, bad[better]
+    return [np.asarray(owner == number, np.bool_) for number in range(len(pieces))]
+
+
+def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -> tuple[Floats, Floats]:
+    """Return coordinates (H, W, 2) and shading (H, W) of the pieces' pixels, NaN elsewhere.
+
+    `masks` may be of a smaller picture than `mesh` and `valid` are.
+    """
+    uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
+    for piece, mask in zip(pieces, masks, strict=True):
+        at = mesh.smooth_to_pixels(piece.values)
+        inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid
+        uv[inside], shading[inside] = at[inside, :2], np.maximum(at[inside, 2], LEAST_SHADING)
     return uv, shading
+
+
+def spread_mask(mask: Bools, size: tuple[int, ...]) -> Bools:
+    """Return a mask of a smaller picture at the `size` (H, W) of a larger one, its outline smooth."""
+    scale = -(-size[0] // mask.shape[0])
+    wide = (mask.shape[1] * scale, mask.shape[0] * scale)
+    soft = cv2.resize(mask.astype(np.float32), wide, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(soft[: size[0], : size[1]] > 0.5, np.bool_)
 
 
 def whole_lattice(cloth: Cloth, pieces: list[State], fit: Fit) -> Lattice:

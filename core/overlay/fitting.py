@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.alignment import Canvas, Frames
+from core.overlay.alignment import Canvas
 from core.overlay.basis import reduced
 from core.overlay.composition import DENSITY
 from core.overlay.lattice import Lattice
@@ -29,6 +29,8 @@ from core.overlay.thin_plate import spread
 from core.progress import Job, Progress
 
 MOST_PIECES, MOST_CANDIDATES = 12, 16
+LEAST_EVENNESS = 0.12
+"""Change of colour along stripes over that across them, below which only one direction repeats."""
 SIZES = (0.1, 8.0)
 """Area of cloth under a cell, over the usual: any even patch looks like a texel blown up."""
 LARGEST_BREAK = 0.3
@@ -112,19 +114,30 @@ def make_cloth(photo: Floats, canvas: Canvas, lattice: Lattice, M: Floats) -> Cl
     return Cloth(photo, canvas, lattice, M, mesh, registration)
 
 
-def fit(photo: Floats, canvas: Canvas, lattice: Lattice, seed: int) -> Job[tuple[Cloth, Fit]]:
-    """Return the cloth registered from a lattice."""
+def fit(
+    photo: Floats, canvas: Canvas, lattices: list[Lattice], seed: int, *, trusted: bool = False
+) -> Job[tuple[Cloth, Fit]]:
+    """Return the cloth registered from the lattice of its largest part, and of others if there are.
+
+    A `trusted` lattice is the user's: its steps are the texel.
+    """
+    lattice = lattices[0]
     cloth = make_cloth(photo, canvas, lattice, np.eye(2))
     start = starting_state(cloth, lattice)
-    cloth = make_cloth(photo, canvas, lattice, true_period(cloth, start, seed))
+    if not trusted:
+        cloth = make_cloth(photo, canvas, lattice, true_period(cloth, start, seed))
     start = replace(start, uv=start.uv @ np.linalg.inv(cloth.M).T)
     found = measured(cloth, estimated(cloth, (start,)), (start,))
+    if found.texel.blurred(0.1 * cloth.step_px, cloth.basis).evenness(cloth.basis) < LEAST_EVENNESS:
+        raise NoPatternError
     for number, blur_px in enumerate((1.5, 0.7)):
         yield Progress(0.05 + 0.1 * number, "registering", stage(cloth, found))
         found = refitted(cloth, found, rounds=5, blur_px=blur_px)
     found = yield from followed(cloth, found, Progress(0.25, "following the cloth"))
     if cloth.steps_of(found.cells) < LEAST_STEPS:
         raise NoPatternError
+    for other in lattices[1:]:
+        found = yield from joined_by(cloth, found, other, Progress(0.4, "following the cloth"))
     found = yield from with_more_pieces(cloth, found, np.random.default_rng(seed))
     for number in range(2):
         yield Progress(0.8 + 0.1 * number, "registering finely", stage(cloth, found))
@@ -254,7 +267,8 @@ def with_more_pieces(cloth: Cloth, found: Fit, rng: np.random.Generator) -> Job[
             x, y = np.rint(candidates.points[row]).astype(int)
             if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
                 step = Progress(0.4 + 0.2 * attempt, "following the cloth")
-                found = yield from joined_by(cloth, rest, found, candidates[np.array([row])], step)
+                piece = grown_piece(rest, cloth.lattice, candidates[np.array([row])])
+                found = yield from joined_by(cloth, found, piece, step)
                 rest = free(cloth, found)
     return found
 
@@ -265,9 +279,9 @@ def free(cloth: Cloth, found: Fit) -> Canvas:
     return Canvas(cloth.canvas.image, rest.astype(np.float32)[..., None])
 
 
-def joined_by(cloth: Cloth, rest: Canvas, found: Fit, frame: Frames, step: Progress) -> Job[Fit]:
-    """Return the fit with the piece that grows from a frame, if the texture explains enough of it."""
-    start = starting_state(cloth, grown_piece(rest, cloth.lattice, frame))
+def joined_by(cloth: Cloth, found: Fit, lattice: Lattice, step: Progress) -> Job[Fit]:
+    """Return the fit with the piece that begins at another lattice, if the texture explains enough of it."""
+    start = starting_state(cloth, lattice)
     start = replace(start, cells=start.cells & ~found.cells)
     if cloth.steps_of(start.cells) < 0.5:
         return found
@@ -334,4 +348,4 @@ def stage(cloth: Cloth, found: Fit) -> Stage:
     for piece in found.pieces:
         inside = cloth.mesh.pixels_of(piece.cells) & cloth.valid
         uv[inside] = cloth.mesh.to_pixels(piece.uv)[inside]
-    return Stage("mesh", None, found.texel, uv)
+    return Stage("mesh", None, found.texel, uv, cloth.mesh.size)

@@ -61,12 +61,19 @@ def report(found: Decomposition) -> dict[str, object]:
     """Return what `report.json` holds."""
     return {
         "image": list(found.photo.shape[:2]),
-        "texel_size": [float(np.linalg.norm(found.basis[:, k])) for k in (1, 0)],
+        "texel_size": texel_size(found),
         "basis": found.basis.tolist(),
         "lattice_vertices": len(found.lattice),
         "coverage": float(found.covered.mean()),
         "seconds": found.seconds,
     }
+
+
+def texel_size(found: Decomposition) -> list[float]:
+    """Return the usual height and width of a texel in the photo, pixels."""
+    bases = found.lattice.frames.bases if len(found.lattice) else found.basis[None]
+    width, height = np.median(np.linalg.norm(bases, axis=1), axis=0)
+    return [float(height), float(width)]
 
 
 def lattice_json(lattice: Lattice) -> dict[str, object]:

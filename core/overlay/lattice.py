@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from core.arrays import Bools, Floats, Ints, Points
@@ -216,13 +218,13 @@ def median_bound(values: Floats, spread: float, least: float) -> float:
 
 def connected(lattice: Lattice) -> Lattice:
     """Return the largest part whose vertices are connected by lattice steps."""
-    near = neighbour_rows(lattice.keys)
-    part = -np.ones(len(lattice), np.int64)
-    for start in range(len(lattice)):
-        stack = [start] if part[start] < 0 else []
-        while stack:
-            row = stack.pop()
-            if part[row] < 0:
-                part[row] = start
-                stack += [int(n) for n in near[row] if n >= 0 and part[n] < 0]
-    return lattice[part == np.bincount(part).argmax()] if len(lattice) else lattice
+    return lattice[max(parts(neighbour_rows(lattice.keys)), key=len)] if len(lattice) else lattice
+
+
+def parts(near: Ints) -> list[Ints]:
+    """Return the rows of each set of vertices that are connected, from their neighbours (K, 4)."""
+    rows, columns = np.nonzero(near >= 0)
+    count = len(near)
+    graph = csr_array((np.ones(len(rows)), (rows, near[rows, columns])), shape=(count, count))
+    number, label = connected_components(graph, directed=False)
+    return [np.flatnonzero(label == k) for k in range(number)]

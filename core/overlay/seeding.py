@@ -12,6 +12,7 @@ from core.overlay.stages import Stage
 from core.progress import Job, Progress
 
 LEAST_VERTICES = 9
+GROWING = "growing the lattice"
 LIGHT_PX = 25.0
 """Changes of light slower than this are taken out before patches are compared."""
 PLACES, ALIGNED = 700, 120
@@ -38,11 +39,16 @@ def flat_canvas(photo: Floats, valid: Bools) -> Canvas:
     return Canvas(flatten(photo.astype(np.float32), valid, LIGHT_PX), valid.astype(np.float32)[..., None])
 
 
-def find_lattice(canvas: Canvas, rng: np.random.Generator, *, texel_px: float | None = None) -> Job[Lattice]:
+def find_lattice(
+    canvas: Canvas, rng: np.random.Generator, *, texel_px: float | None = None, start: Proposal | None = None
+) -> Job[Lattice]:
     """Return the best of the lattices that grow from several seeds and detectors.
 
-    `texel_px` is the side of a texel where the user knows it. Raises `NoPatternError` if there is no lattice.
+    `texel_px` is the side of a texel where the user knows it; a `start` is the only seed if it is given. Raises
+    `NoPatternError` if there is no lattice.
     """
+    if start is not None:
+        return found_or_refused([(yield from full_grown(canvas, tried(canvas, start), Progress(0.3, GROWING)))])
     valid = canvas.valid[..., 0] > 0
     yield Progress(0.0, "correlating patches")
     proposals = propose(canvas.image, valid, rng)
@@ -56,10 +62,13 @@ def find_lattice(canvas: Canvas, rng: np.random.Generator, *, texel_px: float | 
             break
     grown: list[Lattice] = []
     for number, lattice in enumerate(finalists(lattices)):
-        note = "growing the lattice"
-        lattice = yield from full_grown(canvas, lattice, Progress(0.5 + 0.15 * number, note))
-        grown.append(lattice)
-    best = max(grown, key=merit, default=None)
+        grown.append((yield from full_grown(canvas, lattice, Progress(0.5 + 0.15 * number, GROWING))))
+    return found_or_refused(grown)
+
+
+def found_or_refused(lattices: list[Lattice]) -> Lattice:
+    """Return the best lattice; raise `NoPatternError` if it is none to speak of."""
+    best = max(lattices, key=merit, default=None)
     if best is None or len(best) < LEAST_VERTICES:
         raise NoPatternError
     return best
@@ -104,7 +113,7 @@ def full_grown(canvas: Canvas, lattice: Lattice, step: Progress, *, rounds: int 
     for _ in range(rounds):
         for grown in grow(canvas, lattice, mean_template(canvas, lattice.frames)):
             lattice = grown
-            yield Progress(step.fraction, step.note, Stage("lattice", lattice))
+            yield Progress(step.fraction, step.note, Stage("lattice", lattice, size=canvas.size))
         lattice, _ = refined(canvas, lattice)
     return lattice
 

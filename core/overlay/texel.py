@@ -51,6 +51,14 @@ class Texel:
         x, y = self.places(uv)
         return np.asarray(cv2.remap(self._padded, x, y, cv2.INTER_LINEAR), np.float64)
 
+    def at(self, uv: Floats) -> Floats:
+        """Return T(uv) (n, 3) for a list uv (n, 2)."""
+        width = 4096  # remap takes at most 32767 columns or rows
+        rows = -(-len(uv) // width)
+        padded = np.zeros((rows * width, 2))
+        padded[: len(uv)] = uv
+        return self(padded.reshape(rows, width, 2)).reshape(-1, 3)[: len(uv)] if rows else np.empty((0, 3))
+
     def with_gradient(self, uv: Floats) -> tuple[Floats, Floats, Floats]:
         """Return T, ∂T/∂u and ∂T/∂v (H, W, 3) at uv (H, W, 2)."""
         x, y = self.places(uv)
@@ -72,6 +80,17 @@ class Texel:
         spectrum = np.fft.fft2(self.pixels, axes=(0, 1)) * np.exp(-2 * np.pi**2 * power)[..., None]
         return Texel(np.fft.ifft2(spectrum, axes=(0, 1)).real)
 
+    def evenness(self, scale: Floats) -> float:
+        """Return how much the colours change along the direction of least change over that of most, 0 to 1.
+
+        Stripes have almost none. `scale` is pixels a texel (2, 2).
+        """
+        h, w = self.size
+        du, dv = (np.roll(self.pixels, -1, axis) - self.pixels for axis in (1, 0))
+        g = np.stack([du.ravel() * w, dv.ravel() * h], -1) @ np.linalg.inv(scale)
+        low, high = np.linalg.eigvalsh(g.T @ g)
+        return float(np.sqrt(max(low, 0.0) / max(high, 1e-12)))
+
     def tiled(self, rows: int, columns: int) -> Floats:
         """Return the regular texture of that many texels."""
         return np.tile(self.pixels, (rows, columns, 1))
@@ -88,11 +107,12 @@ def estimate_texel(
     """
     use = weight > 0
     colours, light, w = photo[use], shading[use], weight[use]
-    index, share = splat(uv[use], size)
+    places = uv[use]
+    index, share = splat(places, size)
     pixels = np.zeros((*size, photo.shape[-1]))
     robust = w
     for _ in range(rounds):
-        missing = colours - light[:, None] * Texel(pixels)(uv)[use]
+        missing = colours - light[:, None] * Texel(pixels).at(places)
         if pixels.any():
             error = np.abs(missing).mean(-1)
             bend = 2.0 * float(np.median(error)) + 1e-3

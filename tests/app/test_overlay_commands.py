@@ -127,3 +127,69 @@ def test_impossible_options_are_refused(
 ) -> None:
     failing(capsys, "overlay", folder, "--texture", folder / "texel.png", "-o", tmp_path / "out.png", *words)
     assert not (tmp_path / "out.png").exists()
+
+
+def test_a_corrected_lattice_gives_the_same_texel(photo: Path, folder: Path, tmp_path: Path) -> None:
+    lattice = json.loads((folder / "lattice.json").read_text())
+    lattice["vertices"].pop(7)
+    lattice["vertices"][4]["at"][0] += 1.5
+    (tmp_path / "lattice.json").write_text(json.dumps(lattice))
+    again = tmp_path / "again"
+    assert main(["decompose", str(photo), "-o", str(again), "--lattice", str(tmp_path / "lattice.json")]) == 0
+    old, new = (json.loads((place / "report.json").read_text()) for place in (folder, again))
+    assert new["texel_size"] == pytest.approx(old["texel_size"], rel=0.06)
+    assert new["coverage"] > 0.9
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["{", "[]", '{"vertices": [{"lattice": [0, 0]}]}', '{"vertices": [{"lattice": [0.5, 0], "at": [1, 2]}]}',
+     '{"vertices": []}', '{"vertices": [{"lattice": [0, 0], "at": [1, NaN]}]}'],
+)  # fmt: skip
+def test_a_broken_lattice_is_named(text: str, photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "lattice.json").write_text(text)
+    line = failing(capsys, "decompose", photo, "-o", tmp_path / "parts", "--lattice", tmp_path / "lattice.json")
+    assert "lattice.json" in line
+    assert not (tmp_path / "parts").exists()
+
+
+def test_a_doubled_vertex_is_named(
+    photo: Path, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lattice = json.loads((folder / "lattice.json").read_text())
+    lattice["vertices"].append(lattice["vertices"][0])
+    (tmp_path / "lattice.json").write_text(json.dumps(lattice))
+    line = failing(capsys, "decompose", photo, "-o", tmp_path / "parts", "--lattice", tmp_path / "lattice.json")
+    assert "twice" in line
+
+
+def test_stages_are_written_as_pictures(photo: Path, tmp_path: Path) -> None:
+    words = ["decompose", str(photo), "-o", str(tmp_path / "parts"), "--stages", str(tmp_path / "stages")]
+    assert main(words) == 0
+    names = [path.name for path in sorted((tmp_path / "stages").iterdir())]
+    assert any("lattice" in name for name in names)
+    assert any("mesh" in name for name in names)
+    lattice = load(next(path for path in (tmp_path / "stages").iterdir() if "lattice" in path.name)).pixels
+    assert (lattice[..., 1].astype(int) - lattice[..., 2] > 120).sum() > 300
+
+
+def test_transparent_pixels_are_no_cloth_and_stay(tmp_path: Path) -> None:
+    pixels = stored(make_scene(motif()).photo).pixels
+    alpha = np.full((*pixels.shape[:2], 1), 255, np.uint8)
+    alpha[60:110, 70:120] = 0
+    save(Image(np.concatenate([pixels, alpha], -1)), tmp_path / "hole.png")
+    save(stored(np.full((8, 8, 3), 0.6)), tmp_path / "plain.png")
+    assert main(["decompose", str(tmp_path / "hole.png"), "-o", str(tmp_path / "parts")]) == 0
+    assert np.isnan(np.load(tmp_path / "parts" / "texture_coords.npz")["uv"][60:110, 70:120]).all()
+    out = tmp_path / "out.png"
+    assert main(["overlay", str(tmp_path / "parts"), "--texture", str(tmp_path / "plain.png"), "-o", str(out)]) == 0
+    assert (load(out).pixels[..., 3:] == alpha).all()
+
+
+def test_an_output_that_is_a_file_is_refused_at_once(
+    photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("kept")
+    assert "file" in failing(capsys, "decompose", photo, "-o", tmp_path / "file")
+    assert (tmp_path / "file").read_text() == "kept"
+    assert "nowhere" in failing(capsys, "decompose", photo, "-o", tmp_path / "nowhere" / "parts")
