@@ -23,10 +23,12 @@ from app.editor import Editor
 from app.render import gpu
 from app.render.renderer import Renderer
 from app.ui import theme
+from app.ui.emblem import emblem
 from app.ui.scene import Motion, scene_of
 from app.ui.workspace import Workspace
 from core import tracing
 
+ICON_PX = 64
 FRAMES_AFTER_INPUT = 3
 """Dear ImGui needs a frame or two to come to rest: hovering, layout and popups answer in the next one."""
 REST_S = 0.55
@@ -132,7 +134,6 @@ class Shell:
         """Hear of the window's events before Dear ImGui does, which chains to what is set here."""
         self._window = glfw_utils.glfw_window_hello_imgui()
         for listen in (
-            glfw.set_cursor_pos_callback,
             glfw.set_mouse_button_callback,
             glfw.set_scroll_callback,
             glfw.set_key_callback,
@@ -141,7 +142,14 @@ class Shell:
             glfw.set_cursor_enter_callback,
         ):
             listen(self._window, self._stir)
+        glfw.set_cursor_pos_callback(self._window, self._hear_pointer)
+        icon = emblem(ICON_PX)
+        glfw.set_window_icon(self._window, 1, [(ICON_PX, ICON_PX, icon.tolist())])  # type: ignore[list-item]  # or rows of pixels
         glfw.set_drop_callback(self._window, self._drop)  # type: ignore[arg-type]  # the wrapper hands over a list
+
+    def _hear_pointer(self, window: object, x: float, y: float) -> None:
+        self.workspace.canvas.hear_pointer(x, y)
+        self._stir()
 
     def _stir(self, *_: object) -> None:
         """Draw a few frames, since something was done to the window."""

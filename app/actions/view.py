@@ -115,6 +115,9 @@ VIEW = (
     *(_overlay(name) for name in _OVERLAYS),
 )
 
+READY_MODES: frozenset[Mode] = frozenset(("warp",))
+"""Those that the window has panels for."""
+
 _MODES: tuple[tuple[Mode, str, str, str], ...] = (
     ("warp", "Warp", "bezier-curve", "Bend the picture and keep its features"),
     ("retexture", "Retexture", "brush", "Move curves and regrow the texture along them"),
@@ -130,7 +133,8 @@ def _mode(number: int, mode: Mode, label: str, icon: str, tooltip: str) -> Actio
         lambda editor: editor.choose_mode(mode),
         f"Alt+{number}",
         icon,
-        tooltip,
+        tooltip if mode in READY_MODES else f"{tooltip}. From the command line only, so far.",
+        enabled=lambda editor: mode in READY_MODES,
         checked=lambda editor: editor.session.mode == mode,
     )
 

@@ -32,6 +32,10 @@ class Canvas:
         self._pointer = Pointer()
         self._holds_divider = False
 
+    def hear_pointer(self, x: float, y: float) -> None:
+        """Take note of a place that the mouse passes between two frames."""
+        self._pointer.trail.append((x, y))
+
     def lay_out(self, area: Area) -> None:
         """Take the place that the panels leave; the picture's middle stays in the middle."""
         if area == self.area:

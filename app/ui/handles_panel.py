@@ -45,7 +45,7 @@ class HandlesPanel:
         selected = self._editor.session.selected
         for number, pin in enumerate(document.pins):
             at, to = pixels_from_places(document.size_px, np.array([pin.at, pin.to]))
-            moved = "" if pin.at == pin.to else f"  →  {to[0]:.0f}, {to[1]:.0f}"
+            moved = "" if np.abs(to - at).max() < 0.5 else f"  →  {to[0]:.0f}, {to[1]:.0f}"
             text = f"{number + 1}    {at[0]:.0f}, {at[1]:.0f}{moved}##pin {number}"
             flags = imgui.SelectableFlags_.allow_overlap
             if imgui.selectable(text, number in selected, flags)[0]:

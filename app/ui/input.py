@@ -61,6 +61,8 @@ KEYS: dict[imgui.Key, str] = (
 )
 """Names of the keys as `app.events` and the action table call them."""
 
+MOST_WAY = 24
+"""At most so many places on the way are looked at in one frame."""
 BUTTONS: tuple[tuple[int, Button], ...] = ((0, "left"), (2, "middle"), (1, "right"))
 
 
@@ -76,6 +78,8 @@ class Pointer:
     def __init__(self) -> None:
         self._held: int | None = None
         self._last: Position | None = None
+        self.trail: list[Position] = []
+        """Where the mouse has been since the last frame, in pixels of the window; whoever hears of it adds to this."""
 
     def events(self, area: Area) -> Iterator[Event]:
         """Yield what the mouse did since the last frame, in pixels of the canvas."""
@@ -83,6 +87,7 @@ class Pointer:
         pos = (io.mouse_pos.x - area.x, io.mouse_pos.y - area.y)
         over = not io.want_capture_mouse and area.holds(io.mouse_pos.x, io.mouse_pos.y)
         mods = modifiers()
+        yield from self._way(area, mods)
         if pos != self._last and (over or self._held is not None):
             self._last = pos
             yield Move(pos, mods)
@@ -93,6 +98,13 @@ class Pointer:
             yield from self._presses(pos, mods)
             if io.mouse_wheel:
                 yield Wheel(pos, io.mouse_wheel, mods)
+
+    def _way(self, area: Area, mods: Modifiers) -> Iterator[Event]:
+        """Yield the places on the way while a button is held, so that a fast stroke is as smooth as the hand."""
+        trail, self.trail = self.trail[:-1], []
+        if self._held is not None and imgui.is_mouse_down(self._held):
+            for x, y in trail[:: 1 + len(trail) // MOST_WAY]:
+                yield Move((x - area.x, y - area.y), mods)
 
     @property
     def is_held(self) -> bool:

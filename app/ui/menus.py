@@ -9,7 +9,6 @@ from app.actions import Action
 from app.actions.file import recent_actions
 from app.actions.table import ActionTable
 from app.editor import Editor
-from app.session import Mode
 from app.ui import theme
 from app.ui.controls import colors, tip
 from app.ui.theme import em, icon
@@ -34,10 +33,9 @@ def menu_tree(actions: Sequence[Action]) -> Tree:
 class MenuBar:
     """Draws the menus of an action table."""
 
-    def __init__(self, editor: Editor, table: ActionTable, modes: frozenset[Mode]) -> None:
+    def __init__(self, editor: Editor, table: ActionTable) -> None:
         self._editor = editor
         self._table = table
-        self._modes = modes
         self._tree = menu_tree(table.actions)
 
     def draw(self) -> None:
@@ -86,14 +84,13 @@ class MenuBar:
 
     def _draw_mode(self, action: Action, width: float) -> None:
         on = action.checked is not None and action.checked(self._editor)
-        there = action.name.removeprefix("mode.") in self._modes
         with colors(
             button=theme.ACCENT if on else theme.RAISED,
             button_hovered=theme.ACCENT if on else theme.BUTTON_HOVERED,
             text=theme.ON_ACCENT if on else theme.TEXT,
         ):
-            imgui.begin_disabled(not there)
+            imgui.begin_disabled(not action.enabled(self._editor))
             if imgui.button(action.label, ImVec2(width, imgui.get_frame_height())):
                 action.run(self._editor)
             imgui.end_disabled()
-        tip(action.tooltip if there else f"{action.tooltip}. Not part of this version yet.", action.chord)
+        tip(action.tooltip, action.chord)

@@ -73,6 +73,12 @@ class StatusBar:
             self._solve_ms = answer.solve_ms
         rows.append((f"{self._solve_ms:.1f} ms", "The last solve while something moved took so long", False))
         folds = f"{answer.folds} folds" if answer.folds else "no folds"
-        rows.append((folds, "Cells that are turned over; at rest they are mended", answer.folds > 0))
+        rows.append(
+            (
+                folds,
+                "Cells that are turned over; at rest, those that the warp itself does not fold are mended",
+                answer.folds > 0,
+            )
+        )
         rows.append((f"{session.view.zoom:.0%}", "Zoom", False))
         return rows

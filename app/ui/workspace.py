@@ -9,7 +9,6 @@ from app import filing
 from app.actions.table import ActionTable
 from app.editor import Editor
 from app.requests import Panel
-from app.session import Mode
 from app.ui import theme
 from app.ui.canvas import Canvas
 from app.ui.dialogs import Dialogs
@@ -31,8 +30,6 @@ from app.ui.welcome import Welcome
 SIDE, LOWER_SIDE = "Side", "LowerSide"
 FITTING_FRAMES = 4
 """How many frames Dear ImGui takes to lay out the panels."""
-MODES: frozenset[Mode] = frozenset(("warp",))
-"""Modes that have a panel."""
 
 
 class Workspace:
@@ -44,7 +41,7 @@ class Workspace:
         """Seconds until the window wants a frame without an event; None for never."""
         self.table = table = ActionTable(editor.tools)
         self.canvas = Canvas(editor, table)
-        self.menus = MenuBar(editor, table, MODES)
+        self.menus = MenuBar(editor, table)
         self.options_bar = OptionsBar(editor, table)
         self.status_bar = StatusBar(editor)
         self.thumbnails = Thumbnails(editor)

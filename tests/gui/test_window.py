@@ -7,6 +7,7 @@ import pytest
 from imgui_bundle import imgui
 
 from app.editor import Editor
+from app.spaces import canvas_from_screen
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -25,6 +26,19 @@ def test_a_stroke_of_the_mouse_paints_the_mask(editor: Editor) -> None:
     drive(editor, script)
     assert editor.history.labels[-1] == "Paint mask"
     assert not editor.document.mask.is_empty
+
+
+def test_a_stroke_follows_the_mouse_between_two_frames(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.press(300, 300)
+        way = window.place(330, 380)
+        window.shell.workspace.canvas.hear_pointer(way.x, way.y)
+        window.shell.workspace.canvas.hear_pointer(0, 0)
+        window.move(360, 300).release()
+        x, y = canvas_from_screen(editor.session.view, np.array([330.0, 380.0]))
+        assert editor.document.mask.array[round(y), round(x)] == 255
+
+    drive(editor, script)
 
 
 def test_keys_reach_tools_and_actions(editor: Editor) -> None:

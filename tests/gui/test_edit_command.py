@@ -1,0 +1,70 @@
+"""`weft [FILE]`: what it opens, and what it says without a display and for a file that cannot be read."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.commands.edit import editor_on, opened, sample
+from app.jobs import Jobs
+from app.recovery import Recovery
+from core.images import Image, load, save
+from core.project import save_project
+from tests.app.driver import document
+
+
+def weft(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run `weft` without a display."""
+    hidden = ("DISPLAY", "WAYLAND_DISPLAY")
+    env = {name: value for name, value in os.environ.items() if name not in hidden}
+    env |= {"PYTHONPATH": str(Path(__file__).parents[2]), "XDG_STATE_HOME": str(cwd), "XDG_CONFIG_HOME": str(cwd)}
+    command = [sys.executable, "-m", "app", *map(str, words)]
+    return subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.mark.gpu
+def test_without_a_display_it_renders_to_a_file_and_says_what_a_window_needs(tmp_path: Path) -> None:
+    done = weft(cwd=tmp_path)
+    assert done.returncode == 0
+    rendered = tmp_path / "weft-sample.png"
+    assert str(rendered) in done.stdout
+    assert "DISPLAY" in done.stdout
+    assert load(rendered).pixels.shape[:2] == sample().image.pixels.shape[:2]
+
+
+@pytest.mark.parametrize("content", [None, b"", b"not a picture"])
+def test_a_bad_file_is_one_line_and_status_2(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "picture.png"
+    if content is not None:
+        path.write_bytes(content)
+    done = weft(path, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("weft: error: ")
+    assert "picture.png" in done.stderr
+
+
+def test_it_opens_pictures_and_projects(tmp_path: Path) -> None:
+    picture, project = tmp_path / "a.png", tmp_path / "a.weft"
+    save(Image(np.zeros((20, 30, 3), np.uint8)), picture)
+    save_project(document().with_warp(preset="arc"), project)
+    assert opened(picture).size_px == (30, 20)
+    assert opened(project).warp.preset == "arc"
+
+
+def test_the_sample_has_features() -> None:
+    assert not sample().mask.is_empty
+
+
+def test_the_editor_knows_what_was_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    path = tmp_path / "a.weft"
+    editor = editor_on(document(), path, Jobs.inline())
+    assert editor.project_path == path
+    assert editor.session.recent[0] == str(path.resolve())
+    assert isinstance(editor.recovery, Recovery)
+    assert editor.exporter is not None
