@@ -23,24 +23,36 @@ ivec2 level_origin(int level) {
     return place - (window.xy >> level);
 }
 
-// One texel of a level; the picture's border repeats outwards.
-vec4 texel(ivec2 at, ivec2 last, ivec2 origin) {
-    return texelFetch(picture, clamp(at, ivec2(0), last) + origin, 0);
+// Texels of a level that the texture holds, in those of the whole picture.
+struct Level {
+    ivec2 first, last;
+    ivec2 origin;   // place in the texture of the whole picture's first texel
+};
+
+Level level_of(int level) {
+    ivec2 first = window.xy >> level;
+    ivec2 last = first + (window.zw >> (level - base_level)) - 1;
+    return Level(first, min(last, (picture_size - 1) >> level), level_origin(level));
 }
 
-vec4 interpolated(ivec2 at, vec2 t, ivec2 last, ivec2 origin) {
+// One texel of a level; the picture's border repeats outwards.
+vec4 texel(ivec2 at, Level level) {
+    return texelFetch(picture, clamp(at, level.first, level.last) + level.origin, 0);
+}
+
+vec4 interpolated(ivec2 at, vec2 t, Level level) {
     vec4 wx = cubic_weights(t.x), wy = cubic_weights(t.y);
     vec4 sum = vec4(0.0);
     for (int y = 0; y < 4; y++) {
         vec4 row = vec4(0.0);
-        for (int x = 0; x < 4; x++) row += wx[x] * texel(at + ivec2(x - 1, y - 1), last, origin);
+        for (int x = 0; x < 4; x++) row += wx[x] * texel(at + ivec2(x - 1, y - 1), level);
         sum += wy[y] * row;
     }
     return sum;
 }
 
 // Sum over the texels with |K d| <= 2 in both components, row by row: the support is a parallelogram.
-vec4 averaged(ivec2 at, vec2 t, vec3 K, ivec2 last, ivec2 origin) {
+vec4 averaged(ivec2 at, vec2 t, vec3 K, Level level) {
     float det = K.x * K.z - K.y * K.y;
     float reach = 2.0 * (K.x + abs(K.y)) / det;
     vec4 sum = vec4(0.0);
@@ -54,7 +66,7 @@ vec4 averaged(ivec2 at, vec2 t, vec3 K, ivec2 last, ivec2 origin) {
         for (float x = ceil(t.x + max(low.x, low.y)); x <= right; x += 1.0) {
             float dx = x - t.x;
             float weight = cubic(K.x * dx + K.y * dy) * cubic(K.y * dx + K.z * dy);
-            sum += weight * texel(at + ivec2(int(x), int(y)), last, origin);
+            sum += weight * texel(at + ivec2(int(x), int(y)), level);
             total += weight;
         }
     }
@@ -71,6 +83,6 @@ vec4 filtered(vec2 whole, vec2 fraction, vec3 kernel, int level) {
     at += ivec2(low);
     t -= low;
     bool plain = abs(kernel.x - 1.0) + abs(kernel.y) + abs(kernel.z - 1.0) < 1e-4;
-    ivec2 last = (picture_size - 1) >> level, origin = level_origin(level);
-    return plain ? interpolated(at, t, last, origin) : averaged(at, t, kernel, last, origin);
+    Level texels = level_of(level);
+    return plain ? interpolated(at, t, texels) : averaged(at, t, kernel, texels);
 }

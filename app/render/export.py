@@ -5,7 +5,7 @@ import numpy as np
 
 from app.render import gpu
 from app.render.mesh import Mesh
-from app.render.picture_pass import PicturePass
+from app.render.picture_pass import LEAST_STRETCH, PicturePass
 from app.render.programs import programs_of
 from app.render.source import DEFAULT_LIMITS, Box, Limits, Source
 from core import tracing
@@ -148,14 +148,13 @@ class TileTarget:
     def _draw_light(self, tile: Box, part: Box) -> None:
         """Draw `part` of `tile`, in quarters where the source for it is too large for one window."""
         assert self._mesh is not None
-        blocks = self._mesh.blocks_in(part)
-        if not blocks.any():
-            return
-        box, base = self._mesh.source_of(blocks)
-        if max(part[2] - part[0], part[3] - part[1]) > LEAST_TILE_PX and not self._source.fits(box, base):
-            for quarter in _quarters(part):
-                self._draw_light(tile, quarter)
-            return
+        side = max(part[2] - part[0], part[3] - part[1])
+        if side > LEAST_TILE_PX and not self._source.is_small:
+            read, base = self._mesh.source_of(part, least_stretch=LEAST_STRETCH)
+            if not self._source.fits(read, base):
+                for quarter in _quarters(part):
+                    self._draw_light(tile, quarter)
+                return
         self._picture.draw(self._mesh, self._source, part, origin=tile[:2])
 
     def release(self) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.render.programs import programs_of, set_uniforms
+from app.render.reach import Reach
 from app.render.source import Box
 from core.arrays import Bools, Floats, Ints, Points, Singles
 
@@ -21,8 +22,6 @@ RING_PX = 6.0
 EDGE_PX = 1.5
 """The outline cuts pixels so far inside it."""
 MOST_EDGE_LAYERS = 24
-MOST_ANISOTROPY = 16.0
-"""As in mesh.vert."""
 
 
 class Mesh:
@@ -42,17 +41,16 @@ class Mesh:
         self._first, self._count = _block_ranges(shape)
         self._rest: Points | None = None
         self._moved: Points | None = None
-        self._stretches: tuple[Floats, Floats] | None = None
+        self._reach: Reach | None = None
 
     def place(self, rest: Points, moved: Points) -> None:
         """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
         if rest is not self._rest:
             self._rest_nodes.write(_whole_and_fraction(rest))
-            self._rest, self._stretches = rest, None
-            self._rest_low, self._rest_high = _block_bounds(rest)
+            self._rest, self._reach = rest, None
         if moved is not self._moved:
             self._moved_nodes.write(_whole_and_fraction(moved))
-            self._moved, self._stretches = moved, None
+            self._moved, self._reach = moved, None
             low, high = _block_bounds(moved)
             self._low, self._high = low - RING_PX, high + RING_PX
             self._thinnest = _thinnest_border(moved)
@@ -69,18 +67,13 @@ class Mesh:
         right, bottom = np.minimum(np.ceil(self._high.max(axis=(0, 1))), box[2:]).astype(int).tolist()
         return left, top, max(right, left), max(bottom, top)
 
-    def source_of(self, blocks: Bools) -> tuple[Box, int]:
-        """Return the source pixels that drawing `blocks` reads, and the finest level of the pyramid among them."""
-        assert self._rest is not None
-        assert self._moved is not None
-        if self._stretches is None:
-            major, minor = _stretches(self._rest, self._moved)
-            self._stretches = _block_reduce(np.maximum, major), _block_reduce(np.minimum, minor)
-        reach = 2 * max(float(self._stretches[0][blocks].max()), 1.0) + 2
-        finest = max(float(self._stretches[1][blocks].min()), 1.0)
-        left, top = np.floor(self._rest_low[blocks].min(axis=0) - reach).astype(int)
-        right, bottom = np.ceil(self._rest_high[blocks].max(axis=0) + reach).astype(int) + 1
-        return (int(left), int(top), int(right), int(bottom)), int(np.log2(finest))
+    def source_of(self, box: Box, *, least_stretch: float) -> tuple[Box, int]:
+        """Return what drawing the output pixels of `box` reads (see `Reach.read_for`)."""
+        if self._reach is None:
+            assert self._rest is not None
+            assert self._moved is not None
+            self._reach = Reach.of(self._rest, self._moved)
+        return self._reach.read_for(box, least_stretch=least_stretch)
 
     def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:
         """Draw `blocks` with the shader `fragment` into the bound framebuffer."""
@@ -183,11 +176,6 @@ def _block_bounds(points: Points) -> tuple[Points, Points]:
     )
 
 
-def _block_reduce(operation: np.ufunc, quads: Floats) -> Floats:
-    """Reduce a value per quad of the grid, ring quads taking that of the quad beside them, to one per block."""
-    return _reduce_blocks(operation, np.pad(quads, 1, mode="edge"))
-
-
 def _reduce_blocks(operation: np.ufunc, quads: Floats) -> Floats:
     down, across = (np.arange(0, size, BLOCK) for size in quads.shape[:2])
     reduced: Floats = operation.reduceat(operation.reduceat(quads, down, axis=0), across, axis=1)
@@ -203,40 +191,3 @@ def _thinnest_border(points: Points) -> float:
         (points[:, -1], points[:, -2]),
     )
     return float(min(np.linalg.norm(inner - outer, axis=-1).min() for outer, inner in sides))
-
-
-def _stretches(rest: Points, moved: Points) -> tuple[Floats, Floats]:
-    """Return per quad the greatest and the least singular value of d(source) / d(output) of its two triangles."""
-    values = []
-    for a, b, c in (((0, 0), (0, 1), (1, 1)), ((1, 0), (0, 0), (1, 1))):
-        (source_1, source_2), (output_1, output_2) = (
-            (_corner(points, b) - _corner(points, a), _corner(points, c) - _corner(points, a))
-            for points in (rest, moved)
-        )
-        values.append(_singular_values(source_1, source_2, output_1, output_2))
-    major = np.maximum(values[0][0], values[1][0])
-    minor = np.minimum(values[0][1], values[1][1])
-    return major, np.maximum(minor, major / MOST_ANISOTROPY)
-
-
-def _corner(points: Points, at: tuple[int, int]) -> Points:
-    rows, columns = points.shape[0] - 1, points.shape[1] - 1
-    return points[at[0] : at[0] + rows, at[1] : at[1] + columns]
-
-
-def _singular_values(source_1: Points, source_2: Points, output_1: Points, output_2: Points) -> tuple[Floats, Floats]:
-    """Return the singular values of S O^-1, S and O having the given columns; large ones are capped.
-
-    With J = S O^-1: |J|^2 = |S adj(O)|^2 / det(O)^2 = s1^2 + s2^2 and |det J| = s1 s2.
-    """
-    det = output_1[..., 0] * output_2[..., 1] - output_1[..., 1] * output_2[..., 0]
-    det = np.maximum(np.abs(det), 1e-9)
-    columns = (
-        source_1 * output_2[..., 1:] - source_2 * output_1[..., 1:],
-        source_2 * output_1[..., :1] - source_1 * output_2[..., :1],
-    )
-    squares = sum((column**2).sum(axis=-1) for column in columns) / det**2
-    product = np.abs(source_1[..., 0] * source_2[..., 1] - source_1[..., 1] * source_2[..., 0]) / det
-    gap = np.sqrt(np.maximum(squares**2 / 4 - product**2, 0))
-    major = np.sqrt(squares / 2 + gap)
-    return np.minimum(major, 1e5), product / np.maximum(major, 1e-9)

@@ -17,6 +17,9 @@ from app.render.source import Box, Source, Window
 
 PICTURE_UNIT, PLACE_UNIT, FOOTPRINT_UNIT = 2, 3, 4
 """Texture units; the nodes of the grid have 0 and 1."""
+LEAST_STRETCH = 1.5
+"""How many texels of its level a shrinking kernel spans at least: more is slower, less lets the pyramid show."""
+DRAFT_STRETCH = 0.75
 
 
 class PicturePass:
@@ -57,8 +60,10 @@ class PicturePass:
         blocks = mesh.blocks_in(box)
         if not blocks.any():
             return
-        window = source.window(*mesh.source_of(blocks))
-        uniforms = self._uniforms(window, source, origin, draft=draft)
+        least_stretch = DRAFT_STRETCH if draft else LEAST_STRETCH
+        read = (source.whole, 0) if source.is_small else mesh.source_of(box, least_stretch=least_stretch)
+        window = source.window(*read)
+        uniforms = {**self._uniforms(window, source, origin), "least_stretch": least_stretch}
         viewport = -self.side // 2, -self.side // 2, 2 * self.side, 2 * self.side
         scissor = box[0] - origin[0], box[1] - origin[1], box[2] - box[0], box[3] - box[1]
         with gpu.drawing(self._places, viewport, scissor):
@@ -74,14 +79,13 @@ class PicturePass:
             with self.cells.drawing(viewport, scissor):
                 mesh.draw_edge("edge_cells.frag", **uniforms)
 
-    def _uniforms(self, window: Window, source: Source, origin: tuple[int, int], *, draft: bool) -> dict[str, object]:
+    def _uniforms(self, window: Window, source: Source, origin: tuple[int, int]) -> dict[str, object]:
         return {
             "picture": PICTURE_UNIT,
             "picture_size": (source.image.width_px, source.image.height_px),
             "window": (*window.box[:2], *window.base_size),
             "base_level": window.base,
             "top_level": window.top,
-            "least_stretch": 0.75 if draft else 1.5,
             "target_origin": (float(origin[0]), float(origin[1])),
             "target_extent": float(self.side),
         }

@@ -105,6 +105,11 @@ class Source:
         budget = self._budget_bytes // (1 if box == self.whole else 2)
         return sides_fit and width * height * texel_bytes * 4 // 3 <= budget
 
+    @property
+    def is_small(self) -> bool:
+        """Whether all of the picture fits, so that nobody need ask what is read."""
+        return self.fits(self.whole, 0)
+
     def window(self, box: Box, base: int) -> Window:
         """Return a window over `box` with levels from `base` up; the whole picture where that fits.
 

@@ -59,10 +59,11 @@ def test_tiles_leave_no_trace(scale: float, depth: str) -> None:
     assert np.array_equal(one.pixels, many.pixels)
 
 
+@pytest.mark.parametrize("cells", [2, 37, 140])
 @pytest.mark.parametrize("scale", [1.0, 0.3])
-def test_windows_of_a_large_picture_leave_no_trace(scale: float) -> None:
+def test_windows_of_a_large_picture_leave_no_trace(scale: float, cells: int) -> None:
     image = scenes.picture(700, 500, 4)
-    rest = scenes.grid(700, 500, cells=140)
+    rest = scenes.grid(700, 500, cells=cells)
     warped = scenes.wavy(rest)
     size = (round(700 * scale), round(500 * scale))
     whole = render_mesh(image, rest, warped, size=size, scale=scale).pixels
