@@ -10,6 +10,7 @@ from core.arrays import Bools, Floats
 from core.factor import Factor
 from core.overlay.mesh import Mesh
 from core.overlay.registration import State
+from core.overlay.smoothing import gaussian
 from core.overlay.texel import Texel
 
 LIMIT = 0.6
@@ -70,12 +71,7 @@ def misfit(
     `modelled` is ρ T(uv) (H, W, 3), `light` ρ (H, W), `valid` (H, W) the pixels that count.
     """
     planes = sums(photo, modelled, light[..., None], valid[..., None])
-    return judged(smooth(planes, sigma_px), tolerance)
-
-
-def smooth(values: Floats, sigma_px: float) -> Floats:
-    """Return the Gaussian mean."""
-    return np.asarray(cv2.GaussianBlur(values, (0, 0), sigma_px, borderType=cv2.BORDER_REFLECT), np.float64)
+    return judged(gaussian(planes.astype(np.float32), sigma_px), tolerance)
 
 
 def sums_of_cells(mesh: Mesh, photo: Floats, weight: Floats, state: State, texel: Texel) -> Floats:
@@ -99,7 +95,7 @@ def misfit_of_cells(mesh: Mesh, cells: Bools, found: Floats, tolerance: Toleranc
     """Return the mild misfit (rows, columns) of the cells that the sums (K, 18) are of, 0 elsewhere."""
     planes = np.zeros((*mesh.cells, found.shape[1]))
     planes[cells] = found
-    return np.where(cells, judged(smooth(planes, sigma_px / mesh.cell), tolerance)[1], 0.0)
+    return np.where(cells, judged(gaussian(planes, sigma_px / mesh.cell), tolerance)[1], 0.0)
 
 
 def ring(cells: Bools, allowed: Bools, width: int) -> Bools:
@@ -139,7 +135,7 @@ def without_specks(cells: Bools, least: int) -> Bools:
 
 def cleaned(inside: Bools, sigma_px: float) -> Bools:
     """Return a region without specks and holes smaller than a few `sigma_px`, its outline smoothed."""
-    soft = smooth(inside.astype(np.float64), max(1.0, sigma_px / 4))
+    soft = gaussian(inside.astype(np.float64), max(1.0, sigma_px / 4))
     return without_specks(soft > 0.5, max(4, round(4 * sigma_px**2)))
 
 

@@ -5,9 +5,9 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Points
 from core.overlay.alignment import Canvas, Frames, align, correlate, thinned
 from core.overlay.correlation import Proposal, propose
-from core.overlay.flattening import flatten
 from core.overlay.keypoints import propose_from_keypoints
 from core.overlay.lattice import Lattice, grow, mean_template, refined, seeded
+from core.overlay.smoothing import flatten
 from core.overlay.stages import Stage
 from core.progress import Job, Progress
 

@@ -1,0 +1,35 @@
+"""Gaussian means, and a picture freed of slow changes of light."""
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from core.arrays import Bools, Singles
+
+
+def gaussian(values: NDArray[Any], sigma_px: float) -> NDArray[Any]:
+    """Return the Gaussian mean of planes (H, W) or (H, W, C), mirrored at the border.
+
+    A wide one is taken of means over squares, which differs by less than 1 % of the values.
+    """
+    step = min(int(sigma_px / 4), min(values.shape[:2]) // 8)
+    if step < 2:
+        return np.asarray(cv2.GaussianBlur(values, (0, 0), sigma_px, borderType=cv2.BORDER_REFLECT))
+    h, w = values.shape[:2]
+    rest = [(0, -n % step) for n in (h, w)] + [(0, 0)] * (values.ndim - 2)
+    padded = np.pad(values, rest, mode="symmetric")
+    size = padded.shape[1] // step, padded.shape[0] // step
+    small = cv2.resize(padded, size, interpolation=cv2.INTER_AREA)
+    soft = cv2.GaussianBlur(small, (0, 0), sigma_px / step, borderType=cv2.BORDER_REFLECT)
+    return np.asarray(cv2.resize(soft, padded.shape[1::-1], interpolation=cv2.INTER_LINEAR)[:h, :w])
+
+
+def flatten(image: Singles, valid: Bools, sigma_px: float) -> Singles:
+    """Divide `image` (H, W, 3) by its local brightness (a Gaussian mean over `valid`); zero outside."""
+    inside = valid.astype(np.float32)
+    brightness = image.mean(-1) * inside
+    mean = gaussian(brightness, sigma_px) / np.maximum(gaussian(inside, sigma_px), 1e-3)
+    floor = max(0.02, 0.1 * float(mean[valid].mean())) if valid.any() else 1.0
+    return np.asarray(image / np.maximum(mean, floor)[..., None] * inside[..., None], np.float32)
