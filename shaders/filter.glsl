@@ -40,15 +40,22 @@ vec4 texel(ivec2 at, Level level) {
     return texelFetch(picture, clamp(at, level.first, level.last) + level.origin, 0);
 }
 
+// The kernel's lobes ring beside strong edges, darkly so in linear light: no result leaves the range of the texels next to
+// it. Along one axis at a time, so that the result has no jumps.
+vec4 between_neighbours(vec4 value, vec4 left, vec4 right) {
+    return clamp(value, min(left, right), max(left, right));
+}
+
 vec4 interpolated(ivec2 at, vec2 t, Level level) {
     vec4 wx = cubic_weights(t.x), wy = cubic_weights(t.y);
-    vec4 sum = vec4(0.0);
+    vec4 rows[4];
     for (int y = 0; y < 4; y++) {
-        vec4 row = vec4(0.0);
-        for (int x = 0; x < 4; x++) row += wx[x] * texel(at + ivec2(x - 1, y - 1), level);
-        sum += wy[y] * row;
+        vec4 a = texel(at + ivec2(-1, y - 1), level), b = texel(at + ivec2(0, y - 1), level);
+        vec4 c = texel(at + ivec2(1, y - 1), level), d = texel(at + ivec2(2, y - 1), level);
+        rows[y] = between_neighbours(wx.x * a + wx.y * b + wx.z * c + wx.w * d, b, c);
     }
-    return sum;
+    vec4 sum = wy.x * rows[0] + wy.y * rows[1] + wy.z * rows[2] + wy.w * rows[3];
+    return between_neighbours(sum, rows[1], rows[2]);
 }
 
 // Sum over the texels with |K d| <= 2 in both components, row by row: the support is a parallelogram.
@@ -57,20 +64,26 @@ vec4 averaged(ivec2 at, vec2 t, vec3 K, Level level) {
     float reach = 2.0 * (K.x + abs(K.y)) / det;
     vec4 sum = vec4(0.0);
     float total = 0.0;
+    vec4 low = vec4(1e30), high = vec4(-1e30);   // of the texels under the kernel's core
     for (float y = ceil(t.y - reach); y <= t.y + reach; y += 1.0) {
         float dy = y - t.y;
         vec2 centre = vec2(-K.y * dy / K.x, abs(K.y) > 1e-6 ? -K.z * dy / K.y : 0.0);
         vec2 half_width = vec2(2.0 / K.x, abs(K.y) > 1e-6 ? 2.0 / abs(K.y) : 1e9);
-        vec2 low = centre - half_width, high = centre + half_width;
-        float right = t.x + min(high.x, high.y);
-        for (float x = ceil(t.x + max(low.x, low.y)); x <= right; x += 1.0) {
+        vec2 from = centre - half_width, to = centre + half_width;
+        float right = t.x + min(to.x, to.y);
+        for (float x = ceil(t.x + max(from.x, from.y)); x <= right; x += 1.0) {
             float dx = x - t.x;
-            float weight = cubic(K.x * dx + K.y * dy) * cubic(K.y * dx + K.z * dy);
-            sum += weight * texel(at + ivec2(int(x), int(y)), level);
+            vec2 d = vec2(K.x * dx + K.y * dy, K.y * dx + K.z * dy);
+            float weight = cubic(d.x) * cubic(d.y);
+            vec4 colour = texel(at + ivec2(int(x), int(y)), level);
+            bool core = max(abs(d.x), abs(d.y)) < 1.0;
+            low = core ? min(low, colour) : low;
+            high = core ? max(high, colour) : high;
+            sum += weight * colour;
             total += weight;
         }
     }
-    return sum / total;
+    return clamp(sum / total, low, high);
 }
 
 // The picture at source pixel whole + fraction, filtered by `kernel` at `level` (mesh.vert).
