@@ -174,12 +174,15 @@ def slider(
     logarithmic: bool = False,
     hint: str = "",
 ) -> Held:
-    """Set a number of `digits` decimals: drag the track, or type in the box; the label and the arrow reset it."""
+    """Set a number of `digits` decimals: drag the track, double-click it to type; label and arrow reset."""
     imgui.push_id(name)
     reset = label(name, f"{hint}\nDouble-click to reset." if hint else "Double-click to reset.")
     width = imgui.get_content_region_avail().x - em(NUMBER_EM + RESET_EM + 0.6)
     dragged = _track(value, low, high, default, width, logarithmic=logarithmic)
+    types = imgui.is_item_hovered() and _asks_to_type()
     imgui.same_line(0, em(0.4))
+    if types:
+        imgui.set_keyboard_focus_here()
     typed = _number(value, low, high, digits)
     imgui.same_line(0, em(0.2))
     reset = _reset(shown=value != default) or reset
@@ -228,7 +231,12 @@ def _track(value: float, low: float, high: float, default: float, width: float, 
     imgui.pop_style_color(len(clear))
     held, hovered, done = imgui.is_item_active(), imgui.is_item_hovered(), imgui.is_item_deactivated_after_edit()
     _draw_track(_share(value, low, high, logarithmic), _share(default, low, high, logarithmic), held or hovered, held)
-    return Held(float(new) if changed else None, done=done)
+    return Held(float(new) if changed and not imgui.get_io().key_ctrl else None, done=done)
+
+
+def _asks_to_type() -> bool:
+    """Return whether the mouse asks for the box beside the slider: by a double click or by Ctrl."""
+    return imgui.is_mouse_double_clicked(0) or (imgui.get_io().key_ctrl and imgui.is_mouse_clicked(0))
 
 
 def _share(value: float, low: float, high: float, logarithmic: bool) -> float:

@@ -76,11 +76,14 @@ class OptionsBar:
             imgui.same_line(0, em(0.15))
 
     def _draw_view(self) -> None:
-        """Draw the switches of the view, from the right."""
-        gaps = SWITCHES.count("")
-        width = (len(SWITCHES) - gaps) * em(SIDE_EM + 0.15) + gaps * em(GAP_EM)
-        imgui.same_line(imgui.get_window_width() - width - em(0.8))
-        for name in SWITCHES:
+        """Draw the switches of the view, from the right; the first ones give way where there is no room."""
+        names = list(SWITCHES)
+        imgui.same_line(0, 0)
+        room = imgui.get_window_width() - imgui.get_cursor_pos_x() - em(1.6)
+        while _width(names) > room and names:
+            names.pop(0)
+        imgui.same_line(imgui.get_window_width() - _width(names) - em(0.8))
+        for name in names:
             if not name:
                 imgui.dummy(ImVec2(em(GAP_EM - 0.15), 0))
             else:
@@ -105,6 +108,12 @@ class OptionsBar:
                 action.release(self._editor)
             else:
                 action.try_run(self._editor)
+
+
+def _width(names: list[str]) -> float:
+    """Return how wide the switches are in screen pixels."""
+    gaps = names.count("")
+    return (len(names) - gaps) * em(SIDE_EM + 0.15) + gaps * em(GAP_EM)
 
 
 def _gap() -> None:

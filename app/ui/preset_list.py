@@ -10,7 +10,8 @@ from app.ui.controls import tip
 from app.ui.theme import color, em, icon
 from core.warps.presets import PRESETS, Preset
 
-COLUMNS = 4
+LEAST_EM, MOST_COLUMNS = 4.0, 6
+"""Width of a picture, and how many stand in a row at most."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +33,12 @@ class PresetList:
     def draw(self, chosen: str) -> str | None:
         """Draw the pictures and return the name of the one that was pressed."""
         pressed: str | None = None
-        gap = em(0.35)
-        side = (imgui.get_content_region_avail().x - gap * (COLUMNS - 1)) / COLUMNS
+        gap, room = em(0.35), imgui.get_content_region_avail().x
+        columns = min(max(int((room + gap) / (em(LEAST_EM) + gap)), 2), MOST_COLUMNS)
+        side = (room - gap * (columns - 1)) / columns
         imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(gap, gap))
         for number, preset in enumerate(PRESETS.values()):
-            if number % COLUMNS:
+            if number % columns:
                 imgui.same_line()
             if self._draw_one(preset, side, chosen=preset.name == chosen):
                 pressed = preset.name

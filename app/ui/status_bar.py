@@ -64,8 +64,10 @@ class StatusBar:
                 (f"{icon('triangle-exclamation')}  {editor.live.fault}", "The last map that worked is shown", True)
             )
         if session.pointer is not None:
-            x, y = canvas_from_screen(session.view, np.array(session.pointer))
-            rows.append((f"{x:.0f}, {y:.0f}", "Place of the pointer in pixels of the result", False))
+            on_canvas = canvas_from_screen(session.view, np.array([session.pointer]))
+            x, y = answer.mesh.image_from_canvas(on_canvas)[0]
+            if np.isfinite(x):
+                rows.append((f"{x:.0f}, {y:.0f}", "The pixel of the picture under the pointer", False))
         width, height = editor.document.size_px
         rows.append((f"{width} × {height} px", "Width and height of the picture", False))
         rows.append((f"{answer.grid.columns} × {answer.grid.rows}", "Nodes of the grid, across and down", False))

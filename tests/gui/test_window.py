@@ -1,5 +1,6 @@
 """The window as a whole: it shows the picture, hands mouse and keys to the tools, and every action runs."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from imgui_bundle import imgui
 
 from app.editor import Editor
+from app.requests import AskRecover, OpenFile
 from app.spaces import canvas_from_screen
 from tests.gui.window_driver import WindowDriver, drive
 
@@ -168,3 +170,69 @@ def test_the_window_shows_the_picture_between_its_panels(editor: Editor, tmp_pat
 
     drive(editor, script)
     assert (shot[0][500, -20] < 80).all()
+
+
+def test_a_double_click_on_a_slider_types_its_value(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.item("//Warp/**/Arch").wait()
+        window.context.item_double_click("//Warp/Bend/##track")
+        window.wait().context.key_chars_replace_enter("-12")
+        window.wait()
+
+    drive(editor, script)
+    assert editor.document.warp.bend == -12.0
+
+
+def test_before_is_shown_as_long_as_its_key_is_held(editor: Editor) -> None:
+    seen: list[str] = []
+
+    def script(window: WindowDriver) -> None:
+        window.move(300, 300).context.key_down(imgui.Key.backslash)
+        window.wait()
+        seen.append(editor.session.compare)
+        window.context.key_up(imgui.Key.backslash)
+        window.wait()
+        seen.append(editor.session.compare)
+
+    drive(editor, script)
+    assert seen == ["before", "result"]
+
+
+def test_the_divider_of_the_split_view_is_dragged(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("view.split", editor)
+        width = window.shell.workspace.canvas.area.width
+        window.drag((width / 2, 200), (width / 4, 220))
+
+    drive(editor, script)
+    assert editor.session.split == pytest.approx(0.25, abs=0.01)
+    assert editor.history.index == 0
+
+
+def test_rescued_work_is_offered(editor: Editor) -> None:
+    answers: list[bool] = []
+    editor.requests.append(AskRecover(("portrait.weft",), answers.append))
+
+    def script(window: WindowDriver) -> None:
+        window.wait(3).item("//Recover unsaved work?/Recover").wait()
+        assert window.dialog is None
+
+    drive(editor, script)
+    assert answers == [True]
+
+
+def test_the_dialog_of_the_desktop_is_used_where_there_is_one(
+    editor: Editor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / "zenity"
+    program.write_text(f"#!/bin/sh\necho {tmp_path / 'chosen.png'}\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    chosen: list[Path] = []
+    editor.requests.append(OpenFile("Open", ("png",), chosen.append))
+
+    def script(window: WindowDriver) -> None:
+        window.wait_until(lambda: bool(chosen))
+
+    drive(editor, script)
+    assert chosen == [tmp_path / "chosen.png"]
