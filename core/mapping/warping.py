@@ -61,7 +61,7 @@ class Warped:
     marked: Features
     rigid: bool
     seconds: dict[str, float]
-    """Per stage: setup, factor, rhs, solve, unfold."""
+    """Per stage: setup, factor, rhs, solve, and unfold, which holds the solves that it asks for."""
 
     @cached_property
     def folded(self) -> Bools:
@@ -168,7 +168,8 @@ class LiveWarp:
         """Return the answer without folds where W has none."""
         if self._mapping is None:
             return self._result(plain, plain)
-        solution = yield from unfold(self._mapping, as_complex(plain))
+        with self._mapping.clock.measure("unfold"):
+            solution = yield from unfold(self._mapping, as_complex(plain))
         return self._result(plain, solution.positions)
 
     def _result(self, plain: Points, warped: Points) -> Warped:

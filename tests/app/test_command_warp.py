@@ -123,6 +123,7 @@ def test_folds_go_unless_allowed(folder: Path) -> None:
     )
     assert weft(*words) == 0
     assert json.loads(Path("r.json").read_text())["folds"] == {"plain": 0, "warped": 0}
+    assert json.loads(Path("r.json").read_text())["seconds"]["unfold"] > 0
     assert weft(*words, "--allow-folds") == 0
     assert json.loads(Path("r.json").read_text())["folds"]["warped"] > 0
 
