@@ -83,7 +83,8 @@ class Shell:
         self._frames_due = FRAMES_AFTER_INPUT
         self._last_input = 0.0
         self._rested = False
-        self._title = ""
+        self.title = ""
+        """What the window is called: the document, with a star while it is not saved."""
         self._motion = Motion()
         self._frame = ExitStack()
         """Holds the span of the frame that is being drawn."""
@@ -190,8 +191,8 @@ class Shell:
     def _show_title(self) -> None:
         star = "" if self.editor.history.is_saved else "*"
         title = f"{star}{self.editor.name} – Weft"
-        if title != self._title:
-            self._title = title
+        if title != self.title:
+            self.title = title
             glfw.set_window_title(self._window, title)
 
     def _drop(self, window: object, paths: list[str]) -> None:

@@ -22,7 +22,7 @@ from core.images import Image
 CHECK_PX = 8.0
 DRAFT_S = 0.016
 """What drawing a draft may take."""
-MOST_SHRINK = 4
+MOST_SHRINK = 3
 NO_MARKS = 1e9
 NO_FRAME = (0.0, 0.0, 0.0, 0.0)
 

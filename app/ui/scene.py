@@ -40,8 +40,10 @@ class Motion:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._seen: tuple[object, ...] = ()
+        self.rest: Points = np.empty((0, 0, 2))
         self.warped: Points = np.empty((0, 0, 2))
-        """The map of the frame: the array of the frame before where it says the same."""
+        """The map of the frame: the arrays of the frame before where they say the same, for the renderer looks at
+        identity."""
         self._moved_at = 0.0
         self._is_busy = False
         self.is_draft = False
@@ -49,8 +51,8 @@ class Motion:
     def update(self, editor: Editor) -> None:
         """Look at the editor; once a frame, when the map is that of the frame."""
         answer, session = editor.answer, editor.session
-        if not _is_same_map(answer.warped, self.warped):
-            self.warped = answer.warped
+        self.rest = _kept(self.rest, answer.rest)
+        self.warped = _kept(self.warped, answer.warped)
         opened = not self._seen or self._seen[0] is not answer.document.image
         seen = (answer.document.image, session.view, session.compare, session.split, id(self.warped))
         only_settled = answer.settled and seen[:-1] == self._seen[:-1]
@@ -69,9 +71,11 @@ class Motion:
         return max(0.0, self._moved_at + REST_S - self._clock())
 
 
-def _is_same_map(a: Points, b: Points) -> bool:
-    """Return whether two maps take no node to visibly different places."""
-    return a is b or (a.shape == b.shape and bool(np.abs(a - b).max() < SAME_PX))
+def _kept(before: Points, now: Points) -> Points:
+    """Return `before` where `now` takes no node to a visibly different place."""
+    if before is now or (before.shape == now.shape and np.abs(before - now).max() < SAME_PX):
+        return before
+    return now
 
 
 def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
@@ -81,7 +85,7 @@ def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     width, height = document.canvas_px
     return Scene(
         image=answer.document.image,
-        rest=answer.rest,
+        rest=motion.rest,
         warped=motion.warped,
         view=session.view,
         pixel_ratio=pixel_ratio,

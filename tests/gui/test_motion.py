@@ -41,3 +41,15 @@ def test_a_stroke_that_moves_nothing_is_drawn_at_its_best() -> None:
     drive.tool("brush").press(60, 60).move(90, 80)
     motion.update(drive.editor)
     assert not motion.is_draft
+
+
+def test_maps_that_say_the_same_are_the_same_arrays() -> None:
+    drive = EditorDriver()
+    motion = Motion(Clock())
+    motion.update(drive.editor)
+    rest, warped = motion.rest, motion.warped
+    drive.tool("brush").press(60, 60).move(90, 80).release()
+    assert drive.editor.answer.warped is not warped
+    motion.update(drive.editor)
+    assert motion.rest is rest
+    assert motion.warped is warped

@@ -236,3 +236,30 @@ def test_the_dialog_of_the_desktop_is_used_where_there_is_one(
 
     drive(editor, script)
     assert chosen == [tmp_path / "chosen.png"]
+
+
+def test_a_bad_file_dropped_is_said_and_changes_nothing(editor: Editor, tmp_path: Path) -> None:
+    path = tmp_path / "broken.png"
+    path.write_bytes(b"not a picture")
+    start = editor.document
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.drop([path])
+        window.wait_until(lambda: any("broken.png" in text for text in window.shell.workspace.toasts.texts))
+        window.item("//##toast0/###close toast 0").wait(3)
+        assert window.shell.workspace.toasts.texts == ()
+
+    drive(editor, script)
+    assert editor.document is start
+
+
+def test_the_title_has_a_star_while_there_are_unsaved_changes(editor: Editor) -> None:
+    titles: list[str] = []
+
+    def script(window: WindowDriver) -> None:
+        titles.append(window.wait().shell.title)
+        editor.edit("Bend", editor.document.with_warp(bend=10.0))
+        titles.append(window.wait().shell.title)
+
+    drive(editor, script)
+    assert titles == ["Untitled – Weft", "*Untitled – Weft"]
