@@ -3,6 +3,7 @@
 import argparse
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from app.console import run_shown
@@ -59,8 +60,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--deformed", type=Path, metavar="FILE", help="write the plain deformation, too")
     add("--matte", type=Path, metavar="MATTE", help="where the result may differ from it: over 127")
     add("--source-mask", type=Path, metavar="MASK", help="where texture may be taken from: over 127")
-    add("--patch", type=size, default=(41, 25), metavar="ALONGxACROSS", help="a patch's sides, px (default: 41x25)")
-    add("--search", type=size, default=(31, 11), metavar="ALONGxACROSS", help="candidates' region, px (default: 31x11)")
+    add(
+        "--patch",
+        type=size,
+        metavar="ALONGxACROSS",
+        help="a patch's sides, px (default: 41x25, more in large pictures)",
+    )
+    add("--search", type=size, metavar="ALONGxACROSS", help="candidates' region, px (default: 31x11, and more)")
     add("--reach", type=pixels, metavar="PX", help="regrow this far from a curve (default: by the motion)")
     add("--move-within", type=pixels, metavar="PX", help="move nothing farther than this from a curve")
     add("--mirror", action="store_true", help="allow mirrored patches")
@@ -82,7 +88,7 @@ def run(arguments: argparse.Namespace) -> None:
         job = retexture(
             image.pixels,
             curves,
-            chosen(arguments),
+            chosen(arguments, shape),
             linear=image.linear,
             matte=mask(arguments.matte, shape),
             source_mask=mask(arguments.source_mask, shape),
@@ -116,15 +122,21 @@ def check(arguments: argparse.Namespace) -> None:
         raise InputError(f"seed {arguments.seed}: must not be negative")
 
 
-def chosen(arguments: argparse.Namespace) -> Settings:
-    """Return the engine's settings."""
-    along, across = arguments.patch
-    search_along, search_across = arguments.search
-    if not (9 <= along <= 501 and 5 <= across <= 501 and max(search_along, search_across) <= 201):
-        raise InputError("--patch takes 9x5 to 501x501 pixels, --search up to 201x201")
-    shape = PatchShape(along // 2, across // 2, search_along // 2, search_across // 2)
+def chosen(arguments: argparse.Namespace, shape: tuple[int, int]) -> Settings:
+    """Return the engine's settings for a picture of `shape`, (H, W)."""
+    patch = PatchShape.for_picture(*shape)
+    if arguments.patch is not None:
+        along, across = arguments.patch
+        if not (9 <= along <= 501 and 5 <= across <= 501):
+            raise InputError("--patch takes 9x5 to 501x501 pixels")
+        patch = replace(patch, spine=along // 2, rib=across // 2)
+    if arguments.search is not None:
+        along, across = arguments.search
+        if max(along, across) > 201:
+            raise InputError("--search takes up to 201x201 pixels")
+        patch = replace(patch, search_along=along // 2, search_across=across // 2)
     return Settings(
-        patch=shape,
+        patch=patch,
         reach_px=arguments.reach,
         diffusion_reach_px=arguments.move_within,
         mirrored=arguments.mirror,

@@ -16,9 +16,9 @@ from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves import Curve
 from core.retexture.sampling import read
 
-STEP_PX = 3.0
+STEP_PX = 4.0
 """Nodes of the direction field lie this far apart."""
-DIFFUSIONS = 16
+DIFFUSIONS = 8
 SMOOTHINGS = 6
 SMOOTHING = 0.7
 """lambda of DPD eq. 3."""
@@ -128,7 +128,7 @@ def _diffused(line: Singles) -> Singles:
     jump = np.zeros(line.shape[:2], np.uint8)
     jump[:, 1:] |= (line[:, 1:] * line[:, :-1]).sum(axis=-1) < 0.94
     jump[1:] |= (line[1:] * line[:-1]).sum(axis=-1) < 0.94
-    around = cv2.dilate(jump, np.ones((5, 5), np.uint8)) > 0
+    around = cv2.dilate(jump, np.ones((3, 3), np.uint8)) > 0
     if not around.any():
         return line
     for _ in range(DIFFUSIONS):

@@ -1,6 +1,6 @@
 """Retexturing as a job: deformation, coordinates, a coarse result at once, patches, and the result."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -29,13 +29,15 @@ LEAST_REACH_PX = 40.0
 KEPT_PX = 2.0
 """Patches stop this short of another curve (DPD sec. 3.2)."""
 SHORTEST_PX = 4.0
+COARSE_STRIDE = 0.9
 
 
 @dataclass(frozen=True)
 class Settings:
     """What the artist may choose."""
 
-    patch: PatchShape = field(default_factory=PatchShape)
+    patch: PatchShape | None = None
+    """Sizes of patches and of the search for them; None chooses by the picture's size."""
     reach_px: float | None = None
     """How far from a target curve texture is regrown; None chooses by the picture's size."""
     diffusion_reach_px: float | None = None
@@ -88,22 +90,17 @@ def retexture(
     with watch("coordinates"):
         picture = compared(pixels, linear=linear)
         shown = read(picture, place, Kernel.CUBIC)
-        scene = prepared(pieces, found, contrast(picture), settings, matte)
+        patch = settings.patch or PatchShape.for_picture(*shape)
+        scene = prepared(pieces, found, contrast(picture), patch, settings.reach_px, matte)
         found = replace(found, compression=scene.way.compression)
-        patches = Patches(
-            ordered_origins(scene.way, scene.area.must, lattice(settings.patch)),
-            settings.patch,
-            scene.fields,
-            scene.way,
-        )
-        rough = laid(patches, scene.area, found)
+        origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
+        patches = Patches(origins, patch, scene.fields, scene.way)
+        rough = laid(patches if patches.kept else sparser(scene, patch), scene.area, found)
     yield Progress(0.15, "laying patches", rough)
     canvas = Canvas(shown, place, must=scene.area.must, may=scene.area.may)
     usable = None if source_mask is None else source_mask > 127
     rng = np.random.default_rng(settings.seed)
-    painter = Painter(
-        picture, usable, canvas, settings.patch, settings.variety, settings.mirrored, rng, watch, scene.kept
-    )
+    painter = Painter(picture, usable, canvas, patch, settings.variety, settings.mirrored, rng, watch, scene.kept)
     work = synthesised(painter, scene.way, scene.fields, patches, refine=settings.refine)
     yield from part(work, 0.15, 1.0)
     return Retexture(
@@ -130,33 +127,47 @@ def compared(pixels: Pixels, *, linear: bool) -> Singles:
 
 
 def prepared(
-    pieces: list[FeatureCurve], plain: Retexture, fine: Singles, settings: Settings, matte: Bytes | None
+    pieces: list[FeatureCurve],
+    plain: Retexture,
+    fine: Singles,
+    patch: PatchShape,
+    reach_px: float | None,
+    matte: Bytes | None,
 ) -> Scene:
     """Return the coordinates around both sides of the curves, and where to regrow."""
     targets = [piece.target or followed(piece.source, plain) for piece in pieces]
     source, target = CurveSet([piece.source for piece in pieces]), CurveSet(targets)
     shape = plain.grid.shape
     farthest = float(np.linalg.norm(plain.field, axis=-1).max())
-    reach_px = settings.reach_px or max(min(REACH * max(shape), REACH_PER_MOVE * farthest), LEAST_REACH_PX)
+    reach_px = reach_px or max(min(REACH * max(shape), REACH_PER_MOVE * farthest), LEAST_REACH_PX)
     # What a place shows comes from where the deformation has it, or from where it lies along the curve.
-    along = along_curves(source, target, plain.grid.nodes.reshape(-1, 2))[1]
-    regrown = read(fine, along).reshape(plain.grid.rows, plain.grid.columns, 1)
-    fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(regrown)[..., 0])
-    edge_px = 1.5 * settings.patch.rib
+    fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(beside(source, target, fine, plain))[..., 0])
+    edge_px = 1.5 * patch.rib
     area = region(plain.grid, plain.field, target, fine, reach_px=reach_px, edge_px=edge_px, matte=matte)
     compression = diffusion.compression(plain.grid, plain.field)
     way = Correspondence(source, target, plain.grid, plain.field, compression, area.inner, area.nearness, fine)
-    margin = 2 * (settings.patch.window + settings.patch.search_along)
+    margin = patch.spine + patch.search_along + 4
     y, x = (np.flatnonzero(area.may.any(axis=axis)) for axis in (1, 0))
     bounds = (x[0], y[0], x[-1], y[-1]) if len(x) else (0, 0, 1, 1)
     box = source.points.min(axis=0), source.points.max(axis=0)
-    far = 1.5 * reach_px + margin
+    far = 1.2 * reach_px + margin
     fields = (
         DirectionField(target, (bounds[0] - margin, bounds[1] - margin, bounds[2] + margin, bounds[3] + margin)),
         DirectionField(source, (*(box[0] - far), *(box[1] + far))),
     )
     kept = (near_curves(source, shape), near_curves(target, shape)) if len(pieces) > 1 else None
     return Scene(way, area, fields, kept)
+
+
+def beside(source: CurveSet, target: CurveSet, values: Singles, plain: Retexture) -> Singles:
+    """Return at the grid's nodes (R, C, 1) the `values` (H, W) of the places that correspond along the curves.
+
+    They are looked up at every second node, which is near enough to tell texture from none.
+    """
+    nodes = plain.grid.nodes
+    some = nodes[::2, ::2]
+    found = read(values, along_curves(source, target, some.reshape(-1, 2))[1]).reshape(some.shape[:2])
+    return found.repeat(2, axis=0).repeat(2, axis=1)[: nodes.shape[0], : nodes.shape[1], None]
 
 
 def followed(source: Curve, plain: Retexture) -> Curve:
@@ -188,6 +199,12 @@ def laid(patches: Patches, area: Region, plain: Retexture) -> Retexture:
         coarse(batch, best, place, label, count + 1)
         count += len(batch.origins)
     return replace(plain, place=place, label=label, origins=(patches.origins,))
+
+
+def sparser(scene: Scene, patch: PatchShape) -> Patches:
+    """Return patches for the coarse result alone, that hardly overlap and hold no candidates to choose from."""
+    origins = ordered_origins(scene.way, scene.area.must, lattice(patch, stride=COARSE_STRIDE))
+    return Patches(origins, replace(patch, search_along=1, search_across=1), scene.fields, scene.way)
 
 
 def check(shape: tuple[int, int], curves: list[FeatureCurve], matte: Bytes | None, source_mask: Bytes | None) -> None:

@@ -4,7 +4,9 @@ The source grid is larger than the target's by the search reach on every side. S
 gives the pool of candidates, each by a slice, in coordinates that run along the curve.
 """
 
+from collections import deque
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -16,8 +18,10 @@ from core.retexture.layout import Correspondence, Origins
 from core.retexture.region import smoothstep
 from core.retexture.sampling import read
 
-BATCH = 256
+BATCH = 128
 """Patches grown at a time."""
+AHEAD = 2
+"""Batches grown in other threads meanwhile."""
 SMOOTH = 0.03
 """Up to this contrast stretching shows less than a seam, from twice as much it shows more."""
 KEPT = 2048
@@ -39,6 +43,12 @@ class PatchShape:
     search_across: int = 5
     """And across it."""
 
+    @classmethod
+    def for_picture(cls, height: int, width: int) -> "PatchShape":
+        """Return patches that grow with the square root of a picture's longer side, up to twice the usual."""
+        scale = float(np.clip(np.sqrt(max(height, width) / 1000), 1, 2))
+        return cls(*(round(scale * value) for value in (cls.spine, cls.rib, cls.search_along, cls.search_across)))
+
     @property
     def window(self) -> int:
         """Side of a square of pixels that holds the patch in any direction."""
@@ -59,6 +69,8 @@ class Batch:
     """(n, 2) first pixel (x, y) of each patch's window."""
     at: Singles
     """(n, window, window, 2) where in its target grid each pixel lies, as (j, k); NaN outside the patch."""
+    boxes: Ints
+    """(n, 4) left, top, right and bottom of what a patch covers of its window, with a pixel around it."""
 
 
 class Patches:
@@ -72,14 +84,29 @@ class Patches:
     def __len__(self) -> int:
         return len(self.origins)
 
+    @property
+    def kept(self) -> bool:
+        """Whether all of them stay in memory."""
+        return len(self.origins) <= KEPT
+
     def __iter__(self) -> Iterator[Batch]:
-        for start in range(0, len(self.origins), BATCH):
-            batch = self._kept.get(start) or grown(
-                self.origins.taken(slice(start, start + BATCH)), self._shape, self._fields, self._way
-            )
-            if start < KEPT:
-                self._kept[start] = batch
-            yield batch
+        starts = range(0, len(self.origins), BATCH)
+        with ThreadPoolExecutor(AHEAD) as pool:
+            growing = deque(pool.submit(self._batch, start) for start in starts[:AHEAD])
+            for start in starts[AHEAD:]:
+                batch = growing.popleft().result()
+                growing.append(pool.submit(self._batch, start))
+                yield batch
+            for rest in growing:
+                yield rest.result()
+
+    def _batch(self, start: int) -> Batch:
+        if start not in self._kept:
+            batch = grown(self.origins.taken(slice(start, start + BATCH)), self._shape, self._fields, self._way)
+            if start >= KEPT:
+                return batch
+            self._kept[start] = batch
+        return self._kept[start]
 
 
 def grown(origins: Origins, shape: PatchShape, fields: Fields, way: Correspondence) -> Batch:
@@ -103,7 +130,17 @@ def grown(origins: Origins, shape: PatchShape, fields: Fields, way: Corresponden
         off = np.abs(at[i] - [shape.spine, shape.rib])
         limit = np.array([shape.spine, shape.rib]) / origins.scale[i] + 0.5
         at[i][(off > limit).any(axis=-1)] = np.nan
-    return Batch(shape, origins, here, there, corners, at)
+    return Batch(shape, origins, here, there, corners, at, _boxes(np.isfinite(at[..., 0])))
+
+
+def _boxes(covered: Bools) -> Ints:
+    """Return the boxes (n, 4) around the covered pixels of windows (n, side, side), a pixel larger."""
+    side = covered.shape[1]
+    across, down = np.asarray(covered.any(axis=1)), np.asarray(covered.any(axis=2))
+    first = [line.argmax(axis=1) - 1 for line in (across, down)]
+    last = [side - line[:, ::-1].argmax(axis=1) + 1 for line in (across, down)]
+    box = np.column_stack([first[0], first[1], last[0], last[1]])
+    return np.asarray(np.clip(box, 0, side))
 
 
 def joined(there: Singles, origins: Origins, shape: PatchShape, target: DirectionField, way: Correspondence) -> Singles:

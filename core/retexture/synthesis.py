@@ -15,8 +15,8 @@ from core.retexture.patches import Batch, Fields, Patches, PatchShape, within
 from core.retexture.sampling import Kernel, read
 from core.retexture.stopwatch import Stopwatch
 
-STRIDE_ALONG, STRIDE_ACROSS = 0.55, 0.55
-"""Distances between origins, as shares of a patch's sides: the rest is overlap."""
+STRIDE = 0.55
+"""Distance between origins, as a share of a patch's sides: the rest is overlap."""
 STEADY = 0.3
 """How much the plain deformation counts where a patch overlaps it, against synthesised texture."""
 CENTRE = 0.1
@@ -119,8 +119,9 @@ class Painter:
     def _window(self, batch: Batch, i: int) -> tuple[tuple[slice, slice] | None, Singles]:
         """Return the part of the picture that a patch's window covers, and where its pixels lie in the grid."""
         height, width = self.canvas.label.shape
-        side, (x, y) = self.shape.window, batch.corners[i]
-        x0, y0, x1, y1 = max(x, 0), max(y, 0), min(x + side, width), min(y + side, height)
+        x, y = batch.corners[i]
+        left, top, right, bottom = batch.boxes[i]
+        x0, y0, x1, y1 = max(x + left, 0), max(y + top, 0), min(x + right, width), min(y + bottom, height)
         if x1 - x0 < 2 or y1 - y0 < 2:
             return None, batch.at[i]
         return (slice(y0, y1), slice(x0, x1)), batch.at[i, y0 - y : y1 - y, x0 - x : x1 - x]
@@ -143,9 +144,9 @@ def _free_for(curve: Ints, kept: Ints) -> Bools:
     return np.asarray((kept < 0) | (kept == curve))
 
 
-def lattice(shape: PatchShape, shift: float = 0.0) -> Lattice:
+def lattice(shape: PatchShape, shift: float = 0.0, *, stride: float = STRIDE) -> Lattice:
     """Return where patches of a shape are grown."""
-    return Lattice(STRIDE_ALONG * (2 * shape.spine + 1), STRIDE_ACROSS * (2 * shape.rib + 1), shift)
+    return Lattice(stride * (2 * shape.spine + 1), stride * (2 * shape.rib + 1), shift)
 
 
 def synthesised(painter: Painter, way: Correspondence, fields: Fields, first: Patches, *, refine: float) -> Job[None]:

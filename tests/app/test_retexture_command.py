@@ -118,7 +118,7 @@ def test_bad_curves_touch_no_output(
         (["-o", "out.png", "--source-mask", "small.png"], "small.png: the mask has 9x9 pixels"),
         (["-o", "out.png", "--also", "small.png", "-o", "more.png"], "small.png: has 9x9 pixels"),
         (["-o", "out.png", "--patch", "7"], "ALONGxACROSS"),
-        (["-o", "out.png", "--search", "999x1"], "--search up to"),
+        (["-o", "out.png", "--search", "999x1"], "--search takes up to"),
         (["-o", "out.png", "--reach", "nan"], "not a length in pixels"),
         (["-o", "out.png", "--seed", "-1"], "must not be negative"),
         ([], "-o"),

@@ -24,7 +24,7 @@ def test_texture_along_the_curve_keeps_its_scale(found: Retexture) -> None:
     result, plain = found.apply(stripes()), found.deformed(stripes())
     stretch = target.length / WIDTH
     for offset in (-10.0, 10.0):
-        assert period(strip(result, target, offset)) == pytest.approx(PERIOD, rel=0.06)
+        assert period(strip(result, target, offset)) == pytest.approx(PERIOD, rel=0.1)
         assert period(strip(plain, target, offset)) > PERIOD * (1 + (stretch - 1) / 2)
 
 
