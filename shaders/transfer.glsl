@@ -9,3 +9,8 @@ vec3 encoded(vec3 light) {
 vec3 straight(vec4 premultiplied) {
     return premultiplied.a > 1e-6 ? premultiplied.rgb / premultiplied.a : vec3(0.0);
 }
+
+vec3 decoded(vec3 code) {
+    vec3 curve = pow((max(code, 0.0) + 0.055) / 1.055, vec3(2.4));
+    return mix(curve, code / 12.92, lessThanEqual(code, vec3(0.04045)));
+}

@@ -8,6 +8,8 @@ import moderngl
 import numpy as np
 
 from app.render import gpu
+from app.render.cloth import DressedSource
+from app.render.dressing import Dressing
 from app.render.marks_layer import MarksLayer
 from app.render.mesh import Mesh
 from app.render.picture_pass import PicturePass
@@ -39,6 +41,7 @@ class Renderer:
         self._marks = MarksLayer(context)
         self._meshes: dict[str, Mesh] = {}
         self._source: Source | None = None
+        self._cloth: DressedSource | None = None
         self._layers: dict[bool, _Layers] = {}
         """For the canvas at rest and for drafts."""
         self._cost_s = 0.0
@@ -85,10 +88,10 @@ class Renderer:
     def release(self) -> None:
         """Free the GPU objects; drawing makes them anew."""
         self._marks.release()
-        for held in (*self._meshes.values(), self._source, *self._layers.values()):
+        for held in (*self._meshes.values(), self._source, self._cloth, *self._layers.values()):
             if held is not None:
                 held.release()
-        self._meshes, self._source, self._layers = {}, None, {}
+        self._meshes, self._source, self._cloth, self._layers = {}, None, None, {}
 
     def _draw_picture(self, scene: Scene, layers: "_Layers") -> None:
         """Draw the picture in linear light: the result, the picture as it was, or both beside the divider."""
@@ -98,12 +101,14 @@ class Renderer:
             ("before", scene.rest, (0, 0, divider, height)),
             ("result", scene.warped, (divider, 0, width, height)),
         ]
+        source = self._source_of(scene.image) if scene.dressing is None else self._dressed(scene.image, scene.dressing)
         layers.picture.clear()
         for name, nodes, box in parts:
             if box[0] < box[2]:
                 mesh = self._mesh_of(name, scene.rest)
                 mesh.place(scene.rest, _framebuffer_positions(scene, nodes))
-                layers.picture.draw(mesh, self._source_of(scene.image), box, draft=scene.draft)
+                drawn = self._source_of(scene.image) if name == "before" else source
+                layers.picture.draw(mesh, drawn, box, draft=scene.draft)
 
     def _compose(self, scene: Scene, layers: "_Layers") -> None:
         frame = NO_FRAME
@@ -149,6 +154,14 @@ class Renderer:
                 self._source.release()
             self._source = Source(self._context, image, margin=0.25)
         return self._source
+
+    def _dressed(self, image: Image, dressing: Dressing) -> DressedSource:
+        if self._cloth is None or self._cloth.image is not image or self._cloth.parts is not dressing.parts:
+            if self._cloth is not None:
+                self._cloth.release()
+            self._cloth = DressedSource(self._context, image, dressing.parts)
+        self._cloth.dress(dressing)
+        return self._cloth
 
     def _mesh_of(self, name: str, rest: Points) -> Mesh:
         """Return the mesh called `name`, made anew for another grid shape."""

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from app.render.dressing import Dressing
 from app.spaces import View
 from core.arrays import Bools, Points
 from core.images import Image
@@ -70,6 +71,8 @@ class Scene:
     draft: bool = False
     """Draw faster and a little less sharp: while a gesture moves something."""
     palette: Palette = Palette()
+    dressing: Dressing | None = None
+    """A texture laid on the cloth in `image`."""
 
     def shows_same_picture(self, other: "Scene | None") -> bool:
         """Return whether the picture without marks looks as in `other`."""
@@ -79,6 +82,10 @@ class Scene:
             and self.rest is other.rest
             and self.warped is other.warped
             and self.draft == other.draft
+            and (
+                self.dressing is other.dressing
+                or (self.dressing is not None and self.dressing.looks_like(other.dressing))
+            )
             and (self.view, self.pixel_ratio, self.compare, self.split)
             == (other.view, other.pixel_ratio, other.compare, other.split)
         )
