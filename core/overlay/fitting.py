@@ -28,6 +28,8 @@ from core.overlay.texel import Texel, estimate_texel
 from core.overlay.thin_plate import spread
 from core.progress import Job, Progress
 
+IN_REGION = 1.25
+"""Leniency where a region is given: nothing but cloth should be there."""
 MOST_PIECES, MOST_CANDIDATES = 12, 16
 LEAST_EVENNESS = 0.12
 """Change of colour along stripes over that across them, below which only one direction repeats."""
@@ -64,6 +66,11 @@ class Cloth:
     def valid(self) -> Bools:
         """Pixels (H, W) that may be cloth."""
         return np.asarray(self.canvas.valid[..., 0] > 0, np.bool_)
+
+    @property
+    def in_region(self) -> bool:
+        """Whether the user said where the cloth is."""
+        return not self.valid.all()
 
     @property
     def allowed(self) -> Bools:
@@ -193,7 +200,7 @@ def measured(cloth: Cloth, texel: Texel, pieces: tuple[State, ...]) -> Fit:
     """Return the fit of a texel and pieces with the tolerance that they suggest."""
     whole = cloth.registration.by_cells()
     sums = np.concatenate([sums_of_cells(cloth.mesh, *whole, piece, texel) for piece in pieces])
-    return Fit(texel, pieces, tolerance_of(sums, texel))
+    return Fit(texel, pieces, tolerance_of(sums, texel, IN_REGION if cloth.in_region else 1.0))
 
 
 def refitted(cloth: Cloth, found: Fit, *, rounds: int, blur_px: float = 0.0) -> Fit:
@@ -293,7 +300,8 @@ def joined_by(cloth: Cloth, found: Fit, lattice: Lattice, step: Progress) -> Job
     new = wider.pieces[-1]
     pieces = merged(cloth, found.pieces, new)
     apart = len(pieces) > len(found.pieces)
-    least = max(LEAST_PIECE, LEAST_SHARE * cloth.steps_of(found.pieces[0].cells)) if apart else 1.0
+    share = LEAST_SHARE if cloth.in_region else 3 * LEAST_SHARE
+    least = max(LEAST_PIECE, share * cloth.steps_of(found.pieces[0].cells)) if apart else 1.0
     return replace(found, pieces=pieces) if cloth.steps_of(new.cells) > least else found
 
 

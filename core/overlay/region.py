@@ -31,6 +31,8 @@ class Tolerance:
     """Variance of the texel's colours."""
     noise: float
     """Usual unexplained variance on the cloth, at a shading of one."""
+    leniency: float
+    """Times the limit that a misfit may have: more than 1 where the user says that all is cloth."""
 
 
 def sums(photo: Floats, modelled: Floats, light: Floats, weight: Floats) -> Floats:
@@ -60,7 +62,8 @@ def judged(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
     unexplained = means[..., 0] / np.maximum(np.minimum(np.maximum(variance, floor), usual), 1e-6)
     correlation = common / np.sqrt(np.maximum(variance * (seen + LEAST_NOISE), 1e-12))
     lacking = np.where(variance > floor, LIMIT * (1 - correlation) / (1 - ALIKE), np.inf)
-    return np.asarray(unexplained, np.float64), np.asarray(np.minimum(unexplained, lacking), np.float64)
+    mild = np.minimum(unexplained, lacking)
+    return np.asarray(unexplained / tolerance.leniency, np.float64), np.asarray(mild / tolerance.leniency, np.float64)
 
 
 def misfit(
@@ -85,10 +88,10 @@ def sums_of_cells(mesh: Mesh, photo: Floats, weight: Floats, state: State, texel
     return np.asarray(found.sum(1), np.float64)
 
 
-def tolerance_of(found: Floats, texel: Texel) -> Tolerance:
+def tolerance_of(found: Floats, texel: Texel, leniency: float) -> Tolerance:
     """Return the tolerance for cloth whose cells have these sums (K, 18)."""
     noise = float(np.median(found[:, 0] / np.maximum(found[:, 8], 1e-6))) if len(found) else 0.0
-    return Tolerance(float(texel.pixels.var(axis=(0, 1)).sum()), max(noise, LEAST_NOISE))
+    return Tolerance(float(texel.pixels.var(axis=(0, 1)).sum()), max(noise, LEAST_NOISE), leniency)
 
 
 def misfit_of_cells(mesh: Mesh, cells: Bools, found: Floats, tolerance: Tolerance, sigma_px: float) -> Floats:
