@@ -23,13 +23,17 @@ from core.mapping.frames import Complexes, as_complex
 
 _MARGINS = (0.5, 0.25, 0.1, 0.03, 0.01)
 """Room to leave, in cells, the most that can be had."""
+_WORTH = 0.05
+"""Logarithm of the scale that may be given for more room."""
 _CONTACTS = 8
 _SAMPLES = 32
 _FLAT = 0.1
 _SAME_SIZE = 0.01
 """Logarithm of a rigid feature's scale that the free nodes can take up."""
 _NONE = 1e-9
-_RIGID = 1e6
+_TURN = 0.3
+"""Radians by which a feature may turn at a time."""
+_RIGID = 1e3
 """How much dearer a change of a rigid feature's size is than a turn."""
 
 
@@ -74,20 +78,24 @@ def _fitted(
         nodes, normals = np.append(nodes, hit), np.append(normals, normal)
         offsets = np.append(offsets, offset)
         A = _rows(normals, w[nodes])
-        step = next(filter(_found, (_least_step(A @ half, m - A @ start - offsets) for m in _MARGINS)), None)
-        if step is None:
+        # A turn is linear in β for small angles only.
+        sideways = np.array([-x[1], x[0], 0, 0]) / (x[0] ** 2 + x[1] ** 2)
+        turn = np.stack([sideways, -sideways])
+        G = np.vstack([A, turn])
+        reach = [np.concatenate([margin - A @ start - offsets, -_TURN - turn @ start]) for margin in _MARGINS]
+        found = [_least_step(G @ half, h) for h in reach]
+        places = [start + half @ step for step in found if step is not None]
+        if not places:
             break
-        x = start + half @ step
+        # Room is worth having, but not at the cost of the feature's size.
+        changes = [abs(np.log(np.hypot(y[0], y[1]) / np.hypot(start[0], start[1]))) for y in places]
+        x = next(y for y, change in zip(places, changes, strict=True) if change <= min(changes) + _WORTH)
     if x is start:
         return alpha, t
     beta, tau = complex(x[0], x[1]), complex(x[2], x[3])
     if mapping.keep == "rigid" and abs(np.log(abs(beta))) < _SAME_SIZE:
         beta /= abs(beta)
     return 1 / beta, tau / beta
-
-
-def _found(step: Floats | None) -> bool:
-    return step is not None
 
 
 def _rows(normals: Complexes, there: Complexes) -> Floats:
@@ -158,7 +166,7 @@ class _Scene:
         normal = slope[0] + 1j * slope[1]
         steep = np.abs(normal) > _FLAT
         chosen, first, normal = chosen[steep], first[steep], normal[steep] / np.abs(normal[steep])
-        offset = -(np.conj(normal) * first).real / self.unit - 0.5 * room[chosen]
+        offset = -(np.conj(normal) * first).real / self.unit
         return self.outer[chosen], normal / self.unit, offset
 
 

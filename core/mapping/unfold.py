@@ -17,7 +17,7 @@ from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.frames import Complexes
 from core.mapping.junctions import fit_between
 from core.mapping.untangle import Untangler
-from core.progress import Job, Progress
+from core.progress import Job, Progress, part
 
 _ROUNDS = 2
 _THIN = 0.15
@@ -34,7 +34,7 @@ _LEAST = 1e-4
 _SHARP = 1e-3
 _LAG = 0.2
 """ε of the barrier over the depth of the worst fold."""
-_TRIALS = 4
+_TRIALS = 3
 _NEARLY, _EXACT = 0.02, 1e-9
 """Logarithms of scales that are as good as one, and that are one."""
 _STIFF, _SOFT = 20.0, 0.5
@@ -95,7 +95,8 @@ def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution, *, fitted
     best = start
     for number, (where, stiffness, kind, steps) in enumerate(attempts):
         untangler = Untangler(mapping, w, best, window=where, stiffness=stiffness)
-        clear = yield from _steps(untangler, kind, steps, 0.1 + 0.15 * number)
+        share = 0.7 / len(attempts)
+        clear = yield from part(_steps(untangler, kind, steps), 0.1 + share * number, 0.1 + share * (number + 1))
         if clear or untangler.folds < folded_quads(best.z).sum():
             best = untangler.solution
         if clear:
@@ -103,7 +104,7 @@ def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution, *, fitted
     return best
 
 
-def _steps(untangler: Untangler, kind: str, steps: int, done: float) -> Job[bool]:
+def _steps(untangler: Untangler, kind: str, steps: int) -> Job[bool]:
     """Take Newton steps until nothing is folded; return whether that was reached."""
     for step in range(steps):
         worst = untangler.worst
@@ -115,7 +116,7 @@ def _steps(untangler: Untangler, kind: str, steps: int, done: float) -> Job[bool
             moved = untangler.step(Barrier(float(np.hypot(_SHARP, _LAG * worst))), _BARRIER_WEIGHT)
         if not moved:
             break
-        yield Progress(done + 0.15 * step / steps, "unfolding")
+        yield Progress(step / steps, "unfolding")
     return untangler.worst > 0
 
 
@@ -140,7 +141,8 @@ def _grown(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[Sol
         trial = _resized(mapping, solution, np.where(np.abs(lost) < _NEARLY, -lost, -lost * share))
         held = np.full(len(lost), np.inf)
         untangler = Untangler(mapping, w, trial, window=_window(mapping, trial), stiffness=held)
-        clear = yield from _steps(untangler, "hinge", 8, 0.85 + 0.15 * number / _TRIALS)
+        start, end = (0.8 + 0.2 * n / _TRIALS for n in (number, number + 1))
+        clear = yield from part(_steps(untangler, "barrier", 25), start, end)
         if clear:
             low, best = share, untangler.solution
             if share == 1:

@@ -16,6 +16,7 @@ from core.arrays import Bools, Floats, Ints
 from core.factor import Factor
 from core.mapping.distortion import Corners, Penalty
 from core.mapping.feature_mapping import FeatureMapping, Solution
+from core.mapping.folds import corner_areas
 from core.mapping.frames import Complexes, as_complex
 from core.tracing import span
 
@@ -66,7 +67,7 @@ class Untangler:
         rest = as_complex(mapping.grid.nodes).ravel()[self._quads]
         self._rest = np.roll(rest, -1, axis=1) - rest
         self._corners = Corners.of(corners)
-        self._unit = float(self._corners.area.mean())
+        self._unit = float(np.abs(corner_areas(w)).mean())
         self._index_elements()
 
     def _number_unknowns(self, moving: Bools, index: Ints) -> None:
