@@ -75,6 +75,7 @@ class Shell:
     """The editor in a window."""
 
     def __init__(self, editor: Editor, *, keeps_settings: bool = True, welcomes: bool = False) -> None:
+        gpu.let_go()
         self.editor = editor
         self.workspace = Workspace(editor, welcomes=welcomes)
         self.params = self._params(keeps_settings=keeps_settings)

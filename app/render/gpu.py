@@ -7,7 +7,7 @@ at any time.
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 import moderngl
@@ -18,7 +18,7 @@ _threads = threading.local()
 
 
 def standalone() -> moderngl.Context:
-    """Return this thread's context without a window, made at the first call.
+    """Return this thread's context without a window, made at the first call, and make it current.
 
     Raises
     ------
@@ -33,7 +33,21 @@ def standalone() -> moderngl.Context:
         except Exception as fault:
             raise WeftError(f"no OpenGL 3.3 without a window: {fault}") from fault
         _threads.context = context
+    _current(context).__enter__()  # another one may have been made current since
     return context
+
+
+def let_go() -> None:
+    """Leave no context current in this thread: a window's cannot take the place of one without a window."""
+    context: moderngl.Context | None = getattr(_threads, "context", None)
+    if context is not None:
+        _current(context).__exit__(None, None, None)
+
+
+def _current(context: moderngl.Context) -> AbstractContextManager[object]:
+    """Return what makes `context` the current one of this thread while it is entered."""
+    manager: AbstractContextManager[object] = context
+    return manager
 
 
 def attach() -> moderngl.Context:

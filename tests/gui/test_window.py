@@ -50,9 +50,9 @@ def test_keys_reach_tools_and_actions(editor: Editor) -> None:
         assert editor.session.brush.diameter_px > size
         window.key(imgui.Key.h).wait()
         assert editor.session.tool == "hand"
-        window.key(imgui.Key.mod_ctrl | imgui.Key.i).wait()
+        window.key(imgui.Key.mod_ctrl, imgui.Key.i).wait()
         assert editor.history.labels[-1] == "Invert mask"
-        window.key(imgui.Key.mod_ctrl | imgui.Key.z).wait()
+        window.key(imgui.Key.mod_ctrl, imgui.Key.z).wait()
         assert editor.history.index == 0
 
     drive(editor, script)
@@ -60,7 +60,7 @@ def test_keys_reach_tools_and_actions(editor: Editor) -> None:
 
 def test_typing_in_a_field_presses_no_keys_of_the_editor(editor: Editor) -> None:
     def script(window: WindowDriver) -> None:
-        window.key(imgui.Key.mod_ctrl | imgui.Key.mod_shift | imgui.Key.p).wait()
+        window.key(imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key.p).wait()
         window.context.key_chars("hbg")
         window.wait().key(imgui.Key.escape)
 
@@ -112,7 +112,7 @@ def test_a_number_can_be_typed(editor: Editor) -> None:
 def test_a_job_shows_in_the_status_bar_and_is_cancelled_there(editor: Editor, tmp_path: Path) -> None:
     def script(window: WindowDriver) -> None:
         editor.source_path = tmp_path / "picture.png"
-        window.key(imgui.Key.mod_ctrl | imgui.Key.e).wait(3)
+        window.key(imgui.Key.mod_ctrl, imgui.Key.e).wait(3)
         assert window.dialog == "Export picture"
         window.item("//Export picture/Export").wait(3)
         assert [job.name for job in editor.jobs.long_jobs] == ["Export picture-weft.png"]

@@ -70,7 +70,11 @@ class WindowDriver:
     def click(self, x: float, y: float, button: int = 0) -> "WindowDriver":
         return self.drag((x, y), button=button)
 
-    def key(self, chord: int) -> "WindowDriver":
+    def key(self, *keys: int) -> "WindowDriver":
+        """Press a key together with modifiers."""
+        chord = 0
+        for key in keys:
+            chord |= int(key)  # the early releases of Python 3.11 cannot join the enumeration's own members
         self.context.key_press(chord)
         return self
 
