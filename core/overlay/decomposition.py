@@ -12,9 +12,10 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
 from core.overlay.alignment import Frames
+from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import filtered
 from core.overlay.correlation import Proposal
-from core.overlay.fitting import Cloth, Fit, fit
+from core.overlay.fitting import fit
 from core.overlay.lattice import Lattice
 from core.overlay.mesh import Mesh
 from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring, without_specks

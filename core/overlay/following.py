@@ -1,0 +1,48 @@
+"""The growth of a registered mesh until the cloth ends (NRT sec. 3.2)."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from core.arrays import Bools
+from core.overlay.cloth import Cloth, Fit, fitting_cells
+from core.overlay.region import continued, ring, without_specks
+from core.overlay.registration import Smoothness, State
+from core.progress import Job, Progress
+
+
+def followed(cloth: Cloth, found: Fit, step: Progress) -> Job[Fit]:
+    """Return the fit with its last piece grown until the cloth ends (NRT sec. 3.2)."""
+    state = found.pieces[-1]
+    free_cells = cloth.allowed & ~(found.cells & ~state.cells)
+    refused = np.zeros(state.cells.shape, np.int64)
+    width = max(1, round(0.4 * cloth.step_px / cloth.mesh.cell))
+    for _ in range(60):
+        trial = ring(state.cells, free_cells & (refused < 2), width)
+        if not trial.any():
+            break
+        before = state
+        state = widened(cloth, state, trial, found)
+        refused += trial & ~state.cells
+        yield Progress(step.fraction, step.note)
+        if (state.cells & ~before.cells).sum() < 3:
+            break
+    return replace(found, pieces=(*found.pieces[:-1], state))
+
+
+def widened(cloth: Cloth, state: State, trial: Bools, found: Fit) -> State:
+    """Return the state with those of the trial cells that the texture explains once they are registered.
+
+    Only the trial cells move; a band of old ones is registered with them, to hold them.
+    """
+    wider = continued(cloth.mesh, state, state.cells | trial)
+    band = trial | ring(trial, state.cells, 4)
+    moved = cloth.registration.run(replace(wider, cells=band), found.texel, Smoothness(), rounds=3, blur_px=0.7)
+    free_nodes = cloth.mesh.nodes_of(trial)
+    wider = replace(
+        wider,
+        uv=np.where(free_nodes[..., None], moved.uv, wider.uv),
+        rho=np.where(free_nodes, moved.rho, wider.rho),
+    )
+    kept = fitting_cells(cloth, replace(wider, cells=band), found)
+    return replace(wider, cells=without_specks((state.cells & ~band) | kept, 4))
