@@ -31,6 +31,8 @@ from core import tracing
 ICON_PX = 64
 FRAMES_AFTER_INPUT = 3
 """Dear ImGui needs a frame or two to come to rest: hovering, layout and popups answer in the next one."""
+LAYOUT_FRAMES = 3
+"""So many frames at the start lay out the panels; the picture is drawn once its place is known."""
 REST_S = 0.55
 """When the pointer has rested so long, tooltips show: one more frame."""
 BLINK_S = 0.3
@@ -81,7 +83,7 @@ class Shell:
         self.params = self._params(keeps_settings=keeps_settings)
         self.frames = 0
         """How many frames were drawn."""
-        self._frames_due = FRAMES_AFTER_INPUT
+        self._frames_due = LAYOUT_FRAMES + FRAMES_AFTER_INPUT
         self._last_input = 0.0
         self._rested = False
         self.title = ""
@@ -184,6 +186,8 @@ class Shell:
         below = io.display_size.y - area.y - area.height
         left, bottom, width, height = (round(side * ratio) for side in (area.x, below, area.width, area.height))
         self._motion.update(self.editor)
+        if self.frames <= LAYOUT_FRAMES:
+            return
         self._renderer.draw(scene_of(self.editor, ratio, self._motion), (left, bottom, width, height))
 
     def _end_frame(self) -> None:

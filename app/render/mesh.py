@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from app.render.programs import programs_of, set_uniforms
 from app.render.reach import Reach
 from app.render.source import Box
+from core import tracing
 from core.arrays import Bools, Floats, Ints, Points, Singles
 
 BLOCK = 16
@@ -46,10 +47,12 @@ class Mesh:
     def place(self, rest: Points, moved: Points) -> None:
         """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
         if rest is not self._rest:
-            self._rest_nodes.write(_whole_and_fraction(rest))
+            with tracing.span("upload", what="rest"):
+                self._rest_nodes.write(_whole_and_fraction(rest))
             self._rest, self._reach = rest, None
         if moved is not self._moved:
-            self._moved_nodes.write(_whole_and_fraction(moved))
+            with tracing.span("upload", what="moved"):
+                self._moved_nodes.write(_whole_and_fraction(moved))
             self._moved, self._reach = moved, None
             low, high = _block_bounds(moved)
             self._low, self._high = low - RING_PX, high + RING_PX

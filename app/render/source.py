@@ -16,7 +16,7 @@ import cv2
 import moderngl
 import numpy as np
 
-from core import color
+from core import color, tracing
 from core.arrays import Singles
 from core.images import Image
 
@@ -154,14 +154,15 @@ class Source:
         left, top, right, bottom = box = self._aligned(box, base)
         size = ((right - left) >> base, (bottom - top) >> base)
         texture = self._texture_of(_texture_width(size[0]), size[1])
-        for part in _parts(box, 1 << (base + self.levels)):
-            texels = _reduced(_texels(self.image, part), 1 << base)
-            x, y = (part[0] - left) >> base, (part[1] - top) >> base
-            for level in range(self.levels + 1):
-                texels = _reduced(texels, 2) if level else texels
-                shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
-                corner = ((x >> level) + shift[0], (y >> level) + shift[1])
-                texture.write(texels.astype(self.dtype), viewport=(*corner, texels.shape[1], texels.shape[0]))
+        with tracing.span("upload", what="picture"):
+            for part in _parts(box, 1 << (base + self.levels)):
+                texels = _reduced(_texels(self.image, part), 1 << base)
+                x, y = (part[0] - left) >> base, (part[1] - top) >> base
+                for level in range(self.levels + 1):
+                    texels = _reduced(texels, 2) if level else texels
+                    shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
+                    corner = ((x >> level) + shift[0], (y >> level) + shift[1])
+                    texture.write(texels.astype(self.dtype), viewport=(*corner, texels.shape[1], texels.shape[0]))
         self._window = Window(texture, box, base, base + self.levels)
         return self._window
 

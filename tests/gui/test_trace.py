@@ -22,12 +22,12 @@ def test_a_dragged_pin_is_solved_once_a_frame(editor: Editor) -> None:
     drive(editor, script)
     spans = sorted(tracing.events(), key=lambda event: float(str(event["ts"])))
     frames = [event for event in spans if event["name"] == "frame"]
-    solves = [event for event in spans if event["name"] == "answer"]
-    assert len(solves) >= 12
+    solves = [event for event in spans if event["name"] == "solve" and event["tid"] == frames[0]["tid"]]
+    assert len(solves) >= 10
     for frame in frames:
         start, end = _times(frame)
         assert sum(start <= _times(solve)[0] < end for solve in solves) <= 1
-    assert {"event", "draw", "answer"} <= {str(event["name"]) for event in spans}
+    assert {"event", "rhs", "solve", "upload", "draw", "frame"} <= {str(event["name"]) for event in spans}
 
 
 def _times(event: dict[str, object]) -> tuple[float, float]:
