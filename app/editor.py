@@ -18,14 +18,15 @@ from app.gestures import Gesture, Running
 from app.history import History
 from app.jobs import Jobs, Task, Ticket
 from app.live import Answer, LiveWarp
+from app.live_retexture import LiveRetexture
 from app.recovery import Recovery
 from app.requests import ExportOptions, Request
-from app.session import Mode, Session
+from app.session import Session
 from app.shapes import Shape
 from app.spaces import zoomed_at
 from core import tracing
 from core.arrays import WeftError
-from core.document import Document
+from core.document import Document, Mode
 from core.progress import Job
 
 log = logging.getLogger("weft")
@@ -106,6 +107,7 @@ class Editor:
         """Writes a document's picture; None where nothing can draw it."""
         self.clock = clock
         self.live = LiveWarp(self.jobs, clock=clock)
+        self.regrowth = LiveRetexture(self.jobs)
         self.project_path: Path | None = None
         """Where the project is saved; None while it is not."""
         self.source_path: Path | None = None
@@ -123,6 +125,9 @@ class Editor:
         self._spring: str | None = None
         self._slide: Generator[None, None, None] | None = None
         self._slide_label = ""
+        self._tools_left: dict[Mode, str] = {}
+        """By mode, the tool in hand when it was left."""
+        self.choose_mode(document.mode)
 
     @property
     def document(self) -> Document:
@@ -147,7 +152,19 @@ class Editor:
     @property
     def answer(self) -> Answer:
         """The map on the screen."""
+        if self.session.mode == "retexture":
+            return self.regrowth.answer(self.document)
         return self.live.current(self.document)
+
+    @property
+    def fault(self) -> str | None:
+        """Why the present document has no answer of its own."""
+        return self.regrowth.fault if self.session.mode == "retexture" else self.live.fault
+
+    @property
+    def canvas_px(self) -> tuple[int, int]:
+        """Width and height of the result of the present mode."""
+        return self.document.changed(mode=self.session.mode).result_px
 
     @property
     def is_busy(self) -> bool:
@@ -163,7 +180,10 @@ class Editor:
     def group(self, label: str, *, joins: bool = False) -> Iterator[None]:
         """Make one undo entry of all edits in the block; with `joins`, of those just before with this label too."""
         with self.history.group(label, joins=joins):
+            before = self.document
             yield
+            if self.document is not before:
+                self.document = self.document.changed(mode=self.session.mode)
 
     def edit(self, label: str, document: Document, *, joins: bool = False) -> None:
         """Finish what is in progress and make `document` the present one, as one undo entry."""
@@ -217,16 +237,29 @@ class Editor:
     def update(self) -> None:
         """Take what jobs have ready and bring the map up to date; once per frame, after the events."""
         self.jobs.drain(hold_edits=self.is_busy)
-        self.live.update(self.document)
+        if self.session.mode == "retexture":
+            self._update_retexture()
+        else:
+            self.live.update(self.document)
         if self.recovery is not None and not self.is_busy:
             saved, project = self.history.is_saved, self.project_path
             self.recovery.update(self.document, saved=saved, name=self.name, project=project, now=self.clock())
+
+    def _update_retexture(self) -> None:
+        """Follow the curves; who moves a target wants to see it."""
+        session = self.session
+        moved = self.regrowth.update(self.document, held=self.is_busy, starts=session.auto_retexture)
+        if moved and self.is_busy and session.look == "original":
+            self.show(look="retextured")
 
     @property
     def wait_s(self) -> float | None:
         """Seconds until `update` has something to do without an event; None when that needs an event."""
         due = None if self.recovery is None else self.recovery.due_at
-        waits = [self.live.wait_s, None if due is None else max(0.0, due - self.clock())]
+        waits = [
+            self.live.wait_s if self.session.mode != "retexture" else None,
+            None if due is None else max(0.0, due - self.clock()),
+        ]
         return min((wait for wait in waits if wait is not None), default=None)
 
     def choose_tool(self, name: str) -> None:
@@ -235,12 +268,18 @@ class Editor:
         self.show(tool=name, hover=None)
 
     def choose_mode(self, mode: Mode) -> None:
-        """Finish what is in progress and work in another mode, with a tool that it has."""
+        """Finish what is in progress and work in another mode, with the tool that was last used there."""
         self.finish()
-        tool = self.tools[self.session.tool]
-        if mode not in tool.modes:
-            tool = next(other for other in self.tools.values() if mode in other.modes)
-        self.show(mode=mode, tool=tool.name, hover=None)
+        before = self.session
+        if mode != before.mode:
+            self._tools_left[before.mode] = before.tool
+            tool = self._tools_left.get(mode) or self._first_tool(mode)
+            self.show(mode=mode, tool=tool, hover=None, selected_curve=None, selected_knots=frozenset())
+
+    def _first_tool(self, mode: Mode) -> str:
+        """Return the first tool that no other mode has, or the first that `mode` has."""
+        fitting = [tool for tool in self.tools.values() if mode in tool.modes]
+        return min(fitting, key=lambda tool: len(tool.modes)).name
 
     def undo(self) -> None:
         """Cancel a gesture in progress, or else take back the last entry."""
@@ -279,6 +318,8 @@ class Editor:
             last_dab=None,
             hover=None,
         )
+        if source is None:
+            self.choose_mode(document.mode)
 
     def finish(self) -> None:
         """End the gesture or the held slider in progress and keep what it did."""

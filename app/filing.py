@@ -124,15 +124,15 @@ def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None) -> Non
 def ask_export(editor: Editor) -> None:
     """Ask how to export the picture, and do it."""
     editor.finish()
-    document = editor.document
+    document = editor.document.changed(mode=editor.session.mode)
     near = editor.project_path or editor.source_path or Path("Untitled")
-    options = ExportOptions(near.with_name(f"{near.stem}-weft.png"), document.canvas_px)
+    options = ExportOptions(near.with_name(f"{near.stem}-weft.png"), document.result_px)
     editor.requests.append(ExportPicture(document, options, lambda chosen: export(editor, chosen)))
 
 
 def export(editor: Editor, options: ExportOptions) -> None:
-    """Write the present picture to a file, as a job."""
-    exporter, document = editor.exporter, editor.document
+    """Write the present mode's result to a file, as a job."""
+    exporter, document = editor.exporter, editor.document.changed(mode=editor.session.mode)
     if exporter is None:
         return
     done = lambda _: editor.notify(f"Exported {options.path.name}")  # noqa: E731

@@ -5,9 +5,13 @@ from typing import Literal, TypeAlias
 
 from app.spaces import View
 from core.arrays import Points
+from core.document import Mode
 
-Mode: TypeAlias = Literal["warp", "retexture", "overlay"]
 Compare: TypeAlias = Literal["result", "before", "split"]
+Look: TypeAlias = Literal["original", "deformed", "retextured"]
+"""What Retexture mode shows."""
+Painted: TypeAlias = Literal["matte", "source_mask"]
+"""What the brush paints in Retexture mode: where the result may differ, or where texture is taken from."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,10 @@ class Session:
     compare: Compare = "result"
     split: float = 0.5
     """Place of the divider of the split view, as a share of the canvas widget's width."""
+    look: Look = "retextured"
+    auto_retexture: bool = True
+    """Whether texture is regrown as soon as the artist lets go."""
+    painted: Painted = "matte"
     selected: frozenset[int] = frozenset()
     """Numbers of the selected pins."""
     selected_corner: int | None = None

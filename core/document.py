@@ -19,6 +19,8 @@ from core.raster import Raster
 Keep: TypeAlias = Literal["similarity", "rigid", "none"]
 Method: TypeAlias = Literal["exact", "per-quad"]
 Frame: TypeAlias = Literal["held", "free"]
+Mode: TypeAlias = Literal["warp", "retexture", "overlay"]
+"""A way of working, and the result that belongs to it."""
 Place: TypeAlias = tuple[float, float]
 """A normalised position."""
 
@@ -51,6 +53,27 @@ class WarpSettings:
     """rho of FAT eq. 6, in cells."""
     cell_px: float | None = None
     """Side of a grid cell; None for a grid of 20 000 to 50 000 nodes."""
+
+
+@dataclass(frozen=True)
+class RetextureSettings:
+    """How texture is regrown along moved feature curves."""
+
+    along_px: int = 41
+    """Side of a patch along the curve."""
+    across_px: int = 25
+    search_along_px: int = 31
+    """Side of the region from which candidates are taken, along the curve."""
+    search_across_px: int = 11
+    reach: float | None = None
+    """How far from a target curve texture is regrown, as a share of the picture's longer side; None chooses."""
+    move_within: float | None = None
+    """Beyond this distance of the target curves, such a share too, nothing moves; None holds only the border."""
+    variety: float = 0.3
+    """Cost of showing a place of the picture once more."""
+    mirrored: bool = False
+    """Whether patches may be mirrored across the curve's normal."""
+    seed: int = 0
 
 
 @dataclass(frozen=True)
@@ -127,6 +150,15 @@ class Document:
     pins: tuple[Pin, ...] = ()
     curves: tuple[CurvePair, ...] = ()
     """Inner curves of Warp mode."""
+    retexture: RetextureSettings = field(default_factory=RetextureSettings)
+    feature_curves: tuple[CurvePair, ...] = ()
+    """Curves of Retexture mode; both sides are places in the picture, whose size is the result's."""
+    matte: Raster | None = None
+    """The picture's size; over 127 is where texture may be regrown. None, or nothing painted, for everywhere."""
+    source_mask: Raster | None = None
+    """The picture's size; over 127 is where texture may be taken from. None, or nothing painted, for everywhere."""
+    mode: Mode = "warp"
+    """The mode of the last edit, whose result an export shows."""
 
     @classmethod
     def of(cls, image: Image) -> "Document":
@@ -160,13 +192,25 @@ class Document:
         return replace(self, **changes)  # type: ignore[arg-type]
 
     def with_image(self, image: Image) -> "Document":
-        """Return the document with another picture; what was done keeps its places, the mask is stretched."""
-        return self.changed(image=image, mask=self.mask.resized(image.width_px, image.height_px))
+        """Return the document with another picture; what was done keeps its places, the masks are stretched."""
+        size = image.width_px, image.height_px
+        matte, source_mask = (part and part.resized(*size) for part in (self.matte, self.source_mask))
+        return self.changed(image=image, mask=self.mask.resized(*size), matte=matte, source_mask=source_mask)
 
     def with_warp(self, **changes: object) -> "Document":
         """Return the document with some of its `WarpSettings` changed, itself where they are so already."""
         warp = replace(self.warp, **changes)  # type: ignore[arg-type]
         return self if warp == self.warp else replace(self, warp=warp)
+
+    def with_retexture(self, **changes: object) -> "Document":
+        """Return the document with some of its `RetextureSettings` changed, itself where they are so already."""
+        settings = replace(self.retexture, **changes)  # type: ignore[arg-type]
+        return self if settings == self.retexture else replace(self, retexture=settings)
+
+    @property
+    def result_px(self) -> tuple[int, int]:
+        """Width and height of the result of the mode."""
+        return self.canvas_px if self.mode == "warp" else self.size_px
 
 
 def places_from_pixels(size_px: tuple[int, int], points: Points) -> Points:

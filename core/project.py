@@ -66,8 +66,10 @@ def load_project(path: Path) -> Document:
         document: Document = decode(Document, data.get("document"), _Reader(files))
     except InputError as fault:
         raise InputError(f"{path}: damaged project: {fault}") from fault
-    if (document.mask.width_px, document.mask.height_px) != document.size_px:
-        raise InputError(f"{path}: damaged project: the mask has another size than the picture")
+    for name in ("mask", "matte", "source_mask"):
+        mask = getattr(document, name)
+        if mask is not None and (mask.width_px, mask.height_px) != document.size_px:
+            raise InputError(f"{path}: damaged project: the {name} has another size than the picture")
     return document
 
 

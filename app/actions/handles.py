@@ -20,7 +20,9 @@ def _select_all(editor: Editor) -> None:
 def _curve(editor: Editor) -> CurvePair | None:
     """Return the curve that is being edited."""
     number, curves = editor.session.selected_curve, editor.document.curves
-    return curves[number] if number is not None and number < len(curves) else None
+    if editor.session.mode != "warp" or number is None or number >= len(curves):
+        return None
+    return curves[number]
 
 
 def _edit_curve(editor: Editor, label: str, pair: CurvePair) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 
 from app.actions import Action
 from app.editor import Editor
-from app.session import Mode
 from app.spaces import centred, fitted, zoomed_at
+from core.document import Mode
 
 ZOOM_STEP = 1.5
 
@@ -15,7 +15,7 @@ ZOOM_STEP = 1.5
 def fit(editor: Editor) -> None:
     """Show the whole of picture and canvas."""
     low, high = editor.answer.mesh.bounds
-    width, height = editor.document.canvas_px
+    width, height = editor.canvas_px
     low, high = np.minimum(low, -0.5), np.maximum(high, np.array([width, height]) - 0.5)
     editor.show(view=fitted(editor.session.view, low, high))
 
@@ -115,7 +115,7 @@ VIEW = (
     *(_overlay(name) for name in _OVERLAYS),
 )
 
-READY_MODES: frozenset[Mode] = frozenset(("warp",))
+READY_MODES: frozenset[Mode] = frozenset(("warp", "retexture"))
 """Those that the window has panels for."""
 
 _MODES: tuple[tuple[Mode, str, str, str], ...] = (

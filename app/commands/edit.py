@@ -77,6 +77,6 @@ def render_without_window(document: Document) -> None:
     """Render `document` to a file in the working folder, and say where it is and what a window needs."""
     from app.render.picture_file import exporting
 
-    run_shown(exporting(document, ExportOptions(WITHOUT_WINDOW, document.canvas_px)))
+    run_shown(exporting(document, ExportOptions(WITHOUT_WINDOW, document.result_px)))
     print(f"weft: no display: rendered to {WITHOUT_WINDOW.resolve()}")  # noqa: T201
     print("weft: a window needs X11 or Wayland (DISPLAY or WAYLAND_DISPLAY) and OpenGL 3.3")  # noqa: T201

@@ -6,10 +6,11 @@ import numpy as np
 
 from app.render.export import rendering
 from app.requests import ExportOptions
-from core import color
+from core import color, document_retexture
 from core.canvas import Canvas
 from core.document import Document
 from core.document_map import settled
+from core.grid import Grid
 from core.images import Image, save
 from core.progress import Job, Progress, part
 
@@ -40,6 +41,8 @@ def drawing(
 
     `width_px` is the result's width; without it, the result has `scale` pixels for each of the canvas.
     """
+    if document.mode == "retexture":
+        return (yield from retextured(document, scale=scale, width_px=width_px, bits=bits))
     found = yield from part(settled(document), 0.0, 0.3)
     canvas = Canvas.around(found.warped) if frame == "warp" else Canvas(*document.canvas_px)
     if width_px is not None:
@@ -47,6 +50,17 @@ def drawing(
     final = Canvas(max(1, round(canvas.width_px * scale)), max(1, round(canvas.height_px * scale)))
     moved, image = canvas.placed(found.warped), at_depth(document.image, bits)
     return (yield from part(rendering(image, found.rest, moved, size=final.size, scale=scale), 0.3, 1.0))
+
+
+def retextured(document: Document, *, scale: float, width_px: int | None, bits: Bits | None) -> Job[Image]:
+    """Return the retextured picture of `document`, resampled only where it is to have another size."""
+    image = yield from part(document_retexture.picture(document, at_depth(document.image, bits)), 0.0, 0.9)
+    scale = scale if width_px is None else width_px / image.width_px
+    size = max(1, round(image.width_px * scale)), max(1, round(image.height_px * scale))
+    if size == document.size_px:
+        return image
+    nodes = Grid(*document.size_px).nodes
+    return (yield from part(rendering(image, nodes, nodes, size=size, scale=scale), 0.9, 1.0))
 
 
 def at_depth(image: Image, bits: Bits | None) -> Image:

@@ -5,10 +5,12 @@ from types import MappingProxyType
 
 from app.editor import Tool
 from app.tools.brush import BRUSH
-from app.tools.curves import CURVES
+from app.tools.curves import CURVES, FEATURE_CURVE_TOOL
 from app.tools.navigate import HAND
 from app.tools.outline import OUTLINE
 from app.tools.pins import PINS
 from app.tools.zoom import ZOOM
 
-TOOLS: Mapping[str, Tool] = MappingProxyType({tool.name: tool for tool in (BRUSH, OUTLINE, PINS, CURVES, HAND, ZOOM)})
+TOOLS: Mapping[str, Tool] = MappingProxyType(
+    {tool.name: tool for tool in (BRUSH, OUTLINE, PINS, CURVES, FEATURE_CURVE_TOOL, HAND, ZOOM)}
+)

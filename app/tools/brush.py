@@ -1,7 +1,11 @@
-"""The mask brush: paints what must keep its shape, where the artist sees it on the deformed picture."""
+"""The mask brush: paints what must keep its shape, where the artist sees it on the deformed picture.
+
+In Retexture mode it paints where the result may differ, or, on the picture as it is, where texture is taken from.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -13,7 +17,11 @@ from app.shapes import Circle, Shape
 from app.spaces import canvas_from_screen
 from core.arrays import Points
 from core.brush import Stroke, Tip
+from core.raster import Raster
 
+Layer: TypeAlias = Literal["mask", "matte", "source_mask"]
+LAYERS: dict[Layer, str] = {"mask": "mask", "matte": "matte", "source_mask": "source mask"}
+"""What the brush can paint, by its part of the document."""
 LEAST_PX, MOST_PX = 1.0, 4000.0
 """Diameters that the brush may have, in canvas pixels."""
 SIZE_STEP = 1.15
@@ -67,8 +75,9 @@ def paint(editor: Editor, press: Press) -> Gesture:
     tip = Tip(brush.diameter_px / 2, brush.hardness)
     here = _canvas(editor, press.pos)
     last = editor.session.last_dab
-    with editor.group("Erase mask" if brush.erase else "Paint mask"):
-        stroke = Stroke(editor.document.mask, erase=brush.erase)
+    name = painted(editor)
+    with editor.group(f"{'Erase' if brush.erase else 'Paint'} {LAYERS[name]}"):
+        stroke = Stroke(layer(editor, name), erase=brush.erase)
         _extend(editor, stroke, np.array(last) if press.mods.shift and last is not None else here, here, tip)
         while isinstance(event := (yield), Move):
             before, here = here, _canvas(editor, event.pos)
@@ -78,8 +87,20 @@ def paint(editor: Editor, press: Press) -> Gesture:
 
 def _extend(editor: Editor, stroke: Stroke, a: Points, b: Points, tip: Tip) -> None:
     """Draw on over the picture as it is on the screen."""
-    stroke.extend(editor.answer.mesh, a, b, tip)
-    editor.document = editor.document.changed(mask=stroke.mask)
+    mesh = editor.answer.mesh if editor.session.mode == "warp" else editor.regrowth.flat
+    stroke.extend(mesh, a, b, tip)
+    editor.document = editor.document.changed(**{painted(editor): stroke.mask})
+
+
+def painted(editor: Editor) -> Layer:
+    """Return which raster of the document the brush paints."""
+    return editor.session.painted if editor.session.mode == "retexture" else "mask"
+
+
+def layer(editor: Editor, name: Layer) -> Raster:
+    """Return a raster of the document; an empty one where it has none yet."""
+    raster: Raster | None = getattr(editor.document, name)
+    return raster or Raster.filled(*editor.document.size_px)
 
 
 def _canvas(editor: Editor, pos: Position) -> Points:

@@ -73,7 +73,7 @@ class CurveSet:
     def on_canvas(self, editor: Editor, pair: CurvePair, side: Side) -> Points:
         """Return the control points of a side in canvas pixels."""
         if side == "target":
-            return pixels_from_places(editor.document.canvas_px, pair.target)
+            return pixels_from_places(editor.canvas_px, pair.target)
         pixels = pixels_from_places(editor.document.size_px, pair.source)
         return curve_edit.mapped(pixels, self.mesh(editor).canvas_from_image(curve_edit.samples_of(pixels)))
 

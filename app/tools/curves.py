@@ -7,7 +7,6 @@ import numpy as np
 from app.editor import Editor, Tool
 from app.events import Event, Key, Move, Press
 from app.gestures import Gesture
-from app.session import Mode
 from app.tools.box import Box, Grip, applied
 from app.tools.curve_set import CurveSet, Hit
 from app.tools.curve_shapes import active_side, box_of, overlay, side_of
@@ -15,7 +14,8 @@ from app.tools.grips import aimed, drag_from, nudge_px, within
 from app.tools.pen import draw
 from core import curve_edit, curve_pairs
 from core.arrays import Points
-from core.document import CurvePair
+from core.document import CurvePair, Mode
+from core.mesh import Mesh
 
 
 def press(editor: Editor, curves: CurveSet, press: Press) -> Gesture | None:
@@ -236,4 +236,26 @@ CURVES = curve_tool(
     key="c",
     modes=frozenset(("warp",)),
     hint="Click and drag to draw, Enter ends · drag points and lines · click a line to add a point · Alt breaks",
+)
+
+
+def _seen(editor: Editor) -> Mesh:
+    """Return where the picture is on the canvas of Retexture mode."""
+    return editor.regrowth.flat if editor.session.look == "original" else editor.answer.mesh
+
+
+FEATURE_CURVES = CurveSet(
+    read=lambda document: document.feature_curves,
+    write=lambda document, pairs: document.changed(feature_curves=pairs),
+    mesh=lambda editor: editor.regrowth.flat,
+    seen_through=_seen,
+)
+FEATURE_CURVE_TOOL = curve_tool(
+    FEATURE_CURVES,
+    name="feature-curves",
+    label="Feature curves",
+    icon="bezier-curve",
+    key="c",
+    modes=frozenset(("retexture",)),
+    hint="Click and drag to draw, Enter ends · drag the blue target to move texture · Ctrl-drag moves the source",
 )

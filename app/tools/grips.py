@@ -68,11 +68,11 @@ def aimed(start: Position, move: Move) -> Position:
 
 def screen_from_places(editor: Editor, places: Points) -> Points:
     """Return screen positions of normalised places (n, 2) on the canvas."""
-    pixels = pixels_from_places(editor.document.canvas_px, np.reshape(places, (-1, 2)))
+    pixels = pixels_from_places(editor.canvas_px, np.reshape(places, (-1, 2)))
     return screen_from_canvas(editor.session.view, pixels)
 
 
 def places_from_screen(editor: Editor, points: Points) -> Points:
     """Return normalised places (n, 2) on the canvas of screen positions."""
     pixels = canvas_from_screen(editor.session.view, np.reshape(points, (-1, 2)))
-    return places_from_pixels(editor.document.canvas_px, pixels)
+    return places_from_pixels(editor.canvas_px, pixels)

@@ -4,7 +4,7 @@ import numpy as np
 
 from app.editor import Editor
 from app.shapes import Bezier, Circle, Shape
-from app.tools.curves import WARP_CURVES
+from app.tools.curves import FEATURE_CURVES, WARP_CURVES
 from app.tools.outline import ring_on_screen
 from app.tools.pins import targets_on_screen
 
@@ -18,7 +18,7 @@ def marks(editor: Editor) -> list[Shape]:
     """
     session = editor.session
     tool = editor.tools[session.tool]
-    others = _handles(editor) if session.mode == "warp" else []
+    others = _handles(editor) if session.mode == "warp" else _feature_curves(editor)
     return [*others, *tool.overlay(editor)]
 
 
@@ -34,3 +34,16 @@ def _handles(editor: Editor) -> list[Shape]:
         places = np.reshape(targets_on_screen(editor), (-1, 2))
         shapes.extend(Circle((float(x), float(y)), PIN_PX, "pin-rest", filled=True) for x, y in places)
     return shapes
+
+
+def _feature_curves(editor: Editor) -> list[Shape]:
+    """Return where the feature curves of Retexture mode go, in their quiet form."""
+    session = editor.session
+    if session.mode != "retexture" or not session.overlays.handles or session.tool == "feature-curves":
+        return []
+    return [
+        Bezier(FEATURE_CURVES.on_screen(editor, pair, "source"), "passive")
+        if pair.passive
+        else Bezier(FEATURE_CURVES.on_screen(editor, pair, "target"), "target")
+        for pair in editor.document.feature_curves
+    ]

@@ -111,7 +111,7 @@ def take_key(editor: Editor, key: Key) -> bool:
         return False
     outline = outline_of(editor.document)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
-    moved = curve_edit.with_knots_moved(ring, {corner // 3}, step / editor.document.canvas_px, closed=True)
+    moved = curve_edit.with_knots_moved(ring, {corner // 3}, step / editor.canvas_px, closed=True)
     editor.edit("Nudge corner", editor.document.changed(outline=Outline(moved[:-1])), joins=True)
     return True
 

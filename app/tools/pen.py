@@ -61,7 +61,7 @@ def draw(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
         return
     with editor.group("Draw curve"):
         source = curves.source_places(editor, mesh, screen_from_canvas(editor.session.view, canvas))
-        target = places_from_pixels(editor.document.canvas_px, canvas)
+        target = places_from_pixels(editor.canvas_px, canvas)
         corners = frozenset(number for number, knot in enumerate(path.knots) if knot.corner)
         pair = CurvePair(source, target, closed=path.closed, corners=corners)
         editor.document = curves.write(editor.document, (*curves.read(editor.document), pair))

@@ -154,9 +154,7 @@ def take_key(editor: Editor, key: Key) -> bool:
         editor.show(selected=frozenset())
     elif step is not None:
         places = np.array([editor.document.pins[number].to for number in numbers])
-        editor.edit(
-            "Nudge pins", with_targets(editor.document, numbers, places + step / editor.document.canvas_px), joins=True
-        )
+        editor.edit("Nudge pins", with_targets(editor.document, numbers, places + step / editor.canvas_px), joins=True)
     else:
         return False
     return True

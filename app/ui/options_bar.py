@@ -38,6 +38,13 @@ TOOL_ACTIONS = {
     "pins": ("handles.select_all", "handles.frame", "handles.remove_pins"),
     "outline": ("handles.reset_outline",),
     "curves": ("handles.frame", "handles.remove_curves"),
+    "feature-curves": (
+        "feature.passive",
+        "feature.closed",
+        "feature.put_back",
+        "feature.select_all",
+        "feature.remove_all",
+    ),
     "hand": ("view.fit", "view.actual"),
     "zoom": ("view.zoom_in", "view.zoom_out", "view.fit", "view.actual"),
 }

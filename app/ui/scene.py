@@ -80,8 +80,10 @@ def _kept(before: Points, now: Points) -> Points:
 
 def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     """Return one frame of the canvas."""
-    answer, document, session = editor.answer, editor.document, editor.session
-    overlays = session.overlays
+    session = editor.session
+    if session.mode == "retexture":
+        return _retexture_scene(editor, pixel_ratio)
+    answer, document, overlays = editor.answer, editor.document, session.overlays
     width, height = document.canvas_px
     return Scene(
         image=answer.document.image,
@@ -102,5 +104,27 @@ def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
         compare=session.compare,
         split=session.split,
         draft=motion.is_draft,
+        palette=PALETTE,
+    )
+
+
+def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
+    """Return one frame of Retexture mode: the picture as the artist wants to look at it."""
+    document, session = editor.document, editor.session
+    overlays, before = session.overlays, session.compare == "before"
+    shown = editor.regrowth.shown(document, "original" if before else session.look)
+    width, height = editor.canvas_px
+    return Scene(
+        image=shown.image,
+        rest=shown.rest,
+        warped=shown.warped,
+        view=session.view,
+        pixel_ratio=pixel_ratio,
+        frame=(-0.5, -0.5, width - 0.5, height - 0.5),
+        mask=document.matte if session.painted == "matte" else document.source_mask,
+        marks=Marks(grid=overlays.grid, mask=overlays.mask and not before, scale=overlays.scale),
+        compare="result" if before else session.compare,
+        split=session.split,
+        draft=editor.is_busy,
         palette=PALETTE,
     )

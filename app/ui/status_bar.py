@@ -59,10 +59,8 @@ class StatusBar:
         editor, session = self._editor, self._editor.session
         answer = editor.answer
         rows: list[tuple[str, str, bool]] = []
-        if editor.live.fault is not None:
-            rows.append(
-                (f"{icon('triangle-exclamation')}  {editor.live.fault}", "The last map that worked is shown", True)
-            )
+        if editor.fault is not None:
+            rows.append((f"{icon('triangle-exclamation')}  {editor.fault}", "The last map that worked is shown", True))
         if session.pointer is not None:
             on_canvas = canvas_from_screen(session.view, np.array([session.pointer]))
             x, y = answer.mesh.image_from_canvas(on_canvas)[0]

@@ -19,6 +19,7 @@ from app.ui.menus import MenuBar
 from app.ui.options_bar import HEIGHT_EM, OptionsBar
 from app.ui.palette import Palette
 from app.ui.preset_list import PresetList
+from app.ui.retexture_panel import RetexturePanel
 from app.ui.sheets import Sheets
 from app.ui.status_bar import StatusBar
 from app.ui.thumbnails import Thumbnails
@@ -26,10 +27,13 @@ from app.ui.toasts import Toasts
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
 from app.ui.warp_panel import WarpPanel
 from app.ui.welcome import Welcome
+from core.document import Mode
 
 SIDE, LOWER_SIDE = "Side", "LowerSide"
 FITTING_FRAMES = 4
 """How many frames Dear ImGui takes to lay out the panels."""
+PANELS: dict[Mode, str] = {"warp": "Warp", "retexture": "Retexture"}
+"""Names of the panels by mode."""
 
 
 class Workspace:
@@ -46,6 +50,7 @@ class Workspace:
         self.status_bar = StatusBar(editor)
         self.thumbnails = Thumbnails(editor)
         self.warp_panel = WarpPanel(editor, PresetList(self.thumbnails.of))
+        self.retexture_panel = RetexturePanel(editor, table)
         self.handles_panel = HandlesPanel(editor)
         self.history_panel = HistoryPanel(editor)
         self.dialogs = Dialogs(editor, self.show_panel)
@@ -86,6 +91,7 @@ class Workspace:
         ]
         docking.dockable_windows = [
             hello_imgui.DockableWindow("Warp", SIDE, self.warp_panel.draw),
+            hello_imgui.DockableWindow("Retexture", SIDE, self.retexture_panel.draw, is_visible_=False),
             hello_imgui.DockableWindow("Handles", LOWER_SIDE, self.handles_panel.draw),
             hello_imgui.DockableWindow("History", LOWER_SIDE, self.history_panel.draw),
         ]
@@ -111,8 +117,17 @@ class Workspace:
         self.canvas.lay_out(_central_area())
         self.canvas.take_input()
         self.editor.update()
+        self._show_mode()
         self._fit_new_picture()
         self.thumbnails.begin_frame()
+
+    def _show_mode(self) -> None:
+        """Show the panel of the mode."""
+        docking = hello_imgui.get_runner_params().docking_params
+        for mode, name in PANELS.items():
+            panel = docking.dockable_window_of_name(name)
+            if panel is not None:
+                panel.is_visible = mode == self.editor.session.mode
 
     def end_frame(self) -> None:
         """Draw what belongs to this frame's map."""

@@ -107,7 +107,7 @@ def test_escape_anywhere_leaves_no_trace(stream: list[Event | str]) -> None:
 def test_at_rest_there_is_a_final_answer_or_a_reason(stream: list[Event | str]) -> None:
     drive = begun()
     play(drive, stream)
-    drive.editor.finish()
+    drive.editor.choose_mode("warp")
     drive.frame().rest()
     assert drive.editor.live.is_settled
     assert drive.editor.live.fault is not None or drive.editor.answer.document is drive.document

@@ -1,0 +1,198 @@
+"""Actions of Retexture mode: what is shown, the work itself, the feature curves and the masks."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from app.actions import Action
+from app.editor import Editor
+from app.session import Look, Painted
+from core import curve_pairs
+from core.document import CurvePair
+from core.document_retexture import moves
+
+
+def in_mode(editor: Editor) -> bool:
+    """Return whether the editor is in Retexture mode."""
+    return editor.session.mode == "retexture"
+
+
+def chosen_curve(editor: Editor) -> CurvePair | None:
+    """Return the feature curve that is being edited."""
+    number, curves = editor.session.selected_curve, editor.document.feature_curves
+    return curves[number] if in_mode(editor) and number is not None and number < len(curves) else None
+
+
+def edit_curve(editor: Editor, label: str, pair: CurvePair) -> None:
+    """Put `pair` in place of the feature curve that is being edited."""
+    number, curves = editor.session.selected_curve, list(editor.document.feature_curves)
+    if number is not None:
+        curves[number] = pair
+        editor.edit(label, editor.document.changed(feature_curves=tuple(curves)))
+
+
+def start(editor: Editor) -> None:
+    """Regrow the texture, anew where it is there already."""
+    editor.finish()
+    editor.show(look="retextured")
+    editor.regrowth.start(editor.document)
+
+
+def toggle_auto(editor: Editor) -> None:
+    """Switch whether texture is regrown as soon as the artist lets go."""
+    editor.show(auto_retexture=not editor.session.auto_retexture)
+
+
+def toggle_passive(editor: Editor) -> None:
+    """Take the edited curve's target away, or give it one: where the curve is."""
+    pair = chosen_curve(editor)
+    if pair is not None:
+        label = "Give curve a target" if pair.passive else "Make curve passive"
+        edit_curve(editor, label, replace(pair, target=pair.source, passive=not pair.passive))
+
+
+def toggle_closed(editor: Editor) -> None:
+    """Close the edited curve, or open it."""
+    pair = chosen_curve(editor)
+    if pair is not None:
+        changed = curve_pairs.opened(pair) if pair.closed else curve_pairs.closed(pair)
+        edit_curve(editor, "Open curve" if pair.closed else "Close curve", changed)
+
+
+def put_back(editor: Editor) -> None:
+    """Lay the edited curve's target on its source."""
+    pair = chosen_curve(editor)
+    if pair is not None:
+        edit_curve(editor, "Copy source to target", replace(pair, target=pair.source))
+
+
+def select_all(editor: Editor) -> None:
+    """Select all points of the edited curve, so that a box moves, scales and turns it."""
+    pair = chosen_curve(editor)
+    if pair is not None:
+        editor.show(selected_knots=frozenset(range(curve_pairs.knots_of(pair))))
+
+
+def paint(editor: Editor, name: Painted) -> None:
+    """Take the brush for one of the masks; where texture is taken from is painted on the picture as it is."""
+    editor.choose_tool("brush")
+    editor.show(painted=name, look="original" if name == "source_mask" else "retextured")
+
+
+_LOOKS: tuple[tuple[Look, str, str, str, str], ...] = (
+    ("original", "Original", "1", "image", "The picture as it was"),
+    ("deformed", "Deformed", "2", "water", "The picture stretched along with the curves"),
+    ("retextured", "Retextured", "3", "brush", "The picture with its texture regrown"),
+)
+
+
+def _look(look: Look, label: str, chord: str, icon: str, tooltip: str) -> Action:
+    return Action(
+        f"look.{look}",
+        label,
+        "View/Retexture",
+        lambda editor: editor.show(look=look, compare="result"),
+        chord,
+        icon,
+        tooltip,
+        enabled=in_mode,
+        checked=lambda editor: editor.session.look == look,
+    )
+
+
+def _of_curve(
+    name: str, label: str, run: Callable[[Editor], None], icon: str, tooltip: str, switch: str = "", chord: str = ""
+) -> Action:
+    """Return an action on the edited curve; `switch` is the part of it that says whether it is on."""
+
+    def checked(editor: Editor) -> bool:
+        return bool(getattr(chosen_curve(editor), switch, False))
+
+    return Action(
+        f"feature.{name}",
+        label,
+        "Retexture/Curve",
+        run,
+        chord,
+        icon,
+        tooltip,
+        enabled=lambda editor: chosen_curve(editor) is not None,
+        checked=checked if switch else None,
+    )
+
+
+_PAINTED: tuple[tuple[Painted, str, str, str], ...] = (
+    ("matte", "matte", "draw-polygon", "Paint where the result may differ from the plain deformation"),
+    ("source_mask", "source mask", "eye-dropper", "Paint where texture may be taken from"),
+)
+
+
+def _mask(name: Painted, label: str, icon: str, tooltip: str) -> tuple[Action, ...]:
+    return (
+        Action(
+            f"retexture.paint_{name}",
+            f"Paint {label}",
+            "Retexture",
+            lambda editor: paint(editor, name),
+            icon=icon,
+            tooltip=tooltip,
+            enabled=in_mode,
+            checked=lambda editor: editor.session.tool == "brush" and editor.session.painted == name,
+            separated=name == "matte",
+        ),
+        Action(
+            f"retexture.clear_{name}",
+            f"Clear {label}",
+            "Retexture",
+            lambda editor: editor.edit(f"Clear {label}", editor.document.changed(**{name: None})),
+            icon="eraser",
+            tooltip="Nothing painted means everywhere",
+            enabled=lambda editor: in_mode(editor) and getattr(editor.document, name) is not None,
+        ),
+    )
+
+
+RETEXTURE = (
+    *(_look(*row) for row in _LOOKS),
+    Action(
+        "retexture.start",
+        "Retexture",
+        "Retexture",
+        start,
+        "Ctrl+R",
+        "play",
+        "Regrow the texture along the moved curves",
+        enabled=lambda editor: in_mode(editor) and moves(editor.document),
+    ),
+    Action(
+        "retexture.auto",
+        "Retexture by itself",
+        "Retexture",
+        toggle_auto,
+        icon="bolt",
+        tooltip="Regrow the texture as soon as a curve is let go",
+        enabled=in_mode,
+        checked=lambda editor: editor.session.auto_retexture,
+    ),
+    _of_curve(
+        "passive",
+        "Passive",
+        toggle_passive,
+        "compass",
+        "It has no target: it steers the texture's direction",
+        "passive",
+    ),
+    _of_curve("closed", "Closed", toggle_closed, "circle-notch", "Join the curve's end to its beginning", "closed"),
+    _of_curve("put_back", "Copy source to target", put_back, "arrow-rotate-left", "Lay the target where the curve is"),
+    _of_curve("select_all", "Select all points", select_all, "vector-square", "Move, scale and turn it by a box"),
+    Action(
+        "feature.remove_all",
+        "Remove all curves",
+        "Retexture/Curve",
+        lambda editor: editor.edit("Remove curves", editor.document.changed(feature_curves=())),
+        icon="trash-can",
+        tooltip="Take all feature curves out",
+        enabled=lambda editor: in_mode(editor) and bool(editor.document.feature_curves),
+        separated=True,
+    ),
+    *(action for row in _PAINTED for action in _mask(*row)),
+)

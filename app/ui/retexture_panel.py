@@ -1,0 +1,187 @@
+"""The panel of Retexture mode: what is shown, the edited curve, the masks, and how texture is regrown."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, cast
+
+from imgui_bundle import ImVec2, imgui
+
+from app.actions.retexture import chosen_curve
+from app.actions.table import ActionTable
+from app.editor import Editor
+from app.session import Look
+from app.ui.controls import Held, check, faint, label, plain_button, primary_button, section, segments, slider, tip
+from app.ui.theme import em
+from core.document import RetextureSettings
+from core.document_retexture import moves
+from core.retexture.job import LEAST_REACH_PX, REACH
+
+DEFAULTS = RetextureSettings()
+LOOKS = (
+    ("original", "Original", "The picture as it was (1)"),
+    ("deformed", "Deformed", "The picture stretched along with the curves (2)"),
+    ("retextured", "Retextured", "The picture with its texture regrown (3)"),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A slider for a whole number of pixels of `RetextureSettings`."""
+
+    name: str
+    field: Literal["along_px", "across_px", "search_along_px", "search_across_px"]
+    low: float
+    high: float
+    hint: str
+
+
+PATCH = (
+    Row("Spine", "along_px", 9, 121, "Length of a patch along the curve, in pixels: some repeats of the texture"),
+    Row("Rib", "across_px", 5, 81, "Width of a patch across the curve, in pixels"),
+)
+SEARCH = (
+    Row("Along", "search_along_px", 1, 61, "How far along the curve patches are looked for, in pixels"),
+    Row("Across", "search_across_px", 1, 31, "How far across the curve patches are looked for, in pixels"),
+)
+
+
+class RetexturePanel:
+    """Sliders and choices over `Document.retexture`, and what belongs to the edited curve."""
+
+    def __init__(self, editor: Editor, table: ActionTable) -> None:
+        self._editor = editor
+        self._table = table
+
+    def draw(self) -> None:
+        """Draw the panel."""
+        self._draw_result()
+        if section("Curve"):
+            self._draw_curve()
+        if section("Patches"):
+            self._draw_patches()
+        if section("Reach"):
+            self._draw_reach()
+        if section("Masks"):
+            self._draw_masks()
+
+    @property
+    def _settings(self) -> RetextureSettings:
+        return self._editor.document.retexture
+
+    def _draw_result(self) -> None:
+        """Draw what is shown and what starts the work."""
+        editor, session = self._editor, self._editor.session
+        look = segments("look", LOOKS, session.look)
+        if look is not None:
+            editor.show(look=cast("Look", look), compare="result")
+        with_curves = moves(editor.document)
+        if editor.regrowth.is_running:
+            if plain_button("Cancel", 8):
+                editor.regrowth.cancel()
+        else:
+            imgui.begin_disabled(not with_curves)
+            if primary_button("Retexture", 8):
+                self._table.run("retexture.start", editor)
+            imgui.end_disabled()
+            tip("Regrow the texture along the moved curves", "Ctrl+R")
+        imgui.same_line()
+        switched = check("By itself", session.auto_retexture, "Regrow the texture as soon as a curve is let go")
+        if switched is not None:
+            editor.show(auto_retexture=switched)
+        faint(self._state())
+
+    def _state(self) -> str:
+        """Return in words how far the result is."""
+        editor, work = self._editor, self._editor.regrowth
+        if not editor.document.feature_curves:
+            return "Trace an edge of the picture with the pen (C), then drag the curve to where it is to go."
+        if work.fault is not None:
+            return work.fault
+        if not moves(editor.document):
+            return "Drag a curve: the texture goes with it."
+        if work.is_final and work.stage is not None:
+            found = work.stage.found
+            return f"{found.patches} patches from {found.candidates} candidates in {found.seconds['total']:.1f} s"
+        return "Working …" if work.is_running else "Stretched; the texture is not regrown yet."
+
+    def _draw_curve(self) -> None:
+        editor, pair = self._editor, chosen_curve(self._editor)
+        if pair is None:
+            faint("Click a curve to edit it.")
+            return
+        for name in ("feature.passive", "feature.closed"):
+            action = self._table.by_name[name]
+            on = action.checked is not None and action.checked(editor)
+            if check(action.label, on, action.tooltip) is not None:
+                action.run(editor)
+            imgui.same_line(0, em(1.2))
+        imgui.new_line()
+        for name in ("feature.put_back", "feature.select_all"):
+            self._draw_button(name)
+
+    def _draw_button(self, name: str) -> None:
+        action = self._table.by_name[name]
+        imgui.begin_disabled(not action.enabled(self._editor))
+        if imgui.button(action.label, ImVec2(imgui.get_content_region_avail().x, 0)):
+            action.run(self._editor)
+        imgui.end_disabled()
+        tip(action.tooltip, action.chord)
+
+    def _draw_patches(self) -> None:
+        for row in PATCH:
+            self._slide(row)
+        faint("Candidates come from so far around:")
+        for row in SEARCH:
+            self._slide(row)
+        hint = "How much it costs to show a place of the picture again: more avoids repetition"
+        held = slider("Variety", self._settings.variety, 0, 2, default=DEFAULTS.variety, digits=2, hint=hint)
+        self._take("Variety", held, lambda new: {"variety": new})
+        label("Mirror", "Whether patches may be turned over across the curve's normal")
+        mirrored = check("allowed", self._settings.mirrored, "For textures without a direction along the curve")
+        if mirrored is not None:
+            self._edit("Mirrored patches", mirrored=mirrored)
+        held = slider("Seed", self._settings.seed, 0, 99, default=0, hint="Another number, another choice of patches")
+        self._take("Seed", held, lambda new: {"seed": round(new)})
+
+    def _draw_reach(self) -> None:
+        longer = max(self._editor.document.size_px)
+        usual = max(REACH, LEAST_REACH_PX / longer)
+        hint = "How far from a curve texture is regrown, per cent of the picture's longer side"
+        self._share("Texture", "reach", usual, hint)
+        hint = "How far from a curve the picture moves at all, per cent of its longer side"
+        self._share("Motion", "move_within", 0.1, hint)
+
+    def _share(self, name: str, field: Literal["reach", "move_within"], usual: float, hint: str) -> None:
+        """Draw a switch between the automatic value and a slider over one's own."""
+        value: float | None = getattr(self._settings, field)
+        label(name, hint)
+        automatic = "Automatic" if field == "reach" else "To the edge"
+        switched = check(f"{automatic}##{field}", value is None, hint)
+        if switched is not None:
+            self._edit(f"{name} reach", **{field: None if switched else round(usual, 3)})
+        if value is not None:
+            held = slider(f"{name} reach", 100 * value, 1, 60, default=100 * round(usual, 3), digits=1, hint=hint)
+            self._take(f"{name} reach", held, lambda percent: {field: percent / 100})
+
+    def _draw_masks(self) -> None:
+        faint("Paint with the brush (B). Nothing painted means everywhere.")
+        for name in ("matte", "source_mask"):
+            self._draw_button(f"retexture.paint_{name}")
+            if getattr(self._editor.document, name) is not None:
+                self._draw_button(f"retexture.clear_{name}")
+
+    def _slide(self, row: Row) -> None:
+        value, default = getattr(self._settings, row.field), getattr(DEFAULTS, row.field)
+        held = slider(row.name, value, row.low, row.high, default=default, hint=row.hint)
+        # A patch has a middle: its sides are odd.
+        self._take(f"{row.name} of patches", held, lambda new: {row.field: 2 * (round(new) // 2) + 1})
+
+    def _take(self, name: str, held: Held, changes: Callable[[float], dict[str, object]]) -> None:
+        """Show what a slider says while it is held, and make it an undo entry when it is let go."""
+        if held.value is not None:
+            self._editor.slide(name, self._editor.document.with_retexture(**changes(held.value)))
+        if held.done:
+            self._editor.finish()
+
+    def _edit(self, name: str, **changes: object) -> None:
+        self._editor.edit(name, self._editor.document.with_retexture(**changes))

@@ -1,0 +1,129 @@
+"""From a document to its retextured picture: what the window shows stage by stage, and what is exported."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Bytes
+from core.curves import Curve
+from core.document import CurvePair, Document, pixels_from_places
+from core.feature_curves import FeatureCurve
+from core.image import Image
+from core.progress import Job, Progress
+from core.raster import Raster
+from core.retexture.job import Settings, retexture
+from core.retexture.patches import PatchShape
+from core.retexture.result import Retexture
+
+APPLYING = 0.95
+"""Share of the work after which only the picture is to be resampled."""
+STILL = 1e-9
+"""A target nearer to its source, in shares of the picture, has not been moved."""
+
+
+@dataclass(frozen=True, eq=False)
+class Regrown:
+    """A stage of the work: what is known of every pixel, and the picture that makes."""
+
+    found: Retexture
+    image: Image | None
+    """None while no texture is regrown, which leaves the plain deformation."""
+
+
+def is_moved(pair: CurvePair) -> bool:
+    """Return whether a curve has a target anywhere else than where it is."""
+    return not pair.passive and (
+        pair.source.shape != pair.target.shape or bool(np.abs(pair.source - pair.target).max() > STILL)
+    )
+
+
+def moves(document: Document) -> bool:
+    """Return whether any feature curve is to go elsewhere, so that there is something to retexture."""
+    return any(is_moved(pair) for pair in document.feature_curves)
+
+
+def feature_curves(document: Document) -> list[FeatureCurve]:
+    """Return the feature curves in pixels; raise `InputError` for one whose points make no curve."""
+    size = document.size_px
+
+    def curve(pair: CurvePair, side: str) -> Curve:
+        return Curve(pixels_from_places(size, getattr(pair, side)), pair.closed)
+
+    return [
+        FeatureCurve(curve(pair, "source"), None if pair.passive else curve(pair, "target"))
+        for pair in document.feature_curves
+    ]
+
+
+def in_pixels(document: Document, share: float | None) -> float | None:
+    """Return a share of the picture's longer side in pixels."""
+    return None if share is None else share * max(document.size_px)
+
+
+def settings_of(document: Document) -> Settings:
+    """Return the engine's settings."""
+    chosen = document.retexture
+    shape = PatchShape(
+        chosen.along_px // 2, chosen.across_px // 2, chosen.search_along_px // 2, chosen.search_across_px // 2
+    )
+    return Settings(
+        patch=shape,
+        reach_px=in_pixels(document, chosen.reach),
+        diffusion_reach_px=in_pixels(document, chosen.move_within),
+        variety=chosen.variety,
+        mirrored=chosen.mirrored,
+        seed=chosen.seed,
+    )
+
+
+def bound(raster: Raster | None) -> Bytes | None:
+    """Return a mask (H, W) for the engine; one that marks nothing bounds nothing."""
+    if raster is None or raster.is_empty:
+        return None
+    values = raster.array
+    return values if (values > 127).any() else None
+
+
+def found(document: Document) -> Job[Retexture]:
+    """Return where every pixel of the retextured picture comes from; raise `InputError` where that cannot be said."""
+    return (
+        yield from retexture(
+            document.image.pixels,
+            feature_curves(document),
+            settings_of(document),
+            linear=document.image.linear,
+            matte=bound(document.matte),
+            source_mask=bound(document.source_mask),
+        )
+    )
+
+
+def regrown(document: Document) -> Job[Regrown]:
+    """Retexture the document's picture; every step's preview is a `Regrown`, or None before the first."""
+    image, job, stage = document.image, found(document), None
+    while True:
+        try:
+            step = next(job)
+        except StopIteration as end:
+            result: Retexture = end.value
+            break
+        if step.preview is not None:
+            stage = Regrown(step.preview, _applied(image, step.preview, blend=False))
+        yield Progress(APPLYING * step.fraction, step.note, stage)
+    yield Progress(APPLYING, "resampling", stage)
+    return Regrown(result, _applied(image, result, blend=True))
+
+
+def _applied(image: Image, result: Retexture, *, blend: bool) -> Image | None:
+    """Return the retextured picture; None where no texture is regrown yet."""
+    if not result.patches:
+        return None
+    return image.with_pixels(result.apply(image.pixels, linear=image.linear, blend=blend))
+
+
+def picture(document: Document, image: Image) -> Job[Image]:
+    """Return `image`, the document's at any depth, retextured; itself where no curve is moved."""
+    if not moves(document):
+        return image
+    result = yield from found(document)
+    return image.with_pixels(result.apply(image.pixels, linear=image.linear))

@@ -1,0 +1,276 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.actions.table import ActionTable
+from app.jobs import InlineExecutor, Jobs
+from app.requests import ExportOptions
+from app.shapes import Bezier, Polyline
+from app.tools.all import TOOLS
+from core.arrays import Points
+from core.document import Document, pixels_from_places
+from core.image import Image
+from core.images import load
+from core.progress import run
+from core.project import load_project, save_project
+from tests.app.driver import EditorDriver
+from tests.app.test_live import Later
+
+WIDTH, HEIGHT = 200, 150
+
+
+def woven() -> Image:
+    """Return a picture of fine texture: noise that runs along x."""
+    random = np.random.default_rng(1)
+    noise = random.random((HEIGHT, WIDTH + 8, 3))
+    smooth = np.mean([noise[:, i : i + WIDTH] for i in range(8)], axis=0)
+    return Image((255 * smooth).astype(np.uint8))
+
+
+def start() -> Document:
+    return Document.of(woven()).with_warp(cell_px=2.0).with_retexture(along_px=21, across_px=15, search_along_px=9)
+
+
+def driver(jobs: Jobs | None = None, document: Document | None = None) -> EditorDriver:
+    drive = EditorDriver(document or start(), jobs=jobs)
+    drive.editor.choose_mode("retexture")
+    return drive.tool("feature-curves").frame()
+
+
+@pytest.fixture
+def drive() -> EditorDriver:
+    return driver()
+
+
+def drawn(drive: EditorDriver) -> EditorDriver:
+    """Draw a curve across the picture."""
+    return drive.drag((50, 70), (60, 70)).drag((100, 70), (110, 70)).drag((150, 70), (160, 70)).key("enter")
+
+
+def moved(drive: EditorDriver) -> EditorDriver:
+    return drawn(drive).drag((100, 70), (100, 90))
+
+
+def target(drive: EditorDriver) -> Points:
+    return pixels_from_places(drive.document.size_px, drive.document.feature_curves[0].target)
+
+
+def source(drive: EditorDriver) -> Points:
+    return pixels_from_places(drive.document.size_px, drive.document.feature_curves[0].source)
+
+
+def shown(drive: EditorDriver) -> Image:
+    return drive.editor.regrowth.shown(drive.document, drive.editor.session.look).image
+
+
+def test_the_pen_draws_a_feature_curve_and_no_inner_curve(drive: EditorDriver) -> None:
+    drawn(drive)
+    assert drive.labels == ("Draw curve",)
+    assert np.allclose(source(drive)[::3], [(50, 70), (100, 70), (150, 70)])
+    assert np.allclose(target(drive), source(drive))
+    assert drive.document.curves == ()
+    assert drive.document.mode == "retexture"
+    assert shown(drive) is drive.document.image
+
+
+def test_a_dragged_target_takes_the_picture_along_live(drive: EditorDriver) -> None:
+    drawn(drive).press(100, 70).move(100, 80).move(100, 90)
+    assert drive.in_("feature-curves.busy")
+    assert np.allclose(drive.screen_of(100, 70), (100, 90), atol=1)
+    assert np.allclose(drive.screen_of(0, 149), (0, 149), atol=0.5)
+    assert shown(drive) is drive.document.image
+    assert not drive.editor.jobs.long_jobs
+    drive.release(100, 90)
+
+
+def test_letting_go_regrows_the_texture_and_export_gives_the_same(drive: EditorDriver, tmp_path: Path) -> None:
+    from app.render.picture_file import exporting
+
+    moved(drive)
+    work = drive.editor.regrowth
+    assert work.is_final
+    assert work.stage is not None
+    assert work.stage.found.patches > 5
+    result = shown(drive)
+    assert result is work.stage.image
+    place = tmp_path / "out.png"
+    run(exporting(drive.document, ExportOptions(place, drive.document.result_px)))
+    assert np.array_equal(load(place).pixels, result.pixels)
+    # Under the target lies what lay under the curve.
+    assert np.abs(work.stage.found.place[90, 97:104, 1] - 70).max() < 2
+
+
+def test_one_key_each_shows_original_deformed_and_retextured(drive: EditorDriver) -> None:
+    moved(drive)
+    table = ActionTable(TOOLS)
+    pictures = []
+    for key in "123":
+        action = next(a for a in table.actions if a.chord == key)
+        action.run(drive.editor)
+        pictures.append(drive.editor.regrowth.shown(drive.document, drive.editor.session.look))
+    assert pictures[0].image is drive.document.image
+    assert pictures[0].rest is pictures[0].warped
+    assert pictures[1].image is drive.document.image
+    assert np.abs(pictures[1].rest - pictures[1].warped).max() > 15
+    assert pictures[2].image is not drive.document.image
+
+
+def test_the_deformed_picture_shows_the_source_at_the_target(drive: EditorDriver) -> None:
+    moved(drive)
+    assert np.allclose(drive.picture_at(100, 90), (100, 70), atol=1)
+
+
+def test_a_curve_drawn_on_the_deformed_picture_begins_where_that_comes_from(drive: EditorDriver) -> None:
+    moved(drive)
+    drive.editor.show(selected_curve=None, selected_knots=frozenset())
+    drive.click(100, 100).click(130, 120).key("enter")
+    pair = drive.document.feature_curves[1]
+    expected = drive.picture_at(100, 100)
+    assert expected[1] < 95
+    drive.editor.regrowth.update(drive.document, held=False, starts=False)
+    assert np.allclose(pixels_from_places(drive.document.size_px, pair.source)[0], (100, 85.0), atol=6)
+
+
+def test_undo_takes_the_result_back_and_redo_has_it_at_once() -> None:
+    later = Later()
+    drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    moved(drive)
+    assert not drive.editor.regrowth.is_final
+    later.run()
+    result = shown(drive.frame())
+    assert result is not drive.document.image
+    assert shown(drive.undo()) is drive.document.image
+    drive.redo()
+    assert shown(drive) is result
+    assert not later.waiting
+
+
+def test_a_new_drag_drops_the_job_under_way() -> None:
+    later = Later()
+    drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    moved(drive)
+    assert len(drive.editor.jobs.long_jobs) == 1
+    first = drive.editor.jobs.long_jobs[0]
+    drive.drag((100, 90), (100, 95))
+    assert first.cancelled
+    later.run()
+    later.run()
+    assert drive.frame().editor.regrowth.is_final
+
+
+def test_a_cancelled_job_does_not_begin_again() -> None:
+    later = Later()
+    drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    moved(drive)
+    drive.editor.jobs.cancel_all()
+    later.run()
+    drive.frame().frame()
+    assert not drive.editor.jobs.long_jobs
+    assert not drive.editor.regrowth.is_running
+    assert ActionTable(TOOLS).run("retexture.start", drive.editor)
+    later.run()
+    assert drive.frame().editor.regrowth.is_final
+
+
+def test_switched_off_it_waits_to_be_asked(drive: EditorDriver) -> None:
+    table = ActionTable(TOOLS)
+    table.run("retexture.auto", drive.editor)
+    moved(drive)
+    assert drive.editor.regrowth.stage is None
+    table.run("retexture.start", drive.editor)
+    assert drive.frame().editor.regrowth.is_final
+
+
+def test_a_curve_beside_the_picture_is_refused_in_words(drive: EditorDriver) -> None:
+    drive.click(-90, 20).click(-60, 100).key("enter").drag((-60, 100), (-40, 60))
+    assert "outside the picture" in (drive.editor.fault or "")
+    drive.undo()
+    assert drive.editor.fault is None
+
+
+def test_passive_closed_and_copied_back(drive: EditorDriver) -> None:
+    table = ActionTable(TOOLS)
+    moved(drive)
+    assert table.run("feature.passive", drive.editor)
+    assert drive.document.feature_curves[0].passive
+    assert drive.frame().editor.regrowth.stage is None
+    table.run("feature.passive", drive.editor)
+    table.run("feature.closed", drive.editor)
+    assert drive.document.feature_curves[0].closed
+    drive.undo().undo().undo()
+    assert table.run("feature.put_back", drive.editor)
+    assert np.array_equal(target(drive), source(drive))
+    assert shown(drive.frame()) is drive.document.image
+    assert drive.labels[-1] == "Copy source to target"
+
+
+def test_the_box_turns_a_target(drive: EditorDriver) -> None:
+    drawn(drive).key("a", ctrl=True)
+    drive.drag((164, 84), (164, 104))
+    assert drive.labels[-1] == "Scale curve"
+    assert np.ptp(target(drive)[:, 1]) < 1e-9
+    assert not np.allclose(target(drive), source(drive))
+
+
+def test_the_brush_paints_the_matte_and_bounds_the_result(drive: EditorDriver) -> None:
+    table = ActionTable(TOOLS)
+    moved(drive)
+    assert table.run("retexture.paint_matte", drive.editor)
+    drive.drag((70, 85), (90, 85))
+    assert drive.labels[-1] == "Paint matte"
+    assert drive.document.mask.is_empty
+    stage = drive.editor.regrowth.stage
+    assert stage is not None
+    assert drive.document.matte is not None
+    assert not stage.found.label[drive.document.matte.array <= 127].any()
+    assert table.run("retexture.clear_matte", drive.editor)
+    assert drive.document.matte is None
+
+
+def test_the_source_mask_is_painted_on_the_original(drive: EditorDriver) -> None:
+    moved(drive)
+    ActionTable(TOOLS).run("retexture.paint_source_mask", drive.editor)
+    assert drive.editor.session.look == "original"
+    drive.drag((20, 70), (180, 70))
+    assert drive.document.source_mask is not None
+    assert drive.document.source_mask.array[70, 100] == 255
+    assert drive.document.matte is None
+
+
+def test_source_target_and_ticks_are_drawn(drive: EditorDriver) -> None:
+    moved(drive)
+    shapes = drive.editor.tool.overlay(drive.editor)
+    assert {s.role for s in shapes if isinstance(s, Bezier)} == {"source", "target"}
+    assert sum(isinstance(s, Polyline) and s.role == "tick" for s in shapes) >= 2
+
+
+def test_a_project_brings_curves_masks_and_mode_back(drive: EditorDriver, tmp_path: Path) -> None:
+    moved(drive)
+    ActionTable(TOOLS).run("retexture.paint_matte", drive.editor)
+    drive.drag((70, 85), (90, 85))
+    drive.editor.edit("Seed", drive.document.with_retexture(seed=7, reach=0.2))
+    path = tmp_path / "project.weft"
+    save_project(drive.document, path)
+    again = EditorDriver(load_project(path))
+    assert again.editor.session.mode == "retexture"
+    assert again.document.retexture == drive.document.retexture
+    assert np.array_equal(target(again), target(drive))
+    assert again.document.matte is not None
+    assert drive.document.matte is not None
+    assert np.array_equal(again.document.matte.array, drive.document.matte.array)
+    again.frame()
+    drive.frame()
+    assert np.array_equal(shown(again).pixels, shown(drive).pixels)
+
+
+def test_the_warp_of_the_document_stands_apart(drive: EditorDriver) -> None:
+    moved(drive)
+    drive.editor.choose_mode("warp")
+    drive.frame()
+    assert np.allclose(drive.editor.answer.warped, drive.editor.answer.rest)
+    drive.editor.edit("Bend", drive.document.with_warp(preset="arc", bend=40))
+    assert drive.document.mode == "warp"
+    assert not np.allclose(drive.frame().editor.answer.warped, drive.editor.answer.rest)
+    drive.editor.choose_mode("retexture")
+    assert shown(drive.frame()) is not drive.document.image

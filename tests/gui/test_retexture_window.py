@@ -1,0 +1,67 @@
+"""Retexture mode in the real window, by mouse and keys."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from app.editor import Editor
+from app.spaces import screen_from_canvas
+from core.arrays import Points
+from core.document import CurvePair, places_from_pixels
+from tests.gui.window_driver import WindowDriver, drive
+
+pytestmark = pytest.mark.gui
+
+
+def on_screen(editor: Editor, x: float, y: float) -> tuple[float, float]:
+    """Return where a pixel of the result is on the canvas."""
+    place = screen_from_canvas(editor.session.view, np.array([x, y]))
+    return float(place[0]), float(place[1])
+
+
+def line(*points: tuple[float, float]) -> Points:
+    return places_from_pixels((600, 400), np.array(points, float))
+
+
+def test_a_target_is_dragged_and_the_texture_regrown(editor: Editor, tmp_path: Path) -> None:
+    straight = line((150, 200), (250, 200), (350, 200), (450, 200))
+    editor.choose_mode("retexture")
+    editor.edit("Draw curve", editor.document.changed(feature_curves=(CurvePair(straight, straight),)))
+    seen = {}
+
+    def script(window: WindowDriver) -> None:
+        window.wait(8)
+        assert not window.shell.params.docking_params.dockable_window_of_name("Warp").is_visible
+        assert editor.session.tool == "feature-curves"
+        window.press(*on_screen(editor, 300, 200)).wait()
+        for step in range(8):
+            window.move(*on_screen(editor, 300, 200 + 6 * step)).wait(1)
+        seen["live"] = window.screenshot(tmp_path / "live.png")
+        window.release().wait_until(lambda: editor.regrowth.is_final)
+        for key, name in ((imgui.Key._1, "original"), (imgui.Key._2, "deformed"), (imgui.Key._3, "retextured")):
+            window.move(*on_screen(editor, 500, 330)).key(key).wait(3)
+            assert editor.session.look == name
+            seen[name] = window.screenshot(tmp_path / f"{name}.png")
+
+    drive(editor, script)
+    assert editor.history.labels[-1] == "Bend curve"
+    assert editor.regrowth.stage is not None
+    names = ("live", "original", "deformed", "retextured")
+    for first, second in [(a, b) for a in names for b in names if a < b]:
+        assert np.abs(seen[first].astype(int) - seen[second]).mean() > 0.05, (first, second)
+
+
+def test_the_modes_are_switched_by_key_and_back(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.key(imgui.Key.mod_alt | imgui.Key._2).wait(4)
+        modes = [editor.session.mode]
+        window.item("//Retexture/Deformed##look").wait()
+        assert editor.session.look == "deformed"
+        window.key(imgui.Key.mod_alt | imgui.Key._1).wait(4)
+        assert [*modes, editor.session.mode] == ["retexture", "warp"]
+        window.item("//Warp/**/Arch").wait()
+
+    drive(editor, script)
+    assert editor.history.labels[-1] == "Preset Arch"
