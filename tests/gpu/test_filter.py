@@ -169,18 +169,20 @@ def test_outline_is_antialiased_by_area() -> None:
 def test_thin_slivers_keep_their_area() -> None:
     image = Image(np.full((SIDE, SIDE, 3), 255, np.uint8))
     rest = scenes.grid(SIDE, SIDE, cells=30)
-    warped = (rest + 0.5) * [0.4, 0.0013] + [20.2, 30.2]
+    warped = (rest + 0.5) * [0.4, 0.0013] + [20.2, 29.85]
     result = render_mesh(image, rest, warped, size=(150, 60)).pixels
     assert result[..., 3].sum() / 255 == pytest.approx(0.4 * 240 * 0.0013 * 240, rel=0.1)
 
 
 def test_cells_leave_no_seams() -> None:
-    image = Image(np.full((SIDE, SIDE, 3), 180, np.uint8))
-    rest = scenes.grid(SIDE, SIDE, cells=97)
-    for scale in (0.21, 1.0, 2.3):
+    side = 229  # not a whole number of the pyramid's blocks
+    image = Image(np.full((side, side, 3), 180, np.uint8))
+    rest = scenes.grid(side, side, cells=97)
+    for scale in (0.07, 0.21, 1.0, 2.3):
         warped = scenes.wavy(rest, amount=9)
-        size = round(SIDE * scale)
+        size = round(side * scale)
         result = render_mesh(image, rest, warped, size=(size, size), scale=scale).pixels
         inside = cv2.erode((result[..., 3] > 0).astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=0) > 0
         assert (result[inside][:, 3] == 255).all()
-        assert np.abs(result[inside][:, :3].astype(int) - 180).max() <= 1
+        assert np.abs(result[result[..., 3] > 9][:, :3].astype(int) - 180).max() <= 1
+        assert inside.any()
