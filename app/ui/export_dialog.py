@@ -8,8 +8,9 @@ from imgui_bundle import ImVec2, imgui
 
 from app.requests import ExportPicture
 from app.ui import theme
-from app.ui.controls import faint, label, plain_button, primary_button, segments, slider, tip
+from app.ui.controls import faint, label, plain_button, primary_button, segments, tip
 from app.ui.file_browser import FileBrowser
+from app.ui.sliders import slider
 from app.ui.theme import em
 from core.arrays import InputError, Points
 from core.canvas import Canvas

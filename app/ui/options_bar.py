@@ -9,7 +9,8 @@ from app.actions.table import ActionTable
 from app.editor import Editor
 from app.tools.brush import hardened, sized
 from app.ui import theme
-from app.ui.controls import bar_slider, colors, icon_button
+from app.ui.controls import colors, icon_button
+from app.ui.sliders import bar_slider
 from app.ui.theme import em, icon
 
 HEIGHT_EM = 2.7

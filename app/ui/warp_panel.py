@@ -8,8 +8,9 @@ from imgui_bundle import imgui
 
 from app.actions.warp import choose_preset
 from app.editor import Editor
-from app.ui.controls import Held, check, faint, label, section, segments, slider
+from app.ui.controls import check, faint, label, section, segments
 from app.ui.preset_list import PresetList
+from app.ui.sliders import Held, slider
 from core.document import Keep, Method, WarpSettings
 from core.grid import Grid
 from core.warps.presets import PRESETS, Parameter
