@@ -27,6 +27,8 @@ _WORTH = 0.05
 """Logarithm of the scale that may be given for more room."""
 _CONTACTS = 8
 _SAMPLES = 32
+_NEAR = 8
+"""Cells from the outline beyond which a feature is not fitted to it."""
 _FLAT = 0.1
 _SAME_SIZE = 0.01
 """Logarithm of a rigid feature's scale that the free nodes can take up."""
@@ -40,12 +42,21 @@ _RIGID = 1e3
 def fit_between(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Solution | None:
     """Return the solution with features moved to where they fit between outline nodes, None if all fit already."""
     alpha, t = solution.alpha.copy(), solution.t.copy()
-    for i in range(len(alpha)):
+    for i in _near_outline(mapping, len(alpha)):
         corners = _corners(mapping, i)
         alpha[i], t[i] = _fitted(mapping, i, corners, w.ravel(), alpha[i], t[i])
     if np.array_equal(alpha, solution.alpha):
         return None
     return mapping.place_at(w, alpha, t)
+
+
+def _near_outline(mapping: FeatureMapping, count: int) -> Ints:
+    """Return the indices below `count` of the features that come within a few cells of the outline."""
+    inner = np.s_[_NEAR:-_NEAR, _NEAR:-_NEAR]
+    rim = mapping.index.copy()
+    rim[inner] = -1
+    found = np.unique(rim)
+    return found[(found >= 0) & (found < count)]
 
 
 def _corners(mapping: FeatureMapping, i: int) -> Ints:

@@ -91,7 +91,7 @@ def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution, *, fitted
     window, everywhere = _window(mapping, start), np.ones(mapping.grid.shape, bool)
     attempts: list[_Attempt] = [(window, None, "barrier", 40)] if fitted else [(window, stiff, "hinge", 12)]
     attempts += [(window, stiff, "barrier", 40), (everywhere, stiff, "barrier", 40)]
-    attempts += [(everywhere, _STIFF * nodes, "barrier", 40), (everywhere, _SOFT * nodes, "barrier", 60)]
+    attempts += [(everywhere, _STIFF * nodes, "barrier", 30), (everywhere, _SOFT * nodes, "barrier", 40)]
     best = start
     for number, (where, stiffness, kind, steps) in enumerate(attempts):
         untangler = Untangler(mapping, w, best, window=where, stiffness=stiffness)
