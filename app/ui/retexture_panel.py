@@ -10,7 +10,8 @@ from app.actions.retexture import chosen_curve
 from app.actions.table import ActionTable
 from app.editor import Editor
 from app.session import Look
-from app.ui.controls import Held, check, faint, label, plain_button, primary_button, section, segments, slider, tip
+from app.ui.controls import check, faint, label, plain_button, primary_button, section, segments, tip
+from app.ui.sliders import Held, slider
 from app.ui.theme import em
 from core.document import RetextureSettings
 from core.document_retexture import moves

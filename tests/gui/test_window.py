@@ -60,9 +60,8 @@ def test_keys_reach_tools_and_actions(editor: Editor) -> None:
 
 def test_typing_in_a_field_presses_no_keys_of_the_editor(editor: Editor) -> None:
     def script(window: WindowDriver) -> None:
-        window.key(imgui.Key.mod_ctrl, imgui.Key.mod_shift, imgui.Key.p).wait()
-        window.context.key_chars("hbg")
-        window.wait().key(imgui.Key.escape)
+        window.item("//Warp/Horizontal/##number").wait()
+        window.key(imgui.Key.h).key(imgui.Key.g).wait().key(imgui.Key.escape)
 
     drive(editor, script)
     assert editor.session.tool == "brush"
