@@ -95,6 +95,14 @@ def _fitted(
         G = np.vstack([A, turn])
         reach = [np.concatenate([margin - A @ start - offsets, -_TURN - turn @ start]) for margin in _MARGINS]
         found = [_least_step(G @ half, h) for h in reach]
+        if not any(step is not None for step in found):
+            # What cannot all be had is missed by as little as possible, corners less than contacts.
+            cost = (
+                scene.unit * np.sqrt(len(mapping.bodies[i].nodes)) * np.where(np.arange(len(A)) < len(corners), 1e3, 10)
+            )
+            slack = np.vstack([np.diag(1 / cost), np.zeros((2, len(A)))])
+            loose = _least_step(np.hstack([G @ half, slack]), reach[0])
+            found = [None if loose is None else loose[:4]]
         places = [start + half @ step for step in found if step is not None]
         if not places:
             break
