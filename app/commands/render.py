@@ -17,9 +17,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT")
     parser.add_argument(
         "--frame",
-        choices=("picture", "warp"),
-        default="picture",
-        help="picture, the default: the frame of the project's canvas; warp: one that holds all of the warped picture",
+        choices=("warp", "picture"),
+        default="warp",
+        help="warp, the default: a frame that holds all of the warped picture; picture: that of the project's canvas",
     )
     parser.add_argument("--scale", type=float, default=1.0, metavar="S", help="output pixels per pixel, 1 by default")
     parser.add_argument(

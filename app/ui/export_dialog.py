@@ -28,8 +28,8 @@ FORMATS: dict[str, tuple[str, tuple[Bits, ...], bool]] = {
 """By suffix: name, depths, and whether it has a quality."""
 
 FRAMES = (
-    ("picture", "The picture's frame", "What has moved out of the frame is cut off"),
     ("warp", "All of the warp", "As large as the warped picture reaches"),
+    ("picture", "The picture's frame", "What has moved out of the frame is cut off"),
 )
 MOST_PX = 32768
 
@@ -56,8 +56,10 @@ class ExportDialog:
 
     def __init__(self, request: ExportPicture, warped: Points) -> None:
         self._request = request
-        self.options = request.options
         self._sizes_px = {"picture": request.options.size_px, "warp": _size_around(warped)}
+        self.options = request.options
+        if request.document.mode == "warp":
+            self.options = replace(self.options, frame="warp", size_px=self._sizes_px["warp"])
         self._browser: FileBrowser | None = None
         self._asked_overwrite: Path | None = None
 

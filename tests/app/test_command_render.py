@@ -34,7 +34,7 @@ def test_a_project_gives_what_the_warp_command_gives(tmp_path: Path, monkeypatch
 def test_the_scale_multiplies_the_pixels(tmp_path: Path) -> None:
     save_project(document(), tmp_path / "a.weft")
     assert main(["render", str(tmp_path / "a.weft"), "-o", str(tmp_path / "a.png"), "--scale", "2"]) == 0
-    assert load(tmp_path / "a.png").pixels.shape[:2] == (80, 120)
+    assert load(tmp_path / "a.png").pixels.shape[:2] == (110, 120)
 
 
 def test_the_depth_can_be_chosen(tmp_path: Path) -> None:
