@@ -6,12 +6,16 @@ over the n pixels of their seam, and it is real as far as it exceeds its standar
 removed, so that no detail is touched.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from core import poisson
 from core.arrays import Floats, Ints, Singles
 
 FADE_PX = 12.0
+TILE_PX = 768
+"""Corrections are solved for in tiles of this side, and some more around, since they fade."""
 SURE = 2.0
 """Standard errors below which a mean step is taken for texture."""
 SHORT = 6
@@ -20,37 +24,67 @@ LARGEST = 0.15
 """A step above this is no shading but an edge of what the picture shows, and stays."""
 
 
+class Edges(NamedTuple):
+    """n pairs of neighbouring pixels that a seam parts."""
+
+    labels: Ints
+    """(n, 2)."""
+    steps: Floats
+    """(n, C) from the first to the second."""
+    y: Ints
+    x: Ints
+    """(n,) where the first pixel lies."""
+
+
 def correction(picture: Singles, label: Ints) -> Singles | None:
     """Return what to add to `picture` (H, W, C) shown by patches `label` (H, W); None where no seam is visible.
 
     Label 0 is the plain deformation, which stays as it is: there the correction is 0, and all of the step at its
     border is made up for inside.
     """
-    edges = [_edges(picture, label, axis) for axis in (1, 0)]
-    seams = np.concatenate([edge[0] for edge in edges])
-    steps = np.concatenate([edge[1] for edge in edges])
-    visible = _visible_steps(seams, steps)
+    edges = [_edges(picture, label, down, right) for down, right in ((0, 1), (1, 0))]
+    split = len(edges[0].labels)
+    seams = np.concatenate([edge.labels for edge in edges])
+    visible = _visible_steps(seams, np.concatenate([edge.steps for edge in edges]))
     if not np.abs(visible).any():
         return None
-    outer = (seams == 0).any(axis=1)
-    inside = (label > 0)[..., None]
     # A step m at the border of a half-plane makes -m/2 on one side and m/2 on the other: doubled inside, none outside.
+    outer = (seams == 0).any(axis=1)
+    parts = [(gain, np.where(which[:, None], visible, 0)) for gain, which in ((2.0, outer), (1.0, ~outer))]
     total = np.zeros(picture.shape, np.float32)
-    for part, gain in ((outer, 2.0), (~outer, 1.0)):
-        if np.abs(visible[part]).any():
-            fields = _laid(edges, np.where(part[:, None], visible, 0), label.shape)
-            total += np.float32(gain) * poisson.remove_steps(*fields, fade_px=FADE_PX)
-    return np.asarray(total * inside)
+    for y in range(0, label.shape[0], TILE_PX):
+        for x in range(0, label.shape[1], TILE_PX):
+            tile = (y, x, min(y + TILE_PX, label.shape[0]), min(x + TILE_PX, label.shape[1]))
+            for gain, steps in parts:
+                _add_tile(total, tile, edges, (steps[:split], steps[split:]), gain)
+    return np.asarray(total * (label > 0)[..., None])
 
 
-def _edges(picture: Singles, label: Ints, axis: int) -> tuple[Ints, Floats, Ints]:
-    """Return the pixel pairs along `axis` that seams part: labels (n, 2), steps (n, C), where the first lies (n,)."""
-    last = label.shape[axis] - 1
-    first, second = (np.take(label, range(a, a + last), axis) for a in (0, 1))
-    where = np.flatnonzero(first != second)
-    a, b = (np.take(picture, range(i, i + last), axis).reshape(-1, picture.shape[2])[where] for i in (0, 1))
-    pairs = np.column_stack([first.reshape(-1)[where], second.reshape(-1)[where]])
-    return pairs, (b - a).astype(np.float64), where
+def _add_tile(
+    total: Singles, tile: tuple[int, int, int, int], edges: list[Edges], steps: tuple[Floats, Floats], gain: float
+) -> None:
+    """Add to a tile (top, left, bottom, right) what the steps in and around it ask for."""
+    margin = int(4 * FADE_PX)
+    y0, x0 = max(tile[0] - margin, 0), max(tile[1] - margin, 0)
+    y1, x1 = min(tile[2] + margin, total.shape[0]), min(tile[3] + margin, total.shape[1])
+    fields = [np.zeros((y1 - y0, x1 - x0, total.shape[2]), np.float32) for _ in edges]
+    for field, edge, step in zip(fields, edges, steps, strict=True):
+        here = (edge.y >= y0) & (edge.y < y1 - 1) & (edge.x >= x0) & (edge.x < x1 - 1)
+        field[edge.y[here] - y0, edge.x[here] - x0] = step[here]
+    if not any(field.any() for field in fields):
+        return
+    change = poisson.remove_steps(fields[0][:, :-1], fields[1][:-1], fade_px=FADE_PX)
+    inner = change[tile[0] - y0 : tile[2] - y0, tile[1] - x0 : tile[3] - x0]
+    total[tile[0] : tile[2], tile[1] : tile[3]] += np.float32(gain) * inner
+
+
+def _edges(picture: Singles, label: Ints, down: int, right: int) -> Edges:
+    """Return the pairs of pixels and their lower, or right, neighbours that seams part."""
+    height, width = label.shape
+    first, second = label[: height - down, : width - right], label[down:, right:]
+    y, x = np.nonzero(first != second)
+    steps = (picture[y + down, x + right] - picture[y, x]).astype(np.float64)
+    return Edges(np.column_stack([first[y, x], second[y, x]]), steps, y, x)
 
 
 def _visible_steps(seams: Ints, steps: Floats) -> Floats:
@@ -70,12 +104,3 @@ def _visible_steps(seams: Ints, steps: Floats) -> Floats:
 
 def _grouped(values: Floats, group: Ints, number: int) -> Floats:
     return np.column_stack([np.bincount(group, values[:, i], number) for i in range(values.shape[1])])
-
-
-def _laid(edges: list[tuple[Ints, Floats, Ints]], steps: Floats, shape: tuple[int, int]) -> tuple[Singles, Singles]:
-    """Return the steps at their places: between right neighbours (H, W-1, C), between lower ones (H-1, W, C)."""
-    channels, split = steps.shape[1], len(edges[0][0])
-    right = np.zeros((shape[0] * (shape[1] - 1), channels), np.float32)
-    below = np.zeros(((shape[0] - 1) * shape[1], channels), np.float32)
-    right[edges[0][2]], below[edges[1][2]] = steps[:split], steps[split:]
-    return right.reshape(shape[0], shape[1] - 1, channels), below.reshape(shape[0] - 1, shape[1], channels)

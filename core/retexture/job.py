@@ -42,7 +42,7 @@ class Settings:
     """How far from a target curve texture is regrown; None chooses by the picture's size."""
     diffusion_reach_px: float | None = None
     """Beyond this distance of the target curves nothing moves; None holds only the picture's border."""
-    variety: float = 0.3
+    variety: float = 0.4
     """Cost of showing a place of the source once more."""
     refine: float = 0.25
     """Share of the patches that is done again, over the worst seams."""
@@ -95,8 +95,9 @@ def retexture(
         found = replace(found, compression=scene.way.compression)
         origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
         patches = Patches(origins, patch, scene.fields, scene.way)
-        rough = laid(patches if patches.kept else sparser(scene, patch), scene.area, found)
-    yield Progress(0.15, "laying patches", rough)
+        coarse_patches = patches if patches.kept else sparser(scene, patch)
+    # Handed over and not kept: a picture's worth of places is a hundred megabytes for a large one.
+    yield Progress(0.15, "laying patches", laid(coarse_patches, scene.area, found))
     canvas = Canvas(shown, place, must=scene.area.must, may=scene.area.may)
     usable = None if source_mask is None else source_mask > 127
     rng = np.random.default_rng(settings.seed)

@@ -24,8 +24,8 @@ AHEAD = 2
 """Batches grown in other threads meanwhile."""
 SMOOTH = 0.03
 """Up to this contrast stretching shows less than a seam, from twice as much it shows more."""
-KEPT = 2048
-"""Patches that stay in memory, some 40 kB each."""
+KEPT_BYTES = 100e6
+"""Patches that stay in memory, at most."""
 Fields: TypeAlias = tuple[DirectionField, DirectionField]
 """Directions in the result and in the source."""
 
@@ -38,9 +38,9 @@ class PatchShape:
     """Along the curve."""
     rib: int = 12
     """Across it."""
-    search_along: int = 15
+    search_along: int = 11
     """Candidates lie up to this far from the corresponding place, along the curve."""
-    search_across: int = 5
+    search_across: int = 8
     """And across it."""
 
     @classmethod
@@ -80,6 +80,8 @@ class Patches:
         self.origins = origins
         self._shape, self._fields, self._way = shape, fields, way
         self._kept: dict[int, Batch] = {}
+        along, across = 2 * (shape.spine + shape.search_along), 2 * (shape.rib + shape.search_across)
+        self._room = KEPT_BYTES / (8 * (along * across + shape.window**2 + 4 * shape.spine * shape.rib))
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -87,7 +89,7 @@ class Patches:
     @property
     def kept(self) -> bool:
         """Whether all of them stay in memory."""
-        return len(self.origins) <= KEPT
+        return len(self.origins) <= self._room
 
     def __iter__(self) -> Iterator[Batch]:
         starts = range(0, len(self.origins), BATCH)
@@ -103,7 +105,7 @@ class Patches:
     def _batch(self, start: int) -> Batch:
         if start not in self._kept:
             batch = grown(self.origins.taken(slice(start, start + BATCH)), self._shape, self._fields, self._way)
-            if start >= KEPT:
+            if start + BATCH > self._room:
                 return batch
             self._kept[start] = batch
         return self._kept[start]

@@ -245,3 +245,11 @@ def test_points_cannot_be_written_to() -> None:
     assert curve.points[0, 0] == 0
     with pytest.raises(ValueError, match="read-only"):
         curve.points[0] = 5
+
+
+@pytest.mark.parametrize("path", sorted((Path(__file__).parents[1] / "curves").glob("*.json")), ids=lambda p: p.stem)
+def test_the_curves_of_the_photographs_are_sound(path: Path) -> None:
+    for curve in read(path):
+        assert curve.target is not None
+        assert curve.source.segments == curve.target.segments
+        assert len(crossings(curve.target, curve.target)) == 0
