@@ -90,7 +90,7 @@ class MenuBar:
             text=theme.ON_ACCENT if on else theme.TEXT,
         ):
             imgui.begin_disabled(not action.enabled(self._editor))
-            if imgui.button(action.label, ImVec2(width, imgui.get_frame_height())):
+            if imgui.button(f"{action.label}##{action.name}", ImVec2(width, imgui.get_frame_height())):
                 action.run(self._editor)
             imgui.end_disabled()
         tip(action.tooltip, action.chord)
