@@ -18,6 +18,7 @@ from app.gestures import Gesture, Running
 from app.history import History
 from app.jobs import Jobs, Task, Ticket
 from app.live import Answer, LiveWarp
+from app.live_overlay import LiveOverlay
 from app.live_retexture import LiveRetexture
 from app.recovery import Recovery
 from app.requests import ExportOptions, Request
@@ -108,6 +109,7 @@ class Editor:
         self.clock = clock
         self.live = LiveWarp(self.jobs, clock=clock)
         self.regrowth = LiveRetexture(self.jobs)
+        self.overlay = LiveOverlay(self.jobs)
         self.project_path: Path | None = None
         """Where the project is saved; None while it is not."""
         self.source_path: Path | None = None
@@ -154,12 +156,15 @@ class Editor:
         """The map on the screen."""
         if self.session.mode == "retexture":
             return self.regrowth.answer(self.document)
+        if self.session.mode == "overlay":
+            return self.overlay.answer(self.document)
         return self.live.current(self.document)
 
     @property
     def fault(self) -> str | None:
         """Why the present document has no answer of its own."""
-        return self.regrowth.fault if self.session.mode == "retexture" else self.live.fault
+        by_mode = {"warp": self.live.fault, "retexture": self.regrowth.fault, "overlay": self.overlay.fault}
+        return by_mode[self.session.mode]
 
     @property
     def canvas_px(self) -> tuple[int, int]:
@@ -239,6 +244,8 @@ class Editor:
         self.jobs.drain(hold_edits=self.is_busy)
         if self.session.mode == "retexture":
             self._update_retexture()
+        elif self.session.mode == "overlay":
+            self.overlay.update(self.document, held=self.is_busy)
         else:
             self.live.update(self.document)
         if self.recovery is not None and not self.is_busy:
@@ -257,7 +264,7 @@ class Editor:
         """Seconds until `update` has something to do without an event; None when that needs an event."""
         due = None if self.recovery is None else self.recovery.due_at
         waits = [
-            self.live.wait_s if self.session.mode != "retexture" else None,
+            self.live.wait_s if self.session.mode == "warp" else None,
             None if due is None else max(0.0, due - self.clock()),
         ]
         return min((wait for wait in waits if wait is not None), default=None)

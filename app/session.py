@@ -10,6 +10,8 @@ from core.document import Mode
 Compare: TypeAlias = Literal["result", "before", "split"]
 Look: TypeAlias = Literal["original", "deformed", "retextured"]
 """What Retexture mode shows."""
+Shown: TypeAlias = Literal["result", "photo", "pattern", "mesh", "shading", "detail", "reconstruction", "residual"]
+"""What Overlay mode shows: the result, or a part of what was found."""
 Painted: TypeAlias = Literal["matte", "source_mask"]
 """What the brush paints in Retexture mode: where the result may differ, or where texture is taken from."""
 
@@ -53,6 +55,7 @@ class Session:
     auto_retexture: bool = True
     """Whether texture is regrown as soon as the artist lets go."""
     painted: Painted = "matte"
+    shown: Shown = "result"
     selected: frozenset[int] = frozenset()
     """Numbers of the selected pins."""
     selected_corner: int | None = None

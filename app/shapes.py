@@ -28,6 +28,9 @@ Role: TypeAlias = Literal[
     "brush",
     "brush-core",
     "brush-erase",
+    "lattice",
+    "lattice-weak",
+    "vertex",
 ]
 
 

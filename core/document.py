@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import InputError, Points, as_points, readonly
+from core.cloth import Cloth
 from core.images import Image
 from core.raster import Raster
 
@@ -150,6 +151,8 @@ class Document:
     pins: tuple[Pin, ...] = ()
     curves: tuple[CurvePair, ...] = ()
     """Inner curves of Warp mode."""
+    cloth: Cloth = field(default_factory=Cloth)
+    """What Overlay mode works with."""
     retexture: RetextureSettings = field(default_factory=RetextureSettings)
     feature_curves: tuple[CurvePair, ...] = ()
     """Curves of Retexture mode; both sides are places in the picture, whose size is the result's."""
@@ -195,7 +198,17 @@ class Document:
         """Return the document with another picture; what was done keeps its places, the masks are stretched."""
         size = image.width_px, image.height_px
         matte, source_mask = (part and part.resized(*size) for part in (self.matte, self.source_mask))
-        return self.changed(image=image, mask=self.mask.resized(*size), matte=matte, source_mask=source_mask)
+        return self.changed(
+            image=image,
+            mask=self.mask.resized(*size),
+            matte=matte,
+            source_mask=source_mask,
+            cloth=self.cloth.resized(*size),
+        )
+
+    def with_cloth(self, **changes: object) -> "Document":
+        """Return the document with some of its `Cloth` exchanged."""
+        return self.changed(cloth=self.cloth.changed(**changes))
 
     def with_warp(self, **changes: object) -> "Document":
         """Return the document with some of its `WarpSettings` changed, itself where they are so already."""

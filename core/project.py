@@ -70,6 +70,9 @@ def load_project(path: Path) -> Document:
         mask = getattr(document, name)
         if mask is not None and (mask.width_px, mask.height_px) != document.size_px:
             raise InputError(f"{path}: damaged project: the {name} has another size than the picture")
+    region = document.cloth.region
+    if region is not None and (region.width_px, region.height_px) != document.size_px:
+        raise InputError(f"{path}: damaged project: the region of cloth has another size than the picture")
     return document
 
 

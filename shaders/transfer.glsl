@@ -10,7 +10,8 @@ vec3 straight(vec4 premultiplied) {
     return premultiplied.a > 1e-6 ? premultiplied.rgb / premultiplied.a : vec3(0.0);
 }
 
-vec3 decoded(vec3 code) {
-    vec3 curve = pow((max(code, 0.0) + 0.055) / 1.055, vec3(2.4));
-    return mix(curve, code / 12.92, lessThanEqual(code, vec3(0.04045)));
+vec3 decoded(vec3 values) {
+    vec3 size = abs(values);
+    vec3 curve = pow((size + 0.055) / 1.055, vec3(2.4));
+    return sign(values) * mix(curve, size / 12.92, lessThanEqual(size, vec3(0.04045)));
 }

@@ -7,6 +7,7 @@ from app.actions import Action, chord_of
 from app.actions.edit import EDIT, HELP
 from app.actions.file import FILE
 from app.actions.handles import HANDLES
+from app.actions.overlay import OVERLAY
 from app.actions.retexture import RETEXTURE
 from app.actions.view import MODES, VIEW
 from app.actions.warp import MASK, WARP
@@ -19,7 +20,7 @@ class ActionTable:
 
     def __init__(self, tools: Mapping[str, Tool]) -> None:
         tool_actions = tuple(_tool(tool) for tool in tools.values())
-        self.actions = (*FILE, *EDIT, *VIEW, *MASK, *WARP, *HANDLES, *RETEXTURE, *tool_actions, *MODES, *HELP)
+        self.actions = (*FILE, *EDIT, *VIEW, *MASK, *WARP, *HANDLES, *RETEXTURE, *OVERLAY, *tool_actions, *MODES, *HELP)
         self.by_name: Mapping[str, Action] = MappingProxyType({action.name: action for action in self.actions})
         self._by_chord: dict[str, list[Action]] = {}
         for action in self.actions:

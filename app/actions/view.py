@@ -115,7 +115,7 @@ VIEW = (
     *(_overlay(name) for name in _OVERLAYS),
 )
 
-READY_MODES: frozenset[Mode] = frozenset(("warp", "retexture"))
+READY_MODES: frozenset[Mode] = frozenset(("warp", "retexture", "overlay"))
 """Those that the window has panels for."""
 
 _MODES: tuple[tuple[Mode, str, str, str], ...] = (

@@ -13,8 +13,9 @@ from core.files import atomic_folder
 from core.images import Image, load, load_mask, save
 from core.overlay.corrections import lattices_of
 from core.overlay.decomposition import decompose, shrunk
-from core.overlay.folder import encoded, read_lattice, write
+from core.overlay.folder import read_lattice, write
 from core.overlay.lattice import Lattice
+from core.overlay.laying import encoded, searchable
 from core.overlay.pictures import stage_picture
 from core.overlay.seeding import NoPatternError
 from core.overlay.stages import Stage
@@ -111,10 +112,9 @@ def write_stages(folder: Path, photo: Floats, shown: list[Stage]) -> None:
 
 def usable(image: Image, mask: Path | None) -> Bools | None:
     """Return the pixels that may be cloth, or None for all of them."""
-    opaque = image.pixels[..., -1] > 0.5 * (1 if image.linear else np.iinfo(image.pixels.dtype).max)
     if mask is None:
-        return np.asarray(opaque, np.bool_) if image.has_alpha else None
-    inside = load_mask(mask, (image.height_px, image.width_px)) > 127
+        return searchable(image, None)
+    inside = np.asarray(load_mask(mask, (image.height_px, image.width_px)) > 127, np.bool_)
     if not inside.any():
         raise InputError(f"{mask}: the mask marks nothing")
-    return np.asarray(inside & opaque if image.has_alpha else inside, np.bool_)
+    return searchable(image, inside)

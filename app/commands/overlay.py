@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from core import color
-from core.arrays import Bools, Floats, InputError
-from core.images import Image, check_writable_format, load, save
-from core.overlay.composition import Placement, compose
-from core.overlay.folder import Parts, encoded, read
+from core.arrays import InputError
+from core.images import check_writable_format, load, save
+from core.overlay.composition import Placement
+from core.overlay.folder import read
+from core.overlay.laying import overlaid, texture_colours
 
 
 def pair(text: str) -> tuple[float, float]:
@@ -43,36 +43,5 @@ def run(arguments: argparse.Namespace) -> None:
     placement = Placement(
         arguments.repeat, arguments.rotate, arguments.offset, mirror=arguments.mirror, tile=not arguments.once
     )
-    result = overlaid(parts, texture, placement, alpha=arguments.detail, strength=arguments.shading)
+    result = overlaid(parts, texture_colours(texture), placement, alpha=arguments.detail, strength=arguments.shading)
     save(result, arguments.output)
-
-
-def overlaid(parts: Parts, texture: Image, placement: Placement, *, alpha: float, strength: float) -> Image:
-    """Return the photo with the texture in its folds, at the photo's own depth."""
-    colours = encoded(texture)
-    if texture.has_alpha:
-        colours = np.concatenate([colours, color.unit(texture.pixels[..., -1:])], -1)
-    new, opacity = compose(
-        colours,
-        parts.uv.astype(np.float64),
-        parts.shading.astype(np.float64),
-        parts.detail.astype(np.float64),
-        parts.basis,
-        placement=placement,
-        alpha=alpha,
-        strength=strength,
-    )
-    photo = encoded(parts.source)
-    share = (opacity * parts.coverage)[..., None]
-    return in_place_of(parts.source, share * new + (1 - share) * photo, share > 0)
-
-
-def in_place_of(source: Image, colours: Floats, changed: Bools) -> Image:
-    """Return `source` with other colours (H, W, 3), on the encoded 0 to 1 scale, where `changed` (H, W, 1)."""
-    values = colours.astype(np.float32)
-    rgb = color.quantise(color.decode(values) if source.linear else values, source.pixels.dtype)
-    old = source.pixels[..., : color.color_channels(source.channels)]
-    pixels = np.where(changed, rgb, np.broadcast_to(old, rgb.shape))
-    if source.has_alpha:
-        pixels = np.concatenate([pixels, source.pixels[..., -1:]], -1)
-    return source.with_pixels(np.ascontiguousarray(pixels))

@@ -6,7 +6,7 @@ import numpy as np
 
 from app.render.export import rendering
 from app.requests import ExportOptions
-from core import color, document_retexture
+from core import color, document_overlay, document_retexture
 from core.canvas import Canvas
 from core.document import Document
 from core.document_map import settled
@@ -42,7 +42,11 @@ def drawing(
     `width_px` is the result's width; without it, the result has `scale` pixels for each of the canvas.
     """
     if document.mode == "retexture":
-        return (yield from retextured(document, scale=scale, width_px=width_px, bits=bits))
+        made = document_retexture.picture(document, at_depth(document.image, bits))
+        return (yield from resized(made, document, scale=scale, width_px=width_px))
+    if document.mode == "overlay":
+        made = document_overlay.picture(document, at_depth(document.image, bits))
+        return (yield from resized(made, document, scale=scale, width_px=width_px))
     found = yield from part(settled(document), 0.0, 0.3)
     canvas = Canvas.around(found.warped) if frame == "warp" else Canvas(*document.canvas_px)
     if width_px is not None:
@@ -52,9 +56,9 @@ def drawing(
     return (yield from part(rendering(image, found.rest, moved, size=final.size, scale=scale), 0.3, 1.0))
 
 
-def retextured(document: Document, *, scale: float, width_px: int | None, bits: Bits | None) -> Job[Image]:
-    """Return the retextured picture of `document`, resampled only where it is to have another size."""
-    image = yield from part(document_retexture.picture(document, at_depth(document.image, bits)), 0.0, 0.9)
+def resized(made: Job[Image], document: Document, *, scale: float, width_px: int | None) -> Job[Image]:
+    """Return a result of the size of the document's picture, resampled only where it is to have another size."""
+    image = yield from part(made, 0.0, 0.9)
     scale = scale if width_px is None else width_px / image.width_px
     size = max(1, round(image.width_px * scale)), max(1, round(image.height_px * scale))
     if size == document.size_px:

@@ -101,7 +101,7 @@ class Renderer:
             ("before", scene.rest, (0, 0, divider, height)),
             ("result", scene.warped, (divider, 0, width, height)),
         ]
-        source = self._source_of(scene.image) if scene.dressing is None else self._dressed(scene.image, scene.dressing)
+        source = self._source_of(scene.image) if scene.dressing is None else self._dressed(scene, scene.dressing)
         layers.picture.clear()
         for name, nodes, box in parts:
             if box[0] < box[2]:
@@ -155,12 +155,12 @@ class Renderer:
             self._source = Source(self._context, image, margin=0.25)
         return self._source
 
-    def _dressed(self, image: Image, dressing: Dressing) -> DressedSource:
-        if self._cloth is None or self._cloth.image is not image or self._cloth.parts is not dressing.parts:
+    def _dressed(self, scene: Scene, dressing: Dressing) -> DressedSource:
+        if self._cloth is None or self._cloth.image is not scene.image or self._cloth.parts is not dressing.parts:
             if self._cloth is not None:
                 self._cloth.release()
-            self._cloth = DressedSource(self._context, image, dressing.parts)
-        self._cloth.dress(dressing)
+            self._cloth = DressedSource(self._context, scene.image, dressing.parts)
+        self._cloth.dress(dressing, draft=scene.draft)
         return self._cloth
 
     def _mesh_of(self, name: str, rest: Points) -> Mesh:

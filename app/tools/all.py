@@ -5,12 +5,18 @@ from types import MappingProxyType
 
 from app.editor import Tool
 from app.tools.brush import BRUSH
+from app.tools.cloth_region import REGION, TEXEL
 from app.tools.curves import CURVES, FEATURE_CURVE_TOOL
+from app.tools.drape import DRAPE
+from app.tools.lattice import LATTICE
 from app.tools.navigate import HAND
 from app.tools.outline import OUTLINE
 from app.tools.pins import PINS
 from app.tools.zoom import ZOOM
 
 TOOLS: Mapping[str, Tool] = MappingProxyType(
-    {tool.name: tool for tool in (BRUSH, OUTLINE, PINS, CURVES, FEATURE_CURVE_TOOL, HAND, ZOOM)}
+    {
+        tool.name: tool
+        for tool in (BRUSH, OUTLINE, PINS, CURVES, FEATURE_CURVE_TOOL, DRAPE, REGION, TEXEL, LATTICE, HAND, ZOOM)
+    }
 )

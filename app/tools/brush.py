@@ -1,6 +1,7 @@
 """The mask brush: paints what must keep its shape, where the artist sees it on the deformed picture.
 
-In Retexture mode it paints where the result may differ, or, on the picture as it is, where texture is taken from.
+In Retexture mode it paints where the result may differ, or, on the picture as it is, where texture is taken from; in
+Overlay mode where the cloth is.
 """
 
 from collections.abc import Sequence
@@ -19,8 +20,8 @@ from core.arrays import Points
 from core.brush import Stroke, Tip
 from core.raster import Raster
 
-Layer: TypeAlias = Literal["mask", "matte", "source_mask"]
-LAYERS: dict[Layer, str] = {"mask": "mask", "matte": "matte", "source_mask": "source mask"}
+Layer: TypeAlias = Literal["mask", "matte", "source_mask", "region"]
+LAYERS: dict[Layer, str] = {"mask": "mask", "matte": "matte", "source_mask": "source mask", "region": "region"}
 """What the brush can paint, by its part of the document."""
 LEAST_PX, MOST_PX = 1.0, 4000.0
 """Diameters that the brush may have, in canvas pixels."""
@@ -87,19 +88,24 @@ def paint(editor: Editor, press: Press) -> Gesture:
 
 def _extend(editor: Editor, stroke: Stroke, a: Points, b: Points, tip: Tip) -> None:
     """Draw on over the picture as it is on the screen."""
-    mesh = editor.answer.mesh if editor.session.mode == "warp" else editor.regrowth.flat
+    mesh = editor.regrowth.flat if editor.session.mode == "retexture" else editor.answer.mesh
     stroke.extend(mesh, a, b, tip)
-    editor.document = editor.document.changed(**{painted(editor): stroke.mask})
+    if painted(editor) == "region":
+        editor.document = editor.document.with_cloth(region=stroke.mask)
+    else:
+        editor.document = editor.document.changed(**{painted(editor): stroke.mask})
 
 
 def painted(editor: Editor) -> Layer:
     """Return which raster of the document the brush paints."""
-    return editor.session.painted if editor.session.mode == "retexture" else "mask"
+    mode = editor.session.mode
+    return editor.session.painted if mode == "retexture" else "region" if mode == "overlay" else "mask"
 
 
 def layer(editor: Editor, name: Layer) -> Raster:
     """Return a raster of the document; an empty one where it has none yet."""
-    raster: Raster | None = getattr(editor.document, name)
+    owner = editor.document.cloth if name == "region" else editor.document
+    raster: Raster | None = getattr(owner, name)
     return raster or Raster.filled(*editor.document.size_px)
 
 

@@ -15,16 +15,16 @@ REACH_PX = 9.0
 CLICK_PX = 3.0
 """A pointer that moved no farther since the press has clicked."""
 
-_NUDGES = {"left": (-1, 0), "right": (1, 0), "up": (0, -1), "down": (0, 1)}
+NUDGES = {"left": (-1, 0), "right": (1, 0), "up": (0, -1), "down": (0, 1)}
 FAR_NUDGE = 10
 """Canvas pixels of a nudge with Shift."""
 
 
 def nudge_px(key: Key) -> Points | None:
     """Return the canvas pixels (2,) by which an arrow key moves what is selected; None for other keys."""
-    if key.name not in _NUDGES or key.mods.ctrl or key.mods.alt:
+    if key.name not in NUDGES or key.mods.ctrl or key.mods.alt:
         return None
-    return np.array(_NUDGES[key.name], float) * (FAR_NUDGE if key.mods.shift else 1)
+    return np.array(NUDGES[key.name], float) * (FAR_NUDGE if key.mods.shift else 1)
 
 
 def nearest(points: Points, pos: Position, *, reach_px: float = REACH_PX) -> int | None:

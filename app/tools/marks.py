@@ -5,6 +5,7 @@ import numpy as np
 from app.editor import Editor
 from app.shapes import Bezier, Circle, Shape
 from app.tools.curves import FEATURE_CURVES, WARP_CURVES
+from app.tools.lattice import lattice_shapes
 from app.tools.outline import ring_on_screen
 from app.tools.pins import targets_on_screen
 
@@ -18,7 +19,8 @@ def marks(editor: Editor) -> list[Shape]:
     """
     session = editor.session
     tool = editor.tools[session.tool]
-    others = _handles(editor) if session.mode == "warp" else _feature_curves(editor)
+    by_mode = {"warp": _handles, "retexture": _feature_curves, "overlay": _lattice}
+    others = by_mode[session.mode](editor)
     return [*others, *tool.overlay(editor)]
 
 
@@ -47,3 +49,11 @@ def _feature_curves(editor: Editor) -> list[Shape]:
         else Bezier(FEATURE_CURVES.on_screen(editor, pair, "target"), "target")
         for pair in editor.document.feature_curves
     ]
+
+
+def _lattice(editor: Editor) -> list[Shape]:
+    """Return the lattice of Overlay mode while the pattern is being found, and wherever the mesh is looked at."""
+    session = editor.session
+    if session.tool == "lattice" or not session.overlays.handles:
+        return []
+    return lattice_shapes(editor) if editor.overlay.is_running or session.shown == "photo" else []

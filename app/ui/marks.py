@@ -47,6 +47,9 @@ PENS: dict[Role, Pen] = {
     "brush": Pen(WHITE, 1.4),
     "brush-core": Pen(WHITE, 1.0, alpha=0.55),
     "brush-erase": Pen(theme.FAULT, 1.4),
+    "lattice": Pen(theme.GOOD, 1.2, alpha=0.8),
+    "lattice-weak": Pen(theme.FAULT, 1.4, alpha=0.9),
+    "vertex": Pen(WHITE, 1.4),
 }
 
 DASH_EM, GAP_EM = 0.38, 0.28

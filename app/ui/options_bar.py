@@ -46,6 +46,10 @@ TOOL_ACTIONS = {
         "feature.select_all",
         "feature.remove_all",
     ),
+    "drape": ("overlay.texture", "overlay.old_pattern"),
+    "region": ("overlay.find", "overlay.clear_region"),
+    "texel": ("overlay.find",),
+    "lattice": ("overlay.find", "view.overlay.handles"),
     "hand": ("view.fit", "view.actual"),
     "zoom": ("view.zoom_in", "view.zoom_out", "view.fit", "view.actual"),
 }

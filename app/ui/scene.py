@@ -6,9 +6,11 @@ from collections.abc import Callable
 import numpy as np
 
 from app.editor import Editor
+from app.render.dressing import Dressing
 from app.render.scene import Marks, Palette, Scene
 from app.ui import theme
 from core.arrays import Points
+from core.document_overlay import pattern_of, placement_of
 
 
 def _shade(code: int, alpha: float = 1.0) -> tuple[float, float, float, float]:
@@ -54,7 +56,8 @@ class Motion:
         self.rest = _kept(self.rest, answer.rest)
         self.warped = _kept(self.warped, answer.warped)
         opened = not self._seen or self._seen[0] is not answer.document.image
-        seen = (answer.document.image, session.view, session.compare, session.split, id(self.warped))
+        laying = editor.document.cloth.laying if session.mode == "overlay" else None
+        seen = (answer.document.image, session.view, session.compare, session.split, laying, id(self.warped))
         only_settled = answer.settled and seen[:-1] == self._seen[:-1]
         moved = seen != self._seen and not opened and not only_settled
         self._seen, self._is_busy = seen, editor.is_busy
@@ -83,6 +86,8 @@ def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     session = editor.session
     if session.mode == "retexture":
         return _retexture_scene(editor, pixel_ratio)
+    if session.mode == "overlay":
+        return _overlay_scene(editor, pixel_ratio, motion)
     answer, document, overlays = editor.answer, editor.document, session.overlays
     width, height = document.canvas_px
     return Scene(
@@ -127,4 +132,32 @@ def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
         split=session.split,
         draft=editor.is_busy,
         palette=PALETTE,
+    )
+
+
+def _overlay_scene(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
+    """Return one frame of Overlay mode: the photo with the texture laid on, or a part of what was found."""
+    answer, document, session = editor.answer, editor.document, editor.session
+    width, height = document.size_px
+    layers, cloth = editor.overlay.layers, document.cloth
+    dressing = None
+    if layers is not None and session.shown == "result":
+        laying = cloth.laying
+        placement = placement_of(layers, cloth.texture, laying)
+        dressing = Dressing(layers, pattern_of(cloth, layers), placement, laying.detail, laying.shading)
+    part = editor.overlay.part(document, session.shown)
+    return Scene(
+        image=document.image if part is None or session.compare == "before" else part,
+        rest=answer.rest,
+        warped=answer.warped,
+        view=session.view,
+        pixel_ratio=pixel_ratio,
+        frame=(-0.5, -0.5, width - 0.5, height - 0.5),
+        mask=cloth.region,
+        marks=Marks(mask=session.overlays.mask and cloth.region is not None and session.tool in ("brush", "region")),
+        compare=session.compare,
+        split=session.split,
+        draft=motion.is_draft,
+        palette=PALETTE,
+        dressing=dressing,
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from imgui_bundle import hello_imgui, imgui
 
-from app import filing
+from app.actions import overlay
 from app.actions.table import ActionTable
 from app.editor import Editor
 from app.requests import Panel
@@ -17,6 +17,7 @@ from app.ui.history_panel import HistoryPanel
 from app.ui.input import Area
 from app.ui.menus import MenuBar
 from app.ui.options_bar import HEIGHT_EM, OptionsBar
+from app.ui.overlay_panel import OverlayPanel
 from app.ui.palette import Palette
 from app.ui.preset_list import PresetList
 from app.ui.retexture_panel import RetexturePanel
@@ -32,7 +33,7 @@ from core.document import Mode
 SIDE, LOWER_SIDE = "Side", "LowerSide"
 FITTING_FRAMES = 4
 """How many frames Dear ImGui takes to lay out the panels."""
-PANELS: dict[Mode, str] = {"warp": "Warp", "retexture": "Retexture"}
+PANELS: dict[Mode, str] = {"warp": "Warp", "retexture": "Retexture", "overlay": "Overlay"}
 """Names of the panels by mode."""
 
 
@@ -51,6 +52,7 @@ class Workspace:
         self.thumbnails = Thumbnails(editor)
         self.warp_panel = WarpPanel(editor, PresetList(self.thumbnails.of))
         self.retexture_panel = RetexturePanel(editor, table)
+        self.overlay_panel = OverlayPanel(editor, table)
         self.handles_panel = HandlesPanel(editor)
         self.history_panel = HistoryPanel(editor)
         self.dialogs = Dialogs(editor, self.show_panel)
@@ -92,6 +94,7 @@ class Workspace:
         docking.dockable_windows = [
             hello_imgui.DockableWindow("Warp", SIDE, self.warp_panel.draw),
             hello_imgui.DockableWindow("Retexture", SIDE, self.retexture_panel.draw, is_visible_=False),
+            hello_imgui.DockableWindow("Overlay", SIDE, self.overlay_panel.draw, is_visible_=False),
             hello_imgui.DockableWindow("Handles", LOWER_SIDE, self.handles_panel.draw),
             hello_imgui.DockableWindow("History", LOWER_SIDE, self.history_panel.draw),
         ]
@@ -108,9 +111,9 @@ class Workspace:
             self.sheets.shown = panel
 
     def drop(self, paths: Sequence[Path]) -> None:
-        """Open the first of the files dropped on the window."""
+        """Open the first of the files dropped on the window, or lay it on the cloth."""
         if paths:
-            filing.open_path(self.editor, paths[0])
+            overlay.open_or_lay(self.editor, paths[0])
 
     def begin_frame(self) -> None:
         """Take the input and let the editor act on it."""

@@ -46,13 +46,22 @@ class Placement:
         inner = np.linalg.inv(scale) @ turn @ scale
         return np.asarray(np.diag(self.repeat) @ inner, np.float64)
 
-    def __call__(self, uv: Floats, scale: Floats, middle: Floats) -> Floats:
-        """Return places (..., 2) in copies of the texture; `middle` (2,) is the middle of the cloth in texels."""
-        matrix = self.matrix(scale)
-        # Turned and scaled about the middle of the cloth; whole copies there keep repeat 1 in step with the texels.
+    def affine(self, scale: Floats, middle: Floats) -> tuple[Floats, Floats]:
+        """Return M (2, 2) and c (2,): what is at uv, in texels, is at M uv + c, in copies of the texture.
+
+        `middle` (2,) is the middle of the cloth in texels. The texture is turned and scaled about it; whole copies
+        there keep repeat 1 in step with the texels.
+        """
+        matrix, offset = self.matrix(scale), np.array(self.offset)
+        if not self.tile:
+            return matrix, np.asarray(0.5 - offset - matrix @ middle)
         pivot = np.rint(middle)
-        at = (uv - pivot) @ matrix.T + pivot - np.array(self.offset)
-        return np.asarray(at) if self.tile else at - pivot + 0.5 - np.asarray((middle - pivot) @ matrix.T)
+        return matrix, np.asarray(pivot - offset - matrix @ pivot)
+
+    def __call__(self, uv: Floats, scale: Floats, middle: Floats) -> Floats:
+        """Return places (..., 2) in copies of the texture."""
+        matrix, shift = self.affine(scale, middle)
+        return np.asarray(uv @ matrix.T + shift, np.float64)
 
 
 def compose(
@@ -72,12 +81,22 @@ def compose(
     """
     placement = placement or Placement()
     covered: Bools = finite(uv)
-    coloured = texture if texture.shape[-1] == 4 else np.concatenate([texture, np.ones_like(texture[..., :1])], -1)
-    middle = np.median(uv[covered], axis=0) if covered.any() else np.zeros(2)
+    middle = middle_of(uv)
     light = relit(shading, strength)
-    colours = laid(coloured, placement, uv, scale, middle, covered)
+    colours = laid(with_opacity(texture), placement, uv, scale, middle, covered)
     wp = np.nan_to_num(light if light.ndim == 3 else light[..., None])
     return wp * colours[..., :3] + alpha * np.nan_to_num(detail), colours[..., 3] * covered
+
+
+def with_opacity(texture: Floats) -> Floats:
+    """Return a texture (h, w, 3 or 4) with an alpha channel."""
+    return texture if texture.shape[-1] == 4 else np.concatenate([texture, np.ones_like(texture[..., :1])], -1)
+
+
+def middle_of(uv: Floats) -> Floats:
+    """Return the middle (2,) of the cloth, in texels."""
+    covered = finite(uv)
+    return np.asarray(np.median(uv[covered], axis=0) if covered.any() else np.zeros(2), np.float64)
 
 
 def relit(shading: Floats, strength: float) -> Floats:
@@ -90,12 +109,7 @@ def relit(shading: Floats, strength: float) -> Floats:
 
 def laid(texture: Floats, placement: Placement, uv: Floats, scale: Floats, middle: Floats, covered: Bools) -> Floats:
     """Return the texture (H, W, 4), premultiplied by its opacity, as the cloth shows it; 0 outside."""
-    source = np.concatenate([texture[..., :3] * texture[..., 3:], texture[..., 3:]], -1)
-    density = np.linalg.norm(np.diag([*texture.shape[1::-1]]) @ placement.matrix(scale) @ np.linalg.inv(scale), axis=1)
-    if placement.mirror:
-        source = np.concatenate([source, source[:, ::-1]], 1)
-        source = np.concatenate([source, source[::-1]], 0)
-    source = thinned(source, density / DENSITY)
+    source = prepared(texture, placement, scale)
     copies = placement(np.nan_to_num(uv), scale, middle)
     at = copies / 2 if placement.mirror else copies
     colours = filtered(source, np.where(covered[..., None], at, np.nan))
@@ -104,6 +118,16 @@ def laid(texture: Floats, placement: Placement, uv: Floats, scale: Floats, middl
         colours = np.where(inside[..., None], colours, 0.0)
     straight = colours[..., :3] / np.maximum(colours[..., 3:], 1e-6)
     return np.concatenate([straight, colours[..., 3:]], -1)
+
+
+def prepared(texture: Floats, placement: Placement, scale: Floats) -> Floats:
+    """Return a texture (h, w, 4) premultiplied, with its mirror images if it has such, and no finer than needed."""
+    source = np.concatenate([texture[..., :3] * texture[..., 3:], texture[..., 3:]], -1)
+    density = np.linalg.norm(np.diag([*texture.shape[1::-1]]) @ placement.matrix(scale) @ np.linalg.inv(scale), axis=1)
+    if placement.mirror:
+        source = np.concatenate([source, source[:, ::-1]], 1)
+        source = np.concatenate([source, source[::-1]], 0)
+    return thinned(source, density / DENSITY)
 
 
 def thinned(texture: Floats, excess: Floats) -> Floats:
@@ -121,13 +145,14 @@ def filtered(texture: Floats, at: Floats) -> Floats:
     covered = finite(at)
     along, length, width = footprints(at, texture.shape[:2])
     level = np.log2(np.clip(np.maximum(width, length / TAPS), 1, None))
-    taps = int(np.clip(np.ceil(length[covered].max(initial=1)), 1, TAPS))
+    taps = np.clip(np.ceil(length), 1, TAPS)
     place = np.nan_to_num(at)
     total = np.zeros((*at.shape[:2], texture.shape[-1]))
     reach = np.where(length > 1, length - np.maximum(width, 1), 0.0)[..., None] * along
-    for k in range(taps):
-        total += trilinear(texture, place + ((k + 0.5) / taps - 0.5) * reach, level)
-    return np.asarray(total / taps * covered[..., None], np.float64)
+    for k in range(int(taps.max(initial=1))):
+        share = np.where(k < taps, 1 / taps, 0.0)[..., None]
+        total += share * trilinear(texture, place + (((k + 0.5) / taps - 0.5)[..., None] * reach), level)
+    return np.asarray(total * covered[..., None], np.float64)
 
 
 def finite(at: Floats) -> Bools:

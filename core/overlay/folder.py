@@ -1,7 +1,6 @@
 """The parts of a decomposition as a folder of files."""
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -13,26 +12,7 @@ from core.files import atomic_folder
 from core.images import Image, load, save
 from core.overlay.decomposition import Decomposition
 from core.overlay.lattice import Lattice
-
-
-@dataclass(frozen=True)
-class Parts:
-    """What laying a new texture needs of a decomposition."""
-
-    source: Image
-    uv: Singles
-    shading: Singles
-    detail: Singles
-    coverage: Singles
-    basis: Floats
-
-
-def encoded(image: Image) -> Floats:
-    """Return a picture's colours (H, W, 3) on the 0 to 1 scale of an encoded picture, alpha left out."""
-    colours = color.unit(image.pixels)[..., : color.color_channels(image.channels)]
-    if image.linear:
-        colours = color.encode(colours)
-    return np.broadcast_to(colours, (*colours.shape[:2], 3)).astype(np.float64)
+from core.overlay.laying import Parts
 
 
 def write(found: Decomposition, source: Image, folder: Path) -> None:

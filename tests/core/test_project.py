@@ -1,6 +1,7 @@
 import contextlib
 import json
 import zipfile
+from dataclasses import is_dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from core.arrays import InputError
+from core.cloth import Cloth, LatticeVertices, Laying, Search
 from core.document import CurvePair, Document, Outline, Pin, WarpSettings
 from core.images import Attribute, Image, load, save
 from core.project import load_project, save_project
@@ -59,11 +61,27 @@ curves = st.builds(
 )
 
 
+searches = st.builds(
+    Search,
+    texel=st.none() | st.tuples(places, places),
+    lattice=st.none() | st.builds(LatticeVertices, points(5), points(5)),
+    seed=st.integers(0, 9),
+)
+cloths = st.builds(
+    Cloth,
+    search=st.none() | searches,
+    texture=st.none() | images(),
+    texture_name=st.text(max_size=8),
+    laying=st.builds(Laying, size=numbers, offset=places, mirror=st.booleans(), tile=st.booleans()),
+)
+
+
 @st.composite
 def documents(draw: st.DrawFn) -> Document:
     start = Document.of(draw(images()))
     width, height = start.size_px
     return start.changed(
+        cloth=draw(cloths).changed(region=draw(st.none() | st.just(Raster.filled(width, height, 255)))),
         mask=Raster.from_array(draw(arrays(np.uint8, (height, width)))),
         warp=draw(warps),
         outline=draw(st.none() | points(12).map(Outline)),
@@ -80,7 +98,7 @@ def same(a: Any, b: Any) -> bool:
         return same(a.array, b.array)
     if isinstance(a, tuple):
         return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
-    if isinstance(a, Document | Image | CurvePair | Outline):
+    if is_dataclass(a):
         return all(same(getattr(a, name), getattr(b, name)) for name in a.__dataclass_fields__)
     return bool(a == b)
 

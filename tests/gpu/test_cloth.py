@@ -15,7 +15,7 @@ from core import color
 from core.arrays import Floats, Singles
 from core.images import Image
 from core.overlay.composition import Placement, compose
-from core.overlay.folder import encoded
+from core.overlay.laying import encoded
 from tests.gpu import scenes
 
 pytestmark = pytest.mark.gpu

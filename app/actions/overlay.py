@@ -1,0 +1,214 @@
+"""Actions of Overlay mode: finding the pattern, laying a texture, and what is shown and saved of it."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from app import filing
+from app.actions import Action
+from app.editor import Editor
+from app.requests import PICTURES, OpenFile, SaveFile
+from app.session import Shown
+from core.cloth import Search
+from core.document_parts import Part, picture_of
+from core.images import Image, load, save
+from core.progress import Job, Progress
+
+PART_FILES = ("png", "tif", "tiff", "exr")
+
+
+def in_mode(editor: Editor) -> bool:
+    """Return whether the artist works in Overlay mode."""
+    return editor.session.mode == "overlay"
+
+
+def has_layers(editor: Editor) -> bool:
+    """Return whether a pattern was found."""
+    return in_mode(editor) and editor.overlay.layers is not None
+
+
+def find(editor: Editor) -> None:
+    """Find the pattern in the painted region, anew where it was sought before."""
+    cloth = editor.document.cloth
+    editor.show(shown="result")
+    editor.edit("Find pattern", editor.document.with_cloth(search=Search(cloth.region, seed=cloth.seed)))
+
+
+def forget(editor: Editor) -> None:
+    """Go back to the photo as it is."""
+    editor.edit("Forget pattern", editor.document.with_cloth(search=None))
+
+
+def ask_texture(editor: Editor) -> None:
+    """Ask for a picture to lay on the cloth."""
+    editor.requests.append(OpenFile("Choose a texture", PICTURES, lambda path: lay(editor, path)))
+
+
+def lay(editor: Editor, path: Path) -> None:
+    """Lay a picture on the cloth."""
+
+    def steps() -> Job[Image]:
+        yield Progress(0.0, "reading")
+        return load(path)
+
+    def apply_to(image: Image) -> None:
+        editor.show(shown="result", tool="drape" if in_mode(editor) else editor.session.tool)
+        document = editor.document
+        editor.edit("Texture", document.with_cloth(texture=image, texture_name=path.name))
+
+    editor.background(f"Open {path.name}", steps, apply_to)
+
+
+def open_or_lay(editor: Editor, path: Path) -> None:
+    """Lay a dropped picture on the cloth where a pattern was found; open it otherwise."""
+    if has_layers(editor) and not filing.is_project(path):
+        lay(editor, path)
+    else:
+        filing.open_path(editor, path)
+
+
+def old_pattern(editor: Editor) -> None:
+    """Take the new texture off."""
+    editor.edit("Old pattern", editor.document.with_cloth(texture=None, texture_name=""))
+
+
+def clear_region(editor: Editor) -> None:
+    """Look for the pattern everywhere."""
+    editor.edit("Clear region", editor.document.with_cloth(region=None))
+
+
+def save_texel(editor: Editor) -> None:
+    """Ask where to save the texel as a tile."""
+    layers = editor.overlay.layers
+    if layers is not None:
+        pattern = layers.pattern
+        _ask_save(editor, "texel", "Save texel as tile", lambda path: pattern)
+
+
+def export_part(editor: Editor, part: Part) -> None:
+    """Ask where to export a part of what was found; 16 bits a sample, or its values themselves as floats."""
+    layers, photo = editor.overlay.layers, editor.document.image
+    if layers is None:
+        return
+    _ask_save(
+        editor,
+        part,
+        f"Export {part}",
+        lambda path: picture_of(layers, photo, part, bits=32 if path.suffix.lower() == ".exr" else 16),
+    )
+
+
+def _ask_save(editor: Editor, name: str, title: str, make: Callable[[Path], Image]) -> None:
+    near = editor.project_path or editor.source_path or Path("Untitled")
+
+    def write(path: Path) -> None:
+        def steps() -> Job[None]:
+            yield Progress(0.0, "writing")
+            save(make(path), path)
+
+        editor.background(title, steps, lambda _: editor.notify(f"Saved {path.name}"))
+
+    editor.requests.append(SaveFile(title, PART_FILES, near.with_name(f"{near.stem}-{name}.png"), write))
+
+
+_SHOWN: tuple[tuple[Shown, str, str, str], ...] = (
+    ("result", "Result", "shirt", "The photo with the texture in its folds"),
+    ("photo", "Photo", "image", "The photo with the lattice of the pattern"),
+    ("pattern", "Pattern", "table-cells", "The pattern without folds and light"),
+    ("mesh", "Mesh", "border-all", "Where the pattern's repeats lie"),
+    ("shading", "Shading", "circle-half-stroke", "Light and shade, without the pattern; the middle is middle grey"),
+    ("detail", "Detail", "magnifying-glass", "What neither pattern nor shading explain, on middle grey"),
+    ("reconstruction", "Reconstruction", "layer-group", "Pattern and shading without the detail"),
+    ("residual", "Residual", "triangle-exclamation", "The size of the detail, fourfold"),
+)
+
+
+def _show(number: int, shown: Shown, label: str, icon: str, tooltip: str) -> Action:
+    return Action(
+        f"shown.{shown}",
+        label,
+        "View/Overlay",
+        lambda editor: editor.show(shown=shown, compare="result"),
+        str(number),
+        icon,
+        tooltip,
+        enabled=in_mode if shown in ("result", "photo") else has_layers,
+        checked=lambda editor: editor.session.shown == shown,
+    )
+
+
+def _export(part: Part) -> Action:
+    return Action(
+        f"overlay.export_{part}",
+        f"{part.capitalize()}…",
+        "Overlay/Export part",
+        lambda editor: export_part(editor, part),
+        icon="file-export",
+        tooltip="PNG and TIFF have 16 bits, EXR the values themselves",
+        enabled=has_layers,
+    )
+
+
+_PARTS: tuple[Part, ...] = ("pattern", "mesh", "shading", "detail", "reconstruction", "residual")
+
+OVERLAY = (
+    *(_show(number, *row) for number, row in enumerate(_SHOWN, start=1)),
+    Action(
+        "overlay.find",
+        "Find pattern",
+        "Overlay",
+        find,
+        "Ctrl+R",
+        "magnifying-glass-plus",
+        "Find what repeats on the cloth, in the painted region or everywhere",
+        enabled=in_mode,
+    ),
+    Action(
+        "overlay.forget",
+        "Forget pattern",
+        "Overlay",
+        forget,
+        icon="trash-can",
+        tooltip="Go back to the photo as it is",
+        enabled=lambda editor: in_mode(editor) and editor.document.cloth.search is not None,
+    ),
+    Action(
+        "overlay.texture",
+        "Choose texture…",
+        "Overlay",
+        ask_texture,
+        icon="image",
+        tooltip="Lay a picture into the folds; or drop a file on the window",
+        enabled=in_mode,
+        separated=True,
+    ),
+    Action(
+        "overlay.old_pattern",
+        "Show old pattern",
+        "Overlay",
+        old_pattern,
+        icon="rotate-left",
+        tooltip="Take the new texture off",
+        enabled=lambda editor: in_mode(editor) and editor.document.cloth.texture is not None,
+    ),
+    Action(
+        "overlay.clear_region",
+        "Clear region",
+        "Overlay",
+        clear_region,
+        icon="eraser",
+        tooltip="Look for the pattern everywhere",
+        enabled=lambda editor: in_mode(editor) and editor.document.cloth.region is not None,
+        separated=True,
+    ),
+    Action(
+        "overlay.save_texel",
+        "Save texel as tile…",
+        "Overlay",
+        save_texel,
+        icon="floppy-disk",
+        tooltip="Write one repeat of the old pattern, without folds and light, as a seamless tile",
+        enabled=has_layers,
+        separated=True,
+    ),
+    *(_export(part) for part in _PARTS),
+)

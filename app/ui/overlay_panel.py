@@ -1,0 +1,212 @@
+"""The panel of Overlay mode: finding the pattern, the texture and how it lies, what is shown, what can be saved."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from imgui_bundle import ImVec2, imgui
+
+from app.actions.table import ActionTable
+from app.editor import Editor
+from app.ui import theme
+from app.ui.controls import check, colors, faint, plain_button, primary_button, section, segments, tip
+from app.ui.sliders import Held, slider
+from app.ui.theme import em
+from core.cloth import Cloth, Laying
+
+DEFAULTS = Laying()
+
+
+@dataclass(frozen=True)
+class Row:
+    """A slider for a number of `Laying`."""
+
+    name: str
+    field: Literal["size", "stretch", "rotate_deg", "detail", "shading"]
+    low: float
+    high: float
+    hint: str
+    digits: int = 0
+    factor: float = 1.0
+    """What is shown over what is stored: 100 for per cent."""
+    logarithmic: bool = False
+
+
+PLACE = (
+    Row("Size", "size", 0.1, 60, "Width of one copy, in repeats of the old pattern", 2, logarithmic=True),
+    Row("Stretch", "stretch", 25, 400, "Height of a copy, per cent of an undistorted one", 0, 100, logarithmic=True),
+    Row("Rotation", "rotate_deg", -180, 180, "Clockwise, in the plane of the cloth, in degrees", 1),
+)
+BLEND = (
+    Row("Detail", "detail", 0, 200, "How much of the photo's fine detail goes over the texture, per cent", 0, 100),
+    Row("Shading", "shading", 0, 200, "How strong the folds' light and shade are, per cent", 0, 100),
+)
+VIEWS = ("result", "photo", "pattern", "mesh", "shading", "detail", "reconstruction", "residual")
+
+
+class OverlayPanel:
+    """Sliders and choices over `Document.cloth`."""
+
+    def __init__(self, editor: Editor, table: ActionTable) -> None:
+        self._editor = editor
+        self._table = table
+
+    def draw(self) -> None:
+        """Draw the panel."""
+        if section("Old pattern"):
+            self._draw_search()
+        if section("New texture"):
+            self._draw_texture()
+        if section("Light and detail"):
+            self._draw_rows(BLEND)
+        if section("Show"):
+            self._draw_views()
+        if section("Save", opened=False):
+            self._draw_saving()
+
+    @property
+    def _cloth(self) -> Cloth:
+        return self._editor.document.cloth
+
+    def _draw_search(self) -> None:
+        """Draw what finds the pattern, how far that is, and what came of it."""
+        work = self._editor.overlay
+        if work.is_running and work.ticket is not None:
+            if plain_button("Cancel", 8):
+                work.cancel()
+            step = work.ticket.progress
+            imgui.progress_bar(step.fraction, ImVec2(-1, em(0.5)), "")
+            faint(f"{step.note.capitalize()} …" if step.note else "Waiting …")
+            return
+        if primary_button("Find pattern", 8):
+            self._table.run("overlay.find", self._editor)
+        tip("Find what repeats on the cloth, in the painted region or everywhere", "Ctrl+R")
+        if self._cloth.search is not None:
+            imgui.same_line()
+            self._small("overlay.forget", "Forget")
+        if work.fault is not None:
+            with colors(text=theme.FAULT):
+                imgui.text_wrapped(f"{work.fault[:1].upper()}{work.fault[1:]}.")
+        faint(self._state())
+        if self._cloth.region is not None:
+            self._button("overlay.clear_region")
+        held = slider("Seed", self._cloth.seed, 0, 99, default=0, hint="Another number, another search")
+        self._take("Seed", held, lambda new: self._cloth.changed(seed=round(new)))
+
+    def _state(self) -> str:
+        """Return in words what was found, or what to do."""
+        work, layers = self._editor.overlay, self._editor.overlay.layers
+        if work.fault is not None:
+            return (
+                "Paint the cloth with the brush (B) or drag a rectangle around it (R) and look again, "
+                "or mark one repeat with the texel tool (I)."
+            )
+        if layers is None or self._cloth.search is None:
+            return "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
+        count, share = len(layers.lattice), 100 * layers.covered.mean()
+        state = "" if work.is_final else " The lattice was changed: press Find pattern to look anew."
+        return f"{count} repeats found on {share:.0f} % of the picture. Mend the lattice with its tool (L).{state}"
+
+    def _draw_texture(self) -> None:
+        """Draw the choice of a texture and how it lies."""
+        if self._cloth.texture is None:
+            faint("The old pattern is shown. Choose a picture, or drop a file on the window.")
+        else:
+            image = self._cloth.texture
+            imgui.text_wrapped(self._cloth.texture_name or "Texture")
+            faint(f"{image.width_px} × {image.height_px} px. Drag it on the cloth with its tool (T).")
+        self._button("overlay.texture")
+        if self._cloth.texture is not None:
+            self._button("overlay.old_pattern")
+        imgui.begin_disabled(self._cloth.texture is None)
+        self._draw_rows(PLACE)
+        self._draw_offset()
+        laying = self._cloth.laying
+        tile = segments(
+            "tile", (("repeat", "Repeat", "Copies side by side"), ("once", "Once", "One copy")), _kind(laying)
+        )
+        if tile is not None:
+            self._edit("Repeat texture" if tile == "repeat" else "Texture once", tile=tile == "repeat")
+        mirrored = check("Mirror every second copy", laying.mirror, "Any picture then joins without an edge")
+        if mirrored is not None:
+            self._edit("Mirror texture", mirror=mirrored)
+        imgui.end_disabled()
+
+    def _draw_offset(self) -> None:
+        across, down = self._cloth.laying.offset
+        hint = "By how much of a copy the texture is moved, per cent"
+        held = slider("Across", 100 * across, -100, 100, default=0, digits=1, hint=hint)
+        self._take("Move texture", held, lambda new: self._cloth.laid(offset=(new / 100, down)))
+        held = slider("Down", 100 * down, -100, 100, default=0, digits=1, hint=hint)
+        self._take("Move texture", held, lambda new: self._cloth.laid(offset=(across, new / 100)))
+
+    def _draw_rows(self, rows: tuple[Row, ...]) -> None:
+        for row in rows:
+            value, default = (row.factor * getattr(laying, row.field) for laying in (self._cloth.laying, DEFAULTS))
+            held = slider(
+                row.name,
+                value,
+                row.low,
+                row.high,
+                default=default,
+                digits=row.digits,
+                logarithmic=row.logarithmic,
+                hint=row.hint,
+            )
+            self._take(row.name, held, lambda new, row=row: self._cloth.laid(**{row.field: new / row.factor}))  # type: ignore[misc]
+
+    def _draw_views(self) -> None:
+        """Draw a button for everything that can be looked at, two a line."""
+        width = (imgui.get_content_region_avail().x - em(0.3)) / 2
+        for number, name in enumerate(VIEWS):
+            action = self._table.by_name[f"shown.{name}"]
+            on = action.checked is not None and action.checked(self._editor)
+            imgui.begin_disabled(not action.enabled(self._editor))
+            with colors(
+                button=theme.ACCENT if on else theme.BUTTON,
+                button_hovered=theme.ACCENT if on else theme.BUTTON_HOVERED,
+                text=theme.ON_ACCENT if on else theme.TEXT,
+            ):
+                if imgui.button(f"{action.label}##shown", ImVec2(width, 0)):
+                    action.run(self._editor)
+            imgui.end_disabled()
+            tip(action.tooltip, action.chord)
+            if number % 2 == 0:
+                imgui.same_line(0, em(0.3))
+
+    def _draw_saving(self) -> None:
+        self._button("file.export")
+        self._button("overlay.save_texel")
+        shown = f"overlay.export_{self._editor.session.shown}"
+        if shown in self._table.by_name:
+            self._button(shown, f"Export {self._table.by_name[shown].label.lower()}")
+        else:
+            faint("Show a part to export it.")
+
+    def _button(self, name: str, label: str | None = None) -> None:
+        action = self._table.by_name[name]
+        imgui.begin_disabled(not action.enabled(self._editor))
+        if imgui.button(label or action.label, ImVec2(imgui.get_content_region_avail().x, 0)):
+            action.run(self._editor)
+        imgui.end_disabled()
+        tip(action.tooltip, action.chord)
+
+    def _small(self, name: str, label: str) -> None:
+        action = self._table.by_name[name]
+        if plain_button(label, 6):
+            action.try_run(self._editor)
+        tip(action.tooltip, action.chord)
+
+    def _take(self, name: str, held: Held, changes: Callable[[float], Cloth]) -> None:
+        """Show what a slider says while it is held, and make it an undo entry when it is let go."""
+        if held.value is not None:
+            self._editor.slide(name, self._editor.document.changed(cloth=changes(held.value)))
+        if held.done:
+            self._editor.finish()
+
+    def _edit(self, name: str, **changes: object) -> None:
+        self._editor.edit(name, self._editor.document.changed(cloth=self._cloth.laid(**changes)))
+
+
+def _kind(laying: Laying) -> str:
+    return "repeat" if laying.tile else "once"

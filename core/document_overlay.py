@@ -1,0 +1,195 @@
+"""From a document to its photo with a new texture in the folds: what is found once, and what is laid on it.
+
+The layers belong to the picture and to `Cloth.search`, which are what they are found from. The last ones are kept, so
+that undo, export and the window do not find them twice.
+"""
+
+import threading
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from core import color
+from core.arrays import Bools, Floats, InputError, Singles
+from core.cloth import Cloth, LatticeVertices, Laying, Search
+from core.document import Document, pixels_from_places, places_from_pixels
+from core.image import Image
+from core.overlay.composition import Placement
+from core.overlay.corrections import lattices_of, texel_between
+from core.overlay.decomposition import Decomposition, decompose
+from core.overlay.lattice import Lattice
+from core.overlay.laying import Parts, encoded, overlaid, searchable, texture_colours
+from core.overlay.seeding import NoPatternError
+from core.progress import Job, part
+
+KEPT = 2
+"""Decompositions that are kept."""
+FIRST_TRIAL = 0.3
+"""Share of the work that growing a lattice from a marked texel takes."""
+LAYING = 0.95
+"""Share of an export's work that finding the pattern takes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """What was found of a photo; pixels outside the cloth are NaN in `uv`, `shading` and `detail`."""
+
+    uv: Singles
+    """(H, W, 2), texels."""
+    shading: Singles
+    """(H, W) or (H, W, 3)."""
+    detail: Singles
+    """(H, W, 3)."""
+    coverage: Singles
+    """(H, W)."""
+    texel: Floats
+    """(h, w, 3), encoded, 0 to 1."""
+    basis: Floats
+    """(2, 2), pixels of the undeformed cloth a texel."""
+    lattice: Lattice
+
+    @cached_property
+    def pattern(self) -> Image:
+        """The texel as a picture; it is rounded to 8 bits as it is."""
+        return Image(color.quantise(self.texel.astype(np.float32), np.uint8))
+
+    @cached_property
+    def usual_light(self) -> float:
+        """The median of the shading."""
+        return float(np.nanmedian(self.shading)) if np.isfinite(self.shading).any() else 1.0
+
+    @property
+    def covered(self) -> Bools:
+        """Pixels that have texture coordinates."""
+        return np.asarray(np.isfinite(self.uv).all(-1), np.bool_)
+
+
+@dataclass
+class _Kept:
+    """The layers found last, by the objects that they were found from; used from several threads."""
+
+    entries: list[tuple[Image, Search, Layers]] = field(default_factory=list)
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def get(self, image: Image, search: Search) -> Layers | None:
+        with self.lock:
+            return next((found for a, b, found in self.entries if a is image and b is search), None)
+
+    def put(self, image: Image, search: Search, found: Layers) -> None:
+        with self.lock:
+            self.entries = [(image, search, found), *self.entries][:KEPT]
+
+
+_kept = _Kept()
+
+
+def known(document: Document) -> Layers | None:
+    """Return the document's layers if they are found already."""
+    search = document.cloth.search
+    return None if search is None else _kept.get(document.image, search)
+
+
+def found(document: Document) -> Job[Layers]:
+    """Return the document's layers, found now or before; raise `NoPatternError` where there are none."""
+    search = document.cloth.search
+    if search is None:
+        raise InputError("no pattern was found yet")
+    layers = known(document)
+    if layers is None:
+        layers = layers_of((yield from _decomposed(document, search)))
+        _kept.put(document.image, search, layers)
+    return layers
+
+
+def _decomposed(document: Document, search: Search) -> Job[Decomposition]:
+    """Find the layers; a marked texel from which no lattice grows says at least how large a texel is."""
+    inside = _marked(search)
+    photo, region = encoded(document.image), searchable(document.image, inside)
+    corners = None if search.texel is None else pixels_from_places(document.size_px, np.array(search.texel))
+    lattice = None if search.lattice is None else _lattices(document.size_px, search.lattice)
+    start = None if corners is None else texel_between(*corners)
+    try:
+        job = decompose(photo, region=region, start=start, lattice=lattice, seed=search.seed)
+        return (yield from part(job, 0.0, 1.0 if corners is None else FIRST_TRIAL))
+    except NoPatternError:
+        if corners is None:
+            raise _refusal(inside) from None
+    side = float(np.abs(corners[1] - corners[0]).mean())
+    try:
+        job = decompose(photo, region=region, texel_px=side, seed=search.seed)
+        return (yield from part(job, FIRST_TRIAL, 1.0))
+    except NoPatternError:
+        raise _refusal(inside) from None
+
+
+def _refusal(inside: Bools | None) -> NoPatternError:
+    return NoPatternError("the picture" if inside is None else "the painted region")
+
+
+def _marked(search: Search) -> Bools | None:
+    """Return where cloth may be; None for everywhere."""
+    if search.region is None or search.region.is_empty:
+        return None
+    inside: Bools = search.region.array > 127
+    return inside if inside.any() else None
+
+
+def _lattices(size_px: tuple[int, int], vertices: LatticeVertices) -> list[Lattice]:
+    return lattices_of(np.rint(vertices.keys).astype(np.int64), pixels_from_places(size_px, vertices.places))
+
+
+def layers_of(result: Decomposition) -> Layers:
+    """Return what is kept of a decomposition."""
+    return Layers(
+        result.uv,
+        result.shading,
+        result.detail,
+        result.coverage,
+        result.texel.pixels,
+        result.basis,
+        result.lattice,
+    )
+
+
+def vertices_of(document: Document, layers: Layers) -> LatticeVertices:
+    """Return the lattice that was found, for the artist to correct."""
+    places = places_from_pixels(document.size_px, layers.lattice.frames.points)
+    return LatticeVertices(layers.lattice.keys.astype(np.float64), places)
+
+
+def placement_of(layers: Layers, texture: Image | None, laying: Laying) -> Placement:
+    """Return how the texture lies, for the engine; the pattern that was found lies where it was."""
+    if texture is None:
+        return Placement()
+    across, down = np.linalg.norm(layers.basis, axis=0)
+    shape = texture.width_px / texture.height_px
+    repeat = 1 / laying.size, float(shape * down / (laying.stretch * laying.size * across))
+    return Placement(repeat, laying.rotate_deg, laying.offset, mirror=laying.mirror, tile=laying.tile)
+
+
+def pattern_of(cloth: Cloth, layers: Layers) -> Image:
+    """Return what is laid on the cloth: the new texture, or the pattern that was found."""
+    return layers.pattern if cloth.texture is None else cloth.texture
+
+
+def picture(document: Document, image: Image) -> Job[Image]:
+    """Return `image`, the document's at any depth, with the texture in its folds; itself where none is sought."""
+    cloth = document.cloth
+    if cloth.search is None:
+        return image
+    layers = yield from part(found(document), 0.0, LAYING)
+    return laid_on(image, layers, cloth)
+
+
+def laid_on(image: Image, layers: Layers, cloth: Cloth) -> Image:
+    """Return `image` with the texture in its folds."""
+    parts = Parts(image, layers.uv, layers.shading, layers.detail, layers.coverage, layers.basis)
+    laying = cloth.laying
+    return overlaid(
+        parts,
+        texture_colours(pattern_of(cloth, layers)),
+        placement_of(layers, cloth.texture, laying),
+        alpha=laying.detail,
+        strength=laying.shading,
+    )

@@ -1,0 +1,72 @@
+"""A decomposed photo as a picture with a new texture, at the photo's own depth."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core import color
+from core.arrays import Bools, Floats, Singles
+from core.image import Image
+from core.overlay.composition import Placement, compose
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What laying a new texture needs of a decomposition."""
+
+    source: Image
+    uv: Singles
+    shading: Singles
+    detail: Singles
+    coverage: Singles
+    basis: Floats
+
+
+def overlaid(parts: Parts, texture: Floats, placement: Placement, *, alpha: float, strength: float) -> Image:
+    """Return the photo with `texture` (h, w, 3 or 4), encoded, 0 to 1, in its folds."""
+    new, opacity = compose(
+        texture,
+        parts.uv.astype(np.float64),
+        parts.shading.astype(np.float64),
+        parts.detail.astype(np.float64),
+        parts.basis,
+        placement=placement,
+        alpha=alpha,
+        strength=strength,
+    )
+    photo = encoded(parts.source)
+    share = (opacity * parts.coverage)[..., None]
+    return in_place_of(parts.source, share * new + (1 - share) * photo, share > 0)
+
+
+def in_place_of(source: Image, colours: Floats, changed: Bools) -> Image:
+    """Return `source` with other colours (H, W, 3), on the encoded 0 to 1 scale, where `changed` (H, W, 1)."""
+    values = colours.astype(np.float32)
+    rgb = color.quantise(color.decode(values) if source.linear else values, source.pixels.dtype)
+    old = source.pixels[..., : color.color_channels(source.channels)]
+    pixels = np.where(changed, rgb, np.broadcast_to(old, rgb.shape))
+    if source.has_alpha:
+        pixels = np.concatenate([pixels, source.pixels[..., -1:]], -1)
+    return source.with_pixels(np.ascontiguousarray(pixels))
+
+
+def encoded(image: Image) -> Floats:
+    """Return a picture's colours (H, W, 3) on the 0 to 1 scale of an encoded picture, alpha left out."""
+    colours = color.unit(image.pixels)[..., : color.color_channels(image.channels)]
+    if image.linear:
+        colours = color.encode(colours)
+    return np.broadcast_to(colours, (*colours.shape[:2], 3)).astype(np.float64)
+
+
+def texture_colours(image: Image) -> Floats:
+    """Return a picture as a texture: (H, W, 3), or (H, W, 4) with alpha, encoded, 0 to 1."""
+    colours = encoded(image)
+    return np.concatenate([colours, color.unit(image.pixels[..., -1:])], -1) if image.has_alpha else colours
+
+
+def searchable(image: Image, inside: Bools | None) -> Bools | None:
+    """Return the pixels (H, W) that may be cloth: those `inside` that are not transparent; None for all of them."""
+    if not image.has_alpha:
+        return inside
+    opaque = image.pixels[..., -1] > 0.5 * (1 if image.linear else np.iinfo(image.pixels.dtype).max)
+    return np.asarray(opaque if inside is None else inside & opaque, np.bool_)
