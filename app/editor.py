@@ -322,6 +322,7 @@ class Editor:
             selected_corner=None,
             selected_curve=None,
             selected_knots=frozenset(),
+            suggestions=(),
             last_dab=None,
             hover=None,
         )

@@ -8,6 +8,7 @@ from pathlib import Path
 import platformdirs
 
 from app.editor import Editor
+from app.painting import LAYERS, painted, with_layer
 from app.recovery import Rescue, discard
 from app.requests import (
     PICTURES,
@@ -163,7 +164,9 @@ def load_mask_from(editor: Editor, path: Path) -> None:
         yield Progress(0.0, "reading")
         return load_project(path).mask if is_project(path) else Raster.from_array(load_mask(path, (height, width)))
 
-    editor.start("Load mask", steps, lambda document, mask: document.changed(mask=mask.resized(*document.size_px)))
+    name = painted(editor)
+    apply = lambda document, mask: with_layer(document, name, mask.resized(*document.size_px))  # noqa: E731
+    editor.start(f"Load {LAYERS[name]}", steps, apply)
 
 
 def ask_picture(editor: Editor) -> None:

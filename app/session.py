@@ -37,6 +37,10 @@ class Overlays:
     outline: bool = True
     folds: bool = True
     scale: bool = False
+    patches: bool = False
+    spines: bool = False
+    seams: bool = False
+    compression: bool = False
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,8 @@ class Session:
     """Which of a curve's sides is edited where they coincide."""
     draft: Points | None = field(default=None, compare=False)
     """Control points (3k + 1, 2) of the curve that is being drawn, in canvas pixels."""
+    suggestions: tuple[Points, ...] = field(default=(), compare=False)
+    """Curves on offer, (3k + 1, 2) each, in places of the picture."""
     band: tuple[tuple[float, float], tuple[float, float]] | None = None
     """Corners of the rectangle that is being drawn to select, in screen pixels."""
     last_dab: tuple[float, float] | None = None

@@ -1,16 +1,19 @@
 """From a document to its retextured picture: what the window shows stage by stage, and what is exported."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from core.arrays import Bytes
+from core import curve_edit
+from core.arrays import Bytes, Points
 from core.curves import Curve
-from core.document import CurvePair, Document, pixels_from_places
+from core.document import CurvePair, Document, pixels_from_places, places_from_pixels
 from core.feature_curves import FeatureCurve
 from core.image import Image
 from core.progress import Job, Progress
 from core.raster import Raster
+from core.retexture import overlays
 from core.retexture.job import Settings, retexture
 from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture
@@ -28,6 +31,24 @@ class Regrown:
     found: Retexture
     image: Image | None
     """None while no texture is regrown, which leaves the plain deformation."""
+    document: Document
+    """What it was made of."""
+
+    @cached_property
+    def seams(self) -> Raster:
+        """Where patches meet, in the result."""
+        return Raster.from_array(overlays.seams(self.found))
+
+    @cached_property
+    def compression(self) -> Raster:
+        """How the deformation presses the picture together, in the result."""
+        return Raster.from_array(overlays.compression(self.found))
+
+    @cached_property
+    def grids(self) -> Points:
+        """Nodes (n, K, J, 2) of the patches in the result, every fourth of them."""
+        targets = [curve.target for curve in feature_curves(self.document) if curve.target is not None]
+        return overlays.patch_grids(self.found, targets, settings_of(self.document).patch)
 
 
 def is_moved(pair: CurvePair) -> bool:
@@ -53,6 +74,22 @@ def feature_curves(document: Document) -> list[FeatureCurve]:
         FeatureCurve(curve(pair, "source"), None if pair.passive else curve(pair, "target"))
         for pair in document.feature_curves
     ]
+
+
+def with_curve(document: Document, curve: Curve) -> Document:
+    """Return the document with one more feature curve, in pixels, whose target lies where it is."""
+    points = places_from_pixels(document.size_px, curve.points)
+    count = curve_edit.knots_of(points, closed=curve.closed)
+    around = [curve_edit.handles_at(points, knot, closed=curve.closed) for knot in range(count)]
+    corners = frozenset(
+        knot
+        for knot, (before, after) in enumerate(around)
+        if before is None
+        or after is None
+        or not curve_edit.is_straight(curve.points[before], curve.points[3 * knot], curve.points[after])
+    )
+    pair = CurvePair(points, points, closed=curve.closed, corners=corners)
+    return document.changed(feature_curves=(*document.feature_curves, pair))
 
 
 def in_pixels(document: Document, share: float | None) -> float | None:
@@ -108,10 +145,10 @@ def regrown(document: Document) -> Job[Regrown]:
             result: Retexture = end.value
             break
         if step.preview is not None:
-            stage = Regrown(step.preview, _applied(image, step.preview, blend=False))
+            stage = Regrown(step.preview, _applied(image, step.preview, blend=False), document)
         yield Progress(APPLYING * step.fraction, step.note, stage)
     yield Progress(APPLYING, "resampling", stage)
-    return Regrown(result, _applied(image, result, blend=True))
+    return Regrown(result, _applied(image, result, blend=True), document)
 
 
 def _applied(image: Image, result: Retexture, *, blend: bool) -> Image | None:

@@ -7,8 +7,11 @@ from app.actions import Action
 from app.editor import Editor
 from app.session import Look, Painted
 from core import curve_pairs
-from core.document import CurvePair
-from core.document_retexture import moves
+from core.curves import Curve
+from core.document import CurvePair, places_from_pixels
+from core.document_retexture import moves, with_curve
+from core.edge_tracing import outlines, suggestions
+from core.raster import Raster
 
 
 def in_mode(editor: Editor) -> bool:
@@ -76,6 +79,41 @@ def paint(editor: Editor, name: Painted) -> None:
     """Take the brush for one of the masks; where texture is taken from is painted on the picture as it is."""
     editor.choose_tool("brush")
     editor.show(painted=name, look="original" if name == "source_mask" else "retextured")
+
+
+def suggest(editor: Editor) -> None:
+    """Look for prominent edges of the original and offer them."""
+    document = editor.document
+
+    def deliver(curves: list[Curve]) -> None:
+        if editor.document.image is not document.image:
+            return
+        offered = tuple(places_from_pixels(document.size_px, curve.points) for curve in curves)
+        editor.choose_tool("trace")
+        editor.show(suggestions=offered, look="original")
+        editor.notify("Click the curves to take." if offered else "No prominent edges found.")
+
+    editor.background("Suggest curves", lambda: suggestions(document.image), deliver)
+
+
+def outline_painted(editor: Editor) -> None:
+    """Make closed feature curves of the outlines of what is painted."""
+    raster = _painted(editor)
+    found = [] if raster is None else outlines(raster.array)
+    document = editor.document
+    for curve in found:
+        document = with_curve(document, curve)
+    editor.edit("Outline mask", document)
+    if found:
+        editor.choose_tool("feature-curves")
+        editor.show(selected_curve=len(document.feature_curves) - 1, selected_knots=frozenset())
+
+
+def _painted(editor: Editor) -> Raster | None:
+    """Return the mask of this mode that the brush paints; the features of Warp mode where it is empty."""
+    document = editor.document
+    masks = (getattr(document, editor.session.painted), document.mask)
+    return next((mask for mask in masks if mask is not None and not mask.is_empty), None)
 
 
 _LOOKS: tuple[tuple[Look, str, str, str, str], ...] = (
@@ -152,6 +190,24 @@ def _mask(name: Painted, label: str, icon: str, tooltip: str) -> tuple[Action, .
 
 
 RETEXTURE = (
+    Action(
+        "feature.suggest",
+        "Suggest curves",
+        "Retexture/Curve",
+        suggest,
+        icon="lightbulb",
+        tooltip="Find prominent edges and offer them; click those to take",
+        enabled=in_mode,
+    ),
+    Action(
+        "feature.outline",
+        "Outline what is painted",
+        "Retexture/Curve",
+        outline_painted,
+        icon="draw-polygon",
+        tooltip="Make closed curves around the painted mask",
+        enabled=lambda editor: in_mode(editor) and _painted(editor) is not None,
+    ),
     *(_look(*row) for row in _LOOKS),
     Action(
         "retexture.start",

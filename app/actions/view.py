@@ -50,8 +50,21 @@ _OVERLAYS = {
     "handles": ("Handles", "K", "circle-nodes", "Pins, curves and their marks"),
     "outline": ("Outline", "", "vector-square", "The edge of the picture"),
     "folds": ("Folded cells", "", "triangle-exclamation", "Cells of the grid that are turned over"),
+    "spines": ("Curvilinear grids", "", "diagram-project", "Coordinates along the moved curves, spines and ribs"),
+    "patches": ("Patches", "", "vector-square", "The patches that the texture is made of"),
+    "seams": ("Seams", "", "puzzle-piece", "Where patches meet"),
+    "compression": ("Compression", "", "compress", "Where the deformation presses the picture together"),
     "scale": ("Scale heat map", "", "temperature-half", "Where the picture is stretched or shrunk"),
 }
+OF_MODE: dict[str, Mode] = {
+    "spines": "retexture",
+    "patches": "retexture",
+    "seams": "retexture",
+    "compression": "retexture",
+    "outline": "warp",
+    "folds": "warp",
+}
+"""The mode of overlays that others do not have."""
 
 
 def _overlay(name: str) -> Action:
@@ -64,6 +77,7 @@ def _overlay(name: str) -> Action:
         chord,
         icon,
         tooltip,
+        enabled=lambda editor: name not in OF_MODE or editor.session.mode == OF_MODE[name],
         checked=lambda editor: bool(getattr(editor.session.overlays, name)),
     )
 

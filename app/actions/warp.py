@@ -5,22 +5,25 @@ from typing import get_args
 from app import filing
 from app.actions import Action
 from app.editor import Editor
+from app.painting import LAYERS, layer, painted, with_layer
 from core.document import Keep, WarpSettings
 from core.raster import Raster
 from core.warps.presets import PRESETS
 
 
 def _fill(editor: Editor, value: int) -> None:
-    document = editor.document
-    editor.edit("Fill mask" if value else "Clear mask", document.changed(mask=Raster.filled(*document.size_px, value)))
+    document, name = editor.document, painted(editor)
+    label = f"{'Fill' if value else 'Clear'} {LAYERS[name]}"
+    editor.edit(label, with_layer(document, name, Raster.filled(*document.size_px, value)))
 
 
 def _invert(editor: Editor) -> None:
-    editor.edit("Invert mask", editor.document.changed(mask=editor.document.mask.inverted))
+    document, name = editor.document, painted(editor)
+    editor.edit(f"Invert {LAYERS[name]}", with_layer(document, name, layer(document, name).inverted))
 
 
 def _has_mask(editor: Editor) -> bool:
-    return not editor.document.mask.is_empty
+    return not layer(editor.document, painted(editor)).is_empty
 
 
 MASK = (

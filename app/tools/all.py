@@ -12,11 +12,12 @@ from app.tools.lattice import LATTICE
 from app.tools.navigate import HAND
 from app.tools.outline import OUTLINE
 from app.tools.pins import PINS
+from app.tools.trace import TRACE
 from app.tools.zoom import ZOOM
 
 TOOLS: Mapping[str, Tool] = MappingProxyType(
     {
         tool.name: tool
-        for tool in (BRUSH, OUTLINE, PINS, CURVES, FEATURE_CURVE_TOOL, DRAPE, REGION, TEXEL, LATTICE, HAND, ZOOM)
+        for tool in (BRUSH, OUTLINE, PINS, CURVES, FEATURE_CURVE_TOOL, TRACE, DRAPE, REGION, TEXEL, LATTICE, HAND, ZOOM)
     }
 )

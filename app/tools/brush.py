@@ -6,23 +6,19 @@ Overlay mode where the cloth is.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal, TypeAlias
 
 import numpy as np
 
 from app.editor import Editor, Tool
 from app.events import Key, Move, Position, Press
 from app.gestures import Gesture
+from app.painting import LAYERS, layer, painted, with_layer
 from app.session import Brush
 from app.shapes import Circle, Shape
 from app.spaces import canvas_from_screen
 from core.arrays import Points
 from core.brush import Stroke, Tip
-from core.raster import Raster
 
-Layer: TypeAlias = Literal["mask", "matte", "source_mask", "region"]
-LAYERS: dict[Layer, str] = {"mask": "mask", "matte": "matte", "source_mask": "source mask", "region": "region"}
-"""What the brush can paint, by its part of the document."""
 LEAST_PX, MOST_PX = 1.0, 4000.0
 """Diameters that the brush may have, in canvas pixels."""
 SIZE_STEP = 1.15
@@ -78,7 +74,7 @@ def paint(editor: Editor, press: Press) -> Gesture:
     last = editor.session.last_dab
     name = painted(editor)
     with editor.group(f"{'Erase' if brush.erase else 'Paint'} {LAYERS[name]}"):
-        stroke = Stroke(layer(editor, name), erase=brush.erase)
+        stroke = Stroke(layer(editor.document, name), erase=brush.erase)
         _extend(editor, stroke, np.array(last) if press.mods.shift and last is not None else here, here, tip)
         while isinstance(event := (yield), Move):
             before, here = here, _canvas(editor, event.pos)
@@ -90,23 +86,7 @@ def _extend(editor: Editor, stroke: Stroke, a: Points, b: Points, tip: Tip) -> N
     """Draw on over the picture as it is on the screen."""
     mesh = editor.regrowth.flat if editor.session.mode == "retexture" else editor.answer.mesh
     stroke.extend(mesh, a, b, tip)
-    if painted(editor) == "region":
-        editor.document = editor.document.with_cloth(region=stroke.mask)
-    else:
-        editor.document = editor.document.changed(**{painted(editor): stroke.mask})
-
-
-def painted(editor: Editor) -> Layer:
-    """Return which raster of the document the brush paints."""
-    mode = editor.session.mode
-    return editor.session.painted if mode == "retexture" else "region" if mode == "overlay" else "mask"
-
-
-def layer(editor: Editor, name: Layer) -> Raster:
-    """Return a raster of the document; an empty one where it has none yet."""
-    owner = editor.document.cloth if name == "region" else editor.document
-    raster: Raster | None = getattr(owner, name)
-    return raster or Raster.filled(*editor.document.size_px)
+    editor.document = with_layer(editor.document, painted(editor), stroke.mask)
 
 
 def _canvas(editor: Editor, pos: Position) -> Points:

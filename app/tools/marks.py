@@ -3,7 +3,8 @@
 import numpy as np
 
 from app.editor import Editor
-from app.shapes import Bezier, Circle, Shape
+from app.shapes import Bezier, Circle, Polyline, Shape
+from app.spaces import screen_from_canvas
 from app.tools.curves import FEATURE_CURVES, WARP_CURVES
 from app.tools.lattice import lattice_shapes
 from app.tools.outline import ring_on_screen
@@ -21,7 +22,7 @@ def marks(editor: Editor) -> list[Shape]:
     tool = editor.tools[session.tool]
     by_mode = {"warp": _handles, "retexture": _feature_curves, "overlay": _lattice}
     others = by_mode[session.mode](editor)
-    return [*others, *tool.overlay(editor)]
+    return [*_patches(editor), *others, *tool.overlay(editor)]
 
 
 def _handles(editor: Editor) -> list[Shape]:
@@ -41,14 +42,15 @@ def _handles(editor: Editor) -> list[Shape]:
 def _feature_curves(editor: Editor) -> list[Shape]:
     """Return where the feature curves of Retexture mode go, in their quiet form."""
     session = editor.session
-    if session.mode != "retexture" or not session.overlays.handles or session.tool == "feature-curves":
+    if session.mode != "retexture" or not session.overlays.handles or session.tool in ("feature-curves", "trace"):
         return []
-    return [
+    curves: list[Shape] = [
         Bezier(FEATURE_CURVES.on_screen(editor, pair, "source"), "passive")
         if pair.passive
         else Bezier(FEATURE_CURVES.on_screen(editor, pair, "target"), "target")
         for pair in editor.document.feature_curves
     ]
+    return curves
 
 
 def _lattice(editor: Editor) -> list[Shape]:
@@ -57,3 +59,20 @@ def _lattice(editor: Editor) -> list[Shape]:
     if session.tool == "lattice" or not session.overlays.handles:
         return []
     return lattice_shapes(editor) if editor.overlay.is_running or session.shown == "photo" else []
+
+
+def _patches(editor: Editor) -> list[Shape]:
+    """Return outlines of patches and the lines of their coordinates, as far as they are switched on."""
+    session, stage = editor.session, editor.regrowth.stage
+    overlays, shapes = session.overlays, list[Shape]()
+    if session.mode != "retexture" or session.look == "original" or stage is None:
+        return shapes
+    if not (overlays.patches or overlays.spines):
+        return shapes
+    for grid in screen_from_canvas(session.view, stage.grids):
+        if overlays.spines:
+            shapes += [Polyline(grid[grid.shape[0] // 2], "spine"), Polyline(grid[:, grid.shape[1] // 2], "spine")]
+        if overlays.patches:
+            edge = np.concatenate([grid[0], grid[1:, -1], grid[-1, -2::-1], grid[-2:0:-1, 0]])
+            shapes.append(Polyline(edge, "patch", closed=True))
+    return shapes

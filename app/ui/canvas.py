@@ -8,6 +8,7 @@ from imgui_bundle import ImVec2, imgui
 from app.actions.table import ActionTable
 from app.editor import Editor
 from app.events import Event, Key, KeyUp, Move, Press, Release
+from app.tools.marks import marks
 from app.ui import theme
 from app.ui.input import Area, Pointer, key_events
 from app.ui.marks import Marks
@@ -71,7 +72,7 @@ class Canvas:
         area, session = self.area, self.editor.session
         sheet.push_clip_rect((area.x, area.y), (area.x + area.width, area.y + area.height))
         if session.compare != "before":
-            Marks(sheet, (area.x, area.y)).draw(self.editor.tool.overlay(self.editor))
+            Marks(sheet, (area.x, area.y)).draw(marks(self.editor))
         if session.compare == "split":
             self._draw_divider(sheet)
         if session.compare != "result":

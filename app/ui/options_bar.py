@@ -26,12 +26,16 @@ SWITCHES = (
     "view.overlay.outline",
     "view.overlay.handles",
     "view.overlay.folds",
+    "view.overlay.spines",
+    "view.overlay.patches",
+    "view.overlay.seams",
+    "view.overlay.compression",
     "view.overlay.scale",
     "",
     "view.fit",
     "view.actual",
 )
-"""Actions at the right of the bar; an empty name leaves a gap."""
+"""Actions at the right of the bar; an empty name leaves a gap. Those that the mode does not have are left out."""
 GAP_EM = 0.9
 
 TOOL_ACTIONS = {
@@ -39,7 +43,18 @@ TOOL_ACTIONS = {
     "pins": ("handles.select_all", "handles.frame", "handles.remove_pins"),
     "outline": ("handles.reset_outline",),
     "curves": ("handles.frame", "handles.remove_curves"),
+    "brush in retexture": (
+        "retexture.paint_matte",
+        "retexture.paint_source_mask",
+        "mask.fill",
+        "mask.clear",
+        "mask.invert",
+        "mask.load",
+        "feature.outline",
+    ),
+    "trace": ("feature.suggest", "feature.outline"),
     "feature-curves": (
+        "feature.suggest",
         "feature.passive",
         "feature.closed",
         "feature.put_back",
@@ -53,7 +68,7 @@ TOOL_ACTIONS = {
     "hand": ("view.fit", "view.actual"),
     "zoom": ("view.zoom_in", "view.zoom_out", "view.fit", "view.actual"),
 }
-"""By tool, the actions that belong to it."""
+"""By tool, or by tool in a mode, the actions that belong to it."""
 
 
 class OptionsBar:
@@ -83,13 +98,15 @@ class OptionsBar:
         if tool.name == "brush":
             draw_brush(self._editor)
             _gap()
-        for name in TOOL_ACTIONS.get(tool.name, ()):
+        of_mode = f"{tool.name} in {self._editor.session.mode}"
+        for name in TOOL_ACTIONS.get(of_mode, TOOL_ACTIONS.get(tool.name, ())):
             self._draw_button(self._table.by_name[name])
             imgui.same_line(0, em(0.15))
 
     def _draw_view(self) -> None:
         """Draw the switches of the view, from the right; the first ones give way where there is no room."""
-        names = list(SWITCHES)
+        by_name, editor = self._table.by_name, self._editor
+        names = [name for name in SWITCHES if not name or by_name[name].enabled(editor)]
         imgui.same_line(0, 0)
         room = imgui.get_window_width() - imgui.get_cursor_pos_x() - em(1.6)
         while _width(names) > room and names:

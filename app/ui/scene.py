@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from app.render.scene import Marks, Palette, Scene
 from app.ui import theme
 from core.arrays import Points
 from core.document_overlay import pattern_of, placement_of
+from core.raster import Raster
 
 
 def _shade(code: int, alpha: float = 1.0) -> tuple[float, float, float, float]:
@@ -119,6 +121,7 @@ def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
     overlays, before = session.overlays, session.compare == "before"
     shown = editor.regrowth.shown(document, "original" if before else session.look)
     width, height = editor.canvas_px
+    mask, palette = _tinted(editor)
     return Scene(
         image=shown.image,
         rest=shown.rest,
@@ -126,12 +129,12 @@ def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
         view=session.view,
         pixel_ratio=pixel_ratio,
         frame=(-0.5, -0.5, width - 0.5, height - 0.5),
-        mask=document.matte if session.painted == "matte" else document.source_mask,
-        marks=Marks(grid=overlays.grid, mask=overlays.mask and not before, scale=overlays.scale),
+        mask=mask,
+        marks=Marks(grid=overlays.grid, mask=mask is not None and not before, scale=overlays.scale),
         compare="result" if before else session.compare,
         split=session.split,
         draft=editor.is_busy,
-        palette=PALETTE,
+        palette=palette,
     )
 
 
@@ -161,3 +164,14 @@ def _overlay_scene(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
         palette=PALETTE,
         dressing=dressing,
     )
+
+
+def _tinted(editor: Editor) -> tuple[Raster | None, Palette]:
+    """Return what is laid over the picture, and in which colours: seams, the compression, or what the brush paints."""
+    document, session, stage = editor.document, editor.session, editor.regrowth.stage
+    overlays = session.overlays
+    if stage is not None and session.look != "original" and (overlays.seams or overlays.compression):
+        raster, shade = (stage.seams, theme.ACCENT) if overlays.seams else (stage.compression, theme.FOLD)
+        return raster, replace(PALETTE, mask=_shade(shade, 0.8))
+    raster_painted = document.matte if session.painted == "matte" else document.source_mask
+    return (raster_painted if overlays.mask else None), PALETTE

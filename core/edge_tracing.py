@@ -1,0 +1,194 @@
+"""Curves along a picture's edges: a path that clings to them, outlines of masks and objects, and suggestions.
+
+All of them look at the picture in encoded 8-bit colour, made smaller where it is large, and answer in its own pixels.
+"""
+
+import cv2
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial import cKDTree
+
+from core import color
+from core.arrays import Bytes, InputError, Points
+from core.curve_fitting import fit
+from core.curves import Curve
+from core.image import Image
+from core.progress import Job, Progress
+
+REACH_PX = 220
+"""The path is sought so far around where it begins, in pixels as they are looked at."""
+CUT_PIXELS, SUGGESTION_PIXELS = 150_000, 250_000
+"""Objects are cut out, and edges suggested, in pictures of so many pixels."""
+CUT_ROUNDS = 5
+BLUR_PX = 1.6
+"""Finer edges than this are texture, not features."""
+SHORTEST = 0.07
+"""Suggested edges are as long as this share of the picture's longer side at least."""
+APART_PX = 9.0
+"""Two suggestions that run closer together are one."""
+ALIKE = 0.4
+"""Share of a suggestion's points that may lie beside another one."""
+TOLERANCE_PX = 1.5
+WOBBLE_PX = 3.0
+"""Suggested edges are smoothed so far along: a feature is what goes through, not its fringe."""
+SAMPLE_STEP = 4
+LEAST_AREA = 1e-3
+"""Parts of a mask that are smaller, as shares of the picture, have no outline of their own."""
+
+
+class Scissors:
+    """Paths along edges (E. N. Mortensen and W. A. Barrett, "Intelligent scissors for image composition", 1995)."""
+
+    def __init__(self, image: Image, *, scale: float = 1.0) -> None:
+        """Look at `image` at `scale`, 1 at most: edges too fine to be seen there are not followed."""
+        self._scale = min(scale, 1.0)
+        self._picture = _seen(image, self._scale)
+        self._corner = np.zeros(2)
+        self._low, self._high = np.zeros(2), np.zeros(2)
+        self._tool = cv2.segmentation.IntelligentScissorsMB()
+        self._tool.setEdgeFeatureCannyParameters(32, 100)
+        self._tool.setGradientMagnitudeMaxLimit(200)
+
+    def begin(self, place: Points) -> Points:
+        """Let paths begin at a place (2,) of the picture; return the pixel that they begin at."""
+        height, width = self._picture.shape[:2]
+        centre = np.clip(np.rint(place * self._scale), 0, [width - 1, height - 1])
+        self._low = np.maximum(centre - REACH_PX, 0).astype(int)
+        self._high = np.minimum(centre + REACH_PX, [width - 1, height - 1]).astype(int)
+        window = self._picture[self._low[1] : self._high[1] + 1, self._low[0] : self._high[0] + 1]
+        self._tool.applyImage(np.ascontiguousarray(window))
+        x, y = (centre - self._low).astype(int).tolist()
+        self._tool.buildMap((x, y))
+        return np.asarray(centre / self._scale)
+
+    def path_to(self, place: Points) -> Points:
+        """Return the path (n, 2) from where it began to a place (2,), or as far as it reaches."""
+        end = np.clip(np.rint(place * self._scale), self._low, self._high) - self._low
+        x, y = end.astype(int).tolist()
+        path = np.asarray(self._tool.getContour((x, y)), float).reshape(-1, 2)
+        return np.asarray((path + self._low) / self._scale)
+
+
+def _seen(image: Image, scale: float) -> Bytes:
+    """Return encoded colours (h, w, 3) of the picture at `scale`; what is transparent before grey."""
+    height, width = image.pixels.shape[:2]
+    light = color.unit(image.pixels)
+    split = color.color_channels(light.shape[2])
+    colours = color.encode(light[..., :split]) if image.linear else light[..., :split]
+    if split < light.shape[2]:
+        colours = colours * light[..., split:] + np.float32(0.5) * (1 - light[..., split:])
+    values = np.ascontiguousarray(np.broadcast_to(colours, (height, width, 3)), np.float32)
+    if scale < 1:
+        size = max(1, round(width * scale)), max(1, round(height * scale))
+        values = np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
+    return np.asarray(color.quantise(np.clip(values, 0, 1), np.uint8), np.uint8)
+
+
+def scale_for(image: Image, pixels: int) -> float:
+    """Return the scale, 1 at most, at which a picture has about so many pixels."""
+    return min(1.0, float(np.sqrt(pixels / (image.width_px * image.height_px))))
+
+
+def outlines(mask: Bytes) -> list[Curve]:
+    """Return closed curves around the parts of a mask (H, W) over 127, the largest first; tiny parts have none."""
+    found, _ = cv2.findContours((mask > 127).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    lines = [line.reshape(-1, 2).astype(float) for line in found]
+    areas = [cv2.contourArea(line.astype(np.float32)) for line in lines]
+    order = sorted(range(len(lines)), key=lambda i: -areas[i])
+    least = max(LEAST_AREA * mask.size, 30.0)
+    return [fit(lines[i], tolerance=TOLERANCE_PX, closed=True) for i in order if areas[i] >= least]
+
+
+def object_outline(image: Image, low: Points, high: Points) -> Job[Curve]:
+    """Return the outline of the object within a rectangle (GrabCut: C. Rother et al. 2004).
+
+    Raises `InputError` where nothing stands out in it.
+    """
+    scale = scale_for(image, CUT_PIXELS)
+    picture = _seen(image, scale)
+    limit = np.array(picture.shape[1::-1]) - 1
+    left, top = np.clip(np.floor(low * scale), 0, limit).astype(int).tolist()
+    right, bottom = np.clip(np.ceil(high * scale), 0, limit).astype(int).tolist()
+    if right - left < 4 or bottom - top < 4:
+        raise InputError("the rectangle is too small to hold an object")
+    labels = np.full(picture.shape[:2], cv2.GC_BGD, np.uint8)
+    labels[top : bottom + 1, left : right + 1] = cv2.GC_PR_FGD
+    back, front = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.setRNGSeed(0)
+    for round_number in range(CUT_ROUNDS):
+        yield Progress(round_number / CUT_ROUNDS, "cutting out")
+        mode = cv2.GC_INIT_WITH_MASK if round_number == 0 else cv2.GC_EVAL
+        cv2.grabCut(picture, labels, None, back, front, 1, mode)  # type: ignore[call-overload]  # no rectangle
+    inside = np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8) * 255
+    height, width = image.pixels.shape[:2]
+    whole = np.asarray(cv2.resize(inside, (width, height), interpolation=cv2.INTER_LINEAR), np.uint8)
+    found = outlines(whole)
+    if not found:
+        raise InputError("nothing stands out in the rectangle")
+    return found[0]
+
+
+def suggestions(image: Image, *, count: int = 12) -> Job[list[Curve]]:
+    """Return curves along the picture's most prominent edges, the most prominent first.
+
+    Edges are linked into chains by edge drawing (C. Topal and C. Akinlar 2012) and ranked by contrast times length.
+    """
+    scale = scale_for(image, SUGGESTION_PIXELS)
+    yield Progress(0.0, "looking for edges")
+    picture = np.asarray(cv2.GaussianBlur(_seen(image, scale), (0, 0), BLUR_PX), np.uint8)
+    steps = [cv2.Sobel(picture.astype(np.float32), -1, *order, ksize=3).max(axis=2) for order in ((1, 0), (0, 1))]
+    contrast = np.hypot(*steps)
+    chains = [line for chain in _chains(picture) for line in _gentle(chain)]
+    longest = SHORTEST * max(picture.shape[:2])
+    chains = [chain for chain in chains if len(chain) >= longest]
+    yield Progress(0.5, "choosing edges")
+    rank = [float(contrast[chain[:, 1], chain[:, 0]].mean() * np.sqrt(len(chain)) * _span(chain)) for chain in chains]
+    chosen: list[Points] = []
+    for number in np.argsort(rank)[::-1]:
+        line = chains[number].astype(float)
+        if len(chosen) < count and not _runs_along(line, chosen):
+            chosen.append(line)
+    return [fit((_smooth(line) + 0.5) / scale - 0.5, tolerance=TOLERANCE_PX / scale) for line in chosen]
+
+
+def _smooth(line: Points) -> Points:
+    """Return a chain without its wobble, its ends held."""
+    return np.column_stack([gaussian_filter1d(line[:, i], WOBBLE_PX, mode="nearest") for i in (0, 1)])
+
+
+def _chains(picture: Bytes) -> list[Points]:
+    """Return edges as chains of pixels (n, 2)."""
+    drawing = cv2.ximgproc.createEdgeDrawing()
+    parameters = cv2.ximgproc.EdgeDrawing.Params()
+    parameters.MinPathLength = 20
+    parameters.GradientThresholdValue = 12
+    parameters.NFAValidation = False
+    drawing.setParams(parameters)
+    drawing.detectEdges(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
+    return [np.asarray(chain).reshape(-1, 2).astype(int) for chain in drawing.getSegments()]
+
+
+def _gentle(chain: Points) -> list[Points]:
+    """Cut a chain where it turns back on itself: features bend gently."""
+    reach = 12
+    if len(chain) <= 2 * reach:
+        return [chain]
+    ahead = chain[2 * reach :] - chain[reach:-reach]
+    behind = chain[reach:-reach] - chain[: -2 * reach]
+    sizes = np.maximum(np.hypot(*ahead.T) * np.hypot(*behind.T), 1e-9)
+    sharp = (ahead * behind).sum(axis=1) / sizes < 0.2
+    cuts = np.flatnonzero(sharp[1:] & ~sharp[:-1]) + reach + 1
+    return list(np.split(chain, cuts))
+
+
+def _span(chain: Points) -> float:
+    """Return the length of the diagonal of a chain's box: a curl is no feature."""
+    return float(np.hypot(*np.ptp(chain, axis=0)))
+
+
+def _runs_along(line: Points, chosen: list[Points]) -> bool:
+    """Return whether a good part of a line lies beside lines that are chosen already."""
+    if not chosen:
+        return False
+    away, _ = cKDTree(np.concatenate(chosen)).query(line[::SAMPLE_STEP])
+    return float(np.mean(away < APART_PX)) > ALIKE

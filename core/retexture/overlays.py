@@ -1,0 +1,47 @@
+"""What the editor shows of a retexture: curved grids of patches, seams and the compression field."""
+
+import cv2
+import numpy as np
+
+from core.arrays import Bytes, Points
+from core.curves import Curve
+from core.retexture.coordinates import CurveSet, DirectionField, trace
+from core.retexture.patches import PatchShape
+from core.retexture.result import Retexture
+
+EVERY = 4
+"""One line of a grid is kept of so many."""
+MOST_GRIDS = 800
+MARGIN_PX = 8
+MOST_COMPRESSION = 3.0
+
+
+def patch_grids(found: Retexture, targets: list[Curve], shape: PatchShape) -> Points:
+    """Return the target grids of the patches of the first pass, thinned to every fourth node: (n, K, J, 2)."""
+    rib, spine = EVERY * max(shape.rib // EVERY, 1), EVERY * max(shape.spine // EVERY, 1)
+    if not found.origins or not targets or not len(found.origins[0]):
+        return np.empty((0, 2 * rib // EVERY + 1, 2 * spine // EVERY + 1, 2))
+    first = found.origins[0]
+    some = np.arange(0, len(first), -(-len(first) // MOST_GRIDS))
+    places, headings = first.target[some], first.heading[some]
+    reach = spine + rib + MARGIN_PX
+    low, high = places.min(axis=0) - reach, places.max(axis=0) + reach
+    field = DirectionField(CurveSet(targets), (*low.tolist(), *high.tolist()))
+    grids = trace(field, places, headings, spine=spine, rib=rib)
+    return np.asarray(grids[:, ::EVERY, ::EVERY], np.float64)
+
+
+def seams(found: Retexture) -> Bytes:
+    """Return the seams as a mask (H, W), wide enough to be seen."""
+    lines = found.seams.astype(np.uint8) * 255
+    wide = max(1, round(max(lines.shape) / 1000))
+    return np.asarray(cv2.dilate(lines, np.ones((wide + 1, wide + 1), np.uint8)), np.uint8)
+
+
+def compression(found: Retexture) -> Bytes:
+    """Return the compression at every pixel (H, W): 0 where there is none, 255 where it is 3 or more."""
+    if not found.compression.size:
+        return np.zeros(found.label.shape, np.uint8)
+    field = (found.compression - 1) / (MOST_COMPRESSION - 1)
+    dense = found.grid.at_pixels(np.clip(field, 0, 1)[..., None])[..., 0]
+    return np.asarray(np.rint(255 * dense), np.uint8)
