@@ -60,12 +60,12 @@ class WarpSettings:
 class RetextureSettings:
     """How texture is regrown along moved feature curves."""
 
-    along_px: int = 41
-    """Side of a patch along the curve."""
-    across_px: int = 25
-    search_along_px: int = 31
+    along_px: int | None = None
+    """Side of a patch along the curve; None, here and below, chooses by the picture's size."""
+    across_px: int | None = None
+    search_along_px: int | None = None
     """Side of the region from which candidates are taken, along the curve."""
-    search_across_px: int = 11
+    search_across_px: int | None = None
     reach: float | None = None
     """How far from a target curve texture is regrown, as a share of the picture's longer side; None chooses."""
     move_within: float | None = None

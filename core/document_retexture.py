@@ -20,6 +20,8 @@ from core.retexture.result import Retexture
 
 APPLYING = 0.95
 """Share of the work after which only the picture is to be resampled."""
+SIDES = ("along_px", "across_px", "search_along_px", "search_across_px")
+"""Fields of `RetextureSettings` that are sides, in the order of `PatchShape`."""
 STILL = 1e-9
 """A target nearer to its source, in shares of the picture, has not been moved."""
 
@@ -48,7 +50,7 @@ class Regrown:
     def grids(self) -> Points:
         """Nodes (n, K, J, 2) of the patches in the result, every fourth of them."""
         targets = [curve.target for curve in feature_curves(self.document) if curve.target is not None]
-        return overlays.patch_grids(self.found, targets, settings_of(self.document).patch)
+        return overlays.patch_grids(self.found, targets, shape_of(self.document))
 
 
 def is_moved(pair: CurvePair) -> bool:
@@ -97,14 +99,25 @@ def in_pixels(document: Document, share: float | None) -> float | None:
     return None if share is None else share * max(document.size_px)
 
 
+def usual_sides(size_px: tuple[int, int]) -> dict[str, int]:
+    """Return the sides of patches and of the search for a picture of `size_px`, by field of the settings."""
+    width, height = size_px
+    shape = PatchShape.for_picture(height, width)
+    halves = (shape.spine, shape.rib, shape.search_along, shape.search_across)
+    return {name: 2 * half + 1 for name, half in zip(SIDES, halves, strict=True)}
+
+
+def shape_of(document: Document) -> PatchShape:
+    """Return the patches that the settings ask for, chosen by the picture's size where they leave that open."""
+    usual = usual_sides(document.size_px)
+    return PatchShape(*((getattr(document.retexture, name) or usual[name]) // 2 for name in SIDES))
+
+
 def settings_of(document: Document) -> Settings:
     """Return the engine's settings."""
     chosen = document.retexture
-    shape = PatchShape(
-        chosen.along_px // 2, chosen.across_px // 2, chosen.search_along_px // 2, chosen.search_across_px // 2
-    )
     return Settings(
-        patch=shape,
+        patch=shape_of(document),
         reach_px=in_pixels(document, chosen.reach),
         diffusion_reach_px=in_pixels(document, chosen.move_within),
         variety=chosen.variety,

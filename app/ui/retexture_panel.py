@@ -14,7 +14,7 @@ from app.ui.controls import check, faint, label, plain_button, primary_button, s
 from app.ui.sliders import Held, slider
 from app.ui.theme import em
 from core.document import RetextureSettings
-from core.document_retexture import moves
+from core.document_retexture import moves, usual_sides
 from core.retexture.job import LEAST_REACH_PX, REACH
 
 DEFAULTS = RetextureSettings()
@@ -172,10 +172,16 @@ class RetexturePanel:
                 self._draw_button(f"retexture.clear_{name}")
 
     def _slide(self, row: Row) -> None:
-        value, default = getattr(self._settings, row.field), getattr(DEFAULTS, row.field)
-        held = slider(row.name, value, row.low, row.high, default=default, hint=row.hint)
-        # A patch has a middle: its sides are odd.
-        self._take(f"{row.name} of patches", held, lambda new: {row.field: 2 * (round(new) // 2) + 1})
+        usual = usual_sides(self._editor.document.size_px)[row.field]
+        value = getattr(self._settings, row.field) or usual
+        held = slider(row.name, value, row.low, row.high, default=usual, hint=row.hint)
+
+        def changes(new: float) -> dict[str, object]:
+            # A patch has a middle: its sides are odd.
+            side = 2 * (round(new) // 2) + 1
+            return {row.field: None if side == usual else side}
+
+        self._take(f"{row.name} of patches", held, changes)
 
     def _take(self, name: str, held: Held, changes: Callable[[float], dict[str, object]]) -> None:
         """Show what a slider says while it is held, and make it an undo entry when it is let go."""

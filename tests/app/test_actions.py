@@ -5,6 +5,7 @@ import pytest
 
 from app.actions import chord_of
 from app.actions.table import ActionTable
+from app.actions.view import OF_MODE
 from app.events import Key, Modifiers
 from app.requests import AskUnsaved, ShowPanel
 from app.tools.all import TOOLS
@@ -164,6 +165,7 @@ def test_quitting_with_changes_asks_first(drive: EditorDriver) -> None:
 
 def test_every_overlay_has_a_switch(drive: EditorDriver) -> None:
     for name in drive.editor.session.overlays.__dataclass_fields__:
+        drive.editor.choose_mode(OF_MODE.get(name, "warp"))
         before = getattr(drive.editor.session.overlays, name)
         assert TABLE.run(f"view.overlay.{name}", drive.editor)
         assert getattr(drive.editor.session.overlays, name) != before

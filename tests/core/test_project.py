@@ -14,7 +14,7 @@ from hypothesis.extra.numpy import arrays
 
 from core.arrays import InputError
 from core.cloth import Cloth, LatticeVertices, Laying, Search
-from core.document import CurvePair, Document, Outline, Pin, WarpSettings
+from core.document import CurvePair, Document, Outline, Pin, RetextureSettings, WarpSettings
 from core.images import Attribute, Image, load, save
 from core.project import load_project, save_project
 from core.raster import Raster
@@ -52,6 +52,14 @@ warps = st.builds(
     method=st.sampled_from(["exact", "per-quad"]),
     cell_px=st.none() | st.floats(1, 50),
 )
+retextures = st.builds(
+    RetextureSettings,
+    along_px=st.none() | st.integers(1, 99),
+    reach=st.none() | st.floats(0.01, 1),
+    variety=numbers,
+    mirrored=st.booleans(),
+    seed=st.integers(0, 99),
+)
 curves = st.builds(
     lambda k, draw, closed, corners: CurvePair(draw[: 3 * k + 1], draw[3 * k + 1 : 6 * k + 2], closed, corners=corners),
     st.integers(1, 2),
@@ -87,6 +95,11 @@ def documents(draw: st.DrawFn) -> Document:
         outline=draw(st.none() | points(12).map(Outline)),
         pins=draw(st.lists(st.builds(Pin, places, places), max_size=3).map(tuple)),
         curves=draw(st.lists(curves, max_size=2).map(tuple)),
+        retexture=draw(retextures),
+        feature_curves=draw(st.lists(curves, max_size=2).map(tuple)),
+        matte=draw(st.none() | arrays(np.uint8, (height, width)).map(Raster.from_array)),
+        source_mask=draw(st.none() | arrays(np.uint8, (height, width)).map(Raster.from_array)),
+        mode=draw(st.sampled_from(["warp", "retexture", "overlay"])),
     )
 
 
@@ -212,3 +225,23 @@ def test_a_fault_while_saving_keeps_the_good_file(project: Path, monkeypatch: py
 def test_no_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none\.weft: no such file"):
         load_project(tmp_path / "none.weft")
+
+
+def test_a_project_of_before_retexture_mode_opens(project: Path) -> None:
+    with zipfile.ZipFile(project) as archive:
+        document = json.loads(archive.read("weft.json"))["document"]
+    for name in ("retexture", "feature_curves", "matte", "source_mask", "mode"):
+        del document[name]
+    rewritten(project, document=document)
+    again = load_project(project)
+    assert again.feature_curves == ()
+    assert again.matte is None
+    assert again.mode == "warp"
+
+
+@pytest.mark.parametrize("name", ["mask", "matte", "source_mask"])
+def test_a_mask_of_another_size_is_refused(project: Path, name: str) -> None:
+    document = load_project(project).changed(**{name: Raster.filled(3, 3)})
+    save_project(document, project)
+    with pytest.raises(InputError, match=f"the {name} has another size"):
+        load_project(project)
