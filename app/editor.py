@@ -325,6 +325,7 @@ class Editor:
             suggestions=(),
             last_dab=None,
             hover=None,
+            shown="result",
         )
         if source is None:
             self.choose_mode(document.mode)

@@ -3,16 +3,22 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from app import filing
 from app.actions import Action
 from app.editor import Editor
 from app.requests import PICTURES, OpenFile, SaveFile
 from app.session import Shown
-from core.cloth import Search
+from core.cloth import Laying, Search
+from core.document import Document
+from core.document_overlay import Layers
 from core.document_parts import Part, picture_of
 from core.images import Image, load, save
 from core.progress import Job, Progress
 
+COPIES = 2.5
+"""How many copies of a new texture go across the cloth at first."""
 PART_FILES = ("png", "tif", "tiff", "exr")
 
 
@@ -50,17 +56,25 @@ def lay(editor: Editor, path: Path) -> None:
         yield Progress(0.0, "reading")
         return load(path)
 
-    def apply_to(image: Image) -> None:
-        editor.show(shown="result", tool="drape" if in_mode(editor) else editor.session.tool)
-        document = editor.document
-        editor.edit("Texture", document.with_cloth(texture=image, texture_name=path.name))
+    def laid(document: Document, image: Image) -> Document:
+        cloth, layers = document.cloth, editor.overlay.layers
+        editor.show(shown="result")
+        if cloth.texture is None and layers is not None and cloth.laying == Laying():
+            cloth = cloth.laid(size=usual_size(layers))
+        return document.changed(cloth=cloth.changed(texture=image, texture_name=path.name))
 
-    editor.background(f"Open {path.name}", steps, apply_to)
+    editor.start(f"Texture {path.name}", steps, laid)
+
+
+def usual_size(layers: Layers) -> float:
+    """Return a size, in whole texels, of which about `COPIES` go across the cloth."""
+    texel_px = float(np.linalg.norm(layers.basis[:, 0]))
+    return float(max(1, round(np.sqrt(layers.covered.sum()) / texel_px / COPIES)))
 
 
 def open_or_lay(editor: Editor, path: Path) -> None:
-    """Lay a dropped picture on the cloth where a pattern was found; open it otherwise."""
-    if has_layers(editor) and not filing.is_project(path):
+    """Lay a dropped picture on the cloth where a pattern was found, or is looked for; open it otherwise."""
+    if (has_layers(editor) or (in_mode(editor) and editor.overlay.is_running)) and not filing.is_project(path):
         lay(editor, path)
     else:
         filing.open_path(editor, path)

@@ -17,9 +17,10 @@ from core.document import pixels_from_places, places_from_pixels
 from core.document_overlay import vertices_of
 from core.overlay.lattice import neighbour_rows
 
-VERTEX_PX = 3.5
-LEAST_GAP_PX = 9.0
-"""Vertices nearer to each other than this on the screen are not drawn: only the lines are."""
+VERTEX_PX, LEAST_VERTEX_PX = 3.5, 1.6
+"""Radius of a vertex; smaller where vertices are close together."""
+FAR = 2.5
+"""Steps so many times as long as the usual one lie between two pieces of cloth."""
 WEAK = 0.5
 """Confidence below which a quad is marked."""
 
@@ -151,7 +152,7 @@ def lattice_shapes(editor: Editor) -> list[Shape]:
     if lattice is None or len(lattice.keys) < 2:
         return _stage_shapes(editor)
     keys, points = np.rint(lattice.keys).astype(np.int64), on_screen(editor, lattice)
-    lines: list[Shape] = [Polyline(points[rows], "lattice") for rows in chains(keys)]
+    lines: list[Shape] = [Polyline(points[rows], "lattice") for rows in chains(keys, points)]
     layers = editor.overlay.layers
     if editor.overlay.is_final and layers is not None and len(layers.lattice) == len(keys):
         lines.extend(_weak_quads(keys, points, layers.lattice.frames.scores < WEAK))
@@ -165,28 +166,40 @@ def _stage_shapes(editor: Editor) -> list[Shape]:
         return []
     keys, points = found
     seen = screen_from_canvas(editor.session.view, points)
-    return [Polyline(seen[rows], "lattice") for rows in chains(keys)]
+    return [Polyline(seen[rows], "lattice") for rows in chains(keys, seen)]
 
 
-def chains(keys: Ints) -> list[Ints]:
+def usual_step(keys: Ints, points: Points) -> float:
+    """Return the median length of the lattice's steps."""
+    near = neighbour_rows(keys)[:, :2]
+    rows, sides = np.nonzero(near >= 0)
+    if not len(rows):
+        return 0.0
+    return float(np.median(np.hypot(*(points[near[rows, sides]] - points[rows]).T)))
+
+
+def chains(keys: Ints, points: Points) -> list[Ints]:
     """Return the rows of vertices that follow one another without a gap along either direction of the lattice."""
     found: list[Ints] = []
+    longest = FAR * usual_step(keys, points)
     for axis in (0, 1):
         order = np.lexsort((keys[:, axis], keys[:, 1 - axis]))
         step = np.diff(keys[order], axis=0)
-        goes_on = (step[:, 1 - axis] == 0) & (step[:, axis] == 1)
+        length = np.hypot(*np.diff(points[order], axis=0).T)
+        goes_on = (step[:, 1 - axis] == 0) & (step[:, axis] == 1) & (length <= longest)
         found.extend(run for run in np.split(order, np.flatnonzero(~goes_on) + 1) if len(run) > 1)
     return found
 
 
 def _weak_quads(keys: Ints, points: Points, weak: Bools) -> list[Shape]:
-    near = neighbour_rows(keys)
+    near, longest = neighbour_rows(keys), FAR * usual_step(keys, points)
     shapes: list[Shape] = []
     for row in np.flatnonzero(weak):
         right, below = near[row, 0], near[row, 1]
         across = near[right, 1] if right >= 0 else -1
-        if min(right, below, across) >= 0:
-            shapes.append(Polyline(points[[row, right, across, below]], "lattice-weak", closed=True))
+        quad = points[[row, right, across, below]]
+        if min(right, below, across) >= 0 and np.ptp(quad, axis=0).max() <= longest:
+            shapes.append(Polyline(quad, "lattice-weak", closed=True))
     return shapes
 
 
@@ -198,12 +211,12 @@ def overlay(editor: Editor) -> Sequence[Shape]:
         return shapes
     points, view = on_screen(editor, lattice), editor.session.view
     inside = ((points >= 0) & (points <= view.size)).all(1)
-    gap = np.median(np.hypot(*np.diff(points, axis=0).T)) if len(points) > 1 else np.inf
-    for row in np.flatnonzero(inside) if gap >= LEAST_GAP_PX else ():
+    radius = float(np.clip(0.12 * usual_step(np.rint(lattice.keys).astype(np.int64), points), 0, VERTEX_PX))
+    for row in np.flatnonzero(inside) if radius >= LEAST_VERTEX_PX else ():
         place = (float(points[row, 0]), float(points[row, 1]))
         if row == editor.session.hover:
-            shapes.append(Circle(place, VERTEX_PX + 3, "hover"))
-        shapes.append(Circle(place, VERTEX_PX, "vertex", filled=True))
+            shapes.append(Circle(place, radius + 3, "hover"))
+        shapes.append(Circle(place, radius, "vertex", filled=True))
     return shapes
 
 

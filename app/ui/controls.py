@@ -35,11 +35,12 @@ def tip(text: str, key: str = "") -> None:
     if imgui.begin_tooltip():
         imgui.push_text_wrap_pos(em(22))
         imgui.text(text)
+        imgui.pop_text_wrap_pos()
         if key:
-            imgui.same_line(0, em(0.8))
+            if imgui.calc_text_size(text).x < em(18):
+                imgui.same_line(0, em(0.8))
             with colors(text=theme.ACCENT):
                 imgui.text(key)
-        imgui.pop_text_wrap_pos()
         imgui.end_tooltip()
 
 

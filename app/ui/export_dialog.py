@@ -71,7 +71,8 @@ class ExportDialog:
         imgui.dummy(ImVec2(em(34), 0))
         self._draw_place()
         self._draw_format()
-        self._draw_frame()
+        if self._request.document.mode == "warp":
+            self._draw_frame()
         self._draw_size()
         imgui.dummy(ImVec2(0, em(0.4)))
         return self._draw_answers()

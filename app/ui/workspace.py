@@ -125,12 +125,15 @@ class Workspace:
         self.thumbnails.begin_frame()
 
     def _show_mode(self) -> None:
-        """Show the panel of the mode."""
+        """Show the panels of the mode."""
         docking = hello_imgui.get_runner_params().docking_params
         for mode, name in PANELS.items():
             panel = docking.dockable_window_of_name(name)
             if panel is not None:
                 panel.is_visible = mode == self.editor.session.mode
+        handles = docking.dockable_window_of_name("Handles")
+        if handles is not None:
+            handles.is_visible = self.editor.session.mode == "warp"
 
     def end_frame(self) -> None:
         """Draw what belongs to this frame's map."""

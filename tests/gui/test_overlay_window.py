@@ -1,0 +1,96 @@
+"""Overlay mode in the real window, by mouse and keys."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from app.editor import Editor
+from app.jobs import Jobs
+from app.spaces import screen_from_canvas
+from app.tools.all import TOOLS
+from app.tools.lattice import on_screen, vertices
+from core import color
+from core.arrays import Bytes
+from core.document import Document
+from core.images import Image, save
+from tests.app.driver import picture
+from tests.core.overlay_scenes import make_scene, motif
+from tests.gui.window_driver import WindowDriver, drive
+
+pytestmark = pytest.mark.gui
+WIDTH, HEIGHT = 150, 130
+SCENE = make_scene(motif(), size=(HEIGHT, WIDTH))
+PHOTO = Image(color.quantise(SCENE.photo.astype(np.float32), np.uint8))
+
+
+@pytest.fixture
+def editor() -> Iterator[Editor]:
+    jobs = Jobs()
+    yield Editor(Document.of(PHOTO).changed(mode="overlay"), TOOLS, jobs=jobs)
+    jobs.close()
+
+
+def place(editor: Editor, x: float, y: float) -> tuple[float, float]:
+    """Return where a pixel of the photo is on the canvas."""
+    at = screen_from_canvas(editor.session.view, np.array([x, y]))
+    return float(at[0]), float(at[1])
+
+
+def cloth_in(window: WindowDriver, path: Path) -> Bytes:
+    """Return the part of a screenshot that shows the middle of the photo."""
+    shot, area = window.screenshot(path), window.shell.workspace.canvas.area
+    (left, top), (right, bottom) = place(window.editor, 40, 40), place(window.editor, 110, 90)
+    return shot[int(area.y + top) : int(area.y + bottom), int(area.x + left) : int(area.x + right)].astype(np.uint8)
+
+
+def test_from_photo_to_new_cloth(editor: Editor, tmp_path: Path) -> None:
+    save(picture(80, 60), tmp_path / "new.png")
+    seen = {}
+
+    def script(window: WindowDriver) -> None:
+        window.wait(8)
+        window.item("//Overlay/Find pattern").wait_until(lambda: editor.overlay.is_final).wait(6)
+        window.move(*place(editor, 5, 5)).wait(4)
+        seen["old"] = cloth_in(window, tmp_path / "old.png")
+        window.shell.workspace.drop([tmp_path / "new.png"])
+        window.wait_until(lambda: editor.document.cloth.texture is not None).wait(40)
+        seen["new"] = cloth_in(window, tmp_path / "new_shot.png")
+        window.press(*place(editor, 60, 60))
+        for step in range(1, 6):
+            window.move(*place(editor, 60 + 2 * step, 60)).wait(1)
+        window.release().move(*place(editor, 5, 5)).wait(40)
+        seen["moved"] = cloth_in(window, tmp_path / "moved.png")
+        window.key(imgui.Key._2).wait(20)
+        seen["photo"] = cloth_in(window, tmp_path / "photo.png")
+        window.key(imgui.Key.mod_ctrl | imgui.Key.z).wait(4)
+
+    drive(editor, script)
+    assert editor.history.labels == ("Open", "Find pattern", "Texture new.png", "Move texture")
+    assert editor.document.cloth.laying.offset == (0.0, 0.0)
+    difference = {name: np.abs(shot.astype(int) - seen["old"]).mean() for name, shot in seen.items()}
+    assert difference["new"] > 20
+    assert np.abs(seen["moved"].astype(int) - seen["new"]).mean() > 10
+    assert difference["photo"] < 12
+
+
+def test_vertex_is_dragged_on_the_canvas(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.wait(8).item("//Overlay/Find pattern").wait_until(lambda: editor.overlay.is_final).wait(4)
+        window.move(*place(editor, 5, 5)).key(imgui.Key.l).wait(3)
+        assert editor.session.tool == "lattice"
+        lattice = vertices(editor)
+        assert lattice is not None
+        points = on_screen(editor, lattice)
+        x, y = points[np.argmin(np.hypot(*(points - place(editor, 75, 65)).T))].tolist()
+        window.drag((x, y), (x + 6, y + 2), (x + 8, y + 4)).wait(3)
+        assert editor.overlay.is_running or editor.overlay.is_final
+        window.wait_until(lambda: editor.overlay.is_final)
+
+    drive(editor, script)
+    assert editor.history.labels[-1] == "Move lattice vertex"
+    search = editor.document.cloth.search
+    assert search is not None
+    assert search.lattice is not None
