@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ALONGxACROSS",
         help="a patch's sides, px (default: 41x25, more in large pictures)",
     )
-    add("--search", type=size, metavar="ALONGxACROSS", help="candidates' region, px (default: 23x17, and more)")
+    add("--search", type=size, metavar="ALONGxACROSS", help="candidates' region, px (default: 25x11, and more)")
     add("--reach", type=pixels, metavar="PX", help="regrow this far from a curve (default: by the motion)")
     add("--move-within", type=pixels, metavar="PX", help="move nothing farther than this from a curve")
     add("--mirror", action="store_true", help="allow mirrored patches")

@@ -42,9 +42,9 @@ class Settings:
     """How far from a target curve texture is regrown; None chooses by the picture's size."""
     diffusion_reach_px: float | None = None
     """Beyond this distance of the target curves nothing moves; None holds only the picture's border."""
-    variety: float = 0.4
+    variety: float = 0.5
     """Cost of showing a place of the source once more."""
-    refine: float = 0.25
+    refine: float = 0.35
     """Share of the patches that is done again, over the worst seams."""
     mirrored: bool = False
     """Whether candidates may be mirrored across the curve's normal."""

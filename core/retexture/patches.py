@@ -38,9 +38,9 @@ class PatchShape:
     """Along the curve."""
     rib: int = 12
     """Across it."""
-    search_along: int = 11
+    search_along: int = 12
     """Candidates lie up to this far from the corresponding place, along the curve."""
-    search_across: int = 8
+    search_across: int = 5
     """And across it."""
 
     @classmethod
@@ -190,7 +190,9 @@ def coarse(batch: Batch, best: Singles, place: Singles, label: Ints, first_label
     off = np.abs(at - [shape.spine, shape.rib]) / [shape.spine, shape.rib]
     central = off.max(axis=1).astype(np.float32)
     better = central < best.reshape(-1)[pixel]
-    order = np.flatnonzero(better)[np.argsort(-central[better], kind="stable")]
+    # The least central first, so that the most central stays; whole numbers sort several times as fast.
+    rank = np.clip(250 * (1 - central[better]), 0, 250).astype(np.uint8)
+    order = np.flatnonzero(better)[np.argsort(rank, kind="stable")]
     pixel, patch, at = pixel[order], patch[order], at[order]
     best.reshape(-1)[pixel] = central[order]
     label.reshape(-1)[pixel] = first_label + patch

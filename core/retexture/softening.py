@@ -10,7 +10,7 @@ import numpy as np
 
 from core.arrays import Ints, Singles
 
-SHARE = 0.2
+SHARE = 0.25
 """How much a pixel shows of the patch across each of its seams."""
 
 

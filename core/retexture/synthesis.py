@@ -15,7 +15,7 @@ from core.retexture.patches import Batch, Fields, Patches, PatchShape, within
 from core.retexture.sampling import Kernel, read
 from core.retexture.stopwatch import Stopwatch
 
-STRIDE = 0.55
+STRIDE = 0.54
 """Distance between origins, as a share of a patch's sides: the rest is overlap."""
 STEADY = 0.3
 """How much the plain deformation counts where a patch overlaps it, against synthesised texture."""
@@ -144,8 +144,9 @@ def _free_for(curve: Ints, kept: Ints) -> Bools:
     return np.asarray((kept < 0) | (kept == curve))
 
 
-def lattice(shape: PatchShape, shift: float = 0.0, *, stride: float = STRIDE) -> Lattice:
+def lattice(shape: PatchShape, shift: float = 0.0, *, stride: float | None = None) -> Lattice:
     """Return where patches of a shape are grown."""
+    stride = stride or STRIDE
     return Lattice(stride * (2 * shape.spine + 1), stride * (2 * shape.rib + 1), shift)
 
 
