@@ -79,4 +79,4 @@ def render_without_window(document: Document) -> None:
 
     run_shown(exporting(document, ExportOptions(WITHOUT_WINDOW, document.result_px)))
     print(f"weft: no display: rendered to {WITHOUT_WINDOW.resolve()}")  # noqa: T201
-    print("weft: a window needs X11 or Wayland (DISPLAY or WAYLAND_DISPLAY) and OpenGL 3.3")  # noqa: T201
+    print("weft: a window needs an X11 display (DISPLAY; XWayland will do) and OpenGL 3.3")  # noqa: T201
