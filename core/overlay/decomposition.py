@@ -23,6 +23,7 @@ from core.overlay.registration import LEAST_SHADING, State
 from core.overlay.seeding import find_lattice, flat_canvas
 from core.overlay.stages import Stage
 from core.overlay.texel import Texel, estimate_texel
+from core.overlay.tint import tint
 from core.overlay.vertices import vertices
 from core.progress import Job, Progress, part
 
@@ -32,6 +33,8 @@ WORKING_PX = 1000
 """Longest side of the picture that is searched and registered; larger ones are shrunk for that by a whole number."""
 TEXEL_PIXELS = 1_500_000
 """Pixels from which the texel of a large photo is estimated."""
+TINT_STEPS = 1.5
+"""Lattice steps over which the light's colour is taken as one."""
 LENIENCE = 1.6
 """Times the limit that a misfit may have in the middle of a piece."""
 GAP = 3
@@ -48,7 +51,7 @@ class Decomposition:
     """(H, W, 2), texels."""
     texel: Texel
     shading: Singles
-    """(H, W), the factor Wp."""
+    """(H, W), the factor Wp, or (H, W, 3) where the light's colour changes."""
     detail: Singles
     """(H, W, 3), HF = I - Wp T(Wg); NRT eq. 10 prints the opposite sign."""
     reconstruction: Floats
@@ -157,9 +160,12 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     gauge = max(1.0, float(np.percentile(texel.pixels, 99.5)))
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)
-    inside = np.isfinite(shading)
-    light, coordinates = (shading * gauge).astype(np.float32), uv.astype(np.float32)
-    modelled = np.nan_to_num(light.astype(float))[..., None] * filtered(texel.pixels, coordinates.astype(float))
+    inside, coordinates = np.isfinite(shading), uv.astype(np.float32)
+    colours = filtered(texel.pixels, coordinates.astype(float))
+    light = (shading * gauge).astype(np.float32)[..., None]
+    colour = tint(photo, np.nan_to_num(light) * colours, inside, TINT_STEPS * scale * cloth.step_px)
+    light = light if colour is None else (light * colour).astype(np.float32)
+    modelled = np.nan_to_num(light.astype(float)) * colours
     lattice = whole_lattice(cloth, pieces, found)
     frames = Frames(
         scale * lattice.frames.points + (scale - 1) / 2, scale * lattice.frames.bases, lattice.frames.scores
@@ -168,7 +174,7 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
         photo=photo,
         uv=coordinates,
         texel=texel,
-        shading=light,
+        shading=light[..., 0] if light.shape[-1] == 1 else light,
         detail=np.where(inside[..., None], photo - modelled, np.nan).astype(np.float32),
         reconstruction=modelled,
         coverage=feathered(inside).astype(np.float32),

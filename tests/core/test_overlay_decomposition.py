@@ -90,6 +90,19 @@ def test_region_limits_the_cloth(scene: Scene) -> None:
     assert found.covered[:, :115].mean() > 0.9
 
 
+def test_light_that_changes_colour_has_a_shading_per_channel(scene: Scene, found: Decomposition) -> None:
+    assert found.shading.ndim == 2
+    x = np.linspace(-1, 1, scene.photo.shape[1])
+    colour = np.stack([1 + 0.2 * x, np.ones_like(x), 1 - 0.2 * x], -1)
+    lit = run(decompose(np.clip(scene.photo * colour, 0, 1)))
+    assert lit.shading.shape == scene.photo.shape
+    inside = lit.covered
+    red_over_blue = (lit.shading[..., 0] / lit.shading[..., 2])[inside]
+    true = np.broadcast_to(colour[:, 0] / colour[:, 2], inside.shape)[inside]
+    ratio = red_over_blue / true
+    assert ratio.std() / ratio.mean() < 0.06  # it is 0.23 where the colour of the light is ignored
+
+
 def test_noise_and_an_even_picture_are_refused() -> None:
     noise = np.random.default_rng(0).random((120, 150, 3))
     for picture in (noise, np.full((120, 150, 3), 0.5)):
