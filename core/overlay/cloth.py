@@ -143,13 +143,13 @@ def misfits(cloth: Cloth, state: State, found: Fit) -> Floats:
     return misfit_of_cells(cloth.mesh, state.cells, sums, found.tolerance, cloth.sigma_px)
 
 
-def fitting_cells(cloth: Cloth, state: State, found: Fit) -> Bools:
+def fitting_cells(cloth: Cloth, state: State, found: Fit, *, limit: float = LIMIT) -> Bools:
     """Return the cells in use in which the texture explains the photo, neither blown up nor crushed."""
     usual = cloth.mesh.cell**2 / abs(np.linalg.det(cloth.basis))
     sizes = np.abs(cloth.mesh.areas(state.uv, state.cells)) / usual
     sound = state.cells.copy()
     sound[state.cells] = (sizes.min(1) > SIZES[0]) & (sizes.max(1) < SIZES[1])
-    return np.asarray(sound & (misfits(cloth, state, found) < LIMIT), np.bool_)
+    return np.asarray(sound & (misfits(cloth, state, found) < limit), np.bool_)
 
 
 def stage(cloth: Cloth, found: Fit) -> Stage:

@@ -8,7 +8,7 @@ from core.arrays import Floats
 from core.overlay.alignment import Canvas
 from core.overlay.basis import reduced
 from core.overlay.cloth import Cloth, Fit, estimated, make_cloth, measured, stage, starting_state
-from core.overlay.following import followed
+from core.overlay.following import followed, pruned
 from core.overlay.lattice import Lattice
 from core.overlay.period import coarser, estimate_halves
 from core.overlay.pieces import joined_by, with_more_pieces
@@ -41,7 +41,7 @@ def fit(
     for number, blur_px in enumerate((1.5, 0.7)):
         yield Progress(0.05 + 0.1 * number, "registering", stage(cloth, found))
         found = refitted(cloth, found, rounds=5, blur_px=blur_px)
-    found = yield from followed(cloth, found, Progress(0.25, "following the cloth"))
+    found = yield from followed(cloth, pruned(cloth, found), Progress(0.25, "following the cloth"))
     if cloth.steps_of(found.cells) < LEAST_STEPS:
         raise NoPatternError
     for other in lattices[1:]:

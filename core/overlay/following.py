@@ -6,9 +6,19 @@ import numpy as np
 
 from core.arrays import Bools
 from core.overlay.cloth import Cloth, Fit, fitting_cells
-from core.overlay.region import continued, ring, without_specks
+from core.overlay.region import LIMIT, continued, ring, without_specks
 from core.overlay.registration import Smoothness, State
 from core.progress import Job, Progress
+
+PRUNED = 0.6
+"""Misfit, over the limit, from which a cell is registered again from its neighbours."""
+
+
+def pruned(cloth: Cloth, found: Fit) -> Fit:
+    """Return the fit without the cells of its last piece that fit badly, which following may reach another way."""
+    state = found.pieces[-1]
+    good = without_specks(fitting_cells(cloth, state, found, limit=PRUNED * LIMIT), 4)
+    return replace(found, pieces=(*found.pieces[:-1], replace(state, cells=good))) if good.any() else found
 
 
 def followed(cloth: Cloth, found: Fit, step: Progress) -> Job[Fit]:

@@ -187,10 +187,10 @@ def neighbour_rows(keys: Ints) -> Ints:
     ).reshape(-1, 4)
 
 
-def refined(canvas: Canvas, lattice: Lattice) -> tuple[Lattice, Template]:
+def refined(canvas: Canvas, lattice: Lattice, *, rounds: int = 8) -> tuple[Lattice, Template]:
     """Return the lattice aligned anew with its own mean appearance, outliers rejected, and that appearance."""
     template = mean_template(canvas, lattice.frames)
-    found = align(canvas, template, lattice.frames, rounds=10)
+    found = align(canvas, template, lattice.frames, rounds=rounds)
     good = plausible(found, lattice.frames, lattice.basis)
     frames = Frames(
         np.where(good[:, None], found.points, lattice.frames.points),

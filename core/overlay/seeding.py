@@ -19,9 +19,9 @@ PLACES, ALIGNED = 700, 120
 """Places at which a further piece is looked for, and how many of the best are aligned."""
 LEAST_LIKENESS = 0.6
 """Least correlation of the first texel of a further piece."""
-TRIALS, FINALISTS = 18, 3
+TRIALS, FINALISTS = 14, 3
 TRIAL_VERTICES = 25
-ENOUGH = 5
+ENOUGH = 4
 """Seeds that agree before no more are tried."""
 WORSE = 0.4
 """Promise, over the best one's, below which a seed is dropped."""
@@ -88,7 +88,7 @@ def tried(canvas: Canvas, proposal: Proposal) -> Lattice:
     lattice, template = seeded(canvas, proposal.point, proposal.basis)
     for grown in grow(canvas, lattice, template, most=TRIAL_VERTICES):
         lattice = grown
-    return refined(canvas, lattice)[0] if len(lattice) > 4 else lattice
+    return refined(canvas, lattice, rounds=4)[0] if len(lattice) > 4 else lattice
 
 
 def agreed(lattices: list[Lattice]) -> bool:
