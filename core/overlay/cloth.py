@@ -140,7 +140,9 @@ def measured(cloth: Cloth, texel: Texel, pieces: tuple[State, ...]) -> Fit:
 def misfits(cloth: Cloth, state: State, found: Fit) -> Floats:
     """Return the misfit (rows, columns) of the cells in use, by the measure of what has been found."""
     sums = sums_of_cells(cloth.mesh, *cloth.registration.by_cells(), state, found.texel)
-    return misfit_of_cells(cloth.mesh, state.cells, sums, found.tolerance, cloth.sigma_px)
+    strict, mild = misfit_of_cells(cloth.mesh, state.cells, sums, found.tolerance, cloth.sigma_px)
+    # Beyond the cloth, half a motif at the border would correlate well enough.
+    return mild if cloth.in_region else strict
 
 
 def fitting_cells(cloth: Cloth, state: State, found: Fit, *, limit: float = LIMIT) -> Bools:

@@ -10,6 +10,8 @@ from core.overlay.region import LIMIT, continued, ring, without_specks
 from core.overlay.registration import Smoothness, State
 from core.progress import Job, Progress
 
+COARSE = 0.08
+"""Blur, in lattice steps, under which new cells are registered first: they may be off by a part of a motif."""
 PRUNED = 0.6
 """Misfit, over the limit, from which a cell is registered again from its neighbours."""
 
@@ -47,7 +49,9 @@ def widened(cloth: Cloth, state: State, trial: Bools, found: Fit) -> State:
     """
     wider = continued(cloth.mesh, state, state.cells | trial)
     band = trial | ring(trial, state.cells, 4)
-    moved = cloth.registration.run(replace(wider, cells=band), found.texel, Smoothness(), rounds=3, blur_px=0.7)
+    moved = replace(wider, cells=band)
+    for blur_px in (COARSE * cloth.step_px, 0.7):
+        moved = cloth.registration.run(moved, found.texel, Smoothness(), rounds=2, blur_px=blur_px)
     free_nodes = cloth.mesh.nodes_of(trial)
     wider = replace(
         wider,

@@ -94,11 +94,14 @@ def tolerance_of(found: Floats, texel: Texel, leniency: float) -> Tolerance:
     return Tolerance(float(texel.pixels.var(axis=(0, 1)).sum()), max(noise, LEAST_NOISE), leniency)
 
 
-def misfit_of_cells(mesh: Mesh, cells: Bools, found: Floats, tolerance: Tolerance, sigma_px: float) -> Floats:
-    """Return the mild misfit (rows, columns) of the cells that the sums (K, 18) are of, 0 elsewhere."""
+def misfit_of_cells(
+    mesh: Mesh, cells: Bools, found: Floats, tolerance: Tolerance, sigma_px: float
+) -> tuple[Floats, Floats]:
+    """Return the strict and the mild misfit (rows, columns) of the cells that the sums (K, 18) are of, 0 elsewhere."""
     planes = np.zeros((*mesh.cells, found.shape[1]))
     planes[cells] = found
-    return np.where(cells, judged(gaussian(planes, sigma_px / mesh.cell), tolerance)[1], 0.0)
+    strict, mild = judged(gaussian(planes, sigma_px / mesh.cell), tolerance)
+    return np.where(cells, strict, 0.0), np.where(cells, mild, 0.0)
 
 
 def ring(cells: Bools, allowed: Bools, width: int) -> Bools:
