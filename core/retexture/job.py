@@ -103,7 +103,7 @@ def retexture(
     rng = np.random.default_rng(settings.seed)
     painter = Painter(picture, usable, canvas, patch, settings.variety, settings.mirrored, rng, watch, scene.kept)
     work = synthesised(painter, scene.way, scene.fields, patches, refine=settings.refine)
-    yield from part(work, 0.15, 1.0)
+    yield from with_previews(part(work, 0.15, 1.0), found, canvas)
     return Retexture(
         grid,
         move,
@@ -115,6 +115,16 @@ def retexture(
         seconds={**watch.seconds, "total": watch.total},
         final=True,
     )
+
+
+def with_previews(work: Job[None], plain: Retexture, canvas: Canvas) -> Job[None]:
+    """Run `work` and show the canvas whenever a stage of it is done."""
+    stage = ""
+    for step in work:
+        if stage and step.note != stage:
+            step = replace(step, preview=replace(plain, place=canvas.place.copy(), label=canvas.label.copy()))
+        stage = step.note
+        yield step
 
 
 def compared(pixels: Pixels, *, linear: bool) -> Singles:

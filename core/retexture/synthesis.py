@@ -155,12 +155,14 @@ def synthesised(painter: Painter, way: Correspondence, fields: Fields, first: Pa
     shape, canvas = painter.shape, painter.canvas
     whole = (1 + refine) * len(first) + 1
     wanted = canvas.bare.copy()
+    yield Progress(0, "choosing patches")
     for done in painter.cover(first):
         yield Progress(done / whole, "choosing patches")
     for _ in range(GAP_ROUNDS):
         gaps = way.origins(gap_places(canvas.bare, int(lattice(shape).across)))
         for _ in painter.cover(Patches(gaps, shape, fields, way)):
             yield Progress(len(first) / whole, "closing gaps")
+    yield Progress(len(first) / whole, "mending seams")
     with painter.watch("coordinates"):
         again = ordered_origins(way, wanted, lattice(shape, 0.5))
         worst = _worst(again, canvas.right + canvas.below, shape, refine)
