@@ -41,46 +41,50 @@ class Scissors:
 
     def __init__(self, image: Image, *, scale: float = 1.0) -> None:
         """Look at `image` at `scale`, 1 at most: edges too fine to be seen there are not followed."""
-        self._scale = min(scale, 1.0)
-        self._picture = _seen(image, self._scale)
+        self._image, self._scale = image, min(scale, 1.0)
         self._corner = np.zeros(2)
-        self._low, self._high = np.zeros(2), np.zeros(2)
+        """First pixel of the window around the beginning."""
+        self._size = (1, 1)
         self._tool = cv2.segmentation.IntelligentScissorsMB()
         self._tool.setEdgeFeatureCannyParameters(32, 100)
         self._tool.setGradientMagnitudeMaxLimit(200)
 
     def begin(self, place: Points) -> Points:
-        """Let paths begin at a place (2,) of the picture; return the pixel that they begin at."""
-        height, width = self._picture.shape[:2]
-        centre = np.clip(np.rint(place * self._scale), 0, [width - 1, height - 1])
-        self._low = np.maximum(centre - REACH_PX, 0).astype(int)
-        self._high = np.minimum(centre + REACH_PX, [width - 1, height - 1]).astype(int)
-        window = self._picture[self._low[1] : self._high[1] + 1, self._low[0] : self._high[0] + 1]
-        self._tool.applyImage(np.ascontiguousarray(window))
-        x, y = (centre - self._low).astype(int).tolist()
-        self._tool.buildMap((x, y))
-        return np.asarray(centre / self._scale)
+        """Let paths begin at a place (2,) of the picture; return the place nearest to it that they can begin at."""
+        pixels = self._image.pixels
+        last = np.array([pixels.shape[1] - 1, pixels.shape[0] - 1])
+        centre, reach = np.clip(np.rint(place), 0, last), np.ceil(REACH_PX / self._scale)
+        low, high = np.maximum(centre - reach, 0).astype(int), np.minimum(centre + reach, last).astype(int)
+        window = self._image.with_pixels(pixels[low[1] : high[1] + 1, low[0] : high[0] + 1])
+        picture = _seen(window, self._scale)
+        self._corner, self._size = low.astype(float), (picture.shape[1], picture.shape[0])
+        self._tool.applyImage(picture)
+        self._tool.buildMap(self._pixel(centre))
+        return np.asarray(centre)
 
     def path_to(self, place: Points) -> Points:
         """Return the path (n, 2) from where it began to a place (2,), or as far as it reaches."""
-        end = np.clip(np.rint(place * self._scale), self._low, self._high) - self._low
-        x, y = end.astype(int).tolist()
-        path = np.asarray(self._tool.getContour((x, y)), float).reshape(-1, 2)
-        return np.asarray((path + self._low) / self._scale)
+        path = np.asarray(self._tool.getContour(self._pixel(place)), float).reshape(-1, 2)
+        return np.asarray((path + 0.5) / self._scale - 0.5 + self._corner)
+
+    def _pixel(self, place: Points) -> tuple[int, int]:
+        """Return the pixel of the window, as it is looked at, nearest to a place (2,) of the picture."""
+        x, y = np.rint((place - self._corner + 0.5) * self._scale - 0.5)
+        return int(np.clip(x, 0, self._size[0] - 1)), int(np.clip(y, 0, self._size[1] - 1))
 
 
 def _seen(image: Image, scale: float) -> Bytes:
     """Return encoded colours (h, w, 3) of the picture at `scale`; what is transparent before grey."""
-    height, width = image.pixels.shape[:2]
-    light = color.unit(image.pixels)
+    pixels = image.pixels
+    if scale < 1:
+        size = max(1, round(image.width_px * scale)), max(1, round(image.height_px * scale))
+        pixels = np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)).reshape(size[1], size[0], -1)
+    light = color.unit(pixels)
     split = color.color_channels(light.shape[2])
     colours = color.encode(light[..., :split]) if image.linear else light[..., :split]
     if split < light.shape[2]:
         colours = colours * light[..., split:] + np.float32(0.5) * (1 - light[..., split:])
-    values = np.ascontiguousarray(np.broadcast_to(colours, (height, width, 3)), np.float32)
-    if scale < 1:
-        size = max(1, round(width * scale)), max(1, round(height * scale))
-        values = np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
+    values = np.ascontiguousarray(np.broadcast_to(colours, (*light.shape[:2], 3)), np.float32)
     return np.asarray(color.quantise(np.clip(values, 0, 1), np.uint8), np.uint8)
 
 

@@ -26,6 +26,8 @@ DRAFT_S = 0.016
 """What drawing a draft may take."""
 MOST_SHRINK = 3
 NO_MARKS = 1e9
+SOURCES_KEPT = 2
+"""A picture and what was made of it can be looked at in turn, or side by side."""
 NO_FRAME = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -40,7 +42,8 @@ class Renderer:
         self._programs = programs_of(context)
         self._marks = MarksLayer(context)
         self._meshes: dict[str, Mesh] = {}
-        self._source: Source | None = None
+        self._sources: list[Source] = []
+        """Of the pictures drawn last, the newest first."""
         self._cloth: DressedSource | None = None
         self._layers: dict[bool, _Layers] = {}
         """For the canvas at rest and for drafts."""
@@ -88,10 +91,10 @@ class Renderer:
     def release(self) -> None:
         """Free the GPU objects; drawing makes them anew."""
         self._marks.release()
-        for held in (*self._meshes.values(), self._source, self._cloth, *self._layers.values()):
+        for held in (*self._meshes.values(), *self._sources, self._cloth, *self._layers.values()):
             if held is not None:
                 held.release()
-        self._meshes, self._source, self._cloth, self._layers = {}, None, None, {}
+        self._meshes, self._sources, self._cloth, self._layers = {}, [], None, {}
 
     def _draw_picture(self, scene: Scene, layers: "_Layers") -> None:
         """Draw the picture in linear light: the result, the picture as it was, or both beside the divider."""
@@ -107,7 +110,7 @@ class Renderer:
             if box[0] < box[2]:
                 mesh = self._mesh_of(name, scene.rest)
                 mesh.place(scene.rest, _framebuffer_positions(scene, nodes))
-                drawn = self._source_of(scene.image) if name == "before" else source
+                drawn = self._source_of(scene.before or scene.image) if name == "before" else source
                 layers.picture.draw(mesh, drawn, box, draft=scene.draft)
 
     def _compose(self, scene: Scene, layers: "_Layers") -> None:
@@ -149,11 +152,13 @@ class Renderer:
         return layers
 
     def _source_of(self, image: Image) -> Source:
-        if self._source is None or self._source.image is not image:
-            if self._source is not None:
-                self._source.release()
-            self._source = Source(self._context, image, margin=0.25)
-        return self._source
+        held = next((source for source in self._sources if source.image is image), None)
+        held = held or Source(self._context, image, margin=0.25)
+        sources = [held, *(source for source in self._sources if source is not held)]
+        for dropped in sources[SOURCES_KEPT:]:
+            dropped.release()
+        self._sources = sources[:SOURCES_KEPT]
+        return held
 
     def _dressed(self, scene: Scene, dressing: Dressing) -> DressedSource:
         if self._cloth is None or self._cloth.image is not scene.image or self._cloth.parts is not dressing.parts:

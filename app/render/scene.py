@@ -73,12 +73,15 @@ class Scene:
     palette: Palette = Palette()
     dressing: Dressing | None = None
     """A texture laid on the cloth in `image`."""
+    before: Image | None = None
+    """The picture as it was, of the size of `image`; None where that is `image`."""
 
     def shows_same_picture(self, other: "Scene | None") -> bool:
         """Return whether the picture without marks looks as in `other`."""
         return (
             other is not None
             and self.image is other.image
+            and self.before is other.before
             and self.rest is other.rest
             and self.warped is other.warped
             and self.draft == other.draft

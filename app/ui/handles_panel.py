@@ -9,7 +9,7 @@ from app.editor import Editor
 from app.ui import theme
 from app.ui.controls import colors, faint, heading, icon_button
 from app.ui.theme import em
-from core.document import Document, pixels_from_places
+from core.document import CurvePair, Document, pixels_from_places
 
 
 class HandlesPanel:
@@ -21,6 +21,9 @@ class HandlesPanel:
     def draw(self) -> None:
         """Draw the lists."""
         document = self._editor.document
+        if self._editor.session.mode == "retexture":
+            self._draw_feature_curves(document)
+            return
         if not (document.pins or document.curves or document.outline):
             faint(
                 "No handles yet. Click with the pin tool to hold or move a place, draw inner curves with the pen, "
@@ -64,6 +67,34 @@ class HandlesPanel:
             if _cross(f"curve {number + 1}", "Remove this curve"):
                 curves = document.curves[:number] + document.curves[number + 1 :]
                 self._editor.edit("Remove curve", replace(document, curves=curves))
+
+    def _draw_feature_curves(self, document: Document) -> None:
+        """Draw a row for every feature curve: a press selects it."""
+        if not document.feature_curves:
+            faint("No feature curves yet. Draw one with the pen (C), trace an edge (T), or let edges be suggested.")
+            return
+        heading(f"Feature curves  {len(document.feature_curves)}", "bezier-curve")
+        editor = self._editor
+        for number, pair in enumerate(document.feature_curves):
+            kind = "passive" if pair.passive else f"moved by {_moved_px(document, pair):.0f} px"
+            closed = ", closed" if pair.closed else ""
+            text = f"{number + 1}    {len(pair.source) // 3} segments{closed}, {kind}##feature {number}"
+            chosen = number == editor.session.selected_curve
+            if imgui.selectable(text, chosen, imgui.SelectableFlags_.allow_overlap)[0]:
+                editor.choose_tool("feature-curves")
+                editor.show(selected_curve=number, selected_knots=frozenset())
+            if _cross(f"feature {number + 1}", "Remove this curve"):
+                curves = document.feature_curves[:number] + document.feature_curves[number + 1 :]
+                editor.show(selected_curve=None, selected_knots=frozenset())
+                editor.edit("Remove curve", document.changed(feature_curves=curves))
+
+
+def _moved_px(document: Document, pair: CurvePair) -> float:
+    """Return how far a curve's target lies from it at most, in pixels."""
+    apart = (
+        (pair.target - pair.source) * document.size_px if pair.target.shape == pair.source.shape else np.zeros((1, 2))
+    )
+    return float(np.hypot(*apart.T).max())
 
 
 def _cross(name: str, hint: str) -> bool:

@@ -135,6 +135,7 @@ def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
         split=session.split,
         draft=editor.is_busy,
         palette=palette,
+        before=document.image,
     )
 
 

@@ -1,5 +1,6 @@
 """Retexture mode in the real window, by mouse and keys."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -65,3 +66,28 @@ def test_the_modes_are_switched_by_key_and_back(editor: Editor) -> None:
 
     drive(editor, script)
     assert editor.history.labels[-1] == "Preset Arch"
+
+
+def test_before_and_after_stand_side_by_side(editor: Editor, tmp_path: Path) -> None:
+    straight = line((100, 200), (250, 200), (350, 200), (500, 200))
+    moved = straight + [0, 0.2]
+    editor.choose_mode("retexture")
+    editor.edit("Draw curve", editor.document.changed(feature_curves=(CurvePair(straight, moved),)))
+    seen = {}
+
+    def script(window: WindowDriver) -> None:
+        editor.choose_tool("hand")
+        editor.show(overlays=replace(editor.session.overlays, handles=False))
+        window.wait_until(lambda: editor.regrowth.is_final)
+        for compare in ("before", "split", "result"):
+            editor.show(compare=compare)
+            window.wait(4)
+            seen[compare] = window.screenshot(tmp_path / f"{compare}.png")
+
+    drive(editor, script)
+    middle = slice(300, 600)
+    left, right = (slice(a, b) for a, b in ((150, 400), (700, 950)))
+    assert np.array_equal(seen["split"][middle, left], seen["before"][middle, left])
+    assert np.array_equal(seen["split"][middle, right], seen["result"][middle, right])
+    assert not np.array_equal(seen["before"][middle, left], seen["result"][middle, left])
+    assert not np.array_equal(seen["before"][middle, right], seen["result"][middle, right])
