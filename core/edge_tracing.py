@@ -3,6 +3,8 @@
 All of them look at the picture in encoded 8-bit colour, made smaller where it is large, and answer in its own pixels.
 """
 
+from typing import Literal
+
 import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -30,7 +32,7 @@ ALIKE = 0.4
 """Share of a suggestion's points that may lie beside another one."""
 TOLERANCE_PX = 1.5
 WOBBLE_PX = 3.0
-"""Suggested edges are smoothed so far along: a feature is what goes through, not its fringe."""
+"""Lines of pixels are smoothed so far along: a feature is what goes through, not its fringe."""
 SAMPLE_STEP = 4
 LEAST_AREA = 1e-3
 """Parts of a mask that are smaller, as shares of the picture, have no outline of their own."""
@@ -65,7 +67,7 @@ class Scissors:
     def path_to(self, place: Points) -> Points:
         """Return the path (n, 2) from where it began to a place (2,), or as far as it reaches."""
         path = np.asarray(self._tool.getContour(self._pixel(place)), float).reshape(-1, 2)
-        return np.asarray((path + 0.5) / self._scale - 0.5 + self._corner)
+        return np.asarray((smooth(path) + 0.5) / self._scale - 0.5 + self._corner)
 
     def _pixel(self, place: Points) -> tuple[int, int]:
         """Return the pixel of the window, as it is looked at, nearest to a place (2,) of the picture."""
@@ -93,6 +95,15 @@ def scale_for(image: Image, pixels: int) -> float:
     return min(1.0, float(np.sqrt(pixels / (image.width_px * image.height_px))))
 
 
+def smooth(line: Points, *, closed: bool = False) -> Points:
+    """Return a line of pixels (n, 2) without its wobble; an open one keeps its ends."""
+    mode: Literal["wrap", "nearest"] = "wrap" if closed else "nearest"
+    result = np.column_stack([gaussian_filter1d(line[:, i].astype(float), WOBBLE_PX, mode=mode) for i in (0, 1)])
+    if not closed:
+        result[0], result[-1] = line[0], line[-1]
+    return result
+
+
 def outlines(mask: Bytes) -> list[Curve]:
     """Return closed curves around the parts of a mask (H, W) over 127, the largest first; tiny parts have none."""
     found, _ = cv2.findContours((mask > 127).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
@@ -100,7 +111,8 @@ def outlines(mask: Bytes) -> list[Curve]:
     areas = [cv2.contourArea(line.astype(np.float32)) for line in lines]
     order = sorted(range(len(lines)), key=lambda i: -areas[i])
     least = max(LEAST_AREA * mask.size, 30.0)
-    return [fit(lines[i], tolerance=TOLERANCE_PX, closed=True) for i in order if areas[i] >= least]
+    kept = [smooth(lines[i], closed=True) for i in order if areas[i] >= least]
+    return [fit(line, tolerance=TOLERANCE_PX, closed=True) for line in kept]
 
 
 def object_outline(image: Image, low: Points, high: Points) -> Job[Curve]:
@@ -152,12 +164,7 @@ def suggestions(image: Image, *, count: int = 12) -> Job[list[Curve]]:
         line = chains[number].astype(float)
         if len(chosen) < count and not _runs_along(line, chosen):
             chosen.append(line)
-    return [fit((_smooth(line) + 0.5) / scale - 0.5, tolerance=TOLERANCE_PX / scale) for line in chosen]
-
-
-def _smooth(line: Points) -> Points:
-    """Return a chain without its wobble, its ends held."""
-    return np.column_stack([gaussian_filter1d(line[:, i], WOBBLE_PX, mode="nearest") for i in (0, 1)])
+    return [fit((smooth(line) + 0.5) / scale - 0.5, tolerance=TOLERANCE_PX / scale) for line in chosen]
 
 
 def _chains(picture: Bytes) -> list[Points]:

@@ -11,11 +11,13 @@ from app.spaces import screen_from_canvas
 from app.tools.box import Box
 from app.tools.curve_set import CurveSet, Hit, Side, sides_of
 from core import curve_edit, curve_pairs
-from core.arrays import Points
+from core.arrays import Bools, Points
 from core.document import CurvePair
 
 TICKS = 7
 """Samples of a segment of which every third has a mark of correspondence: its ends and its middle."""
+TICK_GAP_PX = 20.0
+"""Marks stand at least about so far apart on the screen."""
 
 
 def active_side(editor: Editor, *, swapped: bool = False) -> Side:
@@ -70,10 +72,16 @@ def _curve_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Sha
     target = curves.on_canvas(editor, pair, "target")
     ends = [curve_edit.samples_of(points, per_segment=TICKS)[::3] for points in (source, target)]
     both = screen_from_canvas(view, np.stack(ends, axis=1))
-    apart = np.hypot(*(both[:, 0] - both[:, 1]).T) > 1
+    apart = (np.hypot(*(both[:, 0] - both[:, 1]).T) > 1) & _spread(both[:, 1])
     ticks: list[Shape] = [Polyline(tick, "tick") for tick in both[apart]]
     lines = [Bezier(screen_from_canvas(view, source), "source", dashed=True)]
     return [*ticks, *lines, Bezier(screen_from_canvas(view, target), "target")]
+
+
+def _spread(places: Points) -> Bools:
+    """Return which of `places` (n, 2) along a curve to mark, so that marks stand some way apart."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))]) // TICK_GAP_PX
+    return np.concatenate([[True], along[1:] > along[:-1]])
 
 
 def _point_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Shape]:

@@ -19,7 +19,7 @@ from core.document import Document, pixels_from_places
 from core.document_retexture import moves, with_curve
 from core.edge_tracing import Scissors, object_outline
 
-TOLERANCE_PX = 1.2
+TOLERANCE_PX = 2.0
 """A traced curve keeps so close to its path, in pixels as they are seen, and in the picture's at least."""
 LINE_REACH_PX = 7.0
 
