@@ -181,8 +181,24 @@ def bezier(points: NDArray[np.float64], t: NDArray[np.float64]) -> tuple[NDArray
     return place, tangent / np.linalg.norm(tangent, axis=1, keepdims=True)
 
 
+def tail_girth(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return half the tail's width at `t`, in pixels."""
+    width: NDArray[np.float64] = 92 * np.sin(np.pi * np.clip(0.12 + 0.88 * t, 0, 1)) ** 0.6 * (0.55 + 0.6 * t)
+    return width
+
+
+def edge(spine: NDArray[np.float64], side: float) -> NDArray[np.float64]:
+    """Return the cubic Bezier nearest to one edge of the tail along `spine`, in whole pixels."""
+    t = np.linspace(0.02, 0.9, 60)
+    place, along = bezier(spine, t)
+    outline = place + np.c_[-along[:, 1], along[:, 0]] * (side * tail_girth(t) + side * 14)[:, None]
+    u = np.linspace(0, 1, len(t))[:, None]
+    bernstein = np.hstack([(1 - u) ** 3, 3 * (1 - u) ** 2 * u, 3 * (1 - u) * u**2, u**3])
+    return np.rint(np.linalg.lstsq(bernstein, outline)[0])
+
+
 def make_fox_tail(folder: Path) -> None:
-    """Write the sample of Retexture: fur that leans away from a bent spine, and curves that lift the tail."""
+    """Write the sample of Retexture: fur that leans away from a bent spine, and curves that swing the tail."""
     rng = np.random.default_rng(2)
     width, height = 960, 640
     canvas = blank(width, height)
@@ -195,7 +211,7 @@ def make_fox_tail(folder: Path) -> None:
     across = rng.uniform(-1, 1, count)
     place, along = bezier(spine, t)
     normal = np.c_[-along[:, 1], along[:, 0]]
-    girth = 92 * np.sin(np.pi * np.clip(0.12 + 0.88 * t, 0, 1)) ** 0.6 * (0.55 + 0.6 * t)
+    girth = tail_girth(t)
     root = place + normal * (across * girth)[:, None]
     lean = along + normal * (across * 0.55 + rng.normal(0, 0.13, count))[:, None]
     length = rng.uniform(22, 46, count) * (0.7 + 0.5 * t)
@@ -215,8 +231,10 @@ def make_fox_tail(folder: Path) -> None:
             canvas, [points], isClosed=False, color=paint.tolist(), thickness=thick, lineType=cv2.LINE_AA, shift=4
         )
     write(folder / "fox_tail.png", finished(canvas, rng, 0.006))
-    lifted = np.array([[110.0, 470], [380, 560], [690, 470], [690, 110]])
-    curves = {"curves": [{"source": spine.tolist(), "target": lifted.tolist(), "closed": False, "passive": False}]}
+    swung = np.array([[110.0, 470], [420, 420], [720, 600], [850, 150]])
+    edges = [(edge(spine, side), edge(swung, side)) for side in (-1.0, 1.0)]
+    pairs = [{"source": a.tolist(), "target": b.tolist(), "closed": False, "passive": False} for a, b in edges]
+    curves = {"curves": pairs}
     (folder / "fox_tail_curves.json").write_text(json.dumps(curves, indent=1) + "\n", encoding="utf-8")
 
 
