@@ -93,6 +93,16 @@ class LiveOverlay:
             self._part = self._layers, shown, picture_of(self._layers, document.image, shown)
         return self._part[2]
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the present document's layers are not there and nothing is looking for them."""
+        return self._search is not None and not self._is_final and not self.is_running
+
+    def go_on(self) -> None:
+        """Begin the job anew that was cancelled or failed."""
+        if self.is_stopped:
+            self.ticket = self.fault = None
+
     def cancel(self) -> None:
         """Stop the job under way."""
         if self.ticket is not None:

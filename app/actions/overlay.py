@@ -39,6 +39,12 @@ def find(editor: Editor) -> None:
     editor.edit("Find pattern", editor.document.with_cloth(search=Search(cloth.region, seed=cloth.seed)))
 
 
+def go_on(editor: Editor) -> None:
+    """Look on from the lattice as it is."""
+    editor.finish()
+    editor.overlay.go_on()
+
+
 def forget(editor: Editor) -> None:
     """Go back to the photo as it is."""
     editor.edit("Forget pattern", editor.document.with_cloth(search=None))
@@ -175,6 +181,15 @@ OVERLAY = (
         "magnifying-glass-plus",
         "Find what repeats on the cloth, in the painted region or everywhere",
         enabled=in_mode,
+    ),
+    Action(
+        "overlay.go_on",
+        "Go on from lattice",
+        "Overlay",
+        go_on,
+        icon="play",
+        tooltip="Find the rest of the pattern from the lattice as it was mended, or from the texel that was marked",
+        enabled=lambda editor: in_mode(editor) and editor.overlay.is_stopped,
     ),
     Action(
         "overlay.forget",

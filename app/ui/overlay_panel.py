@@ -88,6 +88,8 @@ class OverlayPanel:
             with colors(text=theme.FAULT):
                 imgui.text_wrapped(f"{work.fault[:1].upper()}{work.fault[1:]}.")
         faint(self._state())
+        if work.is_stopped and self._cloth.search is not None and self._cloth.search.lattice is not None:
+            self._button("overlay.go_on")
         if self._cloth.region is not None:
             self._button("overlay.clear_region")
         held = slider("Seed", self._cloth.seed, 0, 99, default=0, hint="Another number, another search")
@@ -104,7 +106,7 @@ class OverlayPanel:
         if layers is None or self._cloth.search is None:
             return "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
         count, share = len(layers.lattice), 100 * layers.covered.mean()
-        state = "" if work.is_final else " The lattice was changed: press Find pattern to look anew."
+        state = "" if work.is_final else " That was before the last change."
         return f"{count} repeats found on {share:.0f} % of the picture. Mend the lattice with its tool (L).{state}"
 
     def _draw_texture(self) -> None:

@@ -1,5 +1,6 @@
 """Stories of Overlay mode: a pattern is found, a texture laid on, the lattice mended, the result written."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,13 +9,16 @@ import pytest
 from app import filing
 from app.actions import overlay
 from app.actions.table import ActionTable
+from app.cli import main
+from app.jobs import InlineExecutor, Jobs
 from app.render.picture_file import exporting
 from app.requests import ExportOptions, ExportPicture, OpenFile, SaveFile
 from app.tools.all import TOOLS
 from app.tools.lattice import free_key, on_screen, remove, vertices
 from core import color
-from core.cloth import Cloth
+from core.cloth import Cloth, Search
 from core.document import Document
+from core.document_overlay import laid_on
 from core.images import Image, load, save
 from core.overlay.seeding import NoPatternError
 from core.project import load_project, save_project
@@ -254,3 +258,72 @@ def test_texel_is_saved_as_a_tile(drive: OverlayDriver, tmp_path: Path) -> None:
     layers = drive.editor.overlay.layers
     assert layers is not None
     np.testing.assert_allclose(load(tmp_path / "tile.png").pixels / 255, layers.texel, atol=0.5 / 255)
+
+
+def test_cancelled_search_goes_on_when_asked_to(found: Document) -> None:
+    jobs = Jobs(live=InlineExecutor(), long=(later := Later()), beside=InlineExecutor())
+    drive = EditorDriver(Document.of(PHOTO).changed(mode="overlay"), jobs=jobs)
+    drive.editor.edit("Find pattern", drive.document.with_cloth(search=Search()))
+    drive.frame()
+    assert drive.editor.overlay.is_running
+    drive.editor.overlay.cancel()
+    later.run()
+    drive.frame()
+    assert drive.editor.overlay.is_stopped
+    assert TABLE.run("overlay.go_on", drive.editor)
+    drive.frame()
+    later.run()
+    assert drive.frame().editor.overlay.is_final
+
+
+class Later:
+    """Runs what was submitted when it is told to."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Callable[[], None]] = []
+
+    def submit(self, work: Callable[[], None]) -> None:
+        self.waiting.append(work)
+
+    def run(self) -> None:
+        while self.waiting:
+            self.waiting.pop(0)()
+
+    def close(self) -> None:
+        self.run()
+
+
+def test_dropped_picture_is_a_texture_also_while_the_pattern_is_looked_for(tmp_path: Path) -> None:
+    save(TEXTURE, tmp_path / "new.png")
+    jobs = Jobs(live=InlineExecutor(), long=(later := Later()), beside=InlineExecutor())
+    drive = EditorDriver(Document.of(PHOTO).changed(mode="overlay"), jobs=jobs)
+    drive.editor.edit("Find pattern", drive.document.with_cloth(search=Search()))
+    drive.frame()
+    overlay.open_or_lay(drive.editor, tmp_path / "new.png")
+    later.run()
+    drive.frame().frame()
+    assert drive.document.image is PHOTO
+    assert drive.document.cloth.texture is not None
+
+
+def test_size_of_the_first_texture_suits_the_cloth_and_is_kept_for_the_next(
+    drive: OverlayDriver, tmp_path: Path
+) -> None:
+    save(TEXTURE, tmp_path / "new.png")
+    overlay.lay(drive.editor, tmp_path / "new.png")
+    drive.frame()
+    assert drive.cloth.laying.size == 2.0
+    drive.editor.edit("Size", drive.document.changed(cloth=drive.cloth.laid(size=7.0)))
+    overlay.lay(drive.editor, tmp_path / "new.png")
+    assert drive.frame().document.cloth.laying.size == 7.0
+
+
+def test_rendering_a_project_finds_the_pattern_again(drive: OverlayDriver, tmp_path: Path) -> None:
+    drive.editor.edit("Texture", drive.document.with_cloth(texture=TEXTURE))
+    save_project(drive.document, tmp_path / "project.weft")
+    assert main(["render", str(tmp_path / "project.weft"), "-o", str(tmp_path / "out.png")]) == 0
+    written = load(tmp_path / "out.png").pixels
+    layers = drive.editor.overlay.layers
+    assert layers is not None
+    expected = laid_on(PHOTO, layers, drive.cloth).pixels
+    assert np.abs(written.astype(int) - expected).max() <= 1
