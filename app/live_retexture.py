@@ -69,6 +69,8 @@ class LiveRetexture:
         self._live: LiveDeformation | None = None
         self._anchors: Inputs = ()
         """What the live factor belongs to."""
+        self._lacks_factor = False
+        """Whether a source was moved since, by what is still in progress."""
         self._warped: Points | None = None
         """Where the live deformation has the nodes; None where it has no answer."""
         self._stage: Regrown | None = None
@@ -126,13 +128,13 @@ class LiveRetexture:
         `held` is whether a gesture or a slider is in progress, `starts` whether the job begins by itself.
         """
         changed = self._seen is None or _inputs(document) != _inputs(self._seen)
-        if changed:
+        if changed or (self._lacks_factor and not held):
             self._follow(document, held=held)
         self._seen = document
         self._take_stage()
         if starts and not held and self.ticket is None and not self._is_final:
             self.start(document)
-        return changed and moves(document)
+        return changed and self._warped is not None
 
     def start(self, document: Document) -> None:
         """Begin the job for `document` anew; nothing where no curve moves."""
@@ -178,7 +180,7 @@ class LiveRetexture:
         self._warped = None
         anchors, started = _anchors(document), time.perf_counter()
         if anchors != self._anchors:
-            self._live, self._anchors = None, ()
+            self._live, self._anchors, self._lacks_factor = None, (), held
             if held or all(pair.passive for pair in document.feature_curves):
                 return
             width, height = document.size_px

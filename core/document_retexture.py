@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from core import curve_edit
-from core.arrays import Bytes, Points
+from core.arrays import Bytes, InputError, Points
 from core.curves import Curve
 from core.document import CurvePair, Document, pixels_from_places, places_from_pixels
-from core.feature_curves import FeatureCurve
+from core.feature_curves import FeatureCurve, turning
 from core.image import Image
 from core.progress import Job, Progress
 from core.raster import Raster
@@ -136,10 +136,14 @@ def bound(raster: Raster | None) -> Bytes | None:
 
 def found(document: Document) -> Job[Retexture]:
     """Return where every pixel of the retextured picture comes from; raise `InputError` where that cannot be said."""
+    curves = feature_curves(document)
+    for number, curve in enumerate(curves, 1):
+        if curve.target is not None and curve.source.closed and turning(curve.source) * turning(curve.target) < 0:
+            raise InputError(f"curve {number}: its source and its target run round in opposite directions")
     return (
         yield from retexture(
             document.image.pixels,
-            feature_curves(document),
+            curves,
             settings_of(document),
             linear=document.image.linear,
             matte=bound(document.matte),

@@ -50,6 +50,12 @@ def toggle_closed(editor: Editor) -> None:
         _edit_curve(editor, "Open curve" if pair.closed else "Close curve", changed)
 
 
+def toggle_side(editor: Editor) -> None:
+    """Edit the sources of curves instead of their targets, or the targets again; sources lie on the original."""
+    side = "target" if editor.session.curve_side == "source" else "source"
+    editor.show(curve_side=side, look="original" if side == "source" else "retextured", selected_knots=frozenset())
+
+
 def _closed(editor: Editor) -> bool:
     pair = _curve(editor)
     return pair is not None and pair.closed
@@ -93,6 +99,17 @@ HANDLES = (
         tooltip="Join the curve's end to its beginning",
         enabled=lambda editor: _curve(editor) is not None,
         checked=_closed,
+    ),
+    Action(
+        "handles.edit_source",
+        "Edit sources of curves",
+        "Handles",
+        toggle_side,
+        "S",
+        "location-crosshairs",
+        "Edit where curves come from; otherwise where they go",
+        enabled=lambda editor: editor.session.tool in ("curves", "feature-curves"),
+        checked=lambda editor: editor.session.curve_side == "source",
     ),
     Action(
         "handles.reset_outline",

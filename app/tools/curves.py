@@ -257,5 +257,5 @@ FEATURE_CURVE_TOOL = curve_tool(
     icon="bezier-curve",
     key="c",
     modes=frozenset(("retexture",)),
-    hint="Click and drag to draw, Enter ends · drag the blue target to move texture · Ctrl-drag moves the source",
+    hint="Click and drag to draw, Enter ends · drag the blue target to move texture · S edits the source",
 )

@@ -42,7 +42,7 @@ TOOL_ACTIONS = {
     "brush": ("mask.fill", "mask.clear", "mask.invert", "mask.load"),
     "pins": ("handles.select_all", "handles.frame", "handles.remove_pins"),
     "outline": ("handles.reset_outline",),
-    "curves": ("handles.frame", "handles.remove_curves"),
+    "curves": ("handles.edit_source", "handles.frame", "handles.remove_curves"),
     "brush in overlay": ("mask.fill", "mask.clear", "mask.invert", "mask.load", "overlay.find"),
     "brush in retexture": (
         "retexture.paint_matte",
@@ -55,6 +55,7 @@ TOOL_ACTIONS = {
     ),
     "trace": ("feature.suggest", "feature.outline"),
     "feature-curves": (
+        "handles.edit_source",
         "feature.suggest",
         "feature.passive",
         "feature.closed",
@@ -167,9 +168,7 @@ def draw_brush(editor: Editor) -> None:
     if hardness.value is not None:
         editor.show(brush=hardened(brush, hardness.value / 100))
     imgui.same_line(0, em(0.8))
-    if icon_button(
-        "Paint", "paintbrush", on=not brush.erase, hint="Paint what keeps its shape", key="X", size_em=SIDE_EM
-    ):
+    if icon_button("Paint", "paintbrush", on=not brush.erase, hint="Paint", key="X", size_em=SIDE_EM):
         editor.show(brush=replace(brush, erase=False))
     imgui.same_line(0, em(0.2))
     if icon_button("Erase", "eraser", on=brush.erase, hint="Erase", key="X", size_em=SIDE_EM):

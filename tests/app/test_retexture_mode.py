@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -408,3 +409,50 @@ def test_weft_render_gives_the_retextured_picture(drive: EditorDriver, tmp_path:
     save_project(drive.document, tmp_path / "project.weft")
     assert main(["render", str(tmp_path / "project.weft"), "-o", str(tmp_path / "out.png")]) == 0
     assert np.array_equal(load(tmp_path / "out.png").pixels, shown(drive).pixels)
+
+
+def test_sources_are_edited_on_the_original_and_the_live_factor_follows(drive: EditorDriver) -> None:
+    table = ActionTable(TOOLS)
+    moved(drive)
+    before = target(drive).copy()
+    assert table.run("handles.edit_source", drive.editor)
+    assert drive.editor.session.look == "original"
+    drive.press(100, 70).move(100, 60)
+    assert np.allclose(drive.screen_of(100, 60), (100, 60), atol=1e-6)
+    assert drive.editor.session.look == "original"
+    drive.release(100, 60)
+    assert np.allclose(source(drive)[3], (100, 60))
+    assert np.array_equal(target(drive), before)
+    assert drive.editor.regrowth.is_final
+    table.run("handles.edit_source", drive.editor)
+    drive.press(100, 90).move(100, 95)
+    assert np.allclose(drive.screen_of(100, 60), (100, 95), atol=1.5)
+    drive.release(100, 95)
+
+
+def test_a_closed_target_turned_over_is_refused_in_words() -> None:
+    drive = blob().tool("feature-curves")
+    drive.click(60, 50).click(140, 50).click(100, 110).click(61, 51).key("a", ctrl=True)
+    pair = drive.document.feature_curves[0]
+    turned = pair.target * [-1, 1] + [1, 0]
+    drive.editor.edit("Turn over", drive.document.changed(feature_curves=(replace(pair, target=turned),)))
+    assert "opposite directions" in (drive.frame().editor.fault or "")
+
+
+def test_export_writes_the_result_of_the_mode(drive: EditorDriver, tmp_path: Path) -> None:
+    from app import filing
+    from app.render.picture_file import exporting
+    from app.requests import ExportPicture
+
+    moved(drive)
+    drive.editor.edit("Size", drive.document.with_warp(aspect=(2.0, 1.0)))
+    drive.editor.exporter = exporting
+    filing.ask_export(drive.editor)
+    request = drive.editor.requests.pop()
+    assert isinstance(request, ExportPicture)
+    assert request.options.size_px == (WIDTH, HEIGHT)
+    request.then(replace(request.options, path=tmp_path / "out.png", bits=16))
+    drive.frame()
+    written = load(tmp_path / "out.png").pixels
+    assert written.dtype == np.uint16
+    assert np.abs(written / 257 - shown(drive).pixels).mean() < 0.5
