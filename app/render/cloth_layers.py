@@ -1,9 +1,11 @@
 """The layers of a decomposed photo at every level of a pyramid, as the textures that cloth.frag reads."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from app.render.dressing import ClothParts
 from app.render.source import Box
@@ -13,23 +15,24 @@ from core.images import Image
 from core.overlay.composition import finite, middle_of
 from core.overlay.laying import encoded
 
+Halves: TypeAlias = NDArray[np.float16]
 NEAR = 0.5
 """Coordinates of one block of pixels that differ by more texels belong to two pieces of cloth."""
 
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """All layers at one size, (h, w, 4) each."""
+    """All layers at one size, (h, w, 4) each; half precision is enough for all but the coordinates."""
 
     coordinates: Singles
     """u, v, 1 on cloth, coverage."""
-    shading: Singles
-    detail: Singles
-    photo: Singles
+    shading: Halves
+    detail: Halves
+    photo: Halves
     """Encoded colours and alpha."""
 
     @property
-    def arrays(self) -> tuple[Singles, Singles, Singles, Singles]:
+    def arrays(self) -> tuple[Singles | Halves, ...]:
         """The layers in the order of the texture units."""
         return self.coordinates, self.shading, self.detail, self.photo
 
@@ -46,17 +49,17 @@ class Level:
         coverage = _blocks(self.coordinates[..., 3:]).mean(0)
         return Level(
             np.concatenate([mean, total > 0, coverage], -1).astype(np.float32),
-            (share * _blocks(self.shading)).sum(0),
-            (share * _blocks(self.detail)).sum(0),
-            _blocks(self.photo).mean(0),
+            (share * _blocks(self.shading)).sum(0).astype(np.float16),
+            (share * _blocks(self.detail)).sum(0).astype(np.float16),
+            _blocks(self.photo).mean(0).astype(np.float16),
         )
 
 
-def _blocks(array: Singles) -> Singles:
+def _blocks(array: Singles | Halves) -> Singles:
     """Return the four pixels of every block of 2 x 2, (4, h, w, C); the border repeats."""
     h, w = array.shape[:2]
     even = np.pad(array, ((0, h % 2), (0, w % 2), (0, 0)), mode="edge")
-    return np.stack([even[::2, ::2], even[::2, 1::2], even[1::2, ::2], even[1::2, 1::2]])
+    return np.stack([even[::2, ::2], even[::2, 1::2], even[1::2, ::2], even[1::2, 1::2]]).astype(np.float32)
 
 
 def full_level(parts: ClothParts, photo: Image) -> Level:
@@ -68,9 +71,9 @@ def full_level(parts: ClothParts, photo: Image) -> Level:
     coordinates = [np.nan_to_num(parts.uv), covered[..., None], parts.coverage[..., None]]
     return Level(
         _packed(*coordinates),
-        _packed(np.broadcast_to(np.nan_to_num(light), (*covered.shape, 3)), blank),
-        _packed(np.nan_to_num(parts.detail), blank),
-        _packed(encoded(photo), alpha),
+        _packed(np.broadcast_to(np.nan_to_num(light), (*covered.shape, 3)), blank).astype(np.float16),
+        _packed(np.nan_to_num(parts.detail), blank).astype(np.float16),
+        _packed(encoded(photo), alpha).astype(np.float16),
     )
 
 

@@ -10,6 +10,7 @@ from app.actions.table import ActionTable
 from app.editor import Editor
 from app.ui import theme
 from app.ui.controls import check, colors, faint, plain_button, primary_button, section, segments, tip
+from app.ui.scene import PHOTO_TOOLS
 from app.ui.sliders import Held, slider
 from app.ui.theme import em
 from core.cloth import Cloth, Laying
@@ -159,6 +160,9 @@ class OverlayPanel:
 
     def _draw_views(self) -> None:
         """Draw a button for everything that can be looked at, two a line."""
+        session = self._editor.session
+        if session.shown == "result" and session.tool in PHOTO_TOOLS and self._editor.overlay.layers is not None:
+            faint("The tool in hand works on the photo; the texture tool (T) shows the result.")
         width = (imgui.get_content_region_avail().x - em(0.3)) / 2
         for number, name in enumerate(VIEWS):
             action = self._table.by_name[f"shown.{name}"]

@@ -34,6 +34,9 @@ REST_S = 0.12
 
 SAME_PX = 1e-4
 
+PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
+"""Tools of Overlay mode that work on the photo, and so show it in place of the result."""
+
 
 class Motion:
     """Tells frames in which the picture moves, which are drawn fast, from those that it rests in.
@@ -145,7 +148,7 @@ def _overlay_scene(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     width, height = document.size_px
     layers, cloth = editor.overlay.layers, document.cloth
     dressing = None
-    if layers is not None and session.shown == "result":
+    if layers is not None and session.shown == "result" and session.tool not in PHOTO_TOOLS:
         laying = cloth.laying
         placement = placement_of(layers, cloth.texture, laying)
         dressing = Dressing(layers, pattern_of(cloth, layers), placement, laying.detail, laying.shading)
