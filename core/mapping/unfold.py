@@ -2,7 +2,13 @@
 
 The cheap way first: quads that fold are drawn closer to W by the weight of their equations, which takes a factorisation
 a round. What stays folded is untangled by Newton's method, in a window around the folds and then everywhere, quickly
-and then robustly. Scales of features give way as little as they can; a rigid feature's not at all unless it must.
+and then robustly, if need be from W itself, which has no folds. Scales of features give way as little as they can; a
+rigid feature's not at all unless it must.
+
+There may be no mapping without folds: a straight side of a feature that the picture's edge cuts at both ends has to
+pass between the outline nodes beside either cut, so it cannot go around an outline that W bends across that line. A
+band across a picture that becomes half a ring is such a case. As the outline and the shape are both to be kept, quads
+then stay folded.
 """
 
 from typing import Literal
@@ -16,6 +22,7 @@ from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.frames import Complexes
 from core.mapping.junctions import fit_between
+from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress, part
 
@@ -35,6 +42,9 @@ _SHARP = 1e-3
 _LAG = 0.2
 """ε of the barrier over the depth of the worst fold."""
 _TRIALS = 3
+_PATIENCE, _BETTER = 10, 0.95
+"""Attempts end that have not made the worst fold this much shallower in so many steps."""
+_BLEND = 0.9
 _NEARLY, _EXACT = 0.02, 1e-9
 """Logarithms of scales that are as good as one, and that are one."""
 _STIFF, _SOFT = 20.0, 0.5
@@ -43,6 +53,8 @@ _STIFF, _SOFT = 20.0, 0.5
 
 _Attempt = tuple[Bools, Floats | None, Literal["hinge", "barrier"], int]
 """Window, stiffness, penalty, steps."""
+_FROM_W = None
+"""The attempt that starts from W instead of from the best state so far."""
 
 
 def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
@@ -89,14 +101,20 @@ def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution, *, fitted
     nodes = np.array([len(body.nodes) for body in mapping.bodies], np.float64)[: len(start.alpha)]
     stiff = np.full(len(nodes), np.inf) if mapping.keep == "rigid" else _STIFF * nodes
     window, everywhere = _window(mapping, start), np.ones(mapping.grid.shape, bool)
-    attempts: list[_Attempt] = [(window, None, "barrier", 40)] if fitted else [(window, stiff, "hinge", 12)]
-    attempts += [(window, stiff, "barrier", 40), (everywhere, stiff, "barrier", 40)]
+    attempts: list[_Attempt | None] = [(window, None, "barrier", 40)] if fitted else [(window, stiff, "hinge", 12)]
+    attempts += [(window, stiff, "barrier", 40), _FROM_W, (everywhere, stiff, "barrier", 40)]
     attempts += [(everywhere, _STIFF * nodes, "barrier", 30), (everywhere, _SOFT * nodes, "barrier", 40)]
     best = start
-    for number, (where, stiffness, kind, steps) in enumerate(attempts):
+    for number, attempt in enumerate(attempts):
+        first, last = (0.1 + 0.7 * n / len(attempts) for n in (number, number + 1))
+        if attempt is None:
+            stiffened = yield from part(_from_w(mapping, w, best), first, last)
+            if stiffened is not None:
+                return stiffened
+            continue
+        where, stiffness, kind, steps = attempt
         untangler = Untangler(mapping, w, best, window=where, stiffness=stiffness)
-        share = 0.7 / len(attempts)
-        clear = yield from part(_steps(untangler, kind, steps), 0.1 + share * number, 0.1 + share * (number + 1))
+        clear = yield from part(_steps(untangler, kind, steps), first, last)
         if clear or untangler.folds < folded_quads(best.z).sum():
             best = untangler.solution
         if clear:
@@ -104,12 +122,36 @@ def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution, *, fitted
     return best
 
 
+def _from_w(mapping: FeatureMapping, w: Complexes, best: Solution) -> Job[Solution | None]:
+    """Start from W, which has no folds; None if features do not fit."""
+    if not len(best.alpha):
+        return _blended(w, best)
+    scales = np.abs(mapping.place(w).alpha)
+    clear = yield from stiffen(mapping, w, scales)
+    if clear is None:
+        return None
+    everywhere = np.ones(mapping.grid.shape, bool)
+    return _relaxed(Untangler(mapping, w, clear, window=everywhere, stiffness=np.ones(len(scales))), clear)
+
+
+def _blended(w: Complexes, solution: Solution) -> Solution:
+    """Go from W towards a solution without bodies as far as nothing folds."""
+    share = 1.0
+    while folded_quads(z := w + share * (solution.z - w)).any():
+        share = share * _BLEND if share > _LEAST else 0.0
+    return Solution(z, solution.alpha, solution.t)
+
+
 def _steps(untangler: Untangler, kind: str, steps: int) -> Job[bool]:
     """Take Newton steps until nothing is folded; return whether that was reached."""
+    seen: list[float] = []
     for step in range(steps):
         worst = untangler.worst
         if worst > 0:
             return True
+        if len(seen) >= _PATIENCE and worst < _BETTER * seen[-_PATIENCE]:
+            break
+        seen.append(worst)
         if kind == "hinge":
             moved = untangler.step(Hinge(_KEPT), _HINGE_WEIGHT * _TIGHTEN**step)
         else:

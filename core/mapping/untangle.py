@@ -10,10 +10,9 @@ to keep the scale they have: k/2 (log |α| / s)².
 """
 
 import numpy as np
-from scipy import sparse
 
 from core.arrays import Bools, Floats, Ints
-from core.factor import Factor
+from core.mapping.assembly import Assembly
 from core.mapping.distortion import Corners, Penalty
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas
@@ -92,24 +91,13 @@ class Untangler:
         plain = self._dofs[self._quads[self._plain], :2].reshape(-1, 8)
         owner = self._feature_dofs[self._owner[self._bound], :2]
         tied = np.concatenate([self._dofs[self._quads[self._bound]].reshape(-1, 16), owner], axis=1)
-        self._element_dofs = plain, tied
-        pairs = [_pairs(dofs, self._count) for dofs in (plain, tied)]
-        diagonal = np.arange(self._count) * (self._count + 1)
-        keys = np.unique(np.concatenate([*pairs, diagonal]))
-        keys = keys[keys < self._count * self._count]
-        self._slots = [np.searchsorted(keys, p) for p in pairs]
-        self._diagonal = np.searchsorted(keys, diagonal)
-        self._entries = len(keys)
-        column, row = np.divmod(keys, self._count)
-        ones = (row == column).astype(np.float64)
-        self._factor = Factor(sparse.csc_array((ones, (row, column)), shape=(self._count,) * 2))
+        self._assembly = Assembly(self._count, [plain, tied])
 
     def step(self, penalty: Penalty, weight: float) -> bool:
         """Take one Newton step with f = `penalty` and μ = `weight`; return whether it lowered the energy."""
         with span("untangle", unknowns=self._count):
             gradient, values = self._model(penalty, weight)
-            values[self._diagonal] += 1e-9 * values[self._diagonal].max()
-            move = -self._factor.factorise(values).solve(gradient)
+            move = -self._assembly.solve(values, gradient)
             before, slope, length = self._energy(penalty, weight), float(gradient @ move), 1.0
             kept = self.z, self.alpha, self.t
             for _ in range(_HALVINGS):
@@ -167,8 +155,6 @@ class Untangler:
         pull = w4 * plain + w3 * halo
         gradient += (np.roll(pull, 1, axis=1) - pull).view(np.float64)
         H += (w3 + w4)[..., None] * _RING
-        values = _summed(self._slots[0], H[self._plain], self._entries)
-        total = _summed(self._element_dofs[0], gradient[self._plain], self._count)
         bound = self._bound
         T = self._directions()
         wide = np.zeros((len(bound), 10, 10))
@@ -182,13 +168,13 @@ class Untangler:
         along = -(w3 * np.conj(turned) * halo).sum(axis=1)[bound]
         slope[:, 8], slope[:, 9] = along.real, along.imag
         small = T.transpose(0, 2, 1) @ wide @ T
-        values += _summed(self._slots[1], small, self._entries)
+        values = self._assembly.entries([H[self._plain], small])
         ends = (slope[:, None, :] @ T)[:, 0]
-        total += _summed(self._element_dofs[1], ends, self._count)
+        total = self._assembly.gradient([gradient[self._plain], ends])
         for i in self._active[np.isfinite(self._sizes[self._active])]:
             unknown = self._feature_dofs[i, 0]
             total[unknown] += self._sizes[i] * self._stretch[i]
-            values[self._diagonal[unknown]] += self._sizes[i]
+            values[self._assembly.diagonal[unknown]] += self._sizes[i]
         return total, values
 
     def _directions(self) -> Floats:
@@ -218,14 +204,3 @@ class Untangler:
         for i in self._active:
             body = self._mapping.bodies[i]
             self.z[body.nodes] = body.place(self.alpha[i], self.t[i])
-
-
-def _summed(places: Ints, values: Floats, count: int) -> Floats:
-    """Add up `values` by their places below `count`."""
-    return np.asarray(np.bincount(places.ravel(), values.ravel(), count + 1)[:-1], np.float64)
-
-
-def _pairs(dofs: Ints, count: int) -> Ints:
-    """Return the place in the lower triangle, by columns, of every pair of an element's unknowns; count² for none."""
-    row, column = dofs[:, :, None], dofs[:, None, :]
-    return np.where((row >= column) & (row < count), column * count + row, count * count).ravel()

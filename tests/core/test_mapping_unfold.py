@@ -12,6 +12,7 @@ from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.frames import Complexes, as_complex
 from core.mapping.junctions import fit_between
 from core.mapping.similarity import fit_residual
+from core.mapping.stiffen import stiffen
 from core.mapping.unfold import unfold
 from core.mapping.warping import Keep, MappingOptions, warp_grid
 from core.progress import Progress, run
@@ -86,6 +87,34 @@ def test_every_scene_folds_without_unfolding(name: str) -> None:
     mapping = FeatureMapping(GRID, find_features(GRID, MASKS[name]), keep="rigid")
     warps = [make_warp(preset, WIDTH, HEIGHT, bend=45)(GRID.nodes) for preset in ("arc", "squeeze", "swirl")]
     assert any(folded_quads(as_complex(mapping.solve(plain))).any() for plain in warps)
+
+
+def specks() -> Bytes:
+    mask, rng = blank(), np.random.default_rng(0)
+    for _ in range(260):
+        cv2.circle(mask, (int(rng.integers(WIDTH)), int(rng.integers(HEIGHT))), 3, 255, -1)
+    return mask
+
+
+@pytest.mark.parametrize(("preset", "bend"), [("arc", 90), ("flag", 70)])
+def test_many_rigid_specks_are_unfolded(preset: str, bend: float) -> None:
+    features, plain, z = mapped(specks(), preset, bend, "rigid")
+    assert len(features) > 100
+    assert not folded_quads(as_complex(plain)).any()
+    assert not folded_quads(as_complex(z)).any()
+
+
+@pytest.mark.parametrize("name", ["close_neighbours", "hooks"])
+def test_features_stiffen_from_w_without_folding(name: str) -> None:
+    features = find_features(GRID, MASKS[name])
+    mapping = FeatureMapping(GRID, features)
+    w = as_complex(make_warp("arc", WIDTH, HEIGHT, bend=60)(GRID.nodes))
+    found = run(stiffen(mapping, w, np.abs(mapping.place(w).alpha)))
+    assert found is not None
+    assert not folded_quads(found.z).any()
+    assert residuals(features, found.positions, rigid=False).max() < 1e-9
+    outside = GRID.outline & (features.labels == 0)
+    assert np.array_equal(found.z[outside], w[outside])
 
 
 def test_rigid_features_that_fit_keep_their_size() -> None:

@@ -1,0 +1,61 @@
+"""Sum small dense element matrices into one sparse system over the unknowns that they share."""
+
+import numpy as np
+from scipy import sparse
+
+from core.arrays import Floats, Ints
+from core.factor import Factor
+
+_REGULAR = 1e-9
+"""Share of the largest diagonal entry that is added to all of them."""
+
+
+class Assembly:
+    """The sparse system of Newton's method, its pattern found once.
+
+    Parameters
+    ----------
+    count
+        Number of unknowns.
+    element_dofs
+        For each kind of element, the unknowns (m, k) of its m elements; `count` stands for none.
+    """
+
+    def __init__(self, count: int, element_dofs: list[Ints]) -> None:
+        self.count, self._dofs = count, element_dofs
+        pairs = [_pairs(dofs, count) for dofs in element_dofs]
+        diagonal = np.arange(count) * (count + 1)
+        keys = np.unique(np.concatenate([*pairs, diagonal]))
+        keys = keys[keys < count * count]
+        self._slots = [np.searchsorted(keys, p) for p in pairs]
+        self.diagonal = np.searchsorted(keys, diagonal)
+        self._entries = len(keys)
+        column, row = np.divmod(keys, count)
+        ones = (row == column).astype(np.float64)
+        self._factor = Factor(sparse.csc_array((ones, (row, column)), shape=(count, count)))
+
+    def gradient(self, parts: list[Floats]) -> Floats:
+        """Return the sum (count,) of the elements' gradients, (m, k) for each kind."""
+        return np.asarray(np.sum([_summed(d, p, self.count) for d, p in zip(self._dofs, parts, strict=True)], axis=0))
+
+    def entries(self, parts: list[Floats]) -> Floats:
+        """Return the stored entries of the sum of the elements' matrices, (m, k, k) for each kind."""
+        return np.asarray(
+            np.sum([_summed(s, p, self._entries) for s, p in zip(self._slots, parts, strict=True)], axis=0)
+        )
+
+    def solve(self, entries: Floats, b: Floats) -> Floats:
+        """Solve the system of the given entries for b (count,)."""
+        entries[self.diagonal] += _REGULAR * entries[self.diagonal].max()
+        return self._factor.factorise(entries).solve(b)
+
+
+def _summed(places: Ints, values: Floats, count: int) -> Floats:
+    """Add up `values` by their places below `count`."""
+    return np.asarray(np.bincount(places.ravel(), values.ravel(), count + 1)[:-1], np.float64)
+
+
+def _pairs(dofs: Ints, count: int) -> Ints:
+    """Return the place in the lower triangle, by columns, of every pair of an element's unknowns; count² for none."""
+    row, column = dofs[:, :, None], dofs[:, None, :]
+    return np.where((row >= column) & (row < count), column * count + row, count * count).ravel()
