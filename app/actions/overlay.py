@@ -17,6 +17,8 @@ from core.document_parts import Part, picture_of
 from core.images import Image, load, save
 from core.progress import Job, Progress
 
+PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
+"""Tools that work on the photo, and so show it in place of the result."""
 COPIES = 2.5
 """How many copies of a new texture go across the cloth at first."""
 PART_FILES = ("png", "tif", "tiff", "exr")
@@ -32,10 +34,17 @@ def has_layers(editor: Editor) -> bool:
     return in_mode(editor) and editor.overlay.layers is not None
 
 
+def show(editor: Editor, shown: Shown) -> None:
+    """Show the result or a part of what was found; a tool that works on the photo is put away for the result."""
+    if shown == "result" and in_mode(editor) and editor.session.tool in PHOTO_TOOLS:
+        editor.choose_tool("drape")
+    editor.show(shown=shown, compare="result")
+
+
 def find(editor: Editor) -> None:
     """Find the pattern in the painted region, anew where it was sought before."""
     cloth = editor.document.cloth
-    editor.show(shown="result")
+    show(editor, "result")
     editor.edit("Find pattern", editor.document.with_cloth(search=Search(cloth.region, seed=cloth.seed)))
 
 
@@ -64,7 +73,7 @@ def lay(editor: Editor, path: Path) -> None:
 
     def laid(document: Document, image: Image) -> Document:
         cloth, layers = document.cloth, editor.overlay.layers
-        editor.show(shown="result")
+        show(editor, "result")
         if cloth.texture is None and layers is not None and cloth.laying == Laying():
             cloth = cloth.laid(size=usual_size(layers))
         return document.changed(cloth=cloth.changed(texture=image, texture_name=path.name))
@@ -147,7 +156,7 @@ def _show(number: int, shown: Shown, label: str, icon: str, tooltip: str) -> Act
         f"shown.{shown}",
         label,
         "View/Overlay",
-        lambda editor: editor.show(shown=shown, compare="result"),
+        lambda editor: show(editor, shown),
         str(number),
         icon,
         tooltip,

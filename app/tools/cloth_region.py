@@ -45,6 +45,7 @@ def mark_texel(editor: Editor, corners: Points) -> None:
     search = Search(cloth.region, texel=((first[0], first[1]), (second[0], second[1])), seed=cloth.seed)
     with editor.group("Mark texel"):
         editor.document = editor.document.with_cloth(search=search)
+    editor.show(tool="drape", shown="result")
 
 
 def mark_region(editor: Editor, corners: Points, *, joins: bool, cuts: bool) -> None:

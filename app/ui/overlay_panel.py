@@ -6,11 +6,11 @@ from typing import Literal
 
 from imgui_bundle import ImVec2, imgui
 
+from app.actions.overlay import PHOTO_TOOLS
 from app.actions.table import ActionTable
 from app.editor import Editor
 from app.ui import theme
 from app.ui.controls import check, colors, faint, plain_button, primary_button, section, segments, tip
-from app.ui.scene import PHOTO_TOOLS
 from app.ui.sliders import Held, slider
 from app.ui.theme import em
 from core.cloth import Cloth, Laying

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from app.actions.overlay import PHOTO_TOOLS
 from app.editor import Editor
 from app.render.dressing import Dressing
 from app.render.scene import Marks, Palette, Scene
@@ -33,9 +34,6 @@ REST_S = 0.12
 """When nothing has moved for so long, the canvas is drawn at its best."""
 
 SAME_PX = 1e-4
-
-PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
-"""Tools of Overlay mode that work on the photo, and so show it in place of the result."""
 
 
 class Motion:

@@ -327,3 +327,16 @@ def test_rendering_a_project_finds_the_pattern_again(drive: OverlayDriver, tmp_p
     assert layers is not None
     expected = laid_on(PHOTO, layers, drive.cloth).pixels
     assert np.abs(written.astype(int) - expected).max() <= 1
+
+
+def test_result_is_seen_once_there_is_something_new_to_see(drive: OverlayDriver, tmp_path: Path) -> None:
+    save(TEXTURE, tmp_path / "new.png")
+    drive.tool("brush").drag((60, 60), (80, 60))
+    overlay.lay(drive.editor, tmp_path / "new.png")
+    drive.frame()
+    assert drive.editor.session.tool == "drape"
+    drive.tool("lattice").editor.show(shown="mesh")
+    drive.run("shown.result")
+    assert (drive.editor.session.tool, drive.editor.session.shown) == ("drape", "result")
+    drive.run("shown.detail").tool("lattice")
+    assert drive.editor.session.shown == "detail"
