@@ -129,6 +129,8 @@ def object_outline(image: Image, low: Points, high: Points) -> Job[Curve]:
         raise InputError("the rectangle is too small to hold an object")
     labels = np.full(picture.shape[:2], cv2.GC_BGD, np.uint8)
     labels[top : bottom + 1, left : right + 1] = cv2.GC_PR_FGD
+    if (labels == cv2.GC_PR_FGD).all():
+        raise InputError("the rectangle leaves no ground around the object")
     back, front = np.zeros((1, 65)), np.zeros((1, 65))
     cv2.setRNGSeed(0)
     for round_number in range(CUT_ROUNDS):

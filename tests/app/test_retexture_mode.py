@@ -358,6 +358,20 @@ def test_a_rectangle_around_an_object_gives_its_outline() -> None:
     assert off_circle(pair.source) < 3
 
 
+@pytest.mark.parametrize(
+    ("first", "last", "fault"),
+    [((-9, -9), (260, 200), "no ground"), ((10, 10), (14, 11), "too small"), ((2, 2), (20, 20), "nothing stands out")],
+)
+def test_a_rectangle_without_an_object_is_refused_in_words(
+    first: tuple[float, float], last: tuple[float, float], fault: str
+) -> None:
+    drive = blob()
+    drive.drag(first, last)
+    drive.frame()
+    assert fault in drive.editor.notices[-1].text
+    assert drive.document is drive.start
+
+
 def test_suggested_curves_are_taken_by_a_click() -> None:
     drive = blob().tool("feature-curves")
     assert ActionTable(TOOLS).run("feature.suggest", drive.editor)
