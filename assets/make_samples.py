@@ -194,7 +194,7 @@ def edge(spine: NDArray[np.float64], side: float) -> NDArray[np.float64]:
     outline = place + np.c_[-along[:, 1], along[:, 0]] * (side * tail_girth(t) + side * 14)[:, None]
     u = np.linspace(0, 1, len(t))[:, None]
     bernstein = np.hstack([(1 - u) ** 3, 3 * (1 - u) ** 2 * u, 3 * (1 - u) * u**2, u**3])
-    return np.rint(np.linalg.lstsq(bernstein, outline)[0])
+    return np.asarray(np.rint(np.linalg.lstsq(bernstein, outline)[0]))
 
 
 def make_fox_tail(folder: Path) -> None:
