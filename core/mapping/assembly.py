@@ -25,8 +25,8 @@ class Assembly:
         self.count, self._dofs = count, element_dofs
         pairs = [_pairs(dofs, count) for dofs in element_dofs]
         diagonal = np.arange(count) * (count + 1)
-        keys = np.unique(np.concatenate([*pairs, diagonal]))
-        keys = keys[keys < count * count]
+        keys = np.sort(np.concatenate([*(p[p < count * count] for p in pairs), diagonal]))
+        keys = keys[np.diff(keys, prepend=-1) > 0]
         self._slots = [np.searchsorted(keys, p) for p in pairs]
         self.diagonal = np.searchsorted(keys, diagonal)
         self._entries = len(keys)

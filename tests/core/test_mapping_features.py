@@ -1,6 +1,8 @@
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from core.arrays import Bytes, Floats, Points
 from core.grid import Grid, find_features
@@ -32,6 +34,7 @@ def swirl(points: Points, strength: float = 1.0) -> Points:
 GRID = Grid(WIDTH, HEIGHT, cell_px=4)
 MASK = discs((70, 60, 30), (210, 120, 45), (298, 20, 15))
 FEATURES = find_features(GRID, MASK)
+KEEPS: list[Keep] = ["similarity", "rigid"]
 
 
 def residuals(z: Points, *, rigid: bool) -> Floats:
@@ -58,6 +61,19 @@ def test_a_similar_w_is_reproduced(method: Method) -> None:
     w = as_complex(GRID.nodes) * (1.2 + 0.5j) + (10 - 3j)
     mapping = FeatureMapping(GRID, FEATURES, method=method)
     assert np.abs(mapping.place(w).z - w).max() < 1e-9
+
+
+MAPPINGS = {keep: FeatureMapping(GRID, FEATURES, keep=keep) for keep in KEEPS}
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.2, 5), st.floats(-3, 3), st.floats(-500, 500))
+def test_what_moves_turns_or_scales_w_does_so_to_the_result(scale: float, angle: float, shift: float) -> None:
+    w = as_complex(swirl(GRID.nodes))
+    for keep, mapping in MAPPINGS.items():
+        alpha, t = (1.0 if keep == "rigid" else scale) * np.exp(1j * angle), shift * (1 - 0.4j)
+        wanted = alpha * mapping.place(w).z + t
+        assert np.abs(mapping.place(alpha * w + t).z - wanted).max() < 1e-7
 
 
 def test_without_features_w_is_returned() -> None:
