@@ -11,6 +11,7 @@ band across a picture that becomes half a ring is such a case. As the outline an
 then stay folded.
 """
 
+import copy
 from typing import Literal
 
 import cv2
@@ -74,8 +75,18 @@ def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     elif folded_quads(solution.z).any():
         solution = yield from _untangled(mapping, w, solution, fitted=True)
     if mapping.keep == "rigid" and mapping.method == "exact":
+        if folded_quads(solution.z).any():
+            solution = yield from part(_resized_freely(mapping, w, solution), 0.8, 0.8)
         solution = yield from _grown(mapping, w, solution)
     return solution
+
+
+def _resized_freely(mapping: FeatureMapping, w: Complexes, folded: Solution) -> Job[Solution]:
+    """Return the mapping whose features take the size they have under W, if that one does not fold."""
+    similar = copy.copy(mapping)
+    similar.keep = "similarity"
+    found = yield from unfold(similar, w)
+    return folded if folded_quads(found.z).any() else found
 
 
 def _reweighted(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
