@@ -65,7 +65,7 @@ def test_from_photo_to_new_cloth(editor: Editor, tmp_path: Path) -> None:
         seen["moved"] = cloth_in(window, tmp_path / "moved.png")
         window.key(imgui.Key._2).wait(20)
         seen["photo"] = cloth_in(window, tmp_path / "photo.png")
-        window.key(imgui.Key.mod_ctrl | imgui.Key.z).wait(4)
+        window.key(imgui.Key.mod_ctrl, imgui.Key.z).wait(4)
 
     drive(editor, script)
     assert editor.history.labels == ("Open", "Find pattern", "Texture new.png", "Move texture")

@@ -56,11 +56,11 @@ def test_a_target_is_dragged_and_the_texture_regrown(editor: Editor, tmp_path: P
 
 def test_the_modes_are_switched_by_key_and_back(editor: Editor) -> None:
     def script(window: WindowDriver) -> None:
-        window.key(imgui.Key.mod_alt | imgui.Key._2).wait(4)
+        window.key(imgui.Key.mod_alt, imgui.Key._2).wait(4)
         modes = [editor.session.mode]
         window.item("//Retexture/Deformed##look").wait()
         assert editor.session.look == "deformed"
-        window.key(imgui.Key.mod_alt | imgui.Key._1).wait(4)
+        window.key(imgui.Key.mod_alt, imgui.Key._1).wait(4)
         assert [*modes, editor.session.mode] == ["retexture", "warp"]
         window.item("//Warp/**/Arch").wait()
 
