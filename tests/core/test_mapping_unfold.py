@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 
 from core.arrays import Bytes, Floats, Points
 from core.grid import Features, Grid, find_features
+from core.mapping import unfold as unfolding
 from core.mapping.distortion import Barrier, Corners, Hinge, Penalty
-from core.mapping.feature_mapping import FeatureMapping
+from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.frames import Complexes, as_complex
 from core.mapping.junctions import fit_between
@@ -15,7 +16,7 @@ from core.mapping.similarity import fit_residual
 from core.mapping.stiffen import stiffen
 from core.mapping.unfold import unfold
 from core.mapping.warping import Keep, MappingOptions, warp_grid
-from core.progress import Progress, run
+from core.progress import Job, Progress, run
 from core.warps.presets import make_warp
 
 WIDTH, HEIGHT = 240, 180
@@ -120,6 +121,17 @@ def test_features_stiffen_from_w_without_folding(name: str) -> None:
 def test_rigid_features_that_fit_keep_their_size() -> None:
     features, _, z = mapped(MASKS["close_neighbours"], "arc", 25, "rigid")
     assert residuals(features, z, rigid=True).max() < 1e-9
+
+
+def test_rigid_features_take_their_size_under_w_where_the_search_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = unfolding._untangled
+
+    def fails_when_rigid(mapping: FeatureMapping, w: Complexes, start: Solution, *, fitted: bool) -> Job[Solution]:
+        return start if mapping.keep == "rigid" else (yield from search(mapping, w, start, fitted=fitted))
+
+    monkeypatch.setattr(unfolding, "_untangled", fails_when_rigid)
+    _, _, z = mapped(MASKS["close_neighbours"], "squeeze", 45, "rigid")
+    assert not folded_quads(as_complex(z)).any()
 
 
 def test_what_does_not_fold_is_left_as_it_is() -> None:
