@@ -1,5 +1,6 @@
 """Drives the editor as a user would, without a window: `drive.tool("brush").press(10, 10).move(40, 10).release()`."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -144,3 +145,20 @@ class EditorDriver:
         """Return the pixel of the picture that is at screen (x, y)."""
         canvas = canvas_from_screen(self.editor.session.view, np.array([[x, y]]))
         return self.editor.answer.mesh.image_from_canvas(canvas).reshape(2)
+
+
+class Later:
+    """An executor that runs what was submitted when told."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Callable[[], None]] = []
+
+    def submit(self, work: Callable[[], None]) -> None:
+        self.waiting.append(work)
+
+    def run(self) -> None:
+        while self.waiting:
+            self.waiting.pop(0)()
+
+    def close(self) -> None:
+        self.run()

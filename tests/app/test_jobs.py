@@ -5,23 +5,7 @@ import pytest
 
 from app.jobs import InlineExecutor, Jobs, Task
 from core.progress import Job, Progress
-
-
-class ByHand:
-    """An executor that runs what was submitted when the test says so."""
-
-    def __init__(self) -> None:
-        self.waiting: list[Callable[[], None]] = []
-
-    def submit(self, work: Callable[[], None]) -> None:
-        self.waiting.append(work)
-
-    def run(self) -> None:
-        while self.waiting:
-            self.waiting.pop(0)()
-
-    def close(self) -> None:
-        self.run()
+from tests.app.driver import Later
 
 
 def counting(to: int, note: Callable[[int], None] = lambda i: None) -> Job[int]:
@@ -46,7 +30,7 @@ def test_a_result_waits_for_drain() -> None:
 
 
 def test_in_a_slot_the_latest_wins_and_the_others_are_dropped() -> None:
-    hand, got = ByHand(), []  # type: tuple[ByHand, list[object]]
+    hand, got = Later(), []  # type: tuple[Later, list[object]]
     jobs = Jobs(live=hand, long=InlineExecutor())
     for n in (1, 2, 3):
         jobs.submit("unfold", task(lambda n=n: counting(n), got))  # type: ignore[misc]
@@ -57,7 +41,7 @@ def test_in_a_slot_the_latest_wins_and_the_others_are_dropped() -> None:
 
 
 def test_a_submission_stops_the_running_generator_at_its_next_yield() -> None:
-    hand, got, seen = ByHand(), [], []  # type: tuple[ByHand, list[object], list[int]]
+    hand, got, seen = Later(), [], []  # type: tuple[Later, list[object], list[int]]
     jobs = Jobs(live=hand, long=InlineExecutor())
 
     def note(i: int) -> None:
@@ -73,7 +57,7 @@ def test_a_submission_stops_the_running_generator_at_its_next_yield() -> None:
 
 
 def test_a_cancelled_job_delivers_nothing_and_closes_its_generator() -> None:
-    hand, got, closed = ByHand(), [], []  # type: tuple[ByHand, list[object], list[bool]]
+    hand, got, closed = Later(), [], []  # type: tuple[Later, list[object], list[bool]]
     jobs = Jobs(live=InlineExecutor(), long=hand)
 
     def steps() -> Job[int]:

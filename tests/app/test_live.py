@@ -1,5 +1,3 @@
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -12,24 +10,7 @@ from core.document_map import settled
 from core.images import Image
 from core.progress import run
 from core.raster import Raster
-from tests.app.driver import EditorDriver, document
-
-
-class Later:
-    """An executor that runs what was submitted when told."""
-
-    def __init__(self) -> None:
-        self.waiting: list[Callable[[], None]] = []
-
-    def submit(self, work: Callable[[], None]) -> None:
-        self.waiting.append(work)
-
-    def run(self) -> None:
-        while self.waiting:
-            self.waiting.pop(0)()
-
-    def close(self) -> None:
-        self.run()
+from tests.app.driver import EditorDriver, Later, document
 
 
 def swirled() -> Document:

@@ -1,6 +1,5 @@
 """Stories of Overlay mode: a pattern is found, a texture laid on, the lattice mended, the result written."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +21,7 @@ from core.document_overlay import laid_on
 from core.images import Image, load, save
 from core.overlay.seeding import NoPatternError
 from core.project import load_project, save_project
-from tests.app.driver import EditorDriver, picture
+from tests.app.driver import EditorDriver, Later, picture
 from tests.core.overlay_scenes import make_scene, motif
 
 TABLE = ActionTable(TOOLS)
@@ -274,23 +273,6 @@ def test_cancelled_search_goes_on_when_asked_to(found: Document) -> None:
     drive.frame()
     later.run()
     assert drive.frame().editor.overlay.is_final
-
-
-class Later:
-    """Runs what was submitted when it is told to."""
-
-    def __init__(self) -> None:
-        self.waiting: list[Callable[[], None]] = []
-
-    def submit(self, work: Callable[[], None]) -> None:
-        self.waiting.append(work)
-
-    def run(self) -> None:
-        while self.waiting:
-            self.waiting.pop(0)()
-
-    def close(self) -> None:
-        self.run()
 
 
 def test_dropped_picture_is_a_texture_also_while_the_pattern_is_looked_for(tmp_path: Path) -> None:

@@ -17,8 +17,7 @@ from core.image import Image
 from core.images import load
 from core.progress import run
 from core.project import load_project, save_project
-from tests.app.driver import EditorDriver
-from tests.app.test_live import Later
+from tests.app.driver import EditorDriver, Later
 
 WIDTH, HEIGHT = 200, 150
 
