@@ -1,21 +1,16 @@
-"""The editor: a document with its history, a session, and the gesture in progress. It knows no GL and no ImGui.
-
-A tool is a record. A gesture is a generator that owns its state in local variables: a press creates it, every later
-event is sent to it, and it ends by returning. Escape closes it, and the `with editor.group("Move pin")` inside rolls
-back. A gesture recomputes from the document it started with; it never adds up what moves brought.
-"""
+"""The editor: a document with its history, a session, and what is in progress. It knows no GL and no ImGui."""
 
 import logging
 import time
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias, TypeVar
 
-from app.events import Event, Finish, Key, KeyUp, Move, Press, Release, Wheel
-from app.gestures import Gesture, Running
+from app.events import Event
 from app.history import History
+from app.interaction import Interaction
 from app.jobs import Jobs, Task, Ticket
 from app.live import Answer, LiveWarp
 from app.live_overlay import LiveOverlay
@@ -23,8 +18,7 @@ from app.live_retexture import LiveRetexture
 from app.recovery import Recovery
 from app.requests import ExportOptions, Request
 from app.session import Session
-from app.shapes import Shape
-from app.spaces import zoomed_at
+from app.tool import Tool
 from core import tracing
 from core.arrays import WeftError
 from core.document import Document, Mode
@@ -33,48 +27,6 @@ from core.progress import Job
 log = logging.getLogger("weft")
 T = TypeVar("T")
 Exporter: TypeAlias = Callable[[Document, ExportOptions], Job[None]]
-
-WHEEL_ZOOM = 1.2
-"""Zoom factor of one notch of the wheel."""
-GESTURE_KEYS = frozenset(("enter", "backspace", "delete"))
-"""Keys that a gesture in progress gets; the others act as ever."""
-
-
-def _no_hover(editor: "Editor", pos: tuple[float, float]) -> object:
-    """Find nothing."""
-    return None
-
-
-def _no_key(editor: "Editor", key: Key) -> bool:
-    """Take no key."""
-    return False
-
-
-def _no_shapes(editor: "Editor") -> Sequence[Shape]:
-    """Draw nothing."""
-    return ()
-
-
-@dataclass(frozen=True)
-class Tool:
-    """What the pointer does on the canvas."""
-
-    name: str
-    label: str
-    icon: str
-    """Name of a Font Awesome 6 icon, without its prefix: "paintbrush"."""
-    key: str
-    hint: str
-    """What can be done now, for the status bar."""
-    press: Callable[["Editor", Press], Gesture | None]
-    modes: frozenset[Mode] = frozenset(("warp", "retexture", "overlay"))
-    cursor: Literal["arrow", "cross", "hand", "none", "move"] = "arrow"
-    hover: Callable[["Editor", tuple[float, float]], object] = _no_hover
-    """What lies under a screen position, kept in `Session.hover`."""
-    take_key: Callable[["Editor", Key], bool] = _no_key
-    """Act on a key and say so, before the action table sees it."""
-    overlay: Callable[["Editor"], Sequence[Shape]] = _no_shapes
-    """What is drawn over the picture while the tool is in hand, in screen pixels, the lowest first."""
 
 
 @dataclass(frozen=True)
@@ -121,12 +73,7 @@ class Editor:
         self.notices: list[Notice] = []
         self.requests: list[Request] = []
         """What the window is to ask the artist, the oldest first; whoever shows one takes it out."""
-        self._gesture = Running()
-        self._gesture_tool = ""
-        self._navigation = Running()
-        self._spring: str | None = None
-        self._slide: Generator[None, None, None] | None = None
-        self._slide_label = ""
+        self._hand = Interaction(self, tools)
         self._tools_left: dict[Mode, str] = {}
         """By mode, the tool in hand when it was left."""
         self.choose_mode(document.mode)
@@ -143,7 +90,7 @@ class Editor:
     @property
     def tool(self) -> Tool:
         """The tool in hand: the spring-loaded one while its key is held, else the chosen one."""
-        return self.tools[self._spring or self.session.tool]
+        return self._hand.tool
 
     @property
     def name(self) -> str:
@@ -174,12 +121,12 @@ class Editor:
     @property
     def is_busy(self) -> bool:
         """Whether a gesture is in progress or a slider held."""
-        return bool(self._gesture) or self._slide is not None
+        return bool(self._hand)
 
     @property
     def state(self) -> str:
         """Tool and whether a gesture is in progress: "pins.idle", "pins.busy"."""
-        return f"{self._gesture_tool}.busy" if self._gesture else f"{self.tool.name}.idle"
+        return self._hand.state
 
     @contextmanager
     def group(self, label: str, *, joins: bool = False) -> Iterator[None]:
@@ -198,15 +145,8 @@ class Editor:
 
     def slide(self, label: str, document: Document) -> None:
         """Show `document` while a slider is held; all calls with one label until `finish` are one undo entry."""
-        if self._slide is None or self._slide_label != label:
-            self.finish()
-            self._slide, self._slide_label = self._held(label), label
-            next(self._slide)
+        self._hand.hold_slider(label, self.group)
         self.document = document
-
-    def _held(self, label: str) -> Generator[None, None, None]:
-        with self.group(label):
-            yield
 
     def show(self, **changes: object) -> None:
         """Change the session."""
@@ -290,7 +230,7 @@ class Editor:
 
     def undo(self) -> None:
         """Cancel a gesture in progress, or else take back the last entry."""
-        if self._gesture:
+        if self._hand.has_gesture:
             self.cancel()
             return
         self.finish()
@@ -332,76 +272,18 @@ class Editor:
 
     def finish(self) -> None:
         """End the gesture or the held slider in progress and keep what it did."""
-        if self._slide is not None:
-            slide, self._slide = self._slide, None
-            next(slide, None)
-        self._gesture.send(Finish())
-        self._gesture.close()
+        self._hand.finish()
 
     def cancel(self) -> bool:
         """End the gesture or the held slider in progress without a trace; say whether there was one."""
-        slide, self._slide = self._slide, None
-        if slide is not None:
-            slide.close()
-        return self._gesture.close() or slide is not None
+        return self._hand.cancel()
 
     def handle(self, event: Event) -> bool:
         """Let the tools act on `event`; return whether they did. What they refuse is a notice."""
         with tracing.span("event", kind=type(event).__name__):
             try:
-                return self._handle(event)
+                return self._hand.handle(event)
             except WeftError as fault:
                 self.cancel()
                 self.fail(fault)
                 return True
-
-    def _handle(self, event: Event) -> bool:
-        match event:
-            case Press():
-                return self._press(event)
-            case Move() | Release():
-                return self._drag(event)
-            case Wheel():
-                self.show(view=zoomed_at(self.session.view, WHEEL_ZOOM**event.notches, event.pos))
-                return True
-            case Key():
-                return self._key(event)
-            case KeyUp(name="space"):
-                self._spring = None
-                return True
-        return False
-
-    def _press(self, press: Press) -> bool:
-        if press.button == "middle":
-            self._navigation.begin(self.tools["hand"].press(self, press))
-        elif self._spring is not None and press.button == "left":
-            self._navigation.begin(self.tools[self._spring].press(self, press))
-        elif self._gesture:
-            self._gesture.send(press)
-        else:
-            if self._slide is not None:
-                self.finish()
-            self._gesture_tool = self.tool.name
-            self._gesture.begin(self.tool.press(self, press))
-        return True
-
-    def _drag(self, event: Move | Release) -> bool:
-        self.show(pointer=event.pos)
-        if self._navigation:
-            self._navigation.send(event)
-        elif self._gesture:
-            self._gesture.send(event)
-        else:
-            self.show(hover=self.tool.hover(self, event.pos))
-        return True
-
-    def _key(self, key: Key) -> bool:
-        if key.name == "escape" and self.cancel():
-            return True
-        if key.name == "space" and not (key.mods.ctrl or key.mods.alt):
-            self._spring = "hand"
-            return True
-        if self._gesture and key.name in GESTURE_KEYS and not key.mods.ctrl:
-            self._gesture.send(key)
-            return True
-        return self.tool.take_key(self, key)

@@ -158,11 +158,11 @@ def ask_mask(editor: Editor) -> None:
 
 def load_mask_from(editor: Editor, path: Path) -> None:
     """Take the mask in a picture of the same size, or in another project, where it is resized."""
-    width, height = editor.document.size_px
+    size_px = editor.document.size_px
 
     def steps() -> Job[Raster]:
         yield Progress(0.0, "reading")
-        return load_project(path).mask if is_project(path) else Raster.from_array(load_mask(path, (height, width)))
+        return load_project(path).mask if is_project(path) else Raster.from_array(load_mask(path, size_px))
 
     name = painted(editor)
     apply = lambda document, mask: with_layer(document, name, mask.resized(*document.size_px))  # noqa: E731

@@ -125,9 +125,9 @@ class LiveOverlay:
     def _take_stage(self) -> None:
         """Take the newest lattice that the job has to show."""
         stage = self.ticket.progress.preview if self.ticket is not None and self.is_running else None
-        if isinstance(stage, Stage) and stage.lattice is not None and stage.size is not None:
+        if isinstance(stage, Stage) and stage.lattice is not None and stage.shape is not None:
             assert self._image is not None
-            scale = -(-self._image.height_px // stage.size[0])
+            scale = -(-self._image.height_px // stage.shape[0])
             points = scale * stage.lattice.frames.points + (scale - 1) / 2
             self.stage_lattice = stage.lattice.keys, np.asarray(points, np.float64)
 

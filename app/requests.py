@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from core.canvas import Framing
 from core.document import Document
 
 Panel: TypeAlias = Literal["keys", "palette", "history", "about"]
@@ -45,8 +46,7 @@ class ExportOptions:
     path: Path
     size_px: tuple[int, int]
     """Width and height of the file's picture."""
-    frame: Literal["picture", "warp"] = "picture"
-    """What the file shows: the frame that the picture had, or all of the warped picture."""
+    frame: Framing = "picture"
     bits: Literal[8, 16, 32] | None = None
     """Depth of a sample, 32 meaning float; None for the depth of the source as far as the format goes."""
     quality: int = 92

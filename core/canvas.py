@@ -1,11 +1,14 @@
 """The output canvas: which part of the plane becomes the picture that is written."""
 
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from core.arrays import InputError, Points
 
+Framing: TypeAlias = Literal["picture", "warp"]
+"""What a file shows: the frame that the picture had, or all of the warped picture."""
 MOST_SIDE_PX = 65_536
 MOST_PIXELS = 2**30
 _TOLERANCE_PX = 1e-6
@@ -29,6 +32,11 @@ class Canvas:
             raise InputError(
                 f"output of {width}x{height} pixels: must have 1 to {MOST_SIDE_PX} a side, {MOST_PIXELS} in all"
             )
+
+    @classmethod
+    def of(cls, framing: Framing, positions: Points, size_px: tuple[int, int]) -> "Canvas":
+        """Return the canvas for a warped grid (R, C, 2) whose frame has a width and height of `size_px`."""
+        return cls.around(positions) if framing == "warp" else cls(*size_px)
 
     @classmethod
     def around(cls, positions: Points) -> "Canvas":

@@ -166,8 +166,7 @@ class Document:
     @classmethod
     def of(cls, image: Image) -> "Document":
         """Return the document that holds nothing but `image`."""
-        height, width = image.pixels.shape[:2]
-        return cls(image, Raster.filled(width, height))
+        return cls(image, Raster.filled(*image.size_px))
 
     @property
     def has_handles(self) -> bool:
@@ -185,8 +184,7 @@ class Document:
     @property
     def size_px(self) -> tuple[int, int]:
         """Width and height of the picture."""
-        height, width = self.image.pixels.shape[:2]
-        return width, height
+        return self.image.size_px
 
     def changed(self, **changes: object) -> "Document":
         """Return the document with some of its parts exchanged, itself where each is the one it has."""
@@ -196,7 +194,7 @@ class Document:
 
     def with_image(self, image: Image) -> "Document":
         """Return the document with another picture; what was done keeps its places, the masks are stretched."""
-        size = image.width_px, image.height_px
+        size = image.size_px
         matte, source_mask = (part and part.resized(*size) for part in (self.matte, self.source_mask))
         return self.changed(
             image=image,

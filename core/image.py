@@ -47,6 +47,11 @@ class Image:
         return int(self.pixels.shape[1])
 
     @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.width_px, self.height_px
+
+    @property
     def channels(self) -> int:
         """Number of channels, alpha included."""
         return int(self.pixels.shape[2])

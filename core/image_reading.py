@@ -44,15 +44,15 @@ def load(path: Path | str) -> Image:
     return _image_from_file(np.asarray(pixels), spec)
 
 
-def load_mask(path: Path | str, size: tuple[int, int]) -> Bytes:
-    """Read a mask for a picture of `size`, (H, W): (H, W) uint8, over 127 is a feature.
+def load_mask(path: Path | str, size_px: tuple[int, int]) -> Bytes:
+    """Read a mask for a picture with a width and height of `size_px`: (H, W) uint8, over 127 is a feature.
 
     Colours count by their luma (Rec. 601), alpha not at all. Raises `InputError` as `load` does, and for another size.
     """
     image = load(path)
-    if image.pixels.shape[:2] != tuple(size):
+    if image.size_px != size_px:
         raise InputError(
-            f"{path}: the mask has {image.width_px}x{image.height_px} pixels, the image {size[1]}x{size[0]}"
+            f"{path}: the mask has {image.width_px}x{image.height_px} pixels, the image {size_px[0]}x{size_px[1]}"
         )
     colors = image.pixels[..., : color.color_channels(image.channels)]
     levels = colors if colors.dtype == np.uint8 else color.quantise(color.unit(colors), np.uint8)

@@ -3,9 +3,11 @@
 from dataclasses import replace
 
 from app.actions import Action
+from app.actions.removal import removal
+from app.curve_kinds import INNER
 from app.editor import Editor
-from core import curve_edit, curve_pairs
-from core.document import CurvePair, pixels_from_places, places_from_pixels
+from core import curve_edit
+from core.document import pixels_from_places, places_from_pixels
 
 
 def _toggle_frame(editor: Editor) -> None:
@@ -17,48 +19,20 @@ def _select_all(editor: Editor) -> None:
     editor.show(selected=frozenset(range(len(editor.document.pins))))
 
 
-def _curve(editor: Editor) -> CurvePair | None:
-    """Return the curve that is being edited."""
-    number, curves = editor.session.selected_curve, editor.document.curves
-    if editor.session.mode != "warp" or number is None or number >= len(curves):
-        return None
-    return curves[number]
-
-
-def _edit_curve(editor: Editor, label: str, pair: CurvePair) -> None:
-    number, curves = editor.session.selected_curve, list(editor.document.curves)
-    if number is not None:
-        curves[number] = pair
-        editor.edit(label, editor.document.changed(curves=tuple(curves)))
-
-
 def put_back(editor: Editor) -> None:
     """Lay the target of the edited curve where the preset has its source."""
-    pair, document = _curve(editor), editor.document
+    pair, document = INNER.chosen(editor), editor.document
     if pair is not None:
         source = pixels_from_places(document.size_px, pair.source)
         seen = editor.answer.base_mesh.canvas_from_image(curve_edit.samples_of(source))
         target = places_from_pixels(document.canvas_px, curve_edit.mapped(source, seen))
-        _edit_curve(editor, "Put curve back", replace(pair, target=target))
-
-
-def toggle_closed(editor: Editor) -> None:
-    """Close the edited curve, or open it."""
-    pair = _curve(editor)
-    if pair is not None:
-        changed = curve_pairs.opened(pair) if pair.closed else curve_pairs.closed(pair)
-        _edit_curve(editor, "Open curve" if pair.closed else "Close curve", changed)
+        INNER.edit(editor, "Put curve back", replace(pair, target=target))
 
 
 def toggle_side(editor: Editor) -> None:
     """Edit the sources of curves instead of their targets, or the targets again; sources lie on the original."""
     side = "target" if editor.session.curve_side == "source" else "source"
     editor.show(curve_side=side, look="original" if side == "source" else "retextured", selected_knots=frozenset())
-
-
-def _closed(editor: Editor) -> bool:
-    pair = _curve(editor)
-    return pair is not None and pair.closed
 
 
 HANDLES = (
@@ -87,18 +61,18 @@ HANDLES = (
         put_back,
         icon="arrow-rotate-left",
         tooltip="Lay the curve where it lies without handles",
-        enabled=lambda editor: _curve(editor) is not None,
+        enabled=lambda editor: INNER.chosen(editor) is not None,
         separated=True,
     ),
     Action(
         "handles.closed",
         "Closed curve",
         "Handles",
-        toggle_closed,
+        INNER.toggle_closed,
         icon="circle-notch",
         tooltip="Join the curve's end to its beginning",
-        enabled=lambda editor: _curve(editor) is not None,
-        checked=_closed,
+        enabled=lambda editor: INNER.chosen(editor) is not None,
+        checked=lambda editor: getattr(INNER.chosen(editor), "closed", False),
     ),
     Action(
         "handles.edit_source",
@@ -111,41 +85,35 @@ HANDLES = (
         enabled=lambda editor: editor.session.tool in ("curves", "feature-curves"),
         checked=lambda editor: editor.session.curve_side == "source",
     ),
-    Action(
+    removal(
         "handles.reset_outline",
         "Reset outline",
         "Handles",
-        lambda editor: editor.edit("Reset outline", editor.document.changed(outline=None)),
-        icon="vector-square",
-        tooltip="Give the outline back to the preset",
-        enabled=lambda editor: editor.document.outline is not None,
+        "warp",
+        "vector-square",
+        "Give the outline back to the preset",
+        {"outline": None},
         separated=True,
     ),
-    Action(
-        "handles.remove_pins",
-        "Remove all pins",
-        "Handles",
-        lambda editor: editor.edit("Remove pins", editor.document.changed(pins=())),
-        icon="thumbtack",
-        tooltip="Take all pins out",
-        enabled=lambda editor: bool(editor.document.pins),
+    removal(
+        "handles.remove_pins", "Remove all pins", "Handles", "warp", "thumbtack", "Take all pins out", {"pins": ()}
     ),
-    Action(
+    removal(
         "handles.remove_curves",
         "Remove all curves",
         "Handles",
-        lambda editor: editor.edit("Remove curves", editor.document.changed(curves=())),
-        icon="bezier-curve",
-        tooltip="Take all inner curves out",
-        enabled=lambda editor: bool(editor.document.curves),
+        "warp",
+        "bezier-curve",
+        "Take all inner curves out",
+        {"curves": ()},
     ),
-    Action(
+    removal(
         "handles.reset",
         "Remove all handles",
         "Handles",
-        lambda editor: editor.edit("Remove handles", editor.document.changed(outline=None, pins=(), curves=())),
-        icon="trash-can",
-        tooltip="Take outline, pins and curves back",
-        enabled=lambda editor: editor.document.has_handles,
+        "warp",
+        "trash-can",
+        "Take outline, pins and curves back",
+        {"outline": None, "pins": (), "curves": ()},
     ),
 )

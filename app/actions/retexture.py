@@ -4,11 +4,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from app.actions import Action
+from app.actions.removal import removal
+from app.curve_kinds import FEATURE
 from app.editor import Editor
 from app.session import Look, Painted
 from core import curve_pairs
 from core.curves import Curve
-from core.document import CurvePair, places_from_pixels
+from core.document import places_from_pixels
 from core.document_retexture import moves, with_curve
 from core.edge_tracing import outlines, suggestions
 from core.raster import Raster
@@ -17,20 +19,6 @@ from core.raster import Raster
 def in_mode(editor: Editor) -> bool:
     """Return whether the editor is in Retexture mode."""
     return editor.session.mode == "retexture"
-
-
-def chosen_curve(editor: Editor) -> CurvePair | None:
-    """Return the feature curve that is being edited."""
-    number, curves = editor.session.selected_curve, editor.document.feature_curves
-    return curves[number] if in_mode(editor) and number is not None and number < len(curves) else None
-
-
-def edit_curve(editor: Editor, label: str, pair: CurvePair) -> None:
-    """Put `pair` in place of the feature curve that is being edited."""
-    number, curves = editor.session.selected_curve, list(editor.document.feature_curves)
-    if number is not None:
-        curves[number] = pair
-        editor.edit(label, editor.document.changed(feature_curves=tuple(curves)))
 
 
 def start(editor: Editor) -> None:
@@ -47,30 +35,22 @@ def toggle_auto(editor: Editor) -> None:
 
 def toggle_passive(editor: Editor) -> None:
     """Take the edited curve's target away, or give it one: where the curve is."""
-    pair = chosen_curve(editor)
+    pair = FEATURE.chosen(editor)
     if pair is not None:
         label = "Give curve a target" if pair.passive else "Make curve passive"
-        edit_curve(editor, label, replace(pair, target=pair.source, passive=not pair.passive))
-
-
-def toggle_closed(editor: Editor) -> None:
-    """Close the edited curve, or open it."""
-    pair = chosen_curve(editor)
-    if pair is not None:
-        changed = curve_pairs.opened(pair) if pair.closed else curve_pairs.closed(pair)
-        edit_curve(editor, "Open curve" if pair.closed else "Close curve", changed)
+        FEATURE.edit(editor, label, replace(pair, target=pair.source, passive=not pair.passive))
 
 
 def put_back(editor: Editor) -> None:
     """Lay the edited curve's target on its source."""
-    pair = chosen_curve(editor)
+    pair = FEATURE.chosen(editor)
     if pair is not None:
-        edit_curve(editor, "Copy source to target", replace(pair, target=pair.source))
+        FEATURE.edit(editor, "Copy source to target", replace(pair, target=pair.source))
 
 
 def select_all(editor: Editor) -> None:
     """Select all points of the edited curve, so that a box moves, scales and turns it."""
-    pair = chosen_curve(editor)
+    pair = FEATURE.chosen(editor)
     if pair is not None:
         editor.show(selected_knots=frozenset(range(curve_pairs.knots_of(pair))))
 
@@ -143,7 +123,7 @@ def _of_curve(
     """Return an action on the edited curve; `switch` is the part of it that says whether it is on."""
 
     def checked(editor: Editor) -> bool:
-        return bool(getattr(chosen_curve(editor), switch, False))
+        return bool(getattr(FEATURE.chosen(editor), switch, False))
 
     return Action(
         f"feature.{name}",
@@ -153,7 +133,7 @@ def _of_curve(
         chord,
         icon,
         tooltip,
-        enabled=lambda editor: chosen_curve(editor) is not None,
+        enabled=lambda editor: FEATURE.chosen(editor) is not None,
         checked=checked if switch else None,
     )
 
@@ -177,14 +157,14 @@ def _mask(name: Painted, label: str, icon: str, tooltip: str) -> tuple[Action, .
             checked=lambda editor: editor.session.tool == "brush" and editor.session.painted == name,
             separated=name == "matte",
         ),
-        Action(
+        removal(
             f"retexture.clear_{name}",
             f"Clear {label}",
             "Retexture",
-            lambda editor: editor.edit(f"Clear {label}", editor.document.changed(**{name: None})),
-            icon="eraser",
-            tooltip="Nothing painted means everywhere",
-            enabled=lambda editor: in_mode(editor) and getattr(editor.document, name) is not None,
+            "retexture",
+            "eraser",
+            "Nothing painted means everywhere",
+            {name: None},
         ),
     )
 
@@ -237,17 +217,19 @@ RETEXTURE = (
         "It has no target: it steers the texture's direction",
         "passive",
     ),
-    _of_curve("closed", "Closed", toggle_closed, "circle-notch", "Join the curve's end to its beginning", "closed"),
+    _of_curve(
+        "closed", "Closed", FEATURE.toggle_closed, "circle-notch", "Join the curve's end to its beginning", "closed"
+    ),
     _of_curve("put_back", "Copy source to target", put_back, "arrow-rotate-left", "Lay the target where the curve is"),
     _of_curve("select_all", "Select all points", select_all, "vector-square", "Move, scale and turn it by a box"),
-    Action(
+    removal(
         "feature.remove_all",
         "Remove all curves",
         "Retexture/Curve",
-        lambda editor: editor.edit("Remove curves", editor.document.changed(feature_curves=())),
-        icon="trash-can",
-        tooltip="Take all feature curves out",
-        enabled=lambda editor: in_mode(editor) and bool(editor.document.feature_curves),
+        "retexture",
+        "trash-can",
+        "Take all feature curves out",
+        {"feature_curves": ()},
         separated=True,
     ),
     *(action for row in _PAINTED for action in _mask(*row)),

@@ -11,8 +11,9 @@ from app.actions.overlay import OVERLAY
 from app.actions.retexture import RETEXTURE
 from app.actions.view import MODES, VIEW
 from app.actions.warp import MASK, WARP
-from app.editor import Editor, Tool
+from app.editor import Editor
 from app.events import Key
+from app.tool import Tool
 
 
 class ActionTable:

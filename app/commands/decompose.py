@@ -101,8 +101,8 @@ def write_stages(folder: Path, photo: Floats, shown: list[Stage]) -> None:
     """Write a numbered picture of every stage, on the photo at the working size."""
     with atomic_folder(folder) as place:
         for number, stage in enumerate(shown):
-            size = stage.size or photo.shape[:2]
-            small = shrunk(photo, -(-photo.shape[0] // size[0]))
+            shape = stage.shape or photo.shape[:2]
+            small = shrunk(photo, -(-photo.shape[0] // shape[0]))
             picture = Image(stage_picture(small, stage))
             save(picture, place / f"{number:02d}-{stage.name}.png")
             if stage.texel is not None:
@@ -114,7 +114,7 @@ def usable(image: Image, mask: Path | None) -> Bools | None:
     """Return the pixels that may be cloth, or None for all of them."""
     if mask is None:
         return searchable(image, None)
-    inside = np.asarray(load_mask(mask, (image.height_px, image.width_px)) > 127, np.bool_)
+    inside = np.asarray(load_mask(mask, image.size_px) > 127, np.bool_)
     if not inside.any():
         raise InputError(f"{mask}: the mask marks nothing")
     return searchable(image, inside)

@@ -50,8 +50,7 @@ def opened(path: Path) -> Document:
 def sample() -> Document:
     """Return the sample, its figures painted as features and bent."""
     document = Document.of(load(asset(SAMPLE)))
-    width, height = document.size_px
-    return document.changed(mask=Raster.from_array(load_mask(asset(SAMPLE_MASK), (height, width))))
+    return document.changed(mask=Raster.from_array(load_mask(asset(SAMPLE_MASK), document.size_px)))
 
 
 def editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:

@@ -78,20 +78,20 @@ def run(arguments: argparse.Namespace) -> None:
     """Retexture the picture and its layers; nothing is written before all of them are done."""
     check(arguments)
     image = load(arguments.image)
-    shape = image.height_px, image.width_px
+    width, height = image.size_px
     curves = feature_curves.read(arguments.curves)
     layers = [load(path) for path in arguments.also]
     for path, layer in zip(arguments.also, layers, strict=True):
-        if (layer.height_px, layer.width_px) != shape:
-            raise InputError(f"{path}: has {layer.width_px}x{layer.height_px} pixels, the image {shape[1]}x{shape[0]}")
+        if layer.size_px != image.size_px:
+            raise InputError(f"{path}: has {layer.width_px}x{layer.height_px} pixels, the image {width}x{height}")
     try:
         job = retexture(
             image.pixels,
             curves,
-            chosen(arguments, shape),
+            chosen(arguments, image.size_px),
             linear=image.linear,
-            matte=mask(arguments.matte, shape),
-            source_mask=mask(arguments.source_mask, shape),
+            matte=mask(arguments.matte, image.size_px),
+            source_mask=mask(arguments.source_mask, image.size_px),
         )
         result = run_shown(job)
     except InputError as fault:
@@ -122,9 +122,9 @@ def check(arguments: argparse.Namespace) -> None:
         raise InputError(f"seed {arguments.seed}: must not be negative")
 
 
-def chosen(arguments: argparse.Namespace, shape: tuple[int, int]) -> Settings:
-    """Return the engine's settings for a picture of `shape`, (H, W)."""
-    patch = PatchShape.for_picture(*shape)
+def chosen(arguments: argparse.Namespace, size_px: tuple[int, int]) -> Settings:
+    """Return the engine's settings for a picture of that width and height."""
+    patch = PatchShape.for_picture(*reversed(size_px))
     if arguments.patch is not None:
         along, across = arguments.patch
         if not (9 <= along <= 501 and 5 <= across <= 501):
@@ -144,11 +144,11 @@ def chosen(arguments: argparse.Namespace, shape: tuple[int, int]) -> Settings:
     )
 
 
-def mask(path: Path | None, shape: tuple[int, int]) -> Bytes | None:
-    """Return a mask of the picture's size, or None; refuse one that marks nothing."""
+def mask(path: Path | None, size_px: tuple[int, int]) -> Bytes | None:
+    """Return a mask for a picture of that width and height, or None; refuse one that marks nothing."""
     if path is None:
         return None
-    marked = load_mask(path, shape)
+    marked = load_mask(path, size_px)
     if not (marked > 127).any():
         raise InputError(f"{path}: the mask marks nothing")
     return marked

@@ -108,7 +108,7 @@ def run(arguments: argparse.Namespace) -> None:
     document = document_from(arguments)
     solver = MapSolver()
     found = solver.frame(document) if arguments.allow_folds else run_shown(solver.settle(document))
-    canvas = Canvas.around(found.warped) if arguments.frame == "warp" else Canvas(*document.canvas_px)
+    canvas = Canvas.of(arguments.frame, found.warped, document.canvas_px)
     found = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped))
     started = time.perf_counter()
     picture = run_shown(rendering(document.image, found.rest, found.warped, size=canvas.size))
@@ -154,7 +154,7 @@ def document_from(arguments: argparse.Namespace) -> Document:
     )
     document = replace(document, warp=settings)
     if arguments.mask is not None:
-        mask = load_mask(arguments.mask, (image.height_px, image.width_px))
+        mask = load_mask(arguments.mask, image.size_px)
         document = replace(document, mask=Raster.from_array(mask))
     return document if arguments.handles is None else _with_handles(document, arguments.handles)
 

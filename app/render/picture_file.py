@@ -7,14 +7,13 @@ import numpy as np
 from app.render.export import rendering
 from app.requests import ExportOptions
 from core import color, document_overlay, document_retexture
-from core.canvas import Canvas
+from core.canvas import Canvas, Framing
 from core.document import Document
 from core.document_map import settled
 from core.grid import Grid
 from core.images import Image, save
 from core.progress import Job, Progress, part
 
-FrameChoice: TypeAlias = Literal["picture", "warp"]
 Bits: TypeAlias = Literal[8, 16, 32]
 
 DEPTHS: dict[Bits, tuple[Any, bool]] = {8: (np.uint8, False), 16: (np.uint16, False), 32: (np.float32, True)}
@@ -32,7 +31,7 @@ def exporting(document: Document, options: ExportOptions) -> Job[None]:
 def drawing(
     document: Document,
     *,
-    frame: FrameChoice,
+    frame: Framing,
     width_px: int | None = None,
     scale: float = 1.0,
     bits: Bits | None = None,
@@ -48,7 +47,7 @@ def drawing(
         made = document_overlay.picture(document, at_depth(document.image, bits))
         return (yield from resized(made, document, scale=scale, width_px=width_px))
     found = yield from part(settled(document), 0.0, 0.3)
-    canvas = Canvas.around(found.warped) if frame == "warp" else Canvas(*document.canvas_px)
+    canvas = Canvas.of(frame, found.warped, document.canvas_px)
     if width_px is not None:
         scale = width_px / canvas.width_px
     final = Canvas(max(1, round(canvas.width_px * scale)), max(1, round(canvas.height_px * scale)))

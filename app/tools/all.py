@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from app.editor import Tool
+from app.tool import Tool
 from app.tools.brush import BRUSH
 from app.tools.cloth_region import REGION, TEXEL
 from app.tools.curves import CURVES, FEATURE_CURVE_TOOL

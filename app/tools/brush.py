@@ -9,13 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.editor import Editor, Tool
+from app.editor import Editor
 from app.events import Key, Move, Position, Press
 from app.gestures import Gesture
 from app.painting import LAYERS, layer, painted, with_layer
 from app.session import Brush
 from app.shapes import Circle, Shape
 from app.spaces import canvas_from_screen
+from app.tool import Tool
 from core.arrays import Points
 from core.brush import Stroke, Tip
 

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.editor import Editor, Tool
+from app.editor import Editor
 from app.events import Move, Position, Press
 from app.gestures import Gesture
 from app.shapes import Polyline, Shape
 from app.spaces import canvas_from_screen
+from app.tool import Tool
 from core.arrays import Bytes, Points
 from core.cloth import Search
 from core.document import places_from_pixels

@@ -6,6 +6,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from app.curve_kinds import CurveKind
 from app.editor import Editor
 from app.events import Position
 from app.spaces import canvas_from_screen, screen_from_canvas
@@ -41,20 +42,18 @@ class CurveSet:
     Targets are places on the canvas. Sources are places on the picture and are seen through `mesh`.
     """
 
-    read: Callable[[Document], tuple[CurvePair, ...]]
-    write: Callable[[Document, tuple[CurvePair, ...]], Document]
+    kind: CurveKind
     mesh: Callable[[Editor], Mesh]
     seen_through: Callable[[Editor], Mesh]
     """Where the picture is on the canvas while a new curve is drawn on it."""
 
     def pairs(self, editor: Editor) -> tuple[CurvePair, ...]:
         """Return the present curves."""
-        return self.read(editor.document)
+        return self.kind.of(editor.document)
 
     def selected(self, editor: Editor) -> int | None:
         """Return the number of the curve that is being edited, if there is one."""
-        number = editor.session.selected_curve
-        return number if number is not None and number < len(self.pairs(editor)) else None
+        return self.kind.number(editor)
 
     def knots(self, editor: Editor) -> frozenset[int]:
         """Return the numbers of the selected knots that there are."""
@@ -67,8 +66,7 @@ class CurveSet:
 
     def replaced(self, document: Document, number: int, pair: CurvePair | None) -> Document:
         """Return the document with one curve exchanged, or taken out."""
-        pairs = self.read(document)
-        return self.write(document, (*pairs[:number], *(() if pair is None else (pair,)), *pairs[number + 1 :]))
+        return self.kind.replaced(document, number, pair)
 
     def on_canvas(self, editor: Editor, pair: CurvePair, side: Side) -> Points:
         """Return the control points of a side in canvas pixels."""

@@ -4,9 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from app.editor import Editor, Tool
+from app.curve_kinds import FEATURE, INNER
+from app.editor import Editor
 from app.events import Event, Key, Move, Press
 from app.gestures import Gesture
+from app.tool import Tool
 from app.tools.box import Box, Grip, applied
 from app.tools.curve_set import CurveSet, Hit
 from app.tools.curve_shapes import active_side, box_of, overlay, side_of
@@ -223,8 +225,7 @@ def curve_tool(
 
 
 WARP_CURVES = CurveSet(
-    read=lambda document: document.curves,
-    write=lambda document, pairs: document.changed(curves=pairs),
+    kind=INNER,
     mesh=lambda editor: editor.answer.base_mesh,
     seen_through=lambda editor: editor.answer.mesh,
 )
@@ -245,8 +246,7 @@ def _seen(editor: Editor) -> Mesh:
 
 
 FEATURE_CURVES = CurveSet(
-    read=lambda document: document.feature_curves,
-    write=lambda document, pairs: document.changed(feature_curves=pairs),
+    kind=FEATURE,
     mesh=lambda editor: editor.regrowth.flat,
     seen_through=_seen,
 )

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.editor import Editor, Tool
+from app.editor import Editor
 from app.events import Event, Key, Move, Position, Press
 from app.gestures import Gesture
 from app.spaces import canvas_from_screen
+from app.tool import Tool
 from app.tools.grips import NUDGES, drag_from
 from core.arrays import Floats, Points
 from core.cloth import Laying

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.editor import Editor, Tool
+from app.editor import Editor
 from app.events import Event, Key, Move, Position, Press
 from app.gestures import Gesture
 from app.shapes import Circle, Polyline, Shape
 from app.spaces import canvas_from_screen, screen_from_canvas
+from app.tool import Tool
 from app.tools.grips import drag_from, nearest
 from core.arrays import Bools, Floats, Ints, Points
 from core.cloth import LatticeVertices, Search

@@ -1,9 +1,10 @@
 """The hand: drags the view."""
 
-from app.editor import Editor, Tool
+from app.editor import Editor
 from app.events import Move, Press
 from app.gestures import Gesture
 from app.spaces import moved
+from app.tool import Tool
 
 
 def drag_view(editor: Editor, press: Press) -> Gesture:

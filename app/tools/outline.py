@@ -6,11 +6,12 @@ from typing import Literal
 
 import numpy as np
 
-from app.editor import Editor, Tool
+from app.editor import Editor
 from app.events import Event, Key, Move, Position, Press
 from app.gestures import Gesture
 from app.shapes import Bezier, Circle, Polyline, Shape, Square
 from app.spaces import canvas_from_screen, screen_from_canvas
+from app.tool import Tool
 from app.tools.curve_set import place_on_line
 from app.tools.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
 from core import curve_edit

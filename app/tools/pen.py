@@ -64,7 +64,7 @@ def draw(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
         target = places_from_pixels(editor.canvas_px, canvas)
         corners = frozenset(number for number, knot in enumerate(path.knots) if knot.corner)
         pair = CurvePair(source, target, closed=path.closed, corners=corners)
-        editor.document = curves.write(editor.document, (*curves.read(editor.document), pair))
+        editor.document = curves.kind.put(editor.document, (*curves.pairs(editor), pair))
     editor.show(selected_curve=len(curves.pairs(editor)) - 1, selected_knots=frozenset())
 
 

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.editor import Editor, Tool
+from app.editor import Editor
 from app.events import Event, Key, Move, Position, Press
 from app.gestures import Gesture
 from app.shapes import Circle, Polyline, Role, Shape
 from app.spaces import canvas_from_screen
+from app.tool import Tool
 from app.tools.box import Box, Grip, applied
 from app.tools.grips import (
     aimed,

@@ -5,11 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from app.editor import Editor, Tool
+from app.editor import Editor
 from app.events import Event, Finish, Key, Move, Position, Press
 from app.gestures import Gesture
 from app.shapes import Bezier, Polyline, Shape, Square
 from app.spaces import canvas_from_screen, screen_from_canvas
+from app.tool import Tool
 from app.tools.curves import FEATURE_CURVES
 from app.tools.grips import REACH_PX, drag_from
 from core.arrays import InputError, Points

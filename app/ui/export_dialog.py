@@ -13,10 +13,9 @@ from app.ui.file_browser import FileBrowser
 from app.ui.sliders import slider
 from app.ui.theme import em
 from core.arrays import InputError, Points
-from core.canvas import Canvas
+from core.canvas import Canvas, Framing
 
 Bits = Literal[8, 16, 32]
-Frame = Literal["picture", "warp"]
 
 FORMATS: dict[str, tuple[str, tuple[Bits, ...], bool]] = {
     "png": ("PNG", (8, 16), False),
@@ -119,7 +118,7 @@ class ExportDialog:
         frame = segments("frame", FRAMES, self.options.frame)
         if frame is not None and frame != self.options.frame:
             scale = self.options.size_px[0] / self._full_px[0]
-            self.options = replace(self.options, frame=cast("Frame", frame))
+            self.options = replace(self.options, frame=cast("Framing", frame))
             self._scale(scale)
 
     def _draw_size(self) -> None:

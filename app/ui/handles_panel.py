@@ -1,11 +1,11 @@
 """Lists of what was put on the picture: pins, inner curves, the outline."""
 
-from dataclasses import replace
-
 import numpy as np
 from imgui_bundle import imgui
 
+from app.curve_kinds import FEATURE, INNER
 from app.editor import Editor
+from app.tools import pins
 from app.ui import theme
 from app.ui.controls import colors, faint, heading, icon_button
 from app.ui.theme import em
@@ -41,7 +41,7 @@ class HandlesPanel:
         heading("Outline", "vector-square")
         imgui.text("Dragged by hand")
         if _cross("outline", "Straighten the outline"):
-            self._editor.edit("Reset outline", replace(document, outline=None))
+            self._editor.edit("Reset outline", document.changed(outline=None))
 
     def _draw_pins(self, document: Document) -> None:
         heading(f"Pins  {len(document.pins)}", "location-dot")
@@ -55,9 +55,7 @@ class HandlesPanel:
                 chosen = selected ^ {number} if imgui.get_io().key_shift else {number}
                 self._editor.show(selected=frozenset(chosen))
             if _cross(f"pin {number + 1}", "Remove this pin"):
-                self._editor.show(selected=frozenset())
-                pins = document.pins[:number] + document.pins[number + 1 :]
-                self._editor.edit("Remove pin", replace(document, pins=pins))
+                pins.remove(self._editor, (number,))
 
     def _draw_curves(self, document: Document) -> None:
         heading(f"Inner curves  {len(document.curves)}", "bezier-curve")
@@ -65,8 +63,7 @@ class HandlesPanel:
             kind = "closed" if curve.closed else "open"
             imgui.text(f"{number + 1}    {len(curve.source) // 3} segments, {kind}")
             if _cross(f"curve {number + 1}", "Remove this curve"):
-                curves = document.curves[:number] + document.curves[number + 1 :]
-                self._editor.edit("Remove curve", replace(document, curves=curves))
+                INNER.remove(self._editor, number)
 
     def _draw_feature_curves(self, document: Document) -> None:
         """Draw a row for every feature curve: a press selects it."""
@@ -84,9 +81,7 @@ class HandlesPanel:
                 editor.choose_tool("feature-curves")
                 editor.show(selected_curve=number, selected_knots=frozenset())
             if _cross(f"feature {number + 1}", "Remove this curve"):
-                curves = document.feature_curves[:number] + document.feature_curves[number + 1 :]
-                editor.show(selected_curve=None, selected_knots=frozenset())
-                editor.edit("Remove curve", document.changed(feature_curves=curves))
+                FEATURE.remove(editor, number)
 
 
 def _moved_px(document: Document, pair: CurvePair) -> float:

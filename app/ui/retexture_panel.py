@@ -6,8 +6,8 @@ from typing import Literal, cast
 
 from imgui_bundle import ImVec2, imgui
 
-from app.actions.retexture import chosen_curve
 from app.actions.table import ActionTable
+from app.curve_kinds import FEATURE
 from app.editor import Editor
 from app.session import Look
 from app.ui.controls import check, faint, label, plain_button, primary_button, section, segments, tip
@@ -106,7 +106,7 @@ class RetexturePanel:
         return "Working …" if work.is_running else "Stretched; the texture is not regrown yet."
 
     def _draw_curve(self) -> None:
-        editor, pair = self._editor, chosen_curve(self._editor)
+        editor, pair = self._editor, FEATURE.chosen(self._editor)
         if pair is None:
             faint("Click a curve to edit it.")
             return

@@ -92,14 +92,13 @@ def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     if session.mode == "overlay":
         return _overlay_scene(editor, pixel_ratio, motion)
     answer, document, overlays = editor.answer, editor.document, session.overlays
-    width, height = document.canvas_px
     return Scene(
         image=answer.document.image,
         rest=motion.rest,
         warped=motion.warped,
         view=session.view,
         pixel_ratio=pixel_ratio,
-        frame=(-0.5, -0.5, width - 0.5, height - 0.5),
+        frame=_edges(document.canvas_px),
         mask=document.mask,
         folded=answer.folded,
         marks=Marks(
@@ -116,12 +115,17 @@ def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     )
 
 
+def _edges(size_px: tuple[int, int]) -> tuple[float, float, float, float]:
+    """Return left, top, right and bottom edge of a canvas with a width and height of `size_px`."""
+    width, height = size_px
+    return -0.5, -0.5, width - 0.5, height - 0.5
+
+
 def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
     """Return one frame of Retexture mode: the picture as the artist wants to look at it."""
     document, session = editor.document, editor.session
     overlays, before = session.overlays, session.compare == "before"
     shown = editor.regrowth.shown(document, "original" if before else session.look)
-    width, height = editor.canvas_px
     mask, palette = _tinted(editor)
     return Scene(
         image=shown.image,
@@ -129,7 +133,7 @@ def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
         warped=shown.warped,
         view=session.view,
         pixel_ratio=pixel_ratio,
-        frame=(-0.5, -0.5, width - 0.5, height - 0.5),
+        frame=_edges(editor.canvas_px),
         mask=mask,
         marks=Marks(grid=overlays.grid, mask=mask is not None and not before, scale=overlays.scale),
         compare="result" if before else session.compare,
@@ -143,7 +147,6 @@ def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
 def _overlay_scene(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     """Return one frame of Overlay mode: the photo with the texture laid on, or a part of what was found."""
     answer, document, session = editor.answer, editor.document, editor.session
-    width, height = document.size_px
     layers, cloth = editor.overlay.layers, document.cloth
     dressing = None
     if layers is not None and session.shown == "result" and session.tool not in PHOTO_TOOLS:
@@ -157,7 +160,7 @@ def _overlay_scene(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
         warped=answer.warped,
         view=session.view,
         pixel_ratio=pixel_ratio,
-        frame=(-0.5, -0.5, width - 0.5, height - 0.5),
+        frame=_edges(document.size_px),
         mask=cloth.region,
         marks=Marks(mask=session.overlays.mask and cloth.region is not None and session.tool in ("brush", "region")),
         compare=session.compare,

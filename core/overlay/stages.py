@@ -17,5 +17,5 @@ class Stage:
     texel: Texel | None = None
     uv: Floats | None = None
     """(H, W, 2), texels, NaN where not covered."""
-    size: tuple[int, int] | None = None
-    """Height and width of the picture at the working size, where they are known."""
+    shape: tuple[int, int] | None = None
+    """(H, W) of the picture at the working size, where they are known."""

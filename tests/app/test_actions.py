@@ -133,7 +133,7 @@ def test_handles_are_removed_together(drive: EditorDriver) -> None:
     assert drive.editor.session.selected == {0}
     TABLE.run("handles.reset", drive.editor)
     assert not drive.document.has_handles
-    assert drive.labels == ("Put", "Remove handles")
+    assert drive.labels == ("Put", "Remove all handles")
     assert not TABLE.run("handles.reset", drive.editor)
 
 

@@ -289,9 +289,9 @@ def test_pixels_are_nobody_elses() -> None:
 
 def test_a_mask_of_another_size_is_named(tmp_path: Path) -> None:
     save(picture(channels=1), tmp_path / "mask.png")
-    assert load_mask(tmp_path / "mask.png", (5, 7)).shape == (5, 7)
+    assert load_mask(tmp_path / "mask.png", (7, 5)).shape == (5, 7)
     with pytest.raises(InputError, match=r"mask\.png: the mask has 7x5 pixels, the image 9x5"):
-        load_mask(tmp_path / "mask.png", (5, 9))
+        load_mask(tmp_path / "mask.png", (9, 5))
 
 
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16, np.float32])

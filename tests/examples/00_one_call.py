@@ -11,7 +11,7 @@ from core.warps.presets import make_warp
 
 WIDTH, HEIGHT = 1200, 800
 
-mask = load_mask(asset("balloons_mask.png"), (HEIGHT, WIDTH))
+mask = load_mask(asset("balloons_mask.png"), (WIDTH, HEIGHT))
 grid = Grid(WIDTH, HEIGHT)
 plain = make_warp("arch", WIDTH, HEIGHT, bend=60)(grid.nodes)
 warped = warp_grid(grid, find_features(grid, mask), plain)

@@ -16,7 +16,7 @@ from core.raster import Raster
 picture = load(asset("balloons.png"))
 
 document = Document.of(picture)
-document = replace(document, mask=Raster.from_array(load_mask(asset("balloons_mask.png"), picture.pixels.shape[:2])))
+document = replace(document, mask=Raster.from_array(load_mask(asset("balloons_mask.png"), picture.size_px)))
 document = document.with_warp(preset="flag", bend=35.0)
 document = replace(document, pins=(Pin((0.25, 0.35), (0.30, 0.30)),))
 
