@@ -16,10 +16,10 @@ from app.jobs import Jobs, Task
 from core.arrays import InputError
 from core.document import Document
 from core.files import write_text
-from core.progress import Job, Progress
+from core.progress import Job, Progress, run
 from core.project import SUFFIX, save_project
 
-EVERY_S = 15.0
+EVERY_S = 5.0
 """Changes are kept at most so much later."""
 
 
@@ -67,7 +67,20 @@ class Recovery:
         if now >= self._due_at and not self._jobs.holds("recovery"):
             self._due_at, self._kept = None, document
             steps = lambda: _keep(document, self._file, name, project)  # noqa: E731
-            self._jobs.submit("recovery", Task("Keep unsaved work", steps, _ignore, _ignore), beside=True)
+            task = Task("Keep unsaved work", steps, _ignore, lambda _: self._try_again())
+            self._jobs.submit("recovery", task, beside=True)
+
+    def keep(self, document: Document, *, name: str, project: Path | None) -> None:
+        """Keep `document` at once, on this thread: the program is about to end without having asked.
+
+        Raises `InputError` if it cannot be written.
+        """
+        self._jobs.drop("recovery")
+        run(_keep(document, self._file, name, project))
+
+    def _try_again(self) -> None:
+        """Let the next `update` keep what could not be written now, such as on a full disk."""
+        self._kept = None
 
     def forget(self) -> None:
         """Remove what was kept: it is saved, or given up."""
@@ -121,7 +134,7 @@ def _note(file: Path, name: str, project: Path | None) -> None:
 
 
 def _ignore(outcome: object) -> None:
-    """Let pass: keeping is tried again with the next change, and the artist has not asked for it."""
+    """Let pass: the artist has not asked for it."""
 
 
 def _is_alive(process: int) -> bool:

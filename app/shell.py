@@ -30,6 +30,8 @@ from app.ui.workspace import Workspace
 from core import tracing
 
 ICON_PX = 64
+ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals that end the window."""
 FRAMES_AFTER_INPUT = 3
 """Dear ImGui needs a frame or two to come to rest: hovering, layout and popups answer in the next one."""
 LAYOUT_FRAMES = 3
@@ -47,7 +49,10 @@ def wake() -> None:
 
 @contextmanager
 def _interruptions() -> Iterator[threading.Event]:
-    """Yield an event that Ctrl+C in the terminal sets, in the middle of no frame, and let it end the sleep in GLFW."""
+    """Yield an event that Ctrl+C in the terminal, a log-out or `kill` sets, in the middle of no frame.
+
+    It ends the sleep in GLFW.
+    """
     interrupted = threading.Event()
     heard, told = socket.socketpair()
     told.setblocking(False)
@@ -58,11 +63,12 @@ def _interruptions() -> Iterator[threading.Event]:
 
     threading.Thread(target=listen, name="signals", daemon=True).start()
     wakeup_before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
-    handler_before = signal.signal(signal.SIGINT, lambda *_: interrupted.set())
+    handlers_before = {number: signal.signal(number, lambda *_: interrupted.set()) for number in ENDS}
     try:
         yield interrupted
     finally:
-        signal.signal(signal.SIGINT, handler_before)
+        for number, handler in handlers_before.items():
+            signal.signal(number, handler)
         signal.set_wakeup_fd(wakeup_before)
         told.close()
 
@@ -96,7 +102,7 @@ class Shell:
         """Holds the span of the frame that is being drawn."""
 
     def run(self) -> None:
-        """Show the window until it is closed; raise `KeyboardInterrupt` when the terminal ended it."""
+        """Show the window until it is closed; raise `KeyboardInterrupt` when a signal ended it."""
         render = hello_imgui.manual_render
         render.setup_from_runner_params(self.params)
         try:

@@ -1,6 +1,8 @@
 """Open the editor on a picture, a project, or the sample."""
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -39,7 +41,18 @@ def run(arguments: argparse.Namespace) -> None:
         render_without_window(document)
         return
     editor = editor_on(document, arguments.file, Jobs(wake=shell.wake))
-    shell.Shell(editor, welcomes=arguments.file is None).run()
+    with kept_at_an_end(editor):
+        shell.Shell(editor, welcomes=arguments.file is None).run()
+
+
+@contextmanager
+def kept_at_an_end(editor: Editor) -> Iterator[None]:
+    """Keep unsaved work when the block ends in any other way than by the artist closing the window."""
+    try:
+        yield
+    finally:
+        if not editor.is_closing:
+            editor.keep_unsaved()
 
 
 def opened(path: Path) -> Document:

@@ -7,6 +7,7 @@ import pytest
 
 from app import filing
 from app.actions.file import recent_actions
+from app.commands.edit import kept_at_an_end
 from app.editor import Editor
 from app.jobs import Jobs
 from app.recovery import Recovery
@@ -214,6 +215,38 @@ def test_unsaved_work_survives_a_crash(tmp_path: Path) -> None:
     assert not second.editor.history.is_saved
     crashed(tmp_path)
     assert len(Rescued(tmp_path).recovery.found()) == 1
+
+
+def test_an_end_without_asking_keeps_what_is_not_kept_yet(tmp_path: Path) -> None:
+    run = Rescued(tmp_path)
+    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    with pytest.raises(ZeroDivisionError), kept_at_an_end(run.editor):
+        raise ZeroDivisionError
+    crashed(tmp_path)
+    (rescue,) = Rescued(tmp_path).recovery.found()
+    assert load_project(rescue.file).warp.bend == 44
+
+
+def test_an_end_by_closing_keeps_nothing(tmp_path: Path) -> None:
+    run = Rescued(tmp_path)
+    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    with kept_at_an_end(run.editor):
+        filing.quit_editor(run.editor)
+        request = run.editor.requests.pop()
+        assert isinstance(request, AskUnsaved)
+        request.then("discard")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_could_not_be_kept_is_tried_again(tmp_path: Path) -> None:
+    folder = tmp_path / "state"
+    folder.write_text("in the way")
+    run = Rescued(folder)
+    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.after(20)
+    folder.unlink()
+    run.after(20)
+    assert len(list(folder.iterdir())) == 2
 
 
 def test_nothing_is_kept_of_saved_or_given_up_work(tmp_path: Path) -> None:

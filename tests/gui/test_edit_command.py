@@ -12,17 +12,27 @@ from app.commands.edit import editor_on, opened, sample
 from app.jobs import Jobs
 from app.recovery import Recovery
 from core.images import Image, load, save
-from core.project import save_project
+from core.project import load_project, save_project
 from tests.app.driver import document
+
+
+def surroundings(home: Path) -> dict[str, str]:
+    """Return an environment in which the program keeps its files in `home`."""
+    here = {"PYTHONPATH": str(Path(__file__).parents[2]), "XDG_STATE_HOME": str(home), "XDG_CONFIG_HOME": str(home)}
+    return os.environ | here
+
+
+def python(*words: str | Path, cwd: Path, env: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    """Run Python."""
+    command = [sys.executable, *map(str, words)]
+    return subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=120, check=False)
 
 
 def weft(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
     """Run `weft` without a display."""
     hidden = ("DISPLAY", "WAYLAND_DISPLAY")
-    env = {name: value for name, value in os.environ.items() if name not in hidden}
-    env |= {"PYTHONPATH": str(Path(__file__).parents[2]), "XDG_STATE_HOME": str(cwd), "XDG_CONFIG_HOME": str(cwd)}
-    command = [sys.executable, "-m", "app", *map(str, words)]
-    return subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=120, check=False)
+    env = {name: value for name, value in surroundings(cwd).items() if name not in hidden}
+    return python("-m", "app", *words, cwd=cwd, env=env)
 
 
 @pytest.mark.gpu
@@ -45,6 +55,34 @@ def test_a_bad_file_is_one_line_and_status_2(tmp_path: Path, content: bytes | No
     assert done.stderr.count("\n") == 1
     assert done.stderr.startswith("weft: error: ")
     assert "picture.png" in done.stderr
+
+
+BENT_AND_ENDED = """
+import os, signal, sys, threading
+from pathlib import Path
+from app.commands import edit
+from app.shell import Shell
+
+class Ended(Shell):
+    def _end_frame(self):
+        super()._end_frame()
+        if self.frames == 5:
+            self.editor.edit("Bend", self.editor.document.with_warp(bend=44.0))
+            os.kill(os.getpid(), getattr(signal, sys.argv[1]))
+
+import app.shell
+app.shell.Shell = Ended
+from app.cli import main
+sys.exit(main([]))
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_a_signal_ends_the_window_and_keeps_the_work(tmp_path: Path, name: str) -> None:
+    done = python("-c", BENT_AND_ENDED, name, cwd=tmp_path, env=surroundings(tmp_path))
+    assert done.returncode == 130, done.stderr
+    (kept,) = (tmp_path / "weft" / "recovery").glob("*.weft")
+    assert load_project(kept).warp.bend == 44.0
 
 
 def test_it_opens_pictures_and_projects(tmp_path: Path) -> None:
