@@ -1,13 +1,14 @@
 """Retexture mode's picture: the Laplacian deformation by one solve a frame, then the regrown texture from a job.
 
-While targets are dragged, the deformation is anchored at the source curves, whose factor stays. When the artist lets
-go, the retexture runs as a job over the document of that moment: its first stage brings the final deformation, the
-next ones pictures, coarse and then final. Results of documents that were left by undo are kept for a while.
+While curves are dragged, the deformation is solved for on the grid that is drawn. When the artist lets go, the
+retexture runs as a job over the document of that moment: its first stage brings the final deformation, the next ones
+pictures, coarse and then final. Results of documents that were left by undo are kept for a while.
 """
 
 import logging
 import time
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -43,15 +44,21 @@ class Shown:
 
 @dataclass(frozen=True, eq=False)
 class PulledMesh(Mesh):
-    """A mesh that knows the way back: the picture's place `source` (R, C, 2) at every node of the canvas."""
+    """A mesh that rests on the canvas: its nodes show the places `source` (R, C, 2) of the picture."""
 
     source: Points
 
     def image_from_canvas(self, points: Points) -> Points:
         """Return the picture's positions of canvas positions (n, 2)."""
-        nodes, weights = self.grid.weights_at(np.asarray(points, np.float64).reshape(-1, 2))
-        found: Points = np.einsum("nk,nkc->nc", weights, self.source.reshape(-1, 2)[nodes])
-        return found
+        return self._back.canvas_from_image(np.reshape(points, (-1, 2)))
+
+    def canvas_from_image(self, points: Points) -> Points:
+        """Return where positions of the picture (n, 2) are shown; NaN for those that are shown nowhere."""
+        return self._back.image_from_canvas(points)
+
+    @cached_property
+    def _back(self) -> Mesh:
+        return Mesh(self.grid, self.source)
 
 
 class LiveRetexture:
@@ -67,17 +74,15 @@ class LiveRetexture:
         self._seen: Document | None = None
         self._grid = Grid(1, 1)
         self._live: LiveDeformation | None = None
-        self._anchors: Inputs = ()
-        """What the live factor belongs to."""
-        self._lacks_factor = False
-        """Whether a source was moved since, by what is still in progress."""
-        self._warped: Points | None = None
-        """Where the live deformation has the nodes; None where it has no answer."""
-        self._stage: Regrown | None = None
+        self._live_inputs: Inputs = ()
+        """What the live deformation was made for."""
         self._source: Points | None = None
-        """The places that the final deformation shows at the nodes."""
+        """The places of the picture that the deformation shows at the nodes; None where no curve moves."""
+        self._stage: Regrown | None = None
         self._final: list[tuple[Inputs, Regrown]] = []
         self._is_final = False
+        self.is_moving = False
+        """Whether what is in progress has moved curves."""
 
     @property
     def stage(self) -> Regrown | None:
@@ -102,39 +107,38 @@ class LiveRetexture:
     @property
     def mesh(self) -> Mesh:
         """Where the deformation has the picture."""
-        warped = self._grid.nodes if self._warped is None else self._warped
-        return Mesh(self._grid, warped) if self._source is None else PulledMesh(self._grid, warped, self._source)
+        return self.flat if self._source is None else PulledMesh(self._grid, self._grid.nodes, self._source)
 
     def answer(self, document: Document) -> Answer:
         """Return the deformation as the editor's map."""
         if self._seen is None:
-            self._follow(document, held=False)
-        return Answer(document, self.mesh, None, settled=self._source is not None, solve_ms=self.solve_ms)
+            self._follow(document)
+        return Answer(document, self.mesh, None, settled=self._stage is not None, solve_ms=self.solve_ms)
 
     def shown(self, document: Document, look: Look) -> Shown:
         """Return what the canvas draws; where the retextured picture is not there yet, the deformation."""
         nodes = self._grid.nodes
-        if look == "original" or not moves(document):
-            return Shown(document.image, nodes, nodes)
         if look == "retextured" and self._stage is not None and self._stage.image is not None:
             return Shown(self._stage.image, nodes, nodes)
-        if self._source is not None:
-            return Shown(document.image, self._source, nodes)
-        return Shown(document.image, nodes, nodes if self._warped is None else self._warped)
+        if look == "original" or self._source is None:
+            return Shown(document.image, nodes, nodes)
+        return Shown(document.image, self._source, nodes)
 
     def update(self, document: Document, *, held: bool, starts: bool) -> bool:
         """Bring everything up to date with `document`, once per frame; return whether targets have moved since.
 
         `held` is whether a gesture or a slider is in progress, `starts` whether the job begins by itself.
         """
-        changed = self._seen is None or _inputs(document) != _inputs(self._seen)
-        if changed or (self._lacks_factor and not held):
-            self._follow(document, held=held)
+        seen = self._seen
+        is_other = seen is not None and seen.feature_curves is not document.feature_curves
+        self.is_moving = held and (self.is_moving or is_other)
+        if seen is None or _inputs(document) != _inputs(seen):
+            self._follow(document)
         self._seen = document
         self._take_stage()
         if starts and not held and self.ticket is None and not self._is_final:
             self.start(document)
-        return changed and self._warped is not None
+        return seen is not None and self._source is not None and _targets_moved(seen, document)
 
     def start(self, document: Document) -> None:
         """Begin the job for `document` anew; nothing where no curve moves."""
@@ -159,7 +163,7 @@ class LiveRetexture:
         if self.ticket is not None:
             self.ticket.cancel()
 
-    def _follow(self, document: Document, *, held: bool) -> None:
+    def _follow(self, document: Document) -> None:
         """Forget what belongs to other inputs and solve for these."""
         self.cancel()
         self.ticket = self._stage = self._source = self.fault = None
@@ -169,29 +173,24 @@ class LiveRetexture:
         self._grid = self._grid if grid == self._grid else grid
         kept = next((result for inputs, result in self._final if inputs == _inputs(document)), None)
         try:
-            self._solve(document, held=held)
             if kept is not None:
                 self._take(kept, final=True)
+            elif moves(document):
+                self._solve(document)
         except Exception as fault:  # noqa: BLE001  whatever it is, the picture stays and the artist goes on
             self._take_fault(fault)
 
-    def _solve(self, document: Document, *, held: bool) -> None:
-        """Solve for the targets; a new factor only between gestures: who moves a source looks at the original."""
-        self._warped = None
-        anchors, started = _anchors(document), time.perf_counter()
-        if anchors != self._anchors:
-            self._live, self._anchors, self._lacks_factor = None, (), held
-            if held or all(pair.passive for pair in document.feature_curves):
-                return
+    def _solve(self, document: Document) -> None:
+        """Solve for the curves as they are."""
+        reach_px = in_pixels(document, document.retexture.move_within)
+        inputs = (document.size_px, self._grid, reach_px)
+        if self._live is None or inputs != self._live_inputs:
             width, height = document.size_px
-            reach_px = in_pixels(document, document.retexture.move_within)
-            curves = feature_curves(document)
-            self._live = LiveDeformation((height, width), curves, self._grid.nodes, reach_px=reach_px)
-            self._anchors = anchors
-        if self._live is None or not moves(document):
-            return
+            self._live = LiveDeformation((height, width), self._grid.nodes, reach_px=reach_px)
+            self._live_inputs = inputs
+        started = time.perf_counter()
         with tracing.span("answer", settled=False):
-            self._warped = self._live.solve(feature_curves(document))
+            self._source = self._live.solve(feature_curves(document))
         self.solve_ms = 1e3 * (time.perf_counter() - started)
 
     def _take_stage(self) -> None:
@@ -201,7 +200,7 @@ class LiveRetexture:
             self._take(stage, final=False)
 
     def _take(self, stage: Regrown, *, final: bool) -> None:
-        if self._source is None:
+        if self._stage is None:
             self._source = pulled(stage.found.grid, stage.found.field, self._grid.nodes)
         self._stage, self._is_final = stage, final
 
@@ -233,7 +232,7 @@ def _inputs(document: Document) -> Inputs:
     )
 
 
-def _anchors(document: Document) -> Inputs:
-    """Return what the live factor depends on."""
-    curves = tuple((pair.source.tobytes(), pair.closed) for pair in document.feature_curves if not pair.passive)
-    return (document.image, document.warp.cell_px, document.retexture.move_within, curves)
+def _targets_moved(before: Document, after: Document) -> bool:
+    """Return whether the same curves go elsewhere than before; a source that takes its target along does not count."""
+    pairs = zip(before.feature_curves, after.feature_curves, strict=False)
+    return any(a.target is not b.target and a.source is b.source for a, b in pairs)

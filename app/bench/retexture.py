@@ -10,10 +10,11 @@ import numpy as np
 from core.arrays import Bytes
 from core.curve_fitting import fit
 from core.feature_curves import FeatureCurve
+from core.grid import Grid
 from core.progress import Progress, run
-from core.retexture.diffusion import LivePreview
 from core.retexture.job import Settings, retexture
 from core.retexture.patches import PatchShape
+from core.retexture.preview import LiveDeformation
 
 RUNS = 3
 
@@ -83,7 +84,7 @@ def _timed(picture: Bytes, curves: list[FeatureCurve], settings: Settings) -> tu
 
 
 def _drag_ms(shape: tuple[int, int], curves: list[FeatureCurve], runs: int) -> float:
-    preview, times = LivePreview(shape, curves), []
+    preview, times = LiveDeformation(shape, Grid(shape[1], shape[0]).nodes), []
     for _ in range(max(3 * runs, 3)):
         started = time.perf_counter()
         preview.solve(curves)

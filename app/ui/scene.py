@@ -138,7 +138,7 @@ def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
         marks=Marks(grid=overlays.grid, mask=mask is not None and not before, scale=overlays.scale),
         compare="result" if before else session.compare,
         split=session.split,
-        draft=editor.is_busy,
+        draft=editor.regrowth.is_moving and session.look != "original",
         palette=palette,
         before=document.image,
     )

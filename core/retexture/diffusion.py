@@ -107,7 +107,7 @@ def _bilinear(positions: Points, rows: int, columns: int) -> sp.csr_matrix:
     return sp.csr_matrix((weights, (np.tile(np.arange(len(u)), 4), nodes)), (len(u), rows * columns))
 
 
-def _motion(curves: list[FeatureCurve], step: float) -> tuple[Points, Points]:
+def motion(curves: list[FeatureCurve], step: float) -> tuple[Points, Points]:
     """Return corresponding points (n, 2) of all active curves, at the source and at the target."""
     pairs = [(c.source, c.target, *paired_parameters(c.source, c.target, step=step)) for c in curves if c.target]
     if not pairs:
@@ -122,7 +122,7 @@ def deformation(
     shape: tuple[int, int], curves: list[FeatureCurve], *, reach_px: float | None = None
 ) -> tuple[Diffusion, Floats]:
     """Return D at the nodes of a grid: the way from a target pixel to its source (DPD eq. 1)."""
-    source, target = _motion(curves, 1.0)
+    source, target = motion(curves, 1.0)
     grid = Diffusion(shape, target, reach_px=reach_px)
     return grid, grid.solve(source - target)
 
@@ -152,32 +152,3 @@ def distortion(grid: Diffusion, field: Floats) -> Floats:
     plus, minus = np.hypot(a + d, c - b), np.hypot(a - d, c + b)
     most, least = (plus + minus) / 2, np.abs(plus - minus) / 2
     return np.asarray(np.maximum(np.abs(np.log(np.maximum(most, 1e-3))), np.abs(np.log(np.maximum(least, 1e-3)))))
-
-
-class LivePreview:
-    """The deformation while targets are dragged: anchored at the source curves, so that the matrix never changes.
-
-    `solve` says where each node of a grid over the picture goes; drawing that grid, textured with the picture, shows
-    the deformation.
-    """
-
-    def __init__(
-        self, shape: tuple[int, int], curves: list[FeatureCurve], *, reach_px: float | None = None, nodes: int = NODES
-    ) -> None:
-        self._sources = [c.source for c in curves if not c.passive]
-        points = [source.at(source.parameters(step=1.0)) for source in self._sources]
-        everywhere = np.concatenate(points) if points else np.empty((0, 2))
-        self.grid = Diffusion(shape, everywhere, reach_px=reach_px, nodes=nodes)
-
-    def solve(self, curves: list[FeatureCurve]) -> Points:
-        """Return the nodes' places (R, C, 2) when the active `curves` have these targets, in the order given before."""
-        targets = [c.target for c in curves if c.target is not None]
-        moves = [np.empty((0, 2))]
-        for source, target in zip(self._sources, targets, strict=True):
-            t = source.parameters(step=1.0)
-            if target.segments == source.segments:
-                there = target.at(t)
-            else:
-                there = target.at(target.parameter_at(source.length_at(t) / source.length * target.length))
-            moves.append(there - source.at(t))
-        return self.grid.nodes + self.grid.solve(np.concatenate(moves))

@@ -79,11 +79,28 @@ def test_the_pen_draws_a_feature_curve_and_no_inner_curve(drive: EditorDriver) -
 def test_a_dragged_target_takes_the_picture_along_live(drive: EditorDriver) -> None:
     drawn(drive).press(100, 70).move(100, 80).move(100, 90)
     assert drive.in_("feature-curves.busy")
+    assert drive.editor.regrowth.is_moving
+    seen = drive.editor.regrowth.shown(drive.document, "deformed")
+    assert np.array_equal(seen.warped, drive.editor.regrowth.flat.warped), "what is painted on the result would move"
     assert np.allclose(drive.screen_of(100, 70), (100, 90), atol=1)
     assert np.allclose(drive.screen_of(0, 149), (0, 149), atol=0.5)
     assert shown(drive) is drive.document.image
     assert not drive.editor.jobs.long_jobs
     drive.release(100, 90)
+    assert not drive.editor.regrowth.is_moving
+
+
+def test_the_final_deformation_takes_over_without_a_jump() -> None:
+    later = Later()
+    drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    drawn(drive).press(100, 70).move(100, 100).move(120, 125)
+    live = drive.editor.regrowth.shown(drive.document, "deformed").rest
+    drive.release(120, 125)
+    assert drive.editor.regrowth.stage is None
+    later.run()
+    final = drive.frame().editor.regrowth.shown(drive.document, "deformed").rest
+    assert np.abs(live - final).max() < 3
+    assert np.abs(live - drive.editor.regrowth.flat.warped).max() > 40
 
 
 def test_letting_go_regrows_the_texture_and_export_gives_the_same(drive: EditorDriver, tmp_path: Path) -> None:
@@ -316,6 +333,7 @@ def test_a_traced_curve_clings_to_the_edge() -> None:
     drive.click(55, 75).move(70, 45).move(98, 31)
     assert drive.editor.session.draft is not None
     assert drive.document is drive.start
+    assert not drive.editor.regrowth.is_moving, "a path would be traced on a draft of the picture"
     drive.click(98, 31).click(144, 76).key("enter")
     assert drive.labels == ("Trace curve",)
     pair = drive.document.feature_curves[0]
@@ -424,14 +442,17 @@ def test_weft_render_gives_the_retextured_picture(drive: EditorDriver, tmp_path:
     assert np.array_equal(load(tmp_path / "out.png").pixels, shown(drive).pixels)
 
 
-def test_sources_are_edited_on_the_original_and_the_live_factor_follows(drive: EditorDriver) -> None:
+def test_sources_are_edited_on_the_original_and_the_deformation_follows(drive: EditorDriver) -> None:
     table = ActionTable(TOOLS)
     moved(drive)
     before = target(drive).copy()
     assert table.run("handles.edit_source", drive.editor)
     assert drive.editor.session.look == "original"
     drive.press(100, 70).move(100, 60)
-    assert np.allclose(drive.screen_of(100, 60), (100, 60), atol=1e-6)
+    seen = drive.editor.regrowth.shown(drive.document, drive.editor.session.look)
+    assert seen.image is drive.document.image
+    assert seen.rest is seen.warped
+    assert np.allclose(drive.picture_at(100, 90), (100, 60), atol=1)
     assert drive.editor.session.look == "original"
     drive.release(100, 60)
     assert np.allclose(source(drive)[3], (100, 60))

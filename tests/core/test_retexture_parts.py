@@ -8,12 +8,11 @@ from hypothesis import strategies as st
 from core import poisson
 from core.arrays import Ints, Points, Singles
 from core.curves import Curve
-from core.feature_curves import FeatureCurve
 from core.retexture.blend import correction
 from core.retexture.candidates import Pool, costs, drift
 from core.retexture.canvas import Canvas
 from core.retexture.coordinates import CurveSet, DirectionField, located, trace
-from core.retexture.diffusion import Diffusion, LivePreview, compression, deformation, distortion
+from core.retexture.diffusion import Diffusion, compression, deformation, distortion
 from core.retexture.layout import Lattice, gap_places
 from core.retexture.patches import PatchShape
 from core.retexture.sampling import Kernel, read
@@ -71,18 +70,6 @@ def test_fields_are_read_the_same_everywhere() -> None:
     np.testing.assert_allclose(grid.at_pixels(linear), want, atol=1e-3)
     np.testing.assert_allclose(grid.at_pixels(linear, (slice(9, 30), slice(4, 99))), want[9:30, 4:99], atol=1e-3)
     np.testing.assert_allclose(grid.at(linear, np.array([[7.0, 3.0]])), want[3:4, 7], atol=1e-9)
-
-
-def test_the_live_preview_carries_sources_to_their_targets() -> None:
-    preview = LivePreview(SHAPE, bent())
-    nodes = preview.solve(bent())
-    assert nodes.shape == (preview.grid.rows, preview.grid.columns, 2)
-    source = bent()[0].source
-    places = source.at(np.linspace(0.3, source.segments - 0.3, 30))
-    moved = preview.grid.at(nodes, places)
-    assert arched().nearest(moved)[1].max() < 0.4
-    still = preview.solve([FeatureCurve(straight(), straight())])
-    np.testing.assert_allclose(still, preview.grid.nodes, atol=1e-9)
 
 
 def test_compression_is_clamped_and_distortion_is_that_of_the_map() -> None:
