@@ -38,6 +38,8 @@ LAYOUT_FRAMES = 3
 """So many frames at the start lay out the panels; the picture is drawn once its place is known."""
 REST_S = 0.55
 """When the pointer has rested so long, tooltips show: one more frame."""
+DRAWING_S = 0.014
+"""What drawing the picture may take of a frame; the panels, the map and the window's own work take as much again."""
 BLINK_S = 0.3
 """How often the caret of a text field wants a frame."""
 
@@ -171,7 +173,7 @@ class Shell:
     def _attach(self) -> None:
         """Take the GL context, once it is there."""
         self._context = gpu.attach()
-        self._renderer = Renderer(self._context)
+        self._renderer = Renderer(self._context, frame_s=DRAWING_S)
         self.workspace.thumbnails.attach(self._context, self._renderer)
 
     def _detach(self) -> None:
@@ -233,6 +235,8 @@ class Shell:
     def _timeout(self) -> float | None:
         """Return seconds until something on the screen is to change by itself."""
         waits = [self.workspace.wait_s, self._motion.wait_s]
+        if self._renderer.is_refining:
+            waits.append(0.0)
         if not self._rested:
             self._rested = True
             waits.append(max(self._last_input + REST_S - time.monotonic(), 0.0))

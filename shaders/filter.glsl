@@ -4,6 +4,7 @@ uniform sampler2D picture;    // linear light, premultiplied: the base level, at
 uniform ivec2 picture_size;   // whole picture in pixels
 uniform ivec4 window;         // source pixel that is the texture's first; size of the base level in texels
 uniform int base_level;
+uniform bool draft;           // blend four texels of the level instead
 
 float cubic(float x) {
     x = abs(x);
@@ -58,6 +59,12 @@ vec4 interpolated(ivec2 at, vec2 t, Level level) {
     return between_neighbours(sum, rows[1], rows[2]);
 }
 
+vec4 blended(ivec2 at, vec2 t, Level level) {
+    vec4 upper = mix(texel(at, level), texel(at + ivec2(1, 0), level), t.x);
+    vec4 lower = mix(texel(at + ivec2(0, 1), level), texel(at + ivec2(1, 1), level), t.x);
+    return mix(upper, lower, t.y);
+}
+
 // Sum over the texels with |K d| <= 2 in both components, row by row: the support is a parallelogram.
 vec4 averaged(ivec2 at, vec2 t, vec3 K, Level level) {
     float det = K.x * K.z - K.y * K.y;
@@ -95,7 +102,8 @@ vec4 filtered(vec2 whole, vec2 fraction, vec3 kernel, int level) {
     vec2 low = floor(t);
     at += ivec2(low);
     t -= low;
-    bool plain = abs(kernel.x - 1.0) + abs(kernel.y) + abs(kernel.z - 1.0) < 1e-4;
     Level texels = level_of(level);
+    if (draft) return blended(at, t, texels);
+    bool plain = abs(kernel.x - 1.0) + abs(kernel.y) + abs(kernel.z - 1.0) < 1e-4;
     return plain ? interpolated(at, t, texels) : averaged(at, t, kernel, texels);
 }

@@ -9,6 +9,8 @@
 
 uniform sampler2D rest_nodes;   // (R, C) source pixels: xy = fraction, zw = whole
 uniform sampler2D moved_nodes;  // (R, C) output pixels: xy = fraction, zw = whole
+uniform float stride;           // cells between nodes, but for the last ones of a row and a column
+uniform vec2 last_cell;         // grid coordinates of the last node
 uniform vec2 target_origin;     // output pixel that is the target's first
 uniform float target_extent;    // side of the square target, a power of two: the projection rounds nothing
 uniform int base_level;         // finest level of the picture's pyramid that the texture holds
@@ -37,7 +39,11 @@ vec2 between(vec4 a, vec4 b) {
     return (b.zw - a.zw) + (b.xy - a.xy);
 }
 
-// How many cells beyond `edge` the ring reaches: RING_PX across the outline, MOST_RING_PX at most.
+vec2 cell_of(ivec2 node) {
+    return min(vec2(node) * stride, last_cell);
+}
+
+// How many steps between nodes beyond `edge` the ring reaches: RING_PX across the outline, MOST_RING_PX at most.
 float ring_reach(ivec2 edge, ivec2 inward, ivec2 last) {
     ivec2 along = inward.yx;
     vec4 here = texelFetch(moved_nodes, edge, 0);
@@ -52,13 +58,13 @@ void extend(inout Node node, ivec2 edge, ivec2 inward, ivec2 last) {
     float reach = ring_reach(edge, inward, last);
     node.moved.xy += reach * between(texelFetch(moved_nodes, edge + inward, 0), texelFetch(moved_nodes, edge, 0));
     node.rest.xy += reach * between(texelFetch(rest_nodes, edge + inward, 0), texelFetch(rest_nodes, edge, 0));
-    node.cell -= reach * vec2(inward);
+    node.cell += reach * (cell_of(edge) - cell_of(edge + inward));
 }
 
 Node ring_node(ivec2 at) {
     ivec2 last = textureSize(moved_nodes, 0) - 1;
     ivec2 edge = clamp(at, ivec2(0), last);
-    Node node = Node(texelFetch(moved_nodes, edge, 0), texelFetch(rest_nodes, edge, 0), vec2(edge));
+    Node node = Node(texelFetch(moved_nodes, edge, 0), texelFetch(rest_nodes, edge, 0), cell_of(edge));
     if (at.x != edge.x) extend(node, edge, ivec2(edge.x - at.x, 0), last);
     if (at.y != edge.y) extend(node, edge, ivec2(0, edge.y - at.y), last);
     return node;

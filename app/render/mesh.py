@@ -26,13 +26,18 @@ MOST_EDGE_LAYERS = 24
 
 
 class Mesh:
-    """A grid of R x C nodes, R and C at least 2, with source and output positions."""
+    """A grid of R x C nodes, R and C at least 2, with source and output positions.
 
-    def __init__(self, context: moderngl.Context, shape: tuple[int, int]) -> None:
+    With a `stride` only every so manieth node of a row and a column is drawn, and the last ones.
+    """
+
+    def __init__(self, context: moderngl.Context, shape: tuple[int, int], *, stride: int = 1) -> None:
         self.shape = shape
+        self.stride = stride
         self._programs = programs_of(context)
         self._context = context
-        rows, columns = shape
+        self._drawn = np.ix_(*(_every(stride, size) for size in shape))
+        rows, columns = shape = self._drawn[0].size, self._drawn[1].size
         self._rest_nodes = context.texture((columns, rows), 4, dtype="f4")
         self._moved_nodes = context.texture((columns, rows), 4, dtype="f4")
         self._indices = context.buffer(_indices(shape).tobytes())
@@ -48,15 +53,15 @@ class Mesh:
         """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
         if rest is not self._rest:
             with tracing.span("upload", what="rest"):
-                self._rest_nodes.write(_whole_and_fraction(rest))
+                self._rest_nodes.write(_whole_and_fraction(rest[self._drawn]))
             self._rest, self._reach = rest, None
         if moved is not self._moved:
             with tracing.span("upload", what="moved"):
-                self._moved_nodes.write(_whole_and_fraction(moved))
+                self._moved_nodes.write(_whole_and_fraction(moved[self._drawn]))
             self._moved, self._reach = moved, None
-            low, high = _block_bounds(moved)
+            low, high = _block_bounds(moved[self._drawn])
             self._low, self._high = low - RING_PX, high + RING_PX
-            self._thinnest = _thinnest_border(moved)
+            self._thinnest = _thinnest_border(moved[self._drawn])
 
     def blocks_in(self, box: Box) -> Bools:
         """Return which blocks may meet the output pixels of `box`."""
@@ -75,7 +80,7 @@ class Mesh:
         if self._reach is None:
             assert self._rest is not None
             assert self._moved is not None
-            self._reach = Reach.of(self._rest, self._moved)
+            self._reach = Reach.of(self._rest[self._drawn], self._moved[self._drawn])
         return self._reach.read_for(box, least_stretch=least_stretch)
 
     def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:
@@ -99,7 +104,8 @@ class Mesh:
         self._rest_nodes.use(0)
         self._moved_nodes.use(1)
         last_cell = (self.shape[1] - 1, self.shape[0] - 1)
-        set_uniforms(program, rest_nodes=0, moved_nodes=1, last_cell=last_cell, **uniforms)
+        stride = float(self.stride)
+        set_uniforms(program, rest_nodes=0, moved_nodes=1, stride=stride, last_cell=last_cell, **uniforms)
         return self._arrays[key]
 
     def release(self) -> None:
@@ -110,6 +116,11 @@ class Mesh:
         self._edge_indices.release()
         self._rest_nodes.release()
         self._moved_nodes.release()
+
+
+def _every(stride: int, size: int) -> Ints:
+    """Return every `stride`-th of `size` numbers, and the last one."""
+    return np.append(np.arange(0, size - 1, stride), size - 1)
 
 
 def _whole_and_fraction(points: Points) -> Singles:

@@ -9,17 +9,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import moderngl
+import numpy as np
 
 from app.render import gpu
 from app.render.mesh import Mesh
 from app.render.programs import programs_of
 from app.render.source import Box, Source, Window
+from core.arrays import Bools
 
 PICTURE_UNIT, PLACE_UNIT, FOOTPRINT_UNIT = 2, 3, 4
 """Texture units; the nodes of the grid have 0 and 1."""
 LEAST_STRETCH = 1.5
 """How many texels of its level a shrinking kernel spans at least: more is slower, less lets the pyramid show."""
 DRAFT_STRETCH = 0.75
+PIECE_BLOCKS = 24
+STRIP_PIXELS = 1 << 16
 
 
 class PicturePass:
@@ -54,29 +58,44 @@ class PicturePass:
     ) -> None:
         """Draw the output pixels of `box`, which nothing was drawn in since `clear`.
 
-        `origin` is the output pixel that is the target's first. A `draft` is less sharp where it shrinks the picture.
+        `origin` is the output pixel that is the target's first. A `draft` is less sharp.
         """
+        for _ in self.drawing(mesh, source, box, origin=origin, draft=draft):
+            pass
+
+    def drawing(
+        self, mesh: Mesh, source: Source, box: Box, *, origin: tuple[int, int] = (0, 0), draft: bool = False
+    ) -> Iterator[None]:
+        """Draw as `draw` does, in pieces of a few milliseconds at most, with a stop after each."""
         box = mesh.bounds_in(box)
         blocks = mesh.blocks_in(box)
         if not blocks.any():
             return
         least_stretch = DRAFT_STRETCH if draft else LEAST_STRETCH
         read = (source.whole, 0) if source.is_small else mesh.source_of(box, least_stretch=least_stretch)
-        window = source.window(*read)
-        uniforms = {**self._uniforms(window, source, origin), "least_stretch": least_stretch}
+        yield
+        uniforms = {
+            **self._uniforms(source.window(*read), source, origin),
+            "least_stretch": least_stretch,
+            "draft": draft,
+        }
         viewport = -self.side // 2, -self.side // 2, 2 * self.side, 2 * self.side
-        scissor = box[0] - origin[0], box[1] - origin[1], box[2] - box[0], box[3] - box[1]
-        with gpu.drawing(self._places, viewport, scissor):
-            mesh.draw("place.frag", blocks, **uniforms)
-        with self.light.drawing(None, scissor):
-            window.texture.use(PICTURE_UNIT)
-            self._place.texture.use(PLACE_UNIT)
-            self._footprint.texture.use(FOOTPRINT_UNIT)
-            self._programs.fullscreen("resample.frag", place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms)
-        with self.light.drawing(viewport, scissor), self._blending():
+        for piece in _pieces(blocks):
+            with gpu.drawing(self._places, viewport, _shifted(box, origin)):
+                mesh.draw("place.frag", piece, **uniforms)
+            yield
+        for strip in _strips(box):
+            with self.light.drawing(None, _shifted(strip, origin)):
+                source.window(*read).texture.use(PICTURE_UNIT)
+                self._place.texture.use(PLACE_UNIT)
+                self._footprint.texture.use(FOOTPRINT_UNIT)
+                self._programs.fullscreen("resample.frag", place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms)
+            yield
+        source.window(*read).texture.use(PICTURE_UNIT)
+        with self.light.drawing(viewport, _shifted(box, origin)), self._blending():
             mesh.draw_edge("edge.frag", **uniforms)
         if self.cells is not None:
-            with self.cells.drawing(viewport, scissor):
+            with self.cells.drawing(viewport, _shifted(box, origin)):
                 mesh.draw_edge("edge_cells.frag", **uniforms)
 
     def _uniforms(self, window: Window, source: Source, origin: tuple[int, int]) -> dict[str, object]:
@@ -103,3 +122,23 @@ class PicturePass:
         for layer in (self.light, self.cells, self._place, self._footprint):
             if layer is not None:
                 layer.release()
+
+
+def _shifted(box: Box, origin: tuple[int, int]) -> gpu.Rectangle:
+    """Return the rectangle of a target that `box` is, the target's first pixel being `origin`."""
+    return box[0] - origin[0], box[1] - origin[1], box[2] - box[0], box[3] - box[1]
+
+
+def _pieces(blocks: Bools) -> Iterator[Bools]:
+    """Cut the blocks that are to be drawn into pieces, in the order of drawing."""
+    number = np.cumsum(blocks).reshape(blocks.shape)
+    for first in range(0, int(blocks.sum()), PIECE_BLOCKS):
+        yield blocks & (number > first) & (number <= first + PIECE_BLOCKS)
+
+
+def _strips(box: Box) -> Iterator[Box]:
+    """Cut `box` into strips of full rows."""
+    left, top, right, bottom = box
+    rows = max(STRIP_PIXELS // max(right - left, 1), 1)
+    for y in range(top, bottom, rows):
+        yield left, y, right, min(y + rows, bottom)

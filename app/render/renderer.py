@@ -1,18 +1,17 @@
 """Draws the canvas of the window: what changed is drawn anew, the rest is kept from the frame before."""
 
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import moderngl
 import numpy as np
 
-from app.render import gpu
 from app.render.cloth import DressedSource
-from app.render.dressing import Dressing
+from app.render.layers import Costs, Layers
 from app.render.marks_layer import MarksLayer
 from app.render.mesh import Mesh
-from app.render.picture_pass import PicturePass
 from app.render.programs import programs_of
 from app.render.scene import Color, Scene
 from app.render.source import Box, Source
@@ -22,9 +21,8 @@ from core.arrays import Bytes, Points
 from core.images import Image
 
 CHECK_PX = 8.0
-DRAFT_S = 0.016
-"""What drawing a draft may take."""
-MOST_SHRINK = 3
+DRAFT_CELL_PX = 6.0
+"""Cells of a draft are about so many of its pixels wide, where the grid's are smaller."""
 NO_MARKS = 1e9
 SOURCES_KEPT = 2
 """A picture and what was made of it can be looked at in turn, or side by side."""
@@ -34,20 +32,37 @@ NO_FRAME = (0.0, 0.0, 0.0, 0.0)
 class Renderer:
     """The canvas in one GL context.
 
+    Where drawing it at its best takes longer than `frame_s`, what moves is drawn as a draft, and what rests gets better
+    over several frames: the last picture, or a draft, stays until the best one is whole.
+
     It leaves the bound framebuffer and the viewport as they were, and blending and scissor off.
     """
 
-    def __init__(self, context: moderngl.Context) -> None:
+    def __init__(
+        self,
+        context: moderngl.Context,
+        *,
+        frame_s: float = math.inf,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
         self._context = context
         self._programs = programs_of(context)
+        self._clock = clock
         self._marks = MarksLayer(context)
-        self._meshes: dict[str, Mesh] = {}
+        self._meshes: dict[tuple[str, bool], Mesh] = {}
         self._sources: list[Source] = []
         """Of the pictures drawn last, the newest first."""
         self._cloth: DressedSource | None = None
-        self._layers: dict[bool, _Layers] = {}
-        """For the canvas at rest and for drafts."""
-        self._cost_s = 0.0
+        self._layers: dict[bool, Layers] = {}
+        """For the canvas at its best and for drafts."""
+        self._costs = Costs(frame_s)
+        self._shows_best = False
+        """Whether the window shows the canvas at its best."""
+
+    @property
+    def is_refining(self) -> bool:
+        """Whether drawing the same scene once more makes it better."""
+        return False in self._layers and self._layers[False].steps is not None
 
     def draw(self, scene: Scene, viewport: tuple[int, int, int, int]) -> None:
         """Draw `scene` into the bound framebuffer.
@@ -55,34 +70,75 @@ class Renderer:
         `viewport` is left, bottom (upwards, as OpenGL has it), width and height in framebuffer pixels; the scene's view
         is that of a canvas widget of this size.
         """
-        shrink = self._shrink if scene.draft else 1
-        if shrink > 1:
-            scene = replace(scene, pixel_ratio=scene.pixel_ratio / shrink)
-        with tracing.span("draw", shrink=shrink):
-            layers = self._layers_of(
-                (max(-(-viewport[2] // shrink), 1), max(-(-viewport[3] // shrink), 1)), scene.draft
-            )
-            started = time.perf_counter()
+        best = self._layers_of((viewport[2], viewport[3]), draft=False)
+        with tracing.span("draw"):
+            if scene.draft and self._costs.full_fits is False:
+                best.give_up()
+                self._shows_best = False
+            elif self._refine(replace(scene, draft=False), best):
+                self._shows_best = True
+            elif not (self._shows_best and _lies_alike(scene, best.drawn)):
+                self._shows_best = False
+            if self._shows_best:
+                self._show(best, viewport, 1)
+            else:
+                self._show_draft(scene, viewport)
+
+    def _refine(self, scene: Scene, best: Layers) -> bool:
+        """Draw on for as long as a frame may take; return whether the canvas is there at its best."""
+        if best.shows(scene):
+            best.give_up()
+            return True
+        if not scene.shows_same_picture(best.goal):
+            best.begin(scene, self._best(scene, best))
+        if best.steps is not None and not self._goes_on(best):
+            return False
+        if not best.shows(scene):
+            self._compose(scene, best)
+        return True
+
+    def _best(self, scene: Scene, best: Layers) -> Iterator[None]:
+        """Draw the picture and then the canvas, piece by piece."""
+        yield from self._drawing(scene, best)
+        yield
+        self._compose(scene, best)
+
+    def _goes_on(self, best: Layers) -> bool:
+        """Take the next steps; return whether there are no more."""
+        assert best.steps is not None
+        started, fits = self._clock(), self._costs.full_fits
+        with tracing.span("refine"):
+            for _ in best.steps:
+                if fits or math.isinf(self._costs.frame_s):
+                    continue
+                self._context.finish()
+                if self._clock() - started >= self._costs.frame_s:
+                    best.spent_s += self._clock() - started
+                    self._costs.learn_full(best.spent_s, finished=False)
+                    return False
+            self._context.finish()
+        best.spent_s += self._clock() - started
+        best.steps = None
+        self._costs.learn_full(best.spent_s, finished=True)
+        return True
+
+    def _show_draft(self, scene: Scene, viewport: tuple[int, int, int, int]) -> None:
+        """Draw and show `scene` with fewer pixels and larger cells."""
+        shrink = self._costs.shrink
+        scene = replace(scene, pixel_ratio=scene.pixel_ratio / shrink, draft=True)
+        layers = self._layers_of((-(-viewport[2] // shrink), -(-viewport[3] // shrink)), draft=True)
+        with tracing.span("draft", shrink=shrink):
+            started = self._clock()
             same_picture = scene.shows_same_picture(layers.drawn)
             if not same_picture:
-                self._draw_picture(scene, layers)
-            if not (same_picture and scene.shows_same_marks(layers.drawn)):
+                for _ in self._drawing(scene, layers):
+                    pass
+            if not layers.shows(scene):
                 self._compose(scene, layers)
             if not same_picture:
                 self._context.finish()
-                self._learn_cost((time.perf_counter() - started) * shrink**2)
-            layers.drawn = scene
-            self._show(layers, viewport, shrink)
-
-    @property
-    def _shrink(self) -> int:
-        """By how much a draft is drawn smaller, so that it keeps up with the mouse: 1 on any GPU."""
-        fitting = (shrink for shrink in range(1, MOST_SHRINK) if self._cost_s <= DRAFT_S * shrink**2)
-        return next(fitting, MOST_SHRINK)
-
-    def _learn_cost(self, seconds: float) -> None:
-        """Take note of what drawing the whole canvas costs; a single late frame does not count much."""
-        self._cost_s = seconds if self._cost_s == 0.0 else 0.7 * self._cost_s + 0.3 * seconds
+                self._costs.learn_draft(self._clock() - started, shrink)
+        self._show(layers, viewport, shrink)
 
     def thumbnails(self, image: Image, rest: Points, warps: Sequence[Points], size: tuple[int, int]) -> list[Bytes]:
         """Return `image` under each of `warps`, (R, C, 2) like `rest`, fitted into `size`: (h, w, 4)."""
@@ -96,24 +152,27 @@ class Renderer:
                 held.release()
         self._meshes, self._sources, self._cloth, self._layers = {}, [], None, {}
 
-    def _draw_picture(self, scene: Scene, layers: "_Layers") -> None:
-        """Draw the picture in linear light: the result, the picture as it was, or both beside the divider."""
+    def _drawing(self, scene: Scene, layers: Layers) -> Iterator[None]:
+        """Draw the picture in linear light, piece by piece: the result, the picture as it was, or both."""
         width, height = layers.picture.size
         divider = _divider(scene, width)
         parts: list[tuple[str, Points, Box]] = [
             ("before", scene.rest, (0, 0, divider, height)),
             ("result", scene.warped, (divider, 0, width, height)),
         ]
-        source = self._source_of(scene.image) if scene.dressing is None else self._dressed(scene, scene.dressing)
         layers.picture.clear()
+        yield
         for name, nodes, box in parts:
             if box[0] < box[2]:
-                mesh = self._mesh_of(name, scene.rest)
-                mesh.place(scene.rest, _framebuffer_positions(scene, nodes))
-                drawn = self._source_of(scene.before or scene.image) if name == "before" else source
-                layers.picture.draw(mesh, drawn, box, draft=scene.draft)
+                positions = _framebuffer_positions(scene, nodes)
+                mesh = self._mesh_of(name, scene, positions)
+                mesh.place(scene.rest, positions)
+                source = self._source_of(scene.before or scene.image) if name == "before" else self._result_of(scene)
+                yield from layers.picture.drawing(mesh, source, box, draft=scene.draft)
 
-    def _compose(self, scene: Scene, layers: "_Layers") -> None:
+    def _compose(self, scene: Scene, layers: Layers) -> None:
+        """Lay the picture on the desk and the marks on the picture."""
+        layers.drawn = scene
         frame = NO_FRAME
         if scene.frame is not None:
             left, top, right, bottom = (_framebuffer_positions(scene, np.reshape(scene.frame, (2, 2))) + 0.5).ravel()
@@ -135,7 +194,7 @@ class Renderer:
                 **self._marks.uniforms(scene),
             )
 
-    def _show(self, layers: "_Layers", viewport: tuple[int, int, int, int], shrink: int) -> None:
+    def _show(self, layers: Layers, viewport: tuple[int, int, int, int], shrink: int) -> None:
         before, self._context.viewport = self._context.viewport, viewport
         smooth = moderngl.NEAREST if shrink == 1 else moderngl.LINEAR
         layers.shown.texture.filter = (smooth, smooth)
@@ -143,12 +202,13 @@ class Renderer:
         self._programs.fullscreen("show.frag", canvas=0, viewport=viewport, shrink=float(shrink))
         self._context.viewport = before
 
-    def _layers_of(self, size: tuple[int, int], draft: bool) -> "_Layers":
+    def _layers_of(self, size: tuple[int, int], *, draft: bool) -> Layers:
+        size = max(size[0], 1), max(size[1], 1)
         layers = self._layers.get(draft)
         if layers is None or layers.picture.size != size:
             if layers is not None:
                 layers.release()
-            layers = self._layers[draft] = _Layers(self._context, size)
+            layers = self._layers[draft] = Layers(self._context, size)
         return layers
 
     def _source_of(self, image: Image) -> Source:
@@ -160,7 +220,11 @@ class Renderer:
         self._sources = sources[:SOURCES_KEPT]
         return held
 
-    def _dressed(self, scene: Scene, dressing: Dressing) -> DressedSource:
+    def _result_of(self, scene: Scene) -> Source:
+        """Return what the result is drawn from: the picture, with the texture laid on if there is one."""
+        dressing = scene.dressing
+        if dressing is None:
+            return self._source_of(scene.image)
         if self._cloth is None or self._cloth.image is not scene.image or self._cloth.parts is not dressing.parts:
             if self._cloth is not None:
                 self._cloth.release()
@@ -168,35 +232,33 @@ class Renderer:
         self._cloth.dress(dressing, draft=scene.draft)
         return self._cloth
 
-    def _mesh_of(self, name: str, rest: Points) -> Mesh:
+    def _mesh_of(self, name: str, scene: Scene, positions: Points) -> Mesh:
         """Return the mesh called `name`, made anew for another grid shape."""
-        shape = (rest.shape[0], rest.shape[1])
-        if name not in self._meshes or self._meshes[name].shape != shape:
-            if name in self._meshes:
-                self._meshes[name].release()
-            self._meshes[name] = Mesh(self._context, shape)
-        return self._meshes[name]
+        key, shape = (name, scene.draft), (positions.shape[0], positions.shape[1])
+        stride = _draft_stride(positions) if scene.draft else 1
+        held = self._meshes.get(key)
+        if held is None or (held.shape, held.stride) != (shape, stride):
+            if held is not None:
+                held.release()
+            held = self._meshes[key] = Mesh(self._context, shape, stride=stride)
+        return held
 
 
-class _Layers:
-    """What is kept from frame to frame: the picture in linear light, and the canvas as shown."""
+def _lies_alike(scene: Scene, shown: Scene | None) -> bool:
+    """Return whether the picture that is `shown` may stay till `scene` is drawn: it fills the same place."""
+    return (
+        shown is not None
+        and scene.image is shown.image
+        and scene.before is shown.before
+        and (scene.view, scene.pixel_ratio, scene.compare, scene.split)
+        == (shown.view, shown.pixel_ratio, shown.compare, shown.split)
+    )
 
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
-        self.picture = PicturePass(context, size, with_cells=True)
-        self.shown = gpu.Offscreen(context, size, "f1")
-        self.drawn: Scene | None = None
-        """What they show."""
 
-    @property
-    def cells(self) -> gpu.Offscreen:
-        """Grid coordinates of every pixel."""
-        assert self.picture.cells is not None
-        return self.picture.cells
-
-    def release(self) -> None:
-        """Free the GPU objects."""
-        self.picture.release()
-        self.shown.release()
+def _draft_stride(positions: Points) -> int:
+    """Return which nodes of a row a draft draws, from their positions (R, C, 2) in its pixels: every so manieth."""
+    spans = np.ptp(positions, axis=(0, 1)) / (positions.shape[1] - 1, positions.shape[0] - 1)
+    return max(int(DRAFT_CELL_PX / max(float(spans.max()), 1e-3)), 1)
 
 
 def _divider(scene: Scene, width: int) -> int:

@@ -1,0 +1,88 @@
+"""What the canvas keeps from frame to frame, and how far it has come with what it is to show next."""
+
+from collections.abc import Iterator
+
+import moderngl
+
+from app.render import gpu
+from app.render.picture_pass import PicturePass
+from app.render.scene import Scene
+
+MOST_SHRINK = 3
+
+
+class Layers:
+    """The picture in linear light, and the canvas as it is shown."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
+        self.picture = PicturePass(context, size, with_cells=True)
+        self.shown = gpu.Offscreen(context, size, "f1")
+        self.drawn: Scene | None = None
+        """What `shown` shows."""
+        self.goal: Scene | None = None
+        """What `picture` holds, or what is being drawn there."""
+        self.steps: Iterator[None] | None = None
+        """Draws what is missing of it; None when nothing is."""
+        self.spent_s = 0.0
+        """What drawing it has taken so far."""
+
+    @property
+    def cells(self) -> gpu.Offscreen:
+        """Grid coordinates of every pixel."""
+        assert self.picture.cells is not None
+        return self.picture.cells
+
+    def shows(self, scene: Scene) -> bool:
+        """Return whether `shown` shows `scene`, marks included."""
+        return scene.shows_same_picture(self.drawn) and scene.shows_same_marks(self.drawn)
+
+    def begin(self, goal: Scene, steps: Iterator[None]) -> None:
+        """Take another scene to draw; what was begun is given up."""
+        self.goal, self.steps, self.spent_s = goal, steps, 0.0
+
+    def give_up(self) -> None:
+        """Leave what is not finished; what is shown stays."""
+        if self.steps is not None:
+            self.goal = self.steps = None
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        self.picture.release()
+        self.shown.release()
+
+
+class Costs:
+    """What drawing the whole canvas takes, in seconds, as it was seen; decides what is drawn while things move."""
+
+    def __init__(self, frame_s: float) -> None:
+        self.frame_s = frame_s
+        """What drawing may take of a frame."""
+        self._full_s = 0.0
+        self._draft_s = 0.0
+
+    @property
+    def full_fits(self) -> bool | None:
+        """Whether the canvas can be drawn at its best in one frame; None while that is not known."""
+        return None if self._full_s == 0.0 else self._full_s <= self.frame_s
+
+    @property
+    def shrink(self) -> int:
+        """By how much a draft is drawn smaller, so that it keeps up with the mouse."""
+        fitting = (shrink for shrink in range(2, MOST_SHRINK) if self._draft_s <= self.frame_s * shrink**2)
+        return next(fitting, MOST_SHRINK)
+
+    def learn_full(self, seconds: float, *, finished: bool) -> None:
+        """Take note of what the best took, or has taken so far."""
+        if finished:
+            self._full_s = _smoothed(self._full_s, seconds)
+        else:
+            self._full_s = max(self._full_s, seconds)
+
+    def learn_draft(self, seconds: float, shrink: int) -> None:
+        """Take note of what a draft took."""
+        self._draft_s = _smoothed(self._draft_s, seconds * shrink**2)
+
+
+def _smoothed(before: float, now: float) -> float:
+    """Return the running mean; a single late frame does not count much."""
+    return now if before == 0.0 else 0.7 * before + 0.3 * now
