@@ -175,9 +175,14 @@ class Editor:
 
         return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True))
 
-    def background(self, name: str, steps: Callable[[], Job[T]], deliver: Callable[[T], None]) -> Ticket:
-        """Run a long job whose result is not an edit; it is handed over when no gesture is in progress."""
-        return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True))
+    def background(
+        self, name: str, steps: Callable[[], Job[T]], deliver: Callable[[T], None], *, writes: bool = False
+    ) -> Ticket:
+        """Run a long job whose result is not an edit; it is handed over when no gesture is in progress.
+
+        `writes` says that it makes a file, which the window does not close upon unasked.
+        """
+        return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True, writes=writes))
 
     def update(self) -> None:
         """Take what jobs have ready and bring the map up to date; once per frame, after the events."""

@@ -15,11 +15,13 @@ from app.requests import (
     PROJECTS,
     AskRecover,
     AskUnsaved,
+    AskWriting,
     ExportOptions,
     ExportPicture,
     OpenFile,
     SaveFile,
     Unsaved,
+    Writing,
 )
 from core.arrays import InputError
 from core.document import Document
@@ -119,7 +121,7 @@ def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None) -> Non
         if then is not None:
             then()
 
-    editor.background(f"Save {path.name}", steps, deliver)
+    editor.background(f"Save {path.name}", steps, deliver, writes=True)
 
 
 def ask_export(editor: Editor) -> None:
@@ -137,18 +139,41 @@ def export(editor: Editor, options: ExportOptions) -> None:
     if exporter is None:
         return
     done = lambda _: editor.notify(f"Exported {options.path.name}")  # noqa: E731
-    editor.background(f"Export {options.path.name}", lambda: exporter(document, options), done)
+    editor.background(f"Export {options.path.name}", lambda: exporter(document, options), done, writes=True)
 
 
 def quit_editor(editor: Editor) -> None:
-    """Close the editor; if there is unsaved work, ask first."""
+    """Close the editor; if there is unsaved work, or a file is being written, ask first."""
+    guarded(editor, lambda: _close_when_written(editor))
 
-    def close() -> None:
-        if editor.recovery is not None:
-            editor.recovery.forget()
-        editor.is_closing = True
 
-    guarded(editor, close)
+def _close_when_written(editor: Editor) -> None:
+    writing = [ticket for ticket in editor.jobs.long_jobs if ticket.task.writes and not ticket.cancelled]
+
+    def answered(choice: Writing) -> None:
+        if choice == "stop":
+            _close(editor)
+        elif choice == "wait":
+            editor.background("Quit", nothing, leave)
+
+    def nothing() -> Job[None]:
+        """Take its turn behind what is being written."""
+        yield Progress(0.0, "waiting")
+
+    def leave(_: None) -> None:
+        if all(ticket.state == "finished" for ticket in writing):
+            quit_editor(editor)
+
+    if writing:
+        editor.requests.append(AskWriting(tuple(ticket.name for ticket in writing), answered))
+    else:
+        _close(editor)
+
+
+def _close(editor: Editor) -> None:
+    if editor.recovery is not None:
+        editor.recovery.forget()
+    editor.is_closing = True
 
 
 def ask_mask(editor: Editor) -> None:

@@ -33,6 +33,8 @@ class Task(Generic[T]):
     """Takes the exception on the UI thread."""
     edits: bool = False
     """Whether `deliver` changes the document, so that it must wait until no gesture is in progress."""
+    writes: bool = False
+    """Whether it makes a file that the artist has asked for."""
 
 
 @dataclass(eq=False)

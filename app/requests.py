@@ -14,6 +14,7 @@ from core.document import Document
 
 Panel: TypeAlias = Literal["keys", "palette", "history", "about"]
 Unsaved: TypeAlias = Literal["save", "discard", "cancel"]
+Writing: TypeAlias = Literal["wait", "stop", "cancel"]
 
 PICTURES = ("png", "jpg", "jpeg", "tif", "tiff", "webp", "exr")
 PROJECTS = ("weft",)
@@ -72,6 +73,15 @@ class AskUnsaved:
 
 
 @dataclass(frozen=True, eq=False)
+class AskWriting:
+    """Ask what is to become of files that are still being written while the artist wants to leave."""
+
+    names: tuple[str, ...]
+    """The jobs, as the artist knows them."""
+    then: Callable[[Writing], None]
+
+
+@dataclass(frozen=True, eq=False)
 class AskRecover:
     """Offer work that an earlier run left unsaved."""
 
@@ -87,4 +97,4 @@ class ShowPanel:
     panel: Panel
 
 
-Request: TypeAlias = OpenFile | SaveFile | ExportPicture | AskUnsaved | AskRecover | ShowPanel
+Request: TypeAlias = OpenFile | SaveFile | ExportPicture | AskUnsaved | AskWriting | AskRecover | ShowPanel

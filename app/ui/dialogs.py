@@ -9,7 +9,17 @@ from typing import Protocol
 from imgui_bundle import ImVec2, imgui, portable_file_dialogs
 
 from app.editor import Editor
-from app.requests import AskRecover, AskUnsaved, ExportPicture, OpenFile, Panel, Request, SaveFile, ShowPanel
+from app.requests import (
+    AskRecover,
+    AskUnsaved,
+    AskWriting,
+    ExportPicture,
+    OpenFile,
+    Panel,
+    Request,
+    SaveFile,
+    ShowPanel,
+)
 from app.ui.controls import faint, plain_button, primary_button
 from app.ui.export_dialog import ExportDialog
 from app.ui.file_browser import FileBrowser
@@ -84,6 +94,8 @@ def dialog_for(request: Request, editor: Editor) -> Dialog:
             return ExportDialog(request, editor.answer.warped)
         case AskUnsaved():
             return UnsavedDialog(request)
+        case AskWriting():
+            return WritingDialog(request)
         case AskRecover():
             return RecoverDialog(request)
     raise TypeError(request)
@@ -175,6 +187,34 @@ class UnsavedDialog:
         imgui.same_line()
         if primary_button("Save", 7) or imgui.is_key_pressed(imgui.Key.enter):
             self._request.then("save")
+            return False
+        return True
+
+
+class WritingDialog:
+    """Asks what is to become of files that are still being written."""
+
+    title = "Finish writing first?"
+
+    def __init__(self, request: AskWriting) -> None:
+        self._request = request
+
+    def draw(self) -> bool:
+        """Draw the jobs and the answers."""
+        imgui.text("Still being written:")
+        for name in self._request.names:
+            imgui.bullet_text(name)
+        imgui.dummy(ImVec2(em(30), em(0.4)))
+        if plain_button("Stop and quit", 8):
+            self._request.then("stop")
+            return False
+        imgui.same_line(imgui.get_window_width() - em(18.6))
+        if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
+            self._request.then("cancel")
+            return False
+        imgui.same_line()
+        if primary_button("Finish and quit", 9) or imgui.is_key_pressed(imgui.Key.enter):
+            self._request.then("wait")
             return False
         return True
 

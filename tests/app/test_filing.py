@@ -9,15 +9,16 @@ from app import filing
 from app.actions.file import recent_actions
 from app.commands.edit import kept_at_an_end
 from app.editor import Editor
-from app.jobs import Jobs
+from app.jobs import InlineExecutor, Jobs
 from app.recovery import Recovery
-from app.requests import AskRecover, AskUnsaved, ExportOptions, ExportPicture, OpenFile, SaveFile
+from app.requests import AskRecover, AskUnsaved, AskWriting, ExportOptions, ExportPicture, OpenFile, SaveFile, Writing
 from app.tools.all import TOOLS
+from core.arrays import InputError
 from core.document import Document
 from core.images import Image, load, save
 from core.progress import Job, Progress
 from core.project import load_project, save_project
-from tests.app.driver import Clock, EditorDriver, document, picture
+from tests.app.driver import Clock, EditorDriver, Later, document, picture
 
 T = TypeVar("T")
 
@@ -138,6 +139,52 @@ def test_export_is_a_job_over_the_document_of_that_moment(drive: EditorDriver, t
     assert seen == [drive.document]
     assert load(tmp_path / "out.png").width_px == 200
     assert drive.editor.notices[-1].text == "Exported out.png"
+
+
+@pytest.mark.parametrize(
+    ("choice", "written", "closed"), [("wait", True, True), ("stop", False, True), ("cancel", True, False)]
+)
+def test_quitting_while_a_picture_is_exported_asks(
+    tmp_path: Path, choice: Writing, written: bool, closed: bool
+) -> None:
+    work = Later()
+    drive = EditorDriver(jobs=Jobs(live=InlineExecutor(), long=work, beside=InlineExecutor()))
+
+    def exporter(document: Document, options: ExportOptions) -> Job[None]:
+        yield Progress(0.5)
+        save(document.image, options.path)
+
+    drive.editor.exporter = exporter
+    filing.export(drive.editor, ExportOptions(tmp_path / "out.png", (200, 150)))
+    filing.quit_editor(drive.editor)
+    assert not drive.editor.is_closing
+    request = ask(drive, AskWriting)
+    assert request.names == ("Export out.png",)
+    request.then(choice)
+    if drive.editor.is_closing:
+        drive.editor.jobs.close()
+    work.run()
+    drive.frame()
+    assert (tmp_path / "out.png").exists() == written
+    assert drive.editor.is_closing == closed
+
+
+def test_quitting_after_an_export_stays_when_that_failed(tmp_path: Path) -> None:
+    work = Later()
+    drive = EditorDriver(jobs=Jobs(live=InlineExecutor(), long=work, beside=InlineExecutor()))
+
+    def exporter(document: Document, options: ExportOptions) -> Job[None]:
+        yield Progress(0.5)
+        raise InputError("out.png: no space left on device")
+
+    drive.editor.exporter = exporter
+    filing.export(drive.editor, ExportOptions(tmp_path / "out.png", (200, 150)))
+    filing.quit_editor(drive.editor)
+    ask(drive, AskWriting).then("wait")
+    work.run()
+    drive.frame()
+    assert not drive.editor.is_closing
+    assert drive.editor.notices[-1].text == "out.png: no space left on device"
 
 
 def test_a_mask_is_loaded_and_undone(drive: EditorDriver, tmp_path: Path) -> None:
