@@ -7,7 +7,7 @@ from app.console import run_shown
 from app.render.picture_file import drawing
 from core.arrays import InputError
 from core.files import check_place
-from core.images import check_writable_format, save
+from core.images import check_writable_format, load, save
 from core.project import load_project
 
 
@@ -15,6 +15,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `weft render`."""
     parser.add_argument("project", type=Path, metavar="PROJECT")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT")
+    parser.add_argument(
+        "--picture", type=Path, metavar="IMAGE", help="do to this picture what the project does to its own; any size"
+    )
     parser.add_argument(
         "--frame",
         choices=("warp", "picture"),
@@ -37,5 +40,7 @@ def run(arguments: argparse.Namespace) -> None:
     if not 0 < arguments.scale <= 64:
         raise InputError(f"--scale {arguments.scale:g}: not above 0 and up to 64")
     document = load_project(arguments.project)
+    if arguments.picture is not None:
+        document = document.with_image(load(arguments.picture))
     job = drawing(document, frame=arguments.frame, scale=arguments.scale, bits=arguments.bits)
     save(run_shown(job), arguments.output, quality=arguments.quality)

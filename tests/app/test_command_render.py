@@ -44,11 +44,24 @@ def test_the_depth_can_be_chosen(tmp_path: Path) -> None:
         assert load(tmp_path / "a.tif").pixels.dtype == depth
 
 
+def test_another_picture_of_another_size_gets_the_same_warp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    other = Image(np.repeat(np.repeat(document().image.pixels[:, ::-1], 2, axis=0), 2, axis=1))
+    save(other, "other.png")
+    save_project(document(), Path("a.weft"))
+    save_project(document().with_image(other), Path("b.weft"))
+    assert main(["render", "a.weft", "-o", "one.png", "--picture", "other.png"]) == 0
+    assert main(["render", "b.weft", "-o", "two.png"]) == 0
+    assert load("one.png").pixels.shape[:2] == (110, 120)
+    np.testing.assert_array_equal(load("one.png").pixels, load("two.png").pixels)
+
+
 @pytest.mark.parametrize(
     ("words", "fault"),
     [
         (["none.weft", "-o", "a.png"], "none.weft: no such file"),
         (["photo.png", "-o", "a.png"], "photo.png: not a Weft project"),
+        (["a.weft", "-o", "a.png", "--picture", "none.png"], "none.png: no such file"),
         (["a.weft", "-o", "a.bmp"], "a.bmp: unknown picture format '.bmp'"),
         (["a.weft", "-o", "a.png", "--scale", "0"], "--scale 0: not above 0"),
         (["a.weft", "-o", "a.jpg", "--quality", "101"], "--quality 101: not from 1 to 100"),
