@@ -18,6 +18,7 @@ from core.overlay.correlation import Proposal
 from core.overlay.fitting import fit
 from core.overlay.lattice import Lattice
 from core.overlay.mesh import Mesh
+from core.overlay.refinement import refined
 from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring, without_specks
 from core.overlay.registration import LEAST_SHADING, State
 from core.overlay.seeding import find_lattice, flat_canvas
@@ -157,6 +158,8 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     mesh = Mesh(photo.shape[:2], cloth.mesh.cell * scale)
     uv, shading = painted(mesh, pieces, masks, valid)
     texel = found.texel if scale == 1 else finer_texel(cloth, photo, uv, shading, scale)
+    uv = refined(photo, uv, shading, texel, cloth.basis * scale)
+    texel = finer_texel(cloth, photo, uv, shading, scale)
     gauge = max(1.0, float(np.percentile(texel.pixels, 99.5)))
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)

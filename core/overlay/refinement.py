@@ -1,0 +1,89 @@
+"""Registration of single pixels, where the mesh is too coarse: what it misses would show as edges in the detail.
+
+With r = I - ρ T(uv), and g = ρ ∇T S⁻¹ the slopes of the model by the place m = S uv in the undeformed cloth, a pixel
+moves by the shift that fits best over its neighbourhood, held back by the noise (Lucas and Kanade, regularised):
+
+    δ = (G * w g gᵀ + κ)⁻¹ (G * w g r).
+
+It is smooth and less than a pixel, so that straight lines stay straight to the eye.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from core.arrays import Bools, Floats
+from core.overlay.smoothing import gaussian
+from core.overlay.texel import Texel
+
+SIGMA_PX = 3.0
+"""Width of the neighbourhood that moves as one."""
+MOST_PX = 0.75
+"""Longest shift."""
+HOLD = 4.0
+"""κ over the variance of the noise."""
+LEAST_NOISE = 0.005
+ROUNDS = 3
+ROWS = 512
+"""Rows of the photo that are worked on at once."""
+
+
+def refined(photo: Floats, uv: Floats, shading: Floats, texel: Texel, basis: Floats) -> Floats:
+    """Return `uv` (H, W, 2) moved by at most `MOST_PX` to where the texel explains the photo (H, W, 3) best.
+
+    `uv` and `shading` (H, W) are NaN outside the cloth; `basis` (2, 2) is pixels of undeformed cloth a texel.
+    """
+    out = uv.copy()
+    noise = usual_error(photo, uv, shading, texel)
+    margin = ROUNDS * int(np.ceil(3 * SIGMA_PX))
+    for first, top, bottom, last in bands(len(uv), margin):
+        part = slice(first, last)
+        moved = _moved(photo[part], uv[part], shading[part], texel, basis, noise)
+        out[top:bottom] = moved[top - first : bottom - first]
+    return out
+
+
+def usual_error(photo: Floats, uv: Floats, shading: Floats, texel: Texel) -> float:
+    """Return the median error of a pixel's colour, from a share of the pixels."""
+    rows, columns = np.nonzero(np.isfinite(shading))
+    some = slice(None, None, max(1, len(rows) // 200_000))
+    rows, columns = rows[some], columns[some]
+    if not len(rows):
+        return LEAST_NOISE
+    error = photo[rows, columns] - shading[rows, columns, None] * texel.at(uv[rows, columns])
+    return max(float(np.median(magnitude(error))), LEAST_NOISE)
+
+
+def bands(count: int, margin: int) -> Iterator[tuple[int, int, int, int]]:
+    """Yield the bands of so many rows: where what is read begins, the band begins and ends, and what is read ends."""
+    for top in range(0, count, ROWS):
+        bottom = min(top + ROWS, count)
+        yield max(top - margin, 0), top, bottom, min(bottom + margin, count)
+
+
+def _moved(photo: Floats, uv: Floats, shading: Floats, texel: Texel, basis: Floats, noise: float) -> Floats:
+    inside, to_uv = np.isfinite(shading), np.linalg.inv(basis)
+    light, start = np.nan_to_num(shading)[..., None], np.nan_to_num(uv)
+    shift = np.zeros_like(start)
+    for _ in range(ROUNDS):
+        value, du, dv = texel.with_gradient(start + shift @ to_uv.T)
+        slopes = light[..., None] * (np.stack([du, dv], -1) @ to_uv)
+        shift += best_shift(photo - light * value, slopes, inside, noise)
+        shift *= np.minimum(1, MOST_PX / np.maximum(np.hypot(shift[..., 0], shift[..., 1]), 1e-9))[..., None]
+    return np.where(inside[..., None], start + shift @ to_uv.T, np.nan)
+
+
+def best_shift(error: Floats, slopes: Floats, inside: Bools, noise: float) -> Floats:
+    """Return δ (H, W, 2) for errors r (H, W, 3) and slopes g (H, W, 3, 2)."""
+    weight = inside * np.minimum(1, 2 * noise / np.maximum(magnitude(error), 1e-9))
+    products = [(slopes[..., i] * slopes[..., j]).sum(-1) for i, j in ((0, 0), (0, 1), (1, 1))]
+    products += [(slopes[..., i] * error).sum(-1) for i in (0, 1)]
+    means = gaussian((np.stack(products, -1) * weight[..., None]).astype(np.float32), SIGMA_PX).astype(np.float64)
+    a, b, c, p, q = np.moveaxis(means, -1, 0)
+    a, c = a + HOLD * noise**2, c + HOLD * noise**2
+    return np.asarray(np.stack([c * p - b * q, a * q - b * p], -1) / (a * c - b * b)[..., None], np.float64)
+
+
+def magnitude(error: Floats) -> Floats:
+    """Return the root of the mean over the channels of squared errors (..., 3)."""
+    return np.asarray(np.sqrt((error**2).mean(-1)), np.float64)

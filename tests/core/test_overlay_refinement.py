@@ -1,0 +1,69 @@
+"""Registration of single pixels."""
+
+import numpy as np
+import pytest
+
+from core.arrays import Floats
+from core.overlay import refinement
+from core.overlay.refinement import MOST_PX, refined
+from core.overlay.texel import Texel, estimate_texel
+from tests.core.overlay_scenes import make_scene, motif
+
+SCENE = make_scene(motif(), noise=0.004)
+TEXEL = estimate_texel(SCENE.photo, SCENE.uv, SCENE.shading, np.ones(SCENE.shading.shape), (34, 36))
+
+
+def misplaced(amount_px: float) -> Floats:
+    """Return the scene's coordinates off by a smooth field of that many pixels at most."""
+    y, x = np.indices(SCENE.shading.shape)
+    off = amount_px * np.stack([np.sin(x / 9 + y / 17), np.cos(y / 11)], -1) / np.sqrt(2)
+    return np.asarray(SCENE.uv + off @ np.linalg.inv(SCENE.basis).T)
+
+
+def length_px(difference: Floats) -> Floats:
+    return np.asarray(np.linalg.norm(difference @ SCENE.basis.T, axis=-1))
+
+
+def moved(uv: Floats, texel: Texel | None = None) -> Floats:
+    return refined(SCENE.photo, uv, SCENE.shading, texel or TEXEL, SCENE.basis)
+
+
+def edges(uv: Floats) -> Floats:
+    """Return which pixels have the edge of a motif near them."""
+    _, du, dv = TEXEL.with_gradient(uv)
+    return np.asarray(np.abs(du).max(-1) + np.abs(dv).max(-1) > 2)
+
+
+def test_motifs_are_brought_back_to_where_they_are() -> None:
+    before = misplaced(0.5)
+    near = edges(SCENE.uv)
+    error = [np.sqrt((length_px(uv - SCENE.uv)[near] ** 2).mean()) for uv in (before, moved(before))]
+    assert error[0] > 0.3
+    assert error[1] < 0.35 * error[0]
+
+
+def test_what_fits_stays_where_it_is() -> None:
+    assert np.percentile(length_px(moved(SCENE.uv) - SCENE.uv), 99) < 0.12
+
+
+def test_even_ground_stays_where_it_is() -> None:
+    plain = Texel(np.full((16, 16, 3), 0.5))
+    np.testing.assert_allclose(moved(SCENE.uv, plain), SCENE.uv)
+
+
+def test_no_pixel_goes_far() -> None:
+    before = misplaced(3.0)
+    assert 0.5 * MOST_PX < length_px(moved(before) - before).max() <= MOST_PX + 1e-9
+
+
+def test_beyond_the_cloth_is_nothing() -> None:
+    uv, shading = SCENE.uv.copy(), SCENE.shading.copy()
+    uv[:, :40] = shading[:, :40] = np.nan
+    out = refined(SCENE.photo, uv, shading, TEXEL, SCENE.basis)
+    np.testing.assert_array_equal(np.isnan(out[..., 0]), np.isnan(shading))
+
+
+def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = moved(misplaced(0.5))
+    monkeypatch.setattr(refinement, "ROWS", 23)
+    np.testing.assert_allclose(moved(misplaced(0.5)), whole, atol=1e-5)
