@@ -1,4 +1,5 @@
 // What is drawn over the picture and bends with it: scale, mask, grid lines, folds, outline. Encoded, premultiplied.
+// What is seldom shown costs nothing otherwise: scale and grid lines are there where SCALE and GRID are defined.
 
 #include "outline.glsl"
 
@@ -47,13 +48,17 @@ vec4 marks(vec4 cell) {
     vec2 pixels_per_cell = 1.0 / cell.zw;
     vec2 place = cell.xy / last_cell;
     float inside = coverage(cell.xy, cell.zw, last_cell);
-    float grown = texture(growth, place).r;
-    ivec2 quad = ivec2(clamp(floor(cell.xy), vec2(0.0), last_cell - 1.0));
 
     vec4 colour = vec4(0.0);
+#ifdef SCALE
+    float grown = texture(growth, place).r;
     colour = over(colour, grown < 0.0 ? shrunk_color : grown_color, inside * min(abs(grown), 1.0));
+#endif
     colour = over(colour, mask_color, inside * texture(mask, place).r);
+#ifdef GRID
     colour = over(colour, grid_color, inside * grid_share(cell.xy, pixels_per_cell));
+#endif
+    ivec2 quad = ivec2(clamp(floor(cell.xy), vec2(0.0), last_cell - 1.0));
     colour = over(colour, fold_color, texelFetch(folded, quad, 0).r > 0u ? inside : 0.0);
     return over(colour, outline_color, outline_share(cell.xy, pixels_per_cell));
 }

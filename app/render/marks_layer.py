@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.render.mask_texture import MaskTexture
-from app.render.scene import Color, Scene
+from app.render.scene import Color, Marks, Scene
 from core.arrays import Floats, Points, Singles
 from core.raster import Raster
 
@@ -69,6 +69,11 @@ class MarksLayer:
             if held is not None:
                 held.release()
         self._mask, self._textures, self._seen = None, {}, {}
+
+
+def names_of(marks: Marks) -> tuple[str, ...]:
+    """Return what marks.glsl must have defined to show `marks`."""
+    return ("SCALE",) * marks.scale + ("GRID",) * marks.grid
 
 
 def _look(scene: Scene) -> dict[str, object]:

@@ -3,9 +3,11 @@
 import re
 from functools import cache
 from importlib.resources import files
+from typing import TypeAlias
 
 import moderngl
 
+Names: TypeAlias = tuple[str, ...]
 _INCLUDE = re.compile(r'^#include "([\w.]+)"$', re.MULTILINE)
 
 
@@ -21,23 +23,26 @@ class Programs:
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
-        self._programs: dict[tuple[str, str], moderngl.Program] = {}
-        self._fullscreen: dict[str, moderngl.VertexArray] = {}
+        self._programs: dict[tuple[str, str, Names], moderngl.Program] = {}
+        self._fullscreen: dict[tuple[str, Names], moderngl.VertexArray] = {}
 
-    def get(self, vertex: str, fragment: str) -> moderngl.Program:
-        """Return the program of `vertex` and `fragment`, file names in `shaders`."""
-        key = (vertex, fragment)
+    def get(self, vertex: str, fragment: str, defined: Names = ()) -> moderngl.Program:
+        """Return the program of `vertex` and `fragment`, file names in `shaders`, the latter with names `defined`."""
+        key = (vertex, fragment, defined)
         if key not in self._programs:
-            self._programs[key] = self._context.program(vertex_shader=source(vertex), fragment_shader=source(fragment))
+            version, rest = source(fragment).split("\n", 1)
+            text = "\n".join([version, *(f"#define {name}" for name in defined), rest])
+            self._programs[key] = self._context.program(vertex_shader=source(vertex), fragment_shader=text)
         return self._programs[key]
 
-    def fullscreen(self, fragment: str, **uniforms: object) -> None:
-        """Run `fragment` once for every pixel of the viewport."""
-        program = self.get("fullscreen.vert", fragment)
-        if fragment not in self._fullscreen:
-            self._fullscreen[fragment] = self._context.vertex_array(program, [])
+    def fullscreen(self, fragment: str, defined: Names = (), /, **uniforms: object) -> None:
+        """Run `fragment`, with names `defined` in it, once for every pixel of the viewport."""
+        program = self.get("fullscreen.vert", fragment, defined)
+        key = fragment, defined
+        if key not in self._fullscreen:
+            self._fullscreen[key] = self._context.vertex_array(program, [])
         set_uniforms(program, **uniforms)
-        self._fullscreen[fragment].render(moderngl.TRIANGLES, vertices=3)
+        self._fullscreen[key].render(moderngl.TRIANGLES, vertices=3)
 
 
 def programs_of(context: moderngl.Context) -> Programs:

@@ -9,13 +9,15 @@ import moderngl
 import numpy as np
 
 from app.render.cloth import DressedSource
+from app.render.gpu import Rectangle
 from app.render.layers import Costs, Layers
-from app.render.marks_layer import MarksLayer
+from app.render.marks_layer import MarksLayer, names_of
 from app.render.mesh import Mesh
 from app.render.programs import programs_of
 from app.render.scene import Color, Scene
 from app.render.source import Box, Source
 from app.render.thumbnails import draw_thumbnails
+from app.render.touched import touched_by_painting
 from core import color, tracing
 from core.arrays import Bytes, Points
 from core.images import Image
@@ -164,25 +166,27 @@ class Renderer:
         yield
         for name, nodes, box in parts:
             if box[0] < box[2]:
-                positions = _framebuffer_positions(scene, nodes)
+                positions = scene.in_framebuffer(nodes)
                 mesh = self._mesh_of(name, scene, positions)
                 mesh.place(scene.rest, positions)
                 source = self._source_of(scene.before or scene.image) if name == "before" else self._result_of(scene)
                 yield from layers.picture.drawing(mesh, source, box, draft=scene.draft)
 
     def _compose(self, scene: Scene, layers: Layers) -> None:
-        """Lay the picture on the desk and the marks on the picture."""
+        """Lay the picture on the desk and the marks on the picture, where they have changed."""
+        touched = touched_by_painting(scene, layers.drawn)
         layers.drawn = scene
         frame = NO_FRAME
         if scene.frame is not None:
-            left, top, right, bottom = (_framebuffer_positions(scene, np.reshape(scene.frame, (2, 2))) + 0.5).ravel()
+            left, top, right, bottom = (scene.in_framebuffer(np.reshape(scene.frame, (2, 2))) + 0.5).ravel()
             frame = float(left), float(top), float(right), float(bottom)
         dark, light = scene.palette.checks
-        with layers.shown.drawing():
+        with layers.shown.drawing(None, touched and _rectangle(touched, layers.shown.size)):
             layers.picture.light.texture.use(0)
             layers.cells.texture.use(1)
             self._programs.fullscreen(
                 "compose.frag",
+                names_of(scene.marks),
                 light=0,
                 cells=1,
                 marks_from=float(_divider(scene, layers.picture.size[0])) if scene.marks.any else NO_MARKS,
@@ -261,23 +265,15 @@ def _draft_stride(positions: Points) -> int:
     return max(int(DRAFT_CELL_PX / max(float(spans.max()), 1e-3)), 1)
 
 
+def _rectangle(box: Box, size: tuple[int, int]) -> Rectangle:
+    """Return the part of a target of `size` that `box` covers."""
+    left, top = min(max(box[0], 0), size[0]), min(max(box[1], 0), size[1])
+    return left, top, max(min(box[2], size[0]) - left, 0), max(min(box[3], size[1]) - top, 0)
+
+
 def _divider(scene: Scene, width: int) -> int:
     """Return the framebuffer column from which on the result is shown."""
     return {"result": 0, "before": width}.get(scene.compare, round(scene.split * width))
-
-
-def _framebuffer_positions(scene: Scene, points: Points) -> Points:
-    """Return canvas positions in framebuffer pixels, centres at integers.
-
-    Where a canvas pixel is a whole number of framebuffer pixels, their borders are made to coincide, which moves the
-    picture by half a pixel at most: at 100 % the pixels of the file are those of the screen.
-    """
-    zoom = scene.view.zoom * scene.pixel_ratio
-    corner = np.asarray(scene.view.pan) * scene.pixel_ratio - zoom / 2
-    if abs(zoom - round(zoom)) < 1e-6 and zoom > 0.5 and not scene.draft:
-        corner = np.round(corner)
-    positions: Points = (points + 0.5) * zoom + corner - 0.5
-    return positions
 
 
 def _linear(shade: Color) -> tuple[float, float, float]:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+import numpy as np
+
 from app.render.dressing import Dressing
 from app.spaces import View
 from core.arrays import Bools, Points
@@ -75,6 +77,19 @@ class Scene:
     """A texture laid on the cloth in `image`."""
     before: Image | None = None
     """The picture as it was, of the size of `image`; None where that is `image`."""
+
+    def in_framebuffer(self, points: Points) -> Points:
+        """Return canvas positions in framebuffer pixels, centres at integers.
+
+        Where a canvas pixel is a whole number of framebuffer pixels, their borders are made to coincide, which moves
+        the picture by half a pixel at most: at 100 % the pixels of the file are those of the screen.
+        """
+        zoom = self.view.zoom * self.pixel_ratio
+        corner = np.asarray(self.view.pan) * self.pixel_ratio - zoom / 2
+        if abs(zoom - round(zoom)) < 1e-6 and zoom > 0.5 and not self.draft:
+            corner = np.round(corner)
+        positions: Points = (points + 0.5) * zoom + corner - 0.5
+        return positions
 
     def shows_same_picture(self, other: "Scene | None") -> bool:
         """Return whether the picture without marks looks as in `other`."""

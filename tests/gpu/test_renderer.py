@@ -121,6 +121,34 @@ def painted_square(tile: Bytes) -> Bytes:
     return tile
 
 
+def test_a_stroke_composes_only_where_it_is(screen: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = a_scene(marks=Marks(mask=True, folds=True), image=scenes.picture(600, 440), rest=scenes.grid(600, 440))
+    scene = replace(scene, warped=scenes.wavy(scene.rest), view=View(0.25, (15.0, 12.0), (WIDTH, HEIGHT)))
+    cells = np.zeros((scene.rest.shape[0] - 1, scene.rest.shape[1] - 1), bool)
+    scene = replace(scene, mask=Raster.filled(600, 440), folded=cells)
+    composed: list[gpu.Rectangle | None] = []
+    drawing = gpu.Offscreen.drawing
+
+    def noted(self: gpu.Offscreen, viewport: object = None, scissor: gpu.Rectangle | None = None) -> object:
+        composed.append(scissor)
+        return drawing(self, None, scissor)
+
+    assert scene.mask is not None
+    painted = replace(scene, mask=scene.mask.edited((140, 130, 170, 160), lambda tile, box: painted_square(tile)))
+    cells = cells.copy()
+    cells[-1, -1] = True
+    for before, stroke in ((scene, painted), (painted, replace(painted, folded=cells))):
+        plain = screen.shot(before)
+        with monkeypatch.context() as watched:
+            watched.setattr(gpu.Offscreen, "drawing", noted)
+            shown = screen.shot(stroke)
+        assert np.array_equal(shown, screen.shot(replace(stroke, palette=Palette(grid=(0.0, 0.0, 0.0, 0.0)))))
+        assert (shown != plain).any()
+        part = composed.pop()
+        assert part is not None
+        assert part[2] * part[3] < 0.3 * WIDTH * HEIGHT
+
+
 def test_folded_cells_are_marked(screen: Screen) -> None:
     scene = a_scene(marks=Marks(folds=True))
     folded = np.zeros((scene.rest.shape[0] - 1, scene.rest.shape[1] - 1), bool)

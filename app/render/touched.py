@@ -1,0 +1,70 @@
+"""Which part of the canvas a stroke of the brush changes: the rest of it is kept."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from app.render.scene import Scene
+from app.render.source import Box
+from core.arrays import Bools, Points
+
+MARGIN_PX = 2.0
+"""What is blended reaches so far beyond its place, in pixels of the canvas."""
+MASK_MARGIN_PX = 16.0
+"""And so far in pixels of the picture, whose mask may be kept smaller."""
+
+
+def touched_by_painting(scene: Scene, before: Scene | None) -> Box | None:
+    """Return the framebuffer pixels outside which `scene` looks as `before`; None where that may be nowhere.
+
+    They are known where both differ in nothing but the mask and the folded cells.
+    """
+    if before is None or scene.mask is None or before.mask is None or not scene.shows_same_picture(before):
+        return None
+    same_shapes = _shape(scene.folded) == _shape(before.folded)
+    if not (same_shapes and replace(scene, mask=before.mask, folded=before.folded).shows_same_marks(before)):
+        return None
+    nodes = _nodes_of_mask(scene, before) | _nodes_of_folds(scene, before)
+    if not nodes.any():
+        return 0, 0, 0, 0
+    places = scene.in_framebuffer(scene.warped[nodes])
+    left, top = np.floor(places.min(axis=0) - MARGIN_PX).astype(int).tolist()
+    right, bottom = np.ceil(places.max(axis=0) + MARGIN_PX).astype(int).tolist()
+    return left, top, right, bottom
+
+
+def _nodes_of_mask(scene: Scene, before: Scene) -> Bools:
+    """Return the nodes (R, C) of every quad in which the mask differs."""
+    assert scene.mask is not None
+    quads = np.zeros((scene.rest.shape[0] - 1, scene.rest.shape[1] - 1), bool)
+    low, high = _bounds(scene.rest)
+    for box, _ in scene.mask.changed_boxes(before.mask):
+        first, last = np.subtract(box[:2], MASK_MARGIN_PX), np.add(box[2:], MASK_MARGIN_PX)
+        quads |= ((low < last) & (high > first)).all(axis=-1)
+    return _corners(quads)
+
+
+def _nodes_of_folds(scene: Scene, before: Scene) -> Bools:
+    """Return the nodes (R, C) of every quad that is folded in one scene only."""
+    if scene.folded is None or before.folded is None or scene.folded is before.folded:
+        return np.zeros(scene.rest.shape[:2], bool)
+    return _corners(scene.folded != before.folded)
+
+
+def _bounds(rest: Points) -> tuple[Points, Points]:
+    """Return the least and the greatest position of every quad's corners, (R - 1, C - 1, 2) each."""
+    corners = rest[:-1, :-1], rest[:-1, 1:], rest[1:, :-1], rest[1:, 1:]
+    return np.minimum.reduce(corners), np.maximum.reduce(corners)
+
+
+def _corners(quads: Bools) -> Bools:
+    """Return the corners (R, C) of the marked `quads` (R - 1, C - 1)."""
+    nodes = np.zeros((quads.shape[0] + 1, quads.shape[1] + 1), bool)
+    for rows in (slice(None, -1), slice(1, None)):
+        for columns in (slice(None, -1), slice(1, None)):
+            nodes[rows, columns] |= quads
+    return nodes
+
+
+def _shape(folded: Bools | None) -> tuple[int, ...] | None:
+    return None if folded is None else folded.shape
