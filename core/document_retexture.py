@@ -9,12 +9,12 @@ from core import curve_edit
 from core.arrays import Bytes, InputError, Points
 from core.curves import Curve
 from core.document import CurvePair, Document, pixels_from_places, places_from_pixels
-from core.feature_curves import FeatureCurve, turning
+from core.feature_curves import FeatureCurve, disjoint, turning
 from core.image import Image
 from core.progress import Job, Progress
 from core.raster import Raster
 from core.retexture import overlays
-from core.retexture.job import Settings, retexture
+from core.retexture.job import Settings, followed, retexture
 from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture
 
@@ -49,8 +49,9 @@ class Regrown:
     @cached_property
     def grids(self) -> Points:
         """Nodes (n, K, J, 2) of the patches in the result, every fourth of them."""
-        targets = [curve.target for curve in feature_curves(self.document) if curve.target is not None]
-        return overlays.patch_grids(self.found, targets, shape_of(self.document))
+        pieces = disjoint(feature_curves(self.document))
+        lines = [piece.target or followed(piece.source, self.found) for piece in pieces]
+        return overlays.patch_grids(self.found, lines, shape_of(self.document))
 
 
 def is_moved(pair: CurvePair) -> bool:

@@ -3,8 +3,6 @@
 All of them look at the picture in encoded 8-bit colour, made smaller where it is large, and answer in its own pixels.
 """
 
-from typing import Literal
-
 import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -30,10 +28,14 @@ APART_PX = 9.0
 """Two suggestions that run closer together are one."""
 ALIKE = 0.4
 """Share of a suggestion's points that may lie beside another one."""
-TOLERANCE_PX = 1.5
+TOLERANCE_PX = 2.5
+"""Suggestions keep so close to their edges, in pixels as they are looked at."""
+OUTLINE_TOLERANCE_PX = 1.5
 WOBBLE_PX = 3.0
 """Lines of pixels are smoothed so far along: a feature is what goes through, not its fringe."""
 SAMPLE_STEP = 4
+END_PX = 6
+"""Chains turn aside where they end; so much of them is left out."""
 LEAST_AREA = 1e-3
 """Parts of a mask that are smaller, as shares of the picture, have no outline of their own."""
 
@@ -97,11 +99,13 @@ def scale_for(image: Image, pixels: int) -> float:
 
 def smooth(line: Points, *, closed: bool = False) -> Points:
     """Return a line of pixels (n, 2) without its wobble; an open one keeps its ends."""
-    mode: Literal["wrap", "nearest"] = "wrap" if closed else "nearest"
-    result = np.column_stack([gaussian_filter1d(line[:, i].astype(float), WOBBLE_PX, mode=mode) for i in (0, 1)])
-    if not closed:
-        result[0], result[-1] = line[0], line[-1]
-    return result
+    if closed:
+        return np.asarray(gaussian_filter1d(line.astype(float), WOBBLE_PX, axis=0, mode="wrap"))
+    # Turned about its ends, the line goes on as it comes: the ends stay, and no hook is made there.
+    reach = min(int(4 * WOBBLE_PX), len(line) - 1)
+    before, after = 2 * line[0] - line[reach:0:-1], 2 * line[-1] - line[-2 : -2 - reach : -1]
+    longer = np.concatenate([before, line, after]).astype(float)
+    return np.asarray(gaussian_filter1d(longer, WOBBLE_PX, axis=0, mode="nearest")[reach : reach + len(line)])
 
 
 def outlines(mask: Bytes) -> list[Curve]:
@@ -112,7 +116,7 @@ def outlines(mask: Bytes) -> list[Curve]:
     order = sorted(range(len(lines)), key=lambda i: -areas[i])
     least = max(LEAST_AREA * mask.size, 30.0)
     kept = [smooth(lines[i], closed=True) for i in order if areas[i] >= least]
-    return [fit(line, tolerance=TOLERANCE_PX, closed=True) for line in kept]
+    return [fit(line, tolerance=OUTLINE_TOLERANCE_PX, closed=True) for line in kept]
 
 
 def object_outline(image: Image, low: Points, high: Points) -> Job[Curve]:
@@ -156,9 +160,9 @@ def suggestions(image: Image, *, count: int = 12) -> Job[list[Curve]]:
     picture = np.asarray(cv2.GaussianBlur(_seen(image, scale), (0, 0), BLUR_PX), np.uint8)
     steps = [cv2.Sobel(picture.astype(np.float32), -1, *order, ksize=3).max(axis=2) for order in ((1, 0), (0, 1))]
     contrast = np.hypot(*steps)
-    chains = [line for chain in _chains(picture) for line in _gentle(chain)]
-    longest = SHORTEST * max(picture.shape[:2])
-    chains = [chain for chain in chains if len(chain) >= longest]
+    chains = [line[END_PX:-END_PX] for chain in _chains(picture) for line in _gentle(chain)]
+    shortest = SHORTEST * max(picture.shape[:2])
+    chains = [chain for chain in chains if len(chain) >= shortest and not _runs_along_border(chain, picture.shape)]
     yield Progress(0.5, "choosing edges")
     rank = [float(contrast[chain[:, 1], chain[:, 0]].mean() * np.sqrt(len(chain)) * _span(chain)) for chain in chains]
     chosen: list[Points] = []
@@ -197,6 +201,12 @@ def _gentle(chain: Points) -> list[Points]:
 def _span(chain: Points) -> float:
     """Return the length of the diagonal of a chain's box: a curl is no feature."""
     return float(np.hypot(*np.ptp(chain, axis=0)))
+
+
+def _runs_along_border(chain: Points, shape: tuple[int, ...]) -> bool:
+    """Return whether a good part of a chain lies beside the border of a picture of `shape`: a frame is no feature."""
+    inner = np.minimum(chain, np.array([shape[1], shape[0]]) - 1 - chain).min(axis=1)
+    return float(np.mean(inner < APART_PX)) > ALIKE
 
 
 def _runs_along(line: Points, chosen: list[Points]) -> bool:

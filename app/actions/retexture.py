@@ -9,11 +9,15 @@ from app.curve_kinds import FEATURE
 from app.editor import Editor
 from app.session import Look, Painted
 from core import curve_pairs
+from core.curve_simplifying import simplified
 from core.curves import Curve
 from core.document import places_from_pixels
 from core.document_retexture import moves, with_curve
 from core.edge_tracing import outlines, suggestions
 from core.raster import Raster
+
+SIMPLER_PX = 2.0
+"""Simplified curves keep so close to what they were, in pixels as they are seen, and in the picture's at least."""
 
 
 def in_mode(editor: Editor) -> bool:
@@ -53,6 +57,20 @@ def select_all(editor: Editor) -> None:
     pair = FEATURE.chosen(editor)
     if pair is not None:
         editor.show(selected_knots=frozenset(range(curve_pairs.knots_of(pair))))
+
+
+def simplify(editor: Editor) -> None:
+    """Leave the edited curve as few points as keep it, to the eye, where it is."""
+    pair = FEATURE.chosen(editor)
+    if pair is None:
+        return
+    tolerance_px = SIMPLER_PX / min(editor.session.view.zoom, 1.0)
+    simpler = simplified(pair, editor.document.size_px, tolerance_px=tolerance_px)
+    if simpler is pair:
+        editor.notify("No point can go without changing the curve.")
+        return
+    FEATURE.edit(editor, "Simplify curve", simpler)
+    editor.show(selected_knots=frozenset(), hover=None)
 
 
 def paint(editor: Editor, name: Painted) -> None:
@@ -221,6 +239,7 @@ RETEXTURE = (
         "closed", "Closed", FEATURE.toggle_closed, "circle-notch", "Join the curve's end to its beginning", "closed"
     ),
     _of_curve("put_back", "Copy source to target", put_back, "arrow-rotate-left", "Lay the target where the curve is"),
+    _of_curve("simplify", "Simplify curve", simplify, "bezier-curve", "Take out the points that it does not need"),
     _of_curve("select_all", "Select all points", select_all, "vector-square", "Move, scale and turn it by a box"),
     removal(
         "feature.remove_all",

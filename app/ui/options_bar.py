@@ -60,6 +60,7 @@ TOOL_ACTIONS = {
         "feature.passive",
         "feature.closed",
         "feature.put_back",
+        "feature.simplify",
         "feature.select_all",
         "feature.remove_all",
     ),

@@ -117,7 +117,7 @@ class RetexturePanel:
                 action.run(editor)
             imgui.same_line(0, em(1.2))
         imgui.new_line()
-        for name in ("feature.put_back", "feature.select_all"):
+        for name in ("feature.put_back", "feature.simplify", "feature.select_all"):
             self._draw_button(name)
 
     def _draw_button(self, name: str) -> None:

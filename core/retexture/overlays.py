@@ -16,17 +16,20 @@ MARGIN_PX = 8
 MOST_COMPRESSION = 3.0
 
 
-def patch_grids(found: Retexture, targets: list[Curve], shape: PatchShape) -> Points:
-    """Return the target grids of the patches of the first pass, thinned to every fourth node: (n, K, J, 2)."""
+def patch_grids(found: Retexture, lines: list[Curve], shape: PatchShape) -> Points:
+    """Return the target grids of the patches of the first pass, thinned to every fourth node: (n, K, J, 2).
+
+    `lines` are all that steers them: targets, and where passive curves have gone.
+    """
     rib, spine = EVERY * max(shape.rib // EVERY, 1), EVERY * max(shape.spine // EVERY, 1)
-    if not found.origins or not targets or not len(found.origins[0]):
+    if not found.origins or not lines or not len(found.origins[0]):
         return np.empty((0, 2 * rib // EVERY + 1, 2 * spine // EVERY + 1, 2))
     first = found.origins[0]
     some = np.arange(0, len(first), -(-len(first) // MOST_GRIDS))
     places, headings = first.target[some], first.heading[some]
     reach = spine + rib + MARGIN_PX
     low, high = places.min(axis=0) - reach, places.max(axis=0) + reach
-    field = DirectionField(CurveSet(targets), (*low.tolist(), *high.tolist()))
+    field = DirectionField(CurveSet(lines), (*low.tolist(), *high.tolist()))
     grids = trace(field, places, headings, spine=spine, rib=rib)
     return np.asarray(grids[:, ::EVERY, ::EVERY], np.float64)
 

@@ -1,69 +1,22 @@
-from dataclasses import replace
-from pathlib import Path
+"""Retexture mode as an artist meets it: curves, the live deformation, the job and what is shown."""
 
 import numpy as np
 import pytest
 
 from app.actions.table import ActionTable
 from app.jobs import InlineExecutor, Jobs
-from app.requests import ExportOptions
 from app.shapes import Bezier, Polyline
 from app.tools.all import TOOLS
 from app.tools.marks import marks
 from core.arrays import Points
-from core.curves import Curve
-from core.document import Document, pixels_from_places
-from core.image import Image
-from core.images import load
-from core.progress import run
-from core.project import load_project, save_project
+from core.document import CurvePair, pixels_from_places, places_from_pixels
 from tests.app.driver import EditorDriver, Later
-
-WIDTH, HEIGHT = 200, 150
-
-
-def woven() -> Image:
-    """Return a picture of fine texture: noise that runs along x."""
-    random = np.random.default_rng(1)
-    noise = random.random((HEIGHT, WIDTH + 8, 3))
-    smooth = np.mean([noise[:, i : i + WIDTH] for i in range(8)], axis=0)
-    return Image((255 * smooth).astype(np.uint8))
-
-
-def start() -> Document:
-    return Document.of(woven()).with_warp(cell_px=2.0).with_retexture(along_px=21, across_px=15, search_along_px=9)
-
-
-def driver(jobs: Jobs | None = None, document: Document | None = None) -> EditorDriver:
-    drive = EditorDriver(document or start(), jobs=jobs)
-    drive.editor.choose_mode("retexture")
-    return drive.tool("feature-curves").frame()
+from tests.app.retexture_driver import HEIGHT, WIDTH, drawn, driver, moved, shown, source, start, target
 
 
 @pytest.fixture
 def drive() -> EditorDriver:
     return driver()
-
-
-def drawn(drive: EditorDriver) -> EditorDriver:
-    """Draw a curve across the picture."""
-    return drive.drag((50, 70), (60, 70)).drag((100, 70), (110, 70)).drag((150, 70), (160, 70)).key("enter")
-
-
-def moved(drive: EditorDriver) -> EditorDriver:
-    return drawn(drive).drag((100, 70), (100, 90))
-
-
-def target(drive: EditorDriver) -> Points:
-    return pixels_from_places(drive.document.size_px, drive.document.feature_curves[0].target)
-
-
-def source(drive: EditorDriver) -> Points:
-    return pixels_from_places(drive.document.size_px, drive.document.feature_curves[0].source)
-
-
-def shown(drive: EditorDriver) -> Image:
-    return drive.editor.regrowth.shown(drive.document, drive.editor.session.look).image
 
 
 def test_the_pen_draws_a_feature_curve_and_no_inner_curve(drive: EditorDriver) -> None:
@@ -101,23 +54,6 @@ def test_the_final_deformation_takes_over_without_a_jump() -> None:
     final = drive.frame().editor.regrowth.shown(drive.document, "deformed").rest
     assert np.abs(live - final).max() < 3
     assert np.abs(live - drive.editor.regrowth.flat.warped).max() > 40
-
-
-def test_letting_go_regrows_the_texture_and_export_gives_the_same(drive: EditorDriver, tmp_path: Path) -> None:
-    from app.render.picture_file import exporting
-
-    moved(drive)
-    work = drive.editor.regrowth
-    assert work.is_final
-    assert work.stage is not None
-    assert work.stage.found.patches > 5
-    result = shown(drive)
-    assert result is work.stage.image
-    place = tmp_path / "out.png"
-    run(exporting(drive.document, ExportOptions(place, drive.document.result_px)))
-    assert np.array_equal(load(place).pixels, result.pixels)
-    # Under the target lies what lay under the curve.
-    assert np.abs(work.stage.found.place[90, 97:104, 1] - 70).max() < 2
 
 
 def test_one_key_each_shows_original_deformed_and_retextured(drive: EditorDriver) -> None:
@@ -264,25 +200,6 @@ def test_source_target_and_ticks_are_drawn(drive: EditorDriver) -> None:
     assert sum(isinstance(s, Polyline) and s.role == "tick" for s in shapes) >= 2
 
 
-def test_a_project_brings_curves_masks_and_mode_back(drive: EditorDriver, tmp_path: Path) -> None:
-    moved(drive)
-    ActionTable(TOOLS).run("retexture.paint_matte", drive.editor)
-    drive.drag((70, 85), (90, 85))
-    drive.editor.edit("Seed", drive.document.with_retexture(seed=7, reach=0.2))
-    path = tmp_path / "project.weft"
-    save_project(drive.document, path)
-    again = EditorDriver(load_project(path))
-    assert again.editor.session.mode == "retexture"
-    assert again.document.retexture == drive.document.retexture
-    assert np.array_equal(target(again), target(drive))
-    assert again.document.matte is not None
-    assert drive.document.matte is not None
-    assert np.array_equal(again.document.matte.array, drive.document.matte.array)
-    again.frame()
-    drive.frame()
-    assert np.array_equal(shown(again).pixels, shown(drive).pixels)
-
-
 def test_the_warp_of_the_document_stands_apart(drive: EditorDriver) -> None:
     moved(drive)
     drive.editor.choose_mode("warp")
@@ -312,117 +229,6 @@ def test_overlays_show_what_the_result_is_made_of(drive: EditorDriver) -> None:
     assert not any(isinstance(s, Polyline) and s.role in ("patch", "spine") for s in marks(drive.editor))
 
 
-def blob() -> EditorDriver:
-    """Begin on a dark disc before a light ground."""
-    y, x = np.mgrid[:HEIGHT, :WIDTH]
-    inside = np.hypot(x - 100, y - 75) < 45
-    noise = np.random.default_rng(0).integers(0, 12, (HEIGHT, WIDTH))
-    pixels = np.where(inside, 50, 190) + noise
-    image = Image(np.repeat(pixels[..., None], 3, axis=2).astype(np.uint8))
-    return driver(document=Document.of(image).with_warp(cell_px=4.0)).tool("trace")
-
-
-def off_circle(points: Points) -> float:
-    """Return how far a curve's points on the picture lie off the disc's edge at most."""
-    curve = Curve(pixels_from_places((WIDTH, HEIGHT), points))
-    return float(np.abs(np.hypot(*(curve.at(curve.parameters(step=2.0)) - (100, 75)).T) - 45).max())
-
-
-def test_a_traced_curve_clings_to_the_edge() -> None:
-    drive = blob()
-    drive.click(55, 75).move(70, 45).move(98, 31)
-    assert drive.editor.session.draft is not None
-    assert drive.document is drive.start
-    assert not drive.editor.regrowth.is_moving, "a path would be traced on a draft of the picture"
-    drive.click(98, 31).click(144, 76).key("enter")
-    assert drive.labels == ("Trace curve",)
-    pair = drive.document.feature_curves[0]
-    assert off_circle(pair.source) < 3
-    assert np.array_equal(pair.source, pair.target)
-    assert drive.editor.session.tool == "feature-curves"
-    assert drive.editor.session.draft is None
-
-
-def test_a_trace_closes_on_its_first_anchor_and_backspace_takes_one_back() -> None:
-    drive = blob()
-    drive.click(55, 75).click(100, 30).click(190, 10).key("backspace").click(145, 75).click(100, 120).click(56, 76)
-    pair = drive.document.feature_curves[0]
-    assert pair.closed
-    assert off_circle(pair.source) < 3
-
-
-def test_escape_leaves_no_trace_of_a_trace() -> None:
-    drive = blob()
-    drive.click(55, 75).click(100, 30).key("escape")
-    assert drive.document is drive.start
-    assert drive.editor.session.draft is None
-    assert drive.in_("trace.idle")
-
-
-def test_with_ctrl_a_trace_goes_straight() -> None:
-    drive = blob()
-    drive.click(55, 75).click(145, 75, ctrl=True).key("enter")
-    points = pixels_from_places((WIDTH, HEIGHT), drive.document.feature_curves[0].source)
-    assert np.allclose(points[:, 1], 75, atol=1e-6)
-
-
-def test_a_rectangle_around_an_object_gives_its_outline() -> None:
-    drive = blob()
-    drive.drag((40, 20), (100, 60), (160, 130))
-    assert drive.labels == ("Outline object",)
-    pair = drive.document.feature_curves[0]
-    assert pair.closed
-    assert off_circle(pair.source) < 3
-
-
-@pytest.mark.parametrize(
-    ("first", "last", "fault"),
-    [((-9, -9), (260, 200), "no ground"), ((10, 10), (14, 11), "too small"), ((2, 2), (20, 20), "nothing stands out")],
-)
-def test_a_rectangle_without_an_object_is_refused_in_words(
-    first: tuple[float, float], last: tuple[float, float], fault: str
-) -> None:
-    drive = blob()
-    drive.drag(first, last)
-    drive.frame()
-    assert fault in drive.editor.notices[-1].text
-    assert drive.document is drive.start
-
-
-def test_suggested_curves_are_taken_by_a_click() -> None:
-    drive = blob().tool("feature-curves")
-    assert ActionTable(TOOLS).run("feature.suggest", drive.editor)
-    drive.frame()
-    offered = drive.editor.session.suggestions
-    assert offered
-    assert off_circle(offered[0]) < 4
-    assert drive.editor.session.tool == "trace"
-    x, y = pixels_from_places((WIDTH, HEIGHT), offered[0])[0]
-    drive.click(float(x), float(y))
-    assert drive.labels == ("Take suggested curve",)
-    assert len(drive.editor.session.suggestions) == len(offered) - 1
-
-
-def test_what_is_painted_becomes_a_curve() -> None:
-    drive = blob()
-    table = ActionTable(TOOLS)
-    table.run("retexture.paint_matte", drive.editor)
-    drive.drag((60, 75), (140, 75))
-    assert table.run("feature.outline", drive.editor)
-    pair = drive.document.feature_curves[0]
-    assert pair.closed
-    assert drive.labels[-1] == "Outline mask"
-    points = pixels_from_places((WIDTH, HEIGHT), pair.source)
-    assert np.allclose(points.min(axis=0), (30, 45), atol=8)
-    assert np.allclose(points.max(axis=0), (170, 105), atol=8)
-
-
-def test_tracing_a_moved_picture_begins_by_showing_the_original(drive: EditorDriver) -> None:
-    moved(drive).tool("trace").click(60, 40)
-    assert drive.editor.session.look == "original"
-    assert drive.in_("trace.idle")
-
-
 def test_mask_actions_act_on_what_is_painted(drive: EditorDriver) -> None:
     table = ActionTable(TOOLS)
     table.run("retexture.paint_source_mask", drive.editor)
@@ -431,15 +237,6 @@ def test_mask_actions_act_on_what_is_painted(drive: EditorDriver) -> None:
     assert drive.document.source_mask is not None
     assert drive.document.source_mask.array.min() == 255
     assert drive.labels == ("Fill source mask",)
-
-
-def test_weft_render_gives_the_retextured_picture(drive: EditorDriver, tmp_path: Path) -> None:
-    from app.cli import main
-
-    moved(drive)
-    save_project(drive.document, tmp_path / "project.weft")
-    assert main(["render", str(tmp_path / "project.weft"), "-o", str(tmp_path / "out.png")]) == 0
-    assert np.array_equal(load(tmp_path / "out.png").pixels, shown(drive).pixels)
 
 
 def test_sources_are_edited_on_the_original_and_the_deformation_follows(drive: EditorDriver) -> None:
@@ -464,29 +261,33 @@ def test_sources_are_edited_on_the_original_and_the_deformation_follows(drive: E
     drive.release(100, 95)
 
 
-def test_a_closed_target_turned_over_is_refused_in_words() -> None:
-    drive = blob().tool("feature-curves")
-    drive.click(60, 50).click(140, 50).click(100, 110).click(61, 51).key("a", ctrl=True)
-    pair = drive.document.feature_curves[0]
-    turned = pair.target * [-1, 1] + [1, 0]
-    drive.editor.edit("Turn over", drive.document.changed(feature_curves=(replace(pair, target=turned),)))
-    assert "opposite directions" in (drive.frame().editor.fault or "")
+def test_the_grids_of_patches_follow_passive_curves() -> None:
+    def places(first: tuple[float, float], last: tuple[float, float]) -> Points:
+        return places_from_pixels((WIDTH, HEIGHT), np.linspace(first, last, 4))
+
+    straight, slanted = places((20, 60), (180, 60)), places((60, 90), (140, 120))
+    pairs = (CurvePair(straight, straight + [0, 0.06]), CurvePair(slanted, slanted, passive=True))
+    drive = driver(document=start().with_retexture(reach=0.5).changed(feature_curves=pairs))
+    stage = drive.frame().editor.regrowth.stage
+    assert stage is not None
+    spines = stage.grids[:, stage.grids.shape[1] // 2]
+    middles = spines[:, spines.shape[1] // 2]
+    beside = np.hypot(*(middles - (100, 109)).T).argsort()[:3]
+    along = spines[beside, -1] - spines[beside, 0]
+    assert np.abs(np.degrees(np.arctan(along[:, 1] / along[:, 0])) - 20.5).max() < 8
 
 
-def test_export_writes_the_result_of_the_mode(drive: EditorDriver, tmp_path: Path) -> None:
-    from app import filing
-    from app.render.picture_file import exporting
-    from app.requests import ExportPicture
-
-    moved(drive)
-    drive.editor.edit("Size", drive.document.with_warp(aspect=(2.0, 1.0)))
-    drive.editor.exporter = exporting
-    filing.ask_export(drive.editor)
-    request = drive.editor.requests.pop()
-    assert isinstance(request, ExportPicture)
-    assert request.options.size_px == (WIDTH, HEIGHT)
-    request.then(replace(request.options, path=tmp_path / "out.png", bits=16))
-    drive.frame()
-    written = load(tmp_path / "out.png").pixels
-    assert written.dtype == np.uint16
-    assert np.abs(written / 257 - shown(drive).pixels).mean() < 0.5
+def test_a_curve_with_needless_points_is_simplified_in_one_step(drive: EditorDriver) -> None:
+    table = ActionTable(TOOLS)
+    drawn(drive)
+    for x in (70, 80, 120, 130):
+        drive.click(x, 70)
+    before = drive.document
+    assert len(before.feature_curves[0].source) == 13
+    assert table.run("feature.simplify", drive.editor)
+    assert len(drive.document.feature_curves[0].source) == 4
+    assert np.abs(source(drive)[:, 1] - 70).max() < 1
+    assert drive.labels[-1] == "Simplify curve"
+    assert table.run("feature.simplify", drive.editor)
+    assert "No point can go" in drive.editor.notices[-1].text
+    assert drive.undo().document is before
