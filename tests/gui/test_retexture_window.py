@@ -81,7 +81,7 @@ def test_before_and_after_stand_side_by_side(editor: Editor, tmp_path: Path) -> 
         window.wait_until(lambda: editor.regrowth.is_final)
         for compare in ("before", "split", "result"):
             editor.show(compare=compare)
-            window.wait(4)
+            window.wait(4).wait_until(lambda: not window.shell._renderer.is_refining)
             seen[compare] = window.screenshot(tmp_path / f"{compare}.png")
 
     drive(editor, script)
