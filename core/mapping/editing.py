@@ -11,7 +11,8 @@ picture into spikes; ℓ is the distance over which they are rounded.
 
 The matrix A of E is factorised once per grid. With C the bilinear weights of the handles, d = A⁻¹ Cᵀ λ + Q m where
 S = C A⁻¹ Cᵀ is as small as the number of handles, and Q spans the similarities (frame free; Qᵀ Cᵀ λ = 0) or nothing
-(frame held). A new handle costs one column of S, a dragged one a solve.
+(frame held). A new handle costs one solve, for its column of A⁻¹ Cᵀ and of S. While there are few handles their columns
+are kept, and d is a sum of columns; while there are many, d costs a solve.
 """
 
 from typing import Any, Literal
@@ -36,6 +37,8 @@ _REFINEMENTS = 3
 _EXACT = 1e-12
 _TOGETHER = 1e-12
 """Handles whose responses differ by no more than this share are taken as one."""
+_KEPT_AT_MOST = 4_000_000
+"""Numbers in the columns that are kept: more would take more memory than a solve takes time."""
 
 
 class Editing:
@@ -61,9 +64,12 @@ class Editing:
         if frame == "free":
             A = A + _RIDGE * sparse.eye_array(grid.size)
         self._factor = Factor(A) if self._free.size else None
+        self._scalar: Any = np.float64 if frame == "held" else np.complex128
         self._points = np.empty((0, 2))
         self._weights = sparse.csr_array((0, grid.size))
-        self._S: NDArray[Any] = np.empty((0, 0))
+        self._S: NDArray[Any] = np.empty((0, 0), self._scalar)
+        self._columns: NDArray[Any] | None = np.empty((0, self._free.size), self._scalar)
+        """A⁻¹ Cᵀ, a row per handle; None where it is not kept."""
         self._inverse: NDArray[Any] = np.empty((0, 0))
 
     def hold(self, points: Points) -> None:
@@ -77,7 +83,7 @@ class Editing:
             return
         with span("handles", count=len(points)):
             weights = self._weights_at(self._inside(points))
-            self._S = self._responses(points, weights)
+            self._S, self._columns = self._responses(points, weights)
             self._points, self._weights = points.copy(), weights
             system = np.block([[self._S, self._similar()], [self._similar().conj().T, np.zeros((self._spare,) * 2)]])
             self._inverse = np.linalg.pinv(system, rcond=_TOGETHER, hermitian=True)
@@ -103,14 +109,22 @@ class Editing:
         """Return the nodes' d (N,) for the handles' d (n,)."""
         assert self._factor is not None
         found = self._inverse @ np.concatenate([goal, np.zeros(self._spare)])
-        load = (self._weights.T @ found[: len(goal)])[self._free]
         d = np.zeros(self.grid.size, np.complex128)
+        d[self._free] = self._answer(found[: len(goal)])
         if self.frame == "held":
-            d[self._free] = as_one(self._factor.solve(as_two(load)))
             return d
         p = as_complex(self.grid.nodes).ravel() / self._length
-        d += self._factor.solve(load) + found[-1]
+        d += found[-1]
         return d + p * found[-2] if self._spare > 1 else d
+
+    def _answer(self, forces: Complexes) -> Complexes:
+        """Return A⁻¹ Cᵀ λ on the free nodes for the handles' λ (n,)."""
+        assert self._factor is not None
+        if self._columns is not None:
+            held = self.frame == "held"
+            return as_one(self._columns.T @ as_two(forces)) if held else np.asarray(self._columns.T @ forces)
+        load = np.asarray(self._weights.T @ forces)[self._free]
+        return as_one(self._factor.solve(as_two(load))) if self.frame == "held" else self._factor.solve(load)
 
     @property
     def _spare(self) -> int:
@@ -135,19 +149,27 @@ class Editing:
             (weights.ravel(), nodes.ravel(), np.arange(0, nodes.size + 1, 4)), shape=(len(points), self.grid.size)
         )
 
-    def _responses(self, points: Points, weights: sparse.csr_array) -> NDArray[Any]:
-        """Return S, of which the rows and columns of places known before are kept."""
+    def _responses(self, points: Points, weights: sparse.csr_array) -> tuple[NDArray[Any], NDArray[Any] | None]:
+        """Return S and A⁻¹ Cᵀ, in which what belongs to places known before is kept."""
         assert self._factor is not None
         known = {tuple(point): i for i, point in enumerate(self._points.tolist())}
         before = np.array([known.get(tuple(point), -1) for point in points.tolist()], np.int64)
         old = np.flatnonzero(before >= 0)
-        S = np.zeros((len(points), len(points)), np.float64 if self.frame == "held" else np.complex128)
+        S = np.zeros((len(points), len(points)), self._scalar)
         S[np.ix_(old, old)] = self._S[np.ix_(before[old], before[old])]
+        columns = None
+        if len(points) * self._free.size <= _KEPT_AT_MOST and (self._columns is not None or not old.size):
+            columns = np.empty((len(points), self._free.size), self._scalar)
+            if self._columns is not None:
+                columns[old] = self._columns[before[old]]
         C = sparse.csr_array(weights[:, self._free])
         for j in np.flatnonzero(before < 0):
-            S[:, j] = C @ self._factor.solve(C[[j]].toarray()[0])
+            column = self._factor.solve(C[[j]].toarray()[0])
+            S[:, j] = C @ column
             S[j, :] = S[:, j].conj()
-        return S
+            if columns is not None:
+                columns[j] = column
+        return S, columns
 
 
 def _times(matrix: sparse.csr_array, z: Complexes) -> Complexes:

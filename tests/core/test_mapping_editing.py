@@ -5,7 +5,9 @@ from hypothesis import strategies as st
 
 from core.arrays import InputError, Points
 from core.curves import Curve
+from core.factor import Factor
 from core.grid import Grid
+from core.mapping import editing as editing_module
 from core.mapping.editing import Editing, Frame, edit_grid
 from core.mapping.frames import as_complex, as_positions
 from core.mapping.handles import Handles
@@ -69,6 +71,29 @@ def test_a_handle_added_later_gives_the_same_as_all_at_once() -> None:
     to = PLACES + [[5, 1], [0, 3], [2, 2], [2.5, 2]]
     EDITINGS["held"].hold(PLACES)
     assert np.abs(late.solve(to) - EDITINGS["held"].solve(to)).max() < 1e-9
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_columns_that_are_kept_give_what_a_solve_gives(frame: Frame, monkeypatch: pytest.MonkeyPatch) -> None:
+    to = PLACES + np.random.default_rng(1).normal(0, 5, PLACES.shape)
+    kept, solved = Editing(GRID, frame=frame), Editing(GRID, frame=frame)
+    for count in (2, 4, 3):
+        kept.hold(PLACES[:count])
+        monkeypatch.setattr(editing_module, "_KEPT_AT_MOST", 3 * GRID.size)
+        solved.hold(PLACES[:count])
+        monkeypatch.undo()
+        assert np.abs(kept.solve(to[:count]) - solved.solve(to[:count])).max() < 1e-6
+
+
+def test_a_dragged_handle_costs_no_substitution(monkeypatch: pytest.MonkeyPatch) -> None:
+    editing = Editing(GRID)
+    editing.hold(PLACES)
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("a substitution")
+
+    monkeypatch.setattr(Factor, "solve", refuse)
+    assert np.abs(at(PLACES, editing.solve(PLACES + [3.0, 1.0])) - PLACES - [3.0, 1.0]).max() < 1e-9
 
 
 def test_an_inner_curve_reaches_its_target() -> None:
