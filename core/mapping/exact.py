@@ -13,7 +13,11 @@ Its gradient vanishes where, with r = b - K z⁰, B = H - K Φ, and f marking th
 
 K_ff is real and depends on grid and mask alone: it is factorised once per mask, and so are the few columns B. A new W
 costs a pair of substitutions and a system as small as the number of features. Where |α| is given, the phases settle in
-a few rounds of that small system.
+a few rounds of that small system. Features may also be held where they are: their c is then data, not unknown, and
+their columns are not needed.
+
+Weights are real, so with arms p = x + iy the columns for α are those of x plus i times those of y. Kept are the real
+columns of x, y and 1, B' and so on; then B = B' U, where U takes (α, t) to (α, iα, t).
 """
 
 from dataclasses import dataclass
@@ -70,48 +74,92 @@ class Placement:
         self._count = count = len(bodies)
         fields = [_field(b, rest, owner == i, follow, weights) for i, b in enumerate(bodies)]
         nodes = [f.nodes for f in fields]
-        phi = _columns(nodes, [f.phi[0] for f in fields], [f.phi[1] for f in fields], rest.size)
-        H = _columns(nodes, [f.halo for f in fields], [f.halo * 0 for f in fields], rest.size)
-        B = _columns(nodes, [f.load[0] for f in fields], [f.load[1] for f in fields], rest.size)
-        self._phi, self._halo = phi.conj().T.tocsr(), H.conj().T.tocsr()
-        G = (_TIE * self._phi @ phi - self._phi @ B - self._halo @ phi).toarray()
-        G[np.arange(count), np.arange(count)] += [f.stiffness for f in fields]
-        self._half = _forward(factor, B.toarray() * self._free[:, None], count)
-        S = G - self._half.conj().T @ self._half
-        self._S = (S + S.conj().T) / 2
+        phi = _columns(nodes, [*(f.phi for f in fields), *(f.phi_t for f in fields)], rest.size)
+        halo = _columns(nodes, [*(f.halo for f in fields), *(0 * f.halo for f in fields)], rest.size)
+        turning, shifting = [f.load for f in fields], [f.load_t for f in fields]
+        self._B = _columns(nodes, [*(f.real for f in turning), *(f.imag for f in turning), *shifting], rest.size)
+        self._phi, self._halo = phi.conj().T.tocsr(), halo.conj().T.tocsr()
+        U = _spread(np.eye(2 * count, dtype=np.complex128), count)
+        self._G = (_TIE * self._phi @ phi - self._halo @ phi).toarray() - (self._phi @ self._B).toarray() @ U
+        self._G[np.arange(count), np.arange(count)] += [f.stiffness for f in fields]
+        self._reduced: _Reduced | None = None
 
     def solve(
-        self, r: Complexes, z0: Complexes, warped: Complexes, scales: Floats | None, given: Complexes | None = None
+        self,
+        r: Complexes,
+        z0: Complexes,
+        warped: Complexes,
+        scales: Floats | None,
+        *,
+        given: Complexes,
+        moving: Ints,
     ) -> tuple[Complexes, Complexes]:
         """Return c = (α, t) and v (N,) for the load r, the start z⁰ and W, all (N,).
 
-        |α| = `scales` where they are given, c = `given` where that is.
+        The features `moving` find their place, with |α| = `scales` where they are given; the others have that of
+        `given`, (α, t).
         """
-        load = np.where(self._free, r, 0)
+        chosen = np.concatenate([moving, self._count + moving])
+        c = given.copy()
+        c[chosen] = 0
+        load = np.where(self._free, r + np.asarray(self._B @ _spread(c, self._count)), 0)
         y = as_one(self._factor.forward(as_two(load)))
-        g = np.asarray(self._phi @ (r + _TIE * warped) + self._halo @ z0 + self._half.conj().T @ y, np.complex128)
-        c = self._minimise(g, scales) if given is None else given
-        v = as_one(self._factor.backward(as_two(y + self._half @ c)))
+        if moving.size:
+            reduced = self.prepare(moving)
+            g = self._phi @ (r + _TIE * warped) + self._halo @ z0 - self._G @ c
+            g = g[chosen] + _gathered(as_one(reduced.half.T @ as_two(y)), len(moving))
+            c[chosen] = found = _minimise(reduced.S, g, None if scales is None else scales[moving])
+            y = y + as_one(reduced.half @ as_two(_spread(found, len(moving))))
+        v = as_one(self._factor.backward(as_two(y)))
         return c, np.where(self._free, v, 0)
 
-    def _minimise(self, g: Complexes, scales: Floats | None) -> Complexes:
-        """Minimise ½ c* S c - Re c* g, with |α| given or not."""
-        n = self._count
-        if scales is None:
-            return np.linalg.solve(self._S, g).astype(np.complex128, copy=False)
-        # Translations are eliminated; then each phase in turn has its best value in closed form.
-        carry = np.linalg.solve(self._S[n:, n:], np.column_stack([self._S[n:, :n], g[n:]]))
-        A = self._S[:n, :n] - self._S[:n, n:] @ carry[:, :n]
-        gamma = g[:n] - self._S[:n, n:] @ carry[:, n]
-        alpha = _with_length(np.linalg.solve(A, gamma), scales)
-        for _ in range(_ROUNDS):
-            before = alpha.copy()
-            for j in range(n):
-                alpha[j] = _with_length(gamma[j] - A[j] @ alpha + A[j, j] * alpha[j], scales[j])
-            if np.abs(alpha - before).max() < 1e-13 * scales.max():
-                break
-        t = carry[:, n] - carry[:, :n] @ alpha
-        return np.concatenate([alpha, t]).astype(np.complex128, copy=False)
+    def is_ready(self, moving: Ints) -> bool:
+        """Return whether the features `moving` can be placed without new columns."""
+        return not moving.size or (self._reduced is not None and np.array_equal(self._reduced.moving, moving))
+
+    def prepare(self, moving: Ints) -> "_Reduced":
+        """Return the system of the features `moving`; a new one costs three substitutions forward for each."""
+        if self._reduced is None or not self.is_ready(moving):
+            n, k = self._count, len(moving)
+            chosen = np.concatenate([moving, n + moving])
+            fields = self._B[:, np.concatenate([chosen, 2 * n + moving])].toarray()
+            fields[~self._free] = 0
+            half = self._factor.forward(fields)
+            U = _spread(np.eye(2 * k, dtype=np.complex128), k)
+            S = self._G[np.ix_(chosen, chosen)] - U.conj().T @ (half.T @ half) @ U
+            self._reduced = _Reduced(moving, half, (S + S.conj().T) / 2)
+        return self._reduced
+
+
+@dataclass(frozen=True)
+class _Reduced:
+    """The system of the features that find their own place, given the others."""
+
+    moving: Ints
+    half: Floats
+    """L⁻¹ P B' (N, 3 k)."""
+    S: Complexes
+    """G - B* K_ff⁻¹ B (2 k, 2 k)."""
+
+
+def _minimise(S: Complexes, g: Complexes, scales: Floats | None) -> Complexes:
+    """Minimise ½ c* S c - Re c* g, with |α| given or not."""
+    n = len(g) // 2
+    if scales is None:
+        return np.linalg.solve(S, g).astype(np.complex128, copy=False)
+    # Translations are eliminated; then each phase in turn has its best value in closed form.
+    carry = np.linalg.solve(S[n:, n:], np.column_stack([S[n:, :n], g[n:]]))
+    A = S[:n, :n] - S[:n, n:] @ carry[:, :n]
+    gamma = g[:n] - S[:n, n:] @ carry[:, n]
+    alpha = _with_length(np.linalg.solve(A, gamma), scales)
+    for _ in range(_ROUNDS):
+        before = alpha.copy()
+        for j in range(n):
+            alpha[j] = _with_length(gamma[j] - A[j] @ alpha + A[j, j] * alpha[j], scales[j])
+        if np.abs(alpha - before).max() < 1e-13 * scales.max():
+            break
+    t = carry[:, n] - carry[:, :n] @ alpha
+    return np.concatenate([alpha, t]).astype(np.complex128, copy=False)
 
 
 def _with_length(alpha: NDArray[Any], length: Floats) -> Complexes:
@@ -121,11 +169,14 @@ def _with_length(alpha: NDArray[Any], length: Floats) -> Complexes:
     return unit * length
 
 
-def _forward(factor: Factor, columns: Complexes, count: int) -> Complexes:
-    """Return L⁻¹ P B for complex columns of α and real columns of t, by real substitutions."""
-    turning, shifting = columns[:, :count], columns[:, count:]
-    half = factor.forward(np.concatenate([turning.real, turning.imag, shifting.real], axis=1))
-    return np.concatenate([half[:, :count] + 1j * half[:, count : 2 * count], half[:, 2 * count :]], axis=1)
+def _spread(c: Complexes, count: int) -> Complexes:
+    """Return U c = (α, iα, t) of c = (α, t), by rows."""
+    return np.concatenate([c[:count], 1j * c[:count], c[count:]])
+
+
+def _gathered(p: Complexes, count: int) -> Complexes:
+    """Return U* p for p (3 count,)."""
+    return np.concatenate([p[:count] - 1j * p[count : 2 * count], p[2 * count :]])
 
 
 def as_two(z: Complexes) -> NDArray[np.float64]:
@@ -143,12 +194,16 @@ class _Field:
     """What one feature contributes: columns over the nodes of a window around it."""
 
     nodes: Ints
-    phi: tuple[Complexes, Complexes]
-    """Φ for α and for t."""
+    phi: Complexes
+    """Φ for α."""
+    phi_t: Floats
+    """Φ for t."""
     halo: Complexes
     """H for α."""
-    load: tuple[Complexes, Complexes]
-    """B for α and for t."""
+    load: Complexes
+    """B for α."""
+    load_t: Floats
+    """B for t."""
     stiffness: float
     """D for α."""
 
@@ -164,7 +219,7 @@ def _field(body: Body, rest: Complexes, own: Bools, follow: Floats, weights: Edg
     window = np.s_[top:bottom, left:right]
     number = np.arange(rest.size).reshape(rest.shape)[window]
     place = np.searchsorted(number.ravel(), body.nodes)
-    turned, shifted = np.zeros((2, *number.shape), np.complex128)
+    turned, shifted = np.zeros(number.shape, np.complex128), np.zeros(number.shape)
     turned.ravel()[place], shifted.ravel()[place] = body.arms, 1
     near = (weights[0][top:bottom, left : right - 1], weights[1][top : bottom - 1, left:right])
     quads = np.s_[top : bottom - 1, left : right - 1]
@@ -173,15 +228,17 @@ def _field(body: Body, rest: Complexes, own: Bools, follow: Floats, weights: Edg
     halo = divergence(halo_weights[0] * across, halo_weights[1] * down)
     return _Field(
         number.ravel(),
-        (turned.ravel(), shifted.ravel()),
+        turned.ravel(),
+        shifted.ravel(),
         halo.ravel(),
-        ((halo - laplacian(near, turned)).ravel(), -laplacian(near, shifted).ravel()),
+        (halo - laplacian(near, turned)).ravel(),
+        -laplacian(near, shifted).ravel(),
         float((halo_weights[0] * np.abs(across) ** 2).sum() + (halo_weights[1] * np.abs(down) ** 2).sum()),
     )
 
 
-def _columns(nodes: list[Ints], turning: list[Complexes], shifting: list[Complexes], size: int) -> sparse.csc_array:
-    """Assemble the columns of all α, then of all t, as an (N, 2d) matrix."""
-    values = np.concatenate(turning + shifting)
-    starts = np.concatenate([[0], np.cumsum([len(n) for n in nodes + nodes])])
-    return sparse.csc_array((values, np.concatenate(nodes + nodes), starts), shape=(size, 2 * len(nodes)))
+def _columns(nodes: list[Ints], values: list[Any], size: int) -> sparse.csc_array:
+    """Assemble columns (N, k) from their values on the `nodes`, which are repeated as often as it takes."""
+    places = nodes * (len(values) // len(nodes))
+    starts = np.concatenate([[0], np.cumsum([len(n) for n in places])])
+    return sparse.csc_array((np.concatenate(values), np.concatenate(places), starts), shape=(size, len(values)))

@@ -5,12 +5,12 @@ from typing import Literal
 
 import numpy as np
 
-from core.arrays import Floats, InputError, Points
+from core.arrays import Bools, Floats, InputError, Points
 from core.factor import Factor
 from core.grid import Features, Grid
 from core.mapping.exact import Placement, as_one, as_two
-from core.mapping.frames import Complexes, Frames, as_complex, as_positions, linear_parts
-from core.mapping.roles import assign_roles, average_scales
+from core.mapping.frames import Complexes, Frames, as_complex, as_positions, corner_frames, linear_parts
+from core.mapping.roles import assign_roles, average_parts, average_scales
 from core.mapping.similarity import Body, bodies_of, body_index
 from core.mapping.stencil import divergence, edge_weights, laplacian, lower_values, pattern
 from core.mapping.stopwatch import Stopwatch
@@ -121,40 +121,53 @@ class FeatureMapping:
         """Return where nodes and features end, given where W takes the nodes, as x + iy (R, C)."""
         if w.shape != self.grid.shape or not np.isfinite(w.view(np.float64)).all():
             raise InputError("warp: does not take every grid node to a finite position")
-        return self._per_quad(w) if self._placement is None else self._exact(w, self._placement)
+        if self._placement is None:
+            return self._per_quad(w)
+        anywhere = np.zeros(len(self.bodies), np.complex128)
+        return self._exact(w, self._placement, anywhere, anywhere, np.ones(len(self.bodies), bool))
 
-    def place_at(self, w: Complexes, alpha: Complexes, t: Complexes) -> Solution:
-        """Return where free nodes end, given W and the similarity of every body."""
+    def place_at(self, w: Complexes, alpha: Complexes, t: Complexes, *, moving: Bools | None = None) -> Solution:
+        """Return where free nodes end, given W and the similarity of every body but those `moving`, which find theirs.
+
+        Bodies that are not placed together never move.
+        """
         if self._placement is None:
             return self.place(w)
-        return self._settled(w, self._placement, np.concatenate([alpha[: self._joint_count], t[: self._joint_count]]))
+        chosen = np.zeros(len(alpha), bool) if moving is None else moving
+        return self._exact(w, self._placement, alpha, t, chosen)
 
-    def _exact(self, w: Complexes, placement: Placement) -> Solution:
-        """Solve for free nodes and features together."""
-        return self._settled(w, placement, None)
-
-    def _settled(self, w: Complexes, placement: Placement, given: Complexes | None) -> Solution:
-        """Solve for free nodes, with the similarities `given` or free."""
+    def _exact(self, w: Complexes, placement: Placement, alpha: Complexes, t: Complexes, moving: Bools) -> Solution:
+        """Solve for free nodes, and for the features that are `moving` from given similarities."""
+        joint, alpha, t = self._joint_count, alpha.copy(), t.copy()
+        together = np.flatnonzero(moving[:joint])
         with self.clock.measure("rhs"):
-            scales = self._scales(w)
-            joint = self._joint_count
+            scales = self._scales(w) if together.size else None
             z = w.copy()
             for body in self.bodies[:joint]:
                 z.ravel()[body.nodes] = 0
-            alone = [self._alone(body, w) for body in self.bodies[joint:]]
-            for body, (alpha, t) in zip(self.bodies[joint:], alone, strict=True):
-                z.ravel()[body.nodes] = body.place(alpha, t)
-            r = divergence(*(c * np.diff(w, axis=a) for c, a in zip(self._towards_w, (1, 0), strict=True)))
-            r -= laplacian(self._edges, z)
+            for i, body in enumerate(self.bodies[joint:], joint):
+                if moving[i]:
+                    alpha[i], t[i] = self._alone(body, w)
+                z.ravel()[body.nodes] = body.place(alpha[i], t[i])
+            # dᵀ (w_W d W - w d z), b - K z⁰ at once.
+            r = divergence(
+                *(
+                    c * np.diff(w, axis=axis) - d * np.diff(z, axis=axis)
+                    for c, d, axis in zip(self._towards_w, self._edges, (1, 0), strict=True)
+                )
+            )
+        if not placement.is_ready(together):
+            with self.clock.measure("factor"):
+                placement.prepare(together)
         with self.clock.measure("solve"):
             wanted = None if scales is None else scales[:joint]
-            c, v = placement.solve(r.ravel(), z.ravel(), w.ravel(), wanted, given)
-        z += v.reshape(z.shape)
-        alphas = np.concatenate([c[:joint], np.array([a for a, _ in alone], np.complex128)])
-        ts = np.concatenate([c[joint:], np.array([t for _, t in alone], np.complex128)])
-        for body, a, b in zip(self.bodies[:joint], alphas, ts, strict=False):
-            z.ravel()[body.nodes] = body.place(a, b)
-        return Solution(z, alphas, ts)
+            given = np.concatenate([alpha[:joint], t[:joint]])
+            c, v = placement.solve(r.ravel(), z.ravel(), w.ravel(), wanted, given=given, moving=together)
+            alpha[:joint], t[:joint] = c[:joint], c[joint:]
+            z += v.reshape(z.shape)
+            for body, a, b in zip(self.bodies[:joint], alpha, t, strict=False):
+                z.ravel()[body.nodes] = body.place(a, b)
+        return Solution(z, alpha, t)
 
     def _alone(self, body: Body, w: Complexes) -> tuple[complex, complex]:
         """Place a body where W has it."""
@@ -171,10 +184,9 @@ class FeatureMapping:
             return np.ones(len(self.bodies))
         if not self.free.any():
             return None
-        frames, count = linear_parts(self.grid, w), len(self.bodies)
+        frames = corner_frames(self.grid, tuple(w.ravel()[self.grid.quads[self._roles.inside].T]))
         similar, opposite = (
-            average_scales(part.real, self._roles, count) + 1j * average_scales(part.imag, self._roles, count)
-            for part in (frames.similar, frames.opposite)
+            average_parts(part, self._roles, len(self.bodies)) for part in (frames.similar, frames.opposite)
         )
         found = Frames(similar, opposite).smaller_singular_values
         return np.where(found > 0, found, [abs(body.fit(w.ravel())[0]) for body in self.bodies])

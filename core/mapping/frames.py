@@ -48,13 +48,18 @@ class Frames:
 
 
 def linear_parts(grid: Grid, z: Complexes) -> Frames:
-    """Fit a linear map to every quad of the grid mapped to z (R, C).
+    """Fit a linear map to every quad (R-1, C-1) of the grid mapped to z (R, C)."""
+    return corner_frames(grid, (z[:-1, :-1], z[:-1, 1:], z[1:, 1:], z[1:, :-1]))
+
+
+def corner_frames(grid: Grid, corners: tuple[Complexes, Complexes, Complexes, Complexes]) -> Frames:
+    """Fit a linear map to every quad of the grid by where its corners end, clockwise from the top left.
 
     Rest quads are w x h rectangles, so that U Uᵀ = diag(w², h²) and T = U' U* of FAT eq. 1 has for its columns the
     means of the two edges across, over w, and of the two edges down, over h.
     """
     width, height = grid.cell
-    across, down = np.diff(z, axis=1), np.diff(z, axis=0)
-    t_x = (across[:-1] + across[1:]) / (2 * width)
-    t_y = (down[:, :-1] + down[:, 1:]) / (2 * height)
-    return Frames((t_x - 1j * t_y) / 2, (t_x + 1j * t_y) / 2)
+    one, two, three, four = corners
+    t_x = ((two - one) + (three - four)) / (2 * width)
+    t_y = 1j * (((four - one) + (three - two)) / (2 * height))
+    return Frames((t_x - t_y) / 2, (t_x + t_y) / 2)

@@ -1,9 +1,11 @@
 """Which quads follow a feature, which follow W, and how strongly  [FAT sec. 2.1]."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints
 
@@ -22,6 +24,11 @@ class Roles:
     """Whether a node of the quad is in a feature."""
     weight: Floats
     """w(Q) of FAT eq. 7: both sides of the quad's equations are multiplied by it."""
+
+    @cached_property
+    def inside(self) -> Ints:
+        """Numbers of the quads with an owner that have a node in it."""
+        return np.flatnonzero(self.touched & (self.owner >= 0))
 
 
 def assign_roles(index: Ints, *, weight: float, falloff: float) -> Roles:
@@ -48,10 +55,12 @@ def assign_roles(index: Ints, *, weight: float, falloff: float) -> Roles:
     owner_of = np.zeros(int(nearest.max()) + 1, np.int64)
     owner_of[nearest[touched]] = np.where(mixed, -1, highest)[touched]
     # From centre to centre; a feature reaches half a cell further than the centres of its quads.
-    distance = np.maximum(far.astype(np.float64) - 0.5, 0.0)
-    share = decay(distance, falloff)
-    owner = np.where(share > 0, owner_of[nearest], -1)
-    return Roles(owner, touched, np.where(owner >= 0, weight * share + (1 - share), 1.0))
+    near = np.flatnonzero(touched | (far < falloff + 0.5))
+    share = decay(np.maximum(far.ravel()[near].astype(np.float64) - 0.5, 0.0), falloff)
+    of = np.where(share > 0, owner_of[nearest.ravel()[near]], -1)
+    owner, total = np.full(touched.shape, -1), np.ones(touched.shape)
+    owner.ravel()[near], total.ravel()[near] = of, np.where(of >= 0, weight * share + (1 - share), 1.0)
+    return Roles(owner, touched, total)
 
 
 def decay(distance: Floats, falloff: float) -> Floats:
@@ -64,8 +73,15 @@ def decay(distance: Floats, falloff: float) -> Floats:
 
 def average_scales(values: Floats, roles: Roles, count: int) -> Floats:
     """Return λ of every feature: the mean of `values` (R-1, C-1) over the quads that have a node in it."""
-    inside = roles.touched & (roles.owner >= 0)
-    owner = roles.owner[inside]
-    total = np.bincount(owner, values[inside], minlength=count)
-    mean: Floats = total / np.maximum(np.bincount(owner, minlength=count), 1)
+    return _means(values.ravel()[roles.inside], roles, count)
+
+
+def average_parts(values: NDArray[np.complex128], roles: Roles, count: int) -> NDArray[np.complex128]:
+    """Return for every feature the mean of `values` (k,), one for each of the k quads that have a node in it."""
+    return _means(values.real, roles, count) + 1j * _means(values.imag, roles, count)
+
+
+def _means(values: Floats, roles: Roles, count: int) -> Floats:
+    owner = roles.owner.ravel()[roles.inside]
+    mean: Floats = np.bincount(owner, values, count) / np.maximum(np.bincount(owner, minlength=count), 1)
     return mean

@@ -34,11 +34,13 @@ class Body:
 
 def bodies_of(features: Features, rest: Complexes) -> list[Body]:
     """Return a body for every feature that has a shape, by component number; rest is (R, C)."""
-    order = np.argsort(features.labels, axis=None, kind="stable")
-    numbers, first = np.unique(features.labels.ravel()[order], return_index=True)
+    labels = features.labels.ravel()
+    marked = np.flatnonzero(labels)
+    marked = marked[np.argsort(labels[marked], kind="stable")]
+    numbers, first = np.unique(labels[marked], return_index=True)
     bodies = []
-    for number, nodes in zip(numbers, np.split(order, first[1:]), strict=True):
-        if number > 0 and len(nodes) >= LEAST_NODES:
+    for number, nodes in zip(numbers, np.split(marked, first[1:]), strict=False):
+        if len(nodes) >= LEAST_NODES:
             p = rest.ravel()[nodes]
             bodies.append(Body(int(number), nodes, p - p.mean()))
     return bodies

@@ -12,7 +12,6 @@ from scipy import sparse
 
 from core.arrays import Bools, Floats
 from core.grid import Grid
-from core.mapping.frames import Complexes
 
 _Number = TypeVar("_Number", np.float64, np.complex128)
 EdgeWeights = tuple[Floats, Floats]
@@ -31,7 +30,7 @@ def edge_weights(quad_weights: NDArray[_Number]) -> tuple[NDArray[_Number], NDAr
     return across, down
 
 
-def divergence(across: Complexes, down: Complexes) -> Complexes:
+def divergence(across: NDArray[_Number], down: NDArray[_Number]) -> NDArray[_Number]:
     """Return dᵀ of edge vectors, per node (R, C)."""
     total = np.zeros((across.shape[0], down.shape[1]), np.result_type(across, down))
     total[:, 1:] += across
@@ -41,7 +40,7 @@ def divergence(across: Complexes, down: Complexes) -> Complexes:
     return total
 
 
-def laplacian(weights: EdgeWeights, z: Complexes) -> Complexes:
+def laplacian(weights: EdgeWeights, z: NDArray[_Number]) -> NDArray[_Number]:
     """Return K z = dᵀ w d z, per node (R, C)."""
     return divergence(weights[0] * np.diff(z, axis=1), weights[1] * np.diff(z, axis=0))
 

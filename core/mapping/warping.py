@@ -4,18 +4,19 @@
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
-from core.arrays import Bools, Points
+from core.arrays import Bools, Ints, Points
 from core.factor import Factor
 from core.grid import Features, Grid
-from core.mapping.feature_mapping import FeatureMapping, Method
+from core.mapping.feature_mapping import FeatureMapping, Method, Solution
 from core.mapping.folds import folded_quads
-from core.mapping.frames import as_complex
+from core.mapping.frames import Complexes, as_complex
+from core.mapping.junctions import fit_between
 from core.mapping.similarity import bodies_of, fit_residual
 from core.mapping.unfold import unfold
 from core.progress import Job, run
@@ -36,6 +37,10 @@ class MappingOptions:
 
 
 DEFAULT_OPTIONS = MappingOptions()
+_NEAR = 12
+"""Cells from a stroke within which features are placed with the one that it changes."""
+_FRAMES_PER_TURN = 2
+"""Under a brush, one of the features that it leaves alone is placed anew once in so many frames."""
 
 
 @dataclass(frozen=True)
@@ -132,6 +137,10 @@ class LiveWarp:
 
     `use` costs a factorisation when features or options are others than before, `frame` one right-hand side and one
     solve. `settle` is the answer at rest. One thread at a time; a background thread has its own.
+
+    Under a brush, when nothing but one feature changes from one frame to the next, each frame places that one and those
+    close by; the others stay where they are, but for one of them in turn every few frames. So a stroke costs the same
+    beside many features as beside few.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -140,11 +149,15 @@ class LiveWarp:
         self._options = MappingOptions(keep="none")
         self._mapping: FeatureMapping | None = None
         self._factor: Factor | None = None
+        self._last: _Frame | None = None
+        self._turn = 0
 
     def use(self, features: Features, options: MappingOptions) -> None:
         """Prepare for the given features and options; cheap when they are the same objects as before."""
         if features is self._features and options == self._options:
             return
+        if options != self._options:
+            self._last = None
         self._mapping = None
         if options.keep != "none":
             self._mapping = FeatureMapping(
@@ -160,10 +173,47 @@ class LiveWarp:
         self._features, self._options = features, options
 
     def frame(self, plain: Points) -> Warped:
-        """Return the linear answer, which may fold, for W at the nodes (R, C, 2)."""
+        """Return the linear answer, which may fold, for W at the nodes (R, C, 2).
+
+        Features that the picture's edge cuts are fitted between its nodes, as they are at rest, so that they need not
+        jump then.
+        """
         if self._mapping is None:
             return self._result(plain, plain)
-        return self._result(plain, self._mapping.solve(plain))
+        w = as_complex(plain)
+        linear = self._linear(self._mapping, plain, w)
+        self._last = _Frame(self._mapping, plain, linear)
+        return self._fitted(self._mapping, w, self._result(plain, linear.positions), linear)
+
+    def _fitted(self, mapping: FeatureMapping, w: Complexes, shown: Warped, linear: Solution) -> Warped:
+        """Return the answer with features that the picture's edge cuts fitted to it, where that folds less."""
+        if not _rim(shown.folded).any() or shown.folded_plain.any():
+            return shown
+        fitted = fit_between(mapping, w, linear)
+        if fitted is None:
+            return shown
+        again = self._result(shown.plain, fitted.positions)
+        if again.folded.sum() >= shown.folded.sum():
+            return shown
+        return replace(again, seconds={stage: shown.seconds[stage] + again.seconds[stage] for stage in again.seconds})
+
+    def _linear(self, mapping: FeatureMapping, plain: Points, w: Complexes) -> Solution:
+        last = self._last
+        if mapping.method != "exact" or last is None or last.mapping is mapping or last.plain is not plain:
+            return mapping.place(w)
+        before = last.places_in(mapping)
+        same = np.flatnonzero(before >= 0)
+        came, gone = len(before) - same.size, len(last.mapping.bodies) - same.size
+        if came > 1 or gone > came:
+            return mapping.place(w)
+        alpha, t = np.zeros((2, len(before)), np.complex128)
+        alpha[same], t[same] = last.solution.alpha[before[same]], last.solution.t[before[same]]
+        moving = before < 0
+        moving[last.bodies_near_change(mapping)] = True
+        turn, self._turn = self._turn, self._turn + 1
+        if same.size and turn % _FRAMES_PER_TURN == 0:
+            moving[same[turn // _FRAMES_PER_TURN % same.size]] = True
+        return mapping.place_at(w, alpha, t, moving=moving)
 
     def settle(self, plain: Points) -> Job[Warped]:
         """Return the answer without folds where W has none."""
@@ -181,3 +231,32 @@ class LiveWarp:
         # What settling took beyond one solve; factorisations of its own are part of it.
         seconds["unfold"] = max(0.0, settling - seconds["rhs"] - seconds["solve"])
         return Warped(self.grid.nodes, plain, warped, self._features, self._options.keep == "rigid", seconds)
+
+
+def _rim(quads: Bools) -> Bools:
+    """Return the values of the quads along the picture's edge."""
+    return np.concatenate([quads[0], quads[-1], quads[:, 0], quads[:, -1]])
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """The last frame: what it was solved with, for and to."""
+
+    mapping: FeatureMapping
+    plain: Points
+    solution: Solution
+
+    def places_in(self, mapping: FeatureMapping) -> Ints:
+        """Return for each body of `mapping` the one with the same nodes in this frame's mapping, -1 for none."""
+        known = {body.nodes.tobytes(): i for i, body in enumerate(self.mapping.bodies)}
+        return np.array([known.get(body.nodes.tobytes(), -1) for body in mapping.bodies], np.int64)
+
+    def bodies_near_change(self, mapping: FeatureMapping) -> Ints:
+        """Return the bodies of `mapping` around nodes that came into a feature, or out of one, since this frame."""
+        row, column = ((mapping.index >= 0) != (self.mapping.index >= 0)).nonzero()
+        if not row.size:
+            return np.empty(0, np.int64)
+        rows = np.s_[max(row.min() - _NEAR, 0) : row.max() + _NEAR + 1]
+        columns = np.s_[max(column.min() - _NEAR, 0) : column.max() + _NEAR + 1]
+        near = np.unique(mapping.index[rows, columns])
+        return near[near >= 0]
