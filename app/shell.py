@@ -40,6 +40,8 @@ REST_S = 0.55
 """When the pointer has rested so long, tooltips show: one more frame."""
 DRAWING_S = 0.014
 """What drawing the picture may take of a frame; the panels, the map and the window's own work take as much again."""
+SWITCH_S = 0.0005
+"""How long a job may keep the interpreter to itself while the window waits for it."""
 BLINK_S = 0.3
 """How often the caret of a text field wants a frame."""
 
@@ -107,12 +109,15 @@ class Shell:
         """Show the window until it is closed; raise `KeyboardInterrupt` when a signal ended it."""
         render = hello_imgui.manual_render
         render.setup_from_runner_params(self.params)
+        switch_before = sys.getswitchinterval()
+        sys.setswitchinterval(SWITCH_S)
         try:
             with _interruptions() as interrupted:
                 while not (self.params.app_shall_exit or interrupted.is_set()):
                     self._wait()
                     render.render()
         finally:
+            sys.setswitchinterval(switch_before)
             self.editor.jobs.close()
             render.tear_down()
         if interrupted.is_set():

@@ -17,7 +17,7 @@ import moderngl
 import numpy as np
 
 from core import color, tracing
-from core.arrays import Singles
+from core.arrays import Pixels, Singles
 from core.images import Image
 
 LEVELS = 6
@@ -195,14 +195,28 @@ def _texels(image: Image, box: Box) -> Singles:
     left, top, right, bottom = box
     rows = slice(min(top, image.height_px - 1), min(bottom, image.height_px))
     columns = slice(min(left, image.width_px - 1), min(right, image.width_px))
-    light = color.premultiply(color.linear_light(image.pixels[rows, columns], linear=image.linear))
-    height, width = light.shape[:2]
-    colors = color.color_channels(light.shape[2])
+    inside = _light(image, image.pixels[rows, columns])
+    height, width = inside.shape[:2]
+    if (height, width) == (bottom - top, right - left):
+        return inside
     texels = np.empty((bottom - top, right - left, 4), np.float32)
-    texels[:height, :width, :3] = light[..., :colors]
-    texels[:height, :width, 3] = light[..., -1] if light.shape[2] > colors else 1
+    texels[:height, :width] = inside
     texels[:height, width:] = texels[:height, width - 1 : width]
     texels[height:] = texels[height - 1 : height]
+    return texels
+
+
+def _light(image: Image, pixels: Pixels) -> Singles:
+    """Return `pixels` of `image` as premultiplied linear light, (h, w, 4)."""
+    if pixels.dtype == np.uint8 and pixels.shape[2] == 3 and not image.linear:
+        # What most pictures are, several times as fast.
+        light = cv2.LUT(np.ascontiguousarray(pixels), np.asarray(color.decode_table(256)))
+        return np.asarray(cv2.cvtColor(light, cv2.COLOR_RGB2RGBA), np.float32)
+    light = color.premultiply(color.linear_light(pixels, linear=image.linear))
+    colors = color.color_channels(light.shape[2])
+    texels = np.empty((*light.shape[:2], 4), np.float32)
+    texels[..., :3] = light[..., :colors]
+    texels[..., 3] = light[..., -1] if light.shape[2] > colors else 1
     return texels
 
 
