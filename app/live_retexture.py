@@ -235,4 +235,4 @@ def _inputs(document: Document) -> Inputs:
 def _targets_moved(before: Document, after: Document) -> bool:
     """Return whether the same curves go elsewhere than before; a source that takes its target along does not count."""
     pairs = zip(before.feature_curves, after.feature_curves, strict=False)
-    return any(a.target is not b.target and a.source is b.source for a, b in pairs)
+    return any(np.array_equal(a.source, b.source) and not np.array_equal(a.target, b.target) for a, b in pairs)

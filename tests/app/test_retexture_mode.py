@@ -1,5 +1,7 @@
 """Retexture mode as an artist meets it: curves, the live deformation, the job and what is shown."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,15 @@ def test_a_dragged_target_takes_the_picture_along_live(drive: EditorDriver) -> N
     assert not drive.editor.jobs.long_jobs
     drive.release(100, 90)
     assert not drive.editor.regrowth.is_moving
+
+
+def test_who_drags_a_target_on_the_original_sees_the_deformation(drive: EditorDriver) -> None:
+    drawn(drive)
+    drive.editor.show(look="original")
+    drive.press(100, 70).move(100, 80).move(100, 90)
+    assert drive.editor.session.look == "retextured"
+    assert shown(drive) is drive.document.image
+    drive.release(100, 90)
 
 
 def test_the_final_deformation_takes_over_without_a_jump() -> None:
@@ -291,3 +302,16 @@ def test_a_curve_with_needless_points_is_simplified_in_one_step(drive: EditorDri
     assert table.run("feature.simplify", drive.editor)
     assert "No point can go" in drive.editor.notices[-1].text
     assert drive.undo().document is before
+
+
+def test_a_matte_that_was_painted_and_erased_bounds_nothing(drive: EditorDriver) -> None:
+    table = ActionTable(TOOLS)
+    moved(drive)
+    free = shown(drive).pixels
+    assert table.run("retexture.paint_matte", drive.editor)
+    drive.drag((70, 85), (90, 85))
+    assert not np.array_equal(shown(drive).pixels, free)
+    drive.editor.show(brush=replace(drive.editor.session.brush, erase=True, diameter_px=200))
+    drive.drag((70, 85), (90, 85))
+    assert drive.editor.fault is None
+    assert np.array_equal(shown(drive).pixels, free)
