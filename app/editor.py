@@ -15,6 +15,7 @@ from app.jobs import Jobs, Task, Ticket
 from app.live import Answer, LiveWarp
 from app.live_overlay import LiveOverlay
 from app.live_retexture import LiveRetexture
+from app.preferences import Preferences, save_preferences
 from app.recovery import Recovery
 from app.requests import ExportOptions, Request
 from app.session import Session
@@ -37,6 +38,11 @@ class Notice:
     level: Literal["info", "error"] = "info"
 
 
+def _bytes(preferences: Preferences) -> int:
+    """Return how much history may take."""
+    return int(preferences.undo_mb * 2**20)
+
+
 class Editor:
     """Everything the window shows; events and actions go in, the document and the session come out."""
 
@@ -48,9 +54,13 @@ class Editor:
         jobs: Jobs | None = None,
         recovery: Recovery | None = None,
         exporter: Exporter | None = None,
+        preferences: Preferences | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.history = History(document)
+        self.preferences = preferences or Preferences()
+        self.preferences_file: Path | None = None
+        """Where the preferences are kept from run to run; None keeps them nowhere."""
+        self.history = self._history(document)
         self.session = Session()
         self.tools = tools
         self.jobs = jobs or Jobs()
@@ -127,6 +137,21 @@ class Editor:
     def state(self) -> str:
         """Tool and whether a gesture is in progress: "pins.idle", "pins.busy"."""
         return self._hand.state
+
+    def _history(self, document: Document, *, saved: bool = True) -> History:
+        return History(document, saved=saved, budget_bytes=_bytes(self.preferences))
+
+    def prefer(self, preferences: Preferences, *, keep: bool = True) -> None:
+        """Take other preferences, and `keep` them for later runs."""
+        self.preferences = preferences
+        self.history.budget_bytes = _bytes(preferences)
+        if self.recovery is not None:
+            self.recovery.every_s = preferences.keep_every_s
+        if keep and self.preferences_file is not None:
+            try:
+                save_preferences(self.preferences_file, preferences)
+            except WeftError as fault:
+                self.fail(fault)
 
     @contextmanager
     def group(self, label: str, *, joins: bool = False) -> Iterator[None]:
@@ -265,11 +290,11 @@ class Editor:
         """Begin anew with another document and an empty history."""
         self.cancel()
         self.jobs.cancel_all()
-        self.history = History(document, saved=saved)
+        self.history = self._history(document, saved=saved)
         self.project_path, self.source_path = project, source
         self.show(
             selected=frozenset(),
-            selected_corner=None,
+            selected_corners=frozenset(),
             selected_curve=None,
             selected_knots=frozenset(),
             suggestions=(),

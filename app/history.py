@@ -31,7 +31,8 @@ class History:
         self._depth = 0
         self._open_label: str | None = None
         """Label of the last entry while another edit may still join it."""
-        self._budget_bytes = budget_bytes
+        self.budget_bytes = budget_bytes
+        """What the arrays that only history holds may take."""
 
     @property
     def is_saved(self) -> bool:
@@ -116,7 +117,7 @@ class History:
                 if id(array) not in kept:
                     kept.add(id(array))
                     total += array.nbytes
-            if total > self._budget_bytes:
+            if total > self.budget_bytes:
                 del self._entries[: number + 1]
                 self._index -= number + 1
                 return

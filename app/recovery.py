@@ -13,14 +13,12 @@ from pathlib import Path
 import platformdirs
 
 from app.jobs import Jobs, Task
+from app.preferences import Preferences
 from core.arrays import InputError
 from core.document import Document
 from core.files import write_text
 from core.progress import Job, Progress, run
 from core.project import SUFFIX, save_project
-
-EVERY_S = 5.0
-"""Changes are kept at most so much later."""
 
 
 def recovery_folder() -> Path:
@@ -42,10 +40,11 @@ class Rescue:
 class Recovery:
     """Keeps the present document of one editor."""
 
-    def __init__(self, jobs: Jobs, *, folder: Path | None = None, every_s: float = EVERY_S) -> None:
+    def __init__(self, jobs: Jobs, *, folder: Path | None = None, every_s: float = Preferences().keep_every_s) -> None:
         self.folder = folder or recovery_folder()
         self._jobs = jobs
-        self._every_s = every_s
+        self.every_s = every_s
+        """Changes are kept at most so much later."""
         self._kept: Document | None = None
         self._due_at: float | None = None
         self._file = self.folder / f"{os.getpid()}-{id(self):x}{SUFFIX}"
@@ -63,7 +62,7 @@ class Recovery:
                 self.forget()
             return
         if self._due_at is None:
-            self._due_at = now + self._every_s
+            self._due_at = now + self.every_s
         if now >= self._due_at and not self._jobs.holds("recovery"):
             self._due_at, self._kept = None, document
             steps = lambda: _keep(document, self._file, name, project)  # noqa: E731

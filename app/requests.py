@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 from core.canvas import Framing
 from core.document import Document
 
-Panel: TypeAlias = Literal["keys", "palette", "history", "about"]
+Panel: TypeAlias = Literal["keys", "palette", "history", "about", "preferences", "layout"]
 Unsaved: TypeAlias = Literal["save", "discard", "cancel"]
 Writing: TypeAlias = Literal["wait", "stop", "cancel"]
 

@@ -62,8 +62,8 @@ class Session:
     shown: Shown = "result"
     selected: frozenset[int] = frozenset()
     """Numbers of the selected pins."""
-    selected_corner: int | None = None
-    """Number in the ring of the outline's corner that was gripped last."""
+    selected_corners: frozenset[int] = frozenset()
+    """Numbers of the outline's selected corners, 0 to 3 clockwise from the top left."""
     selected_curve: int | None = None
     """Number of the curve that is being edited."""
     selected_knots: frozenset[int] = frozenset()

@@ -29,6 +29,16 @@ def handles_at(points: Points, knot: int, *, closed: bool) -> tuple[int | None, 
     return (before if before > 0 else None), (after if after < last else None)
 
 
+def points_of(points: Points, knots: AbstractSet[int], *, closed: bool) -> list[int]:
+    """Return the numbers of the control points that belong to knots, a closed curve's doubled end included."""
+    numbers = {3 * knot for knot in knots}
+    for knot in knots:
+        numbers.update(n for n in handles_at(points, knot, closed=closed) if n is not None)
+    if closed and 0 in knots:
+        numbers.add(len(points) - 1)
+    return sorted(numbers)
+
+
 def knot_beside(points: Points, handle: int, *, closed: bool) -> int:
     """Return the knot that the control point `handle` belongs to."""
     knot = (handle + 1) // 3

@@ -10,6 +10,7 @@ import OpenImageIO
 from core import color, webp_exif
 from core.arrays import Bytes, InputError, Pixels, readonly
 from core.image import Attribute, Image, usable_profile
+from core.png_chunks import is_broken_png
 
 _STRUCTURE = ("ICCProfile", "oiio:", "png:", "tiff:", "jpeg:", "openexr:", "webp:", "gif:", "thumbnail", "screenWindow")
 _STRUCTURE_NAMES = {"Orientation", "compression", "planarconfig", "Exif:PixelXDimension", "Exif:PixelYDimension"}
@@ -25,6 +26,8 @@ def load(path: Path | str) -> Image:
     """
     path = Path(path)
     _check_readable(path)
+    if is_broken_png(path):
+        raise InputError(f"{path}: the image is damaged or cut short")
     wish = OpenImageIO.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)
     source = OpenImageIO.ImageInput.open(str(path), wish)
@@ -37,6 +40,7 @@ def load(path: Path | str) -> Image:
         fault = source.geterror()
     finally:
         source.close()
+        _forget_faults(source)
     if pixels is None or "remature end" in fault:
         raise InputError(f"{path}: the image is damaged or cut short")
     if source.format_name() == "webp":
@@ -60,6 +64,12 @@ def load_mask(path: Path | str, size_px: tuple[int, int]) -> Bytes:
         levels[..., 0] if levels.shape[2] == 1 else np.rint(levels @ np.array([0.299, 0.587, 0.114])).astype(np.uint8)
     )
     return readonly(grey)
+
+
+def _forget_faults(source: OpenImageIO.ImageInput) -> None:
+    """Take what OpenImageIO still has to say, which it would print at exit."""
+    source.geterror()
+    OpenImageIO.geterror()
 
 
 def _check_readable(path: Path) -> None:

@@ -46,6 +46,16 @@ EDIT = (
         enabled=lambda editor: bool(editor.jobs.long_jobs),
         separated=True,
     ),
+    Action(
+        "edit.preferences",
+        "Preferences…",
+        "Edit",
+        lambda editor: editor.requests.append(ShowPanel("preferences")),
+        "Ctrl+,",
+        "gear",
+        "Size of the text, memory for undo, recovery",
+        separated=True,
+    ),
 )
 
 HELP = (

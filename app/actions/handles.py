@@ -16,7 +16,17 @@ def _toggle_frame(editor: Editor) -> None:
 
 
 def _select_all(editor: Editor) -> None:
-    editor.show(selected=frozenset(range(len(editor.document.pins))))
+    """Select all pins, or with the outline's tool all of its corners: a box then moves, scales and turns them."""
+    if editor.session.tool == "outline":
+        editor.show(selected_corners=frozenset(range(4)))
+    else:
+        editor.choose_tool("pins")
+        editor.show(selected=frozenset(range(len(editor.document.pins))))
+
+
+def _has_some_to_select(editor: Editor) -> bool:
+    in_warp = editor.session.mode == "warp"
+    return in_warp and (editor.session.tool == "outline" or bool(editor.document.pins))
 
 
 def put_back(editor: Editor) -> None:
@@ -38,12 +48,13 @@ def toggle_side(editor: Editor) -> None:
 HANDLES = (
     Action(
         "handles.select_all",
-        "Select all pins",
+        "Select all",
         "Handles",
         _select_all,
         "Ctrl+A",
-        tooltip="Select every pin",
-        enabled=lambda editor: bool(editor.document.pins),
+        "object-group",
+        "Put a box around all pins, or around the whole outline: drag it to move, its corners to scale or turn",
+        enabled=_has_some_to_select,
     ),
     Action(
         "handles.frame",

@@ -6,6 +6,7 @@ import numpy as np
 
 from app.actions import Action
 from app.editor import Editor
+from app.requests import ShowPanel
 from app.spaces import centred, fitted, zoomed_at
 from core.document import Mode
 
@@ -127,6 +128,15 @@ VIEW = (
         checked=lambda editor: editor.session.compare == "split",
     ),
     *(_overlay(name) for name in _OVERLAYS),
+    Action(
+        "view.reset_panels",
+        "Reset panel layout",
+        "View",
+        lambda editor: editor.requests.append(ShowPanel("layout")),
+        icon="table-cells-large",
+        tooltip="Put all panels back where they were at first",
+        separated=True,
+    ),
 )
 
 READY_MODES: frozenset[Mode] = frozenset(("warp", "retexture", "overlay"))

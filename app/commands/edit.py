@@ -11,6 +11,7 @@ from app.console import run_shown
 from app.editor import Editor
 from app.filing import is_project, offer_rescues, recent_files, remember, settings_file
 from app.jobs import Jobs
+from app.preferences import load_preferences, preferences_file
 from app.recovery import Recovery
 from app.requests import ExportOptions
 from app.tools.all import TOOLS
@@ -68,7 +69,10 @@ def sample() -> Document:
 
 def editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
     """Return an editor as the window wants it: it remembers what was opened and keeps what is not saved."""
-    editor = Editor(document, TOOLS, jobs=jobs, recovery=Recovery(jobs), exporter=_exporting)
+    preferences = load_preferences(preferences_file())
+    recovery = Recovery(jobs, every_s=preferences.keep_every_s)
+    editor = Editor(document, TOOLS, jobs=jobs, recovery=recovery, exporter=_exporting, preferences=preferences)
+    editor.preferences_file = preferences_file()
     editor.recent_file = settings_file()
     editor.session = replace(editor.session, recent=recent_files())
     if path is not None:

@@ -8,6 +8,7 @@ from app.editor import Editor
 from app.events import Position
 from app.shapes import Bezier, Circle, Polyline, Role, Shape, Square
 from app.spaces import screen_from_canvas
+from app.tools import band
 from app.tools.box import Box
 from app.tools.curve_set import CurveSet, Hit, Side, sides_of
 from core import curve_edit, curve_pairs
@@ -49,15 +50,12 @@ def overlay(editor: Editor, curves: CurveSet) -> Sequence[Shape]:
         shapes.extend(_curve_shapes(editor, curves, pair))
         if number == chosen:
             shapes.extend(_point_shapes(editor, curves, pair))
-    box, band, draft = box_of(editor, curves), editor.session.band, editor.session.draft
+    box, draft = box_of(editor, curves), editor.session.draft
     if box is not None:
         shapes.extend(box.shapes())
     if draft is not None and len(draft):
         shapes.extend(_draft_shapes(screen_from_canvas(editor.session.view, draft)))
-    if band is not None:
-        (left, top), (right, bottom) = band
-        corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
-        shapes.append(Polyline(corners, "rubber-band", closed=True))
+    shapes.extend(band.shapes(editor))
     hit = editor.session.hover
     if isinstance(hit, Hit) and hit.curve < len(curves.pairs(editor)) and draft is None:
         shapes.extend(_hover_shapes(editor, curves, hit))

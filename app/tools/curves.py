@@ -6,9 +6,10 @@ import numpy as np
 
 from app.curve_kinds import FEATURE, INNER
 from app.editor import Editor
-from app.events import Event, Key, Move, Press
+from app.events import Event, Key, Move, Position, Press
 from app.gestures import Gesture
 from app.tool import Tool
+from app.tools import band
 from app.tools.box import Box, Grip, applied
 from app.tools.curve_set import CurveSet, Hit
 from app.tools.curve_shapes import active_side, box_of, overlay, side_of
@@ -102,7 +103,7 @@ def transform(editor: Editor, curves: CurveSet, press: Press, box: Box, grip: Gr
         editor.show(selected_knots=frozenset())
         return
     pair = curves.pairs(editor)[number]
-    numbers = _points_of(pair, curves.knots(editor))
+    numbers = curve_edit.points_of(pair.source, curves.knots(editor), closed=pair.closed)
 
     def move(points: Points, pair: CurvePair, event: Move) -> Points:
         result = points.copy()
@@ -141,13 +142,12 @@ def rubber_band(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
         return
     pair = curves.pairs(editor)[number]
     count = curve_edit.knots_of(pair.source, closed=pair.closed)
-    try:
-        while isinstance(event := (yield), Move):
-            knots = curves.on_screen(editor, pair, side_of(pair, active_side(editor)))[::3][:count]
-            inside = frozenset(within(knots, press.pos, event.pos).tolist())
-            editor.show(selected_knots=before | inside, band=(press.pos, event.pos))
-    finally:
-        editor.show(band=None)
+
+    def take(a: Position, b: Position) -> None:
+        knots = curves.on_screen(editor, pair, side_of(pair, active_side(editor)))[::3][:count]
+        editor.show(selected_knots=before | frozenset(within(knots, a, b).tolist()))
+
+    yield from band.spanned(editor, press, take)
 
 
 def toggle_corner(editor: Editor, curves: CurveSet, knot: int) -> None:
@@ -193,16 +193,6 @@ def take_key(editor: Editor, curves: CurveSet, key: Key) -> bool:
     else:
         return False
     return True
-
-
-def _points_of(pair: CurvePair, knots: frozenset[int]) -> list[int]:
-    """Return the numbers of the control points that belong to knots, a closed curve's doubled end included."""
-    numbers = {3 * knot for knot in knots}
-    for knot in knots:
-        numbers.update(n for n in curve_edit.handles_at(pair.source, knot, closed=pair.closed) if n is not None)
-    if pair.closed and 0 in knots:
-        numbers.add(len(pair.source) - 1)
-    return sorted(numbers)
 
 
 def curve_tool(

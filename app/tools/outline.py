@@ -1,6 +1,6 @@
 """The outline: the picture's edge as four Bezier sides, with corners and handles to drag."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,12 +12,16 @@ from app.gestures import Gesture
 from app.shapes import Bezier, Circle, Polyline, Shape, Square
 from app.spaces import canvas_from_screen, screen_from_canvas
 from app.tool import Tool
+from app.tools import band
+from app.tools.box import Box, Grip, applied
 from app.tools.curve_set import place_on_line
-from app.tools.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
+from app.tools.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places, within
 from core import curve_edit
 from core.arrays import Points
-from core.document import Outline
+from core.document import Document, Outline
 from core.document_map import outline_of
+
+CORNERS = 4
 
 
 @dataclass(frozen=True)
@@ -49,47 +53,113 @@ def part_at(editor: Editor, pos: Position) -> Part | None:
     return None if t is None else Part("side", t=t)
 
 
+def selected(editor: Editor) -> frozenset[int]:
+    """Return the numbers of the selected corners, 0 to 3 clockwise from the top left."""
+    return editor.session.selected_corners
+
+
+def box_of(editor: Editor) -> Box | None:
+    """Return the box around the selected corners if they are several; all four have the whole outline in it."""
+    ring, corners = ring_on_screen(editor), sorted(selected(editor))
+    return Box.around(curve_edit.samples_of(ring) if len(corners) == CORNERS else ring[[3 * n for n in corners]])
+
+
 def press(editor: Editor, press: Press) -> Gesture | None:
-    """Drag what is under the pointer; a double click straightens it."""
-    part = part_at(editor, press.pos)
-    if part is None:
-        editor.show(selected_corner=None)
-        return None
-    if press.clicks > 1:
+    """Drag what is under the pointer, or the box, or select; a double click straightens."""
+    part, box = part_at(editor, press.pos), box_of(editor)
+    grip = box.grip(press.pos) if box is not None else None
+    if part is not None and press.clicks > 1:
         straighten(editor, part)
         return None
-    return drag(editor, press, part)
+    if part is not None and part.kind == "corner":
+        return drag_corners(editor, press, part.number // 3)
+    if box is not None and grip is not None and (part is None or (part.kind == "side" and grip.kind != "move")):
+        return transform(editor, press, box, grip)
+    return rubber_band(editor, press) if part is None else drag(editor, press, part)
+
+
+def drag_corners(editor: Editor, press: Press, corner: int) -> Gesture:
+    """Move a corner with its handles, and the other selected ones if it is selected; Shift and a click selects."""
+    before = selected(editor)
+    if corner not in before:
+        editor.show(selected_corners=before | {corner} if press.mods.shift else frozenset({corner}))
+    first = yield from drag_from(press.pos)
+    if first is None:
+        if corner in before:
+            editor.show(selected_corners=before - {corner} if press.mods.shift else frozenset({corner}))
+        return
+    corners = selected(editor)
+    move = lambda ring, event: curve_edit.with_knots_moved(ring, corners, _shift(press, event), closed=True)  # noqa: E731
+    yield from _follow(editor, "Move corner" if len(corners) == 1 else "Move corners", move, first)
 
 
 def drag(editor: Editor, press: Press, part: Part) -> Gesture:
-    """Move a corner with its handles, a handle, or the gripped point of a side."""
-    editor.show(selected_corner=part.number if part.kind == "corner" else None)
-    start, ring = editor.document, ring_on_screen(editor)
+    """Move a handle, or bend a side at its gripped point."""
+    editor.show(selected_corners=frozenset())
     first = yield from drag_from(press.pos)
     if first is None:
         return
-    with editor.group({"corner": "Move corner", "handle": "Move handle", "side": "Bend side"}[part.kind]):
+    if part.kind == "side":
+        yield from _follow(
+            editor, "Bend side", lambda ring, event: curve_edit.bent(ring, part.t, _shift(press, event)), first
+        )
+    else:
+        move = lambda ring, event: _handle_moved(ring, part.number, _shift(press, event), broken=event.mods.alt)  # noqa: E731
+        yield from _follow(editor, "Move handle", move, first)
+
+
+def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
+    """Move, scale or turn the selected corners by their box; a click deselects them."""
+    numbers = curve_edit.points_of(ring_on_screen(editor), selected(editor), closed=True)
+    first = yield from drag_from(press.pos)
+    if first is None:
+        editor.show(selected_corners=frozenset())
+        return
+
+    def move(ring: Points, event: Move) -> Points:
+        result = ring.copy()
+        result[numbers] = applied(box.transform(grip, press.pos, event.pos, held=event.mods.shift), ring[numbers])
+        return result
+
+    yield from _follow(editor, {"move": "Move", "scale": "Scale", "turn": "Turn"}[grip.kind] + " outline", move, first)
+
+
+def rubber_band(editor: Editor, press: Press) -> Gesture:
+    """Select the corners in a rectangle, with Shift beside those that are selected; a click deselects."""
+    before = selected(editor) if press.mods.shift else frozenset()
+    editor.show(selected_corners=before)
+
+    def take(a: Position, b: Position) -> None:
+        inside = within(ring_on_screen(editor)[:-1:3], a, b)
+        editor.show(selected_corners=before | frozenset(inside.tolist()))
+
+    yield from band.spanned(editor, press, take)
+
+
+def _follow(editor: Editor, label: str, move: Callable[[Points, Move], Points], first: Move) -> Gesture:
+    """Keep the outline at `move(its ring at the start, event)`, all on the screen."""
+    start, ring = editor.document, ring_on_screen(editor)
+    with editor.group(label):
         event: Event = first
         while isinstance(event, Move):
-            shift = np.subtract(aimed(press.pos, event), press.pos)
-            moved = _moved(ring, part, shift, broken=event.mods.alt)
-            editor.document = start.changed(outline=Outline(places_from_screen(editor, moved[:-1])))
+            moved = places_from_screen(editor, move(ring, event)[:-1])
+            editor.document = start.changed(outline=Outline(moved))
             event = yield
 
 
-def _moved(ring: Points, part: Part, shift: Points, *, broken: bool) -> Points:
-    """Return the ring with `part` moved by `shift`, on the screen; `broken` lets a smooth corner turn."""
-    if part.kind == "corner":
-        return curve_edit.with_knots_moved(ring, {part.number // 3}, shift, closed=True)
-    if part.kind == "side":
-        return curve_edit.bent(ring, part.t, shift)
-    knot = curve_edit.knot_beside(ring, part.number, closed=True)
+def _shift(press: Press, event: Move) -> Points:
+    """Return by how much a drag moves what is gripped."""
+    return np.subtract(aimed(press.pos, event), press.pos)
+
+
+def _handle_moved(ring: Points, handle: int, shift: Points, *, broken: bool) -> Points:
+    """Return the ring with a handle moved; `broken` lets a smooth corner turn."""
+    knot = curve_edit.knot_beside(ring, handle, closed=True)
     before, after = curve_edit.handles_at(ring, knot, closed=True)
     smooth = (
         before is not None and after is not None and curve_edit.is_straight(ring[before], ring[3 * knot], ring[after])
     )
-    place = ring[part.number] + shift
-    return curve_edit.with_handle_at(ring, part.number, place, closed=True, linked=smooth and not broken)
+    return curve_edit.with_handle_at(ring, handle, ring[handle] + shift, closed=True, linked=smooth and not broken)
 
 
 def straighten(editor: Editor, part: Part) -> None:
@@ -106,15 +176,26 @@ def straighten(editor: Editor, part: Part) -> None:
 
 
 def take_key(editor: Editor, key: Key) -> bool:
-    """Nudge the corner that was gripped last."""
-    corner, step = editor.session.selected_corner, nudge_px(key)
-    if corner is None or step is None:
+    """Nudge or deselect the selected corners."""
+    corners, step = selected(editor), nudge_px(key)
+    if not corners:
         return False
+    if key.name == "escape":
+        editor.show(selected_corners=frozenset())
+    elif step is not None:
+        label = "Nudge corner" if len(corners) == 1 else "Nudge corners"
+        editor.edit(label, moved_by(editor, corners, step), joins=True)
+    else:
+        return False
+    return True
+
+
+def moved_by(editor: Editor, corners: frozenset[int], by_px: Points) -> Document:
+    """Return the document with corners of the outline moved by canvas pixels (2,)."""
     outline = outline_of(editor.document)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
-    moved = curve_edit.with_knots_moved(ring, {corner // 3}, step / editor.canvas_px, closed=True)
-    editor.edit("Nudge corner", editor.document.changed(outline=Outline(moved[:-1])), joins=True)
-    return True
+    moved = curve_edit.with_knots_moved(ring, corners, by_px / editor.canvas_px, closed=True)
+    return editor.document.changed(outline=Outline(moved[:-1]))
 
 
 def hover(editor: Editor, pos: Position) -> object:
@@ -123,13 +204,13 @@ def hover(editor: Editor, pos: Position) -> object:
 
 
 def overlay(editor: Editor) -> Sequence[Shape]:
-    """Draw sides, handles with their links, corners, and what is under the pointer."""
-    ring = ring_on_screen(editor)
-    shapes: list[Shape] = [Bezier(ring, "outline")]
+    """Draw sides, the box, handles with their links, corners, what is under the pointer, and the rubber band."""
+    ring, box = ring_on_screen(editor), box_of(editor)
+    shapes: list[Shape] = [*(() if box is None else box.shapes()), Bezier(ring, "outline")]
     for number in range(12):
         place = (float(ring[number][0]), float(ring[number][1]))
         if number % 3 == 0:
-            chosen = number == editor.session.selected_corner
+            chosen = number // 3 in selected(editor)
             shapes.append(Square(place, 5.0, "knot-selected" if chosen else "corner", filled=True))
             continue
         corner = 3 * curve_edit.knot_beside(ring, number, closed=True)
@@ -140,7 +221,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
         at = _on_side(editor, ring, part.t) if part.kind == "side" else ring[part.number]
         if at is not None:
             shapes.append(Circle((float(at[0]), float(at[1])), 8.0, "hover"))
-    return shapes
+    return [*shapes, *band.shapes(editor)]
 
 
 def _on_side(editor: Editor, ring: Points, t: float) -> Points | None:
@@ -155,7 +236,7 @@ OUTLINE = Tool(
     label="Outline",
     icon="vector-square",
     key="o",
-    hint="Drag corners, handles, sides · Shift holds an axis · Alt breaks smooth corners · double-click straightens",
+    hint="Drag corners, handles, sides · Ctrl+A boxes all · Shift holds axes · Alt breaks · double-click straightens",
     press=press,
     modes=frozenset(("warp",)),
     hover=hover,

@@ -8,9 +8,10 @@ import numpy as np
 from app.editor import Editor
 from app.events import Event, Key, Move, Position, Press
 from app.gestures import Gesture
-from app.shapes import Circle, Polyline, Role, Shape
+from app.shapes import Circle, Role, Shape
 from app.spaces import canvas_from_screen
 from app.tool import Tool
+from app.tools import band
 from app.tools.box import Box, Grip, applied
 from app.tools.grips import (
     aimed,
@@ -126,13 +127,13 @@ def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
 def rubber_band(editor: Editor, press: Press) -> Gesture:
     """Select the pins in a rectangle, with Shift beside those that are selected; a click deselects."""
     before = selected(editor) if press.mods.shift else frozenset()
-    try:
-        editor.show(selected=before)
-        while isinstance(event := (yield), Move):
-            inside = within(targets_on_screen(editor), press.pos, event.pos)
-            editor.show(selected=before | frozenset(inside.tolist()), band=(press.pos, event.pos))
-    finally:
-        editor.show(band=None)
+    editor.show(selected=before)
+
+    def take(a: Position, b: Position) -> None:
+        inside = within(targets_on_screen(editor), a, b)
+        editor.show(selected=before | frozenset(inside.tolist()))
+
+    yield from band.spanned(editor, press, take)
 
 
 def remove(editor: Editor, numbers: Iterable[int]) -> None:
@@ -167,22 +168,15 @@ def hover(editor: Editor, pos: Position) -> object:
 
 
 def overlay(editor: Editor) -> Sequence[Shape]:
-    """Draw the pins, where the preset alone would have them, the box and the rubber band."""
-    pins, chosen = editor.document.pins, selected(editor)
-    shapes: list[Shape] = []
-    box, band = box_of(editor), editor.session.band
-    if box is not None:
-        shapes.extend(box.shapes())
+    """Draw the box, the pins and the rubber band."""
+    chosen, box = selected(editor), box_of(editor)
+    shapes: list[Shape] = [] if box is None else list(box.shapes())
     for number, (x, y) in enumerate(targets_on_screen(editor)):
         if number == editor.session.hover:
             shapes.append(Circle((float(x), float(y)), PIN_PX + 3, "hover"))
         role: Role = "pin-selected" if number in chosen else "pin"
         shapes.append(Circle((float(x), float(y)), PIN_PX, role, filled=True))
-    if band is not None:
-        (left, top), (right, bottom) = band
-        corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
-        shapes.append(Polyline(corners, "rubber-band", closed=True))
-    return shapes if pins or band is not None else ()
+    return [*shapes, *band.shapes(editor)]
 
 
 def _picture_place(editor: Editor, pos: Position) -> Place | None:

@@ -72,7 +72,10 @@ class Canvas:
         area, session = self.area, self.editor.session
         sheet.push_clip_rect((area.x, area.y), (area.x + area.width, area.y + area.height))
         if session.compare != "before":
+            left = self._divider_x if session.compare == "split" else area.x
+            sheet.push_clip_rect((left, area.y), (area.x + area.width, area.y + area.height), True)
             Marks(sheet, (area.x, area.y)).draw(marks(self.editor))
+            sheet.pop_clip_rect()
         if session.compare == "split":
             self._draw_divider(sheet)
         if session.compare != "result":
@@ -86,6 +89,11 @@ class Canvas:
         if self._holds_divider or (pointer is not None and self._on_divider(pointer)):
             return imgui.MouseCursor_.resize_ew
         return CURSORS[self.editor.tool.cursor]
+
+    @property
+    def _divider_x(self) -> float:
+        """Where the divider of the split view is in the window."""
+        return self.area.x + self.editor.session.split * self.area.width
 
     def _on_divider(self, pos: tuple[float, float]) -> bool:
         session = self.editor.session
@@ -104,7 +112,7 @@ class Canvas:
 
     def _draw_divider(self, sheet: imgui.ImDrawList) -> None:
         area = self.area
-        x, middle = area.x + self.editor.session.split * area.width, area.y + area.height / 2
+        x, middle = self._divider_x, area.y + area.height / 2
         sheet.add_line((x, area.y), (x, area.y + area.height), color(theme.LINE, 0.7), em(0.22))
         sheet.add_line((x, area.y), (x, area.y + area.height), color(theme.TEXT), em(0.1))
         sheet.add_circle_filled((x, middle), em(0.95), color(theme.LINE, 0.8))
@@ -116,7 +124,7 @@ class Canvas:
     def _draw_labels(self, sheet: imgui.ImDrawList) -> None:
         """Say which side is which."""
         session, area = self.editor.session, self.area
-        divider = area.x + session.split * area.width
+        divider = self._divider_x
         if session.compare == "before":
             self._badge(sheet, "Before", area.x + area.width / 2, 0.5)
         else:

@@ -122,6 +122,13 @@ def plain_button(text: str, width_em: float = 0.0) -> bool:
     return imgui.button(text, ImVec2(em(width_em), em(2.0)))
 
 
+def move_right(*widths_em: float) -> None:
+    """Go on in the same line so far right that buttons of these widths end with the window's content."""
+    style = imgui.get_style()
+    room = sum(em(width) for width in widths_em) + (len(widths_em) - 1) * style.item_spacing.x
+    imgui.same_line(imgui.get_window_width() - room - style.window_padding.x)
+
+
 def segments(name: str, choices: Sequence[tuple[str, str, str]], chosen: str) -> str | None:
     """Choose one of (value, label, tooltip) in a row of joined buttons; return the value that was pressed."""
     width = imgui.get_content_region_avail().x / len(choices)

@@ -20,7 +20,7 @@ from app.requests import (
     SaveFile,
     ShowPanel,
 )
-from app.ui.controls import faint, plain_button, primary_button
+from app.ui.controls import faint, move_right, plain_button, primary_button, tip
 from app.ui.export_dialog import ExportDialog
 from app.ui.file_browser import FileBrowser
 from app.ui.theme import em
@@ -180,7 +180,7 @@ class UnsavedDialog:
         if plain_button("Don't save", 8):
             self._request.then("discard")
             return False
-        imgui.same_line(imgui.get_window_width() - em(16.6))
+        move_right(7, 7)
         if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
             self._request.then("cancel")
             return False
@@ -208,7 +208,7 @@ class WritingDialog:
         if plain_button("Stop and quit", 8):
             self._request.then("stop")
             return False
-        imgui.same_line(imgui.get_window_width() - em(18.6))
+        move_right(7, 9)
         if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
             self._request.then("cancel")
             return False
@@ -236,7 +236,11 @@ class RecoverDialog:
         if plain_button("Discard", 8):
             self._request.then(False)
             return False
-        imgui.same_line(imgui.get_window_width() - em(9.4))
+        move_right(7, 8)
+        if plain_button("Later", 7) or imgui.is_key_pressed(imgui.Key.escape):
+            return False
+        tip("It stays and is offered again at the next start")
+        imgui.same_line()
         if primary_button("Recover", 8):
             self._request.then(True)
             return False

@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 
 from app.requests import ExportPicture
 from app.ui import theme
-from app.ui.controls import faint, label, plain_button, primary_button, segments, tip
+from app.ui.controls import faint, label, move_right, plain_button, primary_button, segments, tip
 from app.ui.file_browser import FileBrowser
 from app.ui.sliders import slider
 from app.ui.theme import em
@@ -87,7 +87,7 @@ class ExportDialog:
     def _draw_place(self) -> None:
         path = self.options.path
         label("File", "Where the picture is written")
-        imgui.set_next_item_width(em(19.5))
+        imgui.set_next_item_width(imgui.get_content_region_avail().x - em(6.6) - imgui.get_style().item_spacing.x)
         name = imgui.input_text("##file", str(path))[1]
         if name != str(path) and name:
             self.options = replace(self.options, path=Path(name))
@@ -157,6 +157,8 @@ class ExportDialog:
     def _draw_answers(self) -> bool:
         path = self.options.path
         replaces = path.is_file() and self._asked_overwrite != path
+        top = imgui.get_cursor_pos_y()
+        imgui.set_cursor_pos_y(top + (em(2.0) - imgui.get_font_size()) / 2)
         fault = "" if path.parent.is_dir() else f"{path.parent}: no such folder"
         if fault:
             imgui.text_colored(theme.rgb(theme.FAULT), fault)
@@ -164,7 +166,8 @@ class ExportDialog:
             faint(f"{path.name} exists and will be replaced.")
         else:
             faint(f"{self.options.size_px[0] * self.options.size_px[1] / 1e6:.1f} megapixels")
-        imgui.same_line(imgui.get_window_width() - em(16.4))
+        move_right(7, 7)
+        imgui.set_cursor_pos_y(top)
         if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
             return False
         imgui.same_line()

@@ -5,11 +5,18 @@ from imgui_bundle import imgui
 
 from app.curve_kinds import FEATURE, INNER
 from app.editor import Editor
-from app.tools import pins
+from app.tools import outline, pins
 from app.ui import theme
-from app.ui.controls import colors, faint, heading, icon_button
+from app.ui.controls import colors, faint, heading, icon_button, tip
+from app.ui.sliders import number_box
 from app.ui.theme import em
-from core.document import CurvePair, Document, pixels_from_places
+from core.arrays import Points
+from core.document import CurvePair, Document, pixels_from_places, places_from_pixels
+from core.document_map import outline_of
+
+CORNERS = ("top left", "top right", "bottom right", "bottom left")
+MOST_PX = 1e6
+"""A handle may be so far off."""
 
 
 class HandlesPanel:
@@ -24,7 +31,8 @@ class HandlesPanel:
         if self._editor.session.mode == "retexture":
             self._draw_feature_curves(document)
             return
-        if not (document.pins or document.curves or document.outline):
+        self._draw_corner(document)
+        if not (document.pins or document.curves or document.outline or outline.selected(self._editor)):
             faint(
                 "No handles yet. Click with the pin tool to hold or move a place, draw inner curves with the pen, "
                 "or drag the outline's corners and sides."
@@ -43,11 +51,24 @@ class HandlesPanel:
         if _cross("outline", "Straighten the outline"):
             self._editor.edit("Reset outline", document.changed(outline=None))
 
+    def _draw_corner(self, document: Document) -> None:
+        """Draw where the one selected corner is, to be typed."""
+        corners = outline.selected(self._editor)
+        if self._editor.session.tool != "outline" or len(corners) != 1:
+            return
+        (corner,) = corners
+        heading(f"Corner at the {CORNERS[corner]}", "vector-square")
+        place = pixels_from_places(document.canvas_px, outline_of(document).ring[3 * corner])
+        typed = _typed_place(f"corner {corner}", place)
+        if typed is not None:
+            self._editor.edit("Move corner", outline.moved_by(self._editor, corners, typed - place))
+
     def _draw_pins(self, document: Document) -> None:
         heading(f"Pins  {len(document.pins)}", "location-dot")
         selected = self._editor.session.selected
         for number, pin in enumerate(document.pins):
-            at, to = pixels_from_places(document.size_px, np.array([pin.at, pin.to]))
+            at = pixels_from_places(document.size_px, np.array(pin.at))
+            to = pixels_from_places(document.canvas_px, np.array(pin.to))
             moved = "" if np.abs(to - at).max() < 0.5 else f"  →  {to[0]:.0f}, {to[1]:.0f}"
             text = f"{number + 1}    {at[0]:.0f}, {at[1]:.0f}{moved}##pin {number}"
             flags = imgui.SelectableFlags_.allow_overlap
@@ -56,6 +77,16 @@ class HandlesPanel:
                 self._editor.show(selected=frozenset(chosen))
             if _cross(f"pin {number + 1}", "Remove this pin"):
                 pins.remove(self._editor, (number,))
+            elif selected == {number}:
+                self._draw_place(document, number)
+
+    def _draw_place(self, document: Document, number: int) -> None:
+        """Draw where a pin goes, to be typed."""
+        place = pixels_from_places(document.canvas_px, np.array(document.pins[number].to))
+        typed = _typed_place(f"pin {number}", place)
+        if typed is not None:
+            to = places_from_pixels(document.canvas_px, typed[None])
+            self._editor.edit("Move pin", pins.with_targets(document, (number,), to))
 
     def _draw_curves(self, document: Document) -> None:
         heading(f"Inner curves  {len(document.curves)}", "bezier-curve")
@@ -82,6 +113,28 @@ class HandlesPanel:
                 editor.show(selected_curve=number, selected_knots=frozenset())
             if _cross(f"feature {number + 1}", "Remove this curve"):
                 FEATURE.remove(editor, number)
+
+
+def _typed_place(name: str, place: Points) -> Points | None:
+    """Draw boxes for a position (2,) in pixels of the result; return the new one when one was typed."""
+    imgui.push_id(name)
+    typed = place.copy()
+    done = False
+    for axis, text in enumerate("xy"):
+        if axis:
+            imgui.same_line(0, em(1.0))
+        else:
+            imgui.set_cursor_pos_x(imgui.get_cursor_pos_x() + em(1.4))
+        imgui.align_text_to_frame_padding()
+        with colors(text=theme.FAINT):
+            imgui.text(text.upper())
+        imgui.same_line(0, em(0.4))
+        held = number_box(float(place[axis]), -MOST_PX, MOST_PX, 1, name=text, width_em=5.0)
+        if held.value is not None:
+            typed[axis], done = held.value, True
+        tip("In pixels of the result; beyond its frame too")
+    imgui.pop_id()
+    return typed if done else None
 
 
 def _moved_px(document: Document, pair: CurvePair) -> float:

@@ -46,7 +46,7 @@ PENS: dict[Role, Pen] = {
     "link": Pen(WHITE, 1.1, alpha=0.6),
     "hover": Pen(theme.ACCENT, 2.6),
     "rubber-band": Pen(theme.ACCENT, 1.4),
-    "box": Pen(theme.ACCENT, 1.2, fill=0.10),
+    "box": Pen(theme.ACCENT, 1.2),
     "brush": Pen(WHITE, 1.4),
     "brush-core": Pen(WHITE, 1.0, alpha=0.55),
     "brush-erase": Pen(theme.FAULT, 1.4),
@@ -116,10 +116,6 @@ class Marks:
         points = np.asarray(shape.points, float)
         if len(points) < 2:
             return
-        if shape.role == "box" and shape.closed:
-            self._sheet.add_convex_poly_filled(
-                [self._place(p) for p in points], theme.color(PENS["box"].code, PENS["box"].fill)
-            )
         if shape.closed:
             points = np.concatenate([points, points[:1]])
         pieces = self._dashes(points) if shape.dashed else [points]

@@ -41,7 +41,7 @@ GAP_EM = 0.9
 TOOL_ACTIONS = {
     "brush": ("mask.fill", "mask.clear", "mask.invert", "mask.load"),
     "pins": ("handles.select_all", "handles.frame", "handles.remove_pins"),
-    "outline": ("handles.reset_outline",),
+    "outline": ("handles.select_all", "handles.reset_outline"),
     "curves": ("handles.edit_source", "handles.frame", "handles.remove_curves"),
     "brush in overlay": ("mask.fill", "mask.clear", "mask.invert", "mask.load", "overlay.find"),
     "brush in retexture": (

@@ -13,6 +13,9 @@ from core.warps.presets import PRESETS, Preset
 LEAST_EM, MOST_COLUMNS = 4.0, 6
 """Width of a picture, and how many stand in a row at most."""
 
+SHAPE = 0.62
+"""Height of a picture over its width."""
+
 
 @dataclass(frozen=True)
 class Thumbnail:
@@ -48,9 +51,8 @@ class PresetList:
     def _draw_one(self, preset: Preset, side: float, *, chosen: bool) -> bool:
         text_px = theme.SMALL_PX - 0.5
         foot = em(1.25)
-        pressed = imgui.invisible_button(preset.label, ImVec2(side, side * 0.72 + foot))
+        pressed = imgui.invisible_button(preset.label, ImVec2(side, side * SHAPE + foot))
         hovered = imgui.is_item_hovered()
-        tip(preset.label)
         low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
         sheet = imgui.get_window_draw_list()
         plate = theme.BUTTON if hovered or chosen else theme.SUNKEN
@@ -58,6 +60,8 @@ class PresetList:
         self._draw_picture(preset, sheet, ImVec2(low.x, low.y), ImVec2(high.x, high.y - foot))
         imgui.push_font(None, text_px)
         width = imgui.calc_text_size(preset.label).x
+        if width > side:
+            tip(preset.label)
         place = ImVec2((low.x + high.x - width) / 2, high.y - foot + em(0.1))
         sheet.push_clip_rect(low, high, True)
         sheet.add_text(place, color(theme.ACCENT if chosen else theme.TEXT if hovered else theme.FAINT), preset.label)

@@ -65,7 +65,7 @@ class Motion:
         moved = seen != self._seen and not opened and not only_settled
         self._seen, self._is_busy = seen, editor.is_busy
         if moved:
-            self.is_draft, self._moved_at = True, self._clock()
+            self.is_draft, self._moved_at = editor.preferences.drafts, self._clock()
         elif opened or not (editor.is_busy or self.wait_s):
             self.is_draft = False
 
@@ -138,7 +138,7 @@ def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
         marks=Marks(grid=overlays.grid, mask=mask is not None and not before, scale=overlays.scale),
         compare="result" if before else session.compare,
         split=session.split,
-        draft=editor.regrowth.is_moving and session.look != "original",
+        draft=editor.regrowth.is_moving and session.look != "original" and editor.preferences.drafts,
         palette=palette,
         before=document.image,
     )

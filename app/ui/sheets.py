@@ -1,4 +1,4 @@
-"""Sheets to read: every key at a glance, and what Weft is."""
+"""Sheets over the window: every key at a glance, what Weft is, and the preferences."""
 
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
@@ -10,13 +10,16 @@ from app.actions import Action
 from app.editor import Editor
 from app.ui import theme
 from app.ui.controls import colors, faint, heading, primary_button
+from app.ui.preferences_sheet import PreferencesSheet
 from app.ui.theme import em
 
-Sheet = Literal["keys", "about"]
+Sheet = Literal["keys", "about", "preferences"]
+TITLES: dict[Sheet, str] = {"keys": "Keys", "about": "About Weft", "preferences": "Preferences"}
 Group: TypeAlias = tuple[str, Sequence[tuple[str, str]]]
 """A title and its rows of key and meaning."""
 
-COLUMNS = 3
+MOST_COLUMNS, COLUMN_EM, KEY_EM = 3, 22.0, 7.5
+"""How many columns of keys there are where there is room, and how wide they and their keys are."""
 
 POINTER = (
     ("Space-drag", "Move the view; the middle button does too"),
@@ -31,20 +34,24 @@ class Sheets:
     def __init__(self, editor: Editor, actions: Sequence[Action]) -> None:
         self._editor = editor
         self._actions = actions
+        self._preferences = PreferencesSheet(editor)
         self.shown: Sheet | None = None
 
     def draw(self) -> None:
         """Draw the sheet over the window."""
         if self.shown is None:
             return
-        title = "Keys" if self.shown == "keys" else "About Weft"
+        title = TITLES[self.shown]
         if not imgui.is_popup_open(title):
             imgui.open_popup(title)
         imgui.set_next_window_pos(imgui.get_main_viewport().get_center(), imgui.Cond_.always, ImVec2(0.5, 0.5))
         imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(em(1.4), em(1.0)))
+        room = imgui.get_main_viewport().size
+        imgui.set_next_window_size_constraints(ImVec2(0, 0), ImVec2(room.x - em(2), room.y - em(2)))
         flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
         if imgui.begin_popup_modal(title, None, flags)[0]:
-            self._draw_keys() if self.shown == "keys" else self._draw_about()
+            draw = {"keys": self._draw_keys, "about": self._draw_about, "preferences": self._preferences.draw}
+            draw[self.shown]()
             imgui.dummy(ImVec2(0, em(0.3)))
             if primary_button("Close", 7) or imgui.is_key_pressed(imgui.Key.escape):
                 self.shown = None
@@ -54,8 +61,10 @@ class Sheets:
 
     def _draw_keys(self) -> None:
         """Draw the keys in columns of about the same height."""
-        if imgui.begin_table("keys", COLUMNS, 0, ImVec2(em(66), 0)):
-            for column in balanced(self._groups(), COLUMNS):
+        room = imgui.get_main_viewport().size.x - em(6)
+        count = min(max(int(room / em(COLUMN_EM)), 1), MOST_COLUMNS)
+        if imgui.begin_table("keys", count, 0, ImVec2(em(COLUMN_EM) * count, 0)):
+            for column in balanced(self._groups(), count):
                 imgui.table_next_column()
                 for title, rows in column:
                     _draw_group(title, rows)
@@ -66,9 +75,17 @@ class Sheets:
         groups: list[Group] = [("Pointer", list(POINTER))]
         for menu in dict.fromkeys(action.menu for action in self._actions):
             rows = [(action.chord, action.label) for action in self._actions if action.menu == menu and action.chord]
-            if rows:
+            if rows and menu != "Tools":
                 groups.append((menu.replace("/", " › "), rows))
-        return groups
+        return groups + self._tool_groups()
+
+    def _tool_groups(self) -> list[Group]:
+        """Return the keys of tools: those of one mode only, mode by mode, and those of all."""
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for tool in self._editor.tools.values():
+            of_mode = f"Tools of {next(iter(tool.modes)).capitalize()}" if len(tool.modes) == 1 else "Tools"
+            groups.setdefault(of_mode, []).append((tool.key.upper(), tool.label))
+        return list(groups.items())
 
     def _draw_about(self) -> None:
         imgui.push_font(None, theme.TITLE_PX)
@@ -93,7 +110,8 @@ def _draw_group(title: str, rows: Sequence[tuple[str, str]]) -> None:
     for key, name in rows:
         with colors(text=theme.ACCENT):
             imgui.text(key)
-        imgui.same_line(left + em(9))
+        imgui.same_line()
+        imgui.set_cursor_pos_x(left + em(KEY_EM))
         imgui.text(name)
 
 

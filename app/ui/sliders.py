@@ -42,7 +42,7 @@ def slider(
     imgui.same_line(0, em(0.4))
     if types:
         imgui.set_keyboard_focus_here()
-    typed = _number(value, low, high, digits)
+    typed = number_box(value, low, high, digits)
     imgui.same_line(0, em(0.2))
     reset = _reset(shown=value != default) or reset
     imgui.pop_id()
@@ -70,7 +70,7 @@ def bar_slider(
     imgui.same_line(0, em(0.3))
     dragged = _track(value, low, high, low, em(width_em), logarithmic=logarithmic)
     imgui.same_line(0, em(0.3))
-    typed = _number(value, low, high, 0)
+    typed = number_box(value, low, high, 0)
     if unit:
         imgui.same_line(0, em(0.3))
         with colors(text=theme.FAINT):
@@ -121,10 +121,12 @@ def _draw_track(at: float, origin: float, near: bool, held: bool) -> None:
     sheet.add_circle_filled((x, middle), em(0.36), color(theme.ACCENT if near or held else theme.TEXT, alpha))
 
 
-def _number(value: float, low: float, high: float, digits: int) -> Held:
-    """Type a number."""
-    imgui.set_next_item_width(em(NUMBER_EM))
-    entered, new = imgui.input_float("##number", value, 0, 0, f"%.{digits}f", imgui.InputTextFlags_.auto_select_all)
+def number_box(
+    value: float, low: float, high: float, digits: int, *, name: str = "number", width_em: float = NUMBER_EM
+) -> Held:
+    """Draw a box to type a number into."""
+    imgui.set_next_item_width(em(width_em))
+    entered, new = imgui.input_float(f"##{name}", value, 0, 0, f"%.{digits}f", imgui.InputTextFlags_.auto_select_all)
     if not imgui.is_item_deactivated_after_edit():
         return Held()
     return Held(min(max(float(new), low), high) if entered or new != value else None, done=True)

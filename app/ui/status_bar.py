@@ -1,5 +1,7 @@
 """The line at the window's foot: the tool's hint, and the figures of the canvas."""
 
+from typing import TypeAlias
+
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
@@ -7,8 +9,13 @@ from app.editor import Editor
 from app.jobs import Ticket
 from app.spaces import canvas_from_screen
 from app.ui import theme
-from app.ui.controls import colors, icon_button, tip
+from app.ui.controls import colors, icon_button, shortened, tip
 from app.ui.theme import em, icon
+
+Figure: TypeAlias = tuple[str, str, bool]
+"""Text, meaning, and whether it is bad news."""
+GAP_EM, JOB_EM = 1.6, 34.0
+"""Room after a figure, and room for a job."""
 
 
 class StatusBar:
@@ -21,12 +28,15 @@ class StatusBar:
     def draw(self) -> None:
         """Draw hint, job and figures."""
         imgui.push_font(None, theme.SMALL_PX + 0.5)
+        figures, jobs = self.figures(), self._editor.jobs.long_jobs[:1]
+        width = sum(imgui.calc_text_size(text).x + em(GAP_EM) for text, _, _ in figures)
+        room = imgui.get_window_width() - width - em(2 + JOB_EM * len(jobs))
         with colors(text=theme.FAINT):
             imgui.align_text_to_frame_padding()
-            imgui.text(f"{icon(self._editor.tool.icon)}   {self._editor.tool.hint}")
-        for ticket in self._editor.jobs.long_jobs[:1]:
+            imgui.text(shortened(f"{icon(self._editor.tool.icon)}   {self._editor.tool.hint}", room))
+        for ticket in jobs:
             self._draw_job(ticket)
-        self._draw_figures()
+        self._draw_figures(figures, width)
         imgui.pop_font()
 
     def _draw_job(self, ticket: Ticket) -> None:
@@ -41,44 +51,48 @@ class StatusBar:
         if icon_button("Cancel job", "xmark", hint="Cancel", size_em=1.4):
             ticket.cancel()
 
-    def _draw_figures(self) -> None:
-        """Write the figures, from the right."""
-        figures = self.figures()
-        gap = em(1.6)
-        total = sum(imgui.calc_text_size(text).x + gap for text, _, _ in figures)
-        imgui.same_line(max(imgui.get_window_width() - total, imgui.get_cursor_pos_x()))
+    def _draw_figures(self, figures: list[Figure], width: float) -> None:
+        """Write the figures, which need `width` screen pixels, at the right."""
+        imgui.same_line(max(imgui.get_window_width() - width, imgui.get_cursor_pos_x()))
         for text, hint, fault in figures:
             with colors(text=theme.FAULT if fault else theme.FAINT):
                 imgui.text(text)
             tip(hint)
-            imgui.same_line(0, gap)
+            imgui.same_line(0, em(GAP_EM))
         imgui.new_line()
 
-    def figures(self) -> list[tuple[str, str, bool]]:
-        """Return text and meaning of each figure, and whether it is bad news."""
+    def figures(self) -> list[Figure]:
+        """Return what is true in the present mode."""
         editor, session = self._editor, self._editor.session
-        answer = editor.answer
-        rows: list[tuple[str, str, bool]] = []
+        of_mode = {"warp": self._warp_figures, "retexture": self._retexture_figures, "overlay": list[Figure]}
+        rows: list[Figure] = []
         if editor.fault is not None:
-            rows.append((f"{icon('triangle-exclamation')}  {editor.fault}", "The last map that worked is shown", True))
+            rows.append((f"{icon('triangle-exclamation')}  {editor.fault}", "What worked last is shown", True))
         if session.pointer is not None:
             on_canvas = canvas_from_screen(session.view, np.array([session.pointer]))
-            x, y = answer.mesh.image_from_canvas(on_canvas)[0]
+            x, y = editor.answer.mesh.image_from_canvas(on_canvas)[0]
             if np.isfinite(x):
                 rows.append((f"{x:.0f}, {y:.0f}", "The pixel of the picture under the pointer", False))
         width, height = editor.document.size_px
         rows.append((f"{width} × {height} px", "Width and height of the picture", False))
-        rows.append((f"{answer.grid.columns} × {answer.grid.rows}", "Nodes of the grid, across and down", False))
-        if not answer.settled:
-            self._solve_ms = answer.solve_ms
-        rows.append((f"{self._solve_ms:.1f} ms", "The last solve while something moved took so long", False))
-        folds = f"{answer.folds} folds" if answer.folds else "no folds"
-        rows.append(
-            (
-                folds,
-                "Cells that are turned over; at rest, those that the warp itself does not fold are mended",
-                answer.folds > 0,
-            )
-        )
+        rows.extend(of_mode[session.mode]())
         rows.append((f"{session.view.zoom:.0%}", "Zoom", False))
         return rows
+
+    def _warp_figures(self) -> list[Figure]:
+        answer = self._editor.answer
+        if not answer.settled:
+            self._solve_ms = answer.solve_ms
+        folds = "no folds" if not answer.folds else "1 fold" if answer.folds == 1 else f"{answer.folds} folds"
+        about_folds = "Cells that are turned over; at rest, those that the warp itself does not fold are mended"
+        return [
+            (f"{answer.grid.columns} × {answer.grid.rows}", "Nodes of the grid, across and down", False),
+            (f"{self._solve_ms:.1f} ms", "The last solve while something moved took so long", False),
+            (folds, about_folds, answer.folds > 0),
+        ]
+
+    def _retexture_figures(self) -> list[Figure]:
+        work = self._editor.regrowth
+        if work.stage is None or not work.is_final:
+            return []
+        return [(f"{work.stage.found.patches} patches", "Pieces of texture along the curves", False)]

@@ -67,10 +67,11 @@ def load_fonts() -> None:
     hello_imgui.load_font_ttf_with_font_awesome_icons("fonts/Roboto/Roboto-Regular.ttf", TEXT_PX)
 
 
-def apply_style() -> None:
-    """Set Dear ImGui's style; Hello ImGui scales it to the display afterwards."""
+def apply_style(scale: float = 1.0) -> None:
+    """Set Dear ImGui's style at a scale; Hello ImGui scales what it begins with to the display."""
     style = imgui.get_style()
     _set_shapes(style)
+    style.scale_all_sizes(scale)
     for name, (code, alpha) in _COLORS.items():
         style.set_color_(int(getattr(imgui.Col_, name)), rgb(code, alpha))
 

@@ -62,6 +62,7 @@ class Workspace:
         self.welcome = Welcome(editor, shown=welcomes)
         self._shown_picture: object = None
         self._fits_left = 0
+        self._scale = 1.0
 
     def set_up(self, params: hello_imgui.RunnerParams) -> None:
         """Put the parts into Hello ImGui's layout."""
@@ -89,7 +90,7 @@ class Workspace:
         right, down = imgui.Dir.right, imgui.Dir.down
         docking.docking_splits = [
             hello_imgui.DockingSplit("MainDockSpace", SIDE, right, 0.235),
-            hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.24),
+            hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.21),
         ]
         docking.dockable_windows = [
             hello_imgui.DockableWindow("Warp", SIDE, self.warp_panel.draw),
@@ -107,6 +108,8 @@ class Workspace:
             self.palette.open()
         elif panel == "history":
             hello_imgui.get_runner_params().docking_params.focus_dockable_window("History")
+        elif panel == "layout":
+            hello_imgui.get_runner_params().docking_params.layout_reset = True
         else:
             self.sheets.shown = panel
 
@@ -117,12 +120,20 @@ class Workspace:
 
     def begin_frame(self) -> None:
         """Take the input and let the editor act on it."""
+        self._take_scale()
         self.canvas.lay_out(_central_area())
         self.canvas.take_input()
         self.editor.update()
         self._show_mode()
         self._fit_new_picture()
         self.thumbnails.begin_frame()
+
+    def _take_scale(self) -> None:
+        """Draw text and controls at the size that the artist prefers."""
+        if self._scale != self.editor.preferences.scale:
+            self._scale = self.editor.preferences.scale
+            theme.apply_style(hello_imgui.dpi_window_size_factor() * self._scale)
+            imgui.get_style().font_scale_main = self._scale
 
     def _show_mode(self) -> None:
         """Show the panels of the mode."""

@@ -1,6 +1,7 @@
 """`weft warp`, from files to files, and its answers to bad input."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -185,7 +186,7 @@ def test_every_mask_has_an_answer(folder: Path, name: str, pixels: Bytes) -> Non
     assert all(feature["residual"] < 1e-6 for feature in features)
 
 
-@pytest.mark.parametrize("size", [(1, 1), (1, 500), (500, 1)])
+@pytest.mark.parametrize("size", [(1, 1), (1, 5000), (5000, 1)])
 def test_thin_pictures_are_warped(folder: Path, size: tuple[int, int]) -> None:
     save(Image(photograph(*size)), "thin.png")
     assert weft("thin.png", "-o", "out.png") == 0
@@ -232,6 +233,33 @@ def test_what_cannot_be_read_is_named(folder: Path, capsys: pytest.CaptureFixtur
     assert "small.png: the mask has 95x64 pixels, the image 96x64" in refused(
         capsys, "photo.png", "--mask", "small.png"
     )
+
+
+def test_damaged_pictures_leave_one_line_each_and_nothing_at_exit(folder: Path) -> None:
+    """The readers' own words do not reach the terminal, neither at once nor when the program ends."""
+    for suffix in (".png", ".tif", ".exr", ".jpg", ".webp"):
+        save(load("photo.png"), f"whole{suffix}")
+        data = Path(f"whole{suffix}").read_bytes()
+        Path(f"cut{suffix}").write_bytes(data[: len(data) // 2])
+        Path(f"head{suffix}").write_bytes(data[:30])
+        Path(f"text{suffix}").write_text("no picture at all")
+    data = Path("photo.png").read_bytes()
+    Path("crc.png").write_bytes(data[:-60] + bytes(30) + data[-30:])
+    names = sorted(path.name for path in folder.iterdir() if path.stem in ("cut", "head", "text", "crc"))
+    script = "import sys; from app.cli import main; [main(['warp', name, '-o', 'out.png']) for name in sys.argv[1:]]"
+    done = subprocess.run(
+        [sys.executable, "-c", script, *names],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+    )
+    lines = done.stderr.splitlines()
+    assert len(lines) == len(names) == 16
+    for line, name in zip(lines, names, strict=True):
+        assert line.startswith(f"weft: error: {name}: ")
+        assert line.endswith("damaged or cut short")
+    assert not Path("out.png").exists()
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,10 @@ import pytest
 from app import filing
 from app.actions.file import recent_actions
 from app.commands.edit import kept_at_an_end
-from app.editor import Editor
+from app.editor import Editor, Notice
 from app.jobs import InlineExecutor, Jobs
 from app.recovery import Recovery
+from app.render.picture_file import exporting
 from app.requests import AskRecover, AskUnsaved, AskWriting, ExportOptions, ExportPicture, OpenFile, SaveFile, Writing
 from app.tools.all import TOOLS
 from core.arrays import InputError
@@ -91,6 +92,47 @@ def test_saving_where_it_cannot_be_is_a_notice_and_stays_unsaved(drive: EditorDr
     drive.frame()
     assert drive.editor.notices[-1].level == "error"
     assert not drive.editor.history.is_saved
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("suffix", ["png", "tif", "exr", "jpg", "webp"])
+def test_a_full_disk_while_exporting_is_a_notice_and_loses_nothing(
+    drive: EditorDriver, tmp_path: Path, suffix: str
+) -> None:
+    bend(drive)
+    before = drive.document
+    full = tmp_path / f"full.{suffix}"
+    full.symlink_to("/dev/full")
+    drive.editor.exporter = exporting
+    filing.export(drive.editor, ExportOptions(full, drive.document.result_px))
+    drive.frame().frame()
+    assert drive.editor.notices[-1] == Notice(f"{full}: no space left on device", "error")
+    assert drive.document is before
+    assert not drive.editor.history.is_saved
+    assert [path.name for path in tmp_path.iterdir()] == [full.name]
+    drive.undo().redo()
+    assert drive.document is before
+
+
+def test_a_full_disk_while_saving_leaves_the_project_as_it_was(drive: EditorDriver, tmp_path: Path) -> None:
+    project = tmp_path / "work.weft"
+    bend(drive)
+    drive.editor.project_path = project
+    filing.save(drive.editor)
+    drive.frame()
+    before = project.read_bytes()
+    bend(drive, 40)
+    project.unlink()
+    project.symlink_to("/dev/full")
+    filing.save(drive.editor)
+    drive.frame()
+    assert drive.editor.notices[-1] == Notice(f"{project}: no space left on device", "error")
+    assert not drive.editor.history.is_saved
+    project.unlink()
+    filing.save(drive.editor)
+    drive.frame()
+    assert drive.editor.history.is_saved
+    assert project.read_bytes() != before
 
 
 def test_opening_over_changes_asks_and_save_goes_on(drive: EditorDriver, tmp_path: Path) -> None:

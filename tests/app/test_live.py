@@ -160,3 +160,16 @@ def test_the_smallest_pictures_have_a_map(width: int, height: int) -> None:
     drive.tool("brush").drag((0, 0), (5, 5)).rest()
     assert drive.editor.live.fault is None
     assert np.isfinite(drive.editor.answer.warped).all()
+
+
+def test_a_picture_of_16384_pixels_a_side_is_warped_like_any_other() -> None:
+    side = 16_384
+    drive = EditorDriver(Document.of(Image(np.zeros((side, side, 1), np.uint8))).with_warp(cell_px=512.0))
+    drive.editor.edit("Bend", drive.document.with_warp(preset="arch", bend=50.0))
+    answer = drive.frame().rest().editor.answer
+    assert answer.settled
+    assert answer.folds == 0
+    assert np.abs(answer.rest[-1, -1] - (side - 0.5)).max() < 1e-6
+    drive.tool("brush").drag((100, 100), (140, 120))
+    assert not drive.document.mask.is_empty
+    assert drive.undo().undo().document is drive.start

@@ -1,8 +1,11 @@
 import numpy as np
 import pytest
 
+from app.actions.table import ActionTable
 from app.shapes import Bezier, Square
-from app.tools.outline import ring_on_screen
+from app.tools.all import TOOLS
+from app.tools.box import MARGIN_PX
+from app.tools.outline import box_of, ring_on_screen, selected
 from core.document import Outline
 from tests.app.driver import EditorDriver
 
@@ -112,3 +115,69 @@ def test_the_overlay_has_one_curve_and_four_corners(drive: EditorDriver) -> None
     shapes = drive.editor.tool.overlay(drive.editor)
     assert len([s for s in shapes if isinstance(s, Bezier)]) == 1
     assert len([s for s in shapes if isinstance(s, Square)]) == 4
+
+
+def test_all_corners_in_a_box_move_the_outline_as_one(drive: EditorDriver) -> None:
+    drive.drag(at(100, 149.5), at(100, 180))
+    before = np.array(ring(drive))
+    take_all(drive)
+    drive.drag(at(60, 60), at(70, 65), at(80, 71))
+    assert np.allclose(ring(drive), before + (20, 11), atol=1e-4)
+    assert drive.labels == ("Bend side", "Move outline")
+    drive.undo().undo()
+    assert drive.document is drive.start
+
+
+def test_the_box_holds_the_bent_sides_too(drive: EditorDriver) -> None:
+    drive.drag(at(100, 149.5), at(100, 220))
+    take_all(drive)
+    box = box_of(drive.editor)
+    assert box is not None
+    assert box.high[1] - 100 == pytest.approx(220 + MARGIN_PX, abs=1)
+
+
+def test_the_box_scales_about_its_opposite_corner(drive: EditorDriver) -> None:
+    take_all(drive)
+    box = box_of(drive.editor)
+    assert box is not None
+    left, (right, bottom) = box.low[0], box.high
+    drive.drag((right, bottom), (right + 9, bottom), (right + (right - left), bottom))
+    scaled = np.array(ring(drive))
+    assert drive.labels == ("Scale outline",)
+    assert scaled[3, 0] - scaled[0, 0] == pytest.approx(400, abs=1e-3)
+    assert scaled[9, 1] - scaled[0, 1] == pytest.approx(150, abs=1e-3)
+
+
+def test_beside_a_corner_the_box_turns_the_outline(drive: EditorDriver) -> None:
+    take_all(drive)
+    box = box_of(drive.editor)
+    assert box is not None
+    x, y = box.high + 14
+    middle = (box.low + box.high) / 2
+    away = np.array([x, y]) - middle
+    drive.press(x, y).move(*(middle + (-away[1], away[0]))).release()
+    corners = np.array(ring(drive))[::3]
+    assert drive.labels == ("Turn outline",)
+    assert np.allclose(corners.mean(axis=0), np.mean(CORNERS, axis=0), atol=1e-3)
+    assert np.allclose(corners[1] - corners[0], (0, 200), atol=1e-3)
+
+
+def test_corners_are_selected_by_shift_and_by_a_rectangle(drive: EditorDriver) -> None:
+    drive.click(*at(-0.5, -0.5)).click(*at(199.5, -0.5), shift=True)
+    assert selected(drive.editor) == {0, 1}
+    drive.click(*at(-0.5, -0.5), shift=True)
+    assert selected(drive.editor) == {1}
+    drive.drag(at(-40, 120), at(0, 170), at(240, 190))
+    assert selected(drive.editor) == {2, 3}
+    assert drive.editor.session.band is None
+    drive.drag(at(-0.5, 149.5), at(-0.5, 160), at(-0.5, 170))
+    assert [y for _, y in ring(drive)[::3]] == pytest.approx([-0.5, -0.5, 170, 170], abs=1e-3)
+    assert drive.labels == ("Move corners",)
+    drive.key("escape")
+    assert not selected(drive.editor)
+
+
+def take_all(drive: EditorDriver) -> None:
+    """Put a box around the whole outline."""
+    assert ActionTable(TOOLS).run("handles.select_all", drive.editor)
+    assert selected(drive.editor) == {0, 1, 2, 3}

@@ -249,6 +249,20 @@ def test_files_cut_short_are_named(tmp_path: Path, suffix: str, share: float) ->
         load(path)
 
 
+def test_a_png_is_judged_by_its_critical_chunks(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    save(picture(height=40, width=50), path)
+    data = path.read_bytes()
+    note = b"tEXt" + b"Comment\0of no weight"
+    path.write_bytes(data[:33] + struct.pack(">I", len(note) - 4) + note + bytes(4) + data[33:])
+    assert load(path).width_px == 50
+    start = data.index(b"IDAT")
+    for damaged in (data[: start + 20] + b"!!!!" + data[start + 24 :], data[:-12], data[:-2]):
+        path.write_bytes(damaged)
+        with pytest.raises(InputError, match=r"a\.png: the image is damaged or cut short"):
+            load(path)
+
+
 def test_a_header_that_asks_for_too_much_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.png"
     save(picture(), path)

@@ -1,0 +1,101 @@
+"""Panels, sheets and the status bar in the window."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from imgui_bundle import hello_imgui, imgui
+
+from app.editor import Editor
+from app.preferences import load_preferences
+from core.document import Mode, Pin, pixels_from_places
+from core.document_map import outline_of
+from tests.gui.window_driver import WindowDriver, drive
+
+pytestmark = pytest.mark.gui
+
+
+def test_the_place_of_a_pin_is_typed(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        editor.edit("Pin", editor.document.changed(pins=(Pin((0.5, 0.5), (0.5, 0.5)),)))
+        editor.show(selected=frozenset({0}))
+        window.wait(4).context.item_input_value("//Handles/pin 0/##x", -25.0)
+        window.wait(2).context.item_input_value("//Handles/pin 0/##y", 120.5)
+        window.wait(2)
+
+    drive(editor, script)
+    assert pixels_from_places((600, 400), np.array(editor.document.pins[0].to)) == pytest.approx((-25.0, 120.5))
+    assert editor.document.pins[0].at == (0.5, 0.5)
+    assert editor.history.labels[-2:] == ("Move pin", "Move pin")
+
+
+def test_the_place_of_a_corner_is_typed(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        editor.choose_tool("outline")
+        editor.show(selected_corners=frozenset({2}))
+        window.wait(4).context.item_input_value("//Handles/corner 2/##x", 700.0)
+        window.wait(2)
+
+    drive(editor, script)
+    corner = pixels_from_places((600, 400), outline_of(editor.document).ring[6])
+    assert corner == pytest.approx((700.0, 399.5))
+    assert editor.history.labels[-1] == "Move corner"
+
+
+def test_the_status_bar_says_what_is_true_in_the_mode(editor: Editor) -> None:
+    said: dict[Mode, str] = {}
+
+    def script(window: WindowDriver) -> None:
+        modes: tuple[Mode, ...] = ("warp", "retexture", "overlay")
+        for mode in modes:
+            editor.choose_mode(mode)
+            window.wait(2)
+            said[mode] = " ".join(text for text, _, _ in window.shell.workspace.status_bar.figures())
+
+    drive(editor, script)
+    assert all("600 × 400 px" in text for text in said.values())
+    assert [word in said["warp"] for word in (" ms", "fold")] == [True, True]
+    for mode in ("retexture", "overlay"):
+        assert not [word for word in (" ms", "fold") if word in said[mode]]
+
+
+def test_text_and_controls_take_the_preferred_size_at_once(editor: Editor, tmp_path: Path) -> None:
+    editor.preferences_file = tmp_path / "preferences.json"
+    sizes: list[tuple[float, float]] = []
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("edit.preferences", editor)
+        window.wait(3)
+        sizes.append((imgui.get_font_size(), imgui.get_style().item_spacing.x))
+        window.item("//Preferences/150%##scale").wait(3)
+        sizes.append((imgui.get_font_size(), imgui.get_style().item_spacing.x))
+
+    drive(editor, script)
+    (text, gap), (larger_text, larger_gap) = sizes
+    assert larger_text == pytest.approx(1.5 * text, abs=1)
+    assert larger_gap == pytest.approx(1.5 * gap, abs=1)
+    assert load_preferences(editor.preferences_file).scale == 1.5
+
+
+def test_the_panels_go_back_to_where_they_were(editor: Editor) -> None:
+    places: list[tuple[float, float]] = []
+
+    def place() -> tuple[float, float]:
+        window = imgui.internal.find_window_by_name("History")
+        return (window.pos.x, window.pos.y)
+
+    def script(window: WindowDriver) -> None:
+        places.append(place())
+        window.context.undock_window("History")
+        window.wait(3).context.window_move("//History", imgui.ImVec2(200, 200))
+        places.append(place())
+        window.shell.workspace.table.run("view.reset_panels", editor)
+        window.wait(8)
+        hello_imgui.get_runner_params().docking_params.focus_dockable_window("History")
+        window.wait(3)
+        places.append(place())
+
+    drive(editor, script)
+    first, moved, last = places
+    assert moved != first
+    assert last == pytest.approx(first, abs=2)
