@@ -22,7 +22,7 @@ MOST_COLUMNS, COLUMN_EM, KEY_EM = 3, 22.0, 7.5
 """How many columns of keys there are where there is room, and how wide they and their keys are."""
 
 POINTER = (
-    ("Space-drag", "Move the view; the middle button does too"),
+    ("Space-drag", "Move the view; middle button too"),
     ("Wheel", "Zoom at the pointer"),
     ("Esc", "Cancel what is being dragged"),
 )
