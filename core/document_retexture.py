@@ -14,9 +14,10 @@ from core.image import Image
 from core.progress import Job, Progress
 from core.raster import Raster
 from core.retexture import overlays
-from core.retexture.job import Settings, followed, retexture
+from core.retexture.job import Settings, retexture
 from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture
+from core.retexture.scene import followed
 
 APPLYING = 0.95
 """Share of the work after which only the picture is to be resampled."""

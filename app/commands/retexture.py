@@ -20,7 +20,7 @@ def size(text: str) -> tuple[int, int]:
     """Parse `ALONGxACROSS`, two whole numbers of pixels."""
     along, _, across = text.partition("x")
     if not (along.isdecimal() and across.isdecimal() and min(int(along), int(across)) >= 1):
-        raise argparse.ArgumentTypeError(f"{text!r} is not ALONGxACROSS in pixels, as in 41x25")
+        raise argparse.ArgumentTypeError(f"{text!r} is not ALONGxACROSS in pixels, as in 37x19")
     return int(along), int(across)
 
 
@@ -64,9 +64,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--patch",
         type=size,
         metavar="ALONGxACROSS",
-        help="a patch's sides, px (default: 41x25, more in large pictures)",
+        help="a patch's sides, px (default: 37x19, more in large pictures)",
     )
-    add("--search", type=size, metavar="ALONGxACROSS", help="candidates' region, px (default: 25x11, and more)")
+    add("--search", type=size, metavar="ALONGxACROSS", help="candidates' region, px (default: 25x13, and more)")
     add("--reach", type=pixels, metavar="PX", help="regrow this far from a curve (default: by the motion)")
     add("--move-within", type=pixels, metavar="PX", help="move nothing farther than this from a curve")
     add("--mirror", action="store_true", help="allow mirrored patches")

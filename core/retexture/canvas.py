@@ -4,9 +4,10 @@ A patch is merged by one move of a graph cut (Kwatra et al. 2003): every pixel o
 takes the patch, at the least total cost of the seams. With A what is shown and B the patch, the seam between
 neighbours p and q costs, when just one of them takes the patch,
 
-    M(p, q) = |A(p) - B(p)| + |A(q) - B(q)| + |(A(q) - A(p)) - (B(q) - B(p))|,
+    M(p, q) = |A(p) - B(p)|^2 + |A(q) - B(q)|^2 + |(A(q) - A(p)) - (B(q) - B(p))|^2,
 
-its last term the difference of their gradients. When both keep, the cost S(p, q) of a seam that already runs between
+its last term the difference of their gradients. Squares, since one break through a stroke shows more than many faint
+steps beside it. When both keep, the cost S(p, q) of a seam that already runs between
 them stays; when both take, none. That is a cut with the edge weight M - S / 2 and S / 2 at either terminal of keeping.
 """
 
@@ -108,8 +109,8 @@ def _seams(difference: Singles) -> tuple[Singles, Singles]:
 
 
 def _size(difference: Singles) -> Singles:
-    """Return the sum of absolute values over the channels; adding three planes is ten times as fast as a reduction."""
-    size = np.abs(difference[..., 0])
+    """Return the sum of squares over the channels; adding three planes is ten times as fast as a reduction."""
+    size = difference[..., 0] ** 2
     for i in range(1, difference.shape[-1]):
-        size = size + np.abs(difference[..., i])
+        size += difference[..., i] ** 2
     return size

@@ -128,11 +128,15 @@ def deformation(
 
 
 def compression(grid: Diffusion, field: Floats) -> Floats:
-    """Return the Lipschitz constant of D at the nodes (R, C), from 1 to 3 (DPD eq. 4, sec. 3.5)."""
+    """Return the Lipschitz constant at the nodes (R, C), from 1 to 3, of the map q + D(q) to the source.
+
+    DPD eq. 4 and sec. 3.5, with D read as the place it leads to: a mere turn or shift compresses nothing.
+    """
+    place = grid.nodes + field
     most = np.zeros(field.shape[:2])
     for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        here = field[: field.shape[0] - down, max(-right, 0) : field.shape[1] - max(right, 0)]
-        there = field[down:, max(right, 0) : field.shape[1] - max(-right, 0)]
+        here = place[: place.shape[0] - down, max(-right, 0) : place.shape[1] - max(right, 0)]
+        there = place[down:, max(right, 0) : place.shape[1] - max(-right, 0)]
         slope = np.linalg.norm(there - here, axis=-1) / (grid.step * np.hypot(down, right))
         for part in (
             most[: field.shape[0] - down, max(-right, 0) : field.shape[1] - max(right, 0)],

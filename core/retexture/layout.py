@@ -9,6 +9,9 @@ from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.retexture.coordinates import CurveSet, Feet
 from core.retexture.diffusion import Diffusion
 
+PACE_PX = 4.0
+"""The pace of a curve is measured over this length to either side."""
+
 
 @dataclass(frozen=True)
 class Lattice:
@@ -102,14 +105,26 @@ def along_curves(source: CurveSet, target: CurveSet, places: Points) -> tuple[Fe
     `curves.paired_parameters`).
     """
     feet = target.feet(places)
-    length = np.empty(len(places))
-    for i, (there, here) in enumerate(zip(source.curves, target.curves, strict=True)):
-        mine = feet.curve == i
-        if there.segments == here.segments:
-            length[mine] = there.length_at(here.parameter_at(feet.length[mine]))
-        else:
-            length[mine] = feet.length[mine] * there.length / here.length
+    length = _source_length(source, target, feet.curve, feet.length)
     return feet, *source.place(feet.curve, length, feet.offset)
+
+
+def pace(source: CurveSet, target: CurveSet, feet: Feet) -> Floats:
+    """Return how many px of the source curve (n,) go by at feet (n,) on the target for each px there."""
+    before, after = (_source_length(source, target, feet.curve, feet.length + step) for step in (-PACE_PX, PACE_PX))
+    return (after - before) / (2 * PACE_PX)
+
+
+def _source_length(source: CurveSet, target: CurveSet, curve: Ints, length: Floats) -> Floats:
+    """Return the arc lengths (n,) on source curves that belong to those on their targets."""
+    found = np.empty(len(length))
+    for i, (there, here) in enumerate(zip(source.curves, target.curves, strict=True)):
+        mine = curve == i
+        if there.segments == here.segments:
+            found[mine] = there.length_at(here.parameter_at(length[mine]))
+        else:
+            found[mine] = length[mine] * there.length / here.length
+    return found
 
 
 def _angle(start: Points, end: Points) -> Floats:

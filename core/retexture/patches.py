@@ -34,13 +34,13 @@ Fields: TypeAlias = tuple[DirectionField, DirectionField]
 class PatchShape:
     """Half sizes in px: grids have 2 n + 1 nodes along a side."""
 
-    spine: int = 20
+    spine: int = 18
     """Along the curve."""
-    rib: int = 12
+    rib: int = 9
     """Across it."""
     search_along: int = 12
     """Candidates lie up to this far from the corresponding place, along the curve."""
-    search_across: int = 5
+    search_across: int = 6
     """And across it."""
 
     @classmethod

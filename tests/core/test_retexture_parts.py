@@ -13,9 +13,11 @@ from core.retexture.candidates import Pool, costs, drift
 from core.retexture.canvas import Canvas
 from core.retexture.coordinates import CurveSet, DirectionField, located, trace
 from core.retexture.diffusion import Diffusion, compression, deformation, distortion
-from core.retexture.layout import Lattice, gap_places
+from core.retexture.job import deformed
+from core.retexture.layout import Lattice, gap_places, pace
 from core.retexture.patches import PatchShape
 from core.retexture.sampling import Kernel, read
+from core.retexture.scene import prepared
 from core.retexture.softening import across_seams
 from tests.core.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
 
@@ -75,9 +77,11 @@ def test_fields_are_read_the_same_everywhere() -> None:
 def test_compression_is_clamped_and_distortion_is_that_of_the_map() -> None:
     grid = Diffusion(SHAPE, np.array([[50.0, 50.0]]))
     assert compression(grid, np.zeros((grid.rows, grid.columns, 2))) == pytest.approx(1)
-    np.testing.assert_allclose(compression(grid, grid.nodes * [2.0, 0]), 2, atol=1e-9)
+    np.testing.assert_allclose(compression(grid, grid.nodes * [1.0, 0]), 2, atol=1e-9)
     np.testing.assert_allclose(compression(grid, grid.nodes * [9.0, 0]), 3)
+    np.testing.assert_allclose(compression(grid, grid.nodes * [-0.6, 0]), 1, atol=1e-9)
     turned = grid.nodes @ np.array([[0.0, 1.0], [-1.0, 0.0]]) - grid.nodes
+    np.testing.assert_allclose(compression(grid, turned), 1, atol=1e-9)
     np.testing.assert_allclose(distortion(grid, turned), 0, atol=1e-9)
     np.testing.assert_allclose(distortion(grid, grid.nodes * [1.0, 0]), np.log(2), atol=1e-9)
 
@@ -145,6 +149,26 @@ def test_pixels_find_their_place_in_a_bent_grid() -> None:
 # Layout and choice
 
 
+def test_the_pace_is_how_fast_the_source_goes_by() -> None:
+    short, long = CurveSet([straight(60.0, left=80)]), CurveSet([straight(100.0)])
+    places = np.array([[90.0, 100.0], [110.0, 120.0], [130.0, 80.0]])
+    slow, fast = short.curves[0].length, long.curves[0].length
+    np.testing.assert_allclose(pace(short, long, long.feet(places)), slow / fast, atol=1e-6)
+    np.testing.assert_allclose(pace(long, short, short.feet(places)), fast / slow, atol=1e-6)
+
+
+def test_patches_keep_their_size_beside_a_curve_that_only_bends() -> None:
+    curves = bent()
+    plain = deformed(SHAPE, curves, None)
+    picture = np.random.default_rng(0).random((HEIGHT, WIDTH, 3)).astype(np.float32)
+    scene = prepared(curves, plain, picture, PatchShape(), 60.0, None)
+    beside = scene.area.nearness > 0.99
+    assert beside.sum() > 500
+    dense = plain.grid.at_pixels(scene.way.compression[..., None])[..., 0]
+    assert dense[beside].max() < 1.2
+    assert plain.grid.at_pixels(compression(plain.grid, plain.field)[..., None])[..., 0][beside].max() > 1.5
+
+
 def test_gaps_are_covered_by_one_place_in_each_square() -> None:
     bare = np.zeros((40, 40), bool)
     bare[3:6, 3:30] = True
@@ -185,13 +209,30 @@ def test_used_and_forbidden_places_cost_more() -> None:
 
 def test_a_patch_on_the_curve_keeps_its_distance() -> None:
     shape = PatchShape()
-    on, beside, far = (drift(shape, offset, 1.0)[:, shape.search_along] for offset in (0.0, 14.0, 40.0))
+    on, beside, far = (drift(shape, offset, 1.0)[:, shape.search_along] for offset in (0.0, shape.rib + 2.0, 40.0))
     assert (on < 100).sum() == 1
     assert (np.flatnonzero(beside < 100) >= shape.search_across - 1).all()
     assert (far < 100).all()
 
 
 # Seams
+
+
+def test_the_cut_takes_many_faint_steps_for_few_that_break() -> None:
+    shown = np.zeros((20, 30, 3), np.float32)
+    patch = np.ones((20, 30, 3), np.float32)
+    patch[:, 12:14] = 0
+    patch[8:12, 12:14] = 0.6
+    patch[:, 16:18] = 0.16
+    canvas = Canvas(
+        shown, np.zeros((20, 30, 2), np.float32), must=np.zeros((20, 30), bool), may=np.ones((20, 30), bool)
+    )
+    canvas.bare[:, 25:] = True
+    reach = np.ones((20, 30), bool)
+    reach[:, :5] = False
+    canvas.merge((slice(0, 20), slice(0, 30)), 7, patch, np.ones((20, 30, 2), np.float32), reach)
+    assert (canvas.label[:, 17:] == 7).all()
+    assert not canvas.label[:, :17].any()
 
 
 def test_the_cut_runs_where_both_pictures_agree() -> None:

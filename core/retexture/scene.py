@@ -1,0 +1,108 @@
+"""What is known before a patch is grown: coordinates around both sides of the curves, and where to regrow."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+
+from core.arrays import Bytes, Floats, Ints, Points, Singles
+from core.curve_fitting import fit
+from core.curves import Curve
+from core.feature_curves import FeatureCurve
+from core.retexture import diffusion
+from core.retexture.coordinates import CurveSet, DirectionField
+from core.retexture.diffusion import Diffusion
+from core.retexture.layout import Correspondence, along_curves, pace
+from core.retexture.patches import Fields, PatchShape
+from core.retexture.region import Region, contrast, region
+from core.retexture.result import Retexture
+from core.retexture.sampling import Kernel, read
+
+KEPT_PX = 2.0
+"""Patches stop this short of another curve (DPD sec. 3.2)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Coordinates, and the region to regrow."""
+
+    way: Correspondence
+    area: Region
+    fields: Fields
+    kept: tuple[Ints, Ints] | None
+    """See `Painter.kept`."""
+
+
+def prepared(
+    pieces: list[FeatureCurve],
+    plain: Retexture,
+    picture: Singles,
+    patch: PatchShape,
+    reach_px: float,
+    matte: Bytes | None,
+) -> Scene:
+    """Return the scene of curves in `pieces`, with texture regrown as far as `reach_px` from their targets."""
+    targets = [piece.target or followed(piece.source, plain) for piece in pieces]
+    source, target = CurveSet([piece.source for piece in pieces]), CurveSet(targets)
+    fine = contrast(picture)
+    beside, paces = along_nodes(source, target, plain.grid)
+    # What a place shows comes from where the deformation has it, or from where it lies along the curve.
+    fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
+    edge_px = 1.5 * patch.rib
+    area = region(plain.grid, plain.field, target, fine, reach_px=reach_px, edge_px=edge_px, matte=matte)
+    # Each share of a place's source compresses as its own map does.
+    near = read(area.nearness, plain.grid.nodes, Kernel.NEAREST)
+    pressed = near * spread(paces, plain.grid)[..., 0] + (1 - near) * diffusion.compression(plain.grid, plain.field)
+    way = Correspondence(
+        source, target, plain.grid, plain.field, np.clip(pressed, 1, 3), area.inner, area.nearness, fine
+    )
+    shape = plain.grid.shape
+    kept = (near_curves(source, shape), near_curves(target, shape)) if len(pieces) > 1 else None
+    return Scene(way, area, direction_fields(way, area, patch, reach_px), kept)
+
+
+def direction_fields(way: Correspondence, area: Region, patch: PatchShape, reach_px: float) -> Fields:
+    """Return the directions around the targets and the sources, as far as patches reach."""
+    margin = patch.spine + patch.search_along + 4
+    y, x = (np.flatnonzero(area.may.any(axis=axis)) for axis in (1, 0))
+    bounds = (x[0], y[0], x[-1], y[-1]) if len(x) else (0, 0, 1, 1)
+    low, high = way.source.points.min(axis=0), way.source.points.max(axis=0)
+    far = 1.2 * reach_px + margin
+    return (
+        DirectionField(way.target, (bounds[0] - margin, bounds[1] - margin, bounds[2] + margin, bounds[3] + margin)),
+        DirectionField(way.source, (*(low - far), *(high + far))),
+    )
+
+
+def along_nodes(source: CurveSet, target: CurveSet, grid: Diffusion) -> tuple[Points, Floats]:
+    """Return what corresponds along the curves to every second node of the grid: places (r, c, 2), and paces (r, c)."""
+    some = grid.nodes[::2, ::2]
+    feet, place, _ = along_curves(source, target, some.reshape(-1, 2))
+    return place.reshape(some.shape), pace(source, target, feet).reshape(some.shape[:2])
+
+
+def spread(values: Floats | Singles, grid: Diffusion) -> Floats:
+    """Return at all nodes of the grid (R, C, 1) the `values` (r, c) of every second one."""
+    return np.asarray(values.repeat(2, axis=0).repeat(2, axis=1)[: grid.rows, : grid.columns, None], np.float64)
+
+
+def followed(source: Curve, plain: Retexture) -> Curve:
+    """Return where the plain deformation takes a passive curve: the places q with q + D(q) on it."""
+    nodes = plain.grid.nodes.reshape(-1, 2)
+    origin = nodes + plain.field.reshape(-1, 2)
+    line = source.at(source.parameters(step=2.0))
+    _, near = cKDTree(origin).query(line)
+    place = nodes[near]
+    for _ in range(8):
+        place = place + 0.5 * (line - place - plain.grid.at(plain.field, place))
+    return fit(place, tolerance=1.0, closed=source.closed)
+
+
+def near_curves(curves: CurveSet, shape: tuple[int, int]) -> Ints:
+    """Return which curve runs within `KEPT_PX` of each pixel (H, W); -1 where none does."""
+    kept = np.full(shape, -1, np.int32)
+    for i in range(len(curves.curves)):
+        line = curves.points[curves.index == i]
+        cv2.polylines(kept, [np.rint(line).astype(np.int32)], curves.curves[i].closed, i, int(2 * KEPT_PX + 1))
+    return kept.astype(np.int64)
