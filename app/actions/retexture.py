@@ -84,7 +84,7 @@ def suggest(editor: Editor) -> None:
     document = editor.document
 
     def deliver(curves: list[Curve]) -> None:
-        if editor.document.image is not document.image:
+        if editor.document.image is not document.image or not in_mode(editor):
             return
         offered = tuple(places_from_pixels(document.size_px, curve.points) for curve in curves)
         editor.choose_tool("trace")

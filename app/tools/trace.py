@@ -16,7 +16,7 @@ from app.tools.grips import REACH_PX, drag_from
 from core.arrays import InputError, Points
 from core.curve_fitting import fit
 from core.curves import Curve
-from core.document import Document, pixels_from_places
+from core.document import pixels_from_places
 from core.document_retexture import moves, with_curve
 from core.edge_tracing import Scissors, object_outline
 
@@ -135,18 +135,20 @@ def cut_out(editor: Editor, press: Press, event: Event) -> Gesture:
     canvas = canvas_from_screen(editor.session.view, corners)
     image = editor.document.image
 
-    def apply(document: Document, curve: Curve) -> Document | None:
-        return with_curve(document, curve) if document.image is image else None
+    def deliver(curve: Curve) -> None:
+        if editor.document.image is image:
+            add_curve(editor, "Outline object", curve)
 
-    editor.start("Outline object", lambda: object_outline(image, canvas.min(axis=0), canvas.max(axis=0)), apply)
+    editor.background("Outline object", lambda: object_outline(image, canvas.min(axis=0), canvas.max(axis=0)), deliver)
 
 
 def add_curve(editor: Editor, label: str, curve: Curve) -> None:
-    """Add a curve, and take the tool that drags it."""
+    """Add a curve, and take the tool that drags it; not where another mode has been chosen meanwhile."""
     with editor.group(label):
         editor.document = with_curve(editor.document, curve)
-    number = len(editor.document.feature_curves) - 1
-    editor.show(tool="feature-curves", selected_curve=number, selected_knots=frozenset(), hover=None)
+    if editor.session.mode == "retexture":
+        number = len(editor.document.feature_curves) - 1
+        editor.show(tool="feature-curves", selected_curve=number, selected_knots=frozenset(), hover=None)
 
 
 def suggestion_at(editor: Editor, pos: Position) -> int | None:

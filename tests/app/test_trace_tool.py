@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from app.actions.table import ActionTable
+from app.jobs import InlineExecutor, Jobs
 from app.tools.all import TOOLS
 from core.arrays import Points
 from core.curves import Curve
 from core.document import Document, pixels_from_places
 from core.image import Image
-from tests.app.driver import EditorDriver
+from tests.app.driver import EditorDriver, Later
 from tests.app.retexture_driver import HEIGHT, WIDTH, driver, moved
 
 
@@ -73,6 +74,8 @@ def test_a_rectangle_around_an_object_gives_its_outline() -> None:
     drive = blob()
     drive.drag((40, 20), (100, 60), (160, 130))
     assert drive.labels == ("Outline object",)
+    assert drive.editor.session.tool == "feature-curves"
+    assert drive.editor.session.selected_curve == 0
     pair = drive.document.feature_curves[0]
     assert pair.closed
     assert off_circle(pair.source) < 3
@@ -133,3 +136,20 @@ def test_a_closed_target_turned_over_is_refused_in_words() -> None:
     turned = pair.target * [-1, 1] + [1, 0]
     drive.editor.edit("Turn over", drive.document.changed(feature_curves=(replace(pair, target=turned),)))
     assert "opposite directions" in (drive.frame().editor.fault or "")
+
+
+@pytest.mark.parametrize("action", ["suggest", "outline"])
+def test_what_is_found_after_the_mode_was_left_leaves_the_tools_alone(action: str) -> None:
+    later = Later()
+    drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()), blob().document).tool("trace")
+    if action == "suggest":
+        ActionTable(TOOLS).run("feature.suggest", drive.editor)
+    else:
+        drive.drag((40, 20), (100, 60), (160, 130))
+    drive.editor.choose_mode("warp")
+    later.run()
+    drive.frame()
+    assert not drive.editor.jobs.long_jobs
+    assert drive.editor.session.mode == "warp"
+    assert "warp" in drive.editor.tool.modes
+    assert len(drive.document.feature_curves) == (0 if action == "suggest" else 1)
