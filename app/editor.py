@@ -187,10 +187,18 @@ class Editor:
             log.error("a job failed", exc_info=fault)
         self.notify(str(fault) or type(fault).__name__, "error")
 
-    def start(self, name: str, steps: Callable[[], Job[T]], apply: Callable[[Document, T], Document | None]) -> Ticket:
+    def start(
+        self,
+        name: str,
+        steps: Callable[[], Job[T]],
+        apply: Callable[[Document, T], Document | None],
+        *,
+        beside: bool = False,
+    ) -> Ticket:
         """Run a long job and make what `apply` returns one undo entry called `name`.
 
-        `apply` gets the document of that moment, and returns None where the job's result no longer fits it.
+        `apply` gets the document of that moment, and returns None where the job's result no longer fits it. A job
+        `beside` waits for none of the others.
         """
 
         def deliver(result: T) -> None:
@@ -198,7 +206,7 @@ class Editor:
             if document is not None:
                 self.edit(name, document)
 
-        return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True))
+        return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True), beside=beside)
 
     def background(
         self, name: str, steps: Callable[[], Job[T]], deliver: Callable[[T], None], *, writes: bool = False

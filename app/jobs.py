@@ -163,11 +163,11 @@ class Jobs:
         """Whether a slot has work whose result is not handed over yet."""
         return slot in self._slots
 
-    def start(self, task: Task[T]) -> Ticket:
-        """Queue `task` as a long job, visible in `long_jobs`."""
+    def start(self, task: Task[T], *, beside: bool = False) -> Ticket:
+        """Queue `task` as a long job, visible in `long_jobs`; with `beside` it waits for none of the others."""
         ticket = Ticket(task)
         self._tickets.append(ticket)
-        self._long.submit(lambda: self._work(ticket))
+        (self._beside if beside else self._long).submit(lambda: self._work(ticket))
         return ticket
 
     def cancel_all(self) -> None:

@@ -11,8 +11,8 @@ from core.raster import Raster
 class Laying:
     """How the new texture lies on the cloth, and how much of the photo shows in it."""
 
-    size: float = 4.0
-    """Width of a copy, in texels of the old pattern."""
+    size: float | None = None
+    """Width of a copy, in texels of the old pattern; None for one that suits the cloth."""
     stretch: float = 1.0
     """Height of a copy over that of an undistorted one."""
     rotate_deg: float = 0.0

@@ -29,6 +29,8 @@ FIRST_TRIAL = 0.3
 """Share of the work that growing a lattice from a marked texel takes."""
 LAYING = 0.95
 """Share of an export's work that finding the pattern takes."""
+COPIES = 2.5
+"""How many copies of a new texture go across the cloth unless the artist says otherwise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +60,12 @@ class Layers:
     def usual_light(self) -> float:
         """The median of the shading."""
         return float(np.nanmedian(self.shading)) if np.isfinite(self.shading).any() else 1.0
+
+    @cached_property
+    def usual_size(self) -> float:
+        """Whole texels of which about `COPIES` go across the cloth, 1 at least."""
+        texel_px = float(np.linalg.norm(self.basis[:, 0]))
+        return float(max(1, round(np.sqrt(self.covered.sum()) / texel_px / COPIES)))
 
     @property
     def covered(self) -> Bools:
@@ -158,13 +166,19 @@ def vertices_of(document: Document, layers: Layers) -> LatticeVertices:
     return LatticeVertices(layers.lattice.keys.astype(np.float64), places)
 
 
+def size_of(layers: Layers, laying: Laying) -> float:
+    """Return the width of a copy in texels."""
+    return layers.usual_size if laying.size is None else laying.size
+
+
 def placement_of(layers: Layers, texture: Image | None, laying: Laying) -> Placement:
     """Return how the texture lies, for the engine; the pattern that was found lies where it was."""
     if texture is None:
         return Placement()
     across, down = np.linalg.norm(layers.basis, axis=0)
     shape = texture.width_px / texture.height_px
-    repeat = 1 / laying.size, float(shape * down / (laying.stretch * laying.size * across))
+    size = size_of(layers, laying)
+    repeat = 1 / size, float(shape * down / (laying.stretch * size * across))
     return Placement(repeat, laying.rotate_deg, laying.offset, mirror=laying.mirror, tile=laying.tile)
 
 

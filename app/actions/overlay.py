@@ -3,24 +3,19 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
 from app import filing
 from app.actions import Action
 from app.editor import Editor
 from app.requests import PICTURES, OpenFile, SaveFile
 from app.session import Shown
-from core.cloth import Laying, Search
+from core.cloth import Search
 from core.document import Document
-from core.document_overlay import Layers
 from core.document_parts import Part, picture_of
 from core.images import Image, load, save
 from core.progress import Job, Progress
 
 PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
 """Tools that work on the photo, and so show it in place of the result."""
-COPIES = 2.5
-"""How many copies of a new texture go across the cloth at first."""
 PART_FILES = ("png", "tif", "tiff", "exr")
 
 
@@ -65,26 +60,17 @@ def ask_texture(editor: Editor) -> None:
 
 
 def lay(editor: Editor, path: Path) -> None:
-    """Lay a picture on the cloth."""
+    """Lay a picture on the cloth; it does not wait for a search that is under way."""
 
     def steps() -> Job[Image]:
         yield Progress(0.0, "reading")
         return load(path)
 
     def laid(document: Document, image: Image) -> Document:
-        cloth, layers = document.cloth, editor.overlay.layers
         show(editor, "result")
-        if cloth.texture is None and layers is not None and cloth.laying == Laying():
-            cloth = cloth.laid(size=usual_size(layers))
-        return document.changed(cloth=cloth.changed(texture=image, texture_name=path.name))
+        return document.with_cloth(texture=image, texture_name=path.name)
 
-    editor.start(f"Texture {path.name}", steps, laid)
-
-
-def usual_size(layers: Layers) -> float:
-    """Return a size, in whole texels, of which about `COPIES` go across the cloth."""
-    texel_px = float(np.linalg.norm(layers.basis[:, 0]))
-    return float(max(1, round(np.sqrt(layers.covered.sum()) / texel_px / COPIES)))
+    editor.start(f"Texture {path.name}", steps, laid, beside=True)
 
 
 def open_or_lay(editor: Editor, path: Path) -> None:

@@ -12,7 +12,7 @@ from app.tool import Tool
 from app.tools.grips import NUDGES, drag_from
 from core.arrays import Floats, Points
 from core.cloth import Laying
-from core.document_overlay import Layers, placement_of
+from core.document_overlay import Layers, placement_of, size_of
 
 LEAST_SIZE, MOST_SIZE = 0.1, 200.0
 NUDGE = 0.01
@@ -52,7 +52,7 @@ def _changes(
     """Return what a drag changes of how the texture lies."""
     across, down = now[0] - start[0], now[1] - start[1]
     if kind == "Scale texture":
-        return {"size": float(np.clip(before.size * np.exp((across - down) / 200), LEAST_SIZE, MOST_SIZE))}
+        return {"size": float(np.clip(size_of(layers, before) * np.exp((across - down) / 200), LEAST_SIZE, MOST_SIZE))}
     if kind == "Turn texture":
         return {"rotate_deg": wrapped_deg(before.rotate_deg + 0.4 * across)}
     texture = editor.document.cloth.texture

@@ -145,7 +145,7 @@ class OverlayPanel:
 
     def _draw_rows(self, rows: tuple[Row, ...]) -> None:
         for row in rows:
-            value, default = (row.factor * getattr(laying, row.field) for laying in (self._cloth.laying, DEFAULTS))
+            value, default = (row.factor * self._number(laying, row) for laying in (self._cloth.laying, DEFAULTS))
             held = slider(
                 row.name,
                 value,
@@ -157,6 +157,14 @@ class OverlayPanel:
                 hint=row.hint,
             )
             self._take(row.name, held, lambda new, row=row: self._cloth.laid(**{row.field: new / row.factor}))  # type: ignore[misc]
+
+    def _number(self, laying: Laying, row: Row) -> float:
+        """Return a number of `laying`; a size that is not chosen is the one that suits the cloth."""
+        number = getattr(laying, row.field)
+        layers = self._editor.overlay.layers
+        if number is None:
+            return 1.0 if layers is None else layers.usual_size
+        return float(number)
 
     def _draw_views(self) -> None:
         """Draw a button for everything that can be looked at, two a line."""

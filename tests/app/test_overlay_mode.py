@@ -17,7 +17,7 @@ from app.tools.lattice import free_key, on_screen, remove, vertices
 from core import color
 from core.cloth import Cloth, Search
 from core.document import Document
-from core.document_overlay import laid_on
+from core.document_overlay import laid_on, placement_of, size_of
 from core.images import Image, load, save
 from core.overlay.seeding import NoPatternError
 from core.project import load_project, save_project
@@ -117,7 +117,7 @@ def test_texture_goes_with_the_pointer(drive: OverlayDriver) -> None:
     texture = np.array(drive.cloth.laying.offset)
     moved = layers.uv[63, 66] - layers.uv[60, 60]
     across, down = np.linalg.norm(layers.basis, axis=0)
-    repeat = np.array([1 / 4, down / across * 80 / 60 / 4])
+    repeat = np.array([1, down / across * 80 / 60]) / layers.usual_size
     np.testing.assert_allclose(texture, repeat * moved, atol=1e-5)
     drive.drag(start, (80.0, 60.0), shift=True)
     assert drive.cloth.laying.rotate_deg == pytest.approx(8.0)
@@ -275,29 +275,34 @@ def test_cancelled_search_goes_on_when_asked_to(found: Document) -> None:
     assert drive.frame().editor.overlay.is_final
 
 
-def test_dropped_picture_is_a_texture_also_while_the_pattern_is_looked_for(tmp_path: Path) -> None:
+def test_dropped_picture_is_a_texture_at_once_while_the_pattern_is_looked_for(tmp_path: Path) -> None:
     save(TEXTURE, tmp_path / "new.png")
     jobs = Jobs(live=InlineExecutor(), long=(later := Later()), beside=InlineExecutor())
     drive = EditorDriver(Document.of(PHOTO).changed(mode="overlay"), jobs=jobs)
     drive.editor.edit("Find pattern", drive.document.with_cloth(search=Search()))
     drive.frame()
     overlay.open_or_lay(drive.editor, tmp_path / "new.png")
-    later.run()
-    drive.frame().frame()
+    drive.frame()
+    assert drive.editor.overlay.is_running
     assert drive.document.image is PHOTO
     assert drive.document.cloth.texture is not None
+    later.run()
+    layers = drive.frame().editor.overlay.layers
+    assert layers is not None
+    assert placement_of(layers, TEXTURE, drive.document.cloth.laying).repeat[0] == pytest.approx(1 / 2)
 
 
-def test_size_of_the_first_texture_suits_the_cloth_and_is_kept_for_the_next(
-    drive: OverlayDriver, tmp_path: Path
-) -> None:
+def test_size_suits_the_cloth_until_one_is_chosen(drive: OverlayDriver, tmp_path: Path) -> None:
     save(TEXTURE, tmp_path / "new.png")
     overlay.lay(drive.editor, tmp_path / "new.png")
-    drive.frame()
-    assert drive.cloth.laying.size == 2.0
+    layers = drive.frame().editor.overlay.layers
+    assert layers is not None
+    assert size_of(layers, drive.cloth.laying) == layers.usual_size == 2.0
+    drive.tool("drape").drag((60, 60), (70, 60), (80, 60), ctrl=True)
+    assert drive.cloth.laying.size == pytest.approx(2 * np.exp(20 / 200))
     drive.editor.edit("Size", drive.document.changed(cloth=drive.cloth.laid(size=7.0)))
     overlay.lay(drive.editor, tmp_path / "new.png")
-    assert drive.frame().document.cloth.laying.size == 7.0
+    assert size_of(layers, drive.frame().document.cloth.laying) == 7.0
 
 
 def test_rendering_a_project_finds_the_pattern_again(drive: OverlayDriver, tmp_path: Path) -> None:
