@@ -179,11 +179,11 @@ OVERLAY = (
     ),
     Action(
         "overlay.go_on",
-        "Go on from lattice",
+        "Go on",
         "Overlay",
         go_on,
         icon="play",
-        tooltip="Find the rest of the pattern from the lattice as it was mended, or from the texel that was marked",
+        tooltip="Take up the search that was stopped, from the mended lattice or the marked texel if there is one",
         enabled=lambda editor: in_mode(editor) and editor.overlay.is_stopped,
     ),
     Action(

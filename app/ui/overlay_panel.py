@@ -89,7 +89,7 @@ class OverlayPanel:
             with colors(text=theme.FAULT):
                 imgui.text_wrapped(f"{work.fault[:1].upper()}{work.fault[1:]}.")
         faint(self._state())
-        if work.is_stopped and self._cloth.search is not None and self._cloth.search.lattice is not None:
+        if work.is_stopped and work.fault is None:
             self._button("overlay.go_on")
         if self._cloth.region is not None:
             self._button("overlay.clear_region")
@@ -117,7 +117,7 @@ class OverlayPanel:
         else:
             image = self._cloth.texture
             imgui.text_wrapped(self._cloth.texture_name or "Texture")
-            faint(f"{image.width_px} × {image.height_px} px. Drag it on the cloth with its tool (T).")
+            faint(f"{image.width_px} × {image.height_px} px. {self._whereabouts()}")
         self._button("overlay.texture")
         if self._cloth.texture is not None:
             self._button("overlay.old_pattern")
@@ -134,6 +134,16 @@ class OverlayPanel:
         if mirrored is not None:
             self._edit("Mirror texture", mirror=mirrored)
         imgui.end_disabled()
+
+    def _whereabouts(self) -> str:
+        """Return in words what can be done with the new texture."""
+        if self._editor.overlay.layers is not None:
+            return "Drag it on the cloth with its tool (T)."
+        return (
+            "It shows as soon as the pattern is found."
+            if self._editor.overlay.is_running
+            else "Find the pattern first."
+        )
 
     def _draw_offset(self) -> None:
         across, down = self._cloth.laying.offset

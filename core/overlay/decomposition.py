@@ -38,6 +38,9 @@ TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
 LENIENCE = 1.6
 """Times the limit that a misfit may have in the middle of a piece."""
+GLARE = 1.8
+"""Brightness that the texel's brightest colour may have, over the photo's white: plain ground in more light than that
+is not this cloth's."""
 GAP = 3
 """Texels between the coordinates of two pieces of cloth."""
 
@@ -214,6 +217,7 @@ def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
     """
     mesh, valid = cloth.mesh, cloth.valid.astype(float)
     best, owner = np.full(valid.shape, LIMIT), np.full(valid.shape, -1)
+    brightest = float(np.percentile(found.texel.pixels, 99.5))
     for number, piece in enumerate(pieces):
         at = mesh.smooth_to_pixels(piece.values)
         rho = np.maximum(at[..., 2], LEAST_SHADING)
@@ -224,6 +228,7 @@ def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
         core = cv2.erode(np.pad(whole, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
         bad = np.where(mesh.pixels_of(core > 0), mild / LENIENCE, strict)
         near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1)) & cloth.valid
+        near &= rho * brightest < GLARE
         better = cleaned(near & (bad < best), cloth.sigma_px) & near
         owner[better], best[better] = number, bad[better]
     return [np.asarray(owner == number, np.bool_) for number in range(len(pieces))]

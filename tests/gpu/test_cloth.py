@@ -94,8 +94,7 @@ def test_shader_and_processor_agree(channels: int, dressing: dict[str, object]) 
     seen, expected = on_gpu(photo, worn), on_processor(photo, worn)
     assert np.abs(expected - encoded(photo)).max() > 0.3
     difference = np.abs(seen - expected).max(axis=-1)
-    assert np.median(difference) < 0.5 / 255
-    assert np.quantile(difference, 0.99) <= 1 / 255
+    assert difference.max() < 0.5 / 255
 
 
 def test_canvas_shows_the_dressed_photo_and_follows_the_slider() -> None:
