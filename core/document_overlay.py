@@ -15,7 +15,7 @@ from core.arrays import Bools, Floats, InputError, Singles
 from core.cloth import Cloth, LatticeVertices, Laying, Search
 from core.document import Document, pixels_from_places, places_from_pixels
 from core.image import Image
-from core.overlay.composition import Placement
+from core.overlay.composition import Placement, light_of
 from core.overlay.corrections import lattices_of, texel_between
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.lattice import Lattice
@@ -59,7 +59,7 @@ class Layers:
     @cached_property
     def usual_light(self) -> float:
         """The median of the shading."""
-        return float(np.nanmedian(self.shading)) if np.isfinite(self.shading).any() else 1.0
+        return light_of(self.shading)
 
     @cached_property
     def usual_size(self) -> float:

@@ -12,7 +12,7 @@ from app.render.source import Box
 from core import color
 from core.arrays import Singles
 from core.images import Image
-from core.overlay.composition import finite, middle_of
+from core.overlay.composition import finite, light_of, middle_of
 from core.overlay.laying import encoded
 
 Halves: TypeAlias = NDArray[np.float16]
@@ -87,8 +87,8 @@ class ClothLayers:
     DTYPES = ("f4", "f2", "f2", "f2")
 
     def __init__(self, context: moderngl.Context, parts: ClothParts, photo: Image) -> None:
-        self.middle = middle_of(parts.uv.astype(np.float64))
-        self.usual_light = float(np.nanmedian(parts.shading)) if np.isfinite(parts.shading).any() else 1.0
+        self.middle = middle_of(parts.uv)
+        self.usual_light = light_of(parts.shading)
         self._context = context
         self._levels = [full_level(parts, photo)]
         self._window: tuple[Box, int] | None = None

@@ -64,6 +64,23 @@ class Placement:
         return np.asarray(uv @ matrix.T + shift, np.float64)
 
 
+@dataclass(frozen=True)
+class Norm:
+    """What placement and light are relative to."""
+
+    scale: Floats
+    """(2, 2), pixels of undeformed cloth a texel."""
+    middle: Floats
+    """(2,), the middle of the cloth, texels."""
+    light: float
+    """The usual shading."""
+
+    @classmethod
+    def of(cls, uv: Floats | Singles, shading: Floats | Singles, scale: Floats) -> "Norm":
+        """Return the norm of a whole cloth."""
+        return cls(scale, middle_of(uv), light_of(shading))
+
+
 def compose(
     texture: Floats,
     uv: Floats,
@@ -79,11 +96,24 @@ def compose(
 
     `uv` (H, W, 2), `shading` (H, W) or (H, W, 3) and `detail` (H, W, 3) are NaN outside, where the opacity is 0.
     """
-    placement = placement or Placement()
-    covered: Bools = finite(uv)
-    middle = middle_of(uv)
-    light = relit(shading, strength)
-    colours = laid(with_opacity(texture), placement, uv, scale, middle, covered)
+    norm = Norm.of(uv, shading, scale)
+    return composed(texture, (uv, shading, detail), norm, placement or Placement(), alpha=alpha, strength=strength)
+
+
+def composed(
+    texture: Floats,
+    layers: tuple[Floats, Floats, Floats],
+    norm: Norm,
+    placement: Placement,
+    *,
+    alpha: float,
+    strength: float,
+) -> tuple[Floats, Floats]:
+    """Return what `compose` does for a part of a cloth of that norm; the layers are uv, shading and detail."""
+    uv, shading, detail = layers
+    covered = finite(uv)
+    light = relit(shading, strength, norm.light)
+    colours = laid(with_opacity(texture), placement, uv, norm, covered)
     wp = np.nan_to_num(light if light.ndim == 3 else light[..., None])
     return wp * colours[..., :3] + alpha * np.nan_to_num(detail), colours[..., 3] * covered
 
@@ -93,24 +123,26 @@ def with_opacity(texture: Floats) -> Floats:
     return texture if texture.shape[-1] == 4 else np.concatenate([texture, np.ones_like(texture[..., :1])], -1)
 
 
-def middle_of(uv: Floats) -> Floats:
+def middle_of(uv: Floats | Singles) -> Floats:
     """Return the middle (2,) of the cloth, in texels."""
     covered = finite(uv)
     return np.asarray(np.median(uv[covered], axis=0) if covered.any() else np.zeros(2), np.float64)
 
 
-def relit(shading: Floats, strength: float) -> Floats:
-    """Return the shading with its contrast, in stops about the median, times `strength`."""
-    if strength == 1:
-        return shading
-    middle = np.nanmedian(shading)
-    return np.asarray(middle * (shading / middle) ** strength)
+def light_of(shading: Floats | Singles) -> float:
+    """Return the median shading of the cloth."""
+    return float(np.nanmedian(shading)) if np.isfinite(shading).any() else 1.0
 
 
-def laid(texture: Floats, placement: Placement, uv: Floats, scale: Floats, middle: Floats, covered: Bools) -> Floats:
+def relit(shading: Floats, strength: float, usual_light: float) -> Floats:
+    """Return the shading with its contrast, in stops about the usual light, times `strength`."""
+    return shading if strength == 1 else np.asarray(usual_light * (shading / usual_light) ** strength)
+
+
+def laid(texture: Floats, placement: Placement, uv: Floats, norm: Norm, covered: Bools) -> Floats:
     """Return the texture (H, W, 4), premultiplied by its opacity, as the cloth shows it; 0 outside."""
-    source = prepared(texture, placement, scale)
-    copies = placement(np.nan_to_num(uv), scale, middle)
+    source = prepared(texture, placement, norm.scale)
+    copies = placement(np.nan_to_num(uv), norm.scale, norm.middle)
     at = copies / 2 if placement.mirror else copies
     colours = filtered(source, np.where(covered[..., None], at, np.nan))
     if not placement.tile:
@@ -155,7 +187,7 @@ def filtered(texture: Floats, at: Floats) -> Floats:
     return np.asarray(total * covered[..., None], np.float64)
 
 
-def finite(at: Floats) -> Bools:
+def finite(at: Floats | Singles) -> Bools:
     """Return which places (H, W) of (H, W, 2) are not NaN."""
     return np.asarray(np.isfinite(at).all(-1), np.bool_)
 

@@ -7,7 +7,8 @@ import numpy as np
 from core import color
 from core.arrays import Bools, Floats, Singles
 from core.image import Image
-from core.overlay.composition import Placement, compose
+from core.overlay.bands import bands
+from core.overlay.composition import Norm, Placement, composed
 
 
 @dataclass(frozen=True)
@@ -24,19 +25,19 @@ class Parts:
 
 def overlaid(parts: Parts, texture: Floats, placement: Placement, *, alpha: float, strength: float) -> Image:
     """Return the photo with `texture` (h, w, 3 or 4), encoded, 0 to 1, in its folds."""
-    new, opacity = compose(
-        texture,
-        parts.uv.astype(np.float64),
-        parts.shading.astype(np.float64),
-        parts.detail.astype(np.float64),
-        parts.basis,
-        placement=placement,
-        alpha=alpha,
-        strength=strength,
-    )
-    photo = encoded(parts.source)
-    share = (opacity * parts.coverage)[..., None]
-    return in_place_of(parts.source, share * new + (1 - share) * photo, share > 0)
+    norm = Norm.of(parts.uv, parts.shading, parts.basis)
+    out = np.empty_like(parts.source.pixels)
+    for first, top, bottom, last in bands(len(out), margin=1):
+        read, own = slice(first, last), slice(top - first, bottom - first)
+        layers = [layer[read].astype(np.float64) for layer in (parts.uv, parts.shading, parts.detail)]
+        new, opacity = composed(
+            texture, (layers[0], layers[1], layers[2]), norm, placement, alpha=alpha, strength=strength
+        )
+        band = parts.source.with_pixels(parts.source.pixels[top:bottom])
+        share = (opacity * parts.coverage[read])[own, :, None]
+        colours = share * new[own] + (1 - share) * encoded(band)
+        out[top:bottom] = in_place_of(band, colours, share > 0).pixels
+    return parts.source.with_pixels(out)
 
 
 def in_place_of(source: Image, colours: Floats, changed: Bools) -> Image:

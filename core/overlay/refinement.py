@@ -8,11 +8,10 @@ moves by the shift that fits best over its neighbourhood, held back by the noise
 It is smooth and less than a pixel, so that straight lines stay straight to the eye.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from core.arrays import Bools, Floats
+from core.overlay.bands import bands
 from core.overlay.smoothing import gaussian
 from core.overlay.texel import Texel
 
@@ -24,8 +23,6 @@ HOLD = 4.0
 """κ over the variance of the noise."""
 LEAST_NOISE = 0.005
 ROUNDS = 3
-ROWS = 512
-"""Rows of the photo that are worked on at once."""
 
 
 def refined(photo: Floats, uv: Floats, shading: Floats, texel: Texel, basis: Floats) -> Floats:
@@ -52,13 +49,6 @@ def usual_error(photo: Floats, uv: Floats, shading: Floats, texel: Texel) -> flo
         return LEAST_NOISE
     error = photo[rows, columns] - shading[rows, columns, None] * texel.at(uv[rows, columns])
     return max(float(np.median(magnitude(error))), LEAST_NOISE)
-
-
-def bands(count: int, margin: int) -> Iterator[tuple[int, int, int, int]]:
-    """Yield the bands of so many rows: where what is read begins, the band begins and ends, and what is read ends."""
-    for top in range(0, count, ROWS):
-        bottom = min(top + ROWS, count)
-        yield max(top - margin, 0), top, bottom, min(bottom + margin, count)
 
 
 def _moved(photo: Floats, uv: Floats, shading: Floats, texel: Texel, basis: Floats, noise: float) -> Floats:

@@ -6,7 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.arrays import InputError
-from core.overlay.composition import Placement, compose, filtered
+from core.image import Image
+from core.overlay import bands
+from core.overlay.composition import Norm, Placement, compose, composed, filtered, middle_of
+from core.overlay.laying import Parts, overlaid
 from core.overlay.texel import Texel, estimate_texel
 
 RNG = np.random.default_rng(0)
@@ -134,3 +137,70 @@ def test_blurring_a_texel_keeps_its_mean_and_takes_its_contrast() -> None:
     soft = texel.blurred(4.0, SCALE)
     assert np.allclose(soft.pixels.mean((0, 1)), texel.pixels.mean((0, 1)))
     assert soft.pixels.std(axis=(0, 1)).max() < 0.2 * texel.pixels.std(axis=(0, 1)).min()
+
+
+def test_repeat_puts_that_many_copies_on_a_texel() -> None:
+    uv, flat, none = grid(), np.ones((40, 50)), np.zeros((40, 50, 3))
+    texture = RNG.random((10, 10, 3))
+    pivot = np.rint(middle_of(uv))
+    twice = compose(texture, uv, flat, none, SCALE, placement=Placement(repeat=(2.0, 2.0)))[0]
+    norm = Norm(SCALE, pivot, 1.0)
+    closer = composed(texture, (2 * uv - pivot, flat, none), norm, Placement(), alpha=1.0, strength=1.0)[0]
+    assert np.allclose(twice, closer, atol=1e-4)
+    assert np.abs(twice - compose(texture, uv, flat, none, SCALE)[0]).mean() > 0.05
+
+
+def test_offset_moves_the_texture_by_that_share_of_a_copy() -> None:
+    uv, flat, none = grid(), np.ones((40, 50)), np.zeros((40, 50, 3))
+    texture = RNG.random((10, 20, 3))
+    moved = compose(texture, uv, flat, none, SCALE, placement=Placement(offset=(0.25, 0.1)))[0]
+    rolled = compose(np.roll(texture, (1, 5), axis=(0, 1)), uv, flat, none, SCALE)[0]
+    assert np.allclose(moved, rolled, atol=1e-4)
+
+
+def test_no_jump_at_the_borders_of_texels() -> None:
+    t = (np.arange(32) + 0.5) / 32 * 2 * np.pi
+    texture = np.broadcast_to(0.5 + 0.4 * np.sin(t)[None, :, None] * np.cos(t)[:, None, None], (32, 32, 3)).copy()
+    uv = grid((60, 70), 21.3)
+    shown = compose(texture, uv, np.ones((60, 70)), np.zeros((60, 70, 3)), np.eye(2) * 21.3)[0]
+    steepest = 0.4 * 2 * np.pi / 21.3
+    assert max(np.abs(np.diff(shown, axis=axis)).max() for axis in (0, 1)) < 1.05 * steepest
+
+
+def parts(source: Image) -> Parts:
+    """Return a cloth on the right of a picture (40, 50)."""
+    bent = grid() + np.stack([np.sin(grid()[..., 1] * 9), np.cos(grid()[..., 1] * 7)], -1)
+    uv, shading, detail = bent, 0.5 + grid()[..., 0] / 5, RNG.normal(0, 0.05, (40, 50, 3))
+    coverage = np.clip((np.indices((40, 50))[1] - 11.0) / 4, 0, 1)
+    for layer in (uv, shading, detail):
+        layer[:, :12] = np.nan
+    layers = [layer.astype(np.float32) for layer in (uv, shading, detail, coverage)]
+    return Parts(source, layers[0], layers[1], layers[2], layers[3], SCALE)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_beside_the_cloth_every_bit_is_the_photo(dtype: type) -> None:
+    values = RNG.random((40, 50, 4))
+    source = Image(
+        (values if dtype is np.float32 else values * np.iinfo(dtype).max).astype(dtype), linear=dtype is np.float32
+    )
+    out = overlaid(parts(source), RNG.random((8, 8, 3)), Placement(), alpha=1.0, strength=1.0).pixels
+    assert np.array_equal(out[:, :12], source.pixels[:, :12])
+    assert np.array_equal(out[..., 3], source.pixels[..., 3])
+    assert (out[:, 15:, :3] != source.pixels[:, 15:, :3]).any(-1).mean() > 0.9
+
+
+def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    cloth = parts(Image(RNG.integers(0, 65535, (40, 50, 3)).astype(np.uint16)))
+    texture, placement = RNG.random((30, 30, 3)), Placement((3.0, 0.7), 20.0)
+    whole = overlaid(cloth, texture, placement, alpha=0.7, strength=1.4).pixels
+    monkeypatch.setattr(bands, "ROWS", 7)
+    assert np.array_equal(overlaid(cloth, texture, placement, alpha=0.7, strength=1.4).pixels, whole)
+
+
+def test_a_photo_takes_as_much_detail_and_shading_as_is_asked_for() -> None:
+    cloth, white = parts(Image(np.zeros((40, 50, 3), np.uint16))), np.ones((4, 4, 3))
+    flat = overlaid(cloth, white, Placement(), alpha=0.0, strength=0.0).pixels[:, 16:] / 65535
+    assert np.allclose(flat, np.nanmedian(cloth.shading), atol=1e-4)
+    rough = overlaid(cloth, 0.5 * white, Placement(), alpha=0.5, strength=0.0).pixels[:, 16:] / 65535
+    assert np.allclose(rough, 0.5 * np.nanmedian(cloth.shading) + 0.5 * cloth.detail[:, 16:], atol=1e-4)

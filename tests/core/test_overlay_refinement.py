@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay import refinement
+from core.overlay import bands
 from core.overlay.refinement import MOST_PX, refined
 from core.overlay.texel import Texel, estimate_texel
 from tests.core.overlay_scenes import make_scene, motif
@@ -65,5 +65,5 @@ def test_beyond_the_cloth_is_nothing() -> None:
 
 def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = moved(misplaced(0.5))
-    monkeypatch.setattr(refinement, "ROWS", 23)
+    monkeypatch.setattr(bands, "ROWS", 23)
     np.testing.assert_allclose(moved(misplaced(0.5)), whole, atol=1e-5)
