@@ -1,6 +1,8 @@
 """The retexture table of `weft bench` has the records that it promises."""
 
-from app.bench.retexture import PAPER, Case, arch, measure
+import pytest
+
+from app.bench.retexture import HIGHER, PAPER, Case, arch, measure
 
 
 def test_a_record_holds_both_times_and_the_papers() -> None:
@@ -12,8 +14,9 @@ def test_a_record_holds_both_times_and_the_papers() -> None:
     assert record["drag_ms"] > 0
 
 
-def test_the_curve_grows_by_a_quarter() -> None:
-    curve = arch(500, 692)
+@pytest.mark.parametrize(("case", "growth"), [(PAPER[0], 1.25), (HIGHER, 1.5)])
+def test_the_curve_grows_by_a_quarter_or_by_half(case: Case, growth: float) -> None:
+    curve = arch(*case.size, case.rise)
     assert curve.target is not None
-    assert 1.2 < curve.target.length / curve.source.length < 1.3
+    assert abs(curve.target.length / curve.source.length - growth) < 0.05
     assert len(PAPER) == 10
