@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from core import poisson
 from core.arrays import Ints, Points, Singles
 from core.curves import Curve
+from core.retexture import coordinates
 from core.retexture.blend import correction
 from core.retexture.candidates import Pool, costs, drift
 from core.retexture.canvas import Canvas
@@ -17,7 +18,7 @@ from core.retexture.job import deformed
 from core.retexture.layout import Lattice, gap_places, pace
 from core.retexture.patches import PatchShape
 from core.retexture.sampling import Kernel, read
-from core.retexture.scene import prepared
+from core.retexture.scene import near_curves, prepared
 from core.retexture.softening import across_seams
 from tests.core.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
 
@@ -110,18 +111,32 @@ def test_on_a_circle_spines_are_arcs_and_ribs_radii(radius: float, offset: float
     distance = np.linalg.norm(grid - centre, axis=-1)
     # The circle runs clockwise on screen, so that its normal points inwards.
     want = r - np.arange(-5, 6)[:, None] + 0 * distance
-    np.testing.assert_allclose(distance, want, atol=0.15)
+    # Between nodes four pixels apart a direction is off by up to a hundredth, on the tightest of these circles.
+    np.testing.assert_allclose(distance, want, atol=0.2)
     along = np.linalg.norm(np.diff(grid[5], axis=0), axis=-1)
     np.testing.assert_allclose(along, 1, atol=0.01)
 
 
-def test_a_grid_that_would_fold_is_smoothed() -> None:
+def test_a_grid_that_would_fold_is_smoothed(monkeypatch: pytest.MonkeyPatch) -> None:
     curves = CurveSet([ring(12, (110, 100))])
     field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
     origin, heading = np.array([[122.0, 100.0]]), np.array([[0.0, 1.0]])
-    grid = trace(field, origin, heading, spine=8, rib=16)
-    assert np.isfinite(grid).all()
-    assert np.linalg.norm(grid - origin, axis=-1).max() < 30
+
+    def folds(smoothing: float) -> int:
+        monkeypatch.setattr(coordinates, "SMOOTHING", smoothing)
+        grid = trace(field, origin, heading, spine=8, rib=16)
+        assert np.linalg.norm(grid - origin, axis=-1).max() < 30
+        along, across = np.diff(grid[0], axis=1)[:-1], np.diff(grid[0], axis=0)[:, :-1]
+        return int((along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0] <= 0).sum())
+
+    assert coordinates.SMOOTHING == 0.7
+    assert folds(0.7) < 0.7 * folds(0.0)
+
+
+def test_patches_stop_two_pixels_short_of_another_curve() -> None:
+    kept = near_curves(CurveSet([straight(60.0), straight(100.0)]), SHAPE)
+    np.testing.assert_array_equal(np.flatnonzero(kept[:, 110] == 0), np.arange(58, 63))
+    np.testing.assert_array_equal(np.flatnonzero(kept[:, 110] == 1), np.arange(98, 103))
 
 
 def test_traces_keep_their_sense_between_curves_of_opposite_sense() -> None:
