@@ -17,6 +17,8 @@ from core.arrays import Bools, Floats, Ints, Points, Singles
 
 DAMPING = 1e-3
 """Of the Gauss-Newton matrix's own diagonal: keeps weakly textured templates from jumping."""
+STILL = (2e-3, 1e-2)
+"""Shift, in texels, and change of the vectors under which a frame has come to rest."""
 
 
 @dataclass(frozen=True)
@@ -140,17 +142,19 @@ def correlate(canvas: Canvas, template: Template, points: Points, bases: Floats)
 def align(canvas: Canvas, template: Template, frames: Frames, *, rounds: int = 12) -> Frames:
     """Return the frames moved to where the template fits best, with their scores."""
     points, bases = frames.points.copy(), frames.bases.copy()
+    moving = np.arange(len(points))
     for _ in range(rounds):
-        values, weights = canvas.patches(points, bases, template.places)
+        values, weights = canvas.patches(points[moving], bases[moving], template.places)
         patches, _, _ = normalised(values, weights)
         # Both are zero where a weight is: what lies outside says nothing.
-        error = (patches - expected(template, weights)).reshape(len(points), -1)
+        error = (patches - expected(template, weights)).reshape(len(moving), -1)
         change = (error @ template.steps.T).astype(np.float64)
         shift = np.clip(change[:, :2], -0.12, 0.12)
-        turn = np.clip(change[:, 2:], -0.2, 0.2).reshape(-1, 2, 2)
-        bases = bases @ np.linalg.inv(np.eye(2) + turn)
-        points = points - np.einsum("kij,kj->ki", bases, shift)
-        if np.abs(shift).max(initial=0) < 2e-3:
+        turn = np.clip(change[:, 2:], -0.2, 0.2)
+        bases[moving] = bases[moving] @ np.linalg.inv(np.eye(2) + turn.reshape(-1, 2, 2))
+        points[moving] -= np.einsum("kij,kj->ki", bases[moving], shift)
+        moving = moving[(np.abs(shift).max(1) > STILL[0]) | (np.abs(turn).max(1) > STILL[1])]
+        if not len(moving):
             break
     return Frames(points, bases, correlate(canvas, template, points, bases))
 

@@ -16,6 +16,8 @@ SIDES_PX = (20, 32, 48, 72, 108)
 """Sides of the exemplar patches."""
 LEVELS = (0.5, 0.7, 0.85)
 """Peaks over these shares of the highest one count, in turn."""
+LIKE_MARKED = (0.55, 1.8)
+"""Area of a texel over that of the upright box which a user marked; a slanting one fills its box badly."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,18 @@ def propose(image: Singles, valid: Bools, rng: np.random.Generator, *, places: i
         for point in seeds(valid, side, rng, places):
             found += proposals_at(image, point, side)
     return sorted(found, key=lambda proposal: -proposal.support)
+
+
+def snapped(image: Singles, marked: Proposal) -> list[Proposal]:
+    """Return proposals around a texel that a user marked, of about its size: its sides may slant."""
+    sides = np.linalg.norm(marked.basis, axis=0)
+    found: list[Proposal] = []
+    for side in {round(float(length)) for length in (sides.min(), sides.mean(), sides.max())}:
+        room = min(*marked.point, *(np.array(image.shape[1::-1]) - 1 - marked.point))
+        if room > side // 2 + 1:
+            found += proposals_at(image, marked.point, side)
+    areas = [abs(np.linalg.det(proposal.basis) / np.linalg.det(marked.basis)) for proposal in found]
+    return [proposal for proposal, area in zip(found, areas, strict=True) if LIKE_MARKED[0] < area < LIKE_MARKED[1]]
 
 
 def seeds(valid: Bools, side: int, rng: np.random.Generator, count: int) -> Points:

@@ -18,6 +18,7 @@ from core.overlay.correlation import Proposal
 from core.overlay.fitting import fit
 from core.overlay.lattice import Lattice
 from core.overlay.mesh import Mesh
+from core.overlay.phase import in_phase
 from core.overlay.refinement import refined
 from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring, without_specks
 from core.overlay.registration import LEAST_SHADING, State
@@ -41,8 +42,6 @@ LENIENCE = 1.6
 GLARE = 1.8
 """Brightness that the texel's brightest colour may have, over the photo's white: plain ground in more light than that
 is not this cloth's."""
-GAP = 3
-"""Texels between the coordinates of two pieces of cloth."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,8 @@ def decompose(
     else:
         lattices = [rescaled(piece, scale) for piece in lattice]
     yield Progress(0.4, "registering", Stage("lattice", lattices[0], shape=canvas.size))
-    job = fit(small, canvas, lattices, seed, trusted=lattice is not None)
+    sure = lattice is not None or start is not None
+    job = fit(small, canvas, lattices, seed, trusted=lattice is not None, sure=sure)
     cloth, found = yield from timed(part(job, 0.4, 0.9), seconds)
     yield Progress(0.9, "splitting off the detail")
     started = time.perf_counter()
@@ -156,7 +156,7 @@ def timed(job: Job[T], seconds: dict[str, float]) -> Job[T]:
 
 def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> Decomposition:
     """Return the parts at every pixel of the photo, of which the cloth was fitted at 1 / `scale` of the size."""
-    pieces = apart(cloth, found.pieces)
+    pieces = in_phase(cloth.mesh, found.pieces, cloth.step_px)
     masks = explained(cloth, found, pieces)
     mesh = Mesh(photo.shape[:2], cloth.mesh.cell * scale)
     uv, shading = painted(mesh, pieces, masks, valid)
@@ -196,18 +196,6 @@ def finer_texel(cloth: Cloth, photo: Floats, uv: Floats, shading: Floats, scale:
     h, w = cloth.texel_samples
     weight = (covered & draw).astype(float)
     return estimate_texel(photo, np.nan_to_num(uv), np.nan_to_num(shading), weight, (h * scale, w * scale))
-
-
-def apart(cloth: Cloth, pieces: tuple[State, ...]) -> list[State]:
-    """Return the pieces with their coordinates moved by whole texels so that no two share a vertex."""
-    moved: list[State] = []
-    right = -np.inf
-    for piece in pieces:
-        used = piece.uv[cloth.mesh.nodes_of(piece.cells)]
-        step = 0.0 if not moved else np.ceil(right + GAP - used[:, 0].min())
-        moved.append(replace(piece, uv=piece.uv + np.array([step, 0.0])))
-        right = max(right, float(used[:, 0].max() + step))
-    return moved
 
 
 def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:

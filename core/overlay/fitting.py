@@ -20,14 +20,17 @@ LEAST_EVENNESS = 0.12
 """Change of colour along stripes over that across them, below which only one direction repeats."""
 LEAST_STEPS = 4
 """Area, in lattice steps, below which nothing was found."""
+LEAST_SHARE = 1 / 3
+"""Vertices over the area, in steps, that is followed from them: fewer are a chance likeness amid another pattern."""
 
 
 def fit(
-    photo: Floats, canvas: Canvas, lattices: list[Lattice], seed: int, *, trusted: bool = False
+    photo: Floats, canvas: Canvas, lattices: list[Lattice], seed: int, *, trusted: bool, sure: bool
 ) -> Job[tuple[Cloth, Fit]]:
     """Return the cloth registered from the lattice of its largest part, and of others if there are.
 
-    A `trusted` lattice is the user's: its steps are the texel.
+    A `trusted` lattice is the user's: its steps are the texel. Where the user is `sure` that there is a pattern, it is
+    followed however little of it was found. Raises `NoPatternError` where it proves to be none.
     """
     lattice = lattices[0]
     cloth = make_cloth(photo, canvas, lattice, np.eye(2))
@@ -42,7 +45,8 @@ def fit(
         yield Progress(0.05 + 0.1 * number, "registering", stage(cloth, found))
         found = refitted(cloth, found, rounds=5, blur_px=blur_px)
     found = yield from followed(cloth, pruned(cloth, found), Progress(0.25, "following the cloth"))
-    if cloth.steps_of(found.cells) < LEAST_STEPS:
+    area = cloth.steps_of(found.cells)
+    if area < LEAST_STEPS or (not sure and len(lattice) < LEAST_SHARE * area):
         raise NoPatternError
     for other in lattices[1:]:
         found = yield from joined_by(cloth, found, other, Progress(0.4, "following the cloth"))

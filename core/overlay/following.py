@@ -45,18 +45,14 @@ def followed(cloth: Cloth, found: Fit, step: Progress) -> Job[Fit]:
 def widened(cloth: Cloth, state: State, trial: Bools, found: Fit) -> State:
     """Return the state with those of the trial cells that the texture explains once they are registered.
 
-    Only the trial cells move; a band of old ones is registered with them, to hold them.
+    Only the trial cells move; a band of old ones holds them, and is judged with them.
     """
     wider = continued(cloth.mesh, state, state.cells | trial)
-    band = trial | ring(trial, state.cells, 4)
-    moved = replace(wider, cells=band)
+    free = cloth.mesh.nodes_of(trial)
+    moved = replace(wider, cells=trial | ring(trial, state.cells, 2))
     for blur_px in (COARSE * cloth.step_px, 0.7):
-        moved = cloth.registration.run(moved, found.texel, Smoothness(), rounds=2, blur_px=blur_px)
-    free_nodes = cloth.mesh.nodes_of(trial)
-    wider = replace(
-        wider,
-        uv=np.where(free_nodes[..., None], moved.uv, wider.uv),
-        rho=np.where(free_nodes, moved.rho, wider.rho),
-    )
+        moved = cloth.registration.run(moved, found.texel, Smoothness(), rounds=2, blur_px=blur_px, free=free)
+    band = trial | ring(trial, state.cells, 4)
+    wider = replace(wider, uv=moved.uv, rho=moved.rho)
     kept = fitting_cells(cloth, replace(wider, cells=band), found)
     return replace(wider, cells=without_specks((state.cells & ~band) | kept, 4))

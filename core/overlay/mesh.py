@@ -105,15 +105,25 @@ class Mesh:
 
     def bending(self, used: Bools) -> sparse.csr_array:
         """Return the second differences among used nodes, by direction: one row each, a column for every node."""
-        number = np.arange(used.size).reshape(self.nodes)
+        box = around(used)
+        number, flat = np.arange(used.size).reshape(self.nodes)[box], used.ravel()
         rows: list[tuple[Ints, Floats]] = []
         for a, b, c in ((number[:, :-2], number[:, 1:-1], number[:, 2:]), (number[:-2], number[1:-1], number[2:])):
             rows.append((np.stack([a, b, c], -1).reshape(-1, 3), np.array([1.0, -2.0, 1.0])))
         twist = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]], -1).reshape(-1, 4)
         rows.append((twist, np.array([1.0, -1.0, -1.0, 1.0]) * np.sqrt(2)))
-        flat = used.ravel()
         blocks = [stencil(nodes[flat[nodes].all(1)], weights, used.size) for nodes, weights in rows]
         return sparse.csr_array(sparse.vstack(blocks))
+
+
+def around(used: Bools, margin: int = 0) -> tuple[slice, slice]:
+    """Return the rows and columns that a mask has marks in, and `margin` more on each side."""
+    spans = []
+    for axis in (1, 0):
+        marked = np.flatnonzero(used.any(axis))
+        first, last = (marked[0], marked[-1]) if len(marked) else (0, -1)
+        spans.append(slice(max(int(first) - margin, 0), int(last) + 1 + margin))
+    return spans[0], spans[1]
 
 
 def stencil(nodes: Ints, weights: Floats, size: int) -> sparse.csr_array:

@@ -8,7 +8,7 @@ from core.arrays import Floats
 from core.overlay.alignment import Canvas
 from core.overlay.cloth import Cloth, Fit, fitting_cells, misfits, stage, starting_state
 from core.overlay.following import followed
-from core.overlay.lattice import Lattice
+from core.overlay.lattice import Lattice, mean_template
 from core.overlay.mesh import Mesh
 from core.overlay.region import continued, ring
 from core.overlay.registration import Smoothness, State
@@ -24,6 +24,7 @@ LEAST_PIECE, LEAST_SHARE = 3, 0.03
 
 def with_more_pieces(cloth: Cloth, found: Fit, rng: np.random.Generator) -> Job[Fit]:
     """Return the fit with further parts of the cloth: beyond seams, sleeves, folds that hide the connection."""
+    template = mean_template(cloth.canvas.everywhere(), cloth.lattice.frames)
     for attempt in range(2):
         rest = free(cloth, found)
         if rest.valid.sum() < 3 * cloth.step_px**2:
@@ -34,7 +35,7 @@ def with_more_pieces(cloth: Cloth, found: Fit, rng: np.random.Generator) -> Job[
             x, y = np.rint(candidates.points[row]).astype(int)
             if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
                 step = Progress(0.4 + 0.2 * attempt, "following the cloth")
-                piece = grown_piece(rest, cloth.lattice, candidates[np.array([row])])
+                piece = grown_piece(rest, template, candidates[np.array([row])])
                 found = yield from joined_by(cloth, found, piece, step)
                 rest = free(cloth, found)
     return found

@@ -8,7 +8,7 @@ from scipy import sparse
 
 from core.arrays import Bools, Floats
 from core.factor import Factor
-from core.overlay.mesh import Mesh
+from core.overlay.mesh import Mesh, around
 from core.overlay.registration import State
 from core.overlay.smoothing import gaussian
 from core.overlay.texel import Texel
@@ -98,10 +98,13 @@ def misfit_of_cells(
     mesh: Mesh, cells: Bools, found: Floats, tolerance: Tolerance, sigma_px: float
 ) -> tuple[Floats, Floats]:
     """Return the strict and the mild misfit (rows, columns) of the cells that the sums (K, 18) are of, 0 elsewhere."""
-    planes = np.zeros((*mesh.cells, found.shape[1]))
-    planes[cells] = found
-    strict, mild = judged(gaussian(planes, sigma_px / mesh.cell), tolerance)
-    return np.where(cells, strict, 0.0), np.where(cells, mild, 0.0)
+    out = np.zeros((2, *mesh.cells))
+    # What is further away does not reach the cells.
+    box = around(cells, 1 + round(4 * sigma_px / mesh.cell))
+    planes = np.zeros((*cells[box].shape, found.shape[1]))
+    planes[cells[box]] = found
+    out[:, *box] = np.where(cells[box], judged(gaussian(planes, sigma_px / mesh.cell), tolerance), 0.0)
+    return out[0], out[1]
 
 
 def ring(cells: Bools, allowed: Bools, width: int) -> Bools:
@@ -133,9 +136,10 @@ def without_specks(cells: Bools, least: int) -> Bools:
     """Return the cells without parts smaller than `least` cells, and holes smaller than that filled."""
     out = cells.copy()
     for value in (True, False):
-        count, labels, stats, _ = cv2.connectedComponentsWithStats((out == value).astype(np.uint8), connectivity=4)
-        small = [k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] < least]
-        out[np.isin(labels, small)] = not value
+        _, labels, stats, _ = cv2.connectedComponentsWithStats((out == value).astype(np.uint8), connectivity=4)
+        small = stats[:, cv2.CC_STAT_AREA] < least
+        small[0] = False
+        out[small[labels]] = not value
     return out
 
 

@@ -24,6 +24,10 @@ from core.tracing import span
 
 PAIRS = [(a, b) for a in range(4) for b in range(a, 4)]
 SYMMETRIC = [(i, j) for i in range(3) for j in range(i, 3)]
+LOCAL = [(i, a) for i in range(3) for a in range(4)]
+"""Unknowns of a cell: the i-th of the corner a."""
+HALF = [(p, q) for n, p in enumerate(LOCAL) for q in LOCAL[n:]]
+"""Pairs of them, each once: a cell's matrix is symmetric."""
 LEAST_SHADING = 0.02
 
 
@@ -53,54 +57,57 @@ class Smoothness:
 
 
 class System:
-    """The normal equations' pattern for a set of cells: built once, filled and solved for every step."""
+    """The normal equations' pattern for a set of cells: built once, filled and solved for every step.
 
-    def __init__(self, mesh: Mesh, cells: Bools) -> None:
+    Unknown are the values at those nodes of the cells that are `free` (R, C); the others hold them.
+    """
+
+    def __init__(self, mesh: Mesh, cells: Bools, free: Bools) -> None:
         used = mesh.nodes_of(cells)
-        self.nodes: Ints = np.flatnonzero(used)
+        self.around: Ints = np.flatnonzero(used)
+        self.free: Bools = free.ravel()[self.around]
+        self.nodes: Ints = self.around[self.free]
         self.count = len(self.nodes)
         number = np.full(used.size, -1)
         number[self.nodes] = np.arange(self.count)
         self.corners: Ints = number[mesh.corners[cells]]
-        L = mesh.bending(used)[:, self.nodes]
-        bend = sparse.coo_array(L.T @ L)
-        self._bend = sparse.csr_array(bend)
+        L = mesh.bending(used)[:, self.around]
+        self._bend = sparse.csr_array(L[:, self.free].T @ L)
+        bend = sparse.coo_array(sparse.tril(self._bend[:, self.free]))
         self._bend_values = bend.data
         self._products = np.stack([mesh.weights[:, a] * mesh.weights[:, b] for a, b in PAIRS], -1)
         self._weights = mesh.weights
+        self._order = (
+            [SYMMETRIC.index((i, j)) for (i, _), (j, _) in HALF],
+            [PAIRS.index((min(a, b), max(a, b))) for (_, a), (_, b) in HALF],
+        )
         self._lay_out(bend)
         self._factor: Factor | None = None
 
     def _lay_out(self, bend: sparse.coo_array) -> None:
-        """Find the place of every entry that `_entries` gives in the lower triangle."""
+        """Find the place of every entry in the lower triangle."""
         n = self.count
-        blocks: list[tuple[Ints, Ints]] = [
-            (self.corners[:, a] + i * n, self.corners[:, b] + j * n)
-            for i in range(3)
-            for j in range(3)
-            for a in range(4)
-            for b in range(4)
-        ]
-        blocks += [(bend.row.astype(np.int64) + k * n, bend.col.astype(np.int64) + k * n) for k in range(3)]
-        rows = np.concatenate([r for r, _ in blocks])
-        columns = np.concatenate([c for _, c in blocks])
-        self._lower = rows >= columns
-        key = columns[self._lower] * (3 * n) + rows[self._lower]
-        unique, self._slot = np.unique(key, return_inverse=True)
+        ends = [[self.corners[:, a] + i * n for i, a in pair] for pair in HALF]
+        held = self.corners < 0
+        self._kept = np.flatnonzero(np.concatenate([~held[:, a] & ~held[:, b] for (_, a), (_, b) in HALF]))
+        first, second = (np.concatenate([pair[k] for pair in ends])[self._kept] for k in (0, 1))
+        rows = np.concatenate([np.maximum(first, second)] + [bend.row + k * n for k in range(3)])
+        columns = np.concatenate([np.minimum(first, second)] + [bend.col + k * n for k in range(3)])
+        unique, self._slot = np.unique(columns * (3 * n) + rows, return_inverse=True)
         self._pattern = (unique % (3 * n), unique // (3 * n))
         self._diagonal = np.flatnonzero(self._pattern[0] == self._pattern[1])
 
     def solve(self, moments: Floats, gradient: Floats, theta: Floats, smoothness: Smoothness) -> Floats:
-        """Return the change (3, n) of the unknowns `theta` (3, n).
+        """Return the change (3, n) of the unknowns, where the nodes `around` have the values `theta` (3, m).
 
-        `moments` (K, cell², 6) are w g gᵀ and `gradient` (K, cell², 3) w g r of the pixels of the K cells.
+        `moments` (6, K, cell²) are w g gᵀ and `gradient` (3, K, cell²) w g r of the pixels of the K cells.
         """
         n = self.count
-        blocks = np.swapaxes(moments, 1, 2) @ self._products
-        pull = np.swapaxes(gradient, 1, 2) @ self._weights
+        blocks = np.swapaxes(moments @ self._products, 1, 2)
+        pull = gradient @ self._weights
         bend = self._stiffness(blocks, smoothness)
-        rhs = np.stack([self._gathered(pull[:, i]) for i in range(3)]) + bend[:, None] * (self._bend @ theta.T).T
-        entries = np.concatenate([self._entries(blocks), *(b * self._bend_values for b in bend)])[self._lower]
+        rhs = np.stack([self._gathered(p) for p in pull]) + bend[:, None] * (self._bend @ theta.T).T
+        entries = np.concatenate([blocks[self._order].ravel()[self._kept], *(b * self._bend_values for b in bend)])
         values = np.bincount(self._slot, entries, len(self._pattern[0])).astype(np.float64)
         # Nodes that neither data nor bending hold stay where they are.
         values[self._diagonal] += np.repeat(1e-6 * bend, n) + 1e-9
@@ -111,27 +118,16 @@ class System:
         return -np.asarray(self._factor.solve(rhs.ravel()), np.float64).reshape(3, n)
 
     def _gathered(self, at_corners: Floats) -> Floats:
-        """Return values (K, 4) at the corners of cells summed at the nodes (n,)."""
-        return np.asarray(np.bincount(self.corners.ravel(), at_corners.ravel(), self.count), np.float64)
+        """Return values (K, 4) at the corners of cells summed at the free nodes (n,)."""
+        # The first sum is that of all nodes that are held.
+        return np.asarray(np.bincount(self.corners.ravel() + 1, at_corners.ravel(), self.count + 1)[1:], np.float64)
 
     def _stiffness(self, blocks: Floats, smoothness: Smoothness) -> Floats:
-        """Return the weights (3,) of the second differences of m_x, m_y and ρ, from the data's own weights."""
+        """Return the weights (3,) of the second differences of m_x, m_y and ρ, from the data's own (6, 10, K)."""
         own = [PAIRS.index((a, a)) for a in range(4)]
-        x, y, rho = (self._gathered(blocks[:, SYMMETRIC.index((i, i))][:, own]) for i in range(3))
+        x, y, rho = (self._gathered(blocks[SYMMETRIC.index((i, i))][own].T) for i in range(3))
         geometry = smoothness.geometry * float(np.median(x + y)) / 2
         return np.array([geometry, geometry, smoothness.shading * float(np.median(rho))]) + 1e-9
-
-    def _entries(self, blocks: Floats) -> Floats:
-        """Return the entries of all cells' 12 x 12 blocks from their moments (K, 6, 10)."""
-        return np.concatenate(
-            [
-                blocks[:, SYMMETRIC.index((min(i, j), max(i, j))), PAIRS.index((min(a, b), max(a, b)))]
-                for i in range(3)
-                for j in range(3)
-                for a in range(4)
-                for b in range(4)
-            ]
-        )
 
 
 class Registration:
@@ -153,13 +149,25 @@ class Registration:
         self.mesh, self.photo, self.scale = mesh, photo, scale
         self._weight = mesh.in_cells(weight[..., None])[..., 0]
         self._blurred: dict[float, Floats] = {}
-        self._system: tuple[Bools, System] | None = None
+        self._system: tuple[Bools, Bools, System] | None = None
 
-    def run(self, state: State, texel: Texel, smoothness: Smoothness, *, rounds: int, blur_px: float = 0.0) -> State:
-        """Return the state after up to `rounds` Gauss-Newton steps on pictures blurred by `blur_px`."""
+    def run(
+        self,
+        state: State,
+        texel: Texel,
+        smoothness: Smoothness,
+        *,
+        rounds: int,
+        blur_px: float = 0.0,
+        free: Bools | None = None,
+    ) -> State:
+        """Return the state after up to `rounds` Gauss-Newton steps on pictures blurred by `blur_px`.
+
+        Only the nodes `free` (R, C) move, all if it is not given.
+        """
         texel = texel.blurred(blur_px, self.scale)
         photo = self._photo(blur_px)[state.cells]
-        system = self._system_of(state.cells)
+        system = self._system_of(state.cells, np.ones(self.mesh.nodes, bool) if free is None else free)
         for _ in range(rounds):
             with span("registration step", unknowns=3 * system.count):
                 state, moved = self._step(system, state, texel, photo, smoothness)
@@ -178,10 +186,11 @@ class Registration:
             self._blurred[blur_px] = self.mesh.in_cells(np.asarray(image, np.float64))
         return self._blurred[blur_px]
 
-    def _system_of(self, cells: Bools) -> System:
-        if self._system is None or not np.array_equal(self._system[0], cells):
-            self._system = (cells, System(self.mesh, cells))
-        return self._system[1]
+    def _system_of(self, cells: Bools, free: Bools) -> System:
+        known = self._system
+        if known is None or not (np.array_equal(known[0], cells) and np.array_equal(known[1], free)):
+            known = self._system = (cells, free, System(self.mesh, cells, free))
+        return known[2]
 
     def _step(
         self, system: System, state: State, texel: Texel, photo: Floats, smoothness: Smoothness
@@ -190,19 +199,20 @@ class Registration:
         residual, slopes = self.linearised(state, texel, photo)
         weight = self._weight[state.cells]
         weight = weight * huber(np.sqrt((residual**2).mean(-1)), weight > 0)
-        moments = np.stack([(slopes[..., i] * slopes[..., j]).sum(-1) * weight for i, j in SYMMETRIC], -1)
-        gradient = np.einsum("kpc,kpci,kp->kpi", residual, slopes, weight)
-        m = state.uv.reshape(-1, 2)[system.nodes] @ self.scale.T
-        theta = np.concatenate([m.T, state.rho.ravel()[None, system.nodes]])
+        moments = np.stack([np.einsum("kpc,kpc->kp", slopes[i], slopes[j]) * weight for i, j in SYMMETRIC])
+        gradient = np.stack([np.einsum("kpc,kpc->kp", residual, slope) * weight for slope in slopes])
+        m = state.uv.reshape(-1, 2)[system.around] @ self.scale.T
+        theta = np.concatenate([m.T, state.rho.ravel()[None, system.around]])
         return self._moved(system, state, system.solve(moments, gradient, theta, smoothness))
 
-    def linearised(self, state: State, texel: Texel, photo: Floats) -> tuple[Floats, Floats]:
-        """Return residuals (K, cell², 3) and slopes (K, cell², 3, 3) by (m_x, m_y, ρ) in the K cells in use."""
+    def linearised(self, state: State, texel: Texel, photo: Floats) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
+        """Return residuals (K, cell², 3) and as large slopes by m_x, m_y and ρ in the K cells in use."""
         at = self.mesh.weights @ state.values.reshape(-1, 3)[self.mesh.corners[state.cells]]
         rho = at[..., 2:]
         value, du, dv = texel.with_gradient(at[..., :2])
-        by_m = rho[..., None] * (np.stack([du, dv], -1) @ np.linalg.inv(self.scale))
-        return rho * value - photo, np.concatenate([by_m, value[..., None]], -1)
+        du, dv = rho * du, rho * dv
+        (ux, uy), (vx, vy) = np.linalg.inv(self.scale).tolist()
+        return rho * value - photo, (ux * du + vx * dv, uy * du + vy * dv, value)
 
     def _moved(self, system: System, state: State, step: Floats) -> tuple[State, float]:
         """Return the state moved by as much of the step as folds no triangle, and the 95th percentile of the move."""

@@ -3,8 +3,8 @@
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Points
-from core.overlay.alignment import Canvas, Frames, align, correlate, thinned
-from core.overlay.correlation import Proposal, propose
+from core.overlay.alignment import Canvas, Frames, Template, align, correlate, thinned
+from core.overlay.correlation import Proposal, propose, snapped
 from core.overlay.keypoints import propose_from_keypoints
 from core.overlay.lattice import Lattice, grow, mean_template, refined, seeded
 from core.overlay.smoothing import flatten
@@ -44,11 +44,13 @@ def find_lattice(
 ) -> Job[Lattice]:
     """Return the best of the lattices that grow from several seeds and detectors.
 
-    `texel_px` is the side of a texel where the user knows it; a `start` is the only seed if it is given. Raises
-    `NoPatternError` if there is no lattice.
+    `texel_px` is the side of a texel where the user knows it; a `start` is the only seed if it is given, its vectors
+    those that it has or others of about its size, whichever fit. Raises `NoPatternError` if there is no lattice.
     """
     if start is not None:
-        return found_or_refused([(yield from full_grown(canvas, tried(canvas, start), Progress(0.3, GROWING)))])
+        marked = [tried(canvas, proposal) for proposal in (start, *snapped(canvas.image, start))]
+        best = max(marked, key=promise)
+        return found_or_refused([(yield from full_grown(canvas, best, Progress(0.3, GROWING)))])
     valid = canvas.valid[..., 0] > 0
     yield Progress(0.0, "correlating patches")
     proposals = propose(canvas.image, valid, rng)
@@ -172,10 +174,9 @@ def spaced(frames: Frames, least_px: float) -> Frames:
     return frames[np.array(kept, np.int64)]
 
 
-def grown_piece(canvas: Canvas, known: Lattice, frame: Frames) -> Lattice:
-    """Return the lattice that grows from one frame with the appearance of a known lattice."""
+def grown_piece(canvas: Canvas, template: Template, frame: Frames) -> Lattice:
+    """Return the lattice that grows from one frame with the appearance of a known one."""
     lattice = Lattice(np.zeros((1, 2), np.int64), frame)
-    template = mean_template(canvas.everywhere(), known.frames)
     for grown in grow(canvas, lattice, template):
         lattice = grown
     return lattice

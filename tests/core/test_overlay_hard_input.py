@@ -6,7 +6,8 @@ import pytest
 from core.arrays import Bools, Floats, InputError
 from core.overlay.corrections import lattices_of, texel_between
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.seeding import NoPatternError
+from core.overlay.fitting import fit
+from core.overlay.seeding import NoPatternError, flat_canvas
 from core.progress import run
 from tests.core.overlay_scenes import Scene, make_scene, marked_checks, motif
 
@@ -125,6 +126,14 @@ def test_a_marked_texel_is_where_the_search_begins() -> None:
     assert_true_lattice(found, scene)
 
 
+@pytest.mark.parametrize("basis", [[[24.0, 12.0], [0.0, 20.8]], [[24.0, -8.0], [3.0, 22.0]]])
+def test_a_box_marked_around_a_slanting_texel_snaps_to_it(basis: list[list[float]]) -> None:
+    scene = make_scene(motif(), bend=0.5, basis=np.array(basis))
+    box = np.abs(scene.basis).sum(1)
+    found = run(decompose(scene.photo, start=texel_between(np.array([60.0, 60.0]), np.array([60.0, 60.0]) + box)))
+    assert_true_lattice(found, scene)
+
+
 def test_a_corrected_lattice_is_gone_on_from() -> None:
     scene = make_scene(motif())
     first = found_in(scene.photo)
@@ -133,6 +142,18 @@ def test_a_corrected_lattice_is_gone_on_from() -> None:
     points[3] += 2.0
     again = run(decompose(scene.photo, lattice=lattices_of(keys[kept], points[kept])))
     assert_true_lattice(again, scene)
+
+
+def test_few_vertices_amid_much_that_looks_like_them_are_no_pattern_unless_the_user_says_so() -> None:
+    scene = make_scene(motif())
+    whole = found_in(scene.photo).lattice
+    middle = np.median(whole.keys, axis=0).astype(int)
+    few = whole[(np.abs(whole.keys - middle) <= 1).all(1)]
+    canvas = flat_canvas(scene.photo, np.ones(scene.photo.shape[:2], bool))
+    with pytest.raises(NoPatternError):
+        run(fit(scene.photo, canvas, [few], 0, trusted=False, sure=False))
+    cloth, found = run(fit(scene.photo, canvas, [few], 0, trusted=False, sure=True))
+    assert cloth.steps_of(found.cells) > 30
 
 
 def test_a_doubled_vertex_and_a_row_of_vertices_are_refused() -> None:
