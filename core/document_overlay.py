@@ -5,7 +5,7 @@ that undo, export and the window do not find them twice.
 """
 
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,13 +20,16 @@ from core.overlay.corrections import lattices_of, texel_between
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.lattice import Lattice
 from core.overlay.laying import Parts, encoded, overlaid, searchable, texture_colours
+from core.overlay.remains import without_old_pattern
 from core.overlay.seeding import NoPatternError
-from core.progress import Job, part
+from core.progress import Job, Progress, part
 
 KEPT = 2
 """Decompositions that are kept."""
 FIRST_TRIAL = 0.3
 """Share of the work that growing a lattice from a marked texel takes."""
+FINDING = 0.96
+"""Share of the work that is not freeing the detail of the old pattern."""
 LAYING = 0.95
 """Share of an export's work that finding the pattern takes."""
 COPIES = 2.5
@@ -42,7 +45,9 @@ class Layers:
     shading: Singles
     """(H, W) or (H, W, 3)."""
     detail: Singles
-    """(H, W, 3)."""
+    """(H, W, 3), with what it has of the old pattern."""
+    bare_detail: Singles
+    """(H, W, 3), without."""
     coverage: Singles
     """(H, W)."""
     texel: Floats
@@ -66,6 +71,11 @@ class Layers:
         """Whole texels of which about `COPIES` go across the cloth, 1 at least."""
         texel_px = float(np.linalg.norm(self.basis[:, 0]))
         return float(max(1, round(np.sqrt(self.covered.sum()) / texel_px / COPIES)))
+
+    @cached_property
+    def bare(self) -> "Layers":
+        """The layers that go with a new texture."""
+        return replace(self, detail=self.bare_detail)
 
     @property
     def covered(self) -> Bools:
@@ -105,7 +115,9 @@ def found(document: Document) -> Job[Layers]:
         raise InputError("no pattern was found yet")
     layers = known(document)
     if layers is None:
-        layers = layers_of((yield from _decomposed(document, search)))
+        result = yield from part(_decomposed(document, search), 0.0, FINDING)
+        yield Progress(FINDING, "freeing the detail of the old pattern")
+        layers = layers_of(result)
         _kept.put(document.image, search, layers)
     return layers
 
@@ -153,6 +165,7 @@ def layers_of(result: Decomposition) -> Layers:
         result.uv,
         result.shading,
         result.detail,
+        without_old_pattern(result.detail, result.uv, result.shading, result.texel, result.basis),
         result.coverage,
         result.texel.pixels,
         result.basis,
@@ -187,6 +200,11 @@ def pattern_of(cloth: Cloth, layers: Layers) -> Image:
     return layers.pattern if cloth.texture is None else cloth.texture
 
 
+def layers_under(cloth: Cloth, layers: Layers) -> Layers:
+    """Return the layers that go with what is laid on the cloth."""
+    return layers if cloth.texture is None else layers.bare
+
+
 def picture(document: Document, image: Image) -> Job[Image]:
     """Return `image`, the document's at any depth, with the texture in its folds; itself where none is sought."""
     cloth = document.cloth
@@ -198,8 +216,8 @@ def picture(document: Document, image: Image) -> Job[Image]:
 
 def laid_on(image: Image, layers: Layers, cloth: Cloth) -> Image:
     """Return `image` with the texture in its folds."""
-    parts = Parts(image, layers.uv, layers.shading, layers.detail, layers.coverage, layers.basis)
-    laying = cloth.laying
+    worn, laying = layers_under(cloth, layers), cloth.laying
+    parts = Parts(image, worn.uv, worn.shading, worn.detail, worn.coverage, worn.basis, worn.texel)
     return overlaid(
         parts,
         texture_colours(pattern_of(cloth, layers)),

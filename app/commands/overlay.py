@@ -39,9 +39,10 @@ def run(arguments: argparse.Namespace) -> None:
     check_writable_format(arguments.output)
     if not np.isfinite([arguments.detail, arguments.shading]).all():
         raise InputError("--detail and --shading must be finite numbers")
-    parts, texture = read(arguments.folder), load(arguments.texture)
+    parts, texture = read(arguments.folder), texture_colours(load(arguments.texture))
     placement = Placement(
         arguments.repeat, arguments.rotate, arguments.offset, mirror=arguments.mirror, tile=not arguments.once
     )
-    result = overlaid(parts, texture_colours(texture), placement, alpha=arguments.detail, strength=arguments.shading)
+    parts = parts.under(texture, placement)
+    result = overlaid(parts, texture, placement, alpha=arguments.detail, strength=arguments.shading)
     save(result, arguments.output)

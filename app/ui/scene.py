@@ -12,7 +12,7 @@ from app.render.dressing import Dressing
 from app.render.scene import Marks, Palette, Scene
 from app.ui import theme
 from core.arrays import Points
-from core.document_overlay import pattern_of, placement_of
+from core.document_overlay import layers_under, pattern_of, placement_of
 from core.raster import Raster
 
 
@@ -152,7 +152,9 @@ def _overlay_scene(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     if layers is not None and session.shown == "result" and session.tool not in PHOTO_TOOLS:
         laying = cloth.laying
         placement = placement_of(layers, cloth.texture, laying)
-        dressing = Dressing(layers, pattern_of(cloth, layers), placement, laying.detail, laying.shading)
+        dressing = Dressing(
+            layers_under(cloth, layers), pattern_of(cloth, layers), placement, laying.detail, laying.shading
+        )
     part = editor.overlay.part(document, session.shown)
     return Scene(
         image=document.image if part is None or session.compare == "before" else part,

@@ -12,7 +12,7 @@ from core.files import atomic_folder
 from core.images import Image, load, save
 from core.overlay.decomposition import Decomposition
 from core.overlay.lattice import Lattice
-from core.overlay.laying import Parts
+from core.overlay.laying import Parts, texture_colours
 
 
 def write(found: Decomposition, source: Image, folder: Path) -> None:
@@ -101,6 +101,7 @@ def read(folder: Path) -> Parts:
         detail=array(folder / "detail.npz", "detail", [(*size, 3)]),
         coverage=array(folder / "coverage.npz", "coverage", [size]),
         basis=document,
+        texel=texture_colours(load(folder / "texel.png"))[..., :3],
     )
 
 

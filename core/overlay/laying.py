@@ -1,6 +1,6 @@
 """A decomposed photo as a picture with a new texture, at the photo's own depth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,6 +9,8 @@ from core.arrays import Bools, Floats, Singles
 from core.image import Image
 from core.overlay.bands import bands
 from core.overlay.composition import Norm, Placement, composed
+from core.overlay.remains import without_old_pattern
+from core.overlay.texel import Texel
 
 
 @dataclass(frozen=True)
@@ -21,6 +23,15 @@ class Parts:
     detail: Singles
     coverage: Singles
     basis: Floats
+    texel: Floats
+    """(h, w, 3), the old pattern."""
+
+    def under(self, texture: Floats, placement: Placement) -> "Parts":
+        """Return the parts that go with a texture: the detail is free of the old pattern unless that is laid again."""
+        if placement == Placement() and np.array_equal(texture, self.texel):
+            return self
+        bare = without_old_pattern(self.detail, self.uv, self.shading, Texel(self.texel), self.basis)
+        return replace(self, detail=bare)
 
 
 def overlaid(parts: Parts, texture: Floats, placement: Placement, *, alpha: float, strength: float) -> Image:

@@ -8,11 +8,7 @@ import pytest
 
 from app.cli import main
 from core.images import Image, load, save
-from tests.core.overlay_scenes import make_scene, motif
-
-
-def stored(values: object) -> Image:
-    return Image(np.rint(255 * np.clip(np.asarray(values), 0, 1)).astype(np.uint8))
+from tests.core.overlay_scenes import make_scene, motif, stored
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +90,9 @@ def test_an_empty_or_wrong_mask_is_named(photo: Path, tmp_path: Path, capsys: py
     assert not (tmp_path / "parts").exists()
 
 
-@pytest.mark.parametrize("name", ["texture_coords.npz", "shading.npz", "detail.npz", "report.json", "source.png"])
+@pytest.mark.parametrize(
+    "name", ["texture_coords.npz", "shading.npz", "detail.npz", "report.json", "source.png", "texel.png"]
+)
 def test_a_damaged_or_missing_part_is_named(
     name: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

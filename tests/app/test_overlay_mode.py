@@ -17,7 +17,7 @@ from app.tools.lattice import free_key, on_screen, remove, vertices
 from core import color
 from core.cloth import Cloth, Search
 from core.document import Document
-from core.document_overlay import laid_on, placement_of, size_of
+from core.document_overlay import laid_on, layers_under, placement_of, size_of
 from core.images import Image, load, save
 from core.overlay.seeding import NoPatternError
 from core.project import load_project, save_project
@@ -123,6 +123,18 @@ def test_texture_goes_with_the_pointer(drive: OverlayDriver) -> None:
     assert drive.cloth.laying.rotate_deg == pytest.approx(8.0)
     drive.undo().undo()
     assert drive.cloth.laying.offset == (0.0, 0.0)
+
+
+def test_new_texture_goes_with_the_detail_that_is_free_of_the_old_pattern(drive: OverlayDriver) -> None:
+    layers = drive.editor.overlay.layers
+    assert layers is not None
+    inside = layers.covered
+    roughness = [float(np.std(detail[inside])) for detail in (layers.detail, layers.bare_detail)]
+    assert roughness[1] < 0.9 * roughness[0]
+    assert layers_under(drive.cloth, layers) is layers
+    worn = layers_under(drive.cloth.changed(texture=TEXTURE), layers)
+    assert worn.detail is layers.bare_detail
+    assert layers_under(drive.cloth.changed(texture=TEXTURE), layers) is worn
 
 
 def test_slider_needs_no_job(drive: OverlayDriver) -> None:

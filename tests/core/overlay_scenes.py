@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Floats
+from core.image import Image
 from core.overlay.texel import Texel
 
 COLOURS = np.array([[0.75, 0.72, 0.6], [0.15, 0.25, 0.5], [0.7, 0.2, 0.2]])
@@ -18,6 +19,11 @@ class Scene:
     uv: Floats
     shading: Floats
     basis: Floats
+
+
+def stored(values: object) -> Image:
+    """Return values on the 0 to 1 scale as an 8-bit picture."""
+    return Image(np.rint(255 * np.clip(np.asarray(values), 0, 1)).astype(np.uint8))
 
 
 def motif(n: int = 60) -> Texel:

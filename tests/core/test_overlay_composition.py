@@ -175,7 +175,7 @@ def parts(source: Image) -> Parts:
     for layer in (uv, shading, detail):
         layer[:, :12] = np.nan
     layers = [layer.astype(np.float32) for layer in (uv, shading, detail, coverage)]
-    return Parts(source, layers[0], layers[1], layers[2], layers[3], SCALE)
+    return Parts(source, layers[0], layers[1], layers[2], layers[3], SCALE, RNG.random((9, 11, 3)))
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])

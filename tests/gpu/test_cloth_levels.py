@@ -9,7 +9,7 @@ from app.render.dressing import Dressing
 from core import color
 from core.arrays import Floats, Singles
 from core.cloth import Cloth, Laying
-from core.document_overlay import Layers, laid_on, pattern_of, placement_of
+from core.document_overlay import Layers, laid_on, layers_under, pattern_of, placement_of
 from core.images import Image
 from core.overlay.alignment import Frames
 from core.overlay.lattice import Lattice
@@ -43,6 +43,7 @@ def layers(*, folded: bool = True) -> Layers:
         uv.astype(np.float32),
         shading.astype(np.float32),
         detail.astype(np.float32),
+        (0.5 * detail).astype(np.float32),
         coverage.astype(np.float32),
         texel,
         np.array([[14.0, 1.0], [-0.5, 12.0]]),
@@ -52,12 +53,13 @@ def layers(*, folded: bool = True) -> Layers:
 
 def dressing(cloth: Cloth, found: Layers) -> Dressing:
     placement = placement_of(found, cloth.texture, cloth.laying)
-    return Dressing(found, pattern_of(cloth, found), placement, cloth.laying.detail, cloth.laying.shading)
+    worn = layers_under(cloth, found)
+    return Dressing(worn, pattern_of(cloth, found), placement, cloth.laying.detail, cloth.laying.shading)
 
 
 def composed(photo: Image, cloth: Cloth, found: Layers) -> Floats:
     """Return what the shader makes of the photo, encoded, (H, W, 3 or 4)."""
-    source = DressedSource(gpu.standalone(), photo, found)
+    source = DressedSource(gpu.standalone(), photo, layers_under(cloth, found))
     try:
         source.dress(dressing(cloth, found))
         window = source.window((0, 0, WIDTH, HEIGHT), 0)
