@@ -86,11 +86,19 @@ def has_display() -> bool:
         return bool(glfw.init())
 
 
+def _ask_for_no_depth() -> None:
+    """Let the next window have colours only: clearing what nothing is drawn with takes its time too."""
+    glfw.init()
+    glfw.window_hint(glfw.DEPTH_BITS, 0)
+    glfw.window_hint(glfw.STENCIL_BITS, 0)
+
+
 class Shell:
     """The editor in a window."""
 
     def __init__(self, editor: Editor, *, keeps_settings: bool = True, welcomes: bool = False) -> None:
         gpu.let_go()
+        _ask_for_no_depth()
         self.editor = editor
         self.workspace = Workspace(editor, welcomes=welcomes)
         self.params = self._params(keeps_settings=keeps_settings)
@@ -196,8 +204,8 @@ class Shell:
 
     def _draw_picture(self) -> None:
         """Draw the picture behind the panels."""
-        desk, io, area = theme.rgb(theme.DESK), imgui.get_io(), self.workspace.canvas.area
-        self._context.screen.clear(desk.x, desk.y, desk.z)
+        panel, io, area = theme.rgb(theme.PANEL), imgui.get_io(), self.workspace.canvas.area
+        self._context.screen.clear(panel.x, panel.y, panel.z)
         ratio = io.display_framebuffer_scale.y
         below = io.display_size.y - area.y - area.height
         left, bottom, width, height = (round(side * ratio) for side in (area.x, below, area.width, area.height))

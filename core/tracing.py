@@ -1,7 +1,8 @@
 """A timeline of what the program did, in the Chrome trace event format.
 
 `span("solve")` around a piece of work costs a few hundred nanoseconds while nobody records. One recorder serves the
-whole process, since a timeline is of a process; spans may come from any thread.
+whole process, since a timeline is of a process; spans may come from any thread. Beside its duration every span has its
+thread's processor time, which says what the work costs while other programs are busy too.
 """
 
 import json
@@ -32,7 +33,7 @@ def span(name: str, **arguments: object) -> Iterator[None]:
     if _events is None:
         yield
         return
-    started = time.perf_counter_ns()
+    started, busy = time.perf_counter_ns(), time.thread_time_ns()
     try:
         yield
     finally:
@@ -43,6 +44,8 @@ def span(name: str, **arguments: object) -> Iterator[None]:
                     "ph": "X",
                     "ts": started / 1e3,
                     "dur": (time.perf_counter_ns() - started) / 1e3,
+                    "tts": busy / 1e3,
+                    "tdur": (time.thread_time_ns() - busy) / 1e3,
                     "pid": os.getpid(),
                     "tid": threading.get_native_id(),
                     "args": arguments,

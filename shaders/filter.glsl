@@ -1,10 +1,10 @@
 // Resampling of the picture: cubic convolution (Keys 1981, a = -1/2), stretched to the footprint where it shrinks.
+// Where DRAFT is defined, a blend of four texels of the level: a renderer in software runs every branch that is compiled.
 
 uniform sampler2D picture;    // linear light, premultiplied: the base level, at its right the coarser ones
 uniform ivec2 picture_size;   // whole picture in pixels
 uniform ivec4 window;         // source pixel that is the texture's first; size of the base level in texels
 uniform int base_level;
-uniform bool draft;           // blend four texels of the level instead
 
 float cubic(float x) {
     x = abs(x);
@@ -103,7 +103,10 @@ vec4 filtered(vec2 whole, vec2 fraction, vec3 kernel, int level) {
     at += ivec2(low);
     t -= low;
     Level texels = level_of(level);
-    if (draft) return blended(at, t, texels);
+#ifdef DRAFT
+    return blended(at, t, texels);
+#else
     bool plain = abs(kernel.x - 1.0) + abs(kernel.y) + abs(kernel.z - 1.0) < 1e-4;
     return plain ? interpolated(at, t, texels) : averaged(at, t, kernel, texels);
+#endif
 }

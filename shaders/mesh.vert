@@ -1,16 +1,15 @@
 #version 330
-// The deformed grid, two triangles a quad, with a ring of cells outside it in which the outline fades out.
+// The deformed grid with its ring, two triangles a quad (app/render/ring.py).
 //
-// Vertex 2 n + k is ring node n. It is the last corner of the two triangles of the quad above and left of it, and hands
+// Vertex 2 n + k is node n. It is the last corner of the two triangles of the quad above and left of it, and hands
 // triangle k (0: top left, top right, bottom right; 1: bottom left, top left, bottom right) its affine maps as flat
 // values: output pixel -> source pixel and output pixel -> grid cell. Each is exact for every fragment, whatever the tile.
 //
 // Positions come as whole pixels and a fraction, so that differences of neighbours lose no bits in big pictures.
 
-uniform sampler2D rest_nodes;   // (R, C) source pixels: xy = fraction, zw = whole
-uniform sampler2D moved_nodes;  // (R, C) output pixels: xy = fraction, zw = whole
-uniform float stride;           // cells between nodes, but for the last ones of a row and a column
-uniform vec2 last_cell;         // grid coordinates of the last node
+uniform sampler2D rest_nodes;   // (R + 2, C + 2) source pixels: xy = fraction, zw = whole
+uniform sampler2D moved_nodes;  // (R + 2, C + 2) output pixels: xy = fraction, zw = whole
+uniform sampler2D cell_nodes;   // (R + 2, C + 2) grid coordinates (column, row)
 uniform vec2 target_origin;     // output pixel that is the target's first
 uniform float target_extent;    // side of the square target, a power of two: the projection rounds nothing
 uniform int base_level;         // finest level of the picture's pyramid that the texture holds
@@ -26,8 +25,6 @@ flat out vec3 kernel;        // symmetric map from texels of the level to the un
 flat out int level;          // level of the pyramid to read
 
 const float MOST_ANISOTROPY = 16.0;
-const float RING_PX = 1.5;
-const float MOST_RING_PX = 4.0;
 
 struct Node {
     vec4 moved;
@@ -39,35 +36,8 @@ vec2 between(vec4 a, vec4 b) {
     return (b.zw - a.zw) + (b.xy - a.xy);
 }
 
-vec2 cell_of(ivec2 node) {
-    return min(vec2(node) * stride, last_cell);
-}
-
-// How many steps between nodes beyond `edge` the ring reaches: RING_PX across the outline, MOST_RING_PX at most.
-float ring_reach(ivec2 edge, ivec2 inward, ivec2 last) {
-    ivec2 along = inward.yx;
-    vec4 here = texelFetch(moved_nodes, edge, 0);
-    vec2 step = between(texelFetch(moved_nodes, edge + inward, 0), here);
-    vec2 tangent = between(texelFetch(moved_nodes, clamp(edge - along, ivec2(0), last), 0),
-                           texelFetch(moved_nodes, clamp(edge + along, ivec2(0), last), 0));
-    float across = abs(step.x * tangent.y - step.y * tangent.x) / max(length(tangent), 1e-6);
-    return min(RING_PX / max(across, 1e-6), MOST_RING_PX / max(length(step), 1e-6));
-}
-
-void extend(inout Node node, ivec2 edge, ivec2 inward, ivec2 last) {
-    float reach = ring_reach(edge, inward, last);
-    node.moved.xy += reach * between(texelFetch(moved_nodes, edge + inward, 0), texelFetch(moved_nodes, edge, 0));
-    node.rest.xy += reach * between(texelFetch(rest_nodes, edge + inward, 0), texelFetch(rest_nodes, edge, 0));
-    node.cell += reach * (cell_of(edge) - cell_of(edge + inward));
-}
-
-Node ring_node(ivec2 at) {
-    ivec2 last = textureSize(moved_nodes, 0) - 1;
-    ivec2 edge = clamp(at, ivec2(0), last);
-    Node node = Node(texelFetch(moved_nodes, edge, 0), texelFetch(rest_nodes, edge, 0), cell_of(edge));
-    if (at.x != edge.x) extend(node, edge, ivec2(edge.x - at.x, 0), last);
-    if (at.y != edge.y) extend(node, edge, ivec2(0, edge.y - at.y), last);
-    return node;
+Node node_at(ivec2 at) {
+    return Node(texelFetch(moved_nodes, at, 0), texelFetch(rest_nodes, at, 0), texelFetch(cell_nodes, at, 0).xy);
 }
 
 // The kernel follows the polar factor S of the Jacobian J = S Q in source pixels, with singular values raised to at least
@@ -90,12 +60,13 @@ void choose_filter(mat2 J) {
 }
 
 void main() {
-    int width = textureSize(moved_nodes, 0).x + 2;
-    int ring_index = gl_VertexID >> 1;
-    ivec2 at = ivec2(ring_index % width, ring_index / width) - 1;
-    Node last = ring_node(at);
-    Node first = ring_node(at - ivec2(1, (gl_VertexID & 1) == 0 ? 1 : 0));
-    Node middle = ring_node(at - ivec2((gl_VertexID & 1) == 0 ? 0 : 1, 1));
+    int width = textureSize(moved_nodes, 0).x;
+    int number = gl_VertexID >> 1;
+    ivec2 at = ivec2(number % width, number / width);
+    ivec2 before = max(at - 1, 0);
+    Node last = node_at(at);
+    Node first = node_at(ivec2(before.x, (gl_VertexID & 1) == 0 ? before.y : at.y));
+    Node middle = node_at(ivec2((gl_VertexID & 1) == 0 ? at.x : before.x, before.y));
 
     mat2 moved = mat2(between(first.moved, middle.moved), between(first.moved, last.moved));
     float area = determinant(moved);

@@ -17,6 +17,7 @@ class Layers:
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.picture = PicturePass(context, size, with_cells=True)
         self.shown = gpu.Offscreen(context, size, "f1")
+        self.shown.texture.repeat_x = self.shown.texture.repeat_y = False
         self.drawn: Scene | None = None
         """What `shown` shows."""
         self.goal: Scene | None = None

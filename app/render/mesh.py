@@ -1,4 +1,4 @@
-"""The deformed grid on the GPU: an index buffer per grid shape, two small textures of node positions.
+"""The deformed grid on the GPU: an index buffer per grid shape, small textures of node positions.
 
 The vertex shader reads nodes by number (shaders/mesh.vert), so that moving the grid is one upload of its positions.
 Quads are ordered in blocks; only blocks that meet the target are drawn.
@@ -11,15 +11,16 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from app.render.programs import programs_of, set_uniforms
+from app.render.programs import Names, programs_of, set_uniforms
 from app.render.reach import Reach
+from app.render.ring import with_ring
 from app.render.source import Box
 from core import tracing
 from core.arrays import Bools, Floats, Ints, Points, Singles
 
 BLOCK = 16
-RING_PX = 6.0
-"""How far the fading ring can reach beyond the outline, in output pixels (MOST_RING_PX of mesh.vert and rounding)."""
+NODE_UNITS = {"rest_nodes": 0, "moved_nodes": 1, "cell_nodes": 8}
+"""Texture units."""
 EDGE_PX = 1.5
 """The outline cuts pixels so far inside it."""
 MOST_EDGE_LAYERS = 24
@@ -38,12 +39,15 @@ class Mesh:
         self._context = context
         self._drawn = np.ix_(*(_every(stride, size) for size in shape))
         rows, columns = shape = self._drawn[0].size, self._drawn[1].size
-        self._rest_nodes = context.texture((columns, rows), 4, dtype="f4")
-        self._moved_nodes = context.texture((columns, rows), 4, dtype="f4")
+        self._cells = np.stack(np.meshgrid(self._drawn[1].ravel(), self._drawn[0].ravel()), axis=-1).astype(float)
+        sizes = {"rest_nodes": 4, "moved_nodes": 4, "cell_nodes": 2}
+        self._nodes = {
+            name: context.texture((columns + 2, rows + 2), channels, dtype="f4") for name, channels in sizes.items()
+        }
         self._indices = context.buffer(_indices(shape).tobytes())
         self._edge_indices = context.buffer(_edge_indices(shape)[0].tobytes())
         self._edge_counts = _edge_indices(shape)[1]
-        self._arrays: dict[tuple[str, int], moderngl.VertexArray] = {}
+        self._arrays: dict[tuple[str, Names, int], moderngl.VertexArray] = {}
         self._first, self._count = _block_ranges(shape)
         self._rest: Points | None = None
         self._moved: Points | None = None
@@ -51,17 +55,17 @@ class Mesh:
 
     def place(self, rest: Points, moved: Points) -> None:
         """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
-        if rest is not self._rest:
-            with tracing.span("upload", what="rest"):
-                self._rest_nodes.write(_whole_and_fraction(rest[self._drawn]))
-            self._rest, self._reach = rest, None
-        if moved is not self._moved:
-            with tracing.span("upload", what="moved"):
-                self._moved_nodes.write(_whole_and_fraction(moved[self._drawn]))
-            self._moved, self._reach = moved, None
-            low, high = _block_bounds(moved[self._drawn])
-            self._low, self._high = low - RING_PX, high + RING_PX
-            self._thinnest = _thinnest_border(moved[self._drawn])
+        if rest is self._rest and moved is self._moved:
+            return
+        self._rest, self._moved, self._reach = rest, moved, None
+        drawn = moved[self._drawn]
+        with tracing.span("upload", what="nodes"):
+            moved_nodes, rest_nodes, cells = with_ring(drawn, rest[self._drawn], self._cells)
+            self._nodes["moved_nodes"].write(_whole_and_fraction(moved_nodes))
+            self._nodes["rest_nodes"].write(_whole_and_fraction(rest_nodes))
+            self._nodes["cell_nodes"].write(cells.astype(np.float32))
+        self._low, self._high = _block_bounds(moved_nodes)
+        self._thinnest = _thinnest_border(drawn)
 
     def blocks_in(self, box: Box) -> Bools:
         """Return which blocks may meet the output pixels of `box`."""
@@ -85,27 +89,27 @@ class Mesh:
 
     def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:
         """Draw `blocks` with the shader `fragment` into the bound framebuffer."""
-        array = self._array(fragment, self._indices, uniforms)
+        array = self._array(fragment, (), self._indices, uniforms)
         for first, count in _runs(blocks, self._first, self._count):
             array.render(moderngl.TRIANGLES, vertices=count, first=first)
 
-    def draw_edge(self, fragment: str, **uniforms: object) -> None:
+    def draw_edge(self, fragment: str, defined: Names = (), /, **uniforms: object) -> None:
         """Draw the ring and the cells that may reach into the last pixel before the outline."""
         layers = min(math.ceil(EDGE_PX / max(self._thinnest, EDGE_PX / MOST_EDGE_LAYERS)), len(self._edge_counts) - 1)
-        array = self._array(fragment, self._edge_indices, uniforms)
+        array = self._array(fragment, defined, self._edge_indices, uniforms)
         array.render(moderngl.TRIANGLES, vertices=int(self._edge_counts[layers]))
 
-    def _array(self, fragment: str, indices: moderngl.Buffer, uniforms: dict[str, object]) -> moderngl.VertexArray:
+    def _array(
+        self, fragment: str, defined: Names, indices: moderngl.Buffer, uniforms: dict[str, object]
+    ) -> moderngl.VertexArray:
         """Return what to render, with its program and textures set."""
-        program = self._programs.get("mesh.vert", fragment)
-        key = fragment, indices.glo
+        program = self._programs.get("mesh.vert", fragment, defined)
+        key = fragment, defined, indices.glo
         if key not in self._arrays:
             self._arrays[key] = self._context.vertex_array(program, [], index_buffer=indices)
-        self._rest_nodes.use(0)
-        self._moved_nodes.use(1)
-        last_cell = (self.shape[1] - 1, self.shape[0] - 1)
-        stride = float(self.stride)
-        set_uniforms(program, rest_nodes=0, moved_nodes=1, stride=stride, last_cell=last_cell, **uniforms)
+        for name, texture in self._nodes.items():
+            texture.use(NODE_UNITS[name])
+        set_uniforms(program, last_cell=(self.shape[1] - 1, self.shape[0] - 1), **NODE_UNITS, **uniforms)
         return self._arrays[key]
 
     def release(self) -> None:
@@ -114,8 +118,8 @@ class Mesh:
             array.release()
         self._indices.release()
         self._edge_indices.release()
-        self._rest_nodes.release()
-        self._moved_nodes.release()
+        for texture in self._nodes.values():
+            texture.release()
 
 
 def _every(stride: int, size: int) -> Ints:
@@ -180,9 +184,8 @@ def _runs(blocks: Bools, first: Ints, count: Ints) -> list[tuple[int, int]]:
     ]
 
 
-def _block_bounds(points: Points) -> tuple[Points, Points]:
+def _block_bounds(ring: Points) -> tuple[Points, Points]:
     """Return the least and the greatest position of every block's nodes: two arrays (blocks down, blocks across, 2)."""
-    ring = np.pad(points, ((1, 1), (1, 1), (0, 0)), mode="edge")
     corners = ring[:-1, :-1], ring[:-1, 1:], ring[1:, :-1], ring[1:, 1:]
     return (
         _reduce_blocks(np.minimum, np.minimum.reduce(corners)),

@@ -77,8 +77,8 @@ class PicturePass:
         uniforms = {
             **self._uniforms(source.window(*read), source, origin),
             "least_stretch": least_stretch,
-            "draft": draft,
         }
+        defined = ("DRAFT",) if draft else ()
         viewport = -self.side // 2, -self.side // 2, 2 * self.side, 2 * self.side
         for piece in _pieces(blocks):
             with gpu.drawing(self._places, viewport, _shifted(box, origin)):
@@ -89,11 +89,13 @@ class PicturePass:
                 source.window(*read).texture.use(PICTURE_UNIT)
                 self._place.texture.use(PLACE_UNIT)
                 self._footprint.texture.use(FOOTPRINT_UNIT)
-                self._programs.fullscreen("resample.frag", place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms)
+                self._programs.fullscreen(
+                    "resample.frag", defined, place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms
+                )
             yield
         source.window(*read).texture.use(PICTURE_UNIT)
         with self.light.drawing(viewport, _shifted(box, origin)), self._blending():
-            mesh.draw_edge("edge.frag", **uniforms)
+            mesh.draw_edge("edge.frag", defined, **uniforms)
         if self.cells is not None:
             with self.cells.drawing(viewport, _shifted(box, origin)):
                 mesh.draw_edge("edge_cells.frag", **uniforms)

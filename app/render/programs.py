@@ -35,9 +35,11 @@ class Programs:
             self._programs[key] = self._context.program(vertex_shader=source(vertex), fragment_shader=text)
         return self._programs[key]
 
-    def fullscreen(self, fragment: str, defined: Names = (), /, **uniforms: object) -> None:
+    def fullscreen(
+        self, fragment: str, defined: Names = (), vertex: str = "fullscreen.vert", /, **uniforms: object
+    ) -> None:
         """Run `fragment`, with names `defined` in it, once for every pixel of the viewport."""
-        program = self.get("fullscreen.vert", fragment, defined)
+        program = self.get(vertex, fragment, defined)
         key = fragment, defined
         if key not in self._fullscreen:
             self._fullscreen[key] = self._context.vertex_array(program, [])

@@ -203,7 +203,8 @@ class Renderer:
         smooth = moderngl.NEAREST if shrink == 1 else moderngl.LINEAR
         layers.shown.texture.filter = (smooth, smooth)
         layers.shown.texture.use(0)
-        self._programs.fullscreen("show.frag", canvas=0, viewport=viewport, shrink=float(shrink))
+        part = tuple(viewport[axis] / (shrink * layers.shown.size[axis - 2]) for axis in (2, 3))
+        self._programs.fullscreen("show.frag", (), "show.vert", canvas=0, part=part)
         self._context.viewport = before
 
     def _layers_of(self, size: tuple[int, int], *, draft: bool) -> Layers:
@@ -261,8 +262,9 @@ def _lies_alike(scene: Scene, shown: Scene | None) -> bool:
 
 def _draft_stride(positions: Points) -> int:
     """Return which nodes of a row a draft draws, from their positions (R, C, 2) in its pixels: every so manieth."""
-    spans = np.ptp(positions, axis=(0, 1)) / (positions.shape[1] - 1, positions.shape[0] - 1)
-    return max(int(DRAFT_CELL_PX / max(float(spans.max()), 1e-3)), 1)
+    cells = positions.shape[1] - 1, positions.shape[0] - 1
+    span = max(float(np.ptp(positions[..., axis])) / cells[axis] for axis in (0, 1))
+    return max(int(DRAFT_CELL_PX / max(span, 1e-3)), 1)
 
 
 def _rectangle(box: Box, size: tuple[int, int]) -> Rectangle:

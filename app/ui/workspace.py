@@ -125,6 +125,7 @@ class Workspace:
         self.canvas.take_input()
         self.editor.update()
         self._show_mode()
+        _back_panels()
         self._fit_new_picture()
         self.thumbnails.begin_frame()
 
@@ -165,10 +166,30 @@ class Workspace:
             self.table.run("view.fit", self.editor)
 
 
+def _back_panels() -> None:
+    """Give panels a ground while one floats; docked ones lie on the window, which is cleared to their colour.
+
+    To paint that colour over once more would take as long as all that is on the panels.
+    """
+    docking = hello_imgui.get_runner_params().docking_params
+    space = docking.dock_space_id_from_name("MainDockSpace")
+    floats = any(panel.is_visible and _tree_of(panel.label) != space for panel in docking.dockable_windows)
+    imgui.get_style().set_color_(int(imgui.Col_.window_bg), theme.rgb(theme.PANEL, float(floats)))
+
+
+def _tree_of(panel: str) -> int | None:
+    """Return the number of the tree of docked windows that a panel is in; None while it floats alone."""
+    window = imgui.internal.find_window_by_name(panel)
+    node = None if window is None else window.dock_node
+    while node is not None and node.parent_node is not None:
+        node = node.parent_node
+    return None if node is None else int(node.id_)
+
+
 def _add_bar(calls: hello_imgui.RunnerCallbacks, side: str, draw: Callable[[], None], size_em: float) -> None:
     """Put a bar of fixed width at a side of the window."""
     options = hello_imgui.EdgeToolbarOptions(
-        size_em=size_em, window_padding_em=(0.0, 0.3), window_bg=theme.rgb(theme.PANEL)
+        size_em=size_em, window_padding_em=(0.0, 0.3), window_bg=theme.rgb(theme.PANEL, 0)
     )
     calls.add_edge_toolbar(getattr(hello_imgui.EdgeToolbarType, side), draw, options)
 

@@ -12,6 +12,7 @@ from app.render.renderer import Renderer
 from app.render.scene import Marks, Scene
 from app.spaces import View
 from core.arrays import Bytes
+from core.images import Image
 from core.raster import Raster
 from tests.gpu import scenes
 
@@ -185,3 +186,15 @@ def test_what_is_painted_meanwhile_shows_at_once_and_at_the_end(slow: Screen, fa
     assert (shots[0][40:-40, 40:-40, 0].astype(int) - plain[40:-40, 40:-40, 0]).mean() > 20
     assert len(shots) > 2
     assert np.array_equal(shots[-1], fast.shot(painted))
+
+
+def test_a_draft_does_not_mix_in_the_opposite_edge(slow: Screen) -> None:
+    half = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    half[:, : WIDTH // 2] = 255
+    rest = scenes.grid(WIDTH, HEIGHT, cells=20)
+    view = View(1.2, (-30.0, -22.0), (WIDTH, HEIGHT))
+    scene = Scene(Image(half), rest, rest, view)
+    slow.rest(scene)
+    shot = slow.shot(replace(scene, view=replace(view, pan=(-31.0, -22.0)), draft=True))
+    assert (shot[:, 0] == 255).all()
+    assert not shot[:, -1].any()

@@ -8,6 +8,8 @@ from imgui_bundle import hello_imgui, imgui
 
 from app.editor import Editor
 from app.preferences import load_preferences
+from app.ui import theme
+from core.arrays import Bytes
 from core.document import Mode, Pin, pixels_from_places
 from core.document_map import outline_of
 from tests.gui.window_driver import WindowDriver, drive
@@ -99,3 +101,25 @@ def test_the_panels_go_back_to_where_they_were(editor: Editor) -> None:
     first, moved, last = places
     assert moved != first
     assert last == pytest.approx(first, abs=2)
+
+
+def test_docked_and_floating_panels_have_a_ground(editor: Editor, tmp_path: Path) -> None:
+    shots: list[tuple[Bytes, tuple[int, int]]] = []
+
+    def script(window: WindowDriver) -> None:
+        def shoot(label: str) -> None:
+            panel = window.wait(4).context.get_window_by_ref(f"//{label}")
+            place = round(panel.pos.x + panel.size.x / 2), round(panel.pos.y + panel.size.y - 12)
+            shots.append((window.screenshot(tmp_path / "window.png"), place))
+
+        shoot("Handles")
+        window.context.undock_window("//Handles")
+        window.context.window_move("//Handles", window.place(200, 150))
+        shoot("Handles")
+        window.context.dock_into("//History", "//Handles")
+        shoot("History")
+
+    drive(editor, script)
+    for pixels, (x, y) in shots:
+        code = theme.PANEL
+        assert tuple(pixels[y, x]) == (code >> 16 & 255, code >> 8 & 255, code & 255)
