@@ -23,6 +23,7 @@ from app.tool import Tool
 from core import tracing
 from core.arrays import WeftError
 from core.document import Document, Mode
+from core.document_retexture import moves
 from core.progress import Job
 
 log = logging.getLogger("weft")
@@ -256,6 +257,8 @@ class Editor:
         """Finish what is in progress and take another tool."""
         self.finish()
         self.show(tool=name, hover=None)
+        if self.tools[name].on_original and moves(self.document):
+            self.show(look="original")
 
     def choose_mode(self, mode: Mode) -> None:
         """Finish what is in progress and work in another mode, with the tool that was last used there."""

@@ -42,6 +42,8 @@ DRAWING_S = 0.014
 """What drawing the picture may take of a frame; the panels, the map and the window's own work take as much again."""
 SWITCH_S = 0.0005
 """How long a job may keep the interpreter to itself while the window waits for it."""
+DOUBLE_CLICK_S = 0.45
+"""Two clicks make a double click up to so far apart; a slow machine needs a frame between them."""
 BLINK_S = 0.3
 """How often the caret of a text field wants a frame."""
 
@@ -185,6 +187,7 @@ class Shell:
 
     def _attach(self) -> None:
         """Take the GL context, once it is there."""
+        imgui.get_io().mouse_double_click_time = DOUBLE_CLICK_S
         self._context = gpu.attach()
         self._renderer = Renderer(self._context, frame_s=DRAWING_S)
         self.workspace.thumbnails.attach(self._context, self._renderer)

@@ -23,6 +23,11 @@ def _no_hover(editor: "Editor", pos: Position) -> object:
     return None
 
 
+def _no_more(editor: "Editor") -> str:
+    """Say nothing beyond the hint."""
+    return ""
+
+
 def _no_key(editor: "Editor", key: Key) -> bool:
     """Take no key."""
     return False
@@ -43,7 +48,7 @@ class Tool:
     """Name of a Font Awesome 6 icon, without its prefix: "paintbrush"."""
     key: str
     hint: str
-    """What can be done now, for the status bar."""
+    """What can be done with it, for the status bar."""
     press: Callable[["Editor", Press], Gesture | None]
     modes: frozenset[Mode] = frozenset(("warp", "retexture", "overlay"))
     cursor: Literal["arrow", "cross", "hand", "none", "move"] = "arrow"
@@ -51,5 +56,9 @@ class Tool:
     """What lies under a screen position, kept in `Session.hover`."""
     take_key: Callable[["Editor", Key], bool] = _no_key
     """Act on a key and say so, before the action table sees it."""
+    moment: Callable[["Editor"], str] = _no_more
+    """What can be done just now, where that is something else than the hint says."""
+    on_original: bool = False
+    """Whether it works on Retexture mode's picture as it was, which is shown when the tool is chosen."""
     overlay: Callable[["Editor"], Sequence[Shape]] = _no_shapes
     """What is drawn over the picture while the tool is in hand, in screen pixels, the lowest first."""

@@ -68,16 +68,23 @@ def with_handle_at(points: Points, handle: int, place: Points, *, closed: bool, 
     return result
 
 
-def bent(points: Points, t: float, by: Points) -> Points:
+def bent(
+    points: Points, t: float, by: Points, *, closed: bool = False, smooth: AbstractSet[int] = frozenset()
+) -> Points:
     """Return the curve with the point at parameter `t` moved by (2,), its knots held.
 
     With B1 = 3u(1-u)² and B2 = 3u²(1-u), the handles move by B1, B2 / (B1² + B2²) of it: the least move that does it.
+    At `smooth` knots the handles across turn along.
     """
     segment = min(int(t), len(points) // 3 - 1)
     u = float(np.clip(t - segment, LEAST_BEND, 1 - LEAST_BEND))
     lever = np.array([3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u)])
     result = points.copy()
-    result[3 * segment + 1 : 3 * segment + 3] += np.outer(lever / (lever @ lever), by)
+    handles = 3 * segment + 1, 3 * segment + 2
+    result[[*handles]] += np.outer(lever / (lever @ lever), by)
+    for handle in handles:
+        linked = knot_beside(points, handle, closed=closed) in smooth
+        result = with_handle_at(result, handle, result[handle], closed=closed, linked=linked)
     return result
 
 

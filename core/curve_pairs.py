@@ -1,6 +1,8 @@
 """Edits that a curve and its target undergo together: functions from `CurvePair` to `CurvePair`."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -30,10 +32,13 @@ def without_knot(pair: CurvePair, knot: int) -> CurvePair | None:
     return replace(pair, source=source, target=target, corners=curve_edit.corners_without(pair.corners, knot))
 
 
-def with_corner_toggled(pair: CurvePair, knot: int) -> CurvePair:
-    """Return the curves with a corner made smooth, or a smooth knot made a corner."""
+def with_corner_toggled(pair: CurvePair, knot: int, sides: Sequence[Literal["source", "target"]]) -> CurvePair:
+    """Return the curves with a corner made smooth, or a smooth knot made a corner, by the handles of `sides`."""
     edit = curve_edit.smoothed if knot in pair.corners else curve_edit.cornered
-    source, target = (edit(points, knot, closed=pair.closed) for points in (pair.source, pair.target))
+    source, target = (
+        edit(points, knot, closed=pair.closed) if side in sides else points
+        for side, points in (("source", pair.source), ("target", pair.target))
+    )
     return replace(pair, source=source, target=target, corners=pair.corners ^ {knot})
 
 

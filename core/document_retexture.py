@@ -51,8 +51,14 @@ class Regrown:
     def grids(self) -> Points:
         """Nodes (n, K, J, 2) of the patches in the result, every fourth of them."""
         pieces = disjoint(feature_curves(self.document))
-        lines = [piece.target or followed(piece.source, self.found) for piece in pieces]
-        return overlays.patch_grids(self.found, lines, shape_of(self.document))
+        lines = [piece.target for piece in pieces if piece.target is not None]
+        return overlays.patch_grids(self.found, [*lines, *self.followers], shape_of(self.document))
+
+    @cached_property
+    def followers(self) -> list[Curve]:
+        """Where passive curves are in the result."""
+        pieces = disjoint(feature_curves(self.document))
+        return [followed(piece.source, self.found) for piece in pieces if piece.target is None]
 
 
 def is_moved(pair: CurvePair) -> bool:

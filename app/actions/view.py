@@ -47,7 +47,7 @@ def toggle_split(editor: Editor) -> None:
 
 _OVERLAYS = {
     "grid": ("Grid", "G", "border-all", "The deformed grid"),
-    "mask": ("Mask", "M", "masks-theater", "What keeps its shape"),
+    "mask": ("Mask", "M", "masks-theater", "What is painted with the brush"),
     "handles": ("Handles", "K", "circle-nodes", "Pins, curves and their marks"),
     "outline": ("Outline", "", "vector-square", "The edge of the picture"),
     "folds": ("Folded cells", "", "triangle-exclamation", "Cells of the grid that are turned over"),
@@ -58,6 +58,7 @@ _OVERLAYS = {
     "scale": ("Scale heat map", "", "temperature-half", "Where the picture is stretched or shrunk"),
 }
 OF_MODE: dict[str, Mode] = {
+    "grid": "warp",
     "spines": "retexture",
     "patches": "retexture",
     "seams": "retexture",

@@ -19,6 +19,7 @@ from app.spaces import canvas_from_screen
 from app.tool import Tool
 from core.arrays import Points
 from core.brush import Stroke, Tip
+from core.document_retexture import moves
 
 LEAST_PX, MOST_PX = 1.0, 4000.0
 """Diameters that the brush may have, in canvas pixels."""
@@ -47,9 +48,15 @@ def grown(brush: Brush, steps: int) -> Brush:
     return brush
 
 
-def press(editor: Editor, press: Press) -> Gesture:
-    """Paint, or with Alt set the brush."""
-    return set_brush(editor, press) if press.mods.alt or press.button == "right" else paint(editor, press)
+def press(editor: Editor, press: Press) -> Gesture | None:
+    """Paint, or with Alt set the brush; where texture is taken from is painted on the picture as it is."""
+    if press.mods.alt or press.button == "right":
+        return set_brush(editor, press)
+    if painted(editor) == "source_mask" and editor.session.look != "original" and moves(editor.document):
+        editor.show(look="original")
+        editor.notify("Where texture is taken from is painted on the original picture.")
+        return None
+    return paint(editor, press)
 
 
 def set_brush(editor: Editor, press: Press) -> Gesture:

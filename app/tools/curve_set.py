@@ -83,16 +83,18 @@ class CurveSet:
         """Return the pair with a side at `points` on the screen; a target that never left its source goes along."""
         if side == "target":
             return replace(pair, target=places_from_screen(editor, points))
-        before, target = self.on_screen(editor, pair, "source"), self.on_screen(editor, pair, "target")
-        source = pair.source.copy()
+        before, source = self.on_screen(editor, pair, "source"), pair.source.copy()
         for start in range(0, len(points) - 1, 3):
             piece = slice(start, start + 4)
             if not np.array_equal(points[piece], before[piece]):
                 source[piece] = self.source_places(editor, self.mesh(editor), points[piece])
         changed = replace(pair, source=source)
-        if np.abs(before - target).max() <= SAME_PX:
-            return replace(changed, target=places_from_screen(editor, points))
-        return changed
+        return replace(changed, target=places_from_screen(editor, points)) if self.is_unmoved(editor, pair) else changed
+
+    def is_unmoved(self, editor: Editor, pair: CurvePair) -> bool:
+        """Return whether the target lies on the source."""
+        source, target = self.on_screen(editor, pair, "source"), self.on_screen(editor, pair, "target")
+        return bool(np.abs(source - target).max() <= SAME_PX)
 
     def source_places(self, editor: Editor, mesh: Mesh, points: Points) -> Points:
         """Return places on the picture of a curve on the screen, (3k + 1, 2), as `mesh` shows the picture."""

@@ -15,10 +15,10 @@ from core import curve_edit, curve_pairs
 from core.arrays import Bools, Points
 from core.document import CurvePair
 
-TICKS = 7
-"""Samples of a segment of which every third has a mark of correspondence: its ends and its middle."""
-TICK_GAP_PX = 20.0
-"""Marks stand at least about so far apart on the screen."""
+TICK_GAP_PX = 32.0
+"""Marks of correspondence stand about so far apart on the screen, where source and target are farthest apart."""
+MOST_TICKS = 24
+"""A segment has so many at most."""
 
 
 def active_side(editor: Editor, *, swapped: bool = False) -> Side:
@@ -33,12 +33,14 @@ def side_of(pair: CurvePair, side: Side) -> Side:
 
 
 def box_of(editor: Editor, curves: CurveSet) -> Box | None:
-    """Return the box around the selected knots if they are several."""
+    """Return the box around the selected knots if they are several; all of them have the whole curve in it."""
     number, knots = curves.selected(editor), curves.knots(editor)
     if number is None:
         return None
     pair = curves.pairs(editor)[number]
     points = curves.on_screen(editor, pair, side_of(pair, active_side(editor)))
+    if len(knots) == curve_pairs.knots_of(pair):
+        return Box.around(curve_edit.samples_of(points))
     return Box.around(points[[3 * knot for knot in sorted(knots)]])
 
 
@@ -68,17 +70,29 @@ def _curve_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Sha
     if pair.passive:
         return [Bezier(screen_from_canvas(view, source), "passive")]
     target = curves.on_canvas(editor, pair, "target")
-    ends = [curve_edit.samples_of(points, per_segment=TICKS)[::3] for points in (source, target)]
-    both = screen_from_canvas(view, np.stack(ends, axis=1))
-    apart = (np.hypot(*(both[:, 0] - both[:, 1]).T) > 1) & _spread(both[:, 1])
-    ticks: list[Shape] = [Polyline(tick, "tick") for tick in both[apart]]
-    lines = [Bezier(screen_from_canvas(view, source), "source", dashed=True)]
-    return [*ticks, *lines, Bezier(screen_from_canvas(view, target), "target")]
+    source, target = (screen_from_canvas(view, points) for points in (source, target))
+    ticks: list[Shape] = [Polyline(tick, "tick") for tick in ticks_between(source, target)]
+    return [*ticks, Bezier(source, "source", dashed=True), Bezier(target, "target")]
 
 
-def _spread(places: Points) -> Bools:
-    """Return which of `places` (n, 2) along a curve to mark, so that marks stand some way apart."""
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))]) // TICK_GAP_PX
+def ticks_between(source: Points, target: Points) -> Points:
+    """Return lines (n, 2, 2) on the screen between what corresponds on two curves, where they lie apart."""
+    a, b, count = curve_edit.curve_through(source), curve_edit.curve_through(target), len(source) // 3
+    if a is None or b is None:
+        return np.empty((0, 2, 2))
+    sampled = np.stack([curve_edit.samples_of(points).reshape(count, -1, 2) for points in (source, target)])
+    lengths = np.hypot(*np.moveaxis(np.diff(sampled, axis=2), -1, 0)).sum(axis=2).max(axis=0)
+    steps = np.clip(np.rint(lengths / TICK_GAP_PX), 1, MOST_TICKS).astype(int)
+    t = np.concatenate([*(np.arange(n) / n + i for i, n in enumerate(steps)), [count]])
+    both = np.stack([a.at(t), b.at(t)], axis=1)
+    apart: Points = both[(np.hypot(*(both[:, 0] - both[:, 1]).T) > 1) & _spread(both)]
+    return apart
+
+
+def _spread(ticks: Points) -> Bools:
+    """Return which of `ticks` (n, 2, 2) along a curve to show, so that on one side at least they stand apart."""
+    steps = np.hypot(*np.moveaxis(np.diff(ticks, axis=0), -1, 0)).max(axis=1)
+    along = np.concatenate([[0.0], np.cumsum(steps)]) // (TICK_GAP_PX / 2)
     return np.concatenate([[True], along[1:] > along[:-1]])
 
 

@@ -11,7 +11,7 @@ from app.gestures import Gesture
 from app.tool import Tool
 from app.tools import band
 from app.tools.box import Box, Grip, applied
-from app.tools.curve_set import CurveSet, Hit
+from app.tools.curve_set import CurveSet, Hit, Side
 from app.tools.curve_shapes import active_side, box_of, overlay, side_of
 from app.tools.grips import aimed, drag_from, nudge_px, within
 from app.tools.pen import draw
@@ -26,20 +26,26 @@ def press(editor: Editor, curves: CurveSet, press: Press) -> Gesture | None:
     hit = curves.hit(editor, press.pos, first=active_side(editor, swapped=press.mods.ctrl))
     if hit is not None and hit.kind == "knot":
         if press.clicks > 1 or press.mods.alt:
-            toggle_corner(editor, curves, hit.number)
+            toggle_corner(editor, curves, hit)
             return None
         return drag_knots(editor, curves, press, hit)
     if hit is not None and hit.kind == "handle":
         return drag_handle(editor, curves, press, hit)
     box = box_of(editor, curves)
     grip = box.grip(press.pos) if box is not None else None
-    if box is not None and grip is not None and (hit is None or grip.kind != "move"):
+    if box is not None and grip is not None and (hit is None or grip.kind != "move" or _is_whole(editor, curves, hit)):
         return transform(editor, curves, press, box, grip)
     if hit is not None:
         return drag_line(editor, curves, press, hit)
     if press.mods.shift and curves.selected(editor) is not None:
         return rubber_band(editor, curves, press)
     return draw(editor, curves, press)
+
+
+def _is_whole(editor: Editor, curves: CurveSet, hit: Hit) -> bool:
+    """Return whether all of the curve that was hit is selected, so that its line moves it instead of bending."""
+    count = curve_pairs.knots_of(curves.pairs(editor)[hit.curve])
+    return hit.curve == curves.selected(editor) and len(curves.knots(editor)) == count
 
 
 def drag_knots(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
@@ -84,8 +90,10 @@ def drag_line(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gestu
     editor.show(selected_curve=hit.curve, selected_knots=frozenset())
     first = yield from drag_from(press.pos)
     if first is not None:
+        pair = curves.pairs(editor)[hit.curve]
+        smooth = frozenset(range(curve_pairs.knots_of(pair))) - pair.corners
         bend = lambda points, pair, event: curve_edit.bent(  # noqa: E731
-            points, hit.t, np.subtract(aimed(press.pos, event), press.pos)
+            points, hit.t, np.subtract(aimed(press.pos, event), press.pos), closed=pair.closed, smooth=smooth
         )
         yield from _follow(editor, curves, hit, "Bend curve", bend, first)
     elif was_selected:
@@ -150,13 +158,13 @@ def rubber_band(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
     yield from band.spanned(editor, press, take)
 
 
-def toggle_corner(editor: Editor, curves: CurveSet, knot: int) -> None:
-    """Make a knot of the selected curve a corner, or smooth."""
-    number = curves.selected(editor)
-    if number is not None:
-        pair = curve_pairs.with_corner_toggled(curves.pairs(editor)[number], knot)
-        label = "Make corner" if knot in pair.corners else "Make smooth"
-        editor.edit(label, curves.replaced(editor.document, number, pair))
+def toggle_corner(editor: Editor, curves: CurveSet, hit: Hit) -> None:
+    """Make a knot a corner, or smooth; where source and target lie apart, only the gripped one changes its shape."""
+    pair = curves.pairs(editor)[hit.curve]
+    sides: tuple[Side, ...] = ("source", "target") if curves.is_unmoved(editor, pair) else (hit.side,)
+    pair = curve_pairs.with_corner_toggled(pair, hit.number, sides)
+    label = "Make corner" if hit.number in pair.corners else "Make smooth"
+    editor.edit(label, curves.replaced(editor.document, hit.curve, pair))
 
 
 def remove(editor: Editor, curves: CurveSet) -> None:
@@ -195,6 +203,19 @@ def take_key(editor: Editor, curves: CurveSet, key: Key) -> bool:
     return True
 
 
+def moment(editor: Editor, curves: CurveSet) -> str:
+    """Return what can be done while a curve is being drawn, or with the one that is being edited."""
+    if editor.session.draft is not None:
+        return (
+            "Click for a corner, drag for a smooth point · Backspace takes one back · click the first to close · Enter"
+        )
+    if curves.selected(editor) is None:
+        return ""
+    return (
+        "Drag points, handles, the line · click the line: new point · double-click: corner, smooth · Ctrl+A: box · Del"
+    )
+
+
 def curve_tool(
     curves: CurveSet, *, name: str, label: str, icon: str, key: str, modes: frozenset[Mode], hint: str
 ) -> Tool:
@@ -210,6 +231,7 @@ def curve_tool(
         cursor="cross",
         hover=lambda editor, pos: curves.hit(editor, pos, first=active_side(editor)),
         take_key=lambda editor, event: take_key(editor, curves, event),
+        moment=lambda editor: moment(editor, curves),
         overlay=lambda editor: overlay(editor, curves),
     )
 

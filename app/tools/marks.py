@@ -11,6 +11,8 @@ from app.tools.outline import ring_on_screen
 from app.tools.pins import targets_on_screen
 
 PIN_PX = 3.0
+CURVE_TOOLS = ("feature-curves", "trace")
+HANDLE_TOOLS = ("pins", "curves", *CURVE_TOOLS)
 
 
 def marks(editor: Editor) -> list[Shape]:
@@ -22,7 +24,14 @@ def marks(editor: Editor) -> list[Shape]:
     tool = editor.tools[session.tool]
     by_mode = {"warp": _handles, "retexture": _feature_curves, "overlay": _lattice}
     others = by_mode[session.mode](editor)
-    return [*_patches(editor), *others, *tool.overlay(editor)]
+    in_hand = () if _is_hidden(editor) else tool.overlay(editor)
+    return [*_patches(editor), *others, *in_hand]
+
+
+def _is_hidden(editor: Editor) -> bool:
+    """Return whether the handles that the tool in hand edits are switched off; while it acts, they are shown."""
+    session = editor.session
+    return session.tool in HANDLE_TOOLS and not session.overlays.handles and not editor.is_busy
 
 
 def _handles(editor: Editor) -> list[Shape]:
@@ -42,15 +51,26 @@ def _handles(editor: Editor) -> list[Shape]:
 def _feature_curves(editor: Editor) -> list[Shape]:
     """Return where the feature curves of Retexture mode go, in their quiet form."""
     session = editor.session
-    if session.mode != "retexture" or not session.overlays.handles or session.tool in ("feature-curves", "trace"):
+    if session.mode != "retexture" or not session.overlays.handles:
         return []
-    curves: list[Shape] = [
-        Bezier(FEATURE_CURVES.on_screen(editor, pair, "source"), "passive")
-        if pair.passive
-        else Bezier(FEATURE_CURVES.on_screen(editor, pair, "target"), "target")
-        for pair in editor.document.feature_curves
-    ]
-    return curves
+    shapes: list[Shape] = _followers(editor)
+    if session.tool in CURVE_TOOLS:
+        return shapes
+    for pair in editor.document.feature_curves:
+        if pair.passive:
+            shapes.append(Bezier(FEATURE_CURVES.on_screen(editor, pair, "source"), "passive"))
+        else:
+            shapes.append(Bezier(FEATURE_CURVES.on_screen(editor, pair, "target"), "target"))
+    return shapes
+
+
+def _followers(editor: Editor) -> list[Shape]:
+    """Return where the deformation has taken passive curves, on the pictures that show it."""
+    stage = editor.regrowth.stage
+    if stage is None or editor.session.look == "original":
+        return []
+    view = editor.session.view
+    return [Bezier(screen_from_canvas(view, line.points), "passive", dashed=True) for line in stage.followers]
 
 
 def _lattice(editor: Editor) -> list[Shape]:

@@ -181,6 +181,15 @@ def take_key(editor: Editor, key: Key) -> bool:
     return False
 
 
+def moment(editor: Editor) -> str:
+    """Return what can be done while a path is being traced, or while curves are on offer."""
+    if editor.session.draft is not None:
+        return (
+            "Click to hold the path · Ctrl goes straight · Backspace takes one back · click the first to close · Enter"
+        )
+    return "Click a dashed curve to take it · Esc puts the others away" if editor.session.suggestions else ""
+
+
 def hover(editor: Editor, pos: Position) -> object:
     """Return the number of the suggested curve under the pointer."""
     return suggestion_at(editor, pos)
@@ -195,7 +204,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
     ]
     for number, points in enumerate(session.suggestions):
         shown = screen_from_canvas(session.view, pixels_from_places(editor.document.size_px, points))
-        shapes.append(Bezier(shown, "hover" if number == session.hover else "suggestion"))
+        shapes.append(Bezier(shown, "hover" if number == session.hover else "suggestion", dashed=True))
     if session.draft is not None:
         points = screen_from_canvas(session.view, session.draft)
         first: tuple[float, float] = (float(points[0, 0]), float(points[0, 1]))
@@ -218,5 +227,7 @@ TRACE = Tool(
     cursor="cross",
     hover=hover,
     take_key=take_key,
+    moment=moment,
+    on_original=True,
     overlay=overlay,
 )

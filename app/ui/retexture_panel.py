@@ -101,8 +101,7 @@ class RetexturePanel:
         if not moves(editor.document):
             return "Drag a curve: the texture goes with it."
         if work.is_final and work.stage is not None:
-            found = work.stage.found
-            return f"{found.patches} patches from {found.candidates} candidates in {found.seconds['total']:.1f} s"
+            return f"The texture is regrown, in {work.stage.found.seconds['total']:.1f} s."
         return "Working …" if work.is_running else "Stretched; the texture is not regrown yet."
 
     def _draw_curve(self) -> None:

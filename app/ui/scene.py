@@ -13,6 +13,7 @@ from app.render.scene import Marks, Palette, Scene
 from app.ui import theme
 from core.arrays import Points
 from core.document_overlay import layers_under, pattern_of, placement_of
+from core.document_retexture import moves
 from core.raster import Raster
 
 
@@ -174,11 +175,17 @@ def _overlay_scene(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
 
 
 def _tinted(editor: Editor) -> tuple[Raster | None, Palette]:
-    """Return what is laid over the picture, and in which colours: seams, the compression, or what the brush paints."""
+    """Return what is laid over the picture, and in which colours: seams, the compression, or what the brush paints.
+
+    The matte lies on the result and stays where it is; where texture is taken from lies on the original only.
+    """
     document, session, stage = editor.document, editor.session, editor.regrowth.stage
     overlays = session.overlays
     if stage is not None and session.look != "original" and (overlays.seams or overlays.compression):
-        raster, shade = (stage.seams, theme.ACCENT) if overlays.seams else (stage.compression, theme.FOLD)
-        return raster, replace(PALETTE, mask=_shade(shade, 0.8))
-    raster_painted = document.matte if session.painted == "matte" else document.source_mask
-    return (raster_painted if overlays.mask else None), PALETTE
+        field, shade = (stage.seams, theme.ACCENT) if overlays.seams else (stage.compression, theme.FOLD)
+        return field, replace(PALETTE, mask=_shade(shade, 0.8))
+    if session.painted == "matte":
+        raster = document.matte
+    else:
+        raster = document.source_mask if session.look == "original" or not moves(document) else None
+    return (raster if overlays.mask else None), PALETTE

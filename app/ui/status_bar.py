@@ -33,11 +33,17 @@ class StatusBar:
         room = imgui.get_window_width() - width - em(2 + JOB_EM * len(jobs))
         with colors(text=theme.FAINT):
             imgui.align_text_to_frame_padding()
-            imgui.text(shortened(f"{icon(self._editor.tool.icon)}   {self._editor.tool.hint}", room))
+            imgui.text(shortened(f"{icon(self._editor.tool.icon)}   {self.hint}", room))
         for ticket in jobs:
             self._draw_job(ticket)
         self._draw_figures(figures, width)
         imgui.pop_font()
+
+    @property
+    def hint(self) -> str:
+        """What can be done with the tool in hand, at this moment."""
+        tool = self._editor.tool
+        return tool.moment(self._editor) or tool.hint
 
     def _draw_job(self, ticket: Ticket) -> None:
         """Draw a long job's progress and the button that cancels it."""

@@ -81,7 +81,7 @@ def retexture(
     rng = np.random.default_rng(settings.seed)
     painter = Painter(picture, usable, canvas, patch, settings.variety, settings.mirrored, rng, watch, scene.kept)
     work = synthesised(painter, scene.way, scene.fields, patches, refine=settings.refine)
-    yield from with_previews(part(work, 0.15, 1.0), found, canvas)
+    yield from with_previews(part(work, 0.15, 1.0), found, painter)
     return finished(found, painter, watch)
 
 
@@ -118,12 +118,13 @@ def finished(plain: Retexture, painter: Painter, watch: Stopwatch) -> Retexture:
     )
 
 
-def with_previews(work: Job[None], plain: Retexture, canvas: Canvas) -> Job[None]:
-    """Run `work` and show the canvas whenever a stage of it is done."""
-    stage = ""
+def with_previews(work: Job[None], plain: Retexture, painter: Painter) -> Job[None]:
+    """Run `work` and show the painter's canvas whenever a stage of it is done."""
+    stage, canvas = "", painter.canvas
     for step in work:
         if stage and step.note != stage:
-            step = replace(step, preview=replace(plain, place=canvas.place.copy(), label=canvas.label.copy()))
+            place, label, origins = canvas.place.copy(), canvas.label.copy(), tuple(painter.origins)
+            step = replace(step, preview=replace(plain, place=place, label=label, origins=origins))
         stage = step.note
         yield step
 

@@ -17,21 +17,32 @@ MOST_COMPRESSION = 3.0
 
 
 def patch_grids(found: Retexture, lines: list[Curve], shape: PatchShape) -> Points:
-    """Return the target grids of the patches of the first pass, thinned to every fourth node: (n, K, J, 2).
+    """Return the target grids of the patches that are to be seen, thinned to every fourth node: (n, K, J, 2).
 
     `lines` are all that steers them: targets, and where passive curves have gone.
     """
     rib, spine = EVERY * max(shape.rib // EVERY, 1), EVERY * max(shape.spine // EVERY, 1)
-    if not found.origins or not lines or not len(found.origins[0]):
+    places, headings = visible_origins(found)
+    if not lines or not len(places):
         return np.empty((0, 2 * rib // EVERY + 1, 2 * spine // EVERY + 1, 2))
-    first = found.origins[0]
-    some = np.arange(0, len(first), -(-len(first) // MOST_GRIDS))
-    places, headings = first.target[some], first.heading[some]
     reach = spine + rib + MARGIN_PX
     low, high = places.min(axis=0) - reach, places.max(axis=0) + reach
     field = DirectionField(CurveSet(lines), (*low.tolist(), *high.tolist()))
     grids = trace(field, places, headings, spine=spine, rib=rib)
     return np.asarray(grids[:, ::EVERY, ::EVERY], np.float64)
+
+
+def visible_origins(found: Retexture) -> tuple[Points, Points]:
+    """Return places and headings (n, 2) of the patches that the result shows, some of them where they are many."""
+    if not found.origins:
+        return np.empty((0, 2)), np.empty((0, 2))
+    places = np.concatenate([origins.target for origins in found.origins])
+    headings = np.concatenate([origins.heading for origins in found.origins])
+    numbers = np.unique(found.label) - 1
+    # A preview may show the first patches of a batch that is not counted yet.
+    numbers = numbers[(numbers >= 0) & (numbers < len(places))]
+    some = numbers[:: max(1, -(-len(numbers) // MOST_GRIDS))]
+    return places[some], headings[some]
 
 
 def seams(found: Retexture) -> Bytes:
@@ -42,9 +53,9 @@ def seams(found: Retexture) -> Bytes:
 
 
 def compression(found: Retexture) -> Bytes:
-    """Return the compression at every pixel (H, W): 0 where there is none, 255 where it is 3 or more."""
+    """Return the compression at every pixel (H, W), as a logarithm: 0 where there is none, 255 from 3 on."""
     if not found.compression.size:
         return np.zeros(found.label.shape, np.uint8)
-    field = (found.compression - 1) / (MOST_COMPRESSION - 1)
+    field = np.log(found.compression) / np.log(MOST_COMPRESSION)
     dense = found.grid.at_pixels(np.clip(field, 0, 1)[..., None])[..., 0]
     return np.asarray(np.rint(255 * dense), np.uint8)

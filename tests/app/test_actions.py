@@ -171,6 +171,12 @@ def test_every_overlay_has_a_switch(drive: EditorDriver) -> None:
         assert getattr(drive.editor.session.overlays, name) != before
 
 
+def test_overlays_of_another_mode_cannot_be_switched(drive: EditorDriver) -> None:
+    drive.editor.choose_mode("retexture")
+    assert not TABLE.run("view.overlay.grid", drive.editor)
+    assert TABLE.run("view.overlay.spines", drive.editor)
+
+
 def test_zooming_keeps_the_middle(drive: EditorDriver) -> None:
     before = drive.picture_at(100, 75)
     drive.editor.show(view=drive.editor.session.view.__class__(size=(200.0, 150.0)))

@@ -1,11 +1,16 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from app.actions.table import ActionTable
 from app.shapes import Bezier, Circle, Polyline
 from app.tools.all import TOOLS
+from app.tools.box import MARGIN_PX
+from app.tools.curve_shapes import box_of
 from app.tools.curves import WARP_CURVES
-from core import curve_pairs
+from app.tools.marks import marks
+from core import curve_edit, curve_pairs
 from core.arrays import Points
 from core.curves import Curve
 from core.document import CurvePair, pixels_from_places
@@ -136,6 +141,20 @@ def test_double_click_toggles_a_corner(drive: EditorDriver) -> None:
     assert drive.document.curves[0].corners == frozenset()
 
 
+def test_a_corner_of_a_moved_target_leaves_its_source_as_it_is(drive: EditorDriver) -> None:
+    drawn(drive)
+    drawn_as = source(drive)
+    drive.double_click(90, 50)
+    assert not np.allclose(source(drive), drawn_as)
+    assert np.allclose(source(drive), target(drive), atol=1e-6)
+    drive.undo().drag((90, 50), (90, 80))
+    before, moved = source(drive), target(drive)
+    drive.double_click(90, 80)
+    assert drive.document.curves[0].corners == {1}
+    assert np.array_equal(source(drive), before)
+    assert not np.allclose(target(drive), moved)
+
+
 def test_a_click_on_the_line_inserts_and_delete_removes(drive: EditorDriver) -> None:
     drawn(drive)
     x, y = Curve(target(drive)).at(0.5)
@@ -156,6 +175,15 @@ def test_a_drag_on_the_line_bends_it(drive: EditorDriver) -> None:
     _, away = Curve(target(drive)).nearest(np.array([[x, y - 15]]))
     assert away[0] < 0.5
     assert np.allclose(target(drive)[::3], [(40, 50), (90, 50), (140, 50)])
+    before, centre, after = target(drive)[2:5]
+    assert curve_edit.is_straight(before, centre, after)
+
+
+def test_a_bend_beside_a_corner_leaves_the_other_side_of_it(drive: EditorDriver) -> None:
+    drawn(drive).press(100, 60, alt=True).move(90, 70, alt=True).release()
+    x, y = (float(v) for v in Curve(target(drive)).at(0.5))
+    drive.drag((x, y), (x, y - 15))
+    assert np.allclose(target(drive)[4], (90, 70))
 
 
 def test_delete_without_a_selected_knot_removes_the_curve(drive: EditorDriver) -> None:
@@ -179,6 +207,16 @@ def test_a_target_that_was_never_moved_goes_with_its_source(drive: EditorDriver)
     drawn(drive).move(90, 50, ctrl=True).press(90, 50, ctrl=True).move(90, 60, ctrl=True).release()
     assert np.allclose(source(drive)[3], (90, 60), atol=1e-6)
     assert np.allclose(target(drive)[3], (90, 60), atol=1e-6)
+
+
+def test_the_box_of_all_points_holds_the_whole_curve(drive: EditorDriver) -> None:
+    drive.drag((40, 80), (40, 20)).drag((140, 80), (140, 140)).key("enter").key("a", ctrl=True)
+    box = box_of(drive.editor, WARP_CURVES)
+    assert box is not None
+    line = Curve(target(drive)).at(np.linspace(0, 1, 50))
+    assert line[:, 1].min() < 60
+    assert (box.low + MARGIN_PX <= line.min(axis=0) + 0.5).all()
+    assert (box.high - MARGIN_PX >= line.max(axis=0) - 0.5).all()
 
 
 def test_the_box_scales_a_curve(drive: EditorDriver) -> None:
@@ -215,6 +253,37 @@ def test_source_target_and_ticks_are_drawn(drive: EditorDriver) -> None:
     assert any(isinstance(s, Polyline) and s.role == "tick" for s in shapes)
     drive.move(90, 91)
     assert any(isinstance(s, Circle) and s.role == "hover" for s in drive.editor.tool.overlay(drive.editor))
+
+
+def test_ticks_stand_evenly_between_what_corresponds(drive: EditorDriver) -> None:
+    drive.drag((20, 60), (70, 60)).drag((180, 60), (220, 60)).key("enter").key("a", ctrl=True)
+    drive.drag((100, 62), (100, 112)).key("escape").move(20, 20)
+    ticks = [s.points for s in marks(drive.editor) if isinstance(s, Polyline) and s.role == "tick"]
+    assert len(ticks) >= 5
+    assert np.allclose([tick[1] - tick[0] for tick in ticks], (0, 50), atol=1)
+    steps = np.diff([tick[0][0] for tick in ticks])
+    assert steps.min() >= 16
+    assert steps.max() < 60
+
+
+def test_the_hint_says_what_can_be_done_at_the_moment(drive: EditorDriver) -> None:
+    tool = drive.editor.tool
+    assert tool.moment(drive.editor) == ""
+    drive.click(40, 50).move(80, 70)
+    assert "close" in tool.moment(drive.editor)
+    drive.click(80, 70).key("enter")
+    assert "double-click" in tool.moment(drive.editor)
+    drive.key("escape")
+    assert tool.moment(drive.editor) == ""
+
+
+def test_switched_off_curves_are_shown_while_one_is_dragged(drive: EditorDriver) -> None:
+    drawn(drive)
+    drive.editor.show(overlays=replace(drive.editor.session.overlays, handles=False, outline=False))
+    assert marks(drive.editor) == []
+    drive.press(90, 50).move(90, 60).move(90, 70)
+    assert any(isinstance(s, Bezier) and s.role == "target" for s in marks(drive.editor))
+    drive.release()
 
 
 def test_a_curve_is_put_back_closed_and_opened_by_actions(drive: EditorDriver) -> None:

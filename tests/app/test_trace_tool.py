@@ -124,7 +124,9 @@ def test_what_is_painted_becomes_a_curve() -> None:
 
 
 def test_tracing_a_moved_picture_begins_by_showing_the_original() -> None:
-    drive = moved(driver()).tool("trace").click(60, 40)
+    drive = moved(driver()).tool("trace")
+    drive.editor.show(look="retextured")
+    drive.click(60, 40)
     assert drive.editor.session.look == "original"
     assert drive.in_("trace.idle")
 

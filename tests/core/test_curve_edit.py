@@ -69,6 +69,25 @@ def test_bending_takes_the_gripped_point_along(kind: tuple[int, bool, int], u: f
     assert np.array_equal(moved[::3], points[::3])
 
 
+@pytest.mark.parametrize("closed", [False, True])
+def test_bending_keeps_smooth_knots_smooth_and_leaves_corners_alone(closed: bool) -> None:
+    smooth = {1, 2}
+    points = wavy(4, closed=closed)
+    for knot in smooth:
+        points = curve_edit.smoothed(points, knot, closed=closed)
+    by = np.array([3.0, -14.0])
+    moved = curve_edit.bent(points, 1.4, by, closed=closed, smooth=smooth)
+    assert np.allclose(Curve(moved).at(1.4) - Curve(points).at(1.4), by)
+    for knot in smooth:
+        before, after = curve_edit.handles_at(points, knot, closed=closed)
+        assert before is not None
+        assert after is not None
+        assert curve_edit.is_straight(moved[before], moved[3 * knot], moved[after])
+    free = curve_edit.bent(points, 1.4, by, closed=closed, smooth={1})
+    assert np.array_equal(free[7:], points[7:])
+    assert not np.array_equal(free[2], points[2])
+
+
 def test_at_a_knot_bending_stays_mild() -> None:
     points = wavy(2, closed=False)
     assert np.abs(curve_edit.bent(points, 0.0, np.array([10.0, 0.0])) - points).max() < 80

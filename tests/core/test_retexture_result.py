@@ -147,6 +147,7 @@ def test_progress_never_runs_backwards_and_shows_the_coarse_result_early() -> No
     assert len(previews) >= 3
     assert (previews[-1].label > 0).mean() == pytest.approx((final.label > 0).mean(), abs=0.02)
     assert not previews[0].label.any()
+    assert all(preview.patches for preview in previews[1:]), "the window would show the plain deformation again"
     coarse = previews[1]
     assert not coarse.final
     assert final.final

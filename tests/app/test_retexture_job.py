@@ -1,6 +1,4 @@
-"""Retexture mode as an artist meets it: curves, the live deformation, the job and what is shown."""
-
-from dataclasses import replace
+"""The job of Retexture mode and what is shown of it: the live deformation, its stages, looks and overlays."""
 
 import numpy as np
 import pytest
@@ -11,24 +9,15 @@ from app.shapes import Bezier, Polyline
 from app.tools.all import TOOLS
 from app.tools.marks import marks
 from core.arrays import Points
-from core.document import CurvePair, pixels_from_places, places_from_pixels
+from core.curves import Curve
+from core.document import CurvePair, places_from_pixels
 from tests.app.driver import EditorDriver, Later
-from tests.app.retexture_driver import HEIGHT, WIDTH, drawn, driver, moved, shown, source, start, target
+from tests.app.retexture_driver import HEIGHT, WIDTH, drawn, driver, moved, shown, start
 
 
 @pytest.fixture
 def drive() -> EditorDriver:
     return driver()
-
-
-def test_the_pen_draws_a_feature_curve_and_no_inner_curve(drive: EditorDriver) -> None:
-    drawn(drive)
-    assert drive.labels == ("Draw curve",)
-    assert np.allclose(source(drive)[::3], [(50, 70), (100, 70), (150, 70)])
-    assert np.allclose(target(drive), source(drive))
-    assert drive.document.curves == ()
-    assert drive.document.mode == "retexture"
-    assert shown(drive) is drive.document.image
 
 
 def test_a_dragged_target_takes_the_picture_along_live(drive: EditorDriver) -> None:
@@ -85,17 +74,6 @@ def test_one_key_each_shows_original_deformed_and_retextured(drive: EditorDriver
 def test_the_deformed_picture_shows_the_source_at_the_target(drive: EditorDriver) -> None:
     moved(drive)
     assert np.allclose(drive.picture_at(100, 90), (100, 70), atol=1)
-
-
-def test_a_curve_drawn_on_the_deformed_picture_begins_where_that_comes_from(drive: EditorDriver) -> None:
-    moved(drive)
-    drive.editor.show(selected_curve=None, selected_knots=frozenset())
-    drive.click(100, 100).click(130, 120).key("enter")
-    pair = drive.document.feature_curves[1]
-    expected = drive.picture_at(100, 100)
-    assert expected[1] < 95
-    drive.editor.regrowth.update(drive.document, held=False, starts=False)
-    assert np.allclose(pixels_from_places(drive.document.size_px, pair.source)[0], (100, 85.0), atol=6)
 
 
 def test_undo_takes_the_result_back_and_redo_has_it_at_once() -> None:
@@ -155,62 +133,6 @@ def test_a_curve_beside_the_picture_is_refused_in_words(drive: EditorDriver) -> 
     assert drive.editor.fault is None
 
 
-def test_passive_closed_and_copied_back(drive: EditorDriver) -> None:
-    table = ActionTable(TOOLS)
-    moved(drive)
-    assert table.run("feature.passive", drive.editor)
-    assert drive.document.feature_curves[0].passive
-    assert drive.frame().editor.regrowth.stage is None
-    table.run("feature.passive", drive.editor)
-    table.run("feature.closed", drive.editor)
-    assert drive.document.feature_curves[0].closed
-    drive.undo().undo().undo()
-    assert table.run("feature.put_back", drive.editor)
-    assert np.array_equal(target(drive), source(drive))
-    assert shown(drive.frame()) is drive.document.image
-    assert drive.labels[-1] == "Copy source to target"
-
-
-def test_the_box_turns_a_target(drive: EditorDriver) -> None:
-    drawn(drive).key("a", ctrl=True)
-    drive.drag((164, 84), (164, 104))
-    assert drive.labels[-1] == "Scale curve"
-    assert np.ptp(target(drive)[:, 1]) < 1e-9
-    assert not np.allclose(target(drive), source(drive))
-
-
-def test_the_brush_paints_the_matte_and_bounds_the_result(drive: EditorDriver) -> None:
-    table = ActionTable(TOOLS)
-    moved(drive)
-    assert table.run("retexture.paint_matte", drive.editor)
-    drive.drag((70, 85), (90, 85))
-    assert drive.labels[-1] == "Paint matte"
-    assert drive.document.mask.is_empty
-    stage = drive.editor.regrowth.stage
-    assert stage is not None
-    assert drive.document.matte is not None
-    assert not stage.found.label[drive.document.matte.array <= 127].any()
-    assert table.run("retexture.clear_matte", drive.editor)
-    assert drive.document.matte is None
-
-
-def test_the_source_mask_is_painted_on_the_original(drive: EditorDriver) -> None:
-    moved(drive)
-    ActionTable(TOOLS).run("retexture.paint_source_mask", drive.editor)
-    assert drive.editor.session.look == "original"
-    drive.drag((20, 70), (180, 70))
-    assert drive.document.source_mask is not None
-    assert drive.document.source_mask.array[70, 100] == 255
-    assert drive.document.matte is None
-
-
-def test_source_target_and_ticks_are_drawn(drive: EditorDriver) -> None:
-    moved(drive)
-    shapes = drive.editor.tool.overlay(drive.editor)
-    assert {s.role for s in shapes if isinstance(s, Bezier)} == {"source", "target"}
-    assert sum(isinstance(s, Polyline) and s.role == "tick" for s in shapes) >= 2
-
-
 def test_the_warp_of_the_document_stands_apart(drive: EditorDriver) -> None:
     moved(drive)
     drive.editor.choose_mode("warp")
@@ -231,45 +153,16 @@ def test_overlays_show_what_the_result_is_made_of(drive: EditorDriver) -> None:
     assert stage.seams.array[stage.found.seams].all()
     assert not stage.seams.array[:5].any()
     assert stage.compression.array.shape == (HEIGHT, WIDTH)
+    visible = np.unique(stage.found.label[stage.found.label > 0])
+    assert len(stage.grids) == len(visible)
+    assert len(visible) > len(stage.found.origins[0]), "the first batch would do"
     for name, role in (("patches", "patch"), ("spines", "spine")):
         assert not any(isinstance(s, Polyline) and s.role == role for s in marks(drive.editor))
         assert table.run(f"view.overlay.{name}", drive.editor)
         lines = [s for s in marks(drive.editor) if isinstance(s, Polyline) and s.role == role]
-        assert len(lines) >= len(stage.found.origins[0])
+        assert len(lines) >= len(visible)
     drive.editor.show(look="original")
     assert not any(isinstance(s, Polyline) and s.role in ("patch", "spine") for s in marks(drive.editor))
-
-
-def test_mask_actions_act_on_what_is_painted(drive: EditorDriver) -> None:
-    table = ActionTable(TOOLS)
-    table.run("retexture.paint_source_mask", drive.editor)
-    assert table.run("mask.fill", drive.editor)
-    assert drive.document.mask.is_empty
-    assert drive.document.source_mask is not None
-    assert drive.document.source_mask.array.min() == 255
-    assert drive.labels == ("Fill source mask",)
-
-
-def test_sources_are_edited_on_the_original_and_the_deformation_follows(drive: EditorDriver) -> None:
-    table = ActionTable(TOOLS)
-    moved(drive)
-    before = target(drive).copy()
-    assert table.run("handles.edit_source", drive.editor)
-    assert drive.editor.session.look == "original"
-    drive.press(100, 70).move(100, 60)
-    seen = drive.editor.regrowth.shown(drive.document, drive.editor.session.look)
-    assert seen.image is drive.document.image
-    assert seen.rest is seen.warped
-    assert np.allclose(drive.picture_at(100, 90), (100, 60), atol=1)
-    assert drive.editor.session.look == "original"
-    drive.release(100, 60)
-    assert np.allclose(source(drive)[3], (100, 60))
-    assert np.array_equal(target(drive), before)
-    assert drive.editor.regrowth.is_final
-    table.run("handles.edit_source", drive.editor)
-    drive.press(100, 90).move(100, 95)
-    assert np.allclose(drive.screen_of(100, 60), (100, 95), atol=1.5)
-    drive.release(100, 95)
 
 
 def test_the_grids_of_patches_follow_passive_curves() -> None:
@@ -288,30 +181,129 @@ def test_the_grids_of_patches_follow_passive_curves() -> None:
     assert np.abs(np.degrees(np.arctan(along[:, 1] / along[:, 0])) - 20.5).max() < 8
 
 
-def test_a_curve_with_needless_points_is_simplified_in_one_step(drive: EditorDriver) -> None:
-    table = ActionTable(TOOLS)
-    drawn(drive)
-    for x in (70, 80, 120, 130):
-        drive.click(x, 70)
-    before = drive.document
-    assert len(before.feature_curves[0].source) == 13
-    assert table.run("feature.simplify", drive.editor)
-    assert len(drive.document.feature_curves[0].source) == 4
-    assert np.abs(source(drive)[:, 1] - 70).max() < 1
-    assert drive.labels[-1] == "Simplify curve"
-    assert table.run("feature.simplify", drive.editor)
-    assert "No point can go" in drive.editor.notices[-1].text
-    assert drive.undo().document is before
+def test_where_a_passive_curve_has_gone_is_drawn_on_the_result_only() -> None:
+    straight = places_from_pixels((WIDTH, HEIGHT), np.linspace((20, 60), (180, 60), 4))
+    follower = places_from_pixels((WIDTH, HEIGHT), np.linspace((60, 70), (140, 70), 4))
+    pairs = (CurvePair(straight, straight + [0, 0.1]), CurvePair(follower, follower, passive=True))
+    drive = driver(document=start().changed(feature_curves=pairs)).frame()
+
+    def followers() -> list[Bezier]:
+        return [s for s in marks(drive.editor) if isinstance(s, Bezier) and s.role == "passive" and s.dashed]
+
+    (line,) = followers()
+    shown_at = drive.screen_of(100, 70)
+    assert shown_at[1] > 75
+    assert np.abs(Curve(line.points).nearest(np.array([shown_at]))[1]).max() < 1.5
+    drive.editor.show(look="original")
+    assert followers() == []
 
 
-def test_a_matte_that_was_painted_and_erased_bounds_nothing(drive: EditorDriver) -> None:
-    table = ActionTable(TOOLS)
+def ends_of_drag(drive: EditorDriver) -> None:
+    """Check that nothing of a job is left over."""
+    assert not drive.editor.jobs.long_jobs
+    assert not drive.editor.regrowth.is_running
+
+
+def test_undo_during_the_job_drops_it_and_redo_begins_it_anew() -> None:
+    later = Later()
+    drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
     moved(drive)
-    free = shown(drive).pixels
-    assert table.run("retexture.paint_matte", drive.editor)
-    drive.drag((70, 85), (90, 85))
-    assert not np.array_equal(shown(drive).pixels, free)
-    drive.editor.show(brush=replace(drive.editor.session.brush, erase=True, diameter_px=200))
-    drive.drag((70, 85), (90, 85))
+    first = drive.editor.jobs.long_jobs[0]
+    drive.undo()
+    assert first.cancelled
+    assert shown(drive) is drive.document.image
+    later.run()
+    drive.frame()
+    ends_of_drag(drive)
+    drive.redo()
+    assert drive.editor.regrowth.is_running
+    later.run()
+    assert drive.frame().editor.regrowth.is_final
+    assert shown(drive) is not drive.document.image
+
+
+def test_a_job_goes_on_in_another_mode_and_its_result_is_there_afterwards() -> None:
+    later = Later()
+    drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    moved(drive)
+    drive.editor.choose_mode("warp")
+    assert not drive.frame().editor.jobs.long_jobs[0].cancelled
+    later.run()
+    drive.frame()
+    drive.editor.choose_mode("retexture")
+    assert drive.frame().editor.regrowth.is_final
+    ends_of_drag(drive)
+
+
+@pytest.mark.parametrize("way", ["key", "action", "passive"])
+def test_without_a_curve_that_moves_the_picture_is_as_it_was(way: str) -> None:
+    later = Later()
+    drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    moved(drive)
+    if way == "key":
+        drive.editor.show(selected_knots=frozenset())
+        drive.key("delete")
+    else:
+        ActionTable(TOOLS).run("feature.remove_all" if way == "action" else "feature.passive", drive.editor)
+    later.run()
+    drive.frame()
+    ends_of_drag(drive)
     assert drive.editor.fault is None
-    assert np.array_equal(shown(drive).pixels, free)
+    assert drive.editor.regrowth.stage is None
+    assert shown(drive) is drive.document.image
+    assert not ActionTable(TOOLS).run("retexture.start", drive.editor)
+    drive.undo()
+    later.run()
+    assert drive.frame().editor.regrowth.is_final
+
+
+ODD: dict[str, list[tuple[float, float]]] = {
+    "crosses itself": [(20, 40), (260, 140), (-60, 140), (180, 40)],
+    "is folded tightly": [(20, 60), (240, 60), (240, 61), (20, 61)],
+    "runs backwards": [(180, 60), (130, 60), (70, 60), (20, 60)],
+    "lies partly outside": [(90, 60), (150, 90), (250, 90), (400, 60)],
+    "has coincident points": [(20, 50), (20, 50), (160, 90), (160, 90)],
+    "lies on the other one": [(20, 110), (70, 110), (130, 110), (180, 110)],
+}
+
+
+@pytest.mark.parametrize("target", list(ODD.values()), ids=list(ODD))
+def test_a_target_that_is_odd_gives_a_picture_and_no_fault(target: list[tuple[float, float]]) -> None:
+    def places(*points: tuple[float, float]) -> Points:
+        return places_from_pixels((WIDTH, HEIGHT), np.array(points, float))
+
+    line = places((20, 40), (70, 40), (130, 40), (180, 40))
+    other = places((20, 90), (70, 90), (130, 90), (180, 90))
+    pairs = (CurvePair(line, places(*target)), CurvePair(other, other + [0, 20 / HEIGHT]))
+    drive = driver(document=start().changed(feature_curves=pairs)).frame()
+    assert drive.editor.fault is None
+    assert drive.editor.regrowth.is_final
+    result = shown(drive).pixels
+    assert result.min() >= drive.document.image.pixels.min()
+    assert result.std() > 10
+    assert [s for s in marks(drive.editor) if isinstance(s, Bezier) and s.role == "target"]
+
+
+NOWHERE: dict[str, tuple[list[tuple[float, float]], str]] = {
+    "a point": ([(90, 60)] * 4, "coincide"),
+    "shorter than a patch": ([(90, 60), (91, 60), (92, 60), (92, 60)], "shorter than"),
+    "outside": ([(-90, 60), (-80, 70), (-70, 80), (-60, 90)], "outside the picture"),
+}
+
+
+@pytest.mark.parametrize(("target", "words"), list(NOWHERE.values()), ids=list(NOWHERE))
+def test_a_target_that_leads_nowhere_is_told_in_words_and_can_be_mended(
+    target: list[tuple[float, float]], words: str
+) -> None:
+    line = places_from_pixels((WIDTH, HEIGHT), np.linspace((20, 40), (180, 40), 4))
+    drive = driver()
+    good = drive.document.changed(feature_curves=(CurvePair(line, line),))
+    drive.editor.edit("Draw", good)
+    lost = places_from_pixels((WIDTH, HEIGHT), np.array(target, float))
+    drive.editor.edit("Lose", good.changed(feature_curves=(CurvePair(line, lost),)))
+    assert words in (drive.frame().editor.fault or "")
+    assert shown(drive) is drive.document.image
+    drive.undo()
+    assert drive.editor.fault is None
+    drive.editor.edit("Move", good.changed(feature_curves=(CurvePair(line, line + [0, 0.1]),)))
+    assert drive.frame().editor.regrowth.is_final
