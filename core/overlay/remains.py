@@ -1,26 +1,36 @@
 """What the detail keeps of the old pattern, which would shine through another one.
 
-The detail HF = I - ρ T(uv) holds the folds and the grain of the cloth, and at the edges of motifs what the model misses
-of the photo. Part of that is what a small shift and another sharpness would leave; their amounts a and b hardly change
-over a neighbourhood:
+The detail HF = I - ρ T(uv) holds the folds and the grain of the cloth, and what the model misses of the photo. That
+is, first, what recurs at the same place of the texels around: in other light the pattern has another contrast. Second,
+what a small shift and another sharpness leave; their amounts a and b hardly change over a neighbourhood:
 
     HF = ρ (a ∇T S⁻¹ + b (G * T - T)) + rest.
 
 The rest has noise of the photo's compression, and is stronger at the edges of motifs than elsewhere. How strong it is
 at each place of the texel shows over all texels together. Where it is stronger than usual, the fine part of the rest is
 weakened to the usual strength; the coarse part is its mean over a neighbourhood, mostly of the places where it is not.
+Where a motif lies that the model does not have, there is no fine part.
 """
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Floats, Points, Singles
 from core.overlay.bands import bands
 from core.overlay.composition import finite
+from core.overlay.misplaced import misplaced
 from core.overlay.smoothing import gaussian
 from core.overlay.texel import Texel, gathered, splat
 
+AROUND = 1.5
+"""Width, in texels, of the neighbourhood in which something recurs."""
+MOST_SAMPLES = 1_000_000
+"""Samples of the texture in which that is gathered."""
+DOUBT = 3.0
+"""Pixels at the same place below which it is half believed that something recurs there."""
 SIGMA_PX = 2.0
 """Width of the neighbourhood with the same shift and sharpness."""
 COARSE_PX = 4.0
@@ -32,7 +42,7 @@ USUAL = 0.3
 ODD = 4.0
 """Times the usual variance from which the coarse part is taken from elsewhere."""
 DRAWN = 1_500_000
-"""Pixels from which the strength at the places of the texel is estimated."""
+"""Pixels from which what belongs to the places of texels is estimated."""
 LEAST_NOISE, LEAST_VARIANCE = 0.003, 1e-8
 
 
@@ -55,48 +65,91 @@ def without_old_pattern(detail: Singles, uv: Singles, shading: Singles, texel: T
     covered = finite(uv)
     if not covered.any():
         return detail
+    noise = max(float(np.median(np.abs(detail[covered]))), LEAST_NOISE)
     rest = np.nan_to_num(detail)
-    soft = texel.blurred(1.0, basis)
-    noise = max(float(np.median(np.abs(rest[covered]))), LEAST_NOISE)
+    rest[covered] -= recurring(rest[covered], uv[covered].astype(np.float64), texel.size, noise)
+    soft, before, other = texel.blurred(1.0, basis), rest.copy(), np.zeros(covered.shape, bool)
     for first, top, bottom, last in bands(len(rest), margin=int(6 * SIGMA_PX)):
         part, own = slice(first, last), slice(top - first, bottom - first)
-        effects = effects_of(uv[part], shading[part], texel, soft, basis)
-        rest[top:bottom] -= explained(np.nan_to_num(detail[part]), effects, covered[part], noise)[own]
-    strength = strength_of(rest, uv, covered, texel.size, basis)
+        light, model, effects = modelled(uv[part], shading[part], texel, soft, basis)
+        rest[top:bottom] -= explained(before[part], effects, covered[part], noise)[own]
+        other[top:bottom] = misplaced(np.nan_to_num(detail[part]), model, light, texel, noise)[own]
+    clear = covered & (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
+    strength = strength_of(rest, uv, clear, texel.size, basis)
     out = np.full_like(detail, np.nan)
     for first, top, bottom, last in bands(len(rest), margin=int(3 * (COARSE_PX + NEAR_PX))):
         part, own = slice(first, last), slice(top - first, bottom - first)
-        out[top:bottom] = evened(rest[part], uv[part], covered[part], strength)[own]
+        out[top:bottom] = evened(rest[part], uv[part], clear[part], strength)[own]
     return np.where(covered[..., None], out, np.nan).astype(np.float32)
 
 
-def effects_of(uv: Singles, shading: Singles, texel: Texel, soft: Texel, basis: Floats) -> list[Floats]:
-    """Return what a shift right, a shift down and blur do to the model, (H, W, 3) each."""
-    at, to_uv = np.nan_to_num(uv).astype(np.float64), np.linalg.inv(basis)
-    light = np.nan_to_num(shading).astype(np.float64)
+def recurring(detail: Singles, uv: Points, size: tuple[int, int], noise: float) -> Singles:
+    """Return what of the detail (n, 3) at uv (n, 2) recurs at the same place of the texels around.
+
+    `size` is that of the texel, `noise` how large a detail usually is.
+    """
+    low = np.floor(uv.min(0))
+    texels = (np.floor(uv.max(0)) - low).astype(np.int64)[::-1] + 1
+    share = min(1.0, float(np.sqrt(MOST_SAMPLES / (np.prod(texels) * np.prod(size)))))
+    h, w = (max(1, round(share * n)) for n in size)
+    rows, columns = int(texels[0]) * h, int(texels[1]) * w
+    some = np.random.default_rng(0).random(len(uv)) < DRAWN / len(uv)
+    index, shares = splat((uv[some] - low) / texels[::-1], (rows, columns))
+    # A stain recurs nowhere: it must not be seen in its neighbours.
+    values = (*np.clip(detail[some], -4 * noise, 4 * noise).T, 1.0)
+    planes = [np.bincount(index.ravel(), (shares * value).ravel(), rows * columns) for value in values]
+    by_texel: Singles = np.stack(planes, -1).astype(np.float32).reshape(int(texels[0]), h, int(texels[1]), w * 4)
+    for axis in (0, 2):
+        by_texel = gaussian_filter1d(by_texel, AROUND, axis, mode="constant") * (AROUND * np.sqrt(2 * np.pi))
+    sums = by_texel.reshape(rows, columns, 4)
+    # A pixel of the photo is several samples.
+    means = sums[..., :3] / (sums[..., 3:] + DOUBT * some.sum() / max(int((sums[..., 3] > 0.1).sum()), 1))
+    return looked_up(means, (uv - low) * [w, h] - 0.5)
+
+
+def looked_up(image: Singles, at: Points) -> Singles:
+    """Return an image (H, W, 3) at places (n, 2), columns first, bilinear."""
+    width = 4096  # remap takes at most 32767 columns or rows
+    padded = np.zeros((-(-len(at) // width) * width, 2), np.float32)
+    padded[: len(at)] = at
+    x, y = padded.reshape(-1, width, 2).transpose(2, 0, 1)
+    found = cv2.remap(
+        image, np.ascontiguousarray(x), np.ascontiguousarray(y), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    return np.asarray(found, np.float32).reshape(-1, 3)[: len(at)]
+
+
+def modelled(
+    uv: Singles, shading: Singles, texel: Texel, soft: Texel, basis: Floats
+) -> tuple[Singles, Singles, list[Singles]]:
+    """Return ρ (H, W, 1 or 3), ρ T and what a shift right, a shift down and blur do to that, (H, W, 3) each."""
+    at, to_uv = np.nan_to_num(uv).astype(np.float64), np.linalg.inv(basis).astype(np.float32)
+    light = np.nan_to_num(shading)
     light = light if light.ndim == 3 else light[..., None]
-    value, du, dv = texel.with_gradient(at)
+    value, du, dv = (field.astype(np.float32) for field in texel.with_gradient(at))
     right, down = (du * to_uv[0, k] + dv * to_uv[1, k] for k in (0, 1))
-    return [light * effect for effect in (right, down, soft(at) - value)]
+    softer = soft(at).astype(np.float32) - value
+    return light, light * value, [light * effect for effect in (right, down, softer)]
 
 
-def explained(detail: Singles, effects: list[Floats], covered: Bools, noise: float) -> Floats:
+def explained(detail: Singles, effects: list[Singles], covered: Bools, noise: float) -> Singles:
     """Return the part (H, W, 3) of the detail that the effects explain best over the neighbourhood of each pixel."""
     inside = covered.astype(np.float32)[..., None]
     fine = detail - mean(detail, inside, SIGMA_PX)
     slopes = [effect - mean(effect, inside, SIGMA_PX) for effect in effects]
-    weight = inside[..., 0] * np.minimum(1, 3 * noise / np.maximum(np.sqrt((fine**2).mean(-1)), 1e-9))
+    weight = inside[..., 0] * np.minimum(1, 3 * noise / np.maximum(np.sqrt(dotted(fine, fine) / 3), 1e-9))
     count = len(slopes)
     pairs = [(i, j) for i in range(count) for j in range(i, count)]
-    products = [(slopes[i] * slopes[j]).sum(-1) * weight for i, j in pairs]
-    products += [(slope * fine).sum(-1) * weight for slope in slopes]
-    means = [gaussian(product.astype(np.float32), SIGMA_PX).astype(np.float64) for product in products]
-    A = np.empty((*covered.shape, count, count))
+    products = [dotted(slopes[i], slopes[j]) * weight for i, j in pairs]
+    products += [dotted(slope, fine) * weight for slope in slopes]
+    means = [gaussian(product, SIGMA_PX) for product in products]
+    A = np.empty((*covered.shape, count, count), np.float32)
     for (i, j), entry in zip(pairs, means, strict=False):
         A[..., i, j] = A[..., j, i] = entry
-    A += noise**2 * np.eye(count)
+    A += noise**2 * np.eye(count, dtype=np.float32)
     amounts = np.linalg.solve(A, np.stack(means[len(pairs) :], -1)[..., None])
-    return np.asarray((np.stack(effects, -1) @ amounts)[..., 0] * inside, np.float64)
+    total = sum(amounts[..., k, :] * effect for k, effect in enumerate(effects))
+    return np.asarray(total * inside, np.float32)
 
 
 def strength_of(detail: Singles, uv: Singles, covered: Bools, size: tuple[int, int], basis: Floats) -> Strength:
@@ -112,22 +165,31 @@ def strength_of(detail: Singles, uv: Singles, covered: Bools, size: tuple[int, i
     return Strength(found, np.asarray(np.percentile(found.at(places), 100 * USUAL, axis=0), np.float64))
 
 
-def evened(detail: Singles, uv: Singles, covered: Bools, strength: Strength) -> Floats:
-    """Return the detail (H, W, 3) with its fine part no stronger than usual where the pattern makes it stronger."""
-    inside = covered.astype(np.float32)[..., None]
-    excess = strength.at(np.nan_to_num(uv).astype(np.float64)) / strength.usual
+def evened(detail: Singles, uv: Singles, clear: Bools, strength: Strength) -> Singles:
+    """Return the detail (H, W, 3) with its fine part no stronger than usual where the pattern makes it stronger.
+
+    There is no fine part where the cloth is not `clear` (H, W).
+    """
+    inside = clear.astype(np.float32)[..., None]
+    usual = strength.usual.astype(np.float32)
+    excess = strength.at(np.nan_to_num(uv).astype(np.float64)).astype(np.float32) / usual
     fine = detail - mean(detail, inside, COARSE_PX)
-    here = gaussian((fine**2 * inside).astype(np.float32), NEAR_PX) / strength.usual
+    here = gaussian(fine**2 * inside, NEAR_PX) / usual
     weight = inside * np.minimum(1, 1 / excess) * np.minimum(1, ODD / np.maximum(here, 1e-9))
     coarse = mean(detail, weight, COARSE_PX)
     fine = detail - coarse
-    here = gaussian((fine**2 * inside).astype(np.float32), NEAR_PX) / strength.usual
+    here = gaussian(fine**2 * inside, NEAR_PX) / usual
     stronger = np.maximum(excess, np.clip(excess / 2 - 1, 0, 1) * here)
-    return np.asarray(coarse + fine / np.sqrt(np.maximum(stronger, 1)), np.float64)
+    return np.asarray(coarse + inside * fine / np.sqrt(np.maximum(stronger, 1)), np.float32)
 
 
-def mean(values: Singles | Floats, weight: Singles | Floats, sigma_px: float) -> Singles:
+def mean(values: Singles, weight: Singles, sigma_px: float) -> Singles:
     """Return the mean of values (H, W, C) over neighbourhoods, under weights (H, W, 1 or C)."""
-    total = gaussian((values * weight).astype(np.float32), sigma_px)
-    mass = gaussian(np.asarray(weight, np.float32), sigma_px).reshape(*weight.shape)
+    total = gaussian(values * weight, sigma_px)
+    mass = gaussian(weight, sigma_px).reshape(*weight.shape)
     return np.asarray(total / np.maximum(mass, 1e-4), np.float32)
+
+
+def dotted(a: Singles, b: Singles) -> Singles:
+    """Return the sums (H, W) of products of the channels (H, W, 3)."""
+    return np.asarray(np.einsum("...c,...c", a, b), np.float32)
