@@ -22,15 +22,19 @@ for _k in range(4):
         _EDGES[_k, _axis, 2 * ((_k + 1) % 4) + _axis] += 1
         _EDGES[_k, 2 + _axis, 2 * ((_k - 1) % 4) + _axis] += 1
         _EDGES[_k, [_axis, 2 + _axis], 2 * _k + _axis] -= 1
+_PAIRS = [(i, j) for i in range(4) for j in range(i, 4)]
+# Takes the upper triangles of four matrices over a corner's edges to the one over the quad's corners: (40, 64).
+_SUM = np.concatenate(
+    [[np.outer(E[i], E[j]) + (np.outer(E[j], E[i]) if i != j else 0.0) for i, j in _PAIRS] for E in _EDGES]
+).reshape(40, 64)
 
 
 @dataclass(frozen=True)
 class Corners:
-    """The corners of m quads under W: what maps their edges now to their J."""
+    """The corners of m quads under W: what their edges now are measured against."""
 
-    a: Floats
-    """J's first column is a[..., 0] ahead + a[..., 1] behind: (m, 4, 2)."""
-    b: Floats
+    metric: Floats
+    """p, q and r (3, m, 4) of |J|² = p |ahead|² + 2 q ahead · behind + r |behind|²."""
     area: Floats
     """Signed area under W (m, 4)."""
 
@@ -38,36 +42,33 @@ class Corners:
     def of(cls, w: Complexes) -> "Corners":
         """Measure quads with corners w (m, 4), clockwise."""
         ahead, behind = edges_of(w)
-        area = (np.conj(ahead) * behind).imag
-        a = np.stack([behind.imag, -ahead.imag], axis=-1) / area[..., None]
-        b = np.stack([-behind.real, ahead.real], axis=-1) / area[..., None]
-        return cls(a, b, area)
+        product = np.conj(ahead) * behind
+        area = product.imag.copy()
+        return cls(np.stack([np.abs(behind) ** 2, -product.real, np.abs(ahead) ** 2]) / area**2, area)
 
     def of_quads(self, chosen: Ints) -> "Corners":
         """Return those of some of the quads."""
-        return Corners(self.a[chosen], self.b[chosen], self.area[chosen])
+        return Corners(self.metric[:, chosen], self.area[chosen])
 
     def determinants(self, z: Complexes) -> Floats:
         """Return D (m, 4) for quads with corners z (m, 4)."""
         ahead, behind = edges_of(z)
-        return np.asarray((np.conj(ahead) * behind).imag / self.area)
-
-    def jacobians(self, ahead: Complexes, behind: Complexes) -> tuple[Complexes, Complexes]:
-        """Return the two columns of J (m, 4) for the edges at each corner."""
-        return (
-            self.a[..., 0] * ahead + self.a[..., 1] * behind,
-            self.b[..., 0] * ahead + self.b[..., 1] * behind,
-        )
+        return np.asarray((ahead.real * behind.imag - ahead.imag * behind.real) / self.area)
 
     def slopes(self, ahead: Complexes, behind: Complexes) -> Floats:
         """Return dD by the x and y of the edge ahead, then of the one behind: (m, 4, 4)."""
         return np.stack([behind.imag, -behind.real, -ahead.imag, ahead.real], axis=-1) / self.area[..., None]
 
+    def strains(self, ahead: Complexes, behind: Complexes) -> tuple[Complexes, Complexes]:
+        """Return half the slope of |J|² by each of the two edges."""
+        p, q, r = self.metric
+        return p * ahead + q * behind, q * ahead + r * behind
+
 
 def edges_of(z: Complexes) -> tuple[Complexes, Complexes]:
     """Return the edges that lead ahead and back from each corner of quads z (m, 4)."""
-    ahead = np.roll(z, -1, axis=1) - z
-    return ahead, -np.roll(ahead, 1, axis=1)
+    ahead = z[:, [1, 2, 3, 0]] - z
+    return ahead, -ahead[:, [3, 0, 1, 2]]
 
 
 class Penalty(Protocol):
@@ -109,10 +110,10 @@ class Hinge:
 class Barrier:
     """The regularised distortion of Garanzha et al. 2021, finite on folds and steep towards them.
 
-    f = (½ |J|² + c) / χ(D), χ(D) = (D + √(D² + ε²)) / 2, becomes a barrier against D = 0 as ε vanishes. Without the
-    curvature of χ and of D, which are not convex, its second derivative is the square
+    f = F / χ(D), F = ½ |J|² + c, χ(D) = (D + √(D² + ε²)) / 2, becomes a barrier against D = 0 as ε vanishes. Without
+    the curvature of χ and of D, which are not convex, its second derivative is a square: with g = dF
 
-        (1/χ) |dJ - (χ'/χ) J dD|² + (2 c χ'² / χ³) dD²,      χ'/χ = 1 / √(D² + ε²).
+        (1/χ) (d²F - s (g dD + dD g) + 2 s² F dD dD),      s = χ'/χ = 1 / √(D² + ε²).
     """
 
     epsilon: float
@@ -120,27 +121,34 @@ class Barrier:
     def energy(self, corners: Corners, z: Complexes) -> Floats:
         """Return the energy of every quad (m,)."""
         ahead, behind = edges_of(z)
-        x, y = corners.jacobians(ahead, behind)
         D = corners.determinants(z)
-        chi = (D + np.hypot(D, self.epsilon)) / 2
-        return np.asarray(((0.5 * (np.abs(x) ** 2 + np.abs(y) ** 2) + _SIZE) / chi).sum(axis=1))
+        return np.asarray((2 * _size(corners, ahead, behind) / (D + np.hypot(D, self.epsilon))).sum(axis=1))
 
     def model(self, corners: Corners, z: Complexes) -> tuple[Floats, Floats]:
         """Return its gradient (m, 8) and a positive semidefinite second derivative (m, 8, 8), by corner x, y."""
         ahead, behind = edges_of(z)
-        x, y = corners.jacobians(ahead, behind)
         D = corners.determinants(z)
         root = np.hypot(D, self.epsilon)
         chi = (D + root) / 2
-        dD = corners.slopes(ahead, behind)
-        J = np.stack([x.real, x.imag, y.real, y.imag], axis=-1)
-        dJ = np.zeros((*D.shape, 4, 4))
-        dJ[..., 0, ::2] = dJ[..., 1, 1::2] = corners.a
-        dJ[..., 2, ::2] = dJ[..., 3, 1::2] = corners.b
-        energy = (0.5 * (J**2).sum(axis=-1) + _SIZE) / chi
-        slope = ((J / chi[..., None])[..., None, :] @ dJ)[..., 0, :] - (energy / root)[..., None] * dD
-        rows = np.empty((*D.shape, 5, 4))
-        rows[..., :4, :] = dJ - (J / root[..., None])[..., None] * dD[..., None, :]
-        rows[..., 4, :] = (np.sqrt(2 * _SIZE) / root)[..., None] * dD
-        rows = ((rows / np.sqrt(chi)[..., None, None]) @ _EDGES).reshape(len(D), 20, 8)
-        return np.einsum("mke,kej->mj", slope, _EDGES), rows.transpose(0, 2, 1) @ rows
+        share = _size(corners, ahead, behind) / (chi * root)
+        one, two = corners.strains(ahead, behind)
+        g = [part / chi for part in (one.real, one.imag, two.real, two.imag)]
+        dD = [part / corners.area for part in (behind.imag, -behind.real, -ahead.imag, ahead.real)]
+        along = [a - share * b for a, b in zip(g, dD, strict=True)]
+        # g dD + dD g and the square of dD in one.
+        mixed = [share / root * b - a / root for a, b in zip(g, dD, strict=True)]
+        curvature = np.empty((len(z), 4, len(_PAIRS)))
+        for entry, (i, j) in enumerate(_PAIRS):
+            value = mixed[i] * dD[j] + mixed[j] * dD[i]
+            if i % 2 == j % 2:
+                value += corners.metric[i // 2 + j // 2] / chi
+            curvature[..., entry] = value
+        gradient = np.stack(along, axis=-1).reshape(-1, 16) @ _EDGES.reshape(16, 8)
+        return gradient, (curvature.reshape(-1, 40) @ _SUM).reshape(-1, 8, 8)
+
+
+def _size(corners: Corners, ahead: Complexes, behind: Complexes) -> Floats:
+    """Return F of every corner (m, 4)."""
+    one, two = corners.strains(ahead, behind)
+    there = one.real * ahead.real + one.imag * ahead.imag + two.real * behind.real + two.imag * behind.imag
+    return np.asarray(there / 2 + _SIZE)

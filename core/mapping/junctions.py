@@ -33,6 +33,8 @@ _FLAT = 0.1
 _SAME_SIZE = 0.01
 """Logarithm of a rigid feature's scale that the free nodes can take up."""
 _NONE = 1e-9
+_TOUCHING = 1e-3
+"""Twice the area, in cells, below which a corner counts as folded."""
 _TURN = 0.3
 """Radians by which a feature may turn at a time."""
 _RIGID = 1e3
@@ -48,6 +50,18 @@ def fit_between(mapping: FeatureMapping, w: Complexes, solution: Solution) -> So
     if np.array_equal(alpha, solution.alpha):
         return None
     return mapping.place_at(w, alpha, t)
+
+
+def can_fit(mapping: FeatureMapping, w: Complexes, count: int) -> bool:
+    """Return whether each of the first `count` features has a similarity that folds no corner of it and the outline."""
+    for i in _near_outline(mapping, count):
+        corners = _corners(mapping, i)
+        sides, base = _corner_sides(_rest_from(mapping, i), corners, _unit(mapping))
+        rows = _rows(sides, w.ravel()[corners[:, 0]])
+        scale = np.linalg.norm(rows, axis=0).max(initial=1.0) / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+        if len(corners) and _least_step(rows * scale, _TOUCHING - base) is None:
+            return False
+    return True
 
 
 def _near_outline(mapping: FeatureMapping, count: int) -> Ints:
@@ -75,7 +89,7 @@ def _fitted(
 ) -> tuple[complex, complex]:
     """Return the (α, t) closest to the given one at which every corner has area and no outline node is run over."""
     scene = _Scene.of(mapping, i, w)
-    sides, base = _corner_sides(scene, corners)
+    sides, base = _corner_sides(scene.rest, corners, scene.unit)
     nodes, normals, offsets = corners[:, 0], sides, base
     beta, tau = 1 / alpha, t / alpha
     start = np.array([beta.real, beta.imag, tau.real, tau.imag])
@@ -123,10 +137,20 @@ def _rows(normals: Complexes, there: Complexes) -> Floats:
     return np.stack([along.real, -along.imag, -normals.real, -normals.imag], axis=1)
 
 
-def _corner_sides(scene: "_Scene", corners: Ints) -> tuple[Complexes, Floats]:
+def _corner_sides(rest: Complexes, corners: Ints, unit: float) -> tuple[Complexes, Floats]:
     """Return n and c with twice each corner's area, in cells, = Re(conj(n) (β W(o) - τ)) + c."""
-    a, b = scene.rest[corners[:, 1]], scene.rest[corners[:, 2]]
-    return 1j * (b - a) / scene.unit**2, (np.conj(a) * b).imag / scene.unit**2
+    a, b = rest[corners[:, 1]], rest[corners[:, 2]]
+    return 1j * (b - a) / unit**2, (np.conj(a) * b).imag / unit**2
+
+
+def _rest_from(mapping: FeatureMapping, i: int) -> Complexes:
+    """Return rest positions (N,) from the centre of feature `i`."""
+    rest, body = as_complex(mapping.grid.nodes).ravel(), mapping.bodies[i]
+    return np.asarray(rest - (rest[body.nodes] - body.arms)[0])
+
+
+def _unit(mapping: FeatureMapping) -> float:
+    return float(np.sqrt(mapping.grid.cell[0] * mapping.grid.cell[1]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,16 +172,13 @@ class _Scene:
 
     @classmethod
     def of(cls, mapping: FeatureMapping, i: int, w: Complexes) -> "_Scene":
-        body, grid, index = mapping.bodies[i], mapping.grid, mapping.index.ravel()
-        rest = as_complex(grid.nodes).ravel()
-        rest = rest - (rest[body.nodes] - body.arms)[0]
+        grid, index, rest = mapping.grid, mapping.index.ravel(), _rest_from(mapping, i)
         pad = max(grid.shape) // 3
         inside = np.pad((index == i).reshape(grid.shape).astype(np.uint8), pad)
         out, into = (cv2.distanceTransform(m, cv2.DIST_L2, cv2.DIST_MASK_5) for m in (1 - inside, inside))
         outer = np.flatnonzero(grid.outline.ravel() & (index < 0))
-        unit = float(np.sqrt(grid.cell[0] * grid.cell[1]))
         distance = np.asarray(cv2.GaussianBlur(out - into, (0, 0), 1.0), np.float32)
-        return cls(rest, outer, w, unit, distance, pad, complex(rest[0]), grid.cell)
+        return cls(rest, outer, w, _unit(mapping), distance, pad, complex(rest[0]), grid.cell)
 
     def _distance_at(self, p: Complexes) -> Floats:
         if not p.size:

@@ -1,92 +1,247 @@
 """Remove fold-overs from a mapping, which FAT sec. 5 leaves as future work.
 
 The cheap way first: quads that fold are drawn closer to W by the weight of their equations, which takes a factorisation
-a round. What stays folded is untangled by Newton's method, in a window around the folds and then everywhere, quickly
-and then robustly, if need be from W itself, which has no folds. Scales of features give way as little as they can; a
-rigid feature's not at all unless it must.
+a round. What stays folded is untangled by Newton's method in a window around the folds. Should that not succeed, sizes
+of features give way: the search goes on from the sizes they have under W and, if need be, from W itself, which has no
+folds; then they grow back, behind a barrier that lets nothing fold, as far as there is room.
 
-There may be no mapping without folds: a straight side of a feature that the picture's edge cuts at both ends has to
-pass between the outline nodes beside either cut, so it cannot go around an outline that W bends across that line. A
-band across a picture that becomes half a ring is such a case. As the outline and the shape are both to be kept, quads
-then stay folded.
+There may be no mapping without folds that has the outline at W and the shapes exact. A straight side of a feature that
+the picture's edge cuts at both ends has to pass between the outline nodes beside either cut; where W bends the outline
+across every such line, as it does around a band that becomes half a ring, that is a contradiction of linear
+inequalities, which `junctions.can_fit` finds. The outline then gives way: the one similarity of the whole picture that
+is closest to W folds nothing and keeps every shape, and from there everything comes as close to W as it can.
 """
 
 import copy
-from typing import Literal
+from collections.abc import Callable
 
-import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.mapping.distortion import Barrier, Hinge
+from core.mapping.approach import (
+    REACH,
+    Kind,
+    approached,
+    blended,
+    count_folds,
+    node_counts,
+    relaxed,
+    steps_to_clear,
+    widened,
+    window_around,
+)
+from core.mapping.coarser import Coarser, is_large
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas, folded_quads
-from core.mapping.frames import Complexes
-from core.mapping.junctions import fit_between
+from core.mapping.frames import Complexes, as_complex
+from core.mapping.junctions import can_fit, fit_between
 from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress, part
 
-_ROUNDS = 2
+Search = Callable[..., Job[Solution]]
+
+_ROUNDS, _STEPS = 2, 16
 _THIN = 0.15
 """A corner with less than this share of its area under W is about to fold."""
 _GAIN = 8.0
-_REACH = 12
-"""Cells around what folds that may move at first."""
-_KEPT = 0.3
-"""Share of its area that the hinge asks of a corner, enough to leave none at zero."""
-_HINGE_WEIGHT, _TIGHTEN = 1e4, 1.5
-_BARRIER_WEIGHT, _LIGHTER = 100.0, (10.0, 1.0, 0.3, 0.1)
-_LEAST = 1e-4
-"""Share of its area that a corner has at least in the end."""
-_SHARP = 1e-3
-_LAG = 0.2
-"""ε of the barrier over the depth of the worst fold."""
+_CLOSE, _ROOM = 5, 30
+"""Cells around what folds that may move at first, and around a feature that grows."""
 _TRIALS = 3
-_PATIENCE, _BETTER = 10, 0.95
-"""Attempts end that have not made the worst fold this much shallower in so many steps."""
-_BLEND = 0.9
-_NEARLY, _EXACT = 0.02, 1e-9
+_NEARLY, _EXACT = 0.03, 1e-9
 """Logarithms of scales that are as good as one, and that are one."""
 _STIFF, _SOFT = 20.0, 0.5
 """Stiffness of a feature's scale, per node."""
-
-
-_Attempt = tuple[Bools, Floats | None, Literal["hinge", "barrier"], int]
-"""Window, stiffness, penalty, steps."""
-_FROM_W = None
-"""The attempt that starts from W instead of from the best state so far."""
+_MANY, _FEW = 32, 20
+"""Features whose windows are kept small, and folds that are worth a search in size before the coarser grid's."""
+_GROWTHS, _RETURNS, _LAST = 14, 18, 5
+"""Steps at most: while features grow; back to W after the outline has been let go; and of these on the fine grid."""
+_FIRST, _LIGHT, _ROOMY = 1.0, 0.1, 3.0
+"""Weight of the barrier when features begin to grow, at last, and where it has to leave room for a finer grid."""
 
 
 def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     """Return a mapping without folded quads, if W has none; the mapping object is left as it was.
 
-    Should nothing help, the result is the one with the fewest folded quads.
+    Where no way is found that has the outline at W, the outline gives way.
     """
     linear = mapping.place(w)
-    if folded_quads(w).any() or not folded_quads(linear.z).any():
+    if folded_quads(w).any() or not count_folds(linear):
         return linear
     yield Progress(0.0, "unfolding", linear.positions)
-    solution = fit_between(mapping, w, linear)
-    if solution is None:
-        solution = yield from _reweighted(mapping, w)
-        if folded_quads(solution.z).any():
-            solution = yield from _untangled(mapping, w, linear, fitted=False)
-    elif folded_quads(solution.z).any():
-        solution = yield from _untangled(mapping, w, solution, fitted=True)
-    if mapping.keep == "rigid" and mapping.method == "exact":
-        if folded_quads(solution.z).any():
-            solution = yield from part(_resized_freely(mapping, w, solution), 0.8, 0.8)
-        solution = yield from _grown(mapping, w, solution)
+    solution = yield from part(_searched(mapping, w, linear), 0.0, 0.9)
+    if mapping.keep == "rigid" and len(linear.alpha):
+        solution = yield from part(_snapped(mapping, w, solution), 0.9, 1.0)
     return solution
 
 
-def _resized_freely(mapping: FeatureMapping, w: Complexes, folded: Solution) -> Job[Solution]:
-    """Return the mapping whose features take the size they have under W, if that one does not fold."""
-    similar = copy.copy(mapping)
-    similar.keep = "similarity"
-    found = yield from unfold(similar, w)
-    return folded if folded_quads(found.z).any() else found
+def _searched(mapping: FeatureMapping, w: Complexes, linear: Solution, *, lightest: float = _LIGHT) -> Job[Solution]:
+    """Unfold with the outline at W, features ever freer in size, else with an outline that gives way."""
+    fits = can_fit(mapping, w, len(linear.alpha))
+    solution = linear
+    if fits:
+        solution = yield from part(_nearby(mapping, w, linear), 0.0, 0.2)
+        if count_folds(solution) and not len(linear.alpha):
+            return blended(w, solution)
+        if not count_folds(solution):
+            changed = np.abs(np.log(np.abs(solution.alpha / linear.alpha))).max(initial=0.0) > _EXACT
+            if mapping.keep == "rigid" and changed:
+                solution = yield from part(_bisected(mapping, w, solution), 0.2, 1.0)
+            return solution
+    if fits and (not is_large(mapping) or count_folds(solution) < _FEW):
+        window = window_around(mapping, solution)
+        solution = yield from part(_softened(mapping, w, solution, linear, window), 0.2, 0.3)
+        if not count_folds(solution):
+            return (yield from part(_grown(mapping, w, solution, linear, lightest=lightest), 0.9, 1.0))
+    if is_large(mapping):
+        return (yield from part(_searched_by_levels(mapping, w, linear, solution, fits=fits), 0.3, 1.0))
+    found = None
+    if fits:
+        found = yield from part(_from_w(mapping, w, solution, linear), 0.3, 0.8)
+    if found is not None:
+        return (yield from part(_grown(mapping, w, found, linear, lightest=lightest), 0.8, 1.0))
+    return (yield from part(_released(mapping, w, linear, lightest=lightest), 0.8, 1.0))
+
+
+def _searched_by_levels(
+    mapping: FeatureMapping, w: Complexes, linear: Solution, solution: Solution, *, fits: bool
+) -> Job[Solution]:
+    """Search on a coarser grid first; there too the outline gives way last."""
+    coarser, found = Coarser(mapping), None
+    if fits:
+        found = yield from part(_from_coarser(mapping, w, linear, coarser, _searched), 0.0, 0.4)
+        if found is not None and _keeps_outline(mapping, w, found):
+            return found
+        window = window_around(mapping, solution)
+        solution = yield from part(_softened(mapping, w, solution, linear, window), 0.4, 0.6)
+        if not count_folds(solution):
+            return (yield from part(_grown(mapping, w, solution, linear), 0.6, 1.0))
+    if found is None:
+        found = yield from part(_from_coarser(mapping, w, linear, coarser, _released), 0.6, 0.8)
+    if found is None:
+        found = yield from part(_released(mapping, w, linear), 0.8, 1.0)
+    return found
+
+
+def _keeps_outline(mapping: FeatureMapping, w: Complexes, solution: Solution) -> bool:
+    """Return whether outline nodes outside features are at W."""
+    outer = mapping.grid.outline & (mapping.index < 0)
+    return bool((solution.z == w)[outer].all())
+
+
+def _from_coarser(
+    mapping: FeatureMapping, w: Complexes, linear: Solution, coarser: Coarser, search: Search
+) -> Job[Solution | None]:
+    """Search on a coarser grid, and go on from what is found there; None if that still folds."""
+    coarse_w = coarser.at_nodes(w)
+    if folded_quads(coarse_w).any() or not coarser.mapping.bodies:
+        return None
+    found = coarser.mapping.place(coarse_w)
+    if count_folds(found):
+        found = yield from part(search(coarser.mapping, coarse_w, found, lightest=_ROOMY), 0.0, 0.4)
+    released = not _keeps_outline(coarser.mapping, coarse_w, found)
+    start = coarser.lifted(w, found, linear, released=released)
+    soft, everywhere = _SOFT * node_counts(mapping, start), np.ones(w.shape, bool)
+    if released and mapping.keep == "rigid":
+        soft = np.full(len(soft), np.inf)
+    for window in (window_around(mapping, start), everywhere):
+        untangler = Untangler(mapping, w, start, window=window, stiffness=soft, released=released)
+        clear = yield from part(steps_to_clear(untangler, "barrier", _STEPS), 0.4, 0.8)
+        start = untangler.solution
+        if clear and released:
+            last = Untangler(mapping, w, start, window=everywhere, stiffness=40 * soft, released=True)
+            return (yield from part(approached(last, start, _LAST, weight=_ROOMY), 0.8, 1.0))
+        if clear:
+            return (yield from part(_grown(mapping, w, start, linear), 0.8, 1.0))
+    return None
+
+
+def _from_w(mapping: FeatureMapping, w: Complexes, solution: Solution, linear: Solution) -> Job[Solution | None]:
+    """Look everywhere, from the sizes of features under W and from W itself; None if nothing is found."""
+    everywhere = np.ones(mapping.grid.shape, bool)
+    if mapping.keep == "rigid":
+        similar = copy.copy(mapping)
+        similar.keep = "similarity"
+        solution = yield from part(_nearby(similar, w, similar.place(w)), 0.0, 0.2)
+    if count_folds(solution):
+        solution = yield from part(_softened(mapping, w, solution, solution, everywhere), 0.2, 0.5)
+    if count_folds(solution):
+        return (yield from part(stiffen(mapping, w, np.abs(solution.alpha)), 0.5, 1.0))
+    return solution
+
+
+def _nearby(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:
+    """Unfold close to the linear answer, features at its sizes; what is returned may still fold."""
+    solution = fit_between(mapping, w, linear)
+    # Around many features, windows would soon cover the whole picture.
+    close = _CLOSE if len(linear.alpha) > _MANY else REACH
+    attempts: list[tuple[Kind, int, int]] = [("barrier", _STEPS // 2, close), ("barrier", _STEPS, REACH)]
+    if solution is None:
+        solution = yield from part(_reweighted(mapping, w), 0.0, 0.3)
+        solution = linear if count_folds(solution) else solution
+        attempts = [("hinge", _STEPS, close), *attempts]
+    held, wide = np.full(len(solution.alpha), np.inf), window_around(mapping, solution)
+    # What has been fitted between outline nodes is to stay there at first.
+    fitted = attempts[0][0] == "barrier"
+    for number, (kind, steps, reach) in enumerate(attempts):
+        if not count_folds(solution):
+            break
+        untangler = Untangler(
+            mapping,
+            w,
+            solution,
+            window=window_around(mapping, solution, reach),
+            stiffness=None if fitted and number == 0 else held,
+        )
+        clear = yield from part(steps_to_clear(untangler, kind, steps), 0.3, 1.0)
+        if clear:
+            return relaxed(Untangler(mapping, w, untangler.solution, window=wide, stiffness=held))
+        if untangler.folds < count_folds(solution):
+            solution = untangler.solution
+    return solution
+
+
+def _softened(
+    mapping: FeatureMapping, w: Complexes, solution: Solution, linear: Solution, window: Bools
+) -> Job[Solution]:
+    """Untangle with sizes that give way; what is returned may still fold."""
+    nodes = node_counts(mapping, solution)
+    untangler = Untangler(mapping, w, solution, window=window, stiffness=_SOFT * nodes, scales=np.abs(linear.alpha))
+    clear = yield from steps_to_clear(untangler, "barrier", _STEPS)
+    return untangler.solution if clear else solution
+
+
+def _grown(
+    mapping: FeatureMapping, w: Complexes, clear: Solution, linear: Solution, *, lightest: float = _LIGHT
+) -> Job[Solution]:
+    """Come back to W and to the sizes of the linear answer as far as nothing folds."""
+    wanted = np.abs(linear.alpha)
+    lost = np.abs(np.log(np.abs(clear.alpha) / wanted))
+    window = widened(np.isin(mapping.index, np.flatnonzero(lost > _EXACT)), _ROOM)
+    stiffness = np.where(lost > _EXACT, _STIFF * node_counts(mapping, clear), np.inf)
+    untangler = Untangler(mapping, w, clear, window=window, stiffness=stiffness, scales=wanted)
+    grown = yield from approached(untangler, clear, _GROWTHS, weight=max(_FIRST, lightest), lightest=lightest)
+    still_lost = np.abs(np.log(np.abs(grown.alpha) / wanted))
+    return grown if still_lost.sum() <= lost.sum() else clear
+
+
+def _released(mapping: FeatureMapping, w: Complexes, linear: Solution, *, lightest: float = _LIGHT) -> Job[Solution]:
+    """Take the similarity of the whole picture that is closest to W, and come as close to W as nothing folds."""
+    rest = as_complex(mapping.grid.nodes)
+    arms = rest - rest.mean()
+    towards = complex(np.vdot(arms, w))
+    size = 1.0 if mapping.keep == "rigid" else np.sqrt(np.abs(corner_areas(w)).mean() / corner_areas(rest).mean())
+    alpha = complex(size * (towards / abs(towards) if towards else 1))
+    z = alpha * arms + w.mean()
+    count = len(linear.alpha)
+    centres = np.array([z.ravel()[body.nodes].mean() for body in mapping.bodies[:count]])
+    start = Solution(z, np.full(count, alpha), centres)
+    held = np.full(count, np.inf) if mapping.keep == "rigid" else _STIFF * node_counts(mapping, start)
+    everywhere = np.ones(mapping.grid.shape, bool)
+    untangler = Untangler(
+        mapping, w, start, window=everywhere, stiffness=held, scales=np.abs(linear.alpha), released=True
+    )
+    return (yield from approached(untangler, start, _RETURNS, lightest=lightest))
 
 
 def _reweighted(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
@@ -96,7 +251,7 @@ def _reweighted(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     try:
         for step in range(_ROUNDS):
             thin = np.asarray((corner_areas(solution.z) < _THIN * areas).any(axis=0))
-            near = _widened(thin, 2)
+            near = widened(thin, 2)
             mapping.factorise(np.where(near, _GAIN * (1 + mapping.follow_w), mapping.follow_w))
             solution = mapping.place(w)
             yield Progress(0.1 * (step + 1) / _ROUNDS, "unfolding", solution.positions)
@@ -107,102 +262,36 @@ def _reweighted(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     return solution
 
 
-def _untangled(mapping: FeatureMapping, w: Complexes, start: Solution, *, fitted: bool) -> Job[Solution]:
-    """Untangle in ever wider and softer attempts, each from the best state so far, then come back closer to W."""
-    nodes = np.array([len(body.nodes) for body in mapping.bodies], np.float64)[: len(start.alpha)]
-    stiff = np.full(len(nodes), np.inf) if mapping.keep == "rigid" else _STIFF * nodes
-    window, everywhere = _window(mapping, start), np.ones(mapping.grid.shape, bool)
-    attempts: list[_Attempt | None] = [(window, None, "barrier", 40)] if fitted else [(window, stiff, "hinge", 12)]
-    attempts += [(window, stiff, "barrier", 40), _FROM_W, (everywhere, stiff, "barrier", 40)]
-    attempts += [(everywhere, _STIFF * nodes, "barrier", 30), (everywhere, _SOFT * nodes, "barrier", 40)]
-    best = start
-    for number, attempt in enumerate(attempts):
-        first, last = (0.1 + 0.7 * n / len(attempts) for n in (number, number + 1))
-        if attempt is None:
-            stiffened = yield from part(_from_w(mapping, w, best), first, last)
-            if stiffened is not None:
-                return stiffened
-            continue
-        where, stiffness, kind, steps = attempt
-        untangler = Untangler(mapping, w, best, window=where, stiffness=stiffness)
-        clear = yield from part(_steps(untangler, kind, steps), first, last)
-        if clear or untangler.folds < folded_quads(best.z).sum():
-            best = untangler.solution
-        if clear:
-            return _relaxed(Untangler(mapping, w, best, window=where, stiffness=stiff), best)
-    return best
-
-
-def _from_w(mapping: FeatureMapping, w: Complexes, best: Solution) -> Job[Solution | None]:
-    """Start from W, which has no folds; None if features do not fit."""
-    if not len(best.alpha):
-        return _blended(w, best)
-    scales = np.abs(mapping.place(w).alpha)
-    clear = yield from stiffen(mapping, w, scales)
-    if clear is None:
-        return None
-    everywhere = np.ones(mapping.grid.shape, bool)
-    return _relaxed(Untangler(mapping, w, clear, window=everywhere, stiffness=np.ones(len(scales))), clear)
-
-
-def _blended(w: Complexes, solution: Solution) -> Solution:
-    """Go from W towards a solution without bodies as far as nothing folds."""
-    share = 1.0
-    while folded_quads(z := w + share * (solution.z - w)).any():
-        share = share * _BLEND if share > _LEAST else 0.0
-    return Solution(z, solution.alpha, solution.t)
-
-
-def _steps(untangler: Untangler, kind: str, steps: int) -> Job[bool]:
-    """Take Newton steps until nothing is folded; return whether that was reached."""
-    seen: list[float] = []
-    for step in range(steps):
-        worst = untangler.worst
-        if worst > 0:
-            return True
-        if len(seen) >= _PATIENCE and worst < _BETTER * seen[-_PATIENCE]:
-            break
-        seen.append(worst)
-        if kind == "hinge":
-            moved = untangler.step(Hinge(_KEPT), _HINGE_WEIGHT * _TIGHTEN**step)
-        else:
-            moved = untangler.step(Barrier(float(np.hypot(_SHARP, _LAG * worst))), _BARRIER_WEIGHT)
-        if not moved:
-            break
-        yield Progress(step / steps, "unfolding")
-    return untangler.worst > 0
-
-
-def _relaxed(untangler: Untangler, clear: Solution) -> Solution:
-    """Come closer to W without folding again, behind a barrier that becomes lighter."""
-    for weight in _LIGHTER:
-        untangler.step(Barrier(_SHARP), weight)
-        if untangler.worst <= _LEAST:
-            break
-        clear = untangler.solution
-    return clear
-
-
-def _grown(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[Solution]:
-    """Bring rigid features back to the largest sizes that fit."""
+def _bisected(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[Solution]:
+    """Bring rigid features that gave way a little back to the largest sizes that fit, all by the same share."""
     lost = np.log(np.abs(solution.alpha))
-    if np.abs(lost).max(initial=0.0) < _EXACT:
-        return solution
-    low, high = 0.0, 1.0
+    best, low, high = solution, 0.0, 1.0
     for number in range(_TRIALS):
         share = high if number == 0 else (low + high) / 2
         trial = _resized(mapping, solution, np.where(np.abs(lost) < _NEARLY, -lost, -lost * share))
         held = np.full(len(lost), np.inf)
-        untangler = Untangler(mapping, w, trial, window=_window(mapping, trial), stiffness=held)
-        start, end = (0.8 + 0.2 * n / _TRIALS for n in (number, number + 1))
-        clear = yield from part(_steps(untangler, "barrier", 25), start, end)
+        untangler = Untangler(mapping, w, trial, window=window_around(mapping, trial), stiffness=held)
+        start, end = (n / _TRIALS for n in (number, number + 1))
+        clear = yield from part(steps_to_clear(untangler, "barrier", _STEPS), start, end)
         if clear:
             low, best = share, untangler.solution
-            if share == 1:
-                break
-        else:
-            high = share
-    return solution if low == 0 else best
+        if low == high:
+            break
+        high = high if clear else share
+    return best
+
+
+def _snapped(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[Solution]:
+    """Give rigid features that nearly have their own size that size, if nothing folds."""
+    lost = np.log(np.abs(solution.alpha))
+    near = (np.abs(lost) < _NEARLY) & (np.abs(lost) > _EXACT)
+    if not near.any():
+        return solution
+    trial = _resized(mapping, solution, np.where(near, -lost, 0.0))
+    held = np.full(len(lost), np.inf)
+    untangler = Untangler(mapping, w, trial, window=window_around(mapping, trial), stiffness=held)
+    clear = yield from steps_to_clear(untangler, "barrier", _STEPS)
+    return untangler.solution if clear else solution
 
 
 def _resized(mapping: FeatureMapping, solution: Solution, logarithms: Floats) -> Solution:
@@ -211,18 +300,3 @@ def _resized(mapping: FeatureMapping, solution: Solution, logarithms: Floats) ->
     for body, a, t in zip(mapping.bodies, alpha, solution.t, strict=True):
         z.ravel()[body.nodes] = body.place(a, t)
     return Solution(z, alpha, solution.t)
-
-
-def _window(mapping: FeatureMapping, solution: Solution) -> Bools:
-    """Return the nodes around folded quads, and around all features that come near them."""
-    nodes = np.zeros(mapping.grid.shape, bool)
-    for corner in (np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, 1:], np.s_[1:, :-1]):
-        nodes[corner] |= folded_quads(solution.z)
-    window = _widened(nodes, _REACH)
-    near = np.unique(mapping.index[window & (mapping.index >= 0)])
-    return window | _widened(np.isin(mapping.index, near), _REACH)
-
-
-def _widened(quads: Bools, reach: int) -> Bools:
-    size = 2 * reach + 1
-    return np.asarray(cv2.dilate(quads.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)

@@ -6,7 +6,7 @@ the grid therefore follows at most four unknowns. The energy is a sum over quads
     w₄ Σ |dz - dW|² + w₃ Σ |dz - α dp|² + μ f(z),
 
 the first two those of FAT eqs. 4 and 3 in units of a cell's area, f a penalty on folds, and over features, which are
-to keep the scale they have: k/2 (log |α| / s)².
+to have the scale s: k/2 (log |α| / s)². Where the outline gives way, the energy of `release` holds it.
 """
 
 import numpy as np
@@ -17,6 +17,7 @@ from core.mapping.distortion import Corners, Penalty
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas
 from core.mapping.frames import Complexes, as_complex
+from core.mapping.release import Leash, around, crosses_itself
 from core.tracing import span
 
 _FOLLOW_AT_MOST = 4.0
@@ -35,20 +36,32 @@ class Untangler:
     window
         Nodes (R, C) that may move; features that have a node in it move as a whole.
     stiffness
-        k of every feature, inf to hold its scale; the scale it keeps to is the one it has at the start. None holds
-        all features where they are.
+        k of every feature, inf to hold its scale. None holds all features where they are.
+    scales
+        s of every feature, by default the scale it has at the start.
+    released
+        Whether outline nodes may leave W.
     """
 
     def __init__(
-        self, mapping: FeatureMapping, w: Complexes, start: Solution, *, window: Bools, stiffness: Floats | None
+        self,
+        mapping: FeatureMapping,
+        w: Complexes,
+        start: Solution,
+        *,
+        window: Bools,
+        stiffness: Floats | None,
+        scales: Floats | None = None,
+        released: bool = False,
     ) -> None:
-        self._mapping, self._scales = mapping, np.abs(start.alpha)
+        self.mapping, self._scales = mapping, np.abs(start.alpha) if scales is None else scales
         self._sizes = np.full(len(start.alpha), np.inf) if stiffness is None else stiffness
         self.z, self.alpha, self.t = start.z.ravel().copy(), start.alpha.copy(), start.t.copy()
         index = mapping.index.ravel() if len(self.alpha) else np.full(mapping.grid.size, -1)
         self._index = index
         self._active = np.unique(index[(index >= 0) & window.ravel() & (stiffness is not None)])
-        moving = (mapping.free & window).ravel() | np.isin(index, self._active)
+        loose = mapping.free | mapping.grid.outline if released else mapping.free
+        moving = (loose & window).ravel() | np.isin(index, self._active)
         self._number_unknowns(moving, index)
         quads = mapping.grid.quads
         inside = (index[quads] == index[quads[:, :1]]).all(axis=1) & (index[quads[:, 0]] >= 0)
@@ -67,6 +80,9 @@ class Untangler:
         self._rest = np.roll(rest, -1, axis=1) - rest
         self._corners = Corners.of(corners)
         self._unit = float(np.abs(corner_areas(w)).mean())
+        held = ~(loose & window).ravel() | (index >= 0)
+        self.leash = Leash(mapping.grid, ~held, w, self._unit)
+        self._ring = around(mapping.grid) if released else None
         self._index_elements()
 
     def _number_unknowns(self, moving: Bools, index: Ints) -> None:
@@ -82,7 +98,7 @@ class Untangler:
         self._feature_dofs[self._active] = features
         self._feature_dofs[:-1][np.isinf(self._sizes), 0] = self._count
         for i in self._active:
-            self._dofs[self._mapping.bodies[i].nodes] = self._feature_dofs[i]
+            self._dofs[self.mapping.bodies[i].nodes] = self._feature_dofs[i]
 
     def _index_elements(self) -> None:
         """Split quads into those of free nodes only and those with a feature, and find their entries in the matrix."""
@@ -91,7 +107,8 @@ class Untangler:
         plain = self._dofs[self._quads[self._plain], :2].reshape(-1, 8)
         owner = self._feature_dofs[self._owner[self._bound], :2]
         tied = np.concatenate([self._dofs[self._quads[self._bound]].reshape(-1, 16), owner], axis=1)
-        self._assembly = Assembly(self._count, [plain, tied])
+        leashed = self._dofs[self.leash.edges, :2].reshape(-1, 4)
+        self._assembly = Assembly(self._count, [plain, tied, leashed])
 
     def step(self, penalty: Penalty, weight: float) -> bool:
         """Take one Newton step with f = `penalty` and μ = `weight`; return whether it lowered the energy."""
@@ -99,19 +116,30 @@ class Untangler:
             gradient, values = self._model(penalty, weight)
             move = -self._assembly.solve(values, gradient)
             before, slope, length = self._energy(penalty, weight), float(gradient @ move), 1.0
-            kept = self.z, self.alpha, self.t
+            kept, simple = (self.z, self.alpha, self.t), self._is_simple
             for _ in range(_HALVINGS):
                 self._move(move * length)
-                if self._energy(penalty, weight) <= before + _DESCENT * length * slope:
+                lower = self._energy(penalty, weight) <= before + _DESCENT * length * slope
+                if lower and (self._is_simple or not simple):
                     return True
                 self.z, self.alpha, self.t = kept
                 length /= 2
         return False
 
     @property
+    def _is_simple(self) -> bool:
+        """Whether an outline that gives way keeps clear of itself."""
+        return self._ring is None or not crosses_itself(self.z[self._ring])
+
+    @property
     def worst(self) -> float:
         """The least area of a corner relative to W."""
         return float(self._corners.determinants(self.z[self._quads]).min(initial=np.inf))
+
+    @property
+    def side(self) -> float:
+        """The side of a cell."""
+        return float(np.sqrt(self._unit))
 
     @property
     def folds(self) -> int:
@@ -121,7 +149,7 @@ class Untangler:
     @property
     def solution(self) -> Solution:
         """Where everything is now."""
-        return Solution(self.z.reshape(self._mapping.grid.shape).copy(), self.alpha.copy(), self.t.copy())
+        return Solution(self.z.reshape(self.mapping.grid.shape).copy(), self.alpha.copy(), self.t.copy())
 
     def _edges(self) -> tuple[Complexes, Complexes, Complexes]:
         """Return the feature's edges and the residuals of FAT eqs. 4 and 3, (m, 4) each."""
@@ -134,7 +162,8 @@ class Untangler:
         _, plain, halo = self._edges()
         quadratic = self._w4 * (np.abs(plain) ** 2).sum(axis=1) + self._w3 * (np.abs(halo) ** 2).sum(axis=1)
         folds = penalty.energy(self._corners, self.z[self._quads])
-        return float(quadratic.sum() / (2 * self._unit) + weight * folds.sum() + self._size_energy())
+        held = self._size_energy() + self.leash.energy(self.z)
+        return float(quadratic.sum() / (2 * self._unit) + weight * folds.sum() + held)
 
     def _size_energy(self) -> float:
         held = np.isfinite(self._sizes)
@@ -168,9 +197,10 @@ class Untangler:
         along = -(w3 * np.conj(turned) * halo).sum(axis=1)[bound]
         slope[:, 8], slope[:, 9] = along.real, along.imag
         small = T.transpose(0, 2, 1) @ wide @ T
-        values = self._assembly.entries([H[self._plain], small])
+        away, pull_back = self.leash.model(self.z)
+        values = self._assembly.entries([H[self._plain], small, pull_back])
         ends = (slope[:, None, :] @ T)[:, 0]
-        total = self._assembly.gradient([gradient[self._plain], ends])
+        total = self._assembly.gradient([gradient[self._plain], ends, away])
         for i in self._active[np.isfinite(self._sizes[self._active])]:
             unknown = self._feature_dofs[i, 0]
             total[unknown] += self._sizes[i] * self._stretch[i]
@@ -202,5 +232,5 @@ class Untangler:
         self.alpha[self._active] *= np.exp(by[:, 0] + 1j * by[:, 1])
         self.t[self._active] += by[:, 2] + 1j * by[:, 3]
         for i in self._active:
-            body = self._mapping.bodies[i]
+            body = self.mapping.bodies[i]
             self.z[body.nodes] = body.place(self.alpha[i], self.t[i])

@@ -80,6 +80,14 @@ class Warped:
         return folded_quads(as_complex(self.plain))
 
     @cached_property
+    def outline_moved_px(self) -> float:
+        """How far outline nodes outside features are from W at most: 0 unless there is no other way without folds."""
+        edge = self.marked.labels == 0
+        edge[1:-1, 1:-1] = False
+        away = np.abs(as_complex(self.warped) - as_complex(self.plain))
+        return float(away[edge].max(initial=0.0))
+
+    @cached_property
     def features(self) -> list[FeatureReport]:
         """What became of every feature that has a shape, by component number."""
         rest, z = as_complex(self.rest), as_complex(self.warped).ravel()
@@ -92,12 +100,14 @@ class Warped:
         return found
 
     def report(self) -> dict[str, Any]:
-        """Return grid, features, folds and seconds as plain data for JSON."""
+        """Return grid, features, folds, seconds and how far the outline gave way, if it did, as plain data for JSON."""
+        moved = {"outline_moved_px": self.outline_moved_px} if self.outline_moved_px > 0 else {}
         return {
             "grid": list(self.rest.shape[:2]),
             "features": [asdict(feature) for feature in self.features],
             "folds": {"plain": int(self.folded_plain.sum()), "warped": int(self.folded.sum())},
             "seconds": self.seconds,
+            **moved,
         }
 
 

@@ -6,17 +6,18 @@ from hypothesis import strategies as st
 
 from core.arrays import Bytes, Floats, Points
 from core.grid import Features, Grid, find_features
-from core.mapping import unfold as unfolding
+from core.mapping.coarser import Coarser, is_large
 from core.mapping.distortion import Barrier, Corners, Hinge, Penalty
-from core.mapping.feature_mapping import FeatureMapping, Solution
+from core.mapping.feature_mapping import FeatureMapping
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.frames import Complexes, as_complex
-from core.mapping.junctions import fit_between
+from core.mapping.junctions import can_fit, fit_between
+from core.mapping.release import Leash, around, crosses_itself
 from core.mapping.similarity import fit_residual
 from core.mapping.stiffen import stiffen
 from core.mapping.unfold import unfold
 from core.mapping.warping import Keep, MappingOptions, warp_grid
-from core.progress import Job, Progress, run
+from core.progress import Progress, run
 from core.warps.presets import make_warp
 
 WIDTH, HEIGHT = 240, 180
@@ -123,15 +124,122 @@ def test_rigid_features_that_fit_keep_their_size() -> None:
     assert residuals(features, z, rigid=True).max() < 1e-9
 
 
-def test_rigid_features_take_their_size_under_w_where_the_search_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    search = unfolding._untangled
-
-    def fails_when_rigid(mapping: FeatureMapping, w: Complexes, start: Solution, *, fitted: bool) -> Job[Solution]:
-        return start if mapping.keep == "rigid" else (yield from search(mapping, w, start, fitted=fitted))
-
-    monkeypatch.setattr(unfolding, "_untangled", fails_when_rigid)
-    _, _, z = mapped(MASKS["close_neighbours"], "squeeze", 45, "rigid")
+def test_rigid_features_take_the_sizes_they_have_under_w_where_their_own_do_not_fit() -> None:
+    features, _, z = mapped(MASKS["close_neighbours"], "squeeze", 100, "rigid")
     assert not folded_quads(as_complex(z)).any()
+    assert residuals(features, z, rigid=False).max() < 1e-9
+    assert residuals(features, z, rigid=True).max() > 1e-3
+
+
+def low_band() -> Bytes:
+    mask = blank()
+    mask[130:150] = 255
+    return mask
+
+
+def cross() -> Bytes:
+    mask = blank()
+    mask[80:110] = mask[:, 100:130] = 255
+    return mask
+
+
+def stripes() -> Bytes:
+    mask = blank()
+    for top in (20, 65, 110, 150):
+        mask[top : top + 18] = 255
+    return mask
+
+
+CUT = {mask.__name__: mask() for mask in (low_band, cross, stripes)}
+
+
+@pytest.mark.parametrize(
+    ("name", "preset", "bend", "keep"),
+    [
+        ("low_band", "arc", 90, "similarity"),
+        ("low_band", "arc", 90, "rigid"),
+        ("cross", "arc", 90, "rigid"),
+        ("stripes", "squeeze", 60, "similarity"),
+    ],
+)
+def test_features_that_the_edge_cuts_at_both_ends_are_unfolded(name: str, preset: str, bend: float, keep: Keep) -> None:
+    features = find_features(GRID, CUT[name])
+    plain = make_warp(preset, WIDTH, HEIGHT, bend=bend)(GRID.nodes)
+    result = warp_grid(GRID, features, plain, options=MappingOptions(keep=keep))
+    z = as_complex(result.warped)
+    assert not folded_quads(as_complex(plain)).any()
+    assert not folded_quads(z).any()
+    assert residuals(features, result.warped, rigid=keep == "rigid").max() < 1e-6
+    assert not crosses_itself(z.ravel()[around(GRID)])
+    outside = GRID.outline & (features.labels == 0)
+    moved = np.abs(z - as_complex(plain))[outside].max()
+    assert moved < 0.5 * WIDTH
+    assert result.report().get("outline_moved_px", 0.0) == moved
+    assert moved > 1 or name == "stripes"
+
+
+def test_an_outline_that_stays_is_not_reported() -> None:
+    features = find_features(GRID, MASKS["hooks"])
+    plain = make_warp("arc", WIDTH, HEIGHT, bend=45)(GRID.nodes)
+    assert "outline_moved_px" not in warp_grid(GRID, features, plain).report()
+
+
+def test_a_band_that_becomes_half_a_ring_cannot_fit_and_one_inside_can() -> None:
+    w = as_complex(make_warp("arc", WIDTH, HEIGHT, bend=100)(GRID.nodes))
+    inside = CUT["low_band"].copy()
+    inside[:, :30] = inside[:, -30:] = 0
+    for mask, fits in ((CUT["low_band"], False), (inside, True)):
+        mapping = FeatureMapping(GRID, find_features(GRID, mask))
+        assert can_fit(mapping, w, len(mapping.bodies)) is fits
+
+
+def test_a_line_that_crosses_itself_is_told_from_one_that_does_not() -> None:
+    ring = around(GRID)
+    z = as_complex(GRID.nodes).ravel().copy()
+    assert len(ring) == GRID.outline.sum()
+    assert np.abs(np.diff(z[ring])).max() <= max(GRID.cell) + 1e-9
+    assert not crosses_itself(z[ring])
+    z[ring[5]] += HEIGHT * 1.5j
+    assert crosses_itself(z[ring])
+
+
+FINE = Grid(WIDTH, HEIGHT, cell_px=1.5)
+
+
+def test_large_grids_are_searched_from_a_coarser_one() -> None:
+    features = find_features(FINE, CUT["stripes"])
+    plain = make_warp("squeeze", WIDTH, HEIGHT, bend=60)(FINE.nodes)
+    mapping = FeatureMapping(FINE, features)
+    assert is_large(mapping)
+    z = run(unfold(mapping, as_complex(plain))).z
+    assert not folded_quads(z).any()
+    rest = as_complex(FINE.nodes)
+    for number in features.ids:
+        part = features.labels == number
+        assert fit_residual(rest[part], z[part], rigid=False) < 1e-9
+
+
+def test_what_is_found_on_a_coarser_grid_is_lifted_as_it_is() -> None:
+    mapping = FeatureMapping(FINE, find_features(FINE, MASKS["close_neighbours"]))
+    coarser = Coarser(mapping)
+    w = 0.8 * np.exp(0.3j) * as_complex(FINE.nodes) + 5
+    lifted = coarser.lifted(w, coarser.mapping.place(coarser.at_nodes(w)), mapping.place(w), released=False)
+    assert np.abs(lifted.z - w).max() < 1e-3
+    assert np.allclose(lifted.alpha, 0.8 * np.exp(0.3j))
+
+
+def test_slopes_of_the_outline_s_energy_are_those_of_the_energy() -> None:
+    z = as_complex(GRID.nodes).ravel() + np.random.default_rng(0).normal(0, 1, (GRID.size, 2)) @ [1, 1j]
+    leash = Leash(GRID, GRID.outline.ravel(), as_complex(GRID.nodes), 9.0)
+    gradient, _ = leash.model(z)
+    total = np.zeros((GRID.size, 2))
+    np.add.at(total, leash.edges, gradient.reshape(-1, 2, 2))
+    for node in (0, 5, GRID.columns - 1):
+        for axis in (0, 1):
+            move = np.zeros(GRID.size, np.complex128)
+            move[node] = 1e-5 * (1, 1j)[axis]
+            slope = (leash.energy(z + move) - leash.energy(z - move)) / 2e-5
+            assert np.isclose(slope, total[node, axis], rtol=1e-5, atol=1e-6)
 
 
 def test_what_does_not_fold_is_left_as_it_is() -> None:

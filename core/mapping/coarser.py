@@ -1,0 +1,72 @@
+"""The same mapping on a grid of larger cells, where a search takes little time, and the way back."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from core.arrays import Floats
+from core.grid import Features, Grid
+from core.mapping.feature_mapping import FeatureMapping, Solution
+from core.mapping.frames import Complexes, as_complex
+
+_CELLS = 3
+"""So many cells are taken as one, along either side."""
+_NODES_AT_LEAST = 3000
+"""Smaller grids are searched themselves."""
+
+
+class Coarser:
+    """A mapping of the same features on fewer nodes; features that no longer have a shape there are left out."""
+
+    def __init__(self, fine: FeatureMapping) -> None:
+        self._fine = fine
+        grid = fine.grid
+        self.grid = Grid(grid.width_px, grid.height_px, cell_px=_CELLS * float(np.sqrt(grid.cell[0] * grid.cell[1])))
+        self._nodes, self._weights = grid.weights_at(self.grid.nodes.reshape(-1, 2))
+        nearest = np.take_along_axis(self._nodes, self._weights.argmax(axis=1)[:, None], axis=1)
+        labels = fine.features.labels.ravel()[nearest].reshape(self.grid.shape)
+        self.mapping = FeatureMapping(self.grid, Features(labels), keep=fine.keep, method=fine.method)
+
+    def at_nodes(self, z: Complexes) -> Complexes:
+        """Return a mapping of the fine grid at the coarse nodes."""
+        return np.asarray((z.ravel()[self._nodes] * self._weights).sum(axis=1).reshape(self.grid.shape))
+
+    def lifted(self, w: Complexes, found: Solution, linear: Solution, *, released: bool) -> Solution:
+        """Return on the fine grid what was `found` on the coarse one; features left out are as in `linear`."""
+        fine, coarse = self._fine, self.mapping
+        z = w + self._refined(found.z - self.at_nodes(w))
+        if not released:
+            z[fine.grid.outline] = w[fine.grid.outline]
+        alpha, t = linear.alpha.copy(), linear.t.copy()
+        number = {body.number: i for i, body in enumerate(coarse.bodies)}
+        rest, coarse_rest = as_complex(fine.grid.nodes).ravel(), as_complex(self.grid.nodes).ravel()
+        for i, body in enumerate(fine.bodies[: len(alpha)]):
+            j = number.get(body.number, len(found.alpha))
+            if j < len(found.alpha):
+                moved = rest[body.nodes].mean() - coarse_rest[coarse.bodies[j].nodes].mean()
+                alpha[i], t[i] = found.alpha[j], found.t[j] + found.alpha[j] * moved
+            else:
+                t[i] = z.ravel()[body.nodes].mean()
+            z.ravel()[body.nodes] = body.place(alpha[i], t[i])
+        return Solution(z, alpha, t)
+
+    def _refined(self, away: Complexes) -> Complexes:
+        """Interpolate displacements of the coarse nodes at the fine ones."""
+        rows, columns = (_places(n, m) for n, m in zip(self._fine.grid.shape, self.grid.shape, strict=True))
+        u, v = np.meshgrid(columns, rows)
+        parts = [
+            cv2.remap(part.astype(np.float32), u, v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+            for part in (away.real, away.imag)
+        ]
+        return np.asarray(parts[0].astype(np.float64) + 1j * parts[1])
+
+
+def _places(count: int, coarse: int) -> NDArray[np.float32]:
+    """Return where `count` nodes lie among `coarse` nodes over the same length."""
+    places: Floats = np.linspace(0, coarse - 1, count)
+    return places.astype(np.float32)
+
+
+def is_large(mapping: FeatureMapping) -> bool:
+    """Return whether a search is to begin on a coarser grid."""
+    return mapping.grid.size > _NODES_AT_LEAST

@@ -1,0 +1,78 @@
+"""The picture's outline, let go of where no mapping without folds has it at W.
+
+Outline nodes outside features are then free, and held by an energy over the outline's edges, in units of a cell,
+
+    λ/2 Σ (|d(z - W)|² + |z - W|² / L²),
+
+so that they leave W around what does not fit, and come back to it over a length of L cells.
+"""
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Ints
+from core.grid import Grid
+from core.mapping.frames import Complexes
+
+_HOLD = 10.0
+"""λ."""
+_LENGTH = 30.0
+"""L, in cells."""
+_STRETCH = np.kron(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.eye(2))
+
+
+class Leash:
+    """The energy of outline edges between nodes (N,) that may `move`; `unit` is the area of a cell."""
+
+    def __init__(self, grid: Grid, move: Bools, w: Complexes, unit: float) -> None:
+        ring = around(grid)
+        edges = np.stack([ring, np.roll(ring, -1)], axis=1)
+        self.edges = edges[move[edges].all(axis=1)]
+        self._wanted, self._side = w.ravel()[self.edges], np.sqrt(unit)
+        self.tie = 1 / _LENGTH**2
+        """1 / L²."""
+
+    def energy(self, z: Complexes) -> float:
+        """Return the energy of nodes at z (N,)."""
+        away = self._away(z)
+        return float(((away @ self._curvature) * away).sum() / 2)
+
+    def model(self, z: Complexes) -> tuple[Floats, Floats]:
+        """Return its gradient (m, 4) and second derivative (m, 4, 4) by the x, y of each edge's ends."""
+        gradient = self._away(z) @ self._curvature / self._side
+        return gradient, np.broadcast_to(self._curvature / self._side**2, (len(self.edges), 4, 4))
+
+    def farthest(self, z: Complexes) -> float:
+        """Return how far the outline is from W at most, in cells."""
+        away = self._away(z)
+        return float(np.hypot(away[:, ::2], away[:, 1::2]).max(initial=0.0))
+
+    @property
+    def _curvature(self) -> Floats:
+        # An edge's end has half a tie, since two edges meet there.
+        return np.asarray(_HOLD * (_STRETCH + self.tie / 2 * np.eye(4)))
+
+    def _away(self, z: Complexes) -> Floats:
+        """Return how far the ends are from W, in cells (m, 4)."""
+        return np.asarray((z[self.edges] - self._wanted).view(np.float64) / self._side)
+
+
+def around(grid: Grid) -> Ints:
+    """Return the outline's node numbers, clockwise from the top left."""
+    number = np.arange(grid.size).reshape(grid.shape)
+    return np.concatenate([number[0], number[1:, -1], number[-1, -2::-1], number[-2:0:-1, 0]])
+
+
+def crosses_itself(ring: Complexes) -> bool:
+    """Return whether the closed line through `ring` (n,) crosses itself."""
+    start, along = ring, np.roll(ring, -1) - ring
+
+    def sides(points: Complexes) -> Floats:
+        return np.asarray((np.conj(along)[:, None] * (points[None] - start[:, None])).imag)
+
+    before = sides(start)
+    apart = before * np.roll(before, -1, axis=1) < 0
+    meets = apart & apart.T
+    n, rows = len(ring), np.arange(len(ring))
+    for shift in (-1, 0, 1):
+        meets[rows, (rows + shift) % n] = False
+    return bool(meets.any())
