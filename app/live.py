@@ -76,6 +76,11 @@ class Answer:
         """How many quads are folded."""
         return 0 if self.folded is None else int(self.folded.sum())
 
+    @property
+    def outline_moved_px(self) -> float:
+        """How far the outline gave way so that nothing folds."""
+        return 0.0 if self.result is None else self.result.outline_moved_px
+
     @cached_property
     def base_mesh(self) -> Mesh:
         """Where the preset has the picture, without handles."""

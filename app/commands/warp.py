@@ -6,6 +6,7 @@ Places in HANDLES.json are pixels of the picture; with --frame warp the canvas i
 import argparse
 import json
 import re
+import sys
 import time
 from contextlib import ExitStack
 from dataclasses import replace
@@ -116,6 +117,11 @@ def run(arguments: argparse.Namespace) -> None:
     report["seconds"]["render"] = time.perf_counter() - started
     shares = None if arguments.stmap is None else st_map(found.rest, found.warped, document.size_px, canvas)
     _write(arguments, picture, found, report, shares)
+    if not arguments.allow_folds and found.outline_moved_px:
+        sys.stderr.write(
+            f"weft: {arguments.output}: the outline gives way by up to {found.outline_moved_px:.1f} px, "
+            "or features that the picture's edge cuts would fold\n"
+        )
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:

@@ -91,11 +91,17 @@ class StatusBar:
             self._solve_ms = answer.solve_ms
         folds = "no folds" if not answer.folds else "1 fold" if answer.folds == 1 else f"{answer.folds} folds"
         about_folds = "Cells that are turned over; at rest, those that the warp itself does not fold are mended"
-        return [
+        figures = [
             (f"{answer.grid.columns} × {answer.grid.rows}", "Nodes of the grid, across and down", False),
             (f"{self._solve_ms:.1f} ms", "The last solve while something moved took so long", False),
             (folds, about_folds, answer.folds > 0),
         ]
+        if answer.settled and answer.outline_moved_px:
+            about_outline = (
+                "Features that the picture's edge cuts would fold if its outline stayed where the warp has it"
+            )
+            figures.append((f"outline off by {answer.outline_moved_px:.0f} px", about_outline, True))
+        return figures
 
     def _retexture_figures(self) -> list[Figure]:
         work = self._editor.regrowth

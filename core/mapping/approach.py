@@ -17,6 +17,8 @@ Kind = Literal["hinge", "barrier"]
 
 REACH = 12
 """Cells around what folds that may move."""
+STEPS = 16
+"""Newton steps to clear what folds, at most."""
 _KEPT = 0.3
 """Share of its area that the hinge asks of a corner, enough to leave none at zero."""
 _HINGE_WEIGHT, _TIGHTEN = 1e4, 1.5
@@ -26,8 +28,8 @@ _GROWING, _STILL = 0.5, 0.1
 _LEAST = 1e-4
 """Share of its area that a corner has at least in the end."""
 _SHARP = 1e-3
-_LAG = 0.2
-"""ε of the barrier over the depth of the worst fold."""
+_LAG, _FALL = 0.2, 0.9
+"""ε of the barrier over the depth of the worst fold, and over the last ε at most."""
 _PATIENCE, _BETTER = 10, 0.95
 """Attempts end that have not made the worst fold this much shallower in so many steps."""
 _BLEND = 0.9
@@ -36,6 +38,7 @@ _BLEND = 0.9
 def steps_to_clear(untangler: Untangler, kind: Kind, steps: int) -> Job[bool]:
     """Take Newton steps until nothing is folded; return whether that was reached."""
     seen: list[float] = []
+    epsilon = np.inf
     for step in range(steps):
         worst = untangler.worst
         if worst > 0:
@@ -43,10 +46,11 @@ def steps_to_clear(untangler: Untangler, kind: Kind, steps: int) -> Job[bool]:
         if len(seen) >= _PATIENCE and worst < _BETTER * seen[-_PATIENCE]:
             break
         seen.append(worst)
+        epsilon = max(_SHARP, min(float(np.hypot(_SHARP, _LAG * worst)), _FALL * epsilon))
         if kind == "hinge":
             moved = untangler.step(Hinge(_KEPT), _HINGE_WEIGHT * _TIGHTEN**step)
         else:
-            moved = untangler.step(Barrier(float(np.hypot(_SHARP, _LAG * worst))), _BARRIER_WEIGHT)
+            moved = untangler.step(Barrier(epsilon), _BARRIER_WEIGHT)
         if not moved:
             break
         yield Progress(step / steps, "unfolding")

@@ -7,7 +7,7 @@ from core.arrays import Floats, Ints
 from core.factor import Factor
 
 _REGULAR = 1e-9
-"""Share of the largest diagonal entry that is added to all of them."""
+"""Share of itself that is added to every diagonal entry: a large feature's is greater than a node's by many orders."""
 
 
 class Assembly:
@@ -45,8 +45,9 @@ class Assembly:
         )
 
     def solve(self, entries: Floats, b: Floats) -> Floats:
-        """Solve the system of the given entries for b (count,)."""
-        entries[self.diagonal] += _REGULAR * entries[self.diagonal].max()
+        """Solve the system of the given entries for b (count,); an unknown without an equation is 0."""
+        diagonal = entries[self.diagonal]
+        entries[self.diagonal] = np.where(diagonal > 0, (1 + _REGULAR) * diagonal, 1.0)
         return self._factor.factorise(entries).solve(b)
 
 

@@ -17,7 +17,11 @@ _HOLD = 10.0
 """λ."""
 _LENGTH = 30.0
 """L, in cells."""
+_ON = 1e-9
+"""Distance from a line, over the size of the whole, within which a point lies on it."""
 _STRETCH = np.kron(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.eye(2))
+# An edge's end has half a tie to W, since two edges meet there.
+_CURVATURE = _HOLD * (_STRETCH + np.eye(4) / (2 * _LENGTH**2))
 
 
 class Leash:
@@ -28,28 +32,16 @@ class Leash:
         edges = np.stack([ring, np.roll(ring, -1)], axis=1)
         self.edges = edges[move[edges].all(axis=1)]
         self._wanted, self._side = w.ravel()[self.edges], np.sqrt(unit)
-        self.tie = 1 / _LENGTH**2
-        """1 / L²."""
 
     def energy(self, z: Complexes) -> float:
         """Return the energy of nodes at z (N,)."""
         away = self._away(z)
-        return float(((away @ self._curvature) * away).sum() / 2)
+        return float(((away @ _CURVATURE) * away).sum() / 2)
 
     def model(self, z: Complexes) -> tuple[Floats, Floats]:
         """Return its gradient (m, 4) and second derivative (m, 4, 4) by the x, y of each edge's ends."""
-        gradient = self._away(z) @ self._curvature / self._side
-        return gradient, np.broadcast_to(self._curvature / self._side**2, (len(self.edges), 4, 4))
-
-    def farthest(self, z: Complexes) -> float:
-        """Return how far the outline is from W at most, in cells."""
-        away = self._away(z)
-        return float(np.hypot(away[:, ::2], away[:, 1::2]).max(initial=0.0))
-
-    @property
-    def _curvature(self) -> Floats:
-        # An edge's end has half a tie, since two edges meet there.
-        return np.asarray(_HOLD * (_STRETCH + self.tie / 2 * np.eye(4)))
+        gradient = self._away(z) @ _CURVATURE / self._side
+        return gradient, np.broadcast_to(_CURVATURE / self._side**2, (len(self.edges), 4, 4))
 
     def _away(self, z: Complexes) -> Floats:
         """Return how far the ends are from W, in cells (m, 4)."""
@@ -64,13 +56,11 @@ def around(grid: Grid) -> Ints:
 
 def crosses_itself(ring: Complexes) -> bool:
     """Return whether the closed line through `ring` (n,) crosses itself."""
-    start, along = ring, np.roll(ring, -1) - ring
-
-    def sides(points: Complexes) -> Floats:
-        return np.asarray((np.conj(along)[:, None] * (points[None] - start[:, None])).imag)
-
-    before = sides(start)
-    apart = before * np.roll(before, -1, axis=1) < 0
+    along = np.roll(ring, -1) - ring
+    sides = (np.conj(along)[:, None] * (ring[None] - ring[:, None])).imag
+    # What lies on a line is to neither side of it, whatever the rounding.
+    sides[np.abs(sides) < _ON * np.abs(along)[:, None] * np.abs(ring - ring[0]).max()] = 0
+    apart = sides * np.roll(sides, -1, axis=1) < 0
     meets = apart & apart.T
     n, rows = len(ring), np.arange(len(ring))
     for shift in (-1, 0, 1):

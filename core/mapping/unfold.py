@@ -2,24 +2,25 @@
 
 The cheap way first: quads that fold are drawn closer to W by the weight of their equations, which takes a factorisation
 a round. What stays folded is untangled by Newton's method in a window around the folds. Should that not succeed, sizes
-of features give way: the search goes on from the sizes they have under W and, if need be, from W itself, which has no
-folds; then they grow back, behind a barrier that lets nothing fold, as far as there is room.
+of features give way: in that window, on a coarser grid and, if need be, from W itself, which has no folds; then they
+grow back, behind a barrier that lets nothing fold, as far as there is room.
 
 There may be no mapping without folds that has the outline at W and the shapes exact. A straight side of a feature that
 the picture's edge cuts at both ends has to pass between the outline nodes beside either cut; where W bends the outline
 across every such line, as it does around a band that becomes half a ring, that is a contradiction of linear
-inequalities, which `junctions.can_fit` finds. The outline then gives way: the one similarity of the whole picture that
-is closest to W folds nothing and keeps every shape, and from there everything comes as close to W as it can.
+inequalities, which `junctions.can_fit` finds. The outline then gives way, as it does should all else fail: the one
+similarity of the whole picture that is closest to W folds nothing and keeps every shape, and from there everything
+comes as close to W as it can.
 """
 
-import copy
 from collections.abc import Callable
 
 import numpy as np
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools
 from core.mapping.approach import (
     REACH,
+    STEPS,
     Kind,
     approached,
     blended,
@@ -35,21 +36,19 @@ from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.frames import Complexes, as_complex
 from core.mapping.junctions import can_fit, fit_between
+from core.mapping.own_sizes import EXACT, bisected, snapped
 from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress, part
 
 Search = Callable[..., Job[Solution]]
 
-_ROUNDS, _STEPS = 2, 16
+_ROUNDS = 2
 _THIN = 0.15
 """A corner with less than this share of its area under W is about to fold."""
 _GAIN = 8.0
 _CLOSE, _ROOM = 5, 30
 """Cells around what folds that may move at first, and around a feature that grows."""
-_TRIALS = 3
-_NEARLY, _EXACT = 0.03, 1e-9
-"""Logarithms of scales that are as good as one, and that are one."""
 _STIFF, _SOFT = 20.0, 0.5
 """Stiffness of a feature's scale, per node."""
 _MANY, _FEW = 32, 20
@@ -71,56 +70,46 @@ def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     yield Progress(0.0, "unfolding", linear.positions)
     solution = yield from part(_searched(mapping, w, linear), 0.0, 0.9)
     if mapping.keep == "rigid" and len(linear.alpha):
-        solution = yield from part(_snapped(mapping, w, solution), 0.9, 1.0)
+        solution = yield from part(snapped(mapping, w, solution), 0.9, 1.0)
     return solution
 
 
 def _searched(mapping: FeatureMapping, w: Complexes, linear: Solution, *, lightest: float = _LIGHT) -> Job[Solution]:
     """Unfold with the outline at W, features ever freer in size, else with an outline that gives way."""
-    fits = can_fit(mapping, w, len(linear.alpha))
-    solution = linear
-    if fits:
+    if can_fit(mapping, w, len(linear.alpha)):
         solution = yield from part(_nearby(mapping, w, linear), 0.0, 0.2)
-        if count_folds(solution) and not len(linear.alpha):
-            return blended(w, solution)
+        if not len(linear.alpha):
+            return blended(w, solution) if count_folds(solution) else solution
         if not count_folds(solution):
-            changed = np.abs(np.log(np.abs(solution.alpha / linear.alpha))).max(initial=0.0) > _EXACT
+            changed = np.abs(np.log(np.abs(solution.alpha / linear.alpha))).max() > EXACT
             if mapping.keep == "rigid" and changed:
-                solution = yield from part(_bisected(mapping, w, solution), 0.2, 1.0)
+                solution = yield from part(bisected(mapping, w, solution), 0.2, 1.0)
             return solution
-    if fits and (not is_large(mapping) or count_folds(solution) < _FEW):
-        window = window_around(mapping, solution)
-        solution = yield from part(_softened(mapping, w, solution, linear, window), 0.2, 0.3)
-        if not count_folds(solution):
-            return (yield from part(_grown(mapping, w, solution, linear, lightest=lightest), 0.9, 1.0))
+        found = yield from part(_resized(mapping, w, solution, linear, lightest=lightest), 0.2, 0.8)
+        if found is not None:
+            return found
     if is_large(mapping):
-        return (yield from part(_searched_by_levels(mapping, w, linear, solution, fits=fits), 0.3, 1.0))
-    found = None
-    if fits:
-        found = yield from part(_from_w(mapping, w, solution, linear), 0.3, 0.8)
-    if found is not None:
-        return (yield from part(_grown(mapping, w, found, linear, lightest=lightest), 0.8, 1.0))
-    return (yield from part(_released(mapping, w, linear, lightest=lightest), 0.8, 1.0))
+        found = yield from part(_from_coarser(mapping, w, linear, _released), 0.8, 0.9)
+        if found is not None:
+            return found
+    return (yield from part(_released(mapping, w, linear, lightest=lightest), 0.9, 1.0))
 
 
-def _searched_by_levels(
-    mapping: FeatureMapping, w: Complexes, linear: Solution, solution: Solution, *, fits: bool
-) -> Job[Solution]:
-    """Search on a coarser grid first; there too the outline gives way last."""
-    coarser, found = Coarser(mapping), None
-    if fits:
-        found = yield from part(_from_coarser(mapping, w, linear, coarser, _searched), 0.0, 0.4)
+def _resized(
+    mapping: FeatureMapping, w: Complexes, solution: Solution, linear: Solution, *, lightest: float
+) -> Job[Solution | None]:
+    """Let sizes of features give way: near the folds if they are few, on a coarser grid, at last from W."""
+    if not is_large(mapping) or count_folds(solution) < _FEW:
+        window = window_around(mapping, solution)
+        softened = yield from part(_softened(mapping, w, solution, linear, window), 0.0, 0.2)
+        if not count_folds(softened):
+            return (yield from part(_grown(mapping, w, softened, linear, lightest=lightest), 0.2, 1.0))
+    if is_large(mapping):
+        found = yield from part(_from_coarser(mapping, w, linear, _searched), 0.2, 0.6)
         if found is not None and _keeps_outline(mapping, w, found):
             return found
-        window = window_around(mapping, solution)
-        solution = yield from part(_softened(mapping, w, solution, linear, window), 0.4, 0.6)
-        if not count_folds(solution):
-            return (yield from part(_grown(mapping, w, solution, linear), 0.6, 1.0))
-    if found is None:
-        found = yield from part(_from_coarser(mapping, w, linear, coarser, _released), 0.6, 0.8)
-    if found is None:
-        found = yield from part(_released(mapping, w, linear), 0.8, 1.0)
-    return found
+    found = yield from part(stiffen(mapping, w, np.abs(linear.alpha)), 0.6, 0.9)
+    return found and (yield from part(_grown(mapping, w, found, linear, lightest=lightest), 0.9, 1.0))
 
 
 def _keeps_outline(mapping: FeatureMapping, w: Complexes, solution: Solution) -> bool:
@@ -129,10 +118,9 @@ def _keeps_outline(mapping: FeatureMapping, w: Complexes, solution: Solution) ->
     return bool((solution.z == w)[outer].all())
 
 
-def _from_coarser(
-    mapping: FeatureMapping, w: Complexes, linear: Solution, coarser: Coarser, search: Search
-) -> Job[Solution | None]:
+def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution, search: Search) -> Job[Solution | None]:
     """Search on a coarser grid, and go on from what is found there; None if that still folds."""
+    coarser = Coarser(mapping)
     coarse_w = coarser.at_nodes(w)
     if folded_quads(coarse_w).any() or not coarser.mapping.bodies:
         return None
@@ -144,9 +132,9 @@ def _from_coarser(
     soft, everywhere = _SOFT * node_counts(mapping, start), np.ones(w.shape, bool)
     if released and mapping.keep == "rigid":
         soft = np.full(len(soft), np.inf)
-    for window in (window_around(mapping, start), everywhere):
+    for window in (window_around(mapping, start), everywhere)[: 1 + released]:
         untangler = Untangler(mapping, w, start, window=window, stiffness=soft, released=released)
-        clear = yield from part(steps_to_clear(untangler, "barrier", _STEPS), 0.4, 0.8)
+        clear = yield from part(steps_to_clear(untangler, "barrier", STEPS), 0.4, 0.8)
         start = untangler.solution
         if clear and released:
             last = Untangler(mapping, w, start, window=everywhere, stiffness=40 * soft, released=True)
@@ -156,30 +144,16 @@ def _from_coarser(
     return None
 
 
-def _from_w(mapping: FeatureMapping, w: Complexes, solution: Solution, linear: Solution) -> Job[Solution | None]:
-    """Look everywhere, from the sizes of features under W and from W itself; None if nothing is found."""
-    everywhere = np.ones(mapping.grid.shape, bool)
-    if mapping.keep == "rigid":
-        similar = copy.copy(mapping)
-        similar.keep = "similarity"
-        solution = yield from part(_nearby(similar, w, similar.place(w)), 0.0, 0.2)
-    if count_folds(solution):
-        solution = yield from part(_softened(mapping, w, solution, solution, everywhere), 0.2, 0.5)
-    if count_folds(solution):
-        return (yield from part(stiffen(mapping, w, np.abs(solution.alpha)), 0.5, 1.0))
-    return solution
-
-
 def _nearby(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:
     """Unfold close to the linear answer, features at its sizes; what is returned may still fold."""
     solution = fit_between(mapping, w, linear)
     # Around many features, windows would soon cover the whole picture.
     close = _CLOSE if len(linear.alpha) > _MANY else REACH
-    attempts: list[tuple[Kind, int, int]] = [("barrier", _STEPS // 2, close), ("barrier", _STEPS, REACH)]
+    attempts: list[tuple[Kind, int, int]] = [("barrier", STEPS // 2, close), ("barrier", STEPS, REACH)]
     if solution is None:
         solution = yield from part(_reweighted(mapping, w), 0.0, 0.3)
         solution = linear if count_folds(solution) else solution
-        attempts = [("hinge", _STEPS, close), *attempts]
+        attempts = [("hinge", STEPS, close), *attempts]
     held, wide = np.full(len(solution.alpha), np.inf), window_around(mapping, solution)
     # What has been fitted between outline nodes is to stay there at first.
     fitted = attempts[0][0] == "barrier"
@@ -207,7 +181,7 @@ def _softened(
     """Untangle with sizes that give way; what is returned may still fold."""
     nodes = node_counts(mapping, solution)
     untangler = Untangler(mapping, w, solution, window=window, stiffness=_SOFT * nodes, scales=np.abs(linear.alpha))
-    clear = yield from steps_to_clear(untangler, "barrier", _STEPS)
+    clear = yield from steps_to_clear(untangler, "barrier", STEPS)
     return untangler.solution if clear else solution
 
 
@@ -217,8 +191,8 @@ def _grown(
     """Come back to W and to the sizes of the linear answer as far as nothing folds."""
     wanted = np.abs(linear.alpha)
     lost = np.abs(np.log(np.abs(clear.alpha) / wanted))
-    window = widened(np.isin(mapping.index, np.flatnonzero(lost > _EXACT)), _ROOM)
-    stiffness = np.where(lost > _EXACT, _STIFF * node_counts(mapping, clear), np.inf)
+    window = widened(np.isin(mapping.index, np.flatnonzero(lost > EXACT)), _ROOM)
+    stiffness = np.where(lost > EXACT, _STIFF * node_counts(mapping, clear), np.inf)
     untangler = Untangler(mapping, w, clear, window=window, stiffness=stiffness, scales=wanted)
     grown = yield from approached(untangler, clear, _GROWTHS, weight=max(_FIRST, lightest), lightest=lightest)
     still_lost = np.abs(np.log(np.abs(grown.alpha) / wanted))
@@ -260,43 +234,3 @@ def _reweighted(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     finally:
         mapping.factorise(follow_w)
     return solution
-
-
-def _bisected(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[Solution]:
-    """Bring rigid features that gave way a little back to the largest sizes that fit, all by the same share."""
-    lost = np.log(np.abs(solution.alpha))
-    best, low, high = solution, 0.0, 1.0
-    for number in range(_TRIALS):
-        share = high if number == 0 else (low + high) / 2
-        trial = _resized(mapping, solution, np.where(np.abs(lost) < _NEARLY, -lost, -lost * share))
-        held = np.full(len(lost), np.inf)
-        untangler = Untangler(mapping, w, trial, window=window_around(mapping, trial), stiffness=held)
-        start, end = (n / _TRIALS for n in (number, number + 1))
-        clear = yield from part(steps_to_clear(untangler, "barrier", _STEPS), start, end)
-        if clear:
-            low, best = share, untangler.solution
-        if low == high:
-            break
-        high = high if clear else share
-    return best
-
-
-def _snapped(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[Solution]:
-    """Give rigid features that nearly have their own size that size, if nothing folds."""
-    lost = np.log(np.abs(solution.alpha))
-    near = (np.abs(lost) < _NEARLY) & (np.abs(lost) > _EXACT)
-    if not near.any():
-        return solution
-    trial = _resized(mapping, solution, np.where(near, -lost, 0.0))
-    held = np.full(len(lost), np.inf)
-    untangler = Untangler(mapping, w, trial, window=window_around(mapping, trial), stiffness=held)
-    clear = yield from steps_to_clear(untangler, "barrier", _STEPS)
-    return untangler.solution if clear else solution
-
-
-def _resized(mapping: FeatureMapping, solution: Solution, logarithms: Floats) -> Solution:
-    """Scale every feature about its centre."""
-    z, alpha = solution.z.copy(), solution.alpha * np.exp(logarithms)
-    for body, a, t in zip(mapping.bodies, alpha, solution.t, strict=True):
-        z.ravel()[body.nodes] = body.place(a, t)
-    return Solution(z, alpha, solution.t)

@@ -54,7 +54,7 @@ class Untangler:
         scales: Floats | None = None,
         released: bool = False,
     ) -> None:
-        self.mapping, self._scales = mapping, np.abs(start.alpha) if scales is None else scales
+        self._mapping, self._scales = mapping, np.abs(start.alpha) if scales is None else scales
         self._sizes = np.full(len(start.alpha), np.inf) if stiffness is None else stiffness
         self.z, self.alpha, self.t = start.z.ravel().copy(), start.alpha.copy(), start.t.copy()
         index = mapping.index.ravel() if len(self.alpha) else np.full(mapping.grid.size, -1)
@@ -63,7 +63,15 @@ class Untangler:
         loose = mapping.free | mapping.grid.outline if released else mapping.free
         moving = (loose & window).ravel() | np.isin(index, self._active)
         self._number_unknowns(moving, index)
-        quads = mapping.grid.quads
+        self._choose_quads(moving, w)
+        self._unit = float(np.abs(corner_areas(w)).mean())
+        self._leash = Leash(mapping.grid, moving & (index < 0), w, self._unit)
+        self._ring = around(mapping.grid) if released else None
+        self._index_elements()
+
+    def _choose_quads(self, moving: Bools, w: Complexes) -> None:
+        """Choose the quads that are not one body's all through and have a node that moves, or that follow a feature."""
+        mapping, index, quads = self._mapping, self._index, self._mapping.grid.quads
         inside = (index[quads] == index[quads[:, :1]]).all(axis=1) & (index[quads[:, 0]] >= 0)
         owned = np.isin(mapping.owner.ravel(), self._active)
         chosen = np.flatnonzero((moving[quads].any(axis=1) | owned) & ~inside)
@@ -79,11 +87,6 @@ class Untangler:
         rest = as_complex(mapping.grid.nodes).ravel()[self._quads]
         self._rest = np.roll(rest, -1, axis=1) - rest
         self._corners = Corners.of(corners)
-        self._unit = float(np.abs(corner_areas(w)).mean())
-        held = ~(loose & window).ravel() | (index >= 0)
-        self.leash = Leash(mapping.grid, ~held, w, self._unit)
-        self._ring = around(mapping.grid) if released else None
-        self._index_elements()
 
     def _number_unknowns(self, moving: Bools, index: Ints) -> None:
         """Give every node its unknowns (N, 4); `_count` stands for none."""
@@ -98,7 +101,7 @@ class Untangler:
         self._feature_dofs[self._active] = features
         self._feature_dofs[:-1][np.isinf(self._sizes), 0] = self._count
         for i in self._active:
-            self._dofs[self.mapping.bodies[i].nodes] = self._feature_dofs[i]
+            self._dofs[self._mapping.bodies[i].nodes] = self._feature_dofs[i]
 
     def _index_elements(self) -> None:
         """Split quads into those of free nodes only and those with a feature, and find their entries in the matrix."""
@@ -107,7 +110,7 @@ class Untangler:
         plain = self._dofs[self._quads[self._plain], :2].reshape(-1, 8)
         owner = self._feature_dofs[self._owner[self._bound], :2]
         tied = np.concatenate([self._dofs[self._quads[self._bound]].reshape(-1, 16), owner], axis=1)
-        leashed = self._dofs[self.leash.edges, :2].reshape(-1, 4)
+        leashed = self._dofs[self._leash.edges, :2].reshape(-1, 4)
         self._assembly = Assembly(self._count, [plain, tied, leashed])
 
     def step(self, penalty: Penalty, weight: float) -> bool:
@@ -149,7 +152,7 @@ class Untangler:
     @property
     def solution(self) -> Solution:
         """Where everything is now."""
-        return Solution(self.z.reshape(self.mapping.grid.shape).copy(), self.alpha.copy(), self.t.copy())
+        return Solution(self.z.reshape(self._mapping.grid.shape).copy(), self.alpha.copy(), self.t.copy())
 
     def _edges(self) -> tuple[Complexes, Complexes, Complexes]:
         """Return the feature's edges and the residuals of FAT eqs. 4 and 3, (m, 4) each."""
@@ -162,7 +165,7 @@ class Untangler:
         _, plain, halo = self._edges()
         quadratic = self._w4 * (np.abs(plain) ** 2).sum(axis=1) + self._w3 * (np.abs(halo) ** 2).sum(axis=1)
         folds = penalty.energy(self._corners, self.z[self._quads])
-        held = self._size_energy() + self.leash.energy(self.z)
+        held = self._size_energy() + self._leash.energy(self.z)
         return float(quadratic.sum() / (2 * self._unit) + weight * folds.sum() + held)
 
     def _size_energy(self) -> float:
@@ -197,7 +200,7 @@ class Untangler:
         along = -(w3 * np.conj(turned) * halo).sum(axis=1)[bound]
         slope[:, 8], slope[:, 9] = along.real, along.imag
         small = T.transpose(0, 2, 1) @ wide @ T
-        away, pull_back = self.leash.model(self.z)
+        away, pull_back = self._leash.model(self.z)
         values = self._assembly.entries([H[self._plain], small, pull_back])
         ends = (slope[:, None, :] @ T)[:, 0]
         total = self._assembly.gradient([gradient[self._plain], ends, away])
@@ -232,5 +235,5 @@ class Untangler:
         self.alpha[self._active] *= np.exp(by[:, 0] + 1j * by[:, 1])
         self.t[self._active] += by[:, 2] + 1j * by[:, 3]
         for i in self._active:
-            body = self.mapping.bodies[i]
+            body = self._mapping.bodies[i]
             self.z[body.nodes] = body.place(self.alpha[i], self.t[i])

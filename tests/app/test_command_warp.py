@@ -82,6 +82,21 @@ def test_a_feature_keeps_its_shape(folder: Path) -> None:
     assert load("st.exr").pixels.shape[:2] == load("out.png").pixels.shape[:2]
 
 
+def test_an_outline_that_has_to_give_way_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    band = np.zeros((HEIGHT, WIDTH, 1), np.uint8)
+    band[40:52] = 255
+    save(Image(band), "band.png")
+    words = ("photo.png", "--preset", "arc", "--bend=90", "--cell=3", "-o", "out.png", "--report", "report.json")
+    for mask, gives_way in (("mask.png", False), ("band.png", True)):
+        assert weft(*words, "--mask", mask) == 0
+        report = json.loads(Path("report.json").read_text())
+        assert report["folds"] == {"plain": 0, "warped": 0}
+        assert ("outline_moved_px" in report) is gives_way
+        said = capsys.readouterr().err
+        assert said.startswith("weft: out.png: the outline gives way by up to ") is gives_way
+        assert said.count("\n") == gives_way
+
+
 def test_the_canvas_holds_the_whole_warp_or_the_frame(folder: Path) -> None:
     words = ("photo.png", "--preset", "arch", "--bend=100", "-o", "out.png", "--map", "map.npz")
     assert weft(*words) == 0

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from core.arrays import Bytes, Floats, Points
 from core.grid import Features, Grid, find_features
+from core.mapping.assembly import Assembly
 from core.mapping.coarser import Coarser, is_large
 from core.mapping.distortion import Barrier, Corners, Hinge, Penalty
 from core.mapping.feature_mapping import FeatureMapping
@@ -198,7 +199,8 @@ def test_a_line_that_crosses_itself_is_told_from_one_that_does_not() -> None:
     z = as_complex(GRID.nodes).ravel().copy()
     assert len(ring) == GRID.outline.sum()
     assert np.abs(np.diff(z[ring])).max() <= max(GRID.cell) + 1e-9
-    assert not crosses_itself(z[ring])
+    for angle in (0.0, 0.3, 1.1):
+        assert not crosses_itself(np.exp(1j * angle) * z[ring])
     z[ring[5]] += HEIGHT * 1.5j
     assert crosses_itself(z[ring])
 
@@ -226,6 +228,13 @@ def test_what_is_found_on_a_coarser_grid_is_lifted_as_it_is() -> None:
     lifted = coarser.lifted(w, coarser.mapping.place(coarser.at_nodes(w)), mapping.place(w), released=False)
     assert np.abs(lifted.z - w).max() < 1e-3
     assert np.allclose(lifted.alpha, 0.8 * np.exp(0.3j))
+
+
+def test_unknowns_are_solved_for_alike_whatever_their_weight() -> None:
+    assembly = Assembly(3, [np.arange(3)[:, None]])
+    weights = np.array([1e12, 1.0, 0.0])
+    entries = assembly.entries([weights[:, None, None]])
+    np.testing.assert_allclose(assembly.solve(entries, weights), [1, 1, 0], rtol=1e-6)
 
 
 def test_slopes_of_the_outline_s_energy_are_those_of_the_energy() -> None:

@@ -12,6 +12,7 @@ from app.ui import theme
 from core.arrays import Bytes
 from core.document import Mode, Pin, pixels_from_places
 from core.document_map import outline_of
+from core.raster import Raster
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -59,6 +60,23 @@ def test_the_status_bar_says_what_is_true_in_the_mode(editor: Editor) -> None:
     assert [word in said["warp"] for word in (" ms", "fold")] == [True, True]
     for mode in ("retexture", "overlay"):
         assert not [word for word in (" ms", "fold") if word in said[mode]]
+
+
+def test_the_status_bar_says_that_the_outline_gives_way(editor: Editor) -> None:
+    band = np.zeros((400, 600), np.uint8)
+    band[240:300] = 255
+    bent = editor.document.with_warp(preset="arc", bend=90.0, cell_px=20.0)
+    said = []
+
+    def script(window: WindowDriver) -> None:
+        for document in (bent, bent.changed(mask=Raster.from_array(band))):
+            editor.edit("Warp", document)
+            window.wait(2).wait_until(lambda: editor.live.is_settled).wait(2)
+            said.append(" ".join(text for text, _, _ in window.shell.workspace.status_bar.figures()))
+
+    drive(editor, script)
+    assert ["outline off by" in text for text in said] == [False, True]
+    assert all("no folds" in text for text in said)
 
 
 def test_text_and_controls_take_the_preferred_size_at_once(editor: Editor, tmp_path: Path) -> None:
