@@ -4,6 +4,7 @@ A frame is drawn when there is a reason: input, a job's result (`wake`), or some
 by itself. Between frames the loop sleeps in GLFW.
 """
 
+import importlib
 import os
 import signal
 import socket
@@ -46,6 +47,8 @@ DOUBLE_CLICK_S = 0.45
 """Two clicks make a double click up to so far apart; a slow machine needs a frame between them."""
 BLINK_S = 0.3
 """How often the caret of a text field wants a frame."""
+LOADED_LATER = ("scipy.spatial", "scipy.ndimage", "scipy.optimize", "scipy.fft", "scipy.sparse.csgraph")
+"""What only the tools need: SciPy imports its parts where they are first used."""
 
 
 def wake() -> None:
@@ -77,6 +80,12 @@ def _interruptions() -> Iterator[threading.Event]:
             signal.signal(number, handler)
         signal.set_wakeup_fd(wakeup_before)
         told.close()
+
+
+def load_rest() -> None:
+    """Import what the first frame does without, so that no gesture waits for it."""
+    for name in LOADED_LATER:
+        importlib.import_module(name)
 
 
 def has_display() -> bool:
@@ -219,6 +228,8 @@ class Shell:
 
     def _end_frame(self) -> None:
         self._frame.close()
+        if self.frames == LAYOUT_FRAMES + 1:
+            threading.Thread(target=load_rest, name="imports", daemon=True).start()
 
     def _show_title(self) -> None:
         star = "" if self.editor.history.is_saved else "*"

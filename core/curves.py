@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from core.arrays import Floats, InputError, Points, as_points, readonly
 
@@ -168,9 +168,9 @@ class Curve:
         return float(np.hypot(*np.diff(self.points, axis=0).T).sum())
 
     @cached_property
-    def _tree(self) -> tuple[Floats, cKDTree]:
+    def _tree(self) -> tuple[Floats, "scipy.spatial.cKDTree"]:
         t = self.parameters(step=max(0.5, self._chords / 20000))
-        return t, cKDTree(self.at(t))
+        return t, scipy.spatial.cKDTree(self.at(t))
 
 
 def _rungs(curve: Curve, segment: int, step: float) -> Floats:
@@ -215,7 +215,7 @@ def crossings(a: Curve, b: Curve) -> Floats:
     ta, tb = a.parameters(step=1.0), b.parameters(step=1.0)
     pa, pb = a.at(ta), b.at(tb)
     middle = [(p[1:] + p[:-1]) / 2 for p in (pa, pb)]
-    near = cKDTree(middle[0]).query_ball_tree(cKDTree(middle[1]), 1.0)
+    near = scipy.spatial.cKDTree(middle[0]).query_ball_tree(scipy.spatial.cKDTree(middle[1]), 1.0)
     i = np.repeat(np.arange(len(near)), [len(n) for n in near])
     j = np.fromiter((k for n in near for k in n), np.int64, len(i))
     if a is b:

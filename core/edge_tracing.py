@@ -5,8 +5,7 @@ All of them look at the picture in encoded 8-bit colour, made smaller where it i
 
 import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
-from scipy.spatial import cKDTree
+import scipy
 
 from core import color
 from core.arrays import Bytes, InputError, Points
@@ -100,12 +99,13 @@ def scale_for(image: Image, pixels: int) -> float:
 def smooth(line: Points, *, closed: bool = False) -> Points:
     """Return a line of pixels (n, 2) without its wobble; an open one keeps its ends."""
     if closed:
-        return np.asarray(gaussian_filter1d(line.astype(float), WOBBLE_PX, axis=0, mode="wrap"))
+        return np.asarray(scipy.ndimage.gaussian_filter1d(line.astype(float), WOBBLE_PX, axis=0, mode="wrap"))
     # Turned about its ends, the line goes on as it comes: the ends stay, and no hook is made there.
     reach = min(int(4 * WOBBLE_PX), len(line) - 1)
     before, after = 2 * line[0] - line[reach:0:-1], 2 * line[-1] - line[-2 : -2 - reach : -1]
     longer = np.concatenate([before, line, after]).astype(float)
-    return np.asarray(gaussian_filter1d(longer, WOBBLE_PX, axis=0, mode="nearest")[reach : reach + len(line)])
+    smoothed = scipy.ndimage.gaussian_filter1d(longer, WOBBLE_PX, axis=0, mode="nearest")
+    return np.asarray(smoothed[reach : reach + len(line)])
 
 
 def outlines(mask: Bytes) -> list[Curve]:
@@ -213,5 +213,5 @@ def _runs_along(line: Points, chosen: list[Points]) -> bool:
     """Return whether a good part of a line lies beside lines that are chosen already."""
     if not chosen:
         return False
-    away, _ = cKDTree(np.concatenate(chosen)).query(line[::SAMPLE_STEP])
+    away, _ = scipy.spatial.cKDTree(np.concatenate(chosen)).query(line[::SAMPLE_STEP])
     return float(np.mean(away < APART_PX)) > ALIKE

@@ -10,7 +10,7 @@ rectangle with free edges the cosine transform makes the matrix diagonal: G'G ha
 """
 
 import numpy as np
-from scipy.fft import dctn, idctn
+import scipy
 
 from core.arrays import Singles
 
@@ -28,5 +28,6 @@ def remove_steps(right: Singles, below: Singles, *, fade_px: float) -> Singles:
         sources[:, 1:] -= right[..., i]
         sources[:-1] += below[..., i]
         sources[1:] -= below[..., i]
-        result[..., i] = idctn(dctn(sources, norm="ortho", workers=2) / system, norm="ortho", workers=2)
+        waves = scipy.fft.dctn(sources, norm="ortho", workers=2) / system
+        result[..., i] = scipy.fft.idctn(waves, norm="ortho", workers=2)
     return result

@@ -36,6 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Open the window; where there is no display, render to a file and say so."""
     document = sample() if arguments.file is None else opened(arguments.file)
+    import imgui_bundle  # noqa: F401  glfw takes its library, else it starts Python once more to find one
+
     from app import shell
 
     if not shell.has_display():

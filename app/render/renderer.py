@@ -62,6 +62,11 @@ class Renderer:
         """Whether the window shows the canvas at its best."""
 
     @property
+    def is_at_rest(self) -> bool:
+        """Whether the canvas that was drawn last was there at its best."""
+        return self._shows_best
+
+    @property
     def is_refining(self) -> bool:
         """Whether drawing the same scene once more makes it better."""
         return False in self._layers and self._layers[False].steps is not None

@@ -26,7 +26,7 @@ def draw_thumbnails(
     for warped in warps:
         mesh.place(rest, _fitted(warped, size))
         target.clear()
-        target.draw(mesh, source, (0, 0, *size))
+        target.draw(mesh, source, (0, 0, *size), draft=True)
         with pixels.drawing():
             target.light.texture.use(0)
             programs_of(context).fullscreen("encode.frag", tile=0, linear=False)

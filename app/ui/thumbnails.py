@@ -33,15 +33,16 @@ class Thumbnails:
         self._textures: dict[str, moderngl.Texture] = {}
         self._left = 0
         self.is_complete = True
-        """Whether nothing that was asked for in this frame is still to be drawn."""
+        """Whether this frame has drawn fewer than it may: else the next one goes on."""
 
     def attach(self, context: moderngl.Context, renderer: Renderer) -> None:
         """Begin to draw, in the context of the window."""
         self._context, self._renderer = context, renderer
 
     def begin_frame(self) -> None:
-        """Allow a few more to be drawn; drop those of another picture."""
-        self._left, self.is_complete = A_FRAME, True
+        """Allow a few more to be drawn where nothing else is; drop those of another picture."""
+        waits = self._editor.is_busy or self._renderer is None or not self._renderer.is_at_rest
+        self._left, self.is_complete = 0 if waits else A_FRAME, True
         if self._image is not self._editor.document.image:
             self._image = self._editor.document.image
             self.release()
@@ -54,11 +55,11 @@ class Thumbnails:
 
     def of(self, name: str) -> Thumbnail | None:
         """Return the thumbnail of preset `name`, None while it is not drawn yet."""
-        if name not in self._textures and self._left > 0 and not self._editor.is_busy:
+        if name not in self._textures and self._left > 0:
             self._left -= 1
             self._draw(name)
+            self.is_complete = self._left > 0
         if name not in self._textures:
-            self.is_complete = False
             return None
         return Thumbnail(self._textures[name].glo, *SIZE_PX)
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from core.arrays import InputError, Ints, Points, as_points
 from core.curves import Curve
@@ -57,7 +57,7 @@ class Handles:
 
 def _refuse_contradictions(at: Points, to: Points) -> None:
     """Raise `InputError` for two pins on one spot that go different ways."""
-    for i, j in sorted(cKDTree(at).query_pairs(_SAME_SPOT_PX)) if len(at) else []:
+    for i, j in sorted(scipy.spatial.cKDTree(at).query_pairs(_SAME_SPOT_PX)) if len(at) else []:
         if np.hypot(*((to[i] - at[i]) - (to[j] - at[j]))) > _SAME_SPOT_PX:
             raise InputError(f"pins[{i}] and pins[{j}] are on one spot, but go different ways")
 
@@ -65,7 +65,7 @@ def _refuse_contradictions(at: Points, to: Points) -> None:
 def _apart(at: Points, pins: int, distance: float) -> Ints:
     """Return which points to keep: every spot's first pin, and curve samples that are not too close to one before."""
     keep = np.ones(len(at), bool)
-    for i, j in sorted(cKDTree(at).query_pairs(distance)) if len(at) else []:
+    for i, j in sorted(scipy.spatial.cKDTree(at).query_pairs(distance)) if len(at) else []:
         same = np.hypot(*(at[i] - at[j])) <= _SAME_SPOT_PX
         if keep[i] and (j >= pins or same):
             keep[j] = False

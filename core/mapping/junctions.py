@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from core.arrays import Floats, Ints
 from core.mapping.feature_mapping import FeatureMapping, Solution
@@ -231,7 +231,7 @@ def _least_step(G: Floats, h: Floats) -> Floats | None:
     """Return the shortest y with G y >= h, None if there is none."""
     size = np.linalg.norm(G, axis=1)
     E, f = np.vstack([G.T, h]) / size, np.append(np.zeros(G.shape[1]), 1.0)
-    u, residual = nnls(E, f)
+    u, residual = scipy.optimize.nnls(E, f)
     if residual < _NONE:
         return None
     r = E @ u - f

@@ -6,7 +6,7 @@ group's middle, of all pairs of vectors to its eight nearest neighbours the most
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.basis import reduced
@@ -82,7 +82,7 @@ def distinct(modes: Singles, sizes: Ints) -> Singles:
 
 def vectors_at(members: Points, *, places: int = 2) -> list[Proposal]:
     """Return the most perpendicular pair of vectors to the eight nearest neighbours of points near the middle."""
-    tree = cKDTree(members)
+    tree = scipy.spatial.cKDTree(members)
     middle = np.median(members, axis=0)
     found: list[Proposal] = []
     for point in members[np.argsort(np.linalg.norm(members - middle, axis=1))[:places]]:

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from core.arrays import Bools, Floats, Ints, Points
 from core.overlay.alignment import Canvas, Frames, Template, align, make_template, raster, search
@@ -174,7 +173,7 @@ def step_errors(points: Points, bases: Floats, others: Frames, near: Ints) -> Fl
 
 def crowded(lattice: Lattice, found: Frames) -> Bools:
     """Return which new frames fall within half a texel of a vertex that exists."""
-    _, nearest = cKDTree(lattice.frames.points).query(found.points)
+    _, nearest = scipy.spatial.cKDTree(lattice.frames.points).query(found.points)
     apart = np.linalg.solve(found.bases, (lattice.frames.points[nearest] - found.points)[..., None])[..., 0]
     return np.asarray(np.abs(apart).max(1) < 0.5, np.bool_)
 
@@ -226,5 +225,5 @@ def parts(near: Ints) -> list[Ints]:
     rows, columns = np.nonzero(near >= 0)
     count = len(near)
     graph = csr_array((np.ones(len(rows)), (rows, near[rows, columns])), shape=(count, count))
-    number, label = connected_components(graph, directed=False)
+    number, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
     return [np.flatnonzero(label == k) for k in range(number)]

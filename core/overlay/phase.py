@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from core.arrays import Bools, Floats, Ints, Points
 from core.overlay.mesh import Mesh
@@ -37,7 +37,7 @@ def quads(mesh: Mesh, piece: State) -> Ints:
 def leading(mesh: Mesh, others: list[State], piece: State, step_px: float) -> Ints:
     """Return the texels (2,) from a piece's coordinates to those that the nearest of the others has, carried on."""
     places, mine = mesh.positions(), mesh.nodes_of(piece.cells)
-    tree = cKDTree(places[mine])
+    tree = scipy.spatial.cKDTree(places[mine])
     ends = [closest(places[mesh.nodes_of(other.cells)], places[mine], tree) for other in others]
     number = min(range(len(others)), key=lambda k: float(np.linalg.norm(ends[k][1] - ends[k][0])))
     other, (theirs, ours) = others[number], ends[number]
@@ -47,7 +47,7 @@ def leading(mesh: Mesh, others: list[State], piece: State, step_px: float) -> In
     return np.rint(there - here).astype(np.int64)
 
 
-def closest(points: Points, others: Points, tree: cKDTree) -> tuple[Points, Points]:
+def closest(points: Points, others: Points, tree: "scipy.spatial.cKDTree") -> tuple[Points, Points]:
     """Return the point (2,) nearest to any of `others`, which the tree holds, and that one."""
     distances, rows = (np.asarray(a) for a in tree.query(points))
     first = int(distances.argmin())
@@ -65,7 +65,7 @@ def free_shift(keys: Ints, taken: Ints, wanted: Ints) -> Ints:
     """Return the shift (2,) nearest to `wanted` that brings texels (n, 2) no nearer than `GAP` to those taken."""
     t = np.arange(-FURTHEST, FURTHEST + 1)
     around = np.stack(np.meshgrid(t, t), -1).reshape(-1, 2)
-    tree = cKDTree(taken)
+    tree = scipy.spatial.cKDTree(taken)
     for offset in around[np.argsort(np.linalg.norm(around, axis=1), kind="stable")]:
         distance, _ = tree.query(keys + wanted + offset, p=np.inf, distance_upper_bound=GAP + 0.5)
         if not np.isfinite(distance).any():

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+import scipy
 
 from core.arrays import Bools, Floats, Points, Singles
 from core.overlay.bands import bands
@@ -100,7 +100,9 @@ def recurring(detail: Singles, uv: Points, size: tuple[int, int], noise: float) 
     planes = [np.bincount(index.ravel(), (shares * value).ravel(), rows * columns) for value in values]
     by_texel: Singles = np.stack(planes, -1).astype(np.float32).reshape(int(texels[0]), h, int(texels[1]), w * 4)
     for axis in (0, 2):
-        by_texel = gaussian_filter1d(by_texel, AROUND, axis, mode="constant") * (AROUND * np.sqrt(2 * np.pi))
+        by_texel = scipy.ndimage.gaussian_filter1d(by_texel, AROUND, axis, mode="constant") * (
+            AROUND * np.sqrt(2 * np.pi)
+        )
     sums = by_texel.reshape(rows, columns, 4)
     # A pixel of the photo is several samples.
     means = sums[..., :3] / (sums[..., 3:] + DOUBT * some.sum() / max(int((sums[..., 3] > 0.1).sum()), 1))

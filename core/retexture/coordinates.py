@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves import Curve
@@ -58,7 +58,7 @@ class CurveSet:
         self._end = np.zeros(len(self.length), bool)
         self._end[ends[open_curve] - 1] = True
         self._end[(ends - [len(s) for s in spans])[open_curve]] = True
-        self._tree = cKDTree(self.points)
+        self._tree = scipy.spatial.cKDTree(self.points)
 
     def feet(self, positions: Points) -> Feet:
         """Return the nearest points to `positions` (n, 2)."""

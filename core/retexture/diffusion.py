@@ -10,8 +10,8 @@ so that (G'G + w B'B) u = w B'v. The matrix depends on where the curves' points 
 
 import cv2
 import numpy as np
+import scipy
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from core.arrays import Bools, Floats, Points, Singles
 from core.curves import paired_parameters
@@ -79,7 +79,7 @@ class Diffusion:
         free = np.zeros((self.rows, self.columns), bool)
         free[1:-1, 1:-1] = True
         if reach_px is not None and len(points):
-            distance, _ = cKDTree(points).query(self.nodes.reshape(-1, 2))
+            distance, _ = scipy.spatial.cKDTree(points).query(self.nodes.reshape(-1, 2))
             free &= np.reshape(distance < reach_px, free.shape)
         return free
 

@@ -16,8 +16,7 @@ larger than g(q, p) by exactly 1, which matters where two points lie in one cell
 """
 
 import numpy as np
-import scipy.linalg
-from scipy.fft import dstn, idstn
+import scipy
 
 from core.arrays import Floats, Ints, Points
 
@@ -59,9 +58,9 @@ class Membrane:
             for down in (0, 1):
                 weight = np.abs(1 - right - share[:, 0]) * np.abs(1 - down - share[:, 1])
                 np.add.at(field, (cell[:, 1] + down, cell[:, 0] + right), weight[:, None] * charges)
-        waves = dstn(field[1:-1, 1:-1], type=1, axes=(0, 1), norm="ortho") / self._eigenvalues[..., None]
+        waves = scipy.fft.dstn(field[1:-1, 1:-1], type=1, axes=(0, 1), norm="ortho") / self._eigenvalues[..., None]
         field[...] = 0
-        field[1:-1, 1:-1] = idstn(waves, type=1, axes=(0, 1), norm="ortho")
+        field[1:-1, 1:-1] = scipy.fft.idstn(waves, type=1, axes=(0, 1), norm="ortho")
         return field
 
     def _response(self, cell: Ints, share: Floats) -> Floats:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter
+import scipy
 
 from core.arrays import Bools, Bytes, Floats, Singles
 from core.retexture.coordinates import CurveSet
@@ -57,7 +57,7 @@ def region(
     Farther off, too, where it stretches much. And wherever the deformed picture has no `detail` (H, W), there is
     nothing to regrow, but within `edge_px` of a curve, so that its edge stays sharp.
     """
-    strain = grid.at_pixels(gaussian_filter(distortion(grid, field), 6 / grid.step)[..., None])[..., 0]
+    strain = grid.at_pixels(scipy.ndimage.gaussian_filter(distortion(grid, field), 6 / grid.step)[..., None])[..., 0]
     distance = _distance(curves, grid.shape)
     near = (distance < reach_px) & (strain > CALM)
     far = (distance < FARTHEST * reach_px) & (strain > STRAINED)

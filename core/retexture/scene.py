@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from core.arrays import Bytes, Floats, Ints, Points, Singles
 from core.curve_fitting import fit
@@ -92,7 +92,7 @@ def followed(source: Curve, plain: Retexture) -> Curve:
     nodes = plain.grid.nodes.reshape(-1, 2)
     origin = nodes + plain.field.reshape(-1, 2)
     line = source.at(source.parameters(step=2.0))
-    _, near = cKDTree(origin).query(line)
+    _, near = scipy.spatial.cKDTree(origin).query(line)
     place = nodes[near]
     for _ in range(8):
         place = place + 0.5 * (line - place - plain.grid.at(plain.field, place))

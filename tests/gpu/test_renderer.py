@@ -219,12 +219,12 @@ def test_what_did_not_change_is_not_drawn_again(screen: Screen, monkeypatch: pyt
     assert again < len(drawn) < full
 
 
-def test_thumbnails_are_small_exports(screen: Screen) -> None:
+def test_thumbnails_are_small_drafts_of_exports(screen: Screen) -> None:
     scene = a_scene(4)
     moved = scene.rest * [1, 0.5]
     wide, flat = screen.renderer.thumbnails(scene.image, scene.rest, [scene.rest, moved], (60, 44))
     expected = render_mesh(scene.image, scene.rest, scene.rest, size=(60, 44), scale=0.4).pixels
-    assert np.abs(wide.astype(int) - expected).max() <= 1
+    assert np.abs(wide.astype(int) - expected).mean() <= 4, "the picture is noise, whose neighbours differ by far more"
     assert flat.shape == (44, 60, 4)
     assert flat[[0, -1]].max() == 0
     assert flat[12:32, 1:-1, 3].min() > 0
