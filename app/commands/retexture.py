@@ -92,6 +92,7 @@ def run(arguments: argparse.Namespace) -> None:
             linear=image.linear,
             matte=mask(arguments.matte, image.size_px),
             source_mask=mask(arguments.source_mask, image.size_px),
+            previews=False,
         )
         result = run_shown(job)
     except InputError as fault:

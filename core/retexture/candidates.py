@@ -25,51 +25,62 @@ MISSING = 4.0
 CHANCE = 0.02
 """Size of the noise that decides between equals."""
 FORBIDDEN = 1e3
+LEAST = 8
+"""Colours that count less than so many nodes decide nothing."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """What is known of the candidates of one patch."""
+    """What is known of the candidates of n patches."""
 
     colours: Singles
-    """(K', J', c) of the source grid."""
+    """(n, K', J', c) of the source grids."""
     uses: Singles
-    """(K', J') how often the source grid's places are shown."""
+    """(n, K', J') how often the source grids' places are shown."""
     unusable: Singles
-    """(K', J') 1 where no texture may be taken from."""
-    variance: float
+    """(n, K', J') 1 where no texture may be taken from."""
+    variance: Floats
+    """(n,)."""
 
 
 def costs(pool: Pool, shown: Singles, weight: Singles, needed: Singles, variety: float) -> Floats:
-    """Return the costs (2 search_across + 1, 2 search_along + 1) but for the drift.
+    """Return the costs (n, 2 search_across + 1, 2 search_along + 1) but for the drift.
 
-    `shown` (K, J, c), `weight` (K, J) and `needed` (K, J) belong to the target grid: colours, where they count, and
-    which nodes the patch may be used at.
+    `shown` (n, K, J, c), `weight` (n, K, J) and `needed` (n, K, J) belong to the target grids: colours, where they
+    count, and which nodes the patches may be used at.
     """
-    total = np.zeros(np.subtract(pool.colours.shape[:2], shown.shape[:2]) + 1)
-    if weight.sum() > 8:
-        mask = np.repeat(weight[..., None], shown.shape[2], axis=2)
-        squares = cv2.matchTemplate(pool.colours, shown, cv2.TM_SQDIFF, mask=mask)
-        total += squares / (float((weight**2).sum()) * pool.variance)
-    if pool.unusable.any():
-        total += MISSING * cv2.matchTemplate(pool.unusable, needed, cv2.TM_CCORR) / max(float(needed.sum()), 1.0)
-    rows, columns = shown.shape[:2]
-    mean_use = cv2.boxFilter(pool.uses, -1, (columns, rows), anchor=(0, 0), borderType=cv2.BORDER_REPLICATE)
-    return np.asarray(total + variety * np.asarray(mean_use)[: total.shape[0], : total.shape[1]])
+    rows, columns = shown.shape[1:3]
+    total = variety * _means(pool.uses, rows, columns).astype(np.float64)
+    mask = np.repeat(weight[..., None], shown.shape[3], axis=3)
+    scale = (weight**2).sum(axis=(1, 2)) * pool.variance
+    for i in np.flatnonzero(weight.sum(axis=(1, 2)) > LEAST):
+        total[i] += cv2.matchTemplate(pool.colours[i], shown[i], cv2.TM_SQDIFF, mask=mask[i]) / scale[i]
+    for i in np.flatnonzero(pool.unusable.any(axis=(1, 2))):
+        missing = cv2.matchTemplate(pool.unusable[i], needed[i], cv2.TM_CCORR)
+        total[i] += MISSING * missing / max(float(needed[i].sum()), 1.0)
+    return total
 
 
-def drift(shape: PatchShape, offset: float, inner: float) -> Floats:
-    """Return what it costs candidates (2 search_across + 1, 2 search_along + 1) to lie off the corresponding place.
+def _means(values: Singles, rows: int, columns: int) -> Singles:
+    """Return the means over every window of `rows` x `columns` of arrays (n, K', J')."""
+    count, high, wide = values.shape
+    beside = np.ascontiguousarray(values.transpose(1, 0, 2)).reshape(high, count * wide)
+    mean = cv2.boxFilter(beside, -1, (columns, rows), anchor=(0, 0), borderType=cv2.BORDER_REPLICATE)
+    mean = np.asarray(mean, np.float32).reshape(high, count, wide).transpose(1, 0, 2)
+    return mean[:, : high - rows + 1, : wide - columns + 1]
 
-    A patch that holds the curve keeps its distance from it, and no other may take the curve with it. `inner` is the
-    share of texture's own scale, see `region.Region`.
+
+def drift(shape: PatchShape, offset: Floats, inner: Floats) -> Floats:
+    """Return what it costs candidates (n, 2 search_across + 1, 2 search_along + 1) to lie off the corresponding place.
+
+    A patch that holds the curve keeps its distance (n,) from it, and no other may take the curve with it. `inner` (n,)
+    is the share of texture's own scale, see `region.Region`.
     """
     along = np.arange(-shape.search_along, shape.search_along + 1) / max(shape.search_along, 1)
-    across = np.arange(-shape.search_across, shape.search_across + 1)
-    beside = (across[:, None] / max(shape.search_across, 1)) ** 2
-    cost = DRIFT_ALONG * along**2 + DRIFT_ACROSS * beside + DRIFT_RIM * (1 - inner) * (along**2 + beside)
-    room = abs(offset) - shape.rib - 1
-    inward = -np.sign(offset) * across
-    held = (across != 0) if room < 0 and abs(offset) <= shape.rib + 1 else inward > max(room, 0)
-    cost[held] += FORBIDDEN
-    return np.asarray(cost)
+    across = np.arange(-shape.search_across, shape.search_across + 1)[:, None]
+    beside = (across / max(shape.search_across, 1)) ** 2
+    rim = DRIFT_RIM * (1 - inner)[:, None, None]
+    cost = DRIFT_ALONG * along**2 + DRIFT_ACROSS * beside + rim * (along**2 + beside)
+    room = (np.abs(offset) - shape.rib - 1)[:, None, None]
+    inward = -np.sign(offset)[:, None, None] * across
+    return np.asarray(cost + FORBIDDEN * np.where(room < 0, across != 0, inward > room))

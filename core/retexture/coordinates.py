@@ -6,6 +6,7 @@ and a trace keeps the sense it started with. Where two sides of a bend, or two c
 jumps; there the field is diffused, held everywhere else.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -19,6 +20,8 @@ from core.retexture.sampling import read
 STEP_PX = 4.0
 """Nodes of the direction field lie this far apart."""
 DIFFUSIONS = 8
+STRIDE = 2
+"""Steps of a trace, px."""
 SMOOTHINGS = 6
 SMOOTHING = 0.7
 """lambda of DPD eq. 3."""
@@ -87,7 +90,7 @@ class CurveSet:
             mine = curve == i
             t = each.parameter_at(length[mine])
             tangents[mine] = each.tangent(t)
-            points[mine] = each.at(t) + offset[mine, None] * each.normal(t)
+            points[mine] = each.at(t) + offset[mine, None] * _turned(tangents[mine])
         return points, tangents
 
 
@@ -115,12 +118,16 @@ class DirectionField:
         Of the line (c, s) = (cos 2a, sin 2a) both (1 + c, s) and (s, 1 - c) have the direction a or a + 180 degrees;
         the longer one is safe to normalise.
         """
-        c, s = np.moveaxis(read(self._line, (positions - self.origin) / self.step), -1, 0)
+        line = read(self._line, (positions - self.origin) / self.step)
+        c, s = line[..., 0], line[..., 1]
         steep = c < 0
         x, y = np.where(steep, s, 1 + c), np.where(steep, 1 - c, s)
-        size = np.hypot(x, y)
-        size = np.copysign(np.where(size > 1e-6, size, 1), x * heading[..., 0] + y * heading[..., 1])
-        return np.stack([x / size, y / size], axis=-1)
+        size = np.maximum(np.hypot(x, y), np.float32(1e-6))
+        size = np.copysign(size, x * heading[..., 0] + y * heading[..., 1])
+        found = np.empty_like(line)
+        np.divide(x, size, out=found[..., 0])
+        np.divide(y, size, out=found[..., 1])
+        return found
 
 
 def _diffused(line: Singles) -> Singles:
@@ -142,38 +149,46 @@ def trace(
 ) -> Singles:
     """Grow grids q[k, j] of unit steps from `origins` (n, 2): (n, 2 rib + 1, 2 spine + 1, 2) (DPD eq. 2).
 
-    `turn` (n,) is an angle between each grid and the field, 0 by default. Midpoint steps in place of Euler's: on a
-    circle of radius R Euler's spiral out by 1 / 2R per step.
+    `turn` (n,) is an angle between each grid and the field, 0 by default. Midpoint steps in place of Euler's, two
+    pixels long, and cubics between them: on a circle of radius R Euler's unit steps spiral out by 1 / 2R each.
     """
     angle = np.zeros(len(origins)) if turn is None else turn
     turned = np.stack([np.cos(angle), np.sin(angle)], axis=-1).astype(np.float32)
-    grids = np.empty((len(origins), 2 * rib + 1, 2 * spine + 1, 2), np.float32)
-    leaving = np.empty((len(origins), 2 * spine + 1, 2), np.float32)
+    ribs, spines = -(-rib // STRIDE), -(-spine // STRIDE)
+    grids = np.empty((len(origins), 2 * ribs + 1, 2 * spines + 1, 2), np.float32)
+    leaving = np.empty((len(origins), 2 * spines + 1, 2), np.float32)
     first = origins.astype(np.float32)
-    grids[:, rib, spine] = first
-    leaving[:, spine] = field.along(first, heading.astype(np.float32))
+    grids[:, ribs, spines] = first
+    leaving[:, spines] = field.along(first, heading.astype(np.float32))
     for sense in (1, -1):
-        at, toward = first, leaving[:, spine]
-        for j in range(1, spine + 1):
-            middle = field.along(at + np.float32(sense / 2) * _rotated(toward, turned), toward)
-            at = at + sense * _rotated(middle, turned)
-            toward = field.along(at, middle)
-            grids[:, rib, spine + sense * j], leaving[:, spine + sense * j] = at, toward
-    across = _turned(turned)[:, None]
+        steps = _steps(field, first, leaving[:, spines], turned, sense)
+        for j, (at, toward) in zip(range(1, spines + 1), steps, strict=False):
+            grids[:, ribs, spines + sense * j], leaving[:, spines + sense * j] = at, toward
     for sense in (1, -1):
-        at, toward = grids[:, rib], leaving
-        for k in range(1, rib + 1):
-            middle = field.along(at + np.float32(sense / 2) * _rotated(toward, across), toward)
-            at = at + sense * _rotated(middle, across)
-            toward = field.along(at, middle)
-            grids[:, rib + sense * k] = at
-    return _smoothed(grids)
+        steps = _steps(field, grids[:, ribs], leaving, _turned(turned)[:, None], sense)
+        for k, (at, _) in zip(range(1, ribs + 1), steps, strict=False):
+            grids[:, ribs + sense * k] = at
+    fine = _refined(_refined(grids, 1, cubic=True), 2, cubic=True)
+    k, j = STRIDE * ribs - rib, STRIDE * spines - spine
+    return _smoothed(np.ascontiguousarray(fine[:, k : k + 2 * rib + 1, j : j + 2 * spine + 1]))
+
+
+def _steps(
+    field: DirectionField, at: Singles, toward: Singles, turned: Singles, sense: int
+) -> Iterator[tuple[Singles, Singles]]:
+    """Yield positions step after step, at an angle from the field, and the field's directions there."""
+    step = np.float32(sense * STRIDE)
+    while True:
+        middle = field.along(at + step / 2 * _rotated(toward, turned), toward)
+        at = at + step * _rotated(middle, turned)
+        toward = field.along(at, middle)
+        yield at, toward
 
 
 def _rotated(vectors: Singles, by: Singles) -> Singles:
     """Return `vectors` turned by the angles of the unit vectors `by`: a complex product."""
-    x, y, c, s = vectors[..., 0], vectors[..., 1], by[..., 0], by[..., 1]
-    return np.stack([x * c - y * s, x * s + y * c], axis=-1)
+    turned = np.ascontiguousarray(vectors).view(np.complex64) * np.ascontiguousarray(by).view(np.complex64)
+    return turned.view(np.float32)
 
 
 def _turned(vectors: Singles) -> Singles:
@@ -200,40 +215,56 @@ def _folded(grids: Singles) -> Bools:
     return np.asarray((area <= 0).any(axis=(1, 2)))
 
 
-def located(grids: Singles, corners: Ints, size: int) -> Singles:
-    """Return where in its grid each pixel of a window lies: (n, size, size, 2) as (j, k), from the grid's first node.
+def located(grids: Singles, corners: Ints, size: int) -> tuple[Ints, Ints, Singles]:
+    """Return which pixels of windows lie in their grids (n, K, J, 2), and where.
 
-    Window i covers pixels corners[i] + (0..size-1). NaN where the grid does not reach. Every pixel takes the node of
-    the grid, refined to half steps, that falls on it, and adds its own distance from there in the node's frame, which
-    is orthonormal but for the grid's bends.
+    Window i has `size` x `size` pixels from corners[i] on. Returned are numbers of grids (m,), in order, pixels (m, 2)
+    from the window's corner, and their places (m, 2) as (j, k) from the grid's first node. Every pixel takes the node
+    of the grid, refined to half steps, that falls on it, and adds its own distance from there in the node's frame,
+    which is orthonormal but for the grid's bends.
     """
     fine = _refined(_refined(grids, 1), 2)
-    tangent = np.gradient(fine, axis=2)
-    tangent /= np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-6)
     local = fine - corners.astype(np.float32)[:, None, None]
-    x, y = np.moveaxis(np.rint(local).astype(np.int64), -1, 0)
-    window = np.arange(len(grids))[:, None, None]
-    inside = (x >= 0) & (y >= 0) & (x < size) & (y < size)
-    pixel = ((window * size + y) * size + x)[inside]
-    node = np.full(len(grids) * size * size, -1)
-    node[pixel] = np.flatnonzero(inside)
-    hit = np.flatnonzero(node >= 0)
-    node = node[hit]
-    gap = np.stack([hit % size, hit // size % size], axis=-1) - local.reshape(-1, 2)[node]
-    way = tangent.reshape(-1, 2)[node]
-    columns, rows = fine.shape[2], fine.shape[1]
-    at = np.stack([node % columns, node // columns % rows], axis=-1) / 2
-    found = np.full((len(grids) * size * size, 2), np.nan, np.float32)
-    found[hit] = at + np.stack([(gap * way).sum(axis=-1), (gap * _turned(way)).sum(axis=-1)], axis=-1)
-    return found.reshape(len(grids), size, size, 2)
+    x, y = np.moveaxis(np.rint(local).astype(np.int32), -1, 0)
+    first = np.arange(len(grids), dtype=np.int32)[:, None, None] * np.int32(size * size)
+    beyond = len(grids) * size * size
+    number = first + y * np.int32(size) + x
+    number[(x < 0) | (y < 0) | (x >= size) | (y >= size)] = beyond
+    node = np.full(beyond + 1, -1, np.int32)
+    node[number.ravel()] = np.arange(number.size, dtype=np.int32)
+    hit = np.flatnonzero(node[:-1] >= 0)
+    window, pixel = np.divmod(hit, size * size)
+    return (
+        window,
+        np.stack([pixel % size, pixel // size], axis=-1),
+        _places(local, node[hit].astype(np.int64), pixel, size),
+    )
 
 
-def _refined(grids: Singles, axis: int) -> Singles:
-    """Return grids with a node in the middle of every step along `axis`."""
+def _places(nodes: Singles, number: Ints, pixel: Ints, size: int) -> Singles:
+    """Return the places (m, 2) of pixels (m,), numbered in a window, each on a node (m,) of refined grids."""
+    rows, columns = nodes.shape[1:3]
+    flat, column = nodes.reshape(-1, 2), number % columns
+    ahead, behind, here = flat[number + (column < columns - 1)], flat[number - (column > 0)], flat[number]
+    right, down = (ahead - behind).T
+    scale = 1 / np.maximum(np.hypot(right, down), np.float32(1e-6))
+    x, y = (pixel % size - here[:, 0]) * scale, (pixel // size - here[:, 1]) * scale
+    j, k = column / 2 + x * right + y * down, number // columns % rows / 2 + y * right - x * down
+    return np.stack([j, k], axis=-1).astype(np.float32)
+
+
+def _refined(grids: Singles, axis: int, *, cubic: bool = False) -> Singles:
+    """Return grids with a node in the middle of every step along `axis`: of two neighbours', or `cubic` of four."""
     shape = list(grids.shape)
     shape[axis] = 2 * shape[axis] - 1
     fine = np.moveaxis(np.empty(shape, np.float32), axis, 0)
     coarse = np.moveaxis(grids, axis, 0)
     fine[::2] = coarse
     fine[1::2] = (coarse[1:] + coarse[:-1]) / 2
+    if cubic and len(coarse) > 2:
+        bend = coarse[2:] - 2 * coarse[1:-1] + coarse[:-2]
+        fine[1:-3:2] -= bend / 16
+        fine[3::2] -= bend / 16
+        fine[1] -= bend[0] / 16
+        fine[-2] -= bend[-1] / 16
     return np.moveaxis(fine, 0, axis)

@@ -11,11 +11,12 @@ from core.progress import Job, Progress, part
 from core.retexture import diffusion
 from core.retexture.canvas import Canvas
 from core.retexture.layout import ordered_origins
-from core.retexture.patches import Patches, PatchShape, coarse
+from core.retexture.patches import Patches, PatchShape, lay_coarsely
 from core.retexture.region import Region
 from core.retexture.result import Retexture, plain_place
 from core.retexture.sampling import Kernel, read
 from core.retexture.scene import Scene, prepared
+from core.retexture.stock import Bounds
 from core.retexture.stopwatch import Stopwatch
 from core.retexture.synthesis import Painter, lattice, synthesised
 
@@ -53,11 +54,13 @@ def retexture(
     linear: bool = False,
     matte: Bytes | None = None,
     source_mask: Bytes | None = None,
+    previews: bool = True,
 ) -> Job[Retexture]:
     """Move feature curves of a picture (H, W, C) and regrow the texture along them.
 
-    Each preview is a `Retexture` too: the plain deformation, the coarse result, then better ones. `matte` (H, W), over
-    127, bounds where the result may differ from the plain deformation, `source_mask` where texture is taken from.
+    Each preview is a `Retexture` too: the plain deformation, the coarse result, then better ones; without `previews`
+    none but the first is made. `matte` (H, W), over 127, bounds where the result may differ from the plain
+    deformation, `source_mask` where texture is taken from.
     Raises `InputError` for curves or masks that cannot be used.
     """
     settings = settings or Settings()
@@ -73,16 +76,31 @@ def retexture(
         picture = compared(pixels, linear=linear)
         scene = prepared(pieces, found, picture, patch, settings.reach_px or usual_reach(found), matte)
         found = replace(found, compression=scene.way.compression)
-        patches, rough = first_patches(scene, patch)
     # Handed over and not kept: a picture's worth of places is a hundred megabytes for a large one.
-    yield Progress(0.15, "laying patches", laid(rough, scene.area, found))
-    canvas = Canvas(read(picture, found.place, Kernel.CUBIC), found.place, must=scene.area.must, may=scene.area.may)
-    usable = None if source_mask is None else source_mask > 127
-    rng = np.random.default_rng(settings.seed)
-    painter = Painter(picture, usable, canvas, patch, settings.variety, settings.mirrored, rng, watch, scene.kept)
-    work = synthesised(painter, scene.way, scene.fields, patches, refine=settings.refine)
-    yield from with_previews(part(work, 0.15, 1.0), found, painter)
+    yield Progress(0.15, "laying patches", laid(sparser(scene, patch), scene.area, found) if previews else None)
+    painter = painter_of(picture, scene, found, patch, settings, source_mask, watch)
+    with watch("coordinates"):
+        first = Patches(ordered_origins(scene.way, scene.area.must, lattice(patch)), patch, scene.fields, scene.way)
+    work = part(synthesised(painter, scene.way, scene.fields, first, refine=settings.refine), 0.15, 1.0)
+    yield from with_previews(work, found, painter) if previews else work
     return finished(found, painter, watch)
+
+
+def painter_of(
+    picture: Singles,
+    scene: Scene,
+    plain: Retexture,
+    patch: PatchShape,
+    settings: Settings,
+    source_mask: Bytes | None,
+    watch: Stopwatch,
+) -> Painter:
+    """Return what paints patches of a picture (H, W, c) over its plain deformation."""
+    area = scene.area
+    canvas = Canvas(read(picture, plain.place, Kernel.CUBIC), plain.place, must=area.must, may=area.may)
+    bounds = Bounds(area.may, None if source_mask is None else source_mask > 127, scene.kept)
+    rng = np.random.default_rng(settings.seed)
+    return Painter(picture, bounds, canvas, patch, settings.variety, settings.mirrored, rng, watch)
 
 
 def deformed(shape: tuple[int, int], pieces: list[FeatureCurve], reach_px: float | None) -> Retexture:
@@ -96,13 +114,6 @@ def usual_reach(plain: Retexture) -> float:
     """Return how far from the targets texture is regrown when nobody says."""
     farthest = float(np.linalg.norm(plain.field, axis=-1).max())
     return max(min(REACH * max(plain.grid.shape), REACH_PER_MOVE * farthest), LEAST_REACH_PX)
-
-
-def first_patches(scene: Scene, patch: PatchShape) -> tuple[Patches, Patches]:
-    """Return the patches of the first pass, and those of the coarse result: the same, or fewer where they are many."""
-    origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
-    patches = Patches(origins, patch, scene.fields, scene.way)
-    return patches, patches if patches.kept else sparser(scene, patch)
 
 
 def finished(plain: Retexture, painter: Painter, watch: Stopwatch) -> Retexture:
@@ -144,7 +155,7 @@ def laid(patches: Patches, area: Region, plain: Retexture) -> Retexture:
     best = np.where(area.must, np.inf, -1).astype(np.float32)
     place, label, count = plain.place.copy(), plain.label.copy(), 0
     for batch in patches:
-        coarse(batch, best, place, label, count + 1)
+        lay_coarsely(batch, best, place, label, count + 1)
         count += len(batch.origins)
     return replace(plain, place=place, label=label, origins=(patches.origins,))
 

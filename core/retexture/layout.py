@@ -9,6 +9,8 @@ from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.retexture.coordinates import CurveSet, Feet
 from core.retexture.diffusion import Diffusion
 
+AHEAD = 2
+"""How many patches a row is ahead of the next."""
 PACE_PX = 4.0
 """The pace of a curve is measured over this length to either side."""
 
@@ -134,45 +136,46 @@ def _angle(start: Points, end: Points) -> Floats:
 
 
 def ordered_origins(way: Correspondence, wanted: Bools, lattice: Lattice) -> Origins:
-    """Return origins over the pixels `wanted` (H, W): rows nearest to the curves first, and along each row.
+    """Return origins over the pixels `wanted` (H, W): nearest to the curves first, from the middle of each row on.
 
-    That is DPD's priority (sec. 3.4). Where the patches are smaller, so are the distances between them.
+    That is DPD's priority (sec. 3.4), but a row begins as soon as the one before it is two patches ahead: patches that
+    do not touch follow each other. Where the patches are smaller, so are the distances between them.
     """
     wanted = cv2.dilate(wanted.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
-    sample = 4.0 * np.argwhere(wanted[::4, ::4])[:, ::-1].astype(np.float64)
-    reach_px = float(way.target.distance(sample).max(initial=0.0)) + 4
-    places = []
+    sample = 8.0 * np.argwhere(wanted[::8, ::8])[:, ::-1].astype(np.float64)
+    reach_px = float(way.target.distance(sample).max(initial=0.0)) + 12
+    places, orders = [], []
     for scale in (1, 2, 3) if way.compression.max() >= 1.5 else (1,):
         finer = Lattice(lattice.along / scale, lattice.across / scale, lattice.shift)
-        place, offset = _rows(way.target, reach_px, finer)
-        fits = _touching(place, wanted) & (way.scale_at(place) == scale)
-        places.append((place[fits], np.rint(np.abs(offset[fits]) / lattice.across)))
-    place, ring = (np.concatenate(part) for part in zip(*places, strict=True))
-    return way.origins(place[np.argsort(ring, kind="stable")])
+        place, offset, along = _rows(way.target, reach_px, finer)
+        fits = np.flatnonzero(_touching(place, wanted))
+        fits = fits[way.scale_at(place[fits]) == scale]
+        # Behind the line where a bend's ribs meet, another part of the curve is nearer.
+        fits = fits[np.abs(way.target.distance(place[fits]) - np.abs(offset[fits])) < 1.0]
+        places.append(place[fits])
+        row = np.rint(np.abs(offset[fits]) / lattice.across)
+        orders.append((row, AHEAD * row + np.rint(along[fits] / lattice.along)))
+    return way.origins(np.concatenate(places)[np.lexsort(np.concatenate(orders, axis=1))])
 
 
-def _rows(curves: CurveSet, reach_px: float, lattice: Lattice) -> tuple[Points, Floats]:
-    """Return places (n, 2) in rows parallel to the curves, and their distances, nearest rows first.
+def _rows(curves: CurveSet, reach_px: float, lattice: Lattice) -> tuple[Points, Floats, Floats]:
+    """Return places (n, 2) in rows parallel to the curves, distances from these, and from the rows' middles (n,).
 
     At distance d the curve has length s - d turn(s): rows keep their own spacing, so that patches neither crowd
     inside a bend nor part outside.
     """
     count = int(reach_px // lattice.across) + 1
-    rows = (np.arange(-count, count + 1) + lattice.shift) * lattice.across
-    places, offsets = [], []
-    for row in rows[np.argsort(np.abs(rows), kind="stable")]:
-        for i, curve in enumerate(curves.curves):
-            length, turn = curves.length[curves.index == i], curves.turn[curves.index == i]
+    rows = []
+    for i, curve in enumerate(curves.curves):
+        length, turn = curves.length[curves.index == i], curves.turn[curves.index == i]
+        for row in (np.arange(-count, count + 1) + lattice.shift) * lattice.across:
             along = np.maximum.accumulate(length - row * turn)
             number = max(int(np.ceil(along[-1] / lattice.along)), 1)
             share = (np.arange(number + (not curve.closed and lattice.shift == 0)) + lattice.shift) / number
             at = np.interp(share * along[-1], along, length)
-            places.append(curves.place(np.full(len(at), i), at, np.full(len(at), row))[0])
-            offsets.append(np.full(len(at), row))
-    place, offset = np.concatenate(places), np.concatenate(offsets)
-    # Behind the line where a bend's ribs meet, another part of the curve is nearer.
-    own = np.abs(curves.distance(place) - np.abs(offset)) < 1.0
-    return place[own], offset[own]
+            rows.append(np.stack([np.full(len(at), i), at, np.full(len(at), row), np.abs(share - 0.5) * along[-1]]))
+    which, length, offset, middle = np.concatenate(rows, axis=1)
+    return curves.place(which.astype(np.int64), length, offset)[0], offset, middle
 
 
 def _touching(places: Points, wanted: Bools) -> Bools:

@@ -4,28 +4,23 @@ The source grid is larger than the target's by the search reach on every side. S
 gives the pool of candidates, each by a slice, in coordinates that run along the curve.
 """
 
-from collections import deque
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
-from core.arrays import Bools, Ints, Points, Singles
+from core.arrays import Bools, Ints, Singles
+from core.retexture.ahead import ahead
 from core.retexture.coordinates import DirectionField, located, trace
 from core.retexture.layout import Correspondence, Origins
 from core.retexture.region import smoothstep
-from core.retexture.sampling import read
+from core.retexture.sampling import LONGEST, read
 
-BATCH = 128
-"""Patches grown at a time."""
-AHEAD = 2
-"""Batches grown in other threads meanwhile."""
+BATCH, BATCH_BYTES = 128, 40e6
+"""Patches grown at a time, and what a batch of them may take."""
 SMOOTH = 0.03
 """Up to this contrast stretching shows less than a seam, from twice as much it shows more."""
-KEPT_BYTES = 100e6
-"""Patches that stay in memory, at most."""
 Fields: TypeAlias = tuple[DirectionField, DirectionField]
 """Directions in the result and in the source."""
 
@@ -56,6 +51,22 @@ class PatchShape:
 
 
 @dataclass(frozen=True, eq=False)
+class Covered:
+    """The m pixels that n patches cover, patch by patch; those of several count once for each."""
+
+    patch: Ints
+    """(m,) which patch covers it, in order."""
+    pixel: Ints
+    """(m,) number of the pixel in the flattened picture."""
+    at: Singles
+    """(m, 2) where it lies in the patch's target grid, as (j, k) from the grid's first node."""
+
+    def where(self, which: Bools) -> "Covered":
+        """Return the pixels that `which` (m,) marks."""
+        return Covered(self.patch[which], self.pixel[which], self.at[which])
+
+
+@dataclass(frozen=True, eq=False)
 class Batch:
     """Patches of n origins."""
 
@@ -65,50 +76,40 @@ class Batch:
     """(n, K, J, 2) positions in the result of the target grids' nodes, K across, J along the curve."""
     source: Singles
     """(n, K', J', 2) positions in the picture of the source grids' nodes."""
-    corners: Ints
-    """(n, 2) first pixel (x, y) of each patch's window."""
-    at: Singles
-    """(n, window, window, 2) where in its target grid each pixel lies, as (j, k); NaN outside the patch."""
-    boxes: Ints
-    """(n, 4) left, top, right and bottom of what a patch covers of its window, with a pixel around it."""
+    covered: Covered
 
 
+@dataclass(frozen=True, eq=False)
 class Patches:
-    """The patches of some origins, in batches that are grown when they are asked for; a few thousand are kept."""
+    """The patches of some origins, in batches that are grown in other threads shortly before they are asked for."""
 
-    def __init__(self, origins: Origins, shape: PatchShape, fields: Fields, way: Correspondence) -> None:
-        self.origins = origins
-        self._shape, self._fields, self._way = shape, fields, way
-        self._kept: dict[int, Batch] = {}
-        along, across = 2 * (shape.spine + shape.search_along), 2 * (shape.rib + shape.search_across)
-        self._room = KEPT_BYTES / (8 * (along * across + shape.window**2 + 4 * shape.spine * shape.rib))
+    origins: Origins
+    shape: PatchShape
+    fields: Fields
+    way: Correspondence
 
     def __len__(self) -> int:
         return len(self.origins)
 
-    @property
-    def kept(self) -> bool:
-        """Whether all of them stay in memory."""
-        return len(self.origins) <= self._room
-
     def __iter__(self) -> Iterator[Batch]:
-        starts = range(0, len(self.origins), BATCH)
-        with ThreadPoolExecutor(AHEAD) as pool:
-            growing = deque(pool.submit(self._batch, start) for start in starts[:AHEAD])
-            for start in starts[AHEAD:]:
-                batch = growing.popleft().result()
-                growing.append(pool.submit(self._batch, start))
-                yield batch
-            for rest in growing:
-                yield rest.result()
+        return ahead(self.batch, self.starts)
 
-    def _batch(self, start: int) -> Batch:
-        if start not in self._kept:
-            batch = grown(self.origins.taken(slice(start, start + BATCH)), self._shape, self._fields, self._way)
-            if start + BATCH > self._room:
-                return batch
-            self._kept[start] = batch
-        return self._kept[start]
+    @property
+    def starts(self) -> range:
+        """The number of the first patch of each batch."""
+        return range(0, len(self.origins), self._size)
+
+    def batch(self, start: int) -> Batch:
+        """Return the batch that begins with a patch."""
+        return grown(self.origins.taken(slice(start, start + self._size)), self.shape, self.fields, self.way)
+
+    @property
+    def _size(self) -> int:
+        shape = self.shape
+        rows = 2 * (shape.rib + shape.search_across) + 1
+        nodes = rows * (2 * (shape.spine + shape.search_along) + 1)
+        # All source grids of a batch lie below each other in one array to read from.
+        return max(min(BATCH, int(BATCH_BYTES / (40 * nodes)), LONGEST // rows), 1)
 
 
 def grown(origins: Origins, shape: PatchShape, fields: Fields, way: Correspondence) -> Batch:
@@ -125,24 +126,21 @@ def grown(origins: Origins, shape: PatchShape, fields: Fields, way: Corresponden
     )
     rim = np.flatnonzero(read(way.inner, here[:, :: shape.rib, :: shape.spine]).min(axis=(1, 2)) < 1)
     there[rim] = joined(there[rim], origins.taken(rim), shape, target, way)
+    return Batch(shape, origins, here, there, covered(here, origins, shape, way.inner.shape))
+
+
+def covered(grids: Singles, origins: Origins, shape: PatchShape, size: tuple[int, ...]) -> Covered:
+    """Return the pixels of a picture of `size`, (H, W), that target grids (n, K, J, 2) cover."""
     corners = np.rint(origins.target).astype(np.int64) - shape.window // 2
-    at = located(here, corners, shape.window)
-    # Scale-adaptive patches: the middle half, or third, of the grid (DPD sec. 3.5).
-    for i in np.flatnonzero(origins.scale > 1):
-        off = np.abs(at[i] - [shape.spine, shape.rib])
-        limit = np.array([shape.spine, shape.rib]) / origins.scale[i] + 0.5
-        at[i][(off > limit).any(axis=-1)] = np.nan
-    return Batch(shape, origins, here, there, corners, at, _boxes(np.isfinite(at[..., 0])))
-
-
-def _boxes(covered: Bools) -> Ints:
-    """Return the boxes (n, 4) around the covered pixels of windows (n, side, side), a pixel larger."""
-    side = covered.shape[1]
-    across, down = np.asarray(covered.any(axis=1)), np.asarray(covered.any(axis=2))
-    first = [line.argmax(axis=1) - 1 for line in (across, down)]
-    last = [side - line[:, ::-1].argmax(axis=1) + 1 for line in (across, down)]
-    box = np.column_stack([first[0], first[1], last[0], last[1]])
-    return np.asarray(np.clip(box, 0, side))
+    patch, pixel, at = located(grids, corners, shape.window)
+    x, y = (pixel + corners[patch]).T
+    inside = (x >= 0) & (y >= 0) & (x < size[1]) & (y < size[0])
+    if (origins.scale > 1).any():
+        # Scale-adaptive patches: the middle half, or third, of the grid (DPD sec. 3.5).
+        half = np.array([shape.spine, shape.rib])
+        within = np.abs(at - half) <= half / origins.scale[patch, None] + 0.5
+        inside &= within.all(axis=1) | (origins.scale[patch] <= 1)
+    return Covered(patch, y * size[1] + x, at).where(inside)
 
 
 def joined(there: Singles, origins: Origins, shape: PatchShape, target: DirectionField, way: Correspondence) -> Singles:
@@ -163,46 +161,26 @@ def joined(there: Singles, origins: Origins, shape: PatchShape, target: Directio
     return share * there + (1 - share) * (plain + off[:, None, None])
 
 
-def within(positions: Singles, size: tuple[int, int], allowed: Bools | None) -> Bools:
-    """Return which `positions` (..., 2) lie in a picture of `size`, (H, W), and on an `allowed` pixel of it."""
-    x, y = positions[..., 0], positions[..., 1]
-    inside = (x >= 0) & (y >= 0) & (x <= size[1] - 1) & (y <= size[0] - 1)
-    if allowed is not None:
-        pixel = np.clip(np.rint(positions), 0, [size[1] - 1, size[0] - 1]).astype(np.int64)
-        inside &= allowed[pixel[..., 1], pixel[..., 0]]
-    return np.asarray(inside)
+def grid_places(batch: Batch, some: Ints, at: Singles) -> Singles:
+    """Return the source positions of places `at` (m, 2), as (j, k), in the source grids of patches `some` (m,)."""
+    rows, columns = batch.source.shape[1:3]
+    where = at.astype(np.float32)
+    where[:, 1] = np.clip(where[:, 1], 0, rows - 1.001) + some * rows
+    return read(batch.source.reshape(-1, columns, 2), where)
 
 
-def coarse(batch: Batch, best: Singles, place: Singles, label: Ints, first_label: int) -> None:
+def lay_coarsely(batch: Batch, best: Singles, place: Singles, label: Ints, first_label: int) -> None:
     """Lay a batch's central candidates over `place` (H, W, 2) and `label` (H, W).
 
     Each pixel is taken from the patch it is most central to.
     `best` (H, W) holds how central the patch there is so far; infinity at first, -1 where nothing may be laid.
     """
-    shape = batch.shape
-    height, width = best.shape
-    window = shape.window
-    y, x = np.mgrid[:window, :window]
-    px, py = x + batch.corners[:, 0, None, None], y + batch.corners[:, 1, None, None]
-    reached = np.isfinite(batch.at[..., 0]) & (px >= 0) & (py >= 0) & (px < width) & (py < height)
-    patch = np.nonzero(reached)[0]
-    at, pixel = batch.at[reached], (py * width + px)[reached]
-    off = np.abs(at - [shape.spine, shape.rib]) / [shape.spine, shape.rib]
+    shape, all_of = batch.shape, batch.covered
+    off = np.abs(all_of.at - [shape.spine, shape.rib]) / [shape.spine, shape.rib]
     central = off.max(axis=1).astype(np.float32)
-    better = central < best.reshape(-1)[pixel]
-    # The least central first, so that the most central stays; whole numbers sort several times as fast.
-    rank = np.clip(250 * (1 - central[better]), 0, 250).astype(np.uint8)
-    order = np.flatnonzero(better)[np.argsort(rank, kind="stable")]
-    pixel, patch, at = pixel[order], patch[order], at[order]
-    best.reshape(-1)[pixel] = central[order]
-    label.reshape(-1)[pixel] = first_label + patch
-    place.reshape(-1, 2)[pixel] = grid_places(batch, patch, at)
-
-
-def grid_places(batch: Batch, patch: Ints, at: Points) -> Singles:
-    """Return the source positions of grid places `at` (m, 2) of patches (m,), for their central candidates."""
-    rows, columns = batch.source.shape[1:3]
-    shape = batch.shape
-    where = (at + [shape.search_along, shape.search_across]).astype(np.float32)
-    where[:, 1] = np.clip(where[:, 1], 0, rows - 1.001) + patch * rows
-    return read(batch.source.reshape(-1, columns, 2), where)
+    flat = best.reshape(-1)
+    np.minimum.at(flat, all_of.pixel, central)
+    won = all_of.where(central == flat[all_of.pixel])
+    label.reshape(-1)[won.pixel] = first_label + won.patch
+    middle = np.array([shape.search_along, shape.search_across])
+    place.reshape(-1, 2)[won.pixel] = grid_places(batch, won.patch, won.at + middle)

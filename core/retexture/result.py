@@ -58,11 +58,13 @@ class Retexture:
     def apply(self, layer: Pixels, *, linear: bool = False, blend: bool = True) -> Pixels:
         """Return a layer (H, W, C) of the source's size, retextured, at its own depth.
 
-        `linear` says that its numbers are linear light, or no light at all. With `blend` visible seams are corrected.
+        `linear` says that its numbers are linear light, or no light at all. With `blend` visible seams are corrected;
+        without, the picture is a quick one, by a smaller kernel.
         Raises `InputError` for another size.
         """
         mixture = across_seams(self.place, self.label) if blend else None
-        result = self._resampled(layer, lambda rows: self.place[rows], mixture, linear=linear)
+        kernel = Kernel.LANCZOS if blend else Kernel.CUBIC
+        result = self._resampled(layer, lambda rows: self.place[rows], mixture, kernel, linear=linear)
         box = self._box() if blend else None
         if box is None:
             return result
@@ -77,13 +79,19 @@ class Retexture:
 
     def deformed(self, layer: Pixels, *, linear: bool = False) -> Pixels:
         """Return a layer (H, W, C) under the plain deformation, at its own depth."""
-        return self._resampled(layer, self._plain, None, linear=linear)
+        return self._resampled(layer, self._plain, None, Kernel.LANCZOS, linear=linear)
 
     def _plain(self, rows: slice) -> Singles:
         return plain_place(self.grid, self.field, (rows, slice(0, self.label.shape[1])))
 
     def _resampled(
-        self, layer: Pixels, place: Callable[[slice], Singles], mixture: Mixture | None, *, linear: bool
+        self,
+        layer: Pixels,
+        place: Callable[[slice], Singles],
+        mixture: Mixture | None,
+        kernel: Kernel,
+        *,
+        linear: bool,
     ) -> Pixels:
         if layer.shape[:2] != self.label.shape:
             (height, width), (h, w) = self.label.shape, layer.shape[:2]
@@ -94,10 +102,11 @@ class Retexture:
         for start in range(0, layer.shape[0], BAND):
             rows = slice(start, min(start + BAND, layer.shape[0]))
             at = place(rows)
-            moved = (np.abs(at - _pixels(rows, layer.shape[1])) > STILL_PX).any(axis=-1)
+            way = np.abs(at - _pixels(rows, layer.shape[1]))
+            moved = np.maximum(way[..., 0], way[..., 1]) > STILL_PX
             if not moved.any():
                 continue
-            light = read(source, at, Kernel.LANCZOS, mirror=True)
+            light = read(source, at, kernel, mirror=True)
             if mixture is not None:
                 _mix(light, source, mixture.rows(rows.start, rows.stop, layer.shape[1]))
             # The kernel overshoots beside edges; nothing becomes brighter or darker than the whole layer.

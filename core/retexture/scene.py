@@ -31,7 +31,7 @@ class Scene:
     area: Region
     fields: Fields
     kept: tuple[Ints, Ints] | None
-    """See `Painter.kept`."""
+    """See `stock.Bounds.kept`."""
 
 
 def prepared(

@@ -8,11 +8,13 @@ import numpy as np
 
 from core.arrays import Bools, Ints, Singles
 from core.progress import Job, Progress
-from core.retexture.candidates import CHANCE, Pool, costs, drift
-from core.retexture.canvas import CELL, Canvas
+from core.retexture.ahead import ahead
+from core.retexture.candidates import CHANCE, Pool, costs
+from core.retexture.canvas import Canvas
 from core.retexture.layout import Correspondence, Lattice, Origins, gap_places, ordered_origins
-from core.retexture.patches import Batch, Fields, Patches, PatchShape, within
+from core.retexture.patches import Fields, Patches, PatchShape, grid_places
 from core.retexture.sampling import Kernel, read
+from core.retexture.stock import Bounds, Stock, stocked
 from core.retexture.stopwatch import Stopwatch
 
 STRIDE = 0.54
@@ -23,125 +25,86 @@ CENTRE = 0.1
 """How much a patch that covers seams must look like what it covers, against its surroundings."""
 RING_PX = 4
 GAP_ROUNDS = 3
-REPORT_EVERY = 64
 
 
 @dataclass(eq=False)
 class Painter:
-    """Merges patches into a canvas, one by one."""
+    """Merges patches into a canvas, those at once that do not touch."""
 
     picture: Singles
     """(H, W, 3) the source, as it is compared."""
-    usable: Bools | None
-    """(H, W) where texture may be taken from; None for everywhere."""
+    bounds: Bounds
     canvas: Canvas
     shape: PatchShape
     variety: float
     mirrored: bool
     rng: np.random.Generator
     watch: Stopwatch
-    kept: tuple[Ints, Ints] | None = None
-    """(H, W) of the source and of the result: the number of the curve within two pixels, else -1."""
     origins: list[Origins] = field(default_factory=list)
     labels: int = 0
     candidates: int = 0
 
     def cover(self, patches: Patches, *, over_seams: bool = False) -> Iterator[int]:
         """Merge `patches`; yield how many are done, after each few."""
-        batches, done = iter(patches), 0
-        while (batch := self._next(batches)) is not None:
-            with self.watch("coordinates"):
-                colours = read(self.picture, batch.source)
-                usable = self._usable(batch.source, batch.origins.curve)
-                variance = (colours**2).mean(axis=(1, 2)) - colours.mean(axis=(1, 2)) ** 2
-                variance = variance.sum(axis=1) + 1e-4
-            for i in range(len(batch.origins)):
-                self._paint(batch, i, colours[i], usable[i], float(variance[i]), over_seams=over_seams)
-                done += 1
-                if done % REPORT_EVERY == 0:
-                    yield done
-            self.origins.append(batch.origins)
+        batches, done = ahead(lambda start: self._stock(patches, start), patches.starts), 0
+        while (stock := self._next(batches)) is not None:
+            for some in stock.rounds:
+                self._lay(stock, some, over_seams=over_seams)
+                done += len(some)
+                yield done
+            self.origins.append(stock.batch.origins)
+            self.labels += len(stock.batch.origins)
 
-    def _next(self, batches: Iterator[Batch]) -> Batch | None:
+    def _stock(self, patches: Patches, start: int) -> Stock:
+        return stocked(patches.batch(start), self.picture, self.bounds)
+
+    def _next(self, stocks: Iterator[Stock]) -> Stock | None:
         with self.watch("coordinates"):
-            return next(batches, None)
+            return next(stocks, None)
 
-    def _paint(
-        self, batch: Batch, i: int, colours: Singles, usable: Bools, variance: float, *, over_seams: bool
-    ) -> None:
-        self.labels += 1
-        window, at = self._window(batch, i)
-        if window is None:
-            return
-        curve = batch.origins.curve[i]
-        reach = np.isfinite(at[..., 0]) & self.canvas.may[window]
-        if self.kept is not None:
-            reach &= _free_for(curve, self.kept[1][window])
-        if not reach.any():
-            return
+    def _lay(self, stock: Stock, some: Ints, *, over_seams: bool) -> None:
+        """Choose candidates for patches `some` (k,) that do not touch and merge them."""
         with self.watch("search"):
-            grid, start = self._best(batch, i, colours, usable, variance, over_seams=over_seams)
+            first, turned = self._best(stock, some, over_seams=over_seams)
         with self.watch("seams"):
-            place = read(grid, np.nan_to_num(at) + start)
-            reach &= self._usable(place, curve)
-            colour = read(self.picture, place, Kernel.CUBIC)
-            self.canvas.merge(window, self.labels, colour, place, reach)
+            covered, patch = stock.pixels_of(some)
+            at = covered.at + first[covered.patch]
+            if turned.any():
+                last = stock.batch.source.shape[2] - 1
+                at[:, 0] = np.where(turned[covered.patch], last - at[:, 0], at[:, 0])
+            place = grid_places(stock.batch, patch, at)
+            usable = self.bounds.usable_at(place, stock.batch.origins.curve[patch])
+            pixel, label, place = covered.pixel[usable], self.labels + 1 + patch[usable], place[usable]
+            self.canvas.merge(pixel, label, read(self.picture, place, Kernel.CUBIC), place)
 
-    def _best(
-        self, batch: Batch, i: int, colours: Singles, usable: Bools, variance: float, *, over_seams: bool
-    ) -> tuple[Singles, Singles]:
-        """Return the best candidate: a source grid, and where the target grid's first node lies in it, as (j, k)."""
-        shown, weight, needed = self._surroundings(batch, i, over_seams=over_seams)
-        uses = read(self.canvas.uses, batch.source[i] / CELL, Kernel.NEAREST)
-        off_place = drift(self.shape, float(batch.origins.offset[i]), float(batch.origins.inner[i]))
+    def _best(self, stock: Stock, some: Ints, *, over_seams: bool) -> tuple[Singles, Bools]:
+        """Return the best candidates: where in the source grids the target grids' first nodes lie, as (j, k) (k, 2).
+
+        And whether the source grids are turned end to end along the curve for them (k,).
+        """
+        shown, weight = self._surroundings(stock, some, over_seams=over_seams)
+        parts = stock.colours[some], self.canvas.uses.reshape(-1)[stock.cell[some]], stock.unusable[some]
         found = []
         for sense in (1, -1) if self.mirrored else (1,):
-            parts = (colours, uses, (~usable).astype(np.float32))
-            turned = [np.ascontiguousarray(part[:, ::sense]) for part in parts]
-            pool = Pool(turned[0], turned[1], turned[2], variance)
-            cost = costs(pool, shown, weight, needed, self.variety) + off_place
+            colours, uses, unusable = (np.ascontiguousarray(part[:, :, ::sense]) for part in parts)
+            pool = Pool(colours, uses, unusable, stock.variance[some])
+            cost = costs(pool, shown, weight, stock.needed[some], self.variety) + stock.drift[some]
             cost += CHANCE * self.rng.random(cost.shape)
-            k, j = divmod(int(np.argmin(cost)), cost.shape[1])
-            found.append((cost[k, j], sense, j, k))
             self.candidates += cost.size
-        _, sense, j, k = min(found)
-        return np.ascontiguousarray(batch.source[i][:, ::sense]), np.array([j, k], np.float32)
+            found.append(cost.reshape(len(some), -1))
+        best = np.argmin(np.concatenate(found, axis=1), axis=1)
+        turned, best = best >= found[0].shape[1], best % found[0].shape[1]
+        return np.stack(np.divmod(best, stock.drift.shape[2])[::-1], axis=-1).astype(np.float32), turned
 
-    def _usable(self, positions: Singles, curve: Ints) -> Bools:
-        """Return where texture for patches of a `curve` may be taken at `positions` (..., 2)."""
-        usable = within(positions, self.picture.shape[:2], self.usable)
-        if self.kept is not None:
-            limit = np.array(self.kept[0].shape[::-1]) - 1
-            x, y = np.moveaxis(np.clip(np.rint(positions), 0, limit).astype(int), -1, 0)
-            usable &= _free_for(np.reshape(curve, (-1, *[1] * (x.ndim - 1))), self.kept[0][y, x])
-        return usable
-
-    def _window(self, batch: Batch, i: int) -> tuple[tuple[slice, slice] | None, Singles]:
-        """Return the part of the picture that a patch's window covers, and where its pixels lie in the grid."""
-        height, width = self.canvas.label.shape
-        x, y = batch.corners[i]
-        left, top, right, bottom = batch.boxes[i]
-        x0, y0, x1, y1 = max(x + left, 0), max(y + top, 0), min(x + right, width), min(y + bottom, height)
-        if x1 - x0 < 2 or y1 - y0 < 2:
-            return None, batch.at[i]
-        return (slice(y0, y1), slice(x0, x1)), batch.at[i, y0 - y : y1 - y, x0 - x : x1 - x]
-
-    def _surroundings(self, batch: Batch, i: int, *, over_seams: bool) -> tuple[Singles, Singles, Singles]:
-        """Return for the target grid (K, J): colours shown, how much each counts, and where the patch may be used."""
-        grid, canvas = batch.target[i], self.canvas
-        shown = read(canvas.colour, grid)
-        inside = within(grid, canvas.label.shape, None)
-        x, y = np.moveaxis(np.clip(np.rint(grid), 0, np.array(canvas.label.shape[::-1]) - 1).astype(int), -1, 0)
-        weight = np.where(canvas.label[y, x] > 0, 1, STEADY) * (inside & ~canvas.bare[y, x])
+    def _surroundings(self, stock: Stock, some: Ints, *, over_seams: bool) -> tuple[Singles, Singles]:
+        """Return for the target grids (k, K, J): colours shown, and how much each counts."""
+        grids, pixel, canvas = stock.batch.target[some], stock.pixel[some], self.canvas
+        shown = read(canvas.colour, grids)
+        weight = np.where(canvas.label.reshape(-1)[pixel] > 0, np.float32(1), np.float32(STEADY))
+        weight *= stock.inside[some] & ~canvas.bare.reshape(-1)[pixel]
         if over_seams:
-            weight[RING_PX:-RING_PX, RING_PX:-RING_PX] *= CENTRE
-        needed = inside & canvas.may[y, x]
-        return shown, weight.astype(np.float32), needed.astype(np.float32)
-
-
-def _free_for(curve: Ints, kept: Ints) -> Bools:
-    """Return where no other curve than `curve` runs within two pixels."""
-    return np.asarray((kept < 0) | (kept == curve))
+            weight[:, RING_PX:-RING_PX, RING_PX:-RING_PX] *= np.float32(CENTRE)
+        return shown, weight
 
 
 def lattice(shape: PatchShape, shift: float = 0.0, *, stride: float | None = None) -> Lattice:
@@ -165,7 +128,7 @@ def synthesised(painter: Painter, way: Correspondence, fields: Fields, first: Pa
     yield Progress(len(first) / whole, "mending seams")
     with painter.watch("coordinates"):
         again = ordered_origins(way, wanted, lattice(shape, 0.5))
-        worst = _worst(again, canvas.right + canvas.below, shape, refine)
+        worst = _worst(again, canvas.seams.sum(axis=0), shape, refine)
     for done in painter.cover(Patches(worst, shape, fields, way), over_seams=True):
         yield Progress(min((len(first) + done) / whole, 1.0), "mending seams")
 

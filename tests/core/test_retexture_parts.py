@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core import poisson
-from core.arrays import Ints, Points, Singles
+from core.arrays import Bools, Ints, Points, Singles
 from core.curves import Curve
+from core.feature_curves import FeatureCurve
 from core.retexture import coordinates
 from core.retexture.blend import correction
 from core.retexture.candidates import Pool, costs, drift
@@ -15,11 +16,12 @@ from core.retexture.canvas import Canvas
 from core.retexture.coordinates import CurveSet, DirectionField, located, trace
 from core.retexture.diffusion import Diffusion, compression, deformation, distortion
 from core.retexture.job import deformed
-from core.retexture.layout import Lattice, gap_places, pace
-from core.retexture.patches import PatchShape
+from core.retexture.layout import Lattice, gap_places, ordered_origins, pace
+from core.retexture.patches import Covered, PatchShape
 from core.retexture.sampling import Kernel, read
 from core.retexture.scene import near_curves, prepared
 from core.retexture.softening import across_seams
+from core.retexture.stock import rounds
 from tests.core.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
 
 SHAPE = (HEIGHT, WIDTH)
@@ -151,14 +153,17 @@ def test_pixels_find_their_place_in_a_bent_grid() -> None:
     curves = CurveSet([arched()])
     field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
     place, tangent = curves.place(np.zeros(1, int), np.array([100.0]), np.array([12.0]))
-    grid = trace(field, place, tangent, spine=20, rib=12)
-    corner = np.rint(place).astype(int) - 26
-    at = located(grid, corner, 53)[0]
-    inside = np.isfinite(at[..., 0]) & (at > 0).all(axis=-1) & (at < [40, 24]).all(axis=-1)
-    assert inside.sum() > 800
-    y, x = np.mgrid[:53, :53]
-    pixels = np.stack([x, y], axis=-1) + corner[0]
-    np.testing.assert_allclose(read(grid[0], at[inside][:, None])[:, 0], pixels[inside], atol=0.2)
+    grid = trace(field, place, tangent, spine=20, rib=12)[0]
+    corner = np.rint(place[0]).astype(int) - 26
+    # Of two windows the second lies where only a part of the grid reaches.
+    number, pixel, at = located(np.stack([grid, grid]), np.stack([corner, corner + 30]), 53)
+    np.testing.assert_array_equal(number, np.sort(number))
+    inside = (at > 0).all(axis=-1) & (at < [40, 24]).all(axis=-1)
+    assert (inside & (number == 0)).sum() > 800
+    assert 50 < (number == 1).sum() < 500
+    pixel = pixel + np.stack([corner, corner + 30])[number]
+    np.testing.assert_allclose(read(grid, at[inside][:, None])[:, 0], pixel[inside], atol=0.2)
+    assert len(np.unique(pixel[number == 0], axis=0)) == (number == 0).sum()
 
 
 # Layout and choice
@@ -194,43 +199,82 @@ def test_gaps_are_covered_by_one_place_in_each_square() -> None:
     assert Lattice(10, 5).shift == 0
 
 
+def test_rows_are_laid_from_the_curve_outwards_and_from_their_middles() -> None:
+    curves = [FeatureCurve(straight(80.0), straight(100.0))]
+    picture = np.random.default_rng(0).random((HEIGHT, WIDTH, 3)).astype(np.float32)
+    scene = prepared(curves, deformed(SHAPE, curves, None), picture, PatchShape(), 60.0, None)
+    lattice = Lattice((WIDTH - 1) / 10, 10)
+    origins = ordered_origins(scene.way, scene.area.must, lattice)
+    whole = origins.taken(origins.scale == 1)
+    row = np.rint(np.abs(whole.offset) / lattice.across)
+    step = np.rint(np.abs(whole.target[:, 0] - (WIDTH - 1) / 2) / lattice.along)
+    assert row.max() >= 3
+    assert step.max() >= 3
+    order = 2 * row + step
+    assert (np.diff(order) >= 0).all()
+    assert (np.diff(row)[np.diff(order) == 0] >= 0).all()
+
+
 def pool(colours: Singles, uses: Singles | None = None, unusable: Singles | None = None) -> Pool:
     flat = np.zeros(colours.shape[:2], np.float32)
     return Pool(
-        colours, flat if uses is None else uses, flat if unusable is None else unusable, float(colours.var()) + 1e-4
+        colours[None],
+        (flat if uses is None else uses)[None],
+        (flat if unusable is None else unusable)[None],
+        np.array([colours.var() + 1e-4]),
     )
 
 
 def test_the_candidate_that_continues_what_is_shown_costs_nothing() -> None:
-    colours = np.random.default_rng(0).random((15, 31, 3)).astype(np.float32)
-    shown = colours[3:10, 8:29].copy()
-    whole = np.ones((7, 21), np.float32)
-    cost = costs(pool(colours), shown, whole, whole, 0.3)
-    assert cost.shape == (9, 11)
-    assert divmod(int(cost.argmin()), 11) == (3, 8)
-    assert cost.min() == pytest.approx(0, abs=1e-4)
+    colours = np.random.default_rng(0).random((2, 15, 31, 3)).astype(np.float32)
+    shown = np.stack([colours[0, 3:10, 8:29], colours[1, 2:9, 4:25]])
+    whole = np.ones((2, 7, 21), np.float32)
+    flat = np.zeros((2, 15, 31), np.float32)
+    cost = costs(Pool(colours, flat, flat, np.array([0.25, 0.25])), shown, whole, whole, 0.3)
+    assert cost.shape == (2, 9, 11)
+    assert divmod(int(cost[0].argmin()), 11) == (3, 8)
+    assert divmod(int(cost[1].argmin()), 11) == (2, 4)
+    np.testing.assert_allclose(cost.min(axis=(1, 2)), 0, atol=1e-4)
 
 
 def test_used_and_forbidden_places_cost_more() -> None:
     even = np.zeros((15, 31, 3), np.float32)
-    whole = np.ones((7, 21), np.float32)
+    whole = np.ones((1, 7, 21), np.float32)
     left = np.zeros((15, 31), np.float32)
     left[:, :12] = 1
     for which in ({"uses": left}, {"unusable": left}):
-        cost = costs(pool(even + np.float32(0.5), **which), even[:7, :21], whole, whole, 0.5)
+        cost = costs(pool(even + np.float32(0.5), **which), even[None, :7, :21], whole, whole, 0.5)[0]
         assert (np.diff(cost[4]) < 1e-6).all()
         assert cost[4, 0] > cost[4, -1] + 0.1
 
 
 def test_a_patch_on_the_curve_keeps_its_distance() -> None:
     shape = PatchShape()
-    on, beside, far = (drift(shape, offset, 1.0)[:, shape.search_along] for offset in (0.0, shape.rib + 2.0, 40.0))
+    offset = np.array([0.0, shape.rib + 2.0, -shape.rib - 2.0, 40.0])
+    on, inside, outside, far = drift(shape, offset, np.ones(4))[:, :, shape.search_along]
     assert (on < 100).sum() == 1
-    assert (np.flatnonzero(beside < 100) >= shape.search_across - 1).all()
+    assert (np.flatnonzero(inside < 100) >= shape.search_across - 1).all()
+    np.testing.assert_array_equal(outside, inside[::-1])
     assert (far < 100).all()
 
 
+def test_patches_of_a_round_do_not_touch_and_wait_for_earlier_ones() -> None:
+    squares = [(2, 2), (12, 2), (6, 2), (5, 5), (13, 12)]
+    pixel = np.concatenate([((np.arange(4) + y)[:, None] * 20 + np.arange(4) + x).ravel() for x, y in squares])
+    patch = np.repeat([0, 1, 2, 3, 5], 16)
+    found = rounds(Covered(patch, pixel, np.zeros((80, 2), np.float32)), 6, (20, 20))
+    # The third lies beside the first, and the fourth over both.
+    assert [which.tolist() for which in found] == [[0, 1, 5], [2], [3]]
+
+
 # Seams
+
+
+def merge(canvas: Canvas, label: int, patch: Singles, reach: Bools) -> int:
+    """Merge a picture (H, W, c) into the canvas where it reaches, with (label, label) for its place everywhere."""
+    pixel = np.flatnonzero(reach)
+    labels = np.full(len(pixel), label)
+    return canvas.merge(pixel, labels, patch[reach], np.full((len(pixel), 2), label, np.float32))
 
 
 def test_the_cut_takes_many_faint_steps_for_few_that_break() -> None:
@@ -245,7 +289,7 @@ def test_the_cut_takes_many_faint_steps_for_few_that_break() -> None:
     canvas.bare[:, 25:] = True
     reach = np.ones((20, 30), bool)
     reach[:, :5] = False
-    canvas.merge((slice(0, 20), slice(0, 30)), 7, patch, np.ones((20, 30, 2), np.float32), reach)
+    merge(canvas, 7, patch, reach)
     assert (canvas.label[:, 17:] == 7).all()
     assert not canvas.label[:, :17].any()
 
@@ -260,11 +304,11 @@ def test_the_cut_runs_where_both_pictures_agree() -> None:
     canvas.bare[:, 20:] = True
     reach = np.ones((20, 30), bool)
     reach[:, :5] = False
-    canvas.merge((slice(0, 20), slice(0, 30)), 7, patch, np.ones((20, 30, 2), np.float32), reach)
+    merge(canvas, 7, patch, reach)
     assert (canvas.label[:, 20:] == 7).all()
     assert not canvas.label[:, :12].any()
     assert not canvas.bare.any()
-    assert canvas.right.sum() + canvas.below.sum() == 0
+    assert canvas.seams.sum() == 0
     np.testing.assert_array_equal(canvas.colour[canvas.label == 7], patch[canvas.label == 7])
 
 
@@ -274,14 +318,14 @@ def test_a_patch_never_leaves_its_reach_and_mends_an_old_seam() -> None:
     canvas = Canvas(
         shown, np.zeros((16, 16, 2), np.float32), must=np.zeros((16, 16), bool), may=np.ones((16, 16), bool)
     )
-    canvas.right[:, 7] = 6
+    canvas.seams[0, :, 7] = 6
     ramp = np.broadcast_to(np.linspace(0, 1, 16, dtype=np.float32)[:, None], (16, 16, 3)).copy()
     reach = np.zeros((16, 16), bool)
     reach[2:14, 2:14] = True
-    before = canvas.right.sum() + canvas.below.sum()
-    canvas.merge((slice(0, 16), slice(0, 16)), 3, ramp, np.ones((16, 16, 2), np.float32), reach)
+    before = canvas.seams.sum()
+    merge(canvas, 3, ramp, reach)
     assert not (canvas.label[~reach] > 0).any()
-    assert canvas.right.sum() + canvas.below.sum() <= before
+    assert canvas.seams.sum() <= before
 
 
 def test_a_step_is_taken_away_and_fades() -> None:

@@ -58,6 +58,12 @@ def test_same_seed_same_bytes(found: Retexture) -> None:
     assert (other.place != found.place).any()
 
 
+def test_without_previews_the_result_is_the_same(found: Retexture) -> None:
+    steps: list[Progress] = []
+    np.testing.assert_array_equal(run(retexture(stripes(), bent(), previews=False), steps.append).place, found.place)
+    assert [step.note for step in steps if step.preview is not None] == ["deforming"]
+
+
 def test_other_layers_take_the_same_coordinates(found: Retexture) -> None:
     x, y = np.meshgrid(np.arange(WIDTH, dtype=np.float32), np.arange(HEIGHT, dtype=np.float32))
     ramp = found.apply(np.dstack([x, y, np.zeros_like(x)]), linear=True, blend=False)
