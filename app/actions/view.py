@@ -51,7 +51,7 @@ _OVERLAYS = {
     "handles": ("Handles", "K", "circle-nodes", "Pins, curves and their marks"),
     "outline": ("Outline", "", "vector-square", "The edge of the picture"),
     "folds": ("Folded cells", "", "triangle-exclamation", "Cells of the grid that are turned over"),
-    "spines": ("Curvilinear grids", "", "diagram-project", "Coordinates along the moved curves, spines and ribs"),
+    "spines": ("Curvilinear grids", "", "diagram-project", "The curved coordinates that texture is laid along"),
     "patches": ("Patches", "", "vector-square", "The patches that the texture is made of"),
     "seams": ("Seams", "", "puzzle-piece", "Where patches meet"),
     "compression": ("Compression", "", "compress", "Where the deformation presses the picture together"),

@@ -30,6 +30,8 @@ class Row:
     """A slider for a whole number of pixels of `RetextureSettings`."""
 
     name: str
+    step: str
+    """What a change of it is called in the history."""
     field: Literal["along_px", "across_px", "search_along_px", "search_across_px"]
     low: float
     high: float
@@ -37,12 +39,33 @@ class Row:
 
 
 PATCH = (
-    Row("Spine", "along_px", 9, 121, "Length of a patch along the curve, in pixels: some repeats of the texture"),
-    Row("Rib", "across_px", 5, 81, "Width of a patch across the curve, in pixels"),
+    Row(
+        "Length",
+        "Length of patches",
+        "along_px",
+        9,
+        121,
+        "Length of a patch along the curve, in pixels: some repeats of the texture",
+    ),
+    Row("Width", "Width of patches", "across_px", 5, 81, "Width of a patch across the curve, in pixels"),
 )
 SEARCH = (
-    Row("Along", "search_along_px", 1, 61, "How far along the curve patches are looked for, in pixels"),
-    Row("Across", "search_across_px", 1, 31, "How far across the curve patches are looked for, in pixels"),
+    Row(
+        "Along",
+        "Search along the curve",
+        "search_along_px",
+        1,
+        61,
+        "How far along the curve patches are looked for, in pixels",
+    ),
+    Row(
+        "Across",
+        "Search across the curve",
+        "search_across_px",
+        1,
+        31,
+        "How far across the curve patches are looked for, in pixels",
+    ),
 )
 
 
@@ -130,7 +153,7 @@ class RetexturePanel:
     def _draw_patches(self) -> None:
         for row in PATCH:
             self._slide(row)
-        faint("Candidates come from so far around:")
+        faint("They are looked for so far around:")
         for row in SEARCH:
             self._slide(row)
         hint = "How much it costs to show a place of the picture again: more avoids repetition"
@@ -180,7 +203,7 @@ class RetexturePanel:
             side = 2 * (round(new) // 2) + 1
             return {row.field: None if side == usual else side}
 
-        self._take(f"{row.name} of patches", held, changes)
+        self._take(row.step, held, changes)
 
     def _take(self, name: str, held: Held, changes: Callable[[float], dict[str, object]]) -> None:
         """Show what a slider says while it is held, and make it an undo entry when it is let go."""

@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from core.document import Document
+from core.document_retexture import settings_of
 from core.feature_curves import to_data
 from core.images import Image, load, save
+from core.retexture.job import Settings
+from core.retexture.patches import PatchShape
 from tests.core.retexture_scenes import HEIGHT, WIDTH, bent, stripes
 
 
@@ -36,6 +40,11 @@ def test_every_output_is_written(scene: Path, tmp_path: Path) -> None:
     assert set(found["seconds"]) == {"diffuse", "coordinates", "search", "seams", "blend", "total"}
     assert load(out).pixels.shape == load(plain).pixels.shape == (HEIGHT, WIDTH, 3)
     assert (load(out).pixels != load(plain).pixels).any()
+
+
+def test_without_options_a_document_asks_for_the_same() -> None:
+    image = Image(stripes())
+    assert settings_of(Document.of(image)) == Settings(patch=PatchShape.for_picture(HEIGHT, WIDTH))
 
 
 def test_same_seed_same_file(scene: Path, tmp_path: Path) -> None:

@@ -56,7 +56,20 @@ def test_passive_closed_and_copied_back(drive: EditorDriver) -> None:
     assert drive.labels[-1] == "Copy source to target"
 
 
-def test_the_box_turns_a_target(drive: EditorDriver) -> None:
+def test_the_box_moves_and_turns_a_target(drive: EditorDriver) -> None:
+    drawn(drive).key("a", ctrl=True)
+    drive.drag((80, 72), (80, 92))
+    assert drive.labels[-1] == "Move curve"
+    assert np.allclose(target(drive) - source(drive), (0, 20))
+    drive.undo().drag((164 + 12, 84 + 12), (100, 180), shift=True)
+    assert drive.labels[-1] == "Turn curve"
+    assert np.allclose(source(drive)[::3], [(50, 70), (100, 70), (150, 70)])
+    spread = np.ptp(target(drive), axis=0)
+    assert spread.max() > 60
+    assert np.hypot(*spread) == pytest.approx(np.hypot(*np.ptp(source(drive), axis=0)))
+
+
+def test_the_box_scales_a_target(drive: EditorDriver) -> None:
     drawn(drive).key("a", ctrl=True)
     drive.drag((164, 84), (164, 104))
     assert drive.labels[-1] == "Scale curve"
