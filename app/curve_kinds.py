@@ -1,12 +1,19 @@
 """The curves that a mode edits: which part of the document they are, and which of them is in hand."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from app.editor import Editor
-from core import curve_pairs
-from core.document import CurvePair, Document, Mode
+from core import curve_edit, curve_pairs
+from core.curves import Curve
+from core.document import CurvePair, Document, Mode, places_from_pixels
+from core.document_retexture import with_curve
+
+STILL_PX = 1.0
+"""A new curve that the deformation moves by less holds its place."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +64,24 @@ class CurveKind:
         """Take a curve out."""
         editor.edit("Remove curve", self.replaced(editor.document, number, None))
         editor.show(selected_curve=None, selected_knots=frozenset(), hover=None)
+
+
+def with_found_curve(editor: Editor, document: Document, curve: Curve, *, on_result: bool = False) -> Document:
+    """Return `document` with a feature curve that was found on the original, or on the result, in pixels.
+
+    It goes along with what other curves move already, so that it changes nothing yet.
+    """
+    document, mesh = with_curve(document, curve), editor.regrowth.mesh
+    seen_through = mesh.image_from_canvas if on_result else mesh.canvas_from_image
+    line = seen_through(curve_edit.samples_of(curve.points))
+    if np.isnan(line).any():
+        return document
+    moved = curve_edit.mapped(curve.points, line)
+    if np.abs(moved - curve.points).max() < STILL_PX:
+        return document
+    places, pair = places_from_pixels(document.size_px, moved), document.feature_curves[-1]
+    pair = replace(pair, source=places) if on_result else replace(pair, target=places)
+    return document.changed(feature_curves=(*document.feature_curves[:-1], pair))
 
 
 INNER = CurveKind("warp", "curves")

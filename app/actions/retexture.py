@@ -5,14 +5,14 @@ from dataclasses import replace
 
 from app.actions import Action
 from app.actions.removal import removal
-from app.curve_kinds import FEATURE
+from app.curve_kinds import FEATURE, with_found_curve
 from app.editor import Editor
 from app.session import Look, Painted
 from core import curve_pairs
 from core.curve_simplifying import simplified
 from core.curves import Curve
 from core.document import places_from_pixels
-from core.document_retexture import moves, with_curve
+from core.document_retexture import moves
 from core.edge_tracing import outlines, suggestions
 from core.raster import Raster
 
@@ -100,7 +100,7 @@ def outline_painted(editor: Editor) -> None:
     found = [] if raster is None else outlines(raster.array)
     document = editor.document
     for curve in found:
-        document = with_curve(document, curve)
+        document = with_found_curve(editor, document, curve, on_result=raster is document.matte)
     editor.edit("Outline mask", document)
     if found:
         editor.choose_tool("feature-curves")

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from app.curve_kinds import with_found_curve
 from app.editor import Editor
 from app.events import Event, Finish, Key, Move, Position, Press
 from app.gestures import Gesture
@@ -17,7 +18,7 @@ from core.arrays import InputError, Points
 from core.curve_fitting import fit
 from core.curves import Curve
 from core.document import pixels_from_places
-from core.document_retexture import moves, with_curve
+from core.document_retexture import moves
 from core.edge_tracing import Scissors, object_outline
 
 TOLERANCE_PX = 2.0
@@ -145,7 +146,7 @@ def cut_out(editor: Editor, press: Press, event: Event) -> Gesture:
 def add_curve(editor: Editor, label: str, curve: Curve) -> None:
     """Add a curve, and take the tool that drags it; not where another mode has been chosen meanwhile."""
     with editor.group(label):
-        editor.document = with_curve(editor.document, curve)
+        editor.document = with_found_curve(editor, editor.document, curve)
     if editor.session.mode == "retexture":
         number = len(editor.document.feature_curves) - 1
         editor.show(tool="feature-curves", selected_curve=number, selected_knots=frozenset(), hover=None)
@@ -168,7 +169,7 @@ def take_suggestion(editor: Editor, number: int) -> None:
     offered = list(editor.session.suggestions)
     points = pixels_from_places(editor.document.size_px, offered.pop(number))
     with editor.group("Take suggested curve"):
-        editor.document = with_curve(editor.document, Curve(points))
+        editor.document = with_found_curve(editor, editor.document, Curve(points))
     count = len(editor.document.feature_curves)
     editor.show(suggestions=tuple(offered), selected_curve=count - 1, selected_knots=frozenset(), hover=None)
 

@@ -131,6 +131,31 @@ def test_tracing_a_moved_picture_begins_by_showing_the_original() -> None:
     assert drive.in_("trace.idle")
 
 
+def test_a_curve_traced_on_a_moved_picture_goes_along_with_it() -> None:
+    drive = moved(driver()).tool("trace")
+    drive.click(70, 80).click(130, 80, ctrl=True).key("enter")
+    assert drive.labels[-1] == "Trace curve"
+    pair = drive.document.feature_curves[-1]
+    source, target = (pixels_from_places((WIDTH, HEIGHT), points) for points in (pair.source, pair.target))
+    assert np.allclose(source[:, 1], 80, atol=0.01)
+    assert (target[:, 1] > 84).all()
+    assert np.abs(drive.editor.regrowth.mesh.canvas_from_image(source[::3]) - target[::3]).max() < 1
+
+
+def test_the_outline_of_a_matte_on_a_moved_picture_lies_where_it_was_painted() -> None:
+    drive, table = moved(driver()), ActionTable(TOOLS)
+    table.run("retexture.paint_matte", drive.editor)
+    drive.editor.show(brush=replace(drive.editor.session.brush, diameter_px=24))
+    drive.drag((70, 92), (130, 92))
+    seen_through = drive.editor.regrowth.mesh
+    assert table.run("feature.outline", drive.editor)
+    pair = drive.document.feature_curves[-1]
+    source, target = (pixels_from_places((WIDTH, HEIGHT), points) for points in (pair.source, pair.target))
+    assert np.abs(np.array([target[:, 1].min(), target[:, 1].max()]) - (80, 104)).max() < 4
+    assert np.abs(seen_through.image_from_canvas(target[::3]) - source[::3]).max() < 0.1
+    assert (source[:, 1] < target[:, 1] - 2).all()
+
+
 def test_a_closed_target_turned_over_is_refused_in_words() -> None:
     drive = blob().tool("feature-curves")
     drive.click(60, 50).click(140, 50).click(100, 110).click(61, 51).key("a", ctrl=True)
