@@ -109,14 +109,15 @@ def starting_state(cloth: Cloth, lattice: Lattice) -> State:
     rho = np.where(cloth.valid, brightness, np.nan)[at[..., 1], at[..., 0]]
     middle = float(np.nanmedian(rho))
     rho = np.clip(np.nan_to_num(rho / middle, nan=1.0), 0.1, 5.0)
-    return State(uv, rho, np.asarray(cells, np.bool_))
+    return State(np.nan_to_num(uv), rho, np.asarray(cells, np.bool_))
 
 
 def near_lattice(mesh: Mesh, lattice: Lattice, uv: Floats) -> Bools:
     """Return the cells whose corners are nearer to a vertex of the lattice than to any place that lacks one."""
     known = set(map(tuple, lattice.keys.tolist()))
-    nearest = np.rint(uv).astype(int).reshape(-1, 2).tolist()
-    near = np.array([tuple(key) in known for key in nearest]).reshape(mesh.nodes)
+    spread_to = np.isfinite(uv[..., 0])
+    near = np.zeros(mesh.nodes, bool)
+    near[spread_to] = [tuple(key) in known for key in np.rint(uv[spread_to]).astype(int).tolist()]
     return np.asarray(near[:-1, :-1] & near[1:, :-1] & near[:-1, 1:] & near[1:, 1:], np.bool_)
 
 

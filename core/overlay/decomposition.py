@@ -17,14 +17,15 @@ from core.overlay.composition import filtered
 from core.overlay.correlation import Proposal
 from core.overlay.fitting import fit
 from core.overlay.lattice import Lattice
-from core.overlay.mesh import Mesh
+from core.overlay.mesh import Mesh, around
 from core.overlay.phase import in_phase
 from core.overlay.refinement import refined
 from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring, without_specks
 from core.overlay.registration import LEAST_SHADING, State
 from core.overlay.seeding import find_lattice, flat_canvas
+from core.overlay.sheets import laid_apart
 from core.overlay.stages import Stage
-from core.overlay.texel import Texel, estimate_texel
+from core.overlay.texel import Texel, drawn, estimate_texel
 from core.overlay.tint import tint
 from core.overlay.vertices import vertices
 from core.progress import Job, Progress, part
@@ -34,7 +35,7 @@ T = TypeVar("T")
 WORKING_PX = 1000
 """Longest side of the picture that is searched and registered; larger ones are shrunk for that by a whole number."""
 TEXEL_PIXELS = 1_500_000
-"""Pixels from which the texel of a large photo is estimated."""
+"""Most pixels from which the texel of a large photo is estimated."""
 TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
 LENIENCE = 1.6
@@ -190,12 +191,11 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
 
 
 def finer_texel(cloth: Cloth, photo: Floats, uv: Floats, shading: Floats, scale: int) -> Texel:
-    """Return the texel at the photo's own resolution, from a share of its pixels that is drawn evenly."""
-    covered = np.isfinite(shading)
-    draw = np.random.default_rng(0).random(covered.shape) < TEXEL_PIXELS / max(int(covered.sum()), 1)
+    """Return the texel at the photo's own resolution."""
+    covered = drawn(np.isfinite(shading), TEXEL_PIXELS)
     h, w = cloth.texel_samples
-    weight = (covered & draw).astype(float)
-    return estimate_texel(photo, np.nan_to_num(uv), np.nan_to_num(shading), weight, (h * scale, w * scale))
+    light = np.nan_to_num(shading)
+    return estimate_texel(photo, np.nan_to_num(uv), light, covered.astype(float), (h * scale, w * scale))
 
 
 def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
@@ -203,22 +203,22 @@ def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
 
     Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
     """
-    mesh, valid = cloth.mesh, cloth.valid.astype(float)
-    best, owner = np.full(valid.shape, LIMIT), np.full(valid.shape, -1)
+    mesh, best, owner = cloth.mesh, np.full(cloth.valid.shape, LIMIT), np.full(cloth.valid.shape, -1)
     brightest = float(np.percentile(found.texel.pixels, 99.5))
     for number, piece in enumerate(pieces):
-        at = mesh.smooth_to_pixels(piece.values)
+        box = mesh.box_of(piece.cells, 1 + round(2 * cloth.sigma_px / mesh.cell))
+        at, valid = mesh.smooth_to_pixels(piece.values, box), cloth.valid[box]
         rho = np.maximum(at[..., 2], LEAST_SHADING)
         modelled = rho[..., None] * found.texel(at[..., :2])
-        strict, mild = misfit(cloth.photo, modelled, rho, valid, found.tolerance, cloth.sigma_px / 2)
+        strict, mild = misfit(cloth.photo[box], modelled, rho, valid, found.tolerance, cloth.sigma_px / 2)
         # At the border a pattern that correlates may lie on half of a neighbourhood only; amid cloth is cloth.
         whole = without_specks(piece.cells, round(2 * (cloth.step_px / mesh.cell) ** 2))
         core = cv2.erode(np.pad(whole, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
-        bad = np.where(mesh.pixels_of(core > 0), mild / LENIENCE, strict)
-        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1)) & cloth.valid
+        bad = np.where(mesh.pixels_of(core > 0)[box], mild / LENIENCE, strict)
+        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1))[box] & valid
         near &= rho * brightest < GLARE
-        better = cleaned(near & (bad < best), cloth.sigma_px) & near
-        owner[better], best[better] = number, bad[better]
+        better = cleaned(near & (bad < best[box]), cloth.sigma_px) & near
+        owner[box][better], best[box][better] = number, bad[better]
     return [np.asarray(owner == number, np.bool_) for number in range(len(pieces))]
 
 
@@ -229,9 +229,10 @@ def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -
     """
     uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
     for piece, mask in zip(pieces, masks, strict=True):
-        at = mesh.smooth_to_pixels(piece.values)
         inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid
-        uv[inside], shading[inside] = at[inside, :2], np.maximum(at[inside, 2], LEAST_SHADING)
+        box = around(inside)
+        at, inside = mesh.smooth_to_pixels(piece.values, box), inside[box]
+        uv[box][inside], shading[box][inside] = at[inside, :2], np.maximum(at[inside, 2], LEAST_SHADING)
     return uv, shading
 
 
@@ -252,15 +253,16 @@ def whole_lattice(cloth: Cloth, pieces: list[State], fit: Fit) -> Lattice:
         np.concatenate([found.frames.bases for found in parts]),
         np.concatenate(scores),
     )
-    return Lattice(np.concatenate([found.keys for found in parts]), frames)
+    return laid_apart(Lattice(np.concatenate([found.keys for found in parts]), frames))
 
 
 def confidence(cloth: Cloth, piece: State, found: Lattice, fit: Fit) -> Floats:
     """Return the share of the variance (K,) that is explained in the quad to the lower right of each vertex."""
-    at = cloth.mesh.to_pixels(piece.values)
+    box = cloth.mesh.box_of(piece.cells, 1 + round(8 / cloth.mesh.cell))
+    at = cloth.mesh.smooth_to_pixels(piece.values, box)
     modelled = at[..., 2:] * fit.texel(at[..., :2])
-    bad, _ = misfit(cloth.photo, modelled, at[..., 2], cloth.valid.astype(float), fit.tolerance, 2.0)
-    inside = cloth.mesh.pixels_of(piece.cells)
+    bad, _ = misfit(cloth.photo[box], modelled, at[..., 2], cloth.valid[box], fit.tolerance, 2.0)
+    inside = cloth.mesh.pixels_of(piece.cells)[box]
     quads = np.floor(at[inside, :2]).astype(np.int64)
     low = np.minimum(quads.min(0), found.keys.min(0)) if len(found) else quads.min(0)
     width = int(max(quads[:, 1].max(), found.keys[:, 1].max(initial=0)) - low[1] + 1)

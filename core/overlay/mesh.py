@@ -55,11 +55,19 @@ class Mesh:
         inside = self.weights @ values.reshape(-1, k)[self.corners]
         return self.from_cells(inside)
 
-    def smooth_to_pixels(self, values: Floats) -> Floats:
-        """Return node values (R, C, K) at the pixels (H, W, K) by bicubic interpolation."""
+    def box_of(self, cells: Bools, margin: int) -> tuple[slice, slice]:
+        """Return the rows and columns of the pixels that lie in marked cells or `margin` cells around them."""
+        rows, columns = around(cells, margin)
+        return (
+            slice(rows.start * self.cell, min(rows.stop * self.cell, self.size[0])),
+            slice(columns.start * self.cell, min(columns.stop * self.cell, self.size[1])),
+        )
+
+    def smooth_to_pixels(self, values: Floats, box: tuple[slice, slice]) -> Floats:
+        """Return node values (R, C, K) at the pixels (h, w, K) of a box by bicubic interpolation."""
         down, across = (
-            cubic_weights((np.arange(n) + 0.5) / self.cell, count)
-            for n, count in zip(self.size, self.nodes, strict=True)
+            cubic_weights((np.arange(part.start, part.stop) + 0.5) / self.cell, count)
+            for part, count in zip(box, self.nodes, strict=True)
         )
         planes = [down @ values[..., k] @ across.T for k in range(values.shape[-1])]
         return np.stack(planes, -1)
@@ -100,8 +108,9 @@ class Mesh:
 
     def areas(self, values: Floats, cells: Bools) -> Floats:
         """Return twice the signed area (K, 2) of both triangles of each marked cell under a map (R, C, 2)."""
-        tl, tr, bl, br = np.moveaxis(values.reshape(-1, 2)[self.corners[cells]], 1, 0)
-        return np.stack([cross(tr - tl, br - tl), cross(br - tl, bl - tl)], -1)
+        tl, tr, bl, br = values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]
+        across = br - tl
+        return np.stack([cross(tr - tl, across), cross(across, bl - tl)], -1)[cells]
 
     def bending(self, used: Bools) -> sparse.csr_array:
         """Return the second differences among used nodes, by direction: one row each, a column for every node."""

@@ -61,13 +61,13 @@ def carried(places: Floats, uv: Floats, used: Bools, near: Points, to: Points, r
     return np.asarray(np.linalg.lstsq(offsets, uv[close], rcond=None)[0][2], np.float64)
 
 
-def free_shift(keys: Ints, taken: Ints, wanted: Ints) -> Ints:
-    """Return the shift (2,) nearest to `wanted` that brings texels (n, 2) no nearer than `GAP` to those taken."""
+def free_shift(keys: Ints, taken: Ints, wanted: Ints, *, gap: int = GAP) -> Ints:
+    """Return the shift (2,) nearest to `wanted` that leaves a `gap` between texels (n, 2) and those taken."""
     t = np.arange(-FURTHEST, FURTHEST + 1)
     around = np.stack(np.meshgrid(t, t), -1).reshape(-1, 2)
     tree = scipy.spatial.cKDTree(taken)
     for offset in around[np.argsort(np.linalg.norm(around, axis=1), kind="stable")]:
-        distance, _ = tree.query(keys + wanted + offset, p=np.inf, distance_upper_bound=GAP + 0.5)
+        distance, _ = tree.query(keys + wanted + offset, p=np.inf, distance_upper_bound=gap + 0.5)
         if not np.isfinite(distance).any():
             return np.asarray(wanted + offset, np.int64)
-    return np.array([taken[:, 0].max() + 1 + GAP - keys[:, 0].min(), wanted[1]])
+    return np.array([taken[:, 0].max() + 1 + gap - keys[:, 0].min(), wanted[1]])

@@ -36,15 +36,18 @@ class Tolerance:
 
 
 def sums(photo: Floats, modelled: Floats, light: Floats, weight: Floats) -> Floats:
-    """Return what `judged` needs of pixels (..., 18), times their weight.
+    """Return what `judged` needs of cells (K, 18): sums over their pixels, times the weight.
 
     That is: the squared error, 1, the model's three colours and their squares, ρ², the photo's colours and their
-    squares, and the products of both. `photo` and `modelled` are (..., 3), `light` and `weight` (..., 1).
+    squares, and the products of both. `photo` and `modelled` are (K, n, 3), `light` and `weight` (K, n).
     """
-    error = ((photo - modelled) ** 2).sum(-1, keepdims=True)
-    one = np.ones_like(error)
-    parts = [error, one, modelled, modelled**2, light**2, photo, photo**2, photo * modelled]
-    return np.concatenate(parts, -1) * weight
+    seen, model = photo * weight[..., None], modelled * weight[..., None]
+    own, both, squares = (
+        np.einsum("kpc,kpc->kc", a, b) for a, b in ((model, modelled), (seen, modelled), (seen, photo))
+    )
+    error = (squares - 2 * both + own).sum(-1, keepdims=True)
+    count, bright = weight.sum(1)[:, None], np.einsum("kp,kp,kp->k", light, light, weight)[:, None]
+    return np.concatenate([error, count, model.sum(1), own, bright, seen.sum(1), squares, both], -1)
 
 
 def judged(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
@@ -67,14 +70,22 @@ def judged(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
 
 
 def misfit(
-    photo: Floats, modelled: Floats, light: Floats, valid: Floats, tolerance: Tolerance, sigma_px: float
+    photo: Floats, modelled: Floats, light: Floats, valid: Bools, tolerance: Tolerance, sigma_px: float
 ) -> tuple[Floats, Floats]:
     """Return the strict and the mild misfit (H, W) of the neighbourhood of each pixel.
 
     `modelled` is ρ T(uv) (H, W, 3), `light` ρ (H, W), `valid` (H, W) the pixels that count.
     """
-    planes = sums(photo, modelled, light[..., None], valid[..., None])
-    return judged(gaussian(planes.astype(np.float32), sigma_px), tolerance)
+    seen, model, w = (a.astype(np.float32) for a in (photo, modelled, valid[..., None]))
+    planes = np.empty((*valid.shape, 18), np.float32)
+    planes[..., :1] = ((seen - model) ** 2).sum(-1, keepdims=True)
+    planes[..., 1] = 1
+    planes[..., 8] = light**2
+    for first, of_colours in ((2, model), (5, model**2), (9, seen), (12, seen**2), (15, seen * model)):
+        planes[..., first : first + 3] = of_colours
+    if not valid.all():
+        planes *= w
+    return judged(gaussian(planes, sigma_px), tolerance)
 
 
 def sums_of_cells(mesh: Mesh, photo: Floats, weight: Floats, state: State, texel: Texel) -> Floats:
@@ -83,9 +94,8 @@ def sums_of_cells(mesh: Mesh, photo: Floats, weight: Floats, state: State, texel
     `photo` (rows, columns, cell², 3) and `weight` (rows, columns, cell²) are by cells.
     """
     at = mesh.weights @ state.values.reshape(-1, 3)[mesh.corners[state.cells]]
-    light = at[..., 2:]
-    found = sums(photo[state.cells], light * texel(at[..., :2]), light, weight[state.cells][..., None])
-    return np.asarray(found.sum(1), np.float64)
+    light = at[..., 2]
+    return sums(photo[state.cells], light[..., None] * texel(at[..., :2]), light, weight[state.cells])
 
 
 def tolerance_of(found: Floats, texel: Texel, leniency: float) -> Tolerance:

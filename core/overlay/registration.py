@@ -168,9 +168,10 @@ class Registration:
         texel = texel.blurred(blur_px, self.scale)
         photo = self._photo(blur_px)[state.cells]
         system = self._system_of(state.cells, np.ones(self.mesh.nodes, bool) if free is None else free)
+        turn = float(np.sign(np.median(self.mesh.areas(state.uv, state.cells))))
         for _ in range(rounds):
             with span("registration step", unknowns=3 * system.count):
-                state, moved = self._step(system, state, texel, photo, smoothness)
+                state, moved = self._step(system, state, texel, photo, smoothness, turn)
             if moved < 0.02:
                 break
         return state
@@ -193,9 +194,9 @@ class Registration:
         return known[2]
 
     def _step(
-        self, system: System, state: State, texel: Texel, photo: Floats, smoothness: Smoothness
+        self, system: System, state: State, texel: Texel, photo: Floats, smoothness: Smoothness, turn: float
     ) -> tuple[State, float]:
-        """Return the state after one Gauss-Newton step and how far it went, pixels."""
+        """Return the state after one Gauss-Newton step and how far it went, pixels; areas have the sign `turn`."""
         residual, slopes = self.linearised(state, texel, photo)
         weight = self._weight[state.cells]
         weight = weight * huber(np.sqrt((residual**2).mean(-1)), weight > 0)
@@ -203,7 +204,7 @@ class Registration:
         gradient = np.stack([np.einsum("kpc,kpc->kp", residual, slope) * weight for slope in slopes])
         m = state.uv.reshape(-1, 2)[system.around] @ self.scale.T
         theta = np.concatenate([m.T, state.rho.ravel()[None, system.around]])
-        return self._moved(system, state, system.solve(moments, gradient, theta, smoothness))
+        return self._moved(system, state, system.solve(moments, gradient, theta, smoothness), turn)
 
     def linearised(self, state: State, texel: Texel, photo: Floats) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
         """Return residuals (K, cell², 3) and as large slopes by m_x, m_y and ρ in the K cells in use."""
@@ -214,7 +215,7 @@ class Registration:
         (ux, uy), (vx, vy) = np.linalg.inv(self.scale).tolist()
         return rho * value - photo, (ux * du + vx * dv, uy * du + vy * dv, value)
 
-    def _moved(self, system: System, state: State, step: Floats) -> tuple[State, float]:
+    def _moved(self, system: System, state: State, step: Floats, turn: float) -> tuple[State, float]:
         """Return the state moved by as much of the step as folds no triangle, and the 95th percentile of the move."""
         length = float(np.percentile(np.abs(step[:2]), 95))
         # Far from the answer a step may point anywhere: none goes further than a few pixels.
@@ -223,16 +224,14 @@ class Registration:
         uv[system.nodes] += (step[:2] * limit).T @ np.linalg.inv(self.scale).T
         rho = state.rho.ravel().copy()
         rho[system.nodes] = np.maximum(rho[system.nodes] + step[2], LEAST_SHADING)
-        uv = unfolded(self.mesh, state, uv.reshape(state.uv.shape))
+        uv = unfolded(self.mesh, state, uv.reshape(state.uv.shape), turn)
         return replace(state, uv=uv, rho=rho.reshape(state.rho.shape)), length
 
 
-def unfolded(mesh: Mesh, before: State, uv: Floats) -> Floats:
-    """Return the new coordinates, taken back where they would fold a triangle."""
-    old = mesh.areas(before.uv, before.cells)
-    sign = np.sign(np.median(old))
+def unfolded(mesh: Mesh, before: State, uv: Floats, turn: float) -> Floats:
+    """Return the new coordinates, taken back where an area would not have the sign `turn` any more."""
     for attempt in range(8):
-        wrong = (mesh.areas(uv, before.cells) * sign).min(-1) <= 0
+        wrong = (mesh.areas(uv, before.cells) * turn).min(-1) <= 0
         if not wrong.any():
             break
         folded = np.zeros(mesh.cells, bool)

@@ -8,10 +8,13 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from scipy import sparse
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Floats, Ints, Singles
 
 BORDER = 3
+OBSERVED, LEAST_OBSERVED = 32, 100_000
+"""Pixels for each sample of a texel, and pixels in all, that are enough to estimate it from."""
 
 
 @dataclass(frozen=True)
@@ -99,13 +102,13 @@ class Texel:
 def estimate_texel(
     photo: Floats, uv: Floats, shading: Floats, weight: Floats, size: tuple[int, int], *, rounds: int = 6
 ) -> Texel:
-    """Return the robust mean appearance of a texel of `size` (h, w) over the registered photo.
+    """Return the robust mean appearance of a texel of `size` (h, w) over the registered photo, or an even share of it.
 
     Minimises Σ w ψ(ρ T(uv) - I) over T. The first round gathers the colours that each sample is seen with; the others
     gather what is still missing, which takes out the blur of sharing a pixel among four samples. `photo` (H, W, 3),
     `uv` (H, W, 2), `shading` and `weight` (H, W).
     """
-    use = weight > 0
+    use = drawn(weight > 0, max(OBSERVED * size[0] * size[1], LEAST_OBSERVED))
     colours, light, w = photo[use], shading[use], weight[use]
     places = uv[use]
     index, share = splat(places, size)
@@ -121,29 +124,33 @@ def estimate_texel(
     return Texel(np.clip(pixels, 0, None))
 
 
-def splat(at: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-    """Return the sample numbers and shares (4, n) of coordinates (n, 2) in a texel of `size`."""
+def drawn(use: Bools, most: int) -> Bools:
+    """Return about `most` of the marked places, drawn evenly."""
+    count = int(use.sum())
+    return use if count <= most else use & (np.random.default_rng(0).random(use.shape) < most / count)
+
+
+def splat(at: Floats, size: tuple[int, int]) -> tuple[Ints, Floats]:
+    """Return the sample numbers and shares (n, 4) of coordinates (n, 2) in a texel of `size`."""
     h, w = size
     x, y = at[:, 0] * w - 0.5, at[:, 1] * h - 0.5
     left, top = np.floor(x), np.floor(y)
     fx, fy = x - left, y - top
     columns = [(left.astype(np.int64) + k) % w for k in (0, 1)]
     rows = [(top.astype(np.int64) + k) % h for k in (0, 1)]
-    index = np.stack([rows[b] * w + columns[a] for b in (0, 1) for a in (0, 1)])
-    return index, np.stack([(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy])
+    index = np.stack([rows[b] * w + columns[a] for b in (0, 1) for a in (0, 1)], -1)
+    return index, np.stack([(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy], -1)
 
 
 def gathered(
-    index: Floats, share: Floats, colours: Floats, light: Floats, weight: Floats, size: tuple[int, int]
+    index: Ints, share: Floats, colours: Floats, light: Floats, weight: Floats, size: tuple[int, int]
 ) -> Floats:
     """Return the weighted mean colours (h, w, 3); samples that nothing reached take their neighbours'."""
-    count = size[0] * size[1]
-    mass = np.bincount(index.ravel(), (share * weight * light**2).ravel(), count).reshape(size).astype(np.float64)
-    sums = [
-        np.bincount(index.ravel(), (share * weight * light * colours[:, c]).ravel(), count).reshape(size)
-        for c in range(colours.shape[1])
-    ]
-    return filled(np.stack(sums, -1), mass)
+    ends = np.arange(0, index.size + 1, 4)
+    shares = sparse.csr_array((share.ravel(), index.ravel(), ends), shape=(len(index), size[0] * size[1]))
+    light = light[:, None]
+    sums = shares.T @ (weight[:, None] * light * np.concatenate([colours, light], -1))
+    return filled(sums[:, :-1].reshape(*size, -1), sums[:, -1].reshape(size))
 
 
 def filled(sums: Floats, mass: Floats) -> Floats:

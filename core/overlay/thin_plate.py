@@ -12,9 +12,12 @@ from core.factor import Factor
 from core.overlay.lattice import Lattice
 from core.overlay.mesh import Mesh
 
+REACH = 2.0
+"""Longest lattice vectors beyond the outermost vertices to which coordinates are spread."""
+
 
 def spread(mesh: Mesh, lattice: Lattice, *, stiffness: float = 1e-3) -> Floats:
-    """Return texture coordinates (R, C, 2) at every node of the mesh."""
+    """Return texture coordinates (R, C, 2) at the nodes of the mesh, NaN far from the lattice."""
     points, keys = lattice.frames.points, lattice.keys.astype(float)
     inverse = np.linalg.inv(lattice.frames.bases)
     rows, targets = [interpolation(mesh, points)], [keys]
@@ -24,16 +27,25 @@ def spread(mesh: Mesh, lattice: Lattice, *, stiffness: float = 1e-3) -> Floats:
         for sign in (1, -1):
             rows.append(0.5 * interpolation(mesh, points + sign * offset))
             targets.append(0.5 * (keys + sign * np.einsum("kij,kj->ki", inverse, offset)))
-    return solve_plate(mesh, sparse.csr_array(sparse.vstack(rows)), np.concatenate(targets), stiffness)
+    reach = REACH * float(np.linalg.norm(lattice.frames.bases, axis=1).max())
+    used = nodes_between(mesh, points.min(0) - reach, points.max(0) + reach)
+    return solve_plate(mesh, used, sparse.csr_array(sparse.vstack(rows)), np.concatenate(targets), stiffness)
 
 
-def solve_plate(mesh: Mesh, rows: sparse.csr_array, targets: Floats, stiffness: float) -> Floats:
-    """Return node values (R, C, k) that meet rows @ values = targets (n, k) and bend little."""
-    L = mesh.bending(np.ones(mesh.nodes, bool))
+def nodes_between(mesh: Mesh, low: Points, high: Points) -> Bools:
+    """Return which nodes (R, C) lie in the box from `low` to `high` (2,), pixels."""
+    places = mesh.positions()
+    return np.asarray(((places >= low) & (places <= high)).all(-1), np.bool_)
+
+
+def solve_plate(mesh: Mesh, used: Bools, rows: sparse.csr_array, targets: Floats, stiffness: float) -> Floats:
+    """Return values (R, C, k) at the nodes in use that meet rows @ values = targets (n, k) and bend little."""
+    L, rows = (matrix[:, used.ravel()] for matrix in (mesh.bending(used), rows))
     A = rows.T @ rows + stiffness * (L.T @ L)
     A = A + 1e-9 * sparse.eye_array(A.shape[0])
-    solution = Factor(A).solve(rows.T @ targets)
-    return np.asarray(solution, np.float64).reshape(*mesh.nodes, targets.shape[1])
+    values = np.full((*mesh.nodes, targets.shape[1]), np.nan)
+    values[used] = Factor(A).solve(rows.T @ targets)
+    return values
 
 
 def interpolation(mesh: Mesh, points: Points) -> sparse.csr_array:

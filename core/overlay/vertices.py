@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from core.arrays import Floats
 from core.overlay.alignment import Frames
 from core.overlay.lattice import Lattice
 from core.overlay.mesh import Mesh, cross
@@ -15,7 +14,7 @@ TRIANGLES = ((0, 1, 3), (0, 3, 2))
 def vertices(mesh: Mesh, state: State) -> Lattice:
     """Return the vertices of the lattice inside the cells in use, with the vectors that the mesh has there.
 
-    A triangle with an edge much shorter than a texel holds at most one vertex.
+    A triangle with an edge much shorter than a texel holds at most one vertex; two that share it both have it.
     """
     corners = mesh.corners[state.cells]
     uv, places = state.uv.reshape(-1, 2), mesh.positions().reshape(-1, 2)
@@ -32,10 +31,5 @@ def vertices(mesh: Mesh, state: State) -> Lattice:
         points.append(places[a] + s * (places[b] - places[a]) + t * (places[c] - places[a]))
         edges = np.stack([places[b] - places[a], places[c] - places[a]], -1)
         bases.append(edges @ np.linalg.inv(np.stack([uv[b] - uv[a], uv[c] - uv[a]], -1)))
-    return unique(np.concatenate(keys), np.concatenate(points), np.concatenate(bases))
-
-
-def unique(keys: Floats, points: Floats, bases: Floats) -> Lattice:
-    """Return the lattice without vertices that two triangles share."""
-    whole, first = np.unique(keys.astype(np.int64), axis=0, return_index=True)
-    return Lattice(whole, Frames(points[first], bases[first], np.ones(len(whole))))
+    whole = np.concatenate(keys).astype(np.int64)
+    return Lattice(whole, Frames(np.concatenate(points), np.concatenate(bases), np.ones(len(whole))))
