@@ -6,7 +6,7 @@ clockwise from the top left, the map is bilinear in the place (u, v) within the 
     p(u, v) = A + u (B - A) + v (D - A) + u v (A - B + C - D)
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -90,17 +90,19 @@ class Mesh:
 
     def box_near(self, low: Points, high: Points) -> Box | None:
         """Return the pixels of the quads that come into the canvas rectangle `low` to `high`; None if none does."""
-        lows, highs = self._quad_boxes
-        hit = np.all((lows <= high) & (highs >= low), axis=-1)
-        rows, columns = np.flatnonzero(hit.any(axis=1)), np.flatnonzero(hit.any(axis=0))
-        if not len(rows):
+        blocks = _meeting(self._block_boxes, low, high)
+        if blocks is None:
+            return None
+        top, left, bottom, right = (BLOCK * number for number in blocks)
+        quads = _meeting([side[top:bottom, left:right] for side in self._quad_boxes], low, high)
+        if quads is None:
             return None
         width, height = self.grid.cell
         return (
-            max(int(np.floor(columns[0] * width)), 0),
-            max(int(np.floor(rows[0] * height)), 0),
-            min(int(np.ceil((columns[-1] + 1) * width)) + 1, self.grid.width_px),
-            min(int(np.ceil((rows[-1] + 1) * height)) + 1, self.grid.height_px),
+            max(int(np.floor((left + quads[1]) * width)), 0),
+            max(int(np.floor((top + quads[0]) * height)), 0),
+            min(int(np.ceil((left + quads[3]) * width)) + 1, self.grid.width_px),
+            min(int(np.ceil((top + quads[2]) * height)) + 1, self.grid.height_px),
         )
 
     @cached_property
@@ -174,6 +176,15 @@ class Mesh:
         extent = np.abs(C - A).max(axis=-1) + np.abs(D - B).max(axis=-1)
         u[np.abs(gap).max(axis=-1) > _SLACK * np.maximum(extent, 1e-9)] = np.nan
         return u, v
+
+
+def _meeting(boxes: Sequence[Points], low: Points, high: Points) -> tuple[int, int, int, int] | None:
+    """Return first row and column of the `boxes` that meet a rectangle, and those after the last; None if none does."""
+    hit = np.all((boxes[0] <= high) & (boxes[1] >= low), axis=-1)
+    rows, columns = np.flatnonzero(hit.any(axis=1)), np.flatnonzero(hit.any(axis=0))
+    if not len(rows):
+        return None
+    return int(rows[0]), int(columns[0]), int(rows[-1]) + 1, int(columns[-1]) + 1
 
 
 def _pairwise(choose: Callable[..., Floats], nodes: Points) -> Points:

@@ -1,6 +1,7 @@
 """Turns what Dear ImGui saw of mouse and keyboard into `app.events`, for the canvas."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from imgui_bundle import imgui
@@ -63,6 +64,8 @@ KEYS: dict[imgui.Key, str] = (
 
 MOST_WAY = 24
 """At most so many places on the way are looked at in one frame."""
+WAY_PX = 3.0
+"""And none so close to the one before."""
 BUTTONS: tuple[tuple[int, Button], ...] = ((0, "left"), (2, "middle"), (1, "right"))
 
 
@@ -70,6 +73,17 @@ def modifiers() -> Modifiers:
     """Return which modifier keys are held; the Mac's command key counts as Ctrl."""
     io = imgui.get_io()
     return Modifiers(shift=io.key_shift, ctrl=io.key_ctrl or io.key_super, alt=io.key_alt)
+
+
+def spaced(trail: Sequence[Position], start: Position | None) -> list[Position]:
+    """Return those of the places of `trail` that say where it goes, seen from `start`: not all, and none too close."""
+    kept: list[Position] = []
+    before = start
+    for place in trail:
+        if before is None or math.dist(before, place) >= WAY_PX:
+            kept.append(place)
+            before = place
+    return kept[:: 1 + len(kept) // MOST_WAY]
 
 
 class Pointer:
@@ -103,7 +117,7 @@ class Pointer:
         """Yield the places on the way while a button is held, so that a fast stroke is as smooth as the hand."""
         trail, self.trail = self.trail[:-1], []
         if self._held is not None and imgui.is_mouse_down(self._held):
-            for x, y in trail[:: 1 + len(trail) // MOST_WAY]:
+            for x, y in spaced(trail, self._last and (self._last[0] + area.x, self._last[1] + area.y)):
                 yield Move((x - area.x, y - area.y), mods)
 
     @property

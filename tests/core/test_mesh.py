@@ -93,3 +93,21 @@ def test_the_box_near_a_place_holds_its_pixel(grid: Grid, seed: int) -> None:
         assert box is not None
         assert box[0] <= point[0] < box[2]
         assert box[1] <= point[1] < box[3]
+
+
+@given(grids, seeds)
+def test_the_box_near_a_rectangle_is_that_of_the_quads_that_meet_it(grid: Grid, seed: int) -> None:
+    mesh, random = bent(grid, seed=seed), np.random.default_rng(seed)
+    low, high = mesh.bounds
+    a, b = np.sort(random.uniform(low - 20, high + 20, (2, 2)), axis=0)
+    corners = np.stack([mesh.warped[:-1, :-1], mesh.warped[:-1, 1:], mesh.warped[1:, 1:], mesh.warped[1:, :-1]])
+    rows, columns = np.nonzero(((corners.min(axis=0) <= b) & (corners.max(axis=0) >= a)).all(axis=-1))
+    box = mesh.box_near(a, b)
+    if not len(rows):
+        assert box is None
+        return
+    width, height = grid.cell
+    assert box is not None
+    assert box[:2] == (int(columns.min() * width), int(rows.min() * height))
+    assert box[2] == min(int(np.ceil((columns.max() + 1) * width)) + 1, grid.width_px)
+    assert box[3] == min(int(np.ceil((rows.max() + 1) * height)) + 1, grid.height_px)
