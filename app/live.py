@@ -98,6 +98,8 @@ class LiveWarp:
         self._clock = clock
         self._seen: Document | None = None
         self._changed_at = 0.0
+        self._is_behind = False
+        """Whether the document has changed since the solve that was begun last."""
         self._solver = MapSolver()
         self._side_solver = MapSolver()
         """The live thread's; what it has built is taken over with its answer."""
@@ -123,10 +125,12 @@ class LiveWarp:
         if self._seen is None or not _maps_alike(document, self._seen):
             self._changed_at = self._clock()
             self._jobs.drop("settle")
-            self._seen, self.fault = document, None
-            self._solve(document)
+            self._seen, self.fault, self._is_behind = document, None, True
         elif document is not self._seen:
             self._rename(document)
+        if self._is_behind:
+            self._is_behind = False
+            self._solve(document)
         if not self.is_settled and self.wait_s == 0.0:
             steps = lambda: self._final_solver.settle(document)  # noqa: E731
             self._jobs.submit("settle", Task("Settle", steps, self._take_settled, self._take_fault))
@@ -152,7 +156,7 @@ class LiveWarp:
             self._take_fault(fault)
 
     def _solve_beside(self, document: Document) -> None:
-        """Solve in the live slot; of what changes meanwhile only the newest is answered next."""
+        """Solve in the live slot; of what changes meanwhile only the newest is answered next, by `update`."""
 
         def steps() -> Job[Warped]:
             yield Progress(0.0, "solving")
@@ -170,8 +174,7 @@ class LiveWarp:
             go_on()
 
         def go_on() -> None:
-            if self._seen is not None and not _maps_alike(document, self._seen):
-                self._solve(self._seen)
+            self._is_behind = self._seen is not None and not _maps_alike(document, self._seen)
 
         self._jobs.submit("solve", Task("Solve", steps, deliver, fail))
 

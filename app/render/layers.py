@@ -16,8 +16,10 @@ class Layers:
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.picture = PicturePass(context, size, with_cells=True)
-        self.shown = gpu.Offscreen(context, size, "f1")
-        self.shown.texture.repeat_x = self.shown.texture.repeat_y = False
+        self.shown, self.coming = (gpu.Offscreen(context, size, "f1") for _ in range(2))
+        """The canvas, and the one that takes its place when it is whole."""
+        for canvas in (self.shown, self.coming):
+            canvas.texture.repeat_x = canvas.texture.repeat_y = False
         self.drawn: Scene | None = None
         """What `shown` shows."""
         self.goal: Scene | None = None
@@ -41,6 +43,10 @@ class Layers:
         """Take another scene to draw; what was begun is given up."""
         self.goal, self.steps, self.spent_s = goal, steps, 0.0
 
+    def turn(self) -> None:
+        """Show what has come."""
+        self.shown, self.coming = self.coming, self.shown
+
     def give_up(self) -> None:
         """Leave what is not finished; what is shown stays."""
         if self.steps is not None:
@@ -50,6 +56,7 @@ class Layers:
         """Free the GPU objects."""
         self.picture.release()
         self.shown.release()
+        self.coming.release()
 
 
 class Costs:

@@ -84,7 +84,7 @@ class PicturePass:
             with gpu.drawing(self._places, viewport, _shifted(box, origin)):
                 mesh.draw("place.frag", piece, **uniforms)
             yield
-        for strip in _strips(box):
+        for strip in strips(box):
             with self.light.drawing(None, _shifted(strip, origin)):
                 source.window(*read).texture.use(PICTURE_UNIT)
                 self._place.texture.use(PLACE_UNIT)
@@ -138,7 +138,7 @@ def _pieces(blocks: Bools) -> Iterator[Bools]:
         yield blocks & (number > first) & (number <= first + PIECE_BLOCKS)
 
 
-def _strips(box: Box) -> Iterator[Box]:
+def strips(box: Box) -> Iterator[Box]:
     """Cut `box` into strips of full rows."""
     left, top, right, bottom = box
     rows = max(STRIP_PIXELS // max(right - left, 1), 1)

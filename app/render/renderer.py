@@ -9,10 +9,11 @@ import moderngl
 import numpy as np
 
 from app.render.cloth import DressedSource
-from app.render.gpu import Rectangle
+from app.render.gpu import Offscreen, Rectangle
 from app.render.layers import Costs, Layers
 from app.render.marks_layer import MarksLayer, names_of
 from app.render.mesh import Mesh
+from app.render.picture_pass import strips
 from app.render.programs import programs_of
 from app.render.scene import Color, Scene
 from app.render.source import Box, Source
@@ -101,14 +102,14 @@ class Renderer:
         if best.steps is not None and not self._goes_on(best):
             return False
         if not best.shows(scene):
-            self._compose(scene, best)
+            _exhaust(self._composing(scene, best))
         return True
 
     def _best(self, scene: Scene, best: Layers) -> Iterator[None]:
         """Draw the picture and then the canvas, piece by piece."""
         yield from self._drawing(scene, best)
         yield
-        self._compose(scene, best)
+        yield from self._composing(scene, best)
 
     def _goes_on(self, best: Layers) -> bool:
         """Take the next steps; return whether there are no more."""
@@ -138,10 +139,9 @@ class Renderer:
             started = self._clock()
             same_picture = scene.shows_same_picture(layers.drawn)
             if not same_picture:
-                for _ in self._drawing(scene, layers):
-                    pass
+                _exhaust(self._drawing(scene, layers))
             if not layers.shows(scene):
-                self._compose(scene, layers)
+                _exhaust(self._composing(scene, layers))
             if not same_picture:
                 self._context.finish()
                 self._costs.learn_draft(self._clock() - started, shrink)
@@ -177,16 +177,27 @@ class Renderer:
                 source = self._source_of(scene.before or scene.image) if name == "before" else self._result_of(scene)
                 yield from layers.picture.drawing(mesh, source, box, draft=scene.draft)
 
-    def _compose(self, scene: Scene, layers: Layers) -> None:
-        """Lay the picture on the desk and the marks on the picture, where they have changed."""
+    def _composing(self, scene: Scene, layers: Layers) -> Iterator[None]:
+        """Lay the picture on the desk and the marks on the picture: piece by piece, or only where they have changed."""
         touched = touched_by_painting(scene, layers.drawn)
+        if touched is not None:
+            self._compose(scene, layers, layers.shown, _rectangle(touched, layers.shown.size))
+        else:
+            width, height = layers.coming.size
+            for _, top, _, bottom in strips((0, 0, width, height)):
+                self._compose(scene, layers, layers.coming, (0, top, width, bottom - top))
+                yield
+            layers.turn()
         layers.drawn = scene
+
+    def _compose(self, scene: Scene, layers: Layers, canvas: Offscreen, part: Rectangle) -> None:
+        """Compose a part of the canvas."""
         frame = NO_FRAME
         if scene.frame is not None:
             left, top, right, bottom = (scene.in_framebuffer(np.reshape(scene.frame, (2, 2))) + 0.5).ravel()
             frame = float(left), float(top), float(right), float(bottom)
         dark, light = scene.palette.checks
-        with layers.shown.drawing(None, touched and _rectangle(touched, layers.shown.size)):
+        with canvas.drawing(None, part):
             layers.picture.light.texture.use(0)
             layers.cells.texture.use(1)
             self._programs.fullscreen(
@@ -252,6 +263,12 @@ class Renderer:
                 held.release()
             held = self._meshes[key] = Mesh(self._context, shape, stride=stride)
         return held
+
+
+def _exhaust(steps: Iterator[None]) -> None:
+    """Take all steps at once."""
+    for _ in steps:
+        pass
 
 
 def _lies_alike(scene: Scene, shown: Scene | None) -> bool:

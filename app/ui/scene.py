@@ -11,7 +11,7 @@ from app.editor import Editor
 from app.render.dressing import Dressing
 from app.render.scene import Marks, Palette, Scene
 from app.ui import theme
-from core.arrays import Points
+from core.arrays import Bools, Points
 from core.document_overlay import layers_under, pattern_of, placement_of
 from core.document_retexture import moves
 from core.raster import Raster
@@ -50,6 +50,8 @@ class Motion:
         self.warped: Points = np.empty((0, 0, 2))
         """The map of the frame: the arrays of the frame before where they say the same, for the renderer looks at
         identity."""
+        self.folded: Bools | None = None
+        """Which quads are folded, kept likewise."""
         self._moved_at = 0.0
         self._is_busy = False
         self.is_draft = False
@@ -59,6 +61,8 @@ class Motion:
         answer, session = editor.answer, editor.session
         self.rest = _kept(self.rest, answer.rest)
         self.warped = _kept(self.warped, answer.warped)
+        if self.folded is None or answer.folded is None or not np.array_equal(self.folded, answer.folded):
+            self.folded = answer.folded
         opened = not self._seen or self._seen[0] is not answer.document.image
         laying = editor.document.cloth.laying if session.mode == "overlay" else None
         seen = (answer.document.image, session.view, session.compare, session.split, laying, id(self.warped))
@@ -101,7 +105,7 @@ def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
         pixel_ratio=pixel_ratio,
         frame=_edges(document.canvas_px),
         mask=document.mask,
-        folded=answer.folded,
+        folded=motion.folded,
         marks=Marks(
             grid=overlays.grid,
             mask=overlays.mask,

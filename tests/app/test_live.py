@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 import app.live
+from app.events import Move
 from app.jobs import InlineExecutor, Jobs
 from app.session import Brush
 from core import tracing
@@ -85,6 +86,19 @@ def test_a_handle_that_needs_a_factorisation_does_not_hold_the_window_up() -> No
     drive.move(90, 50)
     assert np.allclose(drive.screen_of(60, 50), (90, 50), atol=1e-3)
     assert not later.waiting
+
+
+def test_what_comes_from_beside_and_what_has_changed_since_cost_one_solve() -> None:
+    later = Later()
+    drive = EditorDriver(jobs=Jobs(live=later, long=InlineExecutor())).tool("pins")
+    later.run()
+    drive.press(60, 50).move(80, 50)
+    later.run()
+    drive.editor.handle(Move((85, 50)))
+    tracing.start()
+    drive.frame()
+    assert sum(event["name"] == "solve" for event in tracing.events()) == 1
+    assert np.allclose(drive.screen_of(60, 50), (85, 50), atol=1e-3)
 
 
 def test_a_change_drops_the_final_answer_under_way() -> None:

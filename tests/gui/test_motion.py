@@ -47,9 +47,12 @@ def test_maps_that_say_the_same_are_the_same_arrays() -> None:
     drive = EditorDriver()
     motion = Motion(Clock())
     motion.update(drive.editor)
-    rest, warped = motion.rest, motion.warped
+    rest, warped, folded = motion.rest, motion.warped, motion.folded
     drive.tool("brush").press(60, 60).move(90, 80).release()
     assert drive.editor.answer.warped is not warped
+    assert drive.editor.answer.folded is not folded
     motion.update(drive.editor)
     assert motion.rest is rest
     assert motion.warped is warped
+    assert motion.folded is folded
+    assert folded is not None
