@@ -22,6 +22,7 @@ from imgui_bundle import glfw_utils, hello_imgui, imgui
 
 from app import filing
 from app.editor import Editor
+from app.events import Modifiers
 from app.render import gpu
 from app.render.renderer import Renderer
 from app.ui import theme
@@ -31,8 +32,11 @@ from app.ui.workspace import Workspace
 from core import tracing
 
 ICON_PX = 64
+LEAST_PX = (640, 400)
+"""The window cannot be made smaller than this."""
 ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that end the window."""
+MODIFIERS = range(glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SUPER + 1)
 FRAMES_AFTER_INPUT = 3
 """Dear ImGui needs a frame or two to come to rest: hovering, layout and popups answer in the next one."""
 LAYOUT_FRAMES = 3
@@ -172,22 +176,31 @@ class Shell:
     def _listen(self) -> None:
         """Hear of the window's events before Dear ImGui does, which chains to what is set here."""
         self._window = glfw_utils.glfw_window_hello_imgui()
+        glfw.set_window_size_limits(self._window, *LEAST_PX, glfw.DONT_CARE, glfw.DONT_CARE)
         for listen in (
             glfw.set_mouse_button_callback,
             glfw.set_scroll_callback,
-            glfw.set_key_callback,
             glfw.set_char_callback,
             glfw.set_window_focus_callback,
             glfw.set_cursor_enter_callback,
         ):
             listen(self._window, self._stir)
         glfw.set_cursor_pos_callback(self._window, self._hear_pointer)
+        glfw.set_key_callback(self._window, self._hear_key)
         icon = emblem(ICON_PX)
         glfw.set_window_icon(self._window, 1, [(ICON_PX, ICON_PX, icon.tolist())])  # type: ignore[list-item]  # or rows of pixels
         glfw.set_drop_callback(self._window, self._drop)  # type: ignore[arg-type]  # the wrapper hands over a list
 
     def _hear_pointer(self, window: object, x: float, y: float) -> None:
         self.workspace.canvas.hear_pointer(x, y)
+        self._stir()
+
+    def _hear_key(self, window: object, key: int, code: int, action: int, mods: int) -> None:
+        if action == glfw.PRESS and key not in MODIFIERS:
+            ctrl = bool(mods & (glfw.MOD_CONTROL | glfw.MOD_SUPER))
+            self.workspace.canvas.hear_key(
+                Modifiers(shift=bool(mods & glfw.MOD_SHIFT), ctrl=ctrl, alt=bool(mods & glfw.MOD_ALT))
+            )
         self._stir()
 
     def _stir(self, *_: object) -> None:

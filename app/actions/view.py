@@ -7,18 +7,23 @@ import numpy as np
 from app.actions import Action
 from app.editor import Editor
 from app.requests import ShowPanel
-from app.spaces import centred, fitted, zoomed_at
+from app.spaces import View, centred, fitted, zoomed_at
 from core.document import Mode
 
 ZOOM_STEP = 1.5
 
 
-def fit(editor: Editor) -> None:
-    """Show the whole of picture and canvas."""
+def whole(editor: Editor) -> View:
+    """Return the view of the whole of picture and canvas."""
     low, high = editor.answer.mesh.bounds
     width, height = editor.canvas_px
     low, high = np.minimum(low, -0.5), np.maximum(high, np.array([width, height]) - 0.5)
-    editor.show(view=fitted(editor.session.view, low, high))
+    return fitted(editor.session.view, low, high)
+
+
+def fit(editor: Editor) -> None:
+    """Show the whole of picture and canvas."""
+    editor.show(view=whole(editor))
 
 
 def actual_size(editor: Editor) -> None:

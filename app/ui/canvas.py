@@ -6,8 +6,9 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from app.actions.table import ActionTable
+from app.actions.view import whole
 from app.editor import Editor
-from app.events import Event, Key, KeyUp, Move, Press, Release
+from app.events import Event, Key, KeyUp, Modifiers, Move, Press, Release
 from app.tools.marks import marks
 from app.ui import theme
 from app.ui.input import Area, Pointer, key_events
@@ -31,28 +32,37 @@ class Canvas:
         self._table = table
         self.area = Area(0, 0, 1, 1)
         self._pointer = Pointer()
+        self._held_at_press: list[Modifiers] = []
         self._holds_divider = False
 
     def hear_pointer(self, x: float, y: float) -> None:
         """Take note of a place that the mouse passes between two frames."""
         self._pointer.trail.append((x, y))
 
+    def hear_key(self, modifiers: Modifiers) -> None:
+        """Take note of what was held when a key went down; before the next frame it may be let go."""
+        self._held_at_press.append(modifiers)
+
     def lay_out(self, area: Area) -> None:
-        """Take the place that the panels leave; the picture's middle stays in the middle."""
+        """Take the place that the panels leave; the middle stays in the middle, a picture seen whole stays whole."""
         if area == self.area:
             return
+        is_whole = self.editor.session.view == whole(self.editor)
         view, old, self.area = self.editor.session.view, self.area, area
         pan = (view.pan[0] + (area.width - old.width) / 2, view.pan[1] + (area.height - old.height) / 2)
         self.editor.show(view=replace(view, size=(area.width, area.height), pan=pan))
+        if is_whole:
+            self.editor.show(view=whole(self.editor))
 
     def take_input(self) -> None:
         """Send what mouse and keyboard did to the editor."""
+        held_at_press, self._held_at_press = self._held_at_press, []
         if imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id | imgui.PopupFlags_.any_popup_level):
             return
         for event in self._pointer.events(self.area):
             if not self._move_divider(event):
                 self.editor.handle(event)
-        for key in key_events():
+        for key in key_events(held_at_press):
             if isinstance(key, KeyUp):
                 self._table.release(key.name, self.editor)
             if not self.editor.handle(key) and isinstance(key, Key):

@@ -8,7 +8,8 @@ from imgui_bundle import ImVec2, imgui
 from app.ui import theme
 from app.ui.theme import em, icon
 
-LABEL_EM = 6.2
+LABEL_EM, ROW_EM = 6.2, 15.5
+"""Width of a row's label, and of the row that is wide enough for it; in a narrower one the label is shorter too."""
 
 
 @contextmanager
@@ -65,12 +66,13 @@ def label(text: str, hint: str = "") -> bool:
     """Write a row's label and move on to its control; return whether it was double-clicked."""
     left = imgui.get_cursor_pos_x()
     imgui.align_text_to_frame_padding()
-    shown = shortened(text, em(LABEL_EM - 0.4))
+    width = em(LABEL_EM) * min(imgui.get_content_region_avail().x / em(ROW_EM), 1)
+    shown = shortened(text, width - em(0.4))
     with colors(text=theme.FAINT):
         imgui.text(shown)
     tip(hint if shown == text else f"{text}\n{hint}".strip())
     reset = imgui.is_item_hovered() and imgui.is_mouse_double_clicked(0)
-    imgui.same_line(left + em(LABEL_EM), 0)
+    imgui.same_line(left + width, 0)
     return reset
 
 
@@ -126,7 +128,8 @@ def move_right(*widths_em: float) -> None:
     """Go on in the same line so far right that buttons of these widths end with the window's content."""
     style = imgui.get_style()
     room = sum(em(width) for width in widths_em) + (len(widths_em) - 1) * style.item_spacing.x
-    imgui.same_line(imgui.get_window_width() - room - style.window_padding.x)
+    bar = style.scrollbar_size if imgui.get_scroll_max_y() > 0 else 0
+    imgui.same_line(imgui.get_window_width() - room - style.window_padding.x - bar)
 
 
 def segments(name: str, choices: Sequence[tuple[str, str, str]], chosen: str) -> str | None:

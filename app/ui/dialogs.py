@@ -23,6 +23,7 @@ from app.requests import (
 from app.ui.controls import faint, move_right, plain_button, primary_button, tip
 from app.ui.export_dialog import ExportDialog
 from app.ui.file_browser import FileBrowser
+from app.ui.modal import modal, within
 from app.ui.theme import em
 
 
@@ -64,18 +65,10 @@ class Dialogs:
             self._dialog = dialog_for(request, self._editor)
 
     def _draw_modal(self, dialog: Dialog) -> None:
-        if not imgui.is_popup_open(dialog.title):
-            imgui.open_popup(dialog.title)
-        centre = imgui.get_main_viewport().get_center()
-        imgui.set_next_window_pos(centre, imgui.Cond_.appearing, ImVec2(0.5, 0.5))
-        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(em(1.1), em(0.9)))
-        flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
-        if imgui.begin_popup_modal(dialog.title, None, flags)[0]:
-            if not dialog.draw():
+        with modal(dialog.title) as shown:
+            if shown and not dialog.draw():
                 self._dialog = None
                 imgui.close_current_popup()
-            imgui.end_popup()
-        imgui.pop_style_var()
 
 
 def dialog_for(request: Request, editor: Editor) -> Dialog:
@@ -176,7 +169,7 @@ class UnsavedDialog:
         """Draw question and answers."""
         imgui.text(f"{self._request.name} has changes that are not saved.")
         faint("They are lost unless you save them.")
-        imgui.dummy(ImVec2(em(26), em(0.4)))
+        imgui.dummy(ImVec2(within(26), em(0.4)))
         if plain_button("Don't save", 8):
             self._request.then("discard")
             return False
@@ -204,7 +197,7 @@ class WritingDialog:
         imgui.text("Still being written:")
         for name in self._request.names:
             imgui.bullet_text(name)
-        imgui.dummy(ImVec2(em(30), em(0.4)))
+        imgui.dummy(ImVec2(within(30), em(0.4)))
         if plain_button("Stop and quit", 8):
             self._request.then("stop")
             return False
@@ -232,7 +225,7 @@ class RecoverDialog:
         imgui.text("Weft did not close as it should last time. It kept your work:")
         for name in self._request.names:
             imgui.bullet_text(name)
-        imgui.dummy(ImVec2(em(26), em(0.4)))
+        imgui.dummy(ImVec2(within(26), em(0.4)))
         if plain_button("Discard", 8):
             self._request.then(False)
             return False

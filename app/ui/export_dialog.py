@@ -8,8 +8,9 @@ from imgui_bundle import ImVec2, imgui
 
 from app.requests import ExportPicture
 from app.ui import theme
-from app.ui.controls import faint, label, move_right, plain_button, primary_button, segments, tip
+from app.ui.controls import colors, faint, label, move_right, plain_button, primary_button, segments, tip
 from app.ui.file_browser import FileBrowser
+from app.ui.modal import within
 from app.ui.sliders import slider
 from app.ui.theme import em
 from core.arrays import InputError, Points
@@ -67,7 +68,7 @@ class ExportDialog:
         if self._browser is not None:
             self._draw_browser(self._browser)
             return True
-        imgui.dummy(ImVec2(em(34), 0))
+        imgui.dummy(ImVec2(within(34), 0))
         self._draw_place()
         self._draw_format()
         if self._request.document.mode == "warp":
@@ -137,6 +138,8 @@ class ExportDialog:
             self._scale(new_height / self._full_px[1])
         for percent in (50, 100, 200):
             imgui.same_line(0, em(0.6) if percent == 50 else em(0.3))
+            if imgui.get_content_region_avail().x < em(3.6):
+                imgui.new_line()
             if imgui.button(f"{percent} %", ImVec2(em(3.6), 0)):
                 self._scale(percent / 100)
             tip("{} × {} pixels".format(*self._scaled(percent / 100)))
@@ -159,18 +162,22 @@ class ExportDialog:
         replaces = path.is_file() and self._asked_overwrite != path
         top = imgui.get_cursor_pos_y()
         imgui.set_cursor_pos_y(top + (em(2.0) - imgui.get_font_size()) / 2)
+        imgui.push_text_wrap_pos(imgui.get_window_width() - em(16))
         fault = "" if path.parent.is_dir() else f"{path.parent}: no such folder"
         if fault:
-            imgui.text_colored(theme.rgb(theme.FAULT), fault)
+            with colors(text=theme.FAULT):
+                imgui.text_wrapped(fault)
         elif replaces:
             faint(f"{path.name} exists and will be replaced.")
         else:
             faint(f"{self.options.size_px[0] * self.options.size_px[1] / 1e6:.1f} megapixels")
+        imgui.pop_text_wrap_pos()
         move_right(7, 7)
         imgui.set_cursor_pos_y(top)
         if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
             return False
         imgui.same_line()
+        imgui.set_cursor_pos_y(top)
         imgui.begin_disabled(bool(fault))
         pressed = primary_button("Replace" if replaces else "Export", 7)
         imgui.end_disabled()

@@ -10,7 +10,13 @@ from imgui_bundle import ImVec2, imgui
 
 from app.ui import theme
 from app.ui.controls import colors, icon_button, plain_button, primary_button, tip
+from app.ui.modal import within, within_height
 from app.ui.theme import em, icon
+
+PLACES_EM = 10.0
+"""Width of the list of places to start from."""
+DETAILS_FROM_EM = 24.0
+"""The list of files says size and date from this width on."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +54,14 @@ class FileBrowser:
     def draw(self) -> Path | bool:
         """Draw the browser; return the chosen file, False when it was closed, True while it is open."""
         self._draw_trail()
-        imgui.begin_child("places", ImVec2(em(10), em(22)))
+        height = within_height(22, 11.5)
+        imgui.begin_child("places", ImVec2(em(PLACES_EM), height))
         for place, glyph, path in places():
             if imgui.selectable(f"{icon(glyph)}   {place}", path == self.folder)[0]:
                 self.enter(path)
         imgui.end_child()
         imgui.same_line()
-        chosen = self._draw_items()
+        chosen = self._draw_items(ImVec2(within(PLACES_EM + 36) - em(PLACES_EM), height))
         return self._draw_foot(chosen)
 
     def _draw_trail(self) -> None:
@@ -62,35 +69,36 @@ class FileBrowser:
         if icon_button("Up", "arrow-up", hint="To the folder above", size_em=1.7):
             self.enter(self.folder.parent)
         parts = [self.folder, *self.folder.parents][::-1][-5:]
+        while len(parts) > 1 and sum(map(_width, parts)) > within(PLACES_EM + 36) - em(3):
+            parts.pop(0)
         for part in parts:
             imgui.same_line(0, em(0.3))
             with colors(button=theme.RAISED):
-                if imgui.button(f"{part.name or part.anchor}##{part}"):
+                if imgui.button(f"{_called(part)}##{part}"):
                     self.enter(part)
             imgui.same_line(0, em(0.3))
             with colors(text=theme.DISABLED):
                 imgui.text(icon("angle-right"))
         imgui.new_line()
 
-    def _draw_items(self) -> Path | None:
+    def _draw_items(self, size: ImVec2) -> Path | None:
         """Draw the folder's entries; return the file that was double-clicked."""
         chosen: Path | None = None
         entered: Path | None = None
         flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.row_bg | imgui.TableFlags_.borders_outer
-        if imgui.begin_table("files", 3, flags, ImVec2(em(36), em(22))):
+        is_wide = size.x > em(DETAILS_FROM_EM)
+        if imgui.begin_table("files", 3 if is_wide else 1, flags, size):
             imgui.table_setup_column("Name", imgui.TableColumnFlags_.width_stretch)
-            imgui.table_setup_column("Size", imgui.TableColumnFlags_.width_fixed, em(4.5))
-            imgui.table_setup_column("Changed", imgui.TableColumnFlags_.width_fixed, em(7))
+            if is_wide:
+                imgui.table_setup_column("Size", imgui.TableColumnFlags_.width_fixed, em(4.5))
+                imgui.table_setup_column("Changed", imgui.TableColumnFlags_.width_fixed, em(7))
             for item in self._items:
                 imgui.table_next_row()
                 imgui.table_next_column()
                 if self._draw_item(item):
                     chosen, entered = (None, item.path) if item.is_folder else (item.path, None)
-                imgui.table_next_column()
-                with colors(text=theme.FAINT):
-                    imgui.text("" if item.is_folder else readable(item.size))
-                    imgui.table_next_column()
-                    imgui.text(time.strftime("%d %b %Y", time.localtime(item.modified)))
+                if is_wide:
+                    _draw_details(item)
             imgui.end_table()
         if entered is not None:
             self.enter(entered)
@@ -108,7 +116,7 @@ class FileBrowser:
 
     def _draw_foot(self, chosen: Path | None) -> Path | bool:
         """Draw name, buttons and what is wrong."""
-        imgui.set_next_item_width(em(30))
+        imgui.set_next_item_width(within(46) - 2 * em(7) - em(2))
         entered, self._name = imgui.input_text("##name", self._name, imgui.InputTextFlags_.enter_returns_true)
         tip("Name of the file; a whole path will do")
         imgui.same_line(0, em(1))
@@ -140,6 +148,25 @@ class FileBrowser:
             self._asks_overwrite, self._fault = path, f"{path.name} exists already"
             return True
         return path
+
+
+def _draw_details(item: Item) -> None:
+    """Write size and date in the columns after the name."""
+    with colors(text=theme.FAINT):
+        imgui.table_next_column()
+        imgui.text("" if item.is_folder else readable(item.size))
+        imgui.table_next_column()
+        imgui.text(time.strftime("%d %b %Y", time.localtime(item.modified)))
+
+
+def _called(folder: Path) -> str:
+    """Return what a folder is called in the line of folders."""
+    return folder.name or folder.anchor
+
+
+def _width(folder: Path) -> float:
+    """Return how wide a folder's button is with the arrow behind it, in screen pixels."""
+    return imgui.calc_text_size(_called(folder)).x + 2 * imgui.get_style().frame_padding.x + em(1.4)
 
 
 def places() -> list[tuple[str, str, Path]]:

@@ -132,14 +132,18 @@ class Pointer:
                 yield Press(pos, button, mods, clicks=max(imgui.get_mouse_clicked_count(number), 1))
 
 
-def key_events() -> Iterator[Key | KeyUp]:
-    """Yield the keys that went down or up; none while a text field takes them."""
+def key_events(held_at_press: Sequence[Modifiers] = ()) -> Iterator[Key | KeyUp]:
+    """Yield the keys that went down or up; none while a text field takes them.
+
+    `held_at_press` are the modifiers that were held when each key went down since the last frame: a chord that is
+    struck and let go within one slow frame is the same chord.
+    """
     if imgui.get_io().want_text_input:
         return
     mods = modifiers()
     for code, name in KEYS.items():
         if imgui.is_key_pressed(code, False):
-            yield Key(name, mods)
+            yield Key(name, held_at_press[0] if len(set(held_at_press)) == 1 else mods)
         elif imgui.is_key_down(code) and imgui.is_key_pressed(code, True):
             yield Key(name, mods, repeated=True)
         if imgui.is_key_released(code):

@@ -1,5 +1,6 @@
 """The bar over the canvas: options of the tool in hand at the left, what is shown at the right."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
@@ -10,12 +11,16 @@ from app.editor import Editor
 from app.tools.brush import hardened, sized
 from app.ui import theme
 from app.ui.controls import colors, icon_button
-from app.ui.sliders import bar_slider
+from app.ui.menus import draw_item
+from app.ui.overflow import BUTTON_EM, Part, draw_menu, draw_parts, extent, fitting
+from app.ui.sliders import bar_slider, bar_slider_width
 from app.ui.theme import em, icon
 
 HEIGHT_EM = 2.7
 SIDE_EM = 1.9
 """Height of what stands in the bar."""
+MENU_TRACK_EM = 8.0
+"""Length of sliders in the menu of what the bar has no room for."""
 
 SWITCHES = (
     "view.before",
@@ -82,45 +87,59 @@ class OptionsBar:
         self._table = table
 
     def draw(self) -> None:
-        """Draw the bar."""
+        """Draw the bar: where it is short, tracks shrink, then the tool's name goes, then the last parts."""
         padding = (em(SIDE_EM) - imgui.get_font_size()) / 2
         imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(em(0.5), padding))
-        imgui.set_cursor_pos(ImVec2(em(1.0), (em(HEIGHT_EM) - em(SIDE_EM)) / 2))
-        self._draw_tool()
-        self._draw_view()
+        left, top = em(1.0), (em(HEIGHT_EM) - em(SIDE_EM)) / 2
+        room = imgui.get_window_width() - left - em(0.8)
+        view = self._view_parts()
+        for track_em, is_named in ((7.0, True), (3.5, True), (3.5, False)):
+            tool = self._tool_parts(track_em, is_named=is_named)
+            if extent([*tool, *view]) <= room:
+                break
+        parts = [*tool, *view]
+        count = fitting(parts, room)
+        shown_view = parts[len(tool) : count]
+        end = left + room - (em(BUTTON_EM) if count < len(parts) else 0)
+        draw_parts(parts[: min(count, len(tool))], left, top)
+        draw_parts(shown_view, end - extent(shown_view), top)
+        if count < len(parts):
+            draw_menu("More options", parts[count:], end, top)
         imgui.pop_style_var()
 
-    def _draw_tool(self) -> None:
+    def _tool_parts(self, track_em: float, *, is_named: bool) -> list[Part]:
+        """Return the tool in hand, its settings and its actions."""
         tool = self._editor.tool
+        width = em(1.9) + (imgui.calc_text_size(tool.label).x if is_named else 0)
+        parts = [Part(width, lambda: self._draw_tool(is_named=is_named)), _line()]
+        if tool.name == "brush":
+            parts += [*brush_parts(self._editor, track_em), _line()]
+        return parts + [self._action_part(name, self._draw_button) for name in self._tool_actions()]
+
+    def _tool_actions(self) -> tuple[str, ...]:
+        tool = self._editor.tool.name
+        return TOOL_ACTIONS.get(f"{tool} in {self._editor.session.mode}", TOOL_ACTIONS.get(tool, ()))
+
+    def _view_parts(self) -> list[Part]:
+        """Return the switches of the view that the mode has; those among the tool's own actions stand there."""
+        by_name, of_tool = self._table.by_name, self._tool_actions()
+        return [
+            self._action_part(name, self._draw_switch) if name else Part(em(GAP_EM), lambda: None)
+            for name in ("", *SWITCHES)
+            if not name or (by_name[name].enabled(self._editor) and name not in of_tool)
+        ]
+
+    def _action_part(self, name: str, draw: Callable[[Action], None]) -> Part:
+        action = self._table.by_name[name]
+        return Part(em(SIDE_EM + 0.15), lambda: draw(action), lambda: draw_item(self._editor, action))
+
+    def _draw_tool(self, *, is_named: bool) -> None:
         imgui.align_text_to_frame_padding()
         with colors(text=theme.ACCENT):
-            imgui.text(icon(tool.icon))
-        imgui.same_line(em(2.9))
-        imgui.text(tool.label)
-        _gap()
-        if tool.name == "brush":
-            draw_brush(self._editor)
-            _gap()
-        of_mode = f"{tool.name} in {self._editor.session.mode}"
-        for name in TOOL_ACTIONS.get(of_mode, TOOL_ACTIONS.get(tool.name, ())):
-            self._draw_button(self._table.by_name[name])
-            imgui.same_line(0, em(0.15))
-
-    def _draw_view(self) -> None:
-        """Draw the switches of the view, from the right; the first ones give way where there is no room."""
-        by_name, editor = self._table.by_name, self._editor
-        names = [name for name in SWITCHES if not name or by_name[name].enabled(editor)]
-        imgui.same_line(0, 0)
-        room = imgui.get_window_width() - imgui.get_cursor_pos_x() - em(1.6)
-        while _width(names) > room and names:
-            names.pop(0)
-        imgui.same_line(imgui.get_window_width() - _width(names) - em(0.8))
-        for name in names:
-            if not name:
-                imgui.dummy(ImVec2(em(GAP_EM - 0.15), 0))
-            else:
-                self._draw_switch(self._table.by_name[name])
-            imgui.same_line(0, em(0.15))
+            imgui.text(icon(self._editor.tool.icon))
+        if is_named:
+            imgui.same_line(em(2.9))
+            imgui.text(self._editor.tool.label)
 
     def _draw_button(self, action: Action) -> None:
         """Draw what acts on the tool's own things; what cannot be done now is grey."""
@@ -142,35 +161,42 @@ class OptionsBar:
                 action.try_run(self._editor)
 
 
-def _width(names: list[str]) -> float:
-    """Return how wide the switches are in screen pixels."""
-    gaps = names.count("")
-    return (len(names) - gaps) * em(SIDE_EM + 0.15) + gaps * em(GAP_EM)
+def _line() -> Part:
+    """Return room between parts of the bar, with a line in the middle."""
+
+    def draw() -> None:
+        place, sheet = imgui.get_cursor_screen_pos(), imgui.get_window_draw_list()
+        x = place.x + em(1)
+        sheet.add_line((x, place.y), (x, place.y + imgui.get_frame_height()), theme.color(theme.EDGE))
+
+    return Part(em(2), draw)
 
 
-def _gap() -> None:
-    """Leave room between parts of the bar, with a line in the middle."""
-    imgui.same_line(0, 0)
-    place, sheet = imgui.get_cursor_screen_pos(), imgui.get_window_draw_list()
-    x, height = place.x + em(1), imgui.get_frame_height()
-    sheet.add_line((x, place.y), (x, place.y + height), theme.color(theme.EDGE))
-    imgui.dummy(ImVec2(em(2), height))
-    imgui.same_line(0, 0)
-
-
-def draw_brush(editor: Editor) -> None:
-    """Draw size, hardness and the choice between painting and erasing."""
+def brush_parts(editor: Editor, track_em: float) -> list[Part]:
+    """Return size, hardness and the choice between painting and erasing."""
     brush = editor.session.brush
-    size = bar_slider("Size", brush.diameter_px, 1, 1000, unit="px", logarithmic=True)
-    if size.value is not None:
-        editor.show(brush=sized(brush, round(size.value)))
-    imgui.same_line(0, em(1.0))
-    hardness = bar_slider("Hardness", 100 * brush.hardness, 0, 100, unit="%")
-    if hardness.value is not None:
-        editor.show(brush=hardened(brush, hardness.value / 100))
-    imgui.same_line(0, em(0.8))
-    if icon_button("Paint", "paintbrush", on=not brush.erase, hint="Paint", key="X", size_em=SIDE_EM):
-        editor.show(brush=replace(brush, erase=False))
-    imgui.same_line(0, em(0.2))
-    if icon_button("Erase", "eraser", on=brush.erase, hint="Erase", key="X", size_em=SIDE_EM):
-        editor.show(brush=replace(brush, erase=True))
+
+    def draw_size(width_em: float) -> None:
+        held = bar_slider("Size", brush.diameter_px, 1, 1000, unit="px", logarithmic=True, width_em=width_em)
+        if held.value is not None:
+            editor.show(brush=sized(brush, round(held.value)))
+
+    def draw_hardness(width_em: float) -> None:
+        held = bar_slider("Hardness", 100 * brush.hardness, 0, 100, unit="%", width_em=width_em)
+        if held.value is not None:
+            editor.show(brush=hardened(brush, held.value / 100))
+
+    def draw_paint() -> None:
+        if icon_button("Paint", "paintbrush", on=not brush.erase, hint="Paint", key="X", size_em=SIDE_EM):
+            editor.show(brush=replace(brush, erase=False))
+        imgui.same_line(0, em(0.2))
+        if icon_button("Erase", "eraser", on=brush.erase, hint="Erase", key="X", size_em=SIDE_EM):
+            editor.show(brush=replace(brush, erase=True))
+
+    size_px = bar_slider_width("Size", "px", width_em=track_em) + em(1.0)
+    hardness_px = bar_slider_width("Hardness", "%", width_em=track_em) + em(0.8)
+    return [
+        Part(size_px, lambda: draw_size(track_em), lambda: draw_size(MENU_TRACK_EM)),
+        Part(hardness_px, lambda: draw_hardness(track_em), lambda: draw_hardness(MENU_TRACK_EM)),
+        Part(em(2 * SIDE_EM + 0.2), draw_paint, draw_paint),
+    ]

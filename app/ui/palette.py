@@ -7,11 +7,15 @@ from imgui_bundle import ImVec2, imgui
 from app.actions import Action
 from app.editor import Editor
 from app.ui import theme
-from app.ui.controls import colors
+from app.ui.controls import colors, shortened
+from app.ui.modal import within, within_height
 from app.ui.theme import em, icon
 
 NAME = "##palette"
-MOST_ROWS = 12
+MOST_ROWS, ROW_EM = 12, 1.9
+"""How many actions are shown at most, and the height of each with the gap after it."""
+MENU_AT, KEY_AT = 0.46, 0.7
+"""Where in a row the menu and the key stand, as shares of its width."""
 
 
 def score(query: str, text: str) -> float | None:
@@ -61,7 +65,7 @@ class Palette:
         imgui.set_next_window_pos(
             ImVec2(viewport.get_center().x, viewport.work_pos.y + em(4)), imgui.Cond_.always, ImVec2(0.5, 0)
         )
-        imgui.set_next_window_size(ImVec2(em(36), 0))
+        imgui.set_next_window_size(ImVec2(within(36), 0))
         if not imgui.begin_popup(NAME):
             return
         if self._opens:
@@ -85,8 +89,9 @@ class Palette:
             self._chosen = 0
         self._move(len(found))
         pressed = None
-        first = max(0, self._chosen - MOST_ROWS + 1)
-        for number, action in list(enumerate(found))[first : first + MOST_ROWS]:
+        rows = min(max(int(within_height(MOST_ROWS * ROW_EM, 9) / em(ROW_EM)), 3), MOST_ROWS)
+        first = max(0, self._chosen - rows + 1)
+        for number, action in list(enumerate(found))[first : first + rows]:
             if self._draw_row(action, on=number == self._chosen):
                 pressed = action
         if not found:
@@ -108,11 +113,12 @@ class Palette:
         imgui.same_line(left + em(0.3))
         imgui.text(icon(action.icon) if action.icon else "")
         imgui.same_line(left + em(2.2))
-        imgui.text(action.label)
-        imgui.same_line(left + em(20))
+        width = imgui.get_window_width()
+        imgui.text(shortened(action.label, width * MENU_AT - em(2.4)))
+        imgui.same_line(left + width * MENU_AT)
         with colors(text=theme.FAINT):
-            imgui.text(action.menu.replace("/", " › "))
-        imgui.same_line(left + em(29))
+            imgui.text(shortened(action.menu.replace("/", " › "), width * (KEY_AT - MENU_AT)))
+        imgui.same_line(left + width * KEY_AT)
         with colors(text=theme.ACCENT):
             imgui.text(action.chord)
         imgui.end_disabled()

@@ -5,6 +5,7 @@ from imgui_bundle import ImVec2, imgui
 from app.editor import Editor
 from app.preferences import LIMITS, Preferences
 from app.ui.controls import check, faint, label, segments
+from app.ui.modal import within
 from app.ui.sliders import slider
 from app.ui.theme import em
 
@@ -19,7 +20,7 @@ class PreferencesSheet:
 
     def draw(self) -> None:
         """Draw a row for each preference."""
-        imgui.dummy(ImVec2(em(29), 0))
+        imgui.dummy(ImVec2(within(29), 0))
         preferences = self._editor.preferences
         label("Text size", "Of text and controls, over what the display asks for")
         choices = [(f"{scale:g}", f"{scale:.0%}", "") for scale in SCALES]

@@ -10,6 +10,7 @@ from app.actions import Action
 from app.editor import Editor
 from app.ui import theme
 from app.ui.controls import colors, faint, heading, primary_button
+from app.ui.modal import modal, within
 from app.ui.preferences_sheet import PreferencesSheet
 from app.ui.theme import em
 
@@ -41,29 +42,23 @@ class Sheets:
         """Draw the sheet over the window."""
         if self.shown is None:
             return
-        title = TITLES[self.shown]
-        if not imgui.is_popup_open(title):
-            imgui.open_popup(title)
-        imgui.set_next_window_pos(imgui.get_main_viewport().get_center(), imgui.Cond_.always, ImVec2(0.5, 0.5))
-        imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(em(1.4), em(1.0)))
-        room = imgui.get_main_viewport().size
-        imgui.set_next_window_size_constraints(ImVec2(0, 0), ImVec2(room.x - em(2), room.y - em(2)))
-        flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
-        if imgui.begin_popup_modal(title, None, flags)[0]:
-            draw = {"keys": self._draw_keys, "about": self._draw_about, "preferences": self._preferences.draw}
-            draw[self.shown]()
-            imgui.dummy(ImVec2(0, em(0.3)))
-            if primary_button("Close", 7) or imgui.is_key_pressed(imgui.Key.escape):
-                self.shown = None
-                imgui.close_current_popup()
-            imgui.end_popup()
-        imgui.pop_style_var()
+        with modal(TITLES[self.shown]) as shown:
+            if shown:
+                self._draw_inside(self.shown)
+
+    def _draw_inside(self, sheet: Sheet) -> None:
+        draw = {"keys": self._draw_keys, "about": self._draw_about, "preferences": self._preferences.draw}
+        draw[sheet]()
+        imgui.dummy(ImVec2(0, em(0.3)))
+        if primary_button("Close", 7) or imgui.is_key_pressed(imgui.Key.escape):
+            self.shown = None
+            imgui.close_current_popup()
 
     def _draw_keys(self) -> None:
         """Draw the keys in columns of about the same height."""
-        room = imgui.get_main_viewport().size.x - em(6)
-        count = min(max(int(room / em(COLUMN_EM)), 1), MOST_COLUMNS)
-        if imgui.begin_table("keys", count, 0, ImVec2(em(COLUMN_EM) * count, 0)):
+        room = within(MOST_COLUMNS * COLUMN_EM)
+        count = max(int(room / em(COLUMN_EM)), 1)
+        if imgui.begin_table("keys", count, 0, ImVec2(min(em(COLUMN_EM) * count, room), 0)):
             for column in balanced(self._groups(), count):
                 imgui.table_next_column()
                 for title, rows in column:
@@ -92,7 +87,7 @@ class Sheets:
         imgui.text("Weft")
         imgui.pop_font()
         faint(f"Version {_version()}. Free software under the GNU General Public License, version 3 or later.")
-        imgui.dummy(ImVec2(em(30), em(0.3)))
+        imgui.dummy(ImVec2(within(30), em(0.3)))
         imgui.text("Bend a picture and keep its features: warp, retexture and overlay, live.")
 
 

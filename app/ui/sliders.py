@@ -9,7 +9,10 @@ from app.ui import theme
 from app.ui.controls import colors, label, tip
 from app.ui.theme import color, em, icon
 
-NUMBER_EM, RESET_EM = 3.4, 1.6
+NUMBER_EM, LEAST_NUMBER_EM, RESET_EM = 3.4, 2.7, 1.6
+"""Width of the box to type into, in a narrow row, and of the arrow that resets."""
+SLIDER_ROW_EM = 9.0
+"""A row that is narrower than this after its label has a shorter box, too."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +39,15 @@ def slider(
     """Set a number of `digits` decimals: drag the track, double-click it to type; label and arrow reset."""
     imgui.push_id(name)
     reset = label(name, f"{hint}\nDouble-click to reset." if hint else "Double-click to reset.")
-    width = imgui.get_content_region_avail().x - em(NUMBER_EM + RESET_EM + 0.6)
+    room = imgui.get_content_region_avail().x
+    number_em = min(max(room / em(SLIDER_ROW_EM) * NUMBER_EM, LEAST_NUMBER_EM), NUMBER_EM)
+    width = room - em(number_em + RESET_EM + 0.6)
     dragged = _track(value, low, high, default, width, logarithmic=logarithmic)
     types = imgui.is_item_hovered() and _asks_to_type()
     imgui.same_line(0, em(0.4))
     if types:
         imgui.set_keyboard_focus_here()
-    typed = number_box(value, low, high, digits)
+    typed = number_box(value, low, high, digits, width_em=number_em)
     imgui.same_line(0, em(0.2))
     reset = _reset(shown=value != default) or reset
     imgui.pop_id()
@@ -79,9 +84,14 @@ def bar_slider(
     return typed if typed.done else dragged
 
 
+def bar_slider_width(name: str, unit: str, *, width_em: float) -> float:
+    """Return how wide `bar_slider` is, in screen pixels."""
+    return imgui.calc_text_size(name).x + imgui.calc_text_size(unit).x + em(width_em + NUMBER_EM + 0.9)
+
+
 def _track(value: float, low: float, high: float, default: float, width: float, *, logarithmic: bool) -> Held:
     """Draw a slim slider, filled from the default to the value."""
-    imgui.set_next_item_width(max(width, em(3)))
+    imgui.set_next_item_width(max(width, em(1)))
     flags = imgui.SliderFlags_.no_input | (imgui.SliderFlags_.logarithmic if logarithmic else 0)
     clear = ("frame_bg", "frame_bg_hovered", "frame_bg_active", "slider_grab", "slider_grab_active")
     for part in clear:

@@ -16,6 +16,8 @@ Figure: TypeAlias = tuple[str, str, bool]
 """Text, meaning, and whether it is bad news."""
 GAP_EM, JOB_EM = 1.6, 34.0
 """Room after a figure, and room for a job."""
+LEAST_HINT_EM, LEAST_JOB_EM = 5.0, 16.0
+"""What the hint and a job are left where the figures want all; the first figures give way."""
 
 
 class StatusBar:
@@ -28,15 +30,14 @@ class StatusBar:
     def draw(self) -> None:
         """Draw hint, job and figures."""
         imgui.push_font(None, theme.SMALL_PX + 0.5)
-        figures, jobs = self.figures(), self._editor.jobs.long_jobs[:1]
-        width = sum(imgui.calc_text_size(text).x + em(GAP_EM) for text, _, _ in figures)
-        room = imgui.get_window_width() - width - em(2 + JOB_EM * len(jobs))
-        with colors(text=theme.FAINT):
-            imgui.align_text_to_frame_padding()
-            imgui.text(shortened(f"{icon(self._editor.tool.icon)}   {self.hint}", room))
+        jobs = self._editor.jobs.long_jobs[:1]
+        room = imgui.get_window_width() - em(1)
+        figures = _fitting(self.figures(), room - em(LEAST_JOB_EM if jobs else LEAST_HINT_EM))
+        width = _width(figures)
+        self._draw_hint(room - width - em(JOB_EM * len(jobs)))
         for ticket in jobs:
-            self._draw_job(ticket)
-        self._draw_figures(figures, width)
+            self._draw_job(ticket, room - width)
+        _draw_figures(figures, width)
         imgui.pop_font()
 
     @property
@@ -45,27 +46,30 @@ class StatusBar:
         tool = self._editor.tool
         return tool.moment(self._editor) or tool.hint
 
-    def _draw_job(self, ticket: Ticket) -> None:
-        """Draw a long job's progress and the button that cancels it."""
-        imgui.same_line(0, em(2))
+    def _draw_hint(self, room: float) -> None:
+        """Say what the tool does, in `room` screen pixels."""
+        hint = f"{icon(self._editor.tool.icon)}   {self.hint}"
+        shown = shortened(hint, room)
+        with colors(text=theme.FAINT):
+            imgui.align_text_to_frame_padding()
+            imgui.text(shown)
+        if shown != hint:
+            tip(self.hint)
+
+    def _draw_job(self, ticket: Ticket, end: float) -> None:
+        """Draw a long job's progress and the button that cancels it, before `end`."""
+        imgui.same_line(0, em(1))
         step = ticket.progress
-        imgui.progress_bar(step.fraction, ImVec2(em(12), imgui.get_frame_height() * 0.8), "")
+        room = end - imgui.get_cursor_pos_x() - em(4)
+        bar = min(em(12), room / 3)
+        imgui.progress_bar(step.fraction, ImVec2(bar, imgui.get_frame_height() * 0.8), "")
         imgui.same_line()
         note = f"{ticket.name} – {step.note}" if step.note else ticket.name
-        imgui.text("Cancelling …" if ticket.cancelled else note)
+        imgui.text("Cancelling …" if ticket.cancelled else shortened(note, room - bar))
+        tip(note)
         imgui.same_line()
         if icon_button("Cancel job", "xmark", hint="Cancel", size_em=1.4):
             ticket.cancel()
-
-    def _draw_figures(self, figures: list[Figure], width: float) -> None:
-        """Write the figures, which need `width` screen pixels, at the right."""
-        imgui.same_line(max(imgui.get_window_width() - width, imgui.get_cursor_pos_x()))
-        for text, hint, fault in figures:
-            with colors(text=theme.FAULT if fault else theme.FAINT):
-                imgui.text(text)
-            tip(hint)
-            imgui.same_line(0, em(GAP_EM))
-        imgui.new_line()
 
     def figures(self) -> list[Figure]:
         """Return what is true in the present mode."""
@@ -108,3 +112,29 @@ class StatusBar:
         if work.stage is None or not work.is_final:
             return []
         return [(f"{work.stage.found.patches} patches", "Pieces of texture along the curves", False)]
+
+
+def _width(figures: list[Figure]) -> float:
+    """Return how wide the figures are, in screen pixels."""
+    return sum(imgui.calc_text_size(text).x + em(GAP_EM) for text, _, _ in figures)
+
+
+def _fitting(figures: list[Figure], room: float) -> list[Figure]:
+    """Return the figures that `room` screen pixels hold: bad news, shortened at need, and the last of the others."""
+    kept = list(figures)
+    while _width(kept) > room and not all(fault for _, _, fault in kept):
+        kept.remove(next(figure for figure in kept if not figure[2]))
+    if _width(kept) <= room:
+        return kept
+    return [(shortened(text, room / len(kept) - em(GAP_EM)), f"{text}\n{hint}", fault) for text, hint, fault in kept]
+
+
+def _draw_figures(figures: list[Figure], width: float) -> None:
+    """Write the figures, which need `width` screen pixels, at the right."""
+    imgui.same_line(max(imgui.get_window_width() - width, imgui.get_cursor_pos_x()))
+    for text, hint, fault in figures:
+        with colors(text=theme.FAULT if fault else theme.FAINT):
+            imgui.text(text)
+        tip(hint)
+        imgui.same_line(0, em(GAP_EM))
+    imgui.new_line()

@@ -64,7 +64,7 @@ class Toasts:
             imgui.align_text_to_frame_padding()
             imgui.text(icon("triangle-exclamation" if fault else "circle-info"))
         imgui.same_line()
-        imgui.push_text_wrap_pos(min(area.width * 0.7, em(40)))
+        imgui.push_text_wrap_pos(min(max(area.width * 0.7, em(16)), em(40)))
         imgui.text(toast.notice.text)
         imgui.pop_text_wrap_pos()
         imgui.same_line(0, em(1))

@@ -1,23 +1,45 @@
 """The tools of the mode, down the left side."""
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import imgui
 
 from app.editor import Editor
+from app.tool import Tool
 from app.ui.controls import icon_button
-from app.ui.theme import em
+from app.ui.overflow import BUTTON_EM, Part, draw_menu, draw_parts, extent, fitting
+from app.ui.theme import em, icon
 
 WIDTH_EM = 3.0
+SIDES_EM = (2.3, 2.0, 1.7)
+"""Side of a button; the less room, the smaller."""
+GAP_EM, TOP_EM = 0.6, 0.7
+"""Room between buttons, and over the first."""
 
 
 def draw_toolbar(editor: Editor) -> None:
-    """Draw a button for every tool that the mode has."""
-    imgui.dummy(ImVec2(0, em(0.1)))
-    for tool in editor.tools.values():
-        if editor.session.mode not in tool.modes:
-            continue
-        imgui.set_cursor_pos_x((em(WIDTH_EM) - em(2.3)) / 2)
-        on = editor.tool.name == tool.name
+    """Draw a button for every tool that the mode has; where the bar is short, smaller ones, the last in a menu."""
+    tools = [tool for tool in editor.tools.values() if editor.session.mode in tool.modes]
+    room = imgui.get_window_height() - em(TOP_EM)
+    for side_em in SIDES_EM:
+        parts = [_part(editor, tool, side_em) for tool in tools]
+        if extent(parts) <= room:
+            break
+    count = fitting(parts, room)
+    draw_parts(parts[:count], em(WIDTH_EM - side_em) / 2, em(TOP_EM), down=True)
+    if count < len(parts):
+        below = em(TOP_EM) + extent(parts[:count])
+        draw_menu("More tools", parts[count:], em(WIDTH_EM - BUTTON_EM) / 2, below)
+
+
+def _part(editor: Editor, tool: Tool, side_em: float) -> Part:
+    on = editor.tool.name == tool.name
+
+    def draw() -> None:
         hint = f"{tool.label}\n{tool.hint}"
-        if icon_button(tool.label, tool.icon, on=on, hint=hint, key=tool.key.upper(), size_em=2.3):
+        if icon_button(tool.label, tool.icon, on=on, hint=hint, key=tool.key.upper(), size_em=side_em):
             editor.choose_tool(tool.name)
-        imgui.dummy(ImVec2(0, em(0.05)))
+
+    def draw_row() -> None:
+        if imgui.internal.menu_item_ex(tool.label, icon(tool.icon), tool.key.upper(), on):
+            editor.choose_tool(tool.name)
+
+    return Part(em(side_em + GAP_EM), draw, draw_row)

@@ -36,24 +36,27 @@ class Welcome:
         flags = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.always_auto_resize
         flags |= imgui.WindowFlags_.no_docking | imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_move
         imgui.begin("##welcome", None, flags)
-        self._draw_inside()
+        self._draw_inside(min(em(24), area.width - em(4)))
         imgui.end()
         imgui.pop_style_color()
         imgui.pop_style_var(2)
 
-    def _draw_inside(self) -> None:
+    def _draw_inside(self, width: float) -> None:
+        """Draw title and steps, `width` screen pixels wide."""
         imgui.push_font(None, theme.TITLE_PX)
         imgui.text("Weft")
         imgui.pop_font()
         with colors(text=theme.FAINT):
+            imgui.push_text_wrap_pos(imgui.get_cursor_pos_x() + max(width, em(10)))
             imgui.text("Bend a picture and keep its features. This is a sample: try it.")
-        imgui.dummy(ImVec2(em(24), em(0.3)))
+        imgui.dummy(ImVec2(width, em(0.3)))
         left = imgui.get_cursor_pos_x()
         for glyph, text in STEPS:
             with colors(text=theme.ACCENT):
                 imgui.text(icon(glyph))
             imgui.same_line(left + em(2.2))
             imgui.text(text)
+        imgui.pop_text_wrap_pos()
         imgui.dummy(ImVec2(0, em(0.3)))
         if primary_button("Got it", 6):
             self.shown = False

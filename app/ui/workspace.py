@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from imgui_bundle import hello_imgui, imgui
+from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from app.actions import overlay
 from app.actions.table import ActionTable
@@ -23,6 +23,7 @@ from app.ui.preset_list import PresetList
 from app.ui.retexture_panel import RetexturePanel
 from app.ui.sheets import Sheets
 from app.ui.status_bar import StatusBar
+from app.ui.theme import em
 from app.ui.thumbnails import Thumbnails
 from app.ui.toasts import Toasts
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
@@ -31,6 +32,8 @@ from app.ui.welcome import Welcome
 from core.document import Mode
 
 SIDE, LOWER_SIDE = "Side", "LowerSide"
+PANELS_EM, PANELS_SHARE = 19.0, 0.45
+"""Least width of the panels, and how much of the window they take at most for it."""
 FITTING_FRAMES = 4
 """How many frames Dear ImGui takes to lay out the panels."""
 PANELS: dict[Mode, str] = {"warp": "Warp", "retexture": "Retexture", "overlay": "Overlay"}
@@ -63,6 +66,8 @@ class Workspace:
         self._shown_picture: object = None
         self._fits_left = 0
         self._scale = 1.0
+        self._room: tuple[float, float] | None = None
+        """Width of the window and size of text when the panels were last given their width."""
 
     def set_up(self, params: hello_imgui.RunnerParams) -> None:
         """Put the parts into Hello ImGui's layout."""
@@ -121,6 +126,7 @@ class Workspace:
     def begin_frame(self) -> None:
         """Take the input and let the editor act on it."""
         self._take_scale()
+        self._widen_panels()
         self.canvas.lay_out(_central_area())
         self.canvas.take_input()
         self.editor.update()
@@ -135,6 +141,17 @@ class Workspace:
             self._scale = self.editor.preferences.scale
             theme.apply_style(hello_imgui.dpi_window_size_factor() * self._scale)
             imgui.get_style().font_scale_main = self._scale
+
+    def _widen_panels(self) -> None:
+        """Keep the panels as wide as their controls need, in a window that is wide enough for it."""
+        room = (imgui.get_io().display_size.x, em(1))
+        column = _column_of_panels() if room != self._room else None
+        if column is None:
+            return
+        grown = room[1] / self._room[1] if self._room is not None else 1.0
+        self._room = room
+        width = min(max(column.size_ref.x * grown, em(PANELS_EM)), room[0] * PANELS_SHARE)
+        imgui.internal.dock_builder_set_node_size(column.id_, ImVec2(width, column.size_ref.y))
 
     def _show_mode(self) -> None:
         """Show the panels of the mode."""
@@ -192,6 +209,17 @@ def _add_bar(calls: hello_imgui.RunnerCallbacks, side: str, draw: Callable[[], N
         size_em=size_em, window_padding_em=(0.0, 0.3), window_bg=theme.rgb(theme.PANEL, 0)
     )
     calls.add_edge_toolbar(getattr(hello_imgui.EdgeToolbarType, side), draw, options)
+
+
+def _column_of_panels() -> imgui.internal.DockNode | None:
+    """Return the part of the window, beside the canvas, that the panels are docked in."""
+    side = hello_imgui.get_runner_params().docking_params.dock_space_id_from_name(SIDE)
+    node = imgui.internal.dock_builder_get_node(side) if side is not None else None
+    while node is not None and node.parent_node is not None:
+        if node.parent_node.split_axis == imgui.internal.Axis.x:
+            return node
+        node = node.parent_node
+    return None
 
 
 def _central_area() -> Area:

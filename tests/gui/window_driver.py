@@ -5,7 +5,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import ImVec2, hello_imgui, imgui
 from imgui_bundle.immapp import testing
 
 from app.editor import Editor
@@ -13,6 +13,11 @@ from app.shell import Shell
 from core.arrays import Bytes
 
 Context = imgui.test_engine.TestContext
+
+PATIENCE_S = 3600.0
+"""The test engine gives up on a script after so long."""
+FRAME_S = 1 / 60
+"""Dear ImGui takes frames to be so far apart: two clicks are a double click however long drawing takes."""
 
 
 class WindowDriver:
@@ -91,9 +96,18 @@ class WindowDriver:
         return np.asarray(pixels[..., ::-1])
 
 
-def drive(editor: Editor, script: Callable[[WindowDriver], None]) -> Shell:
-    """Open the window on `editor`, run `script` in it and close it again."""
+def _be_patient() -> None:
+    """Let a script take as long as a busy machine needs: frames follow one another by a clock of their own."""
+    limits = imgui.test_engine.get_io(hello_imgui.get_imgui_test_engine())
+    limits.config_watchdog_warning = limits.config_watchdog_kill_test = limits.config_watchdog_kill_app = PATIENCE_S
+    limits.config_fixed_delta_time = FRAME_S
+
+
+def drive(editor: Editor, script: Callable[[WindowDriver], None], *, size: tuple[int, int] = (1440, 900)) -> Shell:
+    """Open a window of `size` on `editor`, run `script` in it and close it again."""
     shell = Shell(editor, keeps_settings=False)
+    shell.params.app_window_params.window_geometry.size = size
+    shell.params.callbacks.register_tests = _be_patient
     try:
         testing.run(test_function=lambda context: script(WindowDriver(shell, context)), runner_params=shell.params)
     except RuntimeError:

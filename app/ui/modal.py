@@ -1,0 +1,35 @@
+"""What lies over the window and holds it until it is closed: in the middle, never larger than the window."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from imgui_bundle import ImVec2, imgui
+
+from app.ui.theme import em, ems
+
+
+@contextmanager
+def modal(title: str) -> Iterator[bool]:
+    """Open the popup called `title` where it is not open yet; yield whether its inside is to be drawn."""
+    if not imgui.is_popup_open(title):
+        imgui.open_popup(title)
+    viewport = imgui.get_main_viewport()
+    imgui.set_next_window_pos(viewport.get_center(), imgui.Cond_.always, ImVec2(0.5, 0.5))
+    imgui.set_next_window_size_constraints(ImVec2(0, 0), ImVec2(viewport.size.x - em(1), viewport.size.y - em(1)))
+    imgui.push_style_var(imgui.StyleVar_.window_padding, ems(1.2, 0.9))
+    flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
+    shown = imgui.begin_popup_modal(title, None, flags)[0]
+    yield shown
+    if shown:
+        imgui.end_popup()
+    imgui.pop_style_var()
+
+
+def within(width_em: float) -> float:
+    """Return `width_em` in screen pixels, or what the window has room for."""
+    return min(em(width_em), imgui.get_main_viewport().size.x - em(5))
+
+
+def within_height(height_em: float, around_em: float) -> float:
+    """Return `height_em` in screen pixels, or what the window has room for beside `around_em` over and below it."""
+    return max(min(em(height_em), imgui.get_main_viewport().size.y - em(around_em)), em(5))
