@@ -1,12 +1,16 @@
 """Rendering to pixels: what must come out exactly."""
 
+import struct
+import zlib
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from app.render import gpu
 from app.render.export import render_mesh, rendering
 from app.render.source import Limits, Source
-from core.images import Image
+from core.images import Image, load
 from core.progress import run
 from tests.gpu import scenes
 
@@ -71,6 +75,34 @@ def test_windows_of_a_large_picture_leave_no_trace(scale: float, cells: int) -> 
     assert not Source(gpu.standalone(), image, limits=small).fits((0, 0, 700, 500), 0)
     windows = run(rendering(image, rest, warped, size=size, scale=scale, limits=small)).pixels
     assert np.abs(windows.astype(int) - whole).max() <= (0 if scale == 1.0 else 1)
+
+
+def checkers(path: Path, side_px: int) -> Path:
+    """Write a square PNG of one bit a pixel, squares of 8 x 8 pixels, the first one white."""
+    bright = b"\0" + b"\xff\0" * (side_px // 16)
+    dark = b"\0" + b"\0\xff" * (side_px // 16)
+    squares = zlib.compress((bright * 8 + dark * 8) * (side_px // 16), 1)
+    head = struct.pack(">IIBBBBB", side_px, side_px, 1, 0, 0, 0, 0)
+    chunks = [(b"IHDR", head), (b"IDAT", squares), (b"IEND", b"")]
+    packed = [
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks
+    ]
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(packed))
+    return path
+
+
+def test_a_file_of_16384_pixels_a_side_is_drawn_to_its_last_corner(tmp_path: Path) -> None:
+    side = 16_384
+    image = load(checkers(tmp_path / "vast.png", side))
+    assert image.size_px == (side, side)
+    assert not Source(gpu.standalone(), image).is_small
+    rest = scenes.grid(side, side, cells=16)
+    frame = (side - 45, side - 32)
+    corner = render_mesh(image, rest, rest + [3, 0], size=(60, 32), origin=frame).pixels
+    y, x = np.mgrid[frame[1] : side, frame[0] - 3 : side]
+    assert np.array_equal(corner[:, :48, 0], np.where((x // 8 + y // 8) % 2, 0, 255))
+    assert (corner[:, :48, 1] == 255).all()
+    assert not corner[:, 48:].any()
 
 
 def test_one_pixel_and_one_row_have_a_place() -> None:
