@@ -5,13 +5,12 @@ The back end is CHOLMOD, through CVXOPT, in its supernodal form P A Páµ€ = L Lá´
 
 from typing import Any
 
-import cvxopt
 import numpy as np
-from cvxopt import cholmod
 from numpy.typing import NDArray
 from scipy import sparse
 
 from core.arrays import Ints, SingularSystemError
+from core.cholmod import cholmod, cvxopt
 from core.tracing import span
 
 _FORWARD, _BACKWARD, _PERMUTE, _UNPERMUTE = 4, 5, 7, 8

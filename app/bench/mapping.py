@@ -7,11 +7,11 @@ from typing import Any
 
 import cv2
 import numpy as np
-from cvxopt import cholmod
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from core.arrays import Bytes, Floats, Points
+from core.cholmod import cholmod
 from core.factor import Factor
 from core.grid import Features, Grid, find_features
 from core.mapping.editing import Editing

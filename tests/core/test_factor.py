@@ -1,8 +1,12 @@
+import os
+
+import cv2
 import numpy as np
 import pytest
 from scipy import sparse
 
 from core.arrays import SingularSystemError
+from core.cholmod import kernels
 from core.factor import Factor
 
 
@@ -54,3 +58,19 @@ def test_writes_into_out_and_tells_its_size() -> None:
     out = np.empty(60)
     assert factor.solve(np.ones(60), out=out) is out
     assert "60 unknowns" in repr(factor)
+
+
+@pytest.mark.parametrize("newer", [True, False])
+def test_kernels_suit_the_processor_while_the_solver_is_loaded(newer: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cv2, "checkHardwareSupport", lambda _feature: newer)
+    monkeypatch.delenv("OPENBLAS_CORETYPE", raising=False)
+    with kernels():
+        assert os.environ.get("OPENBLAS_CORETYPE") == ("Haswell" if newer else None)
+    assert "OPENBLAS_CORETYPE" not in os.environ
+
+
+def test_kernels_that_the_user_has_named_stand(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENBLAS_CORETYPE", "Zen")
+    with kernels():
+        assert os.environ["OPENBLAS_CORETYPE"] == "Zen"
+    assert os.environ["OPENBLAS_CORETYPE"] == "Zen"
