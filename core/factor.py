@@ -23,6 +23,8 @@ class Factor:
     ----------
     matrix
         (n, n), sparse. Only its lower triangle is read. Entries that are zero now but may not stay so must be stored.
+    pattern_only
+        Whether the matrix is but analysed: its values are factorised later, before the first solve.
 
     Raises
     ------
@@ -30,7 +32,7 @@ class Factor:
         If the matrix is not positive definite; `nodes` names unknowns without any equation, where there are such.
     """
 
-    def __init__(self, matrix: "sparse.sparray | sparse.spmatrix") -> None:
+    def __init__(self, matrix: "sparse.sparray | sparse.spmatrix", *, pattern_only: bool = False) -> None:
         lower = sparse.csc_array(sparse.tril(matrix))
         lower.sort_indices()
         self.size: int = lower.shape[0]
@@ -46,7 +48,8 @@ class Factor:
         cholmod.options["supernodal"] = 2
         with span("analyse", unknowns=self.size):
             self._factor = cholmod.symbolic(self._matrix)
-        self.factorise(lower.data)
+        if not pattern_only:
+            self.factorise(lower.data)
 
     def factorise(self, values: NDArray[Any]) -> "Factor":
         """Factorise new values of the lower triangle, column by column, and return the factor itself."""

@@ -32,7 +32,7 @@ class Assembly:
         self._entries = len(keys)
         column, row = np.divmod(keys, count)
         ones = (row == column).astype(np.float64)
-        self._factor = Factor(sparse.csc_array((ones, (row, column)), shape=(count, count)))
+        self._factor = Factor(sparse.csc_array((ones, (row, column)), shape=(count, count)), pattern_only=True)
 
     def gradient(self, parts: list[Floats]) -> Floats:
         """Return the sum (count,) of the elements' gradients, (m, k) for each kind."""

@@ -211,7 +211,7 @@ class FeatureMapping:
 
 def grid_factor(grid: Grid) -> Factor:
     """Analyse the pattern that all mappings of a grid share."""
-    return Factor(pattern(grid))
+    return Factor(pattern(grid), pattern_only=True)
 
 
 def map_features(
