@@ -81,12 +81,13 @@ class FeatureMapping:
             self.bodies = sorted(bodies_of(features, self._rest), key=lambda body: -len(body.nodes))
             self.index = body_index(self.bodies, grid.shape)
             self._roles = assign_roles(self.index, weight=weight, falloff=falloff)
-            self.owner = np.where(self._roles.owner < self._joint_count, self._roles.owner, -1)
+            self.owner = np.where(self._roles.owner < self.joint_count, self._roles.owner, -1)
             self.follow_feature = np.where(self.owner >= 0, self._roles.weight**2, 0.0)
         self.factorise(np.where(self.owner >= 0, 0.0, 1.0))
 
     @property
-    def _joint_count(self) -> int:
+    def joint_count(self) -> int:
+        """How many bodies, the first, are placed together."""
         return min(len(self.bodies), JOINT_AT_MOST) if self.method == "exact" else len(self.bodies)
 
     def factorise(self, follow_w: Floats) -> None:
@@ -104,7 +105,7 @@ class FeatureMapping:
 
     def _place_features(self) -> Placement:
         return Placement(
-            self.bodies[: self._joint_count],
+            self.bodies[: self.joint_count],
             self._rest,
             owner=self.owner,
             follow=self.follow_feature,
@@ -138,7 +139,7 @@ class FeatureMapping:
 
     def _exact(self, w: Complexes, placement: Placement, alpha: Complexes, t: Complexes, moving: Bools) -> Solution:
         """Solve for free nodes, and for the features that are `moving` from given similarities."""
-        joint, alpha, t = self._joint_count, alpha.copy(), t.copy()
+        joint, alpha, t = self.joint_count, alpha.copy(), t.copy()
         together = np.flatnonzero(moving[:joint])
         with self.clock.measure("rhs"):
             scales = self._scales(w) if together.size else None

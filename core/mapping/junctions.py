@@ -10,7 +10,9 @@ which is linear in (β, τ). So the placement closest to a given one that leaves
 least-distance problem (Lawson & Hanson 1974, ch. 23).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
@@ -29,6 +31,8 @@ _CONTACTS = 8
 _SAMPLES = 32
 _NEAR = 8
 """Cells from the outline beyond which a feature is not fitted to it."""
+_AROUND = 8
+"""Cells around a feature in which the distance to it is known; no contact is as far."""
 _FLAT = 0.1
 _SAME_SIZE = 0.01
 """Logarithm of a rigid feature's scale that the free nodes can take up."""
@@ -44,9 +48,8 @@ _RIGID = 1e3
 def fit_between(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Solution | None:
     """Return the solution with features moved to where they fit between outline nodes, None if all fit already."""
     alpha, t = solution.alpha.copy(), solution.t.copy()
-    for i in _near_outline(mapping, len(alpha)):
-        corners = _corners(mapping, i)
-        alpha[i], t[i] = _fitted(mapping, i, corners, w.ravel(), alpha[i], t[i])
+    for i, scene in _scenes(mapping, len(alpha)):
+        alpha[i], t[i] = _fitted(mapping, i, scene, w.ravel(), alpha[i], t[i])
     if np.array_equal(alpha, solution.alpha):
         return None
     return mapping.place_at(w, alpha, t)
@@ -54,49 +57,64 @@ def fit_between(mapping: FeatureMapping, w: Complexes, solution: Solution) -> So
 
 def can_fit(mapping: FeatureMapping, w: Complexes, count: int) -> bool:
     """Return whether each of the first `count` features has a similarity that folds no corner of it and the outline."""
-    for i in _near_outline(mapping, count):
-        corners = _corners(mapping, i)
-        sides, base = _corner_sides(_rest_from(mapping, i), corners, _unit(mapping))
-        rows = _rows(sides, w.ravel()[corners[:, 0]])
+    for _, scene in _scenes(mapping, count):
+        sides, base = scene.corner_sides()
+        rows = _rows(sides, w.ravel()[scene.corners[:, 0]])
         scale = np.linalg.norm(rows, axis=0).max(initial=1.0) / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-        if len(corners) and _least_step(rows * scale, _TOUCHING - base) is None:
+        if len(rows) and _least_step(rows * scale, _TOUCHING - base) is None:
             return False
     return True
 
 
-def _near_outline(mapping: FeatureMapping, count: int) -> Ints:
-    """Return the indices below `count` of the features that come within a few cells of the outline."""
-    inner = np.s_[_NEAR:-_NEAR, _NEAR:-_NEAR]
+_KNOWN: "WeakKeyDictionary[FeatureMapping, dict[int, _Scene]]" = WeakKeyDictionary()
+"""Scenes depend on the features alone: while W changes, they stay."""
+
+
+def _scenes(mapping: FeatureMapping, count: int) -> Iterator[tuple[int, "_Scene"]]:
+    """Yield those of the first `count` features that come within a few cells of the outline, with their scenes."""
+    if mapping not in _KNOWN:
+        outer = np.flatnonzero(mapping.grid.outline & (mapping.index < 0))
+        corners = _corners(mapping)
+        owner = mapping.index.ravel()[corners[:, 1]]
+        _KNOWN[mapping] = {i: _Scene.of(mapping, i, outer, corners[owner == i]) for i in _near_outline(mapping)}
+    for i, scene in _KNOWN[mapping].items():
+        if i < count:
+            yield i, scene
+
+
+def _near_outline(mapping: FeatureMapping) -> list[int]:
+    """Return the indices of the features that come within a few cells of the outline."""
     rim = mapping.index.copy()
-    rim[inner] = -1
+    rim[_NEAR:-_NEAR, _NEAR:-_NEAR] = -1
     found = np.unique(rim)
-    return found[(found >= 0) & (found < count)]
+    return [int(i) for i in found[found >= 0]]
 
 
-def _corners(mapping: FeatureMapping, i: int) -> Ints:
-    """Return (k, 3) nodes o, a, b, clockwise, of the corners that feature `i` and the outline decide."""
+def _corners(mapping: FeatureMapping) -> Ints:
+    """Return (k, 3) nodes o, a, b, clockwise, of the corners that one feature and the outline decide."""
     quads, index = mapping.grid.quads, mapping.index.ravel()
     outer = mapping.grid.outline.ravel() & (index < 0)
-    quads = quads[outer[quads].any(axis=1) & (index[quads] == i).any(axis=1)]
+    quads = quads[outer[quads].any(axis=1)]
     corners = quads[:, [[3, 0, 1], [0, 1, 2], [1, 2, 3], [2, 3, 0]]].reshape(-1, 3)
-    chosen = corners[(outer[corners].sum(axis=1) == 1) & ((index[corners] == i).sum(axis=1) == 2)]
-    first = np.argmax(outer[chosen], axis=1)
-    return np.take_along_axis(chosen, (first[:, None] + np.arange(3)) % 3, axis=1)
+    corners = corners[outer[corners].sum(axis=1) == 1]
+    first = np.argmax(outer[corners], axis=1)
+    corners = np.take_along_axis(corners, (first[:, None] + np.arange(3)) % 3, axis=1)
+    owners = index[corners[:, 1:]]
+    return np.asarray(corners[(owners[:, 0] == owners[:, 1]) & (owners[:, 0] >= 0)])
 
 
 def _fitted(
-    mapping: FeatureMapping, i: int, corners: Ints, w: Complexes, alpha: complex, t: complex
+    mapping: FeatureMapping, i: int, scene: "_Scene", w: Complexes, alpha: complex, t: complex
 ) -> tuple[complex, complex]:
     """Return the (α, t) closest to the given one at which every corner has area and no outline node is run over."""
-    scene = _Scene.of(mapping, i, w)
-    sides, base = _corner_sides(scene.rest, corners, scene.unit)
-    nodes, normals, offsets = corners[:, 0], sides, base
+    normals, offsets = scene.corner_sides()
+    nodes = scene.corners[:, 0]
     beta, tau = 1 / alpha, t / alpha
     start = np.array([beta.real, beta.imag, tau.real, tau.imag])
     half = np.linalg.inv(np.linalg.cholesky(_metric(mapping, i, beta, tau))).T
     x = start
     for _ in range(_CONTACTS):
-        hit, normal, offset = scene.contacts(complex(x[0], x[1]), complex(x[2], x[3]))
+        hit, normal, offset = scene.contacts(w, complex(x[0], x[1]), complex(x[2], x[3]))
         low = _rows(normals, w[nodes]) @ x + offsets
         if not len(hit) and low.min(initial=1.0) > 0:
             break
@@ -112,7 +130,9 @@ def _fitted(
         if not any(step is not None for step in found):
             # What cannot all be had is missed by as little as possible, corners less than contacts.
             cost = (
-                scene.unit * np.sqrt(len(mapping.bodies[i].nodes)) * np.where(np.arange(len(A)) < len(corners), 1e3, 10)
+                scene.unit
+                * np.sqrt(len(mapping.bodies[i].nodes))
+                * np.where(np.arange(len(A)) < len(scene.corners), 1e3, 10)
             )
             slack = np.vstack([np.diag(1 / cost), np.zeros((2, len(A)))])
             loose = _least_step(np.hstack([G @ half, slack]), reach[0])
@@ -137,63 +157,62 @@ def _rows(normals: Complexes, there: Complexes) -> Floats:
     return np.stack([along.real, -along.imag, -normals.real, -normals.imag], axis=1)
 
 
-def _corner_sides(rest: Complexes, corners: Ints, unit: float) -> tuple[Complexes, Floats]:
-    """Return n and c with twice each corner's area, in cells, = Re(conj(n) (β W(o) - τ)) + c."""
-    a, b = rest[corners[:, 1]], rest[corners[:, 2]]
-    return 1j * (b - a) / unit**2, (np.conj(a) * b).imag / unit**2
-
-
-def _rest_from(mapping: FeatureMapping, i: int) -> Complexes:
-    """Return rest positions (N,) from the centre of feature `i`."""
-    rest, body = as_complex(mapping.grid.nodes).ravel(), mapping.bodies[i]
-    return np.asarray(rest - (rest[body.nodes] - body.arms)[0])
-
-
-def _unit(mapping: FeatureMapping) -> float:
-    return float(np.sqrt(mapping.grid.cell[0] * mapping.grid.cell[1]))
-
-
 @dataclass(frozen=True, eq=False)
 class _Scene:
-    """A feature at rest, and the outline nodes around it as it sees them."""
+    """A feature at rest, seen from its centre, and the outline nodes around it."""
 
-    rest: Complexes
-    """Rest positions (N,) from the feature's centre."""
+    corners: Ints
+    """Nodes o, a, b (k, 3) of the corners that the feature and the outline decide."""
+    ends: Complexes
+    """Rest positions (k, 2) of a and b."""
     outer: Ints
     """Outline nodes outside features."""
-    w: Complexes
+    start: Complexes
+    """Their rest positions."""
     unit: float
     """Side of a cell."""
     distance: NDArray[np.float32]
-    """Signed distance to the feature in cells, positive outside, on the grid and `pad` more nodes around it."""
-    pad: int
-    corner: complex
+    """Signed distance to the feature in cells, positive outside, on the nodes around it."""
+    origin: complex
+    """Rest position of the first of these."""
     cell: tuple[float, float]
 
     @classmethod
-    def of(cls, mapping: FeatureMapping, i: int, w: Complexes) -> "_Scene":
-        grid, index, rest = mapping.grid, mapping.index.ravel(), _rest_from(mapping, i)
-        pad = max(grid.shape) // 3
-        inside = np.pad((index == i).reshape(grid.shape).astype(np.uint8), pad)
+    def of(cls, mapping: FeatureMapping, i: int, outer: Ints, corners: Ints) -> "_Scene":
+        grid, body = mapping.grid, mapping.bodies[i]
+        rest = as_complex(grid.nodes).ravel()
+        centre = (rest[body.nodes] - body.arms)[0]
+        row, column = np.divmod(body.nodes, grid.columns)
+        top, left = row.min() - _AROUND, column.min() - _AROUND
+        inside = np.zeros((row.max() + _AROUND + 1 - top, column.max() + _AROUND + 1 - left), np.uint8)
+        inside[row - top, column - left] = 1
         out, into = (cv2.distanceTransform(m, cv2.DIST_L2, cv2.DIST_MASK_5) for m in (1 - inside, inside))
-        outer = np.flatnonzero(grid.outline.ravel() & (index < 0))
         distance = np.asarray(cv2.GaussianBlur(out - into, (0, 0), 1.0), np.float32)
-        return cls(rest, outer, w, _unit(mapping), distance, pad, complex(rest[0]), grid.cell)
+        width, height = grid.cell
+        origin = complex(rest[0] + left * width + 1j * top * height - centre)
+        unit = float(np.sqrt(width * height))
+        ends = rest[corners[:, 1:]] - centre
+        return cls(corners, ends, outer, rest[outer] - centre, unit, distance, origin, grid.cell)
+
+    def corner_sides(self) -> tuple[Complexes, Floats]:
+        """Return n and c with twice each corner's area, in cells, = Re(conj(n) (β W(o) - τ)) + c."""
+        a, b = self.ends.T
+        return 1j * (b - a) / self.unit**2, (np.conj(a) * b).imag / self.unit**2
 
     def _distance_at(self, p: Complexes) -> Floats:
         if not p.size:
             return np.zeros(p.shape)
-        u = ((p - self.corner).real / self.cell[0] + self.pad).astype(np.float32)
-        v = ((p - self.corner).imag / self.cell[1] + self.pad).astype(np.float32)
+        u = ((p - self.origin).real / self.cell[0]).astype(np.float32)
+        v = ((p - self.origin).imag / self.cell[1]).astype(np.float32)
         found = cv2.remap(self.distance, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return np.asarray(found, np.float64)
 
-    def contacts(self, beta: complex, tau: complex) -> tuple[Ints, Complexes, Floats]:
+    def contacts(self, w: Complexes, beta: complex, tau: complex) -> tuple[Ints, Complexes, Floats]:
         """Return outline nodes that come into the feature, and n and c so that Re(conj(n) (β W - τ)) + c is to be > 0.
 
         The line is the feature's edge where the way from the node's place at rest first meets it.
         """
-        start, end = self.rest[self.outer], beta * self.w[self.outer] - tau
+        start, end = self.start, beta * w[self.outer] - tau
         ways = start + np.linspace(0, 1, _SAMPLES)[:, None] * (end - start)
         room = np.minimum(1.0, 0.3 * self._distance_at(start[None])[0])
         close = self._distance_at(ways) < room
