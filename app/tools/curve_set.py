@@ -103,13 +103,16 @@ class CurveSet:
         return places_from_pixels(editor.document.size_px, found)
 
     def hit(self, editor: Editor, pos: Position, *, first: Side = "target") -> Hit | None:
-        """Return what is under `pos`: the selected curve's points, then lines; `first` wins where sides coincide."""
+        """Return what is under `pos`: the selected curve's points, then lines; `first` wins where sides coincide.
+
+        Only that side's handles are shown, and can be gripped.
+        """
         sides: tuple[Side, Side] = (first, "source" if first == "target" else "target")
         chosen = self.selected(editor)
         pairs = self.pairs(editor)
         if chosen is not None:
             for side in sides_of(pairs[chosen], sides):
-                found = self._hit_points(editor, chosen, side, pos)
+                found = self._hit_points(editor, chosen, side, pos, handles=side == sides_of(pairs[chosen], sides)[0])
                 if found is not None:
                     return found
         order = sorted(range(len(pairs)), key=lambda number: number != chosen)
@@ -121,16 +124,16 @@ class CurveSet:
                         return Hit(number, side, "line", t=t)
         return None
 
-    def _hit_points(self, editor: Editor, number: int, side: Side, pos: Position) -> Hit | None:
-        """Return the knot or handle of a curve under `pos`."""
+    def _hit_points(self, editor: Editor, number: int, side: Side, pos: Position, *, handles: bool) -> Hit | None:
+        """Return the knot or, with `handles`, the handle of a curve under `pos`."""
         pair = self.pairs(editor)[number]
         points = self.on_screen(editor, pair, side)
         knot = nearest(points[::3], pos)
         if knot is not None:
             return Hit(number, side, "knot", knot % curve_edit.knots_of(points, closed=pair.closed))
-        handles = np.array([n for n in range(len(points)) if n % 3])
-        handle = nearest(points[handles], pos)
-        return None if handle is None else Hit(number, side, "handle", int(handles[handle]))
+        numbers = np.array([n for n in range(len(points)) if n % 3])
+        handle = nearest(points[numbers], pos) if handles else None
+        return None if handle is None else Hit(number, side, "handle", int(numbers[handle]))
 
 
 def place_on_line(editor: Editor, canvas: Points, pos: Position) -> float | None:

@@ -118,7 +118,7 @@ class RetexturePanel:
         """Return in words how far the result is."""
         editor, work = self._editor, self._editor.regrowth
         if not editor.document.feature_curves:
-            return "Trace an edge of the picture with the pen (C), then drag the curve to where it is to go."
+            return "Draw along an edge with the pen (C) or trace it (T), then drag the curve to where it is to go."
         if work.fault is not None:
             return work.fault
         if not moves(editor.document):

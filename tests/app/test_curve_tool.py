@@ -203,6 +203,21 @@ def test_the_source_is_edited_apart_from_a_moved_target(drive: EditorDriver) -> 
     assert np.array_equal(target(drive), before)
 
 
+def test_handles_that_are_not_shown_are_not_gripped(drive: EditorDriver) -> None:
+    drive.drag((40, 50), (40, 10)).drag((140, 50), (140, 90)).key("enter").key("a", ctrl=True)
+    drive.drag((90, 40), (90, 100)).key("escape")
+    assert np.allclose(target(drive)[1], (40, 70))
+    before = drive.document
+    drive.press(40, 10).move(50, 5)
+    assert drive.document is before
+    assert drive.editor.session.draft is not None
+    drive.key("escape").editor.show(selected_curve=0)
+    drive.drag((40, 70), (50, 65))
+    assert np.allclose(target(drive)[1], (50, 65))
+    drive.drag((40, 10), (50, 5), ctrl=True)
+    assert np.allclose(source(drive)[1], (50, 5), atol=0.5)
+
+
 def test_a_target_that_was_never_moved_goes_with_its_source(drive: EditorDriver) -> None:
     drawn(drive).move(90, 50, ctrl=True).press(90, 50, ctrl=True).move(90, 60, ctrl=True).release()
     assert np.allclose(source(drive)[3], (90, 60), atol=1e-6)
