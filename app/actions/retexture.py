@@ -38,11 +38,11 @@ def toggle_auto(editor: Editor) -> None:
 
 
 def toggle_passive(editor: Editor) -> None:
-    """Take the edited curve's target away, or give it one: where the curve is."""
+    """Leave the edited curve's target out of account, or take it into account again."""
     pair = FEATURE.chosen(editor)
     if pair is not None:
         label = "Give curve a target" if pair.passive else "Make curve passive"
-        FEATURE.edit(editor, label, replace(pair, target=pair.source, passive=not pair.passive))
+        FEATURE.edit(editor, label, replace(pair, passive=not pair.passive))
 
 
 def put_back(editor: Editor) -> None:
@@ -232,7 +232,7 @@ RETEXTURE = (
         "Passive",
         toggle_passive,
         "compass",
-        "It has no target: it steers the texture's direction",
+        "Its target counts for nothing: it goes along, and steers the texture's direction",
         "passive",
     ),
     _of_curve(

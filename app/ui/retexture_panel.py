@@ -112,15 +112,18 @@ class RetexturePanel:
         switched = check("By itself", session.auto_retexture, "Regrow the texture as soon as a curve is let go")
         if switched is not None:
             editor.show(auto_retexture=switched)
-        faint(self._state())
+        faint(self.state)
 
-    def _state(self) -> str:
-        """Return in words how far the result is."""
+    @property
+    def state(self) -> str:
+        """How far the result is, in words, and what is to be done next."""
         editor, work = self._editor, self._editor.regrowth
         if not editor.document.feature_curves:
             return "Draw along an edge with the pen (C) or trace it (T), then drag the curve to where it is to go."
         if work.fault is not None:
             return work.fault
+        if all(pair.passive for pair in editor.document.feature_curves):
+            return "Passive curves only steer. Draw another curve and drag it, or switch Passive off."
         if not moves(editor.document):
             return "Drag a curve: the texture goes with it."
         if work.is_final and work.stage is not None:
@@ -132,6 +135,9 @@ class RetexturePanel:
         if pair is None:
             faint("Click a curve to edit it.")
             return
+        count = len(editor.document.feature_curves)
+        if count > 1:
+            faint(f"Curve {(FEATURE.number(editor) or 0) + 1} of {count}")
         for name in ("feature.passive", "feature.closed"):
             action = self._table.by_name[name]
             on = action.checked is not None and action.checked(editor)

@@ -47,6 +47,7 @@ def test_passive_closed_and_copied_back(drive: EditorDriver) -> None:
     assert drive.document.feature_curves[0].passive
     assert drive.frame().editor.regrowth.stage is None
     table.run("feature.passive", drive.editor)
+    assert np.allclose(target(drive)[3], (100, 90)), "switched on and off again it goes where it went"
     table.run("feature.closed", drive.editor)
     assert drive.document.feature_curves[0].closed
     drive.undo().undo().undo()

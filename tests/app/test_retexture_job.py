@@ -307,3 +307,31 @@ def test_a_target_that_leads_nowhere_is_told_in_words_and_can_be_mended(
     assert drive.editor.fault is None
     drive.editor.edit("Move", good.changed(feature_curves=(CurvePair(line, line + [0, 0.1]),)))
     assert drive.frame().editor.regrowth.is_final
+
+
+def test_the_panel_says_how_far_the_work_is_and_what_comes_next() -> None:
+    from app.ui.retexture_panel import RetexturePanel
+
+    later, table = Later(), ActionTable(TOOLS)
+    drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    panel = RetexturePanel(drive.editor, table)
+    assert "pen (C)" in panel.state
+    drawn(drive)
+    assert panel.state.startswith("Drag a curve")
+    table.run("feature.passive", drive.editor)
+    assert "switch Passive off" in panel.state
+    drive.undo().drag((100, 70), (100, 90))
+    assert panel.state.startswith("Working")
+    drive.editor.regrowth.cancel()
+    assert "not regrown yet" in panel.state
+    later.run()
+    drive.frame().editor.regrowth.start(drive.document)
+    later.run()
+    drive.frame()
+    assert panel.state.startswith("The texture is regrown")
+    lost = CurvePair(drive.document.feature_curves[0].source, drive.document.feature_curves[0].source + 3)
+    drive.editor.edit("Lose", drive.document.changed(feature_curves=(lost,)))
+    drive.frame()
+    later.run()
+    drive.frame()
+    assert "outside the picture" in panel.state
