@@ -150,7 +150,15 @@ def find_features(grid: Grid, mask: Bytes | None) -> Features:
     if mask.shape != (grid.height_px, grid.width_px):
         found = " x ".join(str(n) for n in mask.shape[1::-1])
         raise InputError(f"mask of {found} pixels: the picture has {grid.width_px} x {grid.height_px}")
-    _, components = cv2.connectedComponents((mask > 127).astype(np.uint8), connectivity=8)
+    # Only the painted part is searched. It begins at an even pixel, as the blocks do by which OpenCV numbers.
+    left, top, width, height = cv2.boundingRect(mask)
+    left, top, right, bottom = left & ~1, top & ~1, left + width, top + height
+    painted = np.asarray(mask[top:bottom, left:right] > 127, np.uint8)
     column = np.clip(np.rint(grid.nodes[0, :, 0]), 0, grid.width_px - 1).astype(np.int64)
     row = np.clip(np.rint(grid.nodes[:, 0, 1]), 0, grid.height_px - 1).astype(np.int64)
-    return Features(readonly(components[np.ix_(row, column)].astype(np.int32)))
+    rows, columns = np.flatnonzero((row >= top) & (row < bottom)), np.flatnonzero((column >= left) & (column < right))
+    labels = np.zeros(grid.shape, np.int32)
+    if painted.size:
+        _, components = cv2.connectedComponents(painted, connectivity=8)
+        labels[np.ix_(rows, columns)] = components[np.ix_(row[rows] - top, column[columns] - left)]
+    return Features(readonly(labels))

@@ -23,7 +23,8 @@ LEAST_STRETCH = 1.5
 """How many texels of its level a shrinking kernel spans at least: more is slower, less lets the pyramid show."""
 DRAFT_STRETCH = 0.75
 PIECE_BLOCKS = 24
-STRIP_PIXELS = 1 << 16
+STRIP_PIXELS = 1 << 14
+"""Where the picture is shrunk, the filter may take a microsecond a pixel."""
 
 
 class PicturePass:
@@ -84,7 +85,7 @@ class PicturePass:
             with gpu.drawing(self._places, viewport, _shifted(box, origin)):
                 mesh.draw("place.frag", piece, **uniforms)
             yield
-        for strip in strips(box):
+        for strip in strips(box, STRIP_PIXELS):
             with self.light.drawing(None, _shifted(strip, origin)):
                 source.window(*read).texture.use(PICTURE_UNIT)
                 self._place.texture.use(PLACE_UNIT)
@@ -138,9 +139,9 @@ def _pieces(blocks: Bools) -> Iterator[Bools]:
         yield blocks & (number > first) & (number <= first + PIECE_BLOCKS)
 
 
-def strips(box: Box) -> Iterator[Box]:
-    """Cut `box` into strips of full rows."""
+def strips(box: Box, pixels: int) -> Iterator[Box]:
+    """Cut `box` into strips of full rows, of so many pixels at most where a row has no more."""
     left, top, right, bottom = box
-    rows = max(STRIP_PIXELS // max(right - left, 1), 1)
+    rows = max(pixels // max(right - left, 1), 1)
     for y in range(top, bottom, rows):
         yield left, y, right, min(y + rows, bottom)

@@ -24,6 +24,8 @@ from core.arrays import Bytes, Points
 from core.images import Image
 
 CHECK_PX = 8.0
+COMPOSED_PIXELS = 1 << 18
+"""So much of the canvas is composed in one piece."""
 DRAFT_CELL_PX = 6.0
 """Cells of a draft are about so many of its pixels wide, where the grid's are smaller."""
 NO_MARKS = 1e9
@@ -184,7 +186,7 @@ class Renderer:
             self._compose(scene, layers, layers.shown, _rectangle(touched, layers.shown.size))
         else:
             width, height = layers.coming.size
-            for _, top, _, bottom in strips((0, 0, width, height)):
+            for _, top, _, bottom in strips((0, 0, width, height), COMPOSED_PIXELS):
                 self._compose(scene, layers, layers.coming, (0, top, width, bottom - top))
                 yield
             layers.turn()

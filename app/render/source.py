@@ -15,6 +15,7 @@ from functools import cached_property
 import cv2
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from core import color, tracing
 from core.arrays import Pixels, Singles
@@ -162,7 +163,8 @@ class Source:
                     texels = _reduced(texels, 2) if level else texels
                     shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
                     corner = ((x >> level) + shift[0], (y >> level) + shift[1])
-                    texture.write(texels.astype(self.dtype), viewport=(*corner, texels.shape[1], texels.shape[0]))
+                    sent = texels if self.dtype == "f4" else _halves(texels)
+                    texture.write(sent, viewport=(*corner, texels.shape[1], texels.shape[0]))
         self._window = Window(texture, box, base, base + self.levels)
         return self._window
 
@@ -218,6 +220,11 @@ def _light(image: Image, pixels: Pixels) -> Singles:
     texels[..., :3] = light[..., :colors]
     texels[..., 3] = light[..., -1] if light.shape[2] > colors else 1
     return texels
+
+
+def _halves(texels: Singles) -> NDArray[np.float16]:
+    """Return `texels`, (h, w, 4), in half precision: OpenCV converts six times as fast as NumPy."""
+    return np.asarray(cv2.subtract(texels, np.zeros(4), dtype=cv2.CV_16F), np.float16)
 
 
 def _reduced(texels: Singles, block: int) -> Singles:

@@ -1,5 +1,6 @@
 import math
 
+import cv2
 import numpy as np
 import pytest
 
@@ -79,3 +80,16 @@ def test_a_mask_that_covers_everything_is_one_feature() -> None:
 def test_a_mask_of_another_size_is_refused() -> None:
     with pytest.raises(InputError, match="20 x 10"):
         find_features(Grid(20, 20), np.zeros((10, 20), np.uint8))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_features_are_numbered_as_in_the_whole_mask_wherever_they_are(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    mask = np.zeros((61, 83), np.uint8)
+    left, top = random.integers(0, 60, 2)
+    mask[top:, left:][:30, :40] = random.choice([0, 100, 200], mask[top:, left:][:30, :40].shape, p=[0.6, 0.1, 0.3])
+    grid = Grid(83, 61, cell_px=1)
+    _, components = cv2.connectedComponents(np.asarray(mask > 127, np.uint8), connectivity=8)
+    column, row = (np.rint(line).astype(int) for line in (grid.nodes[0, :, 0], grid.nodes[:, 0, 1]))
+    inside = components[np.ix_(row.clip(0, 60), column.clip(0, 82))]
+    assert np.array_equal(find_features(grid, mask).labels, inside)

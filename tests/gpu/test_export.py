@@ -119,3 +119,15 @@ def test_profile_and_depth_are_kept() -> None:
     assert result.icc == b"profile"
     assert result.pixels.dtype == np.uint16
     assert result.has_alpha
+
+
+def test_the_window_keeps_the_nearest_half_of_every_texel() -> None:
+    random = np.random.default_rng(3)
+    pixels = random.normal(0, 3, (40, 50, 3)).astype(np.float32)
+    pixels[0, :4, 0] = [1e-7, -6e-8, 65519.0, 0.1]
+    source = Source(gpu.standalone(), Image(pixels, linear=True))
+    window = source.window(source.whole, 0)
+    width, height = window.texture.size
+    texels = np.frombuffer(window.texture.read(), np.float16).reshape(height, width, 4)
+    assert np.array_equal(texels[:40, :50, :3], pixels.astype(np.float16))
+    source.release()
