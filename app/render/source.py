@@ -10,7 +10,7 @@ same result.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import cv2
 import moderngl
@@ -197,29 +197,32 @@ def _texels(image: Image, box: Box) -> Singles:
     left, top, right, bottom = box
     rows = slice(min(top, image.height_px - 1), min(bottom, image.height_px))
     columns = slice(min(left, image.width_px - 1), min(right, image.width_px))
-    inside = _light(image, image.pixels[rows, columns])
-    height, width = inside.shape[:2]
-    if (height, width) == (bottom - top, right - left):
-        return inside
-    texels = np.empty((bottom - top, right - left, 4), np.float32)
-    texels[:height, :width] = inside
-    texels[:height, width:] = texels[:height, width - 1 : width]
-    texels[height:] = texels[height - 1 : height]
-    return texels
+    pixels = np.ascontiguousarray(image.pixels[rows, columns])
+    below, beside = bottom - top - pixels.shape[0], right - left - pixels.shape[1]
+    if below or beside:
+        wider = cv2.copyMakeBorder(pixels, 0, below, 0, beside, cv2.BORDER_REPLICATE)
+        pixels = wider.reshape(bottom - top, right - left, pixels.shape[2])
+    return _light(image, pixels)
 
 
 def _light(image: Image, pixels: Pixels) -> Singles:
     """Return `pixels` of `image` as premultiplied linear light, (h, w, 4)."""
     if pixels.dtype == np.uint8 and pixels.shape[2] == 3 and not image.linear:
         # What most pictures are, several times as fast.
-        light = cv2.LUT(np.ascontiguousarray(pixels), np.asarray(color.decode_table(256)))
-        return np.asarray(cv2.cvtColor(light, cv2.COLOR_RGB2RGBA), np.float32)
+        return np.asarray(cv2.LUT(cv2.cvtColor(pixels, cv2.COLOR_RGB2RGBA), _light_of_bytes()), np.float32)
     light = color.premultiply(color.linear_light(pixels, linear=image.linear))
     colors = color.color_channels(light.shape[2])
     texels = np.empty((*light.shape[:2], 4), np.float32)
     texels[..., :3] = light[..., :colors]
     texels[..., 3] = light[..., -1] if light.shape[2] > colors else 1
     return texels
+
+
+@cache
+def _light_of_bytes() -> Singles:
+    """Return the light of every value of red, green and blue, and the opacity of alpha: (1, 256, 4)."""
+    light = np.asarray(color.decode_table(256), np.float32)
+    return np.stack([light, light, light, np.linspace(0, 1, 256, dtype=np.float32)], axis=-1)[None]
 
 
 def _halves(texels: Singles) -> NDArray[np.float16]:
