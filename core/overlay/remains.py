@@ -96,7 +96,7 @@ def recurring(detail: Singles, uv: Points, size: tuple[int, int], noise: float) 
     some = np.random.default_rng(0).random(len(uv)) < DRAWN / len(uv)
     index, shares = splat((uv[some] - low) / texels[::-1], (rows, columns))
     # A stain recurs nowhere: it must not be seen in its neighbours.
-    values = (*np.clip(detail[some], -4 * noise, 4 * noise).T, 1.0)
+    values = (*np.clip(detail[some], -4 * noise, 4 * noise).T[..., None], 1.0)
     planes = [np.bincount(index.ravel(), (shares * value).ravel(), rows * columns) for value in values]
     by_texel: Singles = np.stack(planes, -1).astype(np.float32).reshape(int(texels[0]), h, int(texels[1]), w * 4)
     for axis in (0, 2):
