@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import islice
 from typing import TypeVar
 
 S = TypeVar("S")
@@ -12,12 +13,17 @@ AHEAD = 2
 
 
 def ahead(make: Callable[[S], T], given: Iterable[S]) -> Iterator[T]:
-    """Yield what `make` makes of each thing `given`, in their order."""
-    with ThreadPoolExecutor(AHEAD) as threads:
-        making: deque[Future[T]] = deque()
-        for thing in given:
-            making.append(threads.submit(make, thing))
-            if len(making) > AHEAD:
-                yield making.popleft().result()
-        for rest in making:
-            yield rest.result()
+    """Return what `make` makes of each thing `given`, in their order; the first are begun at once."""
+    rest, threads = iter(given), ThreadPoolExecutor(AHEAD)
+    begun = deque(threads.submit(make, thing) for thing in islice(rest, AHEAD))
+    return _made(make, rest, threads, begun)
+
+
+def _made(
+    make: Callable[[S], T], rest: Iterator[S], threads: ThreadPoolExecutor, begun: deque[Future[T]]
+) -> Iterator[T]:
+    with threads:
+        while begun:
+            made = begun.popleft().result()
+            begun.extend(threads.submit(make, thing) for thing in islice(rest, 1))
+            yield made

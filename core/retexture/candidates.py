@@ -8,12 +8,13 @@ at the target grid, m where it shows synthesised ones, and B the source grid's c
 v is the variance of B, so that the terms compare on any picture, u how often the candidate's pixels are shown already.
 """
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from core.arrays import Floats, Singles
+from core.arrays import Floats, Ints, Singles
 from core.retexture.patches import PatchShape
 
 DRIFT_ALONG, DRIFT_ACROSS = 0.02, 0.05
@@ -43,18 +44,29 @@ class Pool:
     """(n,)."""
 
 
-def costs(pool: Pool, shown: Singles, weight: Singles, needed: Singles, variety: float) -> Floats:
+def costs(
+    pool: Pool, shown: Singles, weight: Singles, needed: Singles, variety: float, helper: Executor | None = None
+) -> Floats:
     """Return the costs (n, 2 search_across + 1, 2 search_along + 1) but for the drift.
 
     `shown` (n, K, J, c), `weight` (n, K, J) and `needed` (n, K, J) belong to the target grids: colours, where they
-    count, and which nodes the patches may be used at.
+    count, and which nodes the patches may be used at. A `helper` takes half of the work.
     """
     rows, columns = shown.shape[1:3]
     total = variety * _means(pool.uses, rows, columns).astype(np.float64)
     mask = np.repeat(weight[..., None], shown.shape[3], axis=3)
     scale = (weight**2).sum(axis=(1, 2)) * pool.variance
-    for i in np.flatnonzero(weight.sum(axis=(1, 2)) > LEAST):
-        total[i] += cv2.matchTemplate(pool.colours[i], shown[i], cv2.TM_SQDIFF, mask=mask[i]) / scale[i]
+    compared = np.flatnonzero(weight.sum(axis=(1, 2)) > LEAST)
+
+    def compare(some: Ints) -> None:
+        for i in some:
+            total[i] += cv2.matchTemplate(pool.colours[i], shown[i], cv2.TM_SQDIFF, mask=mask[i]) / scale[i]
+
+    half = len(compared) // 2 if helper is not None else 0
+    helped = helper.submit(compare, compared[:half]) if helper is not None and half else None
+    compare(compared[half:])
+    if helped is not None:
+        helped.result()
     for i in np.flatnonzero(pool.unusable.any(axis=(1, 2))):
         missing = cv2.matchTemplate(pool.unusable[i], needed[i], cv2.TM_CCORR)
         total[i] += MISSING * missing / max(float(needed[i].sum()), 1.0)

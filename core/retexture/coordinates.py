@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves import Curve
@@ -160,26 +161,27 @@ def trace(
     first = origins.astype(np.float32)
     grids[:, ribs, spines] = first
     leaving[:, spines] = field.along(first, heading.astype(np.float32))
-    for sense in (1, -1):
-        steps = _steps(field, first, leaving[:, spines], turned, sense)
-        for j, (at, toward) in zip(range(1, spines + 1), steps, strict=False):
-            grids[:, ribs, spines + sense * j], leaving[:, spines + sense * j] = at, toward
-    for sense in (1, -1):
-        steps = _steps(field, grids[:, ribs], leaving, _turned(turned)[:, None], sense)
-        for k, (at, _) in zip(range(1, ribs + 1), steps, strict=False):
-            grids[:, ribs + sense * k] = at
+    steps = _steps(field, first, leaving[:, spines], turned)
+    for j, (at, toward) in zip(range(1, spines + 1), steps, strict=False):
+        grids[:, ribs, spines + j], grids[:, ribs, spines - j] = at
+        leaving[:, spines + j], leaving[:, spines - j] = toward
+    steps = _steps(field, grids[:, ribs], leaving, _turned(turned)[:, None])
+    for k, (at, _) in zip(range(1, ribs + 1), steps, strict=False):
+        grids[:, ribs + k], grids[:, ribs - k] = at
     fine = _refined(_refined(grids, 1, cubic=True), 2, cubic=True)
     k, j = STRIDE * ribs - rib, STRIDE * spines - spine
     return _smoothed(np.ascontiguousarray(fine[:, k : k + 2 * rib + 1, j : j + 2 * spine + 1]))
 
 
-def _steps(
-    field: DirectionField, at: Singles, toward: Singles, turned: Singles, sense: int
-) -> Iterator[tuple[Singles, Singles]]:
-    """Yield positions step after step, at an angle from the field, and the field's directions there."""
-    step = np.float32(sense * STRIDE)
+def _steps(field: DirectionField, start: Singles, along: Singles, turned: Singles) -> Iterator[tuple[Singles, Singles]]:
+    """Yield positions (2, ...), step after step in either sense, and the field's directions there.
+
+    Steps are taken at angles, unit vectors `turned`, from the field.
+    """
+    at, toward = np.stack([start, start]), np.stack([along, along])
+    step = np.reshape(np.array([STRIDE, -STRIDE], np.float32), (2, *[1] * start.ndim))
     while True:
-        middle = field.along(at + step / 2 * _rotated(toward, turned), toward)
+        middle = field.along(at + np.float32(0.5) * step * _rotated(toward, turned), toward)
         at = at + step * _rotated(middle, turned)
         toward = field.along(at, middle)
         yield at, toward
@@ -187,8 +189,7 @@ def _steps(
 
 def _rotated(vectors: Singles, by: Singles) -> Singles:
     """Return `vectors` turned by the angles of the unit vectors `by`: a complex product."""
-    turned = np.ascontiguousarray(vectors).view(np.complex64) * np.ascontiguousarray(by).view(np.complex64)
-    return turned.view(np.float32)
+    return _pairs(_complex(vectors) * _complex(by))
 
 
 def _turned(vectors: Singles) -> Singles:
@@ -210,9 +211,9 @@ def _smoothed(grids: Singles) -> Singles:
 
 def _folded(grids: Singles) -> Bools:
     """Return which grids (n,) have a cell turned inside out."""
-    along, across = np.diff(grids, axis=2)[:, :-1], np.diff(grids, axis=1)[:, :, :-1]
-    area = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
-    return np.asarray((area <= 0).any(axis=(1, 2)))
+    nodes = _complex(grids)
+    along, across = np.diff(nodes, axis=2)[:, :-1], np.diff(nodes, axis=1)[:, :, :-1]
+    return np.asarray(((np.conj(along) * across).imag <= 0).any(axis=(1, 2)))
 
 
 def located(grids: Singles, corners: Ints, size: int) -> tuple[Ints, Ints, Singles]:
@@ -244,27 +245,37 @@ def located(grids: Singles, corners: Ints, size: int) -> tuple[Ints, Ints, Singl
 def _places(nodes: Singles, number: Ints, pixel: Ints, size: int) -> Singles:
     """Return the places (m, 2) of pixels (m,), numbered in a window, each on a node (m,) of refined grids."""
     rows, columns = nodes.shape[1:3]
-    flat, column = nodes.reshape(-1, 2), number % columns
-    ahead, behind, here = flat[number + (column < columns - 1)], flat[number - (column > 0)], flat[number]
-    right, down = (ahead - behind).T
-    scale = 1 / np.maximum(np.hypot(right, down), np.float32(1e-6))
-    x, y = (pixel % size - here[:, 0]) * scale, (pixel // size - here[:, 1]) * scale
-    j, k = column / 2 + x * right + y * down, number // columns % rows / 2 + y * right - x * down
-    return np.stack([j, k], axis=-1).astype(np.float32)
+    flat, column = _complex(nodes).ravel(), number % columns
+    way = flat[number + (column < columns - 1)] - flat[number - (column > 0)]
+    gap = (pixel % size + 1j * (pixel // size)).astype(np.complex64) - flat[number]
+    # Turned into the node's frame.
+    gap *= np.conj(way) / np.maximum(np.abs(way), np.float32(1e-6))
+    half_steps = column + 1j * (number // columns % rows)
+    return _pairs(gap + (half_steps / 2).astype(np.complex64))
 
 
 def _refined(grids: Singles, axis: int, *, cubic: bool = False) -> Singles:
     """Return grids with a node in the middle of every step along `axis`: of two neighbours', or `cubic` of four."""
-    shape = list(grids.shape)
+    shape = list(grids.shape[:-1])
     shape[axis] = 2 * shape[axis] - 1
-    fine = np.moveaxis(np.empty(shape, np.float32), axis, 0)
-    coarse = np.moveaxis(grids, axis, 0)
+    whole = np.empty(shape, np.complex64)
+    fine, coarse = np.moveaxis(whole, axis, 0), np.moveaxis(_complex(grids), axis, 0)
     fine[::2] = coarse
     fine[1::2] = (coarse[1:] + coarse[:-1]) / 2
     if cubic and len(coarse) > 2:
-        bend = coarse[2:] - 2 * coarse[1:-1] + coarse[:-2]
-        fine[1:-3:2] -= bend / 16
-        fine[3::2] -= bend / 16
-        fine[1] -= bend[0] / 16
-        fine[-2] -= bend[-1] / 16
-    return np.moveaxis(fine, 0, axis)
+        bend = (coarse[2:] - 2 * coarse[1:-1] + coarse[:-2]) / 16
+        fine[1:-3:2] -= bend
+        fine[3::2] -= bend
+        fine[1] -= bend[0]
+        fine[-2] -= bend[-1]
+    return _pairs(whole)
+
+
+def _complex(vectors: Singles) -> NDArray[np.complex64]:
+    """Return vectors (..., 2) as complex numbers (...), which arithmetic goes through several times as fast."""
+    return np.ascontiguousarray(vectors, np.float32).view(np.complex64)[..., 0]
+
+
+def _pairs(numbers: NDArray[np.complex64]) -> Singles:
+    """Return complex numbers (...) as vectors (..., 2)."""
+    return np.ascontiguousarray(numbers).view(np.float32).reshape(*numbers.shape, 2)

@@ -16,7 +16,7 @@ from core.retexture.region import Region
 from core.retexture.result import Retexture, plain_place
 from core.retexture.sampling import Kernel, read
 from core.retexture.scene import Scene, prepared
-from core.retexture.stock import Bounds
+from core.retexture.stock import Bounds, stocked_ahead
 from core.retexture.stopwatch import Stopwatch
 from core.retexture.synthesis import Painter, lattice, synthesised
 
@@ -76,31 +76,19 @@ def retexture(
         picture = compared(pixels, linear=linear)
         scene = prepared(pieces, found, picture, patch, settings.reach_px or usual_reach(found), matte)
         found = replace(found, compression=scene.way.compression)
-    # Handed over and not kept: a picture's worth of places is a hundred megabytes for a large one.
-    yield Progress(0.15, "laying patches", laid(sparser(scene, patch), scene.area, found) if previews else None)
-    painter = painter_of(picture, scene, found, patch, settings, source_mask, watch)
-    with watch("coordinates"):
-        first = Patches(ordered_origins(scene.way, scene.area.must, lattice(patch)), patch, scene.fields, scene.way)
-    work = part(synthesised(painter, scene.way, scene.fields, first, refine=settings.refine), 0.15, 1.0)
+        rough = laid(sparser(scene, patch), scene.area, found) if previews else None
+        bounds = Bounds(scene.area.may, None if source_mask is None else source_mask > 127, scene.kept)
+        origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
+        first = stocked_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
+    yield Progress(0.15, "laying patches", rough)
+    # Not kept: a picture's worth of places is a hundred megabytes for a large one.
+    del rough
+    canvas = Canvas(read(picture, found.place, Kernel.CUBIC), found.place, must=scene.area.must, may=scene.area.may)
+    rng = np.random.default_rng(settings.seed)
+    painter = Painter(picture, bounds, canvas, patch, settings.variety, settings.mirrored, rng, watch)
+    work = part(synthesised(painter, scene, first, len(origins), refine=settings.refine), 0.15, 1.0)
     yield from with_previews(work, found, painter) if previews else work
     return finished(found, painter, watch)
-
-
-def painter_of(
-    picture: Singles,
-    scene: Scene,
-    plain: Retexture,
-    patch: PatchShape,
-    settings: Settings,
-    source_mask: Bytes | None,
-    watch: Stopwatch,
-) -> Painter:
-    """Return what paints patches of a picture (H, W, c) over its plain deformation."""
-    area = scene.area
-    canvas = Canvas(read(picture, plain.place, Kernel.CUBIC), plain.place, must=area.must, may=area.may)
-    bounds = Bounds(area.may, None if source_mask is None else source_mask > 127, scene.kept)
-    rng = np.random.default_rng(settings.seed)
-    return Painter(picture, bounds, canvas, patch, settings.variety, settings.mirrored, rng, watch)
 
 
 def deformed(shape: tuple[int, int], pieces: list[FeatureCurve], reach_px: float | None) -> Retexture:

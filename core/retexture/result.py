@@ -111,7 +111,8 @@ class Retexture:
                 _mix(light, source, mixture.rows(rows.start, rows.stop, layer.shape[1]))
             # The kernel overshoots beside edges; nothing becomes brighter or darker than the whole layer.
             light = np.clip(light, low, high)
-            result[rows][moved] = color.stored(color.unpremultiply(light), depth=layer.dtype, linear=linear)[moved]
+            stored = color.stored(color.unpremultiply(light), depth=layer.dtype, linear=linear)
+            np.copyto(result[rows], stored, where=moved[..., None])
         return result
 
     def _box(self) -> tuple[slice, slice] | None:

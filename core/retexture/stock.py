@@ -1,13 +1,15 @@
 """What is known of a batch of patches whatever the canvas shows: found once, in another thread."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
+from core.retexture.ahead import ahead
 from core.retexture.candidates import drift
 from core.retexture.canvas import CELL
-from core.retexture.patches import Batch, Covered
+from core.retexture.patches import Batch, Covered, Patches
 from core.retexture.sampling import read
 
 
@@ -116,6 +118,11 @@ def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
         (inside & bounds.may.reshape(-1)[pixel]).astype(np.float32),
         drift(batch.shape, origins.offset, origins.inner),
     )
+
+
+def stocked_ahead(patches: Patches, picture: Singles, bounds: Bounds) -> Iterator[Stock]:
+    """Return the batches of `patches`, the first of them begun at once, see `stocked`."""
+    return ahead(lambda start: stocked(patches.batch(start), picture, bounds), patches.starts)
 
 
 def rounds(covered: Covered, count: int, size: tuple[int, ...]) -> list[Ints]:

@@ -1,6 +1,7 @@
 """Synthesis: grow patches in order, choose a candidate for each and merge it (DPD sec. 3.4)."""
 
 from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import cv2
@@ -8,13 +9,13 @@ import numpy as np
 
 from core.arrays import Bools, Ints, Singles
 from core.progress import Job, Progress
-from core.retexture.ahead import ahead
 from core.retexture.candidates import CHANCE, Pool, costs
 from core.retexture.canvas import Canvas
-from core.retexture.layout import Correspondence, Lattice, Origins, gap_places, ordered_origins
-from core.retexture.patches import Fields, Patches, PatchShape, grid_places
+from core.retexture.layout import Lattice, Origins, gap_places, ordered_origins
+from core.retexture.patches import Patches, PatchShape, grid_places
 from core.retexture.sampling import Kernel, read
-from core.retexture.stock import Bounds, Stock, stocked
+from core.retexture.scene import Scene
+from core.retexture.stock import Bounds, Stock, stocked_ahead
 from core.retexture.stopwatch import Stopwatch
 
 STRIDE = 0.54
@@ -44,28 +45,26 @@ class Painter:
     labels: int = 0
     candidates: int = 0
 
-    def cover(self, patches: Patches, *, over_seams: bool = False) -> Iterator[int]:
-        """Merge `patches`; yield how many are done, after each few."""
-        batches, done = ahead(lambda start: self._stock(patches, start), patches.starts), 0
-        while (stock := self._next(batches)) is not None:
-            for some in stock.rounds:
-                self._lay(stock, some, over_seams=over_seams)
-                done += len(some)
-                yield done
-            self.origins.append(stock.batch.origins)
-            self.labels += len(stock.batch.origins)
-
-    def _stock(self, patches: Patches, start: int) -> Stock:
-        return stocked(patches.batch(start), self.picture, self.bounds)
+    def cover(self, stocks: Iterator[Stock], *, over_seams: bool = False) -> Iterator[int]:
+        """Merge the patches in `stocks`; yield how many are done, after each few."""
+        done = 0
+        with ThreadPoolExecutor(1) as helper:
+            while (stock := self._next(stocks)) is not None:
+                for some in stock.rounds:
+                    self._lay(stock, some, helper, over_seams=over_seams)
+                    done += len(some)
+                    yield done
+                self.origins.append(stock.batch.origins)
+                self.labels += len(stock.batch.origins)
 
     def _next(self, stocks: Iterator[Stock]) -> Stock | None:
         with self.watch("coordinates"):
             return next(stocks, None)
 
-    def _lay(self, stock: Stock, some: Ints, *, over_seams: bool) -> None:
+    def _lay(self, stock: Stock, some: Ints, helper: Executor, *, over_seams: bool) -> None:
         """Choose candidates for patches `some` (k,) that do not touch and merge them."""
         with self.watch("search"):
-            first, turned = self._best(stock, some, over_seams=over_seams)
+            first, turned = self._best(stock, some, helper, over_seams=over_seams)
         with self.watch("seams"):
             covered, patch = stock.pixels_of(some)
             at = covered.at + first[covered.patch]
@@ -77,7 +76,7 @@ class Painter:
             pixel, label, place = covered.pixel[usable], self.labels + 1 + patch[usable], place[usable]
             self.canvas.merge(pixel, label, read(self.picture, place, Kernel.CUBIC), place)
 
-    def _best(self, stock: Stock, some: Ints, *, over_seams: bool) -> tuple[Singles, Bools]:
+    def _best(self, stock: Stock, some: Ints, helper: Executor, *, over_seams: bool) -> tuple[Singles, Bools]:
         """Return the best candidates: where in the source grids the target grids' first nodes lie, as (j, k) (k, 2).
 
         And whether the source grids are turned end to end along the curve for them (k,).
@@ -88,7 +87,7 @@ class Painter:
         for sense in (1, -1) if self.mirrored else (1,):
             colours, uses, unusable = (np.ascontiguousarray(part[:, :, ::sense]) for part in parts)
             pool = Pool(colours, uses, unusable, stock.variance[some])
-            cost = costs(pool, shown, weight, stock.needed[some], self.variety) + stock.drift[some]
+            cost = costs(pool, shown, weight, stock.needed[some], self.variety, helper) + stock.drift[some]
             cost += CHANCE * self.rng.random(cost.shape)
             self.candidates += cost.size
             found.append(cost.reshape(len(some), -1))
@@ -113,24 +112,27 @@ def lattice(shape: PatchShape, shift: float = 0.0, *, stride: float | None = Non
     return Lattice(stride * (2 * shape.spine + 1), stride * (2 * shape.rib + 1), shift)
 
 
-def synthesised(painter: Painter, way: Correspondence, fields: Fields, first: Patches, *, refine: float) -> Job[None]:
-    """Cover the canvas with the patches `first`, then lay the share `refine` as many again over the worst seams."""
+def synthesised(painter: Painter, scene: Scene, first: Iterator[Stock], count: int, *, refine: float) -> Job[None]:
+    """Cover the canvas with the patches `first`, `count` of them, then lay the share `refine` over the worst seams."""
     shape, canvas = painter.shape, painter.canvas
-    whole = (1 + refine) * len(first) + 1
-    wanted = canvas.bare.copy()
+    whole = (1 + refine) * count + 1
+
+    def stocks(origins: Origins) -> Iterator[Stock]:
+        return stocked_ahead(Patches(origins, shape, scene.fields, scene.way), painter.picture, painter.bounds)
+
     yield Progress(0, "choosing patches")
     for done in painter.cover(first):
         yield Progress(done / whole, "choosing patches")
     for _ in range(GAP_ROUNDS):
-        gaps = way.origins(gap_places(canvas.bare, int(lattice(shape).across)))
-        for _ in painter.cover(Patches(gaps, shape, fields, way)):
-            yield Progress(len(first) / whole, "closing gaps")
-    yield Progress(len(first) / whole, "mending seams")
+        gaps = scene.way.origins(gap_places(canvas.bare, int(lattice(shape).across)))
+        for _ in painter.cover(stocks(gaps)):
+            yield Progress(count / whole, "closing gaps")
+    yield Progress(count / whole, "mending seams")
     with painter.watch("coordinates"):
-        again = ordered_origins(way, wanted, lattice(shape, 0.5))
-        worst = _worst(again, canvas.seams.sum(axis=0), shape, refine)
-    for done in painter.cover(Patches(worst, shape, fields, way), over_seams=True):
-        yield Progress(min((len(first) + done) / whole, 1.0), "mending seams")
+        again = ordered_origins(scene.way, scene.area.must, lattice(shape, 0.5))
+        worst = stocks(_worst(again, canvas.seams.sum(axis=0), shape, refine))
+    for done in painter.cover(worst, over_seams=True):
+        yield Progress(min((count + done) / whole, 1.0), "mending seams")
 
 
 def _worst(origins: Origins, seams: Singles, shape: PatchShape, share: float) -> Origins:
