@@ -15,6 +15,7 @@ from core.overlay.alignment import Frames
 from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import filtered
 from core.overlay.correlation import Proposal
+from core.overlay.filling import filled
 from core.overlay.fitting import fit
 from core.overlay.lattice import Lattice
 from core.overlay.mesh import Mesh, around
@@ -164,13 +165,14 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     texel = found.texel if scale == 1 else finer_texel(cloth, photo, uv, shading, scale)
     uv = refined(photo, uv, shading, texel, cloth.basis * scale)
     texel = finer_texel(cloth, photo, uv, shading, scale)
+    uv, shading, followed = with_rest(cloth, found, mesh, pieces, masks, (uv, shading), valid)
     gauge = max(1.0, float(np.percentile(texel.pixels, 99.5)))
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)
     inside, coordinates = np.isfinite(shading), uv.astype(np.float32)
     colours = filtered(texel.pixels, coordinates.astype(float))
     light = (shading * gauge).astype(np.float32)[..., None]
-    colour = tint(photo, np.nan_to_num(light) * colours, inside, TINT_STEPS * scale * cloth.step_px)
+    colour = tint(photo, np.nan_to_num(light) * colours, followed, TINT_STEPS * scale * cloth.step_px)
     light = light if colour is None else (light * colour).astype(np.float32)
     modelled = np.nan_to_num(light.astype(float)) * colours
     lattice = whole_lattice(cloth, pieces, found)
@@ -234,6 +236,22 @@ def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -
         at, inside = mesh.smooth_to_pixels(piece.values, box), inside[box]
         uv[box][inside], shading[box][inside] = at[inside, :2], np.maximum(at[inside, 2], LEAST_SHADING)
     return uv, shading
+
+
+def with_rest(
+    cloth: Cloth,
+    found: Fit,
+    mesh: Mesh,
+    pieces: list[State],
+    masks: list[Bools],
+    layers: tuple[Floats, Floats],
+    valid: Bools,
+) -> tuple[Floats, Floats, Bools]:
+    """Return coordinates and shading also of cloth that is seen but not followed, and which pixels are followed."""
+    uv, shading = layers
+    followed = np.isfinite(shading)
+    more = painted(mesh, *filled(cloth, found, pieces, masks), valid)
+    return np.where(followed[..., None], uv, more[0]), np.where(followed, shading, more[1]), followed
 
 
 def spread_mask(mask: Bools, size: tuple[int, ...]) -> Bools:

@@ -18,6 +18,8 @@ NOTICED = 10.0
 """Distance of two colours that are told apart, over the usual detail."""
 SHADE = 0.08
 """Squared distance of the photo from a shade of the model, over that from the model itself."""
+DARKEST = 0.3
+"""Brightness of a shadow, over that of the model."""
 
 
 def misplaced(detail: Singles, model: Singles, light: Singles, texel: Texel, noise: float) -> Bools:
@@ -31,7 +33,7 @@ def misplaced(detail: Singles, model: Singles, light: Singles, texel: Texel, noi
         apart = squares(other - model)
         found |= (squares(photo - other) < NEARER * apart) & (apart > (NOTICED * noise) ** 2)
     share = np.einsum("...c,...c", photo, model) / np.maximum(squares(model), 1e-9)
-    shadow = (share < 1) & (squares(photo - share[..., None] * model) < SHADE * squares(detail))
+    shadow = (share > DARKEST) & (share < 1) & (squares(photo - share[..., None] * model) < SHADE * squares(detail))
     return np.asarray(found & ~shadow, np.bool_)
 
 
@@ -40,10 +42,10 @@ def squares(difference: Singles) -> Singles:
     return np.asarray(np.einsum("...c,...c", difference, difference), np.float32)
 
 
-def palette(texel: Texel) -> Singles:
-    """Return the means (k, 3) of the groups that the texel's colours fall into."""
+def palette(texel: Texel, most: int = COLOURS) -> Singles:
+    """Return the means (k, 3) of the groups, `most` at most, that the texel's colours fall into."""
     pixels = texel.pixels.reshape(-1, 3)
-    count = min(COLOURS, len(pixels))
+    count = min(most, len(pixels))
     main = np.linalg.svd(pixels - pixels.mean(0), full_matrices=False)[2][0]
     # Groups of one size along the direction of most change, to begin with: always the same ones.
     labels = np.empty((len(pixels), 1), np.int32)

@@ -1,0 +1,114 @@
+"""Cloth that is seen but not followed: beside folds, between pieces and at the rim of a region that the user gave.
+
+It has the colours of the texel, in patches that are no wider, and lies within a lattice step of cloth that is followed,
+which is carried on there. A button or a belt has others and keeps the photo's pixels. Where nobody said where the cloth
+is, only what cloth encloses is filled.
+"""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats, Singles
+from core.overlay.cloth import Cloth, Fit
+from core.overlay.composition import DENSITY
+from core.overlay.mesh import Mesh
+from core.overlay.misplaced import palette
+from core.overlay.region import cleaned, continued
+from core.overlay.registration import State
+from core.overlay.smoothing import gaussian
+from core.overlay.texel import Texel
+
+SHADES = (0.4, 1.3)
+"""Light on a fold, over that which the cloth beside it has."""
+OFF = 0.1
+"""Distance, at a shading of one, of a colour from the texel's that is one of them."""
+GROUPS = 3
+"""Colours of which the patches are measured."""
+WIDER = 1.5
+"""Radius of a patch of one colour, over that of the widest one in the texel."""
+SIZES = (0.3, 3.0)
+"""Area of cloth under a cell, over the usual, to which cloth may be carried on."""
+
+
+def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) -> tuple[list[State], list[Bools]]:
+    """Return the pieces that have something to fill, carried on, and what (H, W), as seen by the fit.
+
+    `masks` (H, W) are the pixels that the pieces explain.
+    """
+    covered = np.asarray(np.any(masks, axis=0), np.bool_)
+    gaps = np.stack([distance(mask) for mask in masks])
+    open_to = cloth.valid & ~covered & (gaps.min(0) < cloth.step_px)
+    if not cloth.in_region:
+        open_to &= enclosed(covered)
+    height, width = covered.shape
+    owner, seen = gaps.argmin(0), covered.copy()
+    carried, possible = [], []
+    for number, piece in enumerate(pieces):
+        mine = open_to & (owner == number)
+        further, sound = carried_on(cloth.mesh, piece, mine, abs(float(np.linalg.det(cloth.basis))))
+        light = cloth.mesh.smooth_to_pixels(further.rho[..., None], (slice(0, height), slice(0, width)))
+        carried.append(further)
+        possible.append(mine & (gaussian(cloth.mesh.pixels_of(sound).astype(np.float64), cloth.mesh.cell / 2) > 0.5))
+        seen |= possible[-1] & has_colours(cloth, found, light)
+    whole = cleaned(seen, cloth.sigma_px / 2)
+    masks = [np.asarray(mask & whole, np.bool_) for mask in possible]
+    used = [number for number, mask in enumerate(masks) if mask.any()]
+    return [carried[number] for number in used], [masks[number] for number in used]
+
+
+def distance(mask: Bools) -> Floats:
+    """Return how far (H, W) pixels are from a mask."""
+    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), np.float64)
+
+
+def enclosed(covered: Bools) -> Bools:
+    """Return the holes (H, W) of a region, which do not reach the picture's edge."""
+    _, labels = cv2.connectedComponents((~covered).astype(np.uint8), connectivity=4)
+    outside = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
+    return np.asarray(~covered & ~np.isin(labels, outside), np.bool_)
+
+
+def carried_on(mesh: Mesh, piece: State, wanted: Bools, texel_area: float) -> tuple[State, Bools]:
+    """Return a piece with values at the nodes around wanted pixels (H, W), and the cells that have sound ones."""
+    cells = piece.cells | (mesh.cell_means(wanted.astype(float)) > 0)
+    cells = np.asarray(cv2.dilate(cells.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0, np.bool_)
+    further = continued(mesh, piece, cells)
+    low, usual, high = np.percentile(piece.rho[mesh.nodes_of(piece.cells)], [2, 50, 98])
+    rho = np.where(mesh.nodes_of(cells), np.clip(further.rho, low, high), usual)
+    further = replace(further, rho=rho)
+    areas = mesh.areas(further.uv, cells) * texel_area / mesh.cell**2
+    areas *= np.sign(np.median(mesh.areas(piece.uv, piece.cells)))
+    sound = cells.copy()
+    sound[cells] = (areas.min(1) > SIZES[0]) & (areas.max(1) < SIZES[1])
+    return replace(further, cells=piece.cells), np.asarray(sound | piece.cells, np.bool_)
+
+
+def has_colours(cloth: Cloth, found: Fit, light: Floats) -> Bools:
+    """Return the pixels (H, W) with a colour of the texel, in patches no larger than its; `light` is (H, W, 1)."""
+    colours = palette(found.texel, GROUPS)
+    off = np.stack([from_shades(cloth.photo, light * colour) for colour in colours])
+    limit = max(OFF, 3 * float(np.sqrt(found.tolerance.noise))) * light[..., 0]
+    own, nearly = off.min(0) < limit, off.min(0) < 2 * limit
+    fine = np.asarray(gaussian(own.astype(np.float64), 1.5) > 0.6, np.bool_)
+    nearest = off.argmin(0)
+    for number, radius in enumerate(radii(found.texel, colours)):
+        side = 2 * int(WIDER * radius + 1) + 1
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+        patches = (nearly & (nearest == number)).astype(np.uint8)
+        fine &= cv2.morphologyEx(patches, cv2.MORPH_OPEN, disc) == 0
+    return fine
+
+
+def radii(texel: Texel, colours: Singles) -> Floats:
+    """Return the radius (k,) of the largest disc in the patches of each colour of a texel, pixels of the cloth."""
+    pixels = np.linalg.norm(texel.tiled(3, 3)[..., None, :] - colours, axis=-1).argmin(-1)
+    inside = [cv2.distanceTransform((pixels == k).astype(np.uint8), cv2.DIST_L2, 5) for k in range(len(colours))]
+    return np.array([float(d.max()) for d in inside]) / DENSITY
+
+
+def from_shades(photo: Floats, colour: Floats) -> Floats:
+    """Return how far (H, W) colours (H, W, 3) are from any of the `SHADES` of others."""
+    share = (photo * colour).sum(-1) / np.maximum((colour**2).sum(-1), 1e-9)
+    return np.asarray(np.linalg.norm(photo - np.clip(share, *SHADES)[..., None] * colour, axis=-1), np.float64)

@@ -1,0 +1,101 @@
+"""Cloth that is seen but not followed."""
+
+import numpy as np
+import pytest
+
+from core.arrays import Bools, Floats
+from core.overlay.alignment import Frames
+from core.overlay.cloth import Cloth, Fit, estimated, make_cloth, measured
+from core.overlay.filling import carried_on, filled
+from core.overlay.lattice import Lattice
+from core.overlay.registration import State
+from core.overlay.seeding import flat_canvas
+from tests.core.overlay_scenes import COLOURS, make_scene, motif
+
+SCENE = make_scene(motif(), bend=0.0, noise=0.004)
+SIZE = SCENE.shading.shape
+HOLE = (slice(72, 92), slice(72, 96))
+
+
+def straight(photo: Floats, valid: Bools) -> tuple[Cloth, State]:
+    """Return the cloth of a photo and its whole mesh where the scene has it."""
+    keys = np.array([(i, j) for i in range(-2, 9) for j in range(-2, 9)])
+    points = keys @ SCENE.basis.T
+    inside = (points > 4).all(1) & (points < np.array(SIZE[::-1]) - 4).all(1)
+    keys, points = keys[inside], points[inside]
+    lattice = Lattice(keys, Frames(points, np.repeat(SCENE.basis[None], len(keys), 0), np.ones(len(keys))))
+    cloth = make_cloth(photo, flat_canvas(photo, valid), lattice, np.eye(2))
+    uv = cloth.mesh.positions() @ np.linalg.inv(SCENE.basis).T
+    return cloth, State(uv, 0.9 + 0.25 * np.sin(uv @ np.array([0.5, 0.6])), np.ones(cloth.mesh.cells, bool))
+
+
+def fill(photo: Floats, missing: Bools, valid: Bools | None = None) -> tuple[Floats, Bools]:
+    """Return the coordinates (H, W, 2) and the pixels that are filled of those that are missing."""
+    cloth, whole = straight(photo, np.ones(SIZE, bool) if valid is None else valid)
+    cells = cloth.mesh.cell_means(missing.astype(float)) == 0
+    piece = State(whole.uv + 0.0, whole.rho + 0.0, cells)
+    # What is not followed has values that mean nothing.
+    unknown = ~cloth.mesh.nodes_of(cells)
+    piece.uv[unknown], piece.rho[unknown] = 0.0, 9.0
+    found: Fit = measured(cloth, estimated(cloth, (piece,)), (piece,))
+    carried, more = filled(cloth, found, [piece], [cloth.mesh.pixels_of(cells) & cloth.valid])
+    if not more:
+        return np.zeros((*SIZE, 2)), np.zeros(SIZE, bool)
+    return cloth.mesh.smooth_to_pixels(carried[0].uv, (slice(0, SIZE[0]), slice(0, SIZE[1]))), more[0]
+
+
+def in_hole() -> Bools:
+    missing = np.zeros(SIZE, bool)
+    missing[HOLE] = True
+    return missing
+
+
+def with_hole(patch: Floats) -> Floats:
+    photo = SCENE.photo.copy()
+    photo[HOLE] = patch
+    return photo
+
+
+def test_pattern_that_slipped_is_cloth_and_lies_as_around_it() -> None:
+    slipped = np.roll(SCENE.photo, (11, 7), (0, 1))[HOLE]
+    uv, more = fill(with_hole(slipped), in_hole())
+    assert more[in_hole()].mean() > 0.7
+    off = np.linalg.norm((uv - SCENE.uv)[more] @ SCENE.basis.T, axis=-1)
+    assert off.max() < 0.5
+
+
+@pytest.mark.parametrize("colour", [[0.1, 0.7, 0.2], [0.95, 0.9, 0.1]])
+def test_button_keeps_its_pixels(colour: list[float]) -> None:
+    _, more = fill(with_hole(np.array(colour)), in_hole())
+    assert not more[74:90, 74:94].any()
+
+
+def test_belt_of_a_colour_of_the_pattern_keeps_its_pixels() -> None:
+    photo, belt = SCENE.photo.copy(), np.zeros(SIZE, bool)
+    belt[60:100, 30:160] = True
+    photo[belt] = COLOURS[1]
+    assert fill(photo, belt)[1].mean() < 0.1 * belt.mean()
+
+
+def test_cloth_at_the_edge_is_filled_only_where_the_artist_says_that_it_is_cloth() -> None:
+    missing, valid = np.zeros(SIZE, bool), np.ones(SIZE, bool)
+    missing[:, 172:] = True
+    assert not fill(SCENE.photo, missing)[1].any()
+    valid[:6] = False
+    more = fill(SCENE.photo, missing, valid)[1]
+    assert more[10:160, 174:186].mean() > 0.8
+    assert not more[:6].any()
+
+
+def test_cloth_is_not_carried_on_where_it_would_be_crushed() -> None:
+    cloth, whole = straight(SCENE.photo, np.ones(SIZE, bool))
+    cells = np.ones(cloth.mesh.cells, bool)
+    cells[:, 8:11] = False
+    uv = whole.uv.copy()
+    # Two texels less beyond the gap than there is room for.
+    uv[:, 11:] += [-2.0, 0.0]
+    wanted = cloth.mesh.pixels_of(~cells)
+    area = abs(float(np.linalg.det(SCENE.basis)))
+    assert carried_on(cloth.mesh, State(whole.uv, whole.rho, cells), wanted, area)[1].all()
+    crushed = carried_on(cloth.mesh, State(uv, whole.rho, cells), wanted, area)[1]
+    assert crushed[:, 9].mean() < 0.2
