@@ -83,14 +83,14 @@ class FeatureMapping:
             self._roles = assign_roles(self.index, weight=weight, falloff=falloff)
             self.owner = np.where(self._roles.owner < self.joint_count, self._roles.owner, -1)
             self.follow_feature = np.where(self.owner >= 0, self._roles.weight**2, 0.0)
-        self.factorise(np.where(self.owner >= 0, 0.0, 1.0))
+        self._factorise(np.where(self.owner >= 0, 0.0, 1.0))
 
     @property
     def joint_count(self) -> int:
         """How many bodies, the first, are placed together."""
         return min(len(self.bodies), JOINT_AT_MOST) if self.method == "exact" else len(self.bodies)
 
-    def factorise(self, follow_w: Floats) -> None:
+    def _factorise(self, follow_w: Floats) -> None:
         """Factorise with `follow_w` (R-1, C-1) as the squared weights of the quads' equations of type FAT eq. 4."""
         with self.clock.measure("setup"):
             self.follow_w = follow_w

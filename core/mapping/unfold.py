@@ -1,9 +1,8 @@
 """Remove fold-overs from a mapping, which FAT sec. 5 leaves as future work.
 
-The cheap way first: quads that fold are drawn closer to W by the weight of their equations, which takes a factorisation
-a round. What stays folded is untangled by Newton's method in a window around the folds. Should that not succeed, sizes
-of features give way: in that window, on a coarser grid and, if need be, from W itself, which has no folds; then they
-grow back, behind a barrier that lets nothing fold, as far as there is room.
+What folds is untangled by Newton's method in a window around the folds. Should that not succeed, sizes of features give
+way: in that window, on a coarser grid and, if need be, from W itself, which has no folds; then they grow back, behind a
+barrier that lets nothing fold, as far as there is room.
 
 There may be no mapping without folds that has the outline at W and the shapes exact. A straight side of a feature that
 the picture's edge cuts at both ends has to pass between the outline nodes beside either cut; where W bends the outline
@@ -43,10 +42,6 @@ from core.progress import Job, Progress, part
 
 Search = Callable[..., Job[Solution]]
 
-_ROUNDS = 2
-_THIN = 0.15
-"""A corner with less than this share of its area under W is about to fold."""
-_GAIN = 8.0
 _CLOSE, _ROOM = 5, 30
 """Cells around what folds that may move at first, and around a feature that grows."""
 _STIFF, _SOFT = 20.0, 0.5
@@ -146,17 +141,14 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution, searc
 
 def _nearby(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:
     """Unfold close to the linear answer, features at its sizes; what is returned may still fold."""
-    solution = fit_between(mapping, w, linear)
+    fitted = fit_between(mapping, w, linear)
+    solution = linear if fitted is None else fitted
     # Around many features, windows would soon cover the whole picture.
     close = _CLOSE if len(linear.alpha) > _MANY else REACH
     attempts: list[tuple[Kind, int, int]] = [("barrier", STEPS // 2, close), ("barrier", STEPS, REACH)]
-    if solution is None:
-        solution = yield from part(_reweighted(mapping, w), 0.0, 0.3)
-        solution = linear if count_folds(solution) else solution
+    if fitted is None:
         attempts = [("hinge", STEPS, close), *attempts]
     held, wide = np.full(len(solution.alpha), np.inf), window_around(mapping, solution)
-    # What has been fitted between outline nodes is to stay there at first.
-    fitted = attempts[0][0] == "barrier"
     for number, (kind, steps, reach) in enumerate(attempts):
         if not count_folds(solution):
             break
@@ -165,9 +157,11 @@ def _nearby(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solu
             w,
             solution,
             window=window_around(mapping, solution, reach),
-            stiffness=None if fitted and number == 0 else held,
+            # What has been fitted between outline nodes is to stay there at first.
+            stiffness=None if number == 0 and fitted is not None else held,
         )
-        clear = yield from part(steps_to_clear(untangler, kind, steps), 0.3, 1.0)
+        start, end = (n / len(attempts) for n in (number, number + 1))
+        clear = yield from part(steps_to_clear(untangler, kind, steps), start, end)
         if clear:
             return relaxed(Untangler(mapping, w, untangler.solution, window=wide, stiffness=held))
         if untangler.folds < count_folds(solution):
@@ -216,21 +210,3 @@ def _released(mapping: FeatureMapping, w: Complexes, linear: Solution, *, lighte
         mapping, w, start, window=everywhere, stiffness=held, scales=np.abs(linear.alpha), released=True
     )
     return (yield from approached(untangler, start, _RETURNS, lightest=lightest))
-
-
-def _reweighted(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
-    """Raise the weight of FAT eq. 4 around what folds or is about to, and solve again, a few times over."""
-    follow_w, areas = mapping.follow_w, corner_areas(w)
-    solution = mapping.place(w)
-    try:
-        for step in range(_ROUNDS):
-            thin = np.asarray((corner_areas(solution.z) < _THIN * areas).any(axis=0))
-            near = widened(thin, 2)
-            mapping.factorise(np.where(near, _GAIN * (1 + mapping.follow_w), mapping.follow_w))
-            solution = mapping.place(w)
-            yield Progress(0.1 * (step + 1) / _ROUNDS, "unfolding", solution.positions)
-            if not folded_quads(solution.z).any():
-                break
-    finally:
-        mapping.factorise(follow_w)
-    return solution
