@@ -13,15 +13,16 @@ from core.overlay.lattice import Lattice
 from core.overlay.period import coarser, estimate_halves
 from core.overlay.pieces import joined_by, with_more_pieces
 from core.overlay.registration import Smoothness, State
-from core.overlay.seeding import NoPatternError
+from core.overlay.seeding import NoPatternError, likeness
 from core.progress import Job, Progress
 
 LEAST_EVENNESS = 0.12
 """Change of colour along stripes over that across them, below which only one direction repeats."""
 LEAST_STEPS = 4
 """Area, in lattice steps, below which nothing was found."""
-LEAST_SHARE = 1 / 3
-"""Vertices over the area, in steps, that is followed from them: fewer are a chance likeness amid another pattern."""
+LEAST_SHARE, CERTAIN = 1 / 3, 0.4
+"""Vertices over the area, in steps, that is followed from them: fewer are a chance likeness amid another pattern,
+unless they are as much alike as this."""
 
 
 def fit(
@@ -36,7 +37,13 @@ def fit(
     cloth = make_cloth(photo, canvas, lattice, np.eye(2))
     start = starting_state(cloth, lattice)
     if not trusted:
-        cloth = make_cloth(photo, canvas, lattice, true_period(cloth, start, seed))
+        M = true_period(cloth, start, seed)
+        if abs(np.linalg.det(M)) > 1.5:
+            # Vertices that lie badly make texels look different: what counts is how they look once registered.
+            found = measured(cloth, estimated(cloth, (start,)), (start,))
+            start = refitted(cloth, found, rounds=5, blur_px=1.5).pieces[0]
+            M = true_period(cloth, start, seed)
+        cloth = make_cloth(photo, canvas, lattice, M)
     start = replace(start, uv=start.uv @ np.linalg.inv(cloth.M).T)
     found = measured(cloth, estimated(cloth, (start,)), (start,))
     if found.texel.blurred(0.1 * cloth.step_px, cloth.basis).evenness(cloth.basis) < LEAST_EVENNESS:
@@ -46,7 +53,8 @@ def fit(
         found = refitted(cloth, found, rounds=5, blur_px=blur_px)
     found = yield from followed(cloth, pruned(cloth, found), Progress(0.25, "following the cloth"))
     area = cloth.steps_of(found.cells)
-    if area < LEAST_STEPS or (not sure and len(lattice) < LEAST_SHARE * area):
+    chance = not sure and likeness(lattice) < CERTAIN and len(lattice) < LEAST_SHARE * area
+    if area < LEAST_STEPS or chance:
         raise NoPatternError
     for other in lattices[1:]:
         found = yield from joined_by(cloth, found, other, Progress(0.4, "following the cloth"))

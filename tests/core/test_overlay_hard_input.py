@@ -1,12 +1,17 @@
 """What is hard, unusual or no pattern at all: a sensible result or a refusal, never a hang."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats, InputError
+from core.overlay.alignment import Frames
+from core.overlay.cloth import make_cloth, starting_state
 from core.overlay.corrections import lattices_of, texel_between
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.fitting import fit
+from core.overlay.fitting import fit, true_period
+from core.overlay.lattice import Lattice
 from core.overlay.seeding import NoPatternError, flat_canvas
 from core.progress import run
 from tests.core.overlay_scenes import Scene, make_scene, marked_checks, motif
@@ -144,16 +149,34 @@ def test_a_corrected_lattice_is_gone_on_from() -> None:
     assert_true_lattice(again, scene)
 
 
-def test_few_vertices_amid_much_that_looks_like_them_are_no_pattern_unless_the_user_says_so() -> None:
+def with_scores(lattice: Lattice, score: float) -> Lattice:
+    return replace(lattice, frames=replace(lattice.frames, scores=np.full(len(lattice), score)))
+
+
+def test_few_vertices_amid_much_that_looks_like_them_are_no_pattern_unless_they_or_the_user_are_sure() -> None:
     scene = make_scene(motif())
     whole = found_in(scene.photo).lattice
     middle = np.median(whole.keys, axis=0).astype(int)
     few = whole[(np.abs(whole.keys - middle) <= 1).all(1)]
     canvas = flat_canvas(scene.photo, np.ones(scene.photo.shape[:2], bool))
     with pytest.raises(NoPatternError):
-        run(fit(scene.photo, canvas, [few], 0, trusted=False, sure=False))
-    cloth, found = run(fit(scene.photo, canvas, [few], 0, trusted=False, sure=True))
-    assert cloth.steps_of(found.cells) > 30
+        run(fit(scene.photo, canvas, [with_scores(few, 0.85)], 0, trusted=False, sure=False))
+    for score, sure in ((0.85, True), (0.95, False)):
+        cloth, found = run(fit(scene.photo, canvas, [with_scores(few, score)], 0, trusted=False, sure=sure))
+        assert cloth.steps_of(found.cells) > 30
+
+
+def test_vertices_that_lie_badly_in_every_second_column_do_not_double_the_texel() -> None:
+    scene = make_scene(motif(), size=(230, 240))
+    keys = np.stack(np.meshgrid(np.arange(1, 8), np.arange(1, 9)), -1).reshape(-1, 2)
+    points = keys @ scene.basis.T
+    points[keys[:, 0] % 2 == 0, 1] += 3.0
+    canvas = flat_canvas(scene.photo, np.ones(scene.photo.shape[:2], bool))
+    frames = Frames(points, np.tile(scene.basis, (len(keys), 1, 1)), np.full(len(keys), 0.9))
+    cloth = make_cloth(scene.photo, canvas, Lattice(keys, frames), np.eye(2))
+    assert abs(np.linalg.det(true_period(cloth, starting_state(cloth, cloth.lattice), 0))) == pytest.approx(2)
+    cloth, _ = run(fit(scene.photo, canvas, [cloth.lattice], 0, trusted=False, sure=False))
+    assert abs(np.linalg.det(cloth.M)) == pytest.approx(1)
 
 
 def test_a_doubled_vertex_and_a_row_of_vertices_are_refused() -> None:
