@@ -12,6 +12,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
 from core.overlay.alignment import Frames
+from core.overlay.bands import bands
 from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import filtered
 from core.overlay.correlation import Proposal
@@ -24,11 +25,10 @@ from core.overlay.refinement import refined
 from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring, without_specks
 from core.overlay.registration import LEAST_SHADING, State
 from core.overlay.seeding import find_lattice, flat_canvas
-from core.overlay.sheets import laid_apart
 from core.overlay.stages import Stage
 from core.overlay.texel import Texel, drawn, estimate_texel
 from core.overlay.tint import tint
-from core.overlay.vertices import vertices
+from core.overlay.vertices import whole_lattice
 from core.progress import Job, Progress, part
 
 T = TypeVar("T")
@@ -59,7 +59,7 @@ class Decomposition:
     """(H, W), the factor Wp, or (H, W, 3) where the light's colour changes."""
     detail: Singles
     """(H, W, 3), HF = I - Wp T(Wg); NRT eq. 10 prints the opposite sign."""
-    reconstruction: Floats
+    reconstruction: Singles
     """(H, W, 3), Wp T(Wg), 0 outside."""
     coverage: Singles
     """(H, W), 1 on cloth that the model explains, falling to 0 over the last pixels before its border."""
@@ -125,7 +125,8 @@ def shrunk(image: Floats, scale: int) -> Floats:
     if scale == 1:
         return image
     h, w = (-(-n // scale) for n in image.shape[:2])
-    padded = np.pad(image, ((0, h * scale - image.shape[0]), (0, w * scale - image.shape[1]), (0, 0)), mode="edge")
+    rest = h * scale - image.shape[0], w * scale - image.shape[1]
+    padded = np.pad(image, ((0, rest[0]), (0, rest[1]), (0, 0)), mode="edge") if any(rest) else image
     return np.asarray(padded.reshape(h, scale, w, scale, -1).mean((1, 3)), np.float64)
 
 
@@ -170,11 +171,12 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)
     inside, coordinates = np.isfinite(shading), uv.astype(np.float32)
-    colours = filtered(texel.pixels, coordinates.astype(float))
     light = (shading * gauge).astype(np.float32)[..., None]
-    colour = tint(photo, np.nan_to_num(light) * colours, followed, TINT_STEPS * scale * cloth.step_px)
-    light = light if colour is None else (light * colour).astype(np.float32)
-    modelled = np.nan_to_num(light.astype(float)) * colours
+    modelled = texture_at(texel, coordinates)
+    modelled *= np.nan_to_num(light)
+    colour = coloured_light(photo, modelled, followed, scale, TINT_STEPS * cloth.step_px)
+    if colour is not None:
+        light, modelled = light * colour, modelled * colour
     lattice = whole_lattice(cloth, pieces, found)
     frames = Frames(
         scale * lattice.frames.points + (scale - 1) / 2, scale * lattice.frames.bases, lattice.frames.scores
@@ -184,7 +186,7 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
         uv=coordinates,
         texel=texel,
         shading=light[..., 0] if light.shape[-1] == 1 else light,
-        detail=np.where(inside[..., None], photo - modelled, np.nan).astype(np.float32),
+        detail=difference(photo, modelled, inside),
         reconstruction=modelled,
         coverage=feathered(inside).astype(np.float32),
         lattice=replace(lattice, frames=frames),
@@ -196,8 +198,34 @@ def finer_texel(cloth: Cloth, photo: Floats, uv: Floats, shading: Floats, scale:
     """Return the texel at the photo's own resolution."""
     covered = drawn(np.isfinite(shading), TEXEL_PIXELS)
     h, w = cloth.texel_samples
-    light = np.nan_to_num(shading)
-    return estimate_texel(photo, np.nan_to_num(uv), light, covered.astype(float), (h * scale, w * scale))
+    return estimate_texel(photo, uv, shading, covered.astype(float), (h * scale, w * scale))
+
+
+def texture_at(texel: Texel, uv: Singles) -> Singles:
+    """Return the texture's colours (H, W, 3) at coordinates (H, W, 2), 0 where they are NaN."""
+    out = np.empty((*uv.shape[:2], 3), np.float32)
+    for first, top, bottom, last in bands(len(uv), margin=1):
+        out[top:bottom] = filtered(texel.pixels, uv[first:last].astype(float))[top - first : bottom - first]
+    return out
+
+
+def coloured_light(photo: Floats, modelled: Singles, inside: Bools, scale: int, sigma_px: float) -> Singles | None:
+    """Return each channel's own factor (H, W, 3), or None where light has one colour, from every `scale`-th pixel.
+
+    `sigma_px` is over so many pixels.
+    """
+    few = slice(None, None, scale)
+    colour = tint(photo[few, few], modelled[few, few].astype(float), inside[few, few], sigma_px)
+    if colour is None or scale == 1:
+        return None if colour is None else colour.astype(np.float32)
+    return np.asarray(cv2.resize(colour.astype(np.float32), inside.shape[::-1], interpolation=cv2.INTER_LINEAR))
+
+
+def difference(photo: Floats, modelled: Singles, inside: Bools) -> Singles:
+    """Return the photo less the model (H, W, 3), NaN outside."""
+    out: Singles = np.subtract(photo, modelled, dtype=np.float32, casting="same_kind")
+    out[~inside] = np.nan
+    return out
 
 
 def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
@@ -232,9 +260,11 @@ def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -
     uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
     for piece, mask in zip(pieces, masks, strict=True):
         inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid
-        box = around(inside)
-        at, inside = mesh.smooth_to_pixels(piece.values, box), inside[box]
-        uv[box][inside], shading[box][inside] = at[inside, :2], np.maximum(at[inside, 2], LEAST_SHADING)
+        rows, columns = around(inside)
+        for _, top, bottom, _ in bands(rows.stop - rows.start, margin=0):
+            box = slice(rows.start + top, rows.start + bottom), columns
+            at, own = mesh.smooth_to_pixels(piece.values, box), inside[box]
+            uv[box][own], shading[box][own] = at[own, :2], np.maximum(at[own, 2], LEAST_SHADING)
     return uv, shading
 
 
@@ -260,32 +290,3 @@ def spread_mask(mask: Bools, size: tuple[int, ...]) -> Bools:
     wide = (mask.shape[1] * scale, mask.shape[0] * scale)
     soft = cv2.resize(mask.astype(np.float32), wide, interpolation=cv2.INTER_LINEAR)
     return np.asarray(soft[: size[0], : size[1]] > 0.5, np.bool_)
-
-
-def whole_lattice(cloth: Cloth, pieces: list[State], fit: Fit) -> Lattice:
-    """Return the vertices of all pieces, scored by how well the texture explains the quad to their lower right."""
-    parts = [vertices(cloth.mesh, piece) for piece in pieces]
-    scores = [confidence(cloth, piece, found, fit) for piece, found in zip(pieces, parts, strict=True)]
-    frames = Frames(
-        np.concatenate([found.frames.points for found in parts]),
-        np.concatenate([found.frames.bases for found in parts]),
-        np.concatenate(scores),
-    )
-    return laid_apart(Lattice(np.concatenate([found.keys for found in parts]), frames))
-
-
-def confidence(cloth: Cloth, piece: State, found: Lattice, fit: Fit) -> Floats:
-    """Return the share of the variance (K,) that is explained in the quad to the lower right of each vertex."""
-    box = cloth.mesh.box_of(piece.cells, 1 + round(8 / cloth.mesh.cell))
-    at = cloth.mesh.smooth_to_pixels(piece.values, box)
-    modelled = at[..., 2:] * fit.texel(at[..., :2])
-    bad, _ = misfit(cloth.photo[box], modelled, at[..., 2], cloth.valid[box], fit.tolerance, 2.0)
-    inside = cloth.mesh.pixels_of(piece.cells)[box]
-    quads = np.floor(at[inside, :2]).astype(np.int64)
-    low = np.minimum(quads.min(0), found.keys.min(0)) if len(found) else quads.min(0)
-    width = int(max(quads[:, 1].max(), found.keys[:, 1].max(initial=0)) - low[1] + 1)
-    number = (quads[:, 0] - low[0]) * width + quads[:, 1] - low[1]
-    keys = (found.keys[:, 0] - low[0]) * width + found.keys[:, 1] - low[1]
-    count = int(max(number.max(), keys.max(initial=0))) + 1
-    total, area = np.bincount(number, np.clip(1 - bad[inside], 0, 1), count), np.bincount(number, minlength=count)
-    return np.asarray(total[keys] / np.maximum(area[keys], 1), np.float64)

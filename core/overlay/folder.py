@@ -32,7 +32,7 @@ def write(found: Decomposition, source: Image, folder: Path) -> None:
         (place / "report.json").write_text(json.dumps(report(found), indent=1) + "\n", encoding="utf-8")
 
 
-def picture(values: Floats) -> Image:
+def picture(values: Floats | Singles) -> Image:
     """Return values on the 0 to 1 scale as an 8-bit picture."""
     return Image(color.quantise(values.astype(np.float32), np.uint8))
 

@@ -57,23 +57,22 @@ def _moved(photo: Floats, uv: Floats, shading: Floats, texel: Texel, basis: Floa
     shift = np.zeros_like(start)
     for _ in range(ROUNDS):
         value, du, dv = texel.with_gradient(start + shift @ to_uv.T)
-        slopes = light[..., None] * (np.stack([du, dv], -1) @ to_uv)
-        shift += best_shift(photo - light * value, slopes, inside, noise)
+        slopes = [light * (du * to_uv[0, k] + dv * to_uv[1, k]) for k in (0, 1)]
+        shift += best_shift(photo - light * value, slopes[0], slopes[1], inside, noise)
         shift *= np.minimum(1, MOST_PX / np.maximum(np.hypot(shift[..., 0], shift[..., 1]), 1e-9))[..., None]
     return np.where(inside[..., None], start + shift @ to_uv.T, np.nan)
 
 
-def best_shift(error: Floats, slopes: Floats, inside: Bools, noise: float) -> Floats:
-    """Return δ (H, W, 2) for errors r (H, W, 3) and slopes g (H, W, 3, 2)."""
+def best_shift(error: Floats, across: Floats, down: Floats, inside: Bools, noise: float) -> Floats:
+    """Return δ (H, W, 2) for errors r and slopes g along x and y, all (H, W, 3)."""
     weight = inside * np.minimum(1, 2 * noise / np.maximum(magnitude(error), 1e-9))
-    products = [(slopes[..., i] * slopes[..., j]).sum(-1) for i, j in ((0, 0), (0, 1), (1, 1))]
-    products += [(slopes[..., i] * error).sum(-1) for i in (0, 1)]
-    means = gaussian((np.stack(products, -1) * weight[..., None]).astype(np.float32), SIGMA_PX).astype(np.float64)
-    a, b, c, p, q = np.moveaxis(means, -1, 0)
+    pairs = ((across, across), (across, down), (down, down), (across, error), (down, error))
+    sums = (np.einsum("hwc,hwc->hw", one, other) * weight for one, other in pairs)
+    a, b, c, p, q = (gaussian(plane.astype(np.float32), SIGMA_PX).astype(np.float64) for plane in sums)
     a, c = a + HOLD * noise**2, c + HOLD * noise**2
     return np.asarray(np.stack([c * p - b * q, a * q - b * p], -1) / (a * c - b * b)[..., None], np.float64)
 
 
 def magnitude(error: Floats) -> Floats:
     """Return the root of the mean over the channels of squared errors (..., 3)."""
-    return np.asarray(np.sqrt((error**2).mean(-1)), np.float64)
+    return np.asarray(np.sqrt(np.einsum("...c,...c->...", error, error) / error.shape[-1]), np.float64)

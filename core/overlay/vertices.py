@@ -2,10 +2,14 @@
 
 import numpy as np
 
+from core.arrays import Floats
 from core.overlay.alignment import Frames
+from core.overlay.cloth import Cloth, Fit
 from core.overlay.lattice import Lattice
 from core.overlay.mesh import Mesh, cross
+from core.overlay.region import misfit
 from core.overlay.registration import State
+from core.overlay.sheets import laid_apart
 
 TRIANGLES = ((0, 1, 3), (0, 3, 2))
 """Corners of a cell's two triangles, as in `Mesh.weights`."""
@@ -33,3 +37,32 @@ def vertices(mesh: Mesh, state: State) -> Lattice:
         bases.append(edges @ np.linalg.inv(np.stack([uv[b] - uv[a], uv[c] - uv[a]], -1)))
     whole = np.concatenate(keys).astype(np.int64)
     return Lattice(whole, Frames(np.concatenate(points), np.concatenate(bases), np.ones(len(whole))))
+
+
+def whole_lattice(cloth: Cloth, pieces: list[State], fit: Fit) -> Lattice:
+    """Return the vertices of all pieces, scored by how well the texture explains the quad to their lower right."""
+    parts = [vertices(cloth.mesh, piece) for piece in pieces]
+    scores = [confidence(cloth, piece, found, fit) for piece, found in zip(pieces, parts, strict=True)]
+    frames = Frames(
+        np.concatenate([found.frames.points for found in parts]),
+        np.concatenate([found.frames.bases for found in parts]),
+        np.concatenate(scores),
+    )
+    return laid_apart(Lattice(np.concatenate([found.keys for found in parts]), frames))
+
+
+def confidence(cloth: Cloth, piece: State, found: Lattice, fit: Fit) -> Floats:
+    """Return the share of the variance (K,) that is explained in the quad to the lower right of each vertex."""
+    box = cloth.mesh.box_of(piece.cells, 1 + round(8 / cloth.mesh.cell))
+    at = cloth.mesh.smooth_to_pixels(piece.values, box)
+    modelled = at[..., 2:] * fit.texel(at[..., :2])
+    bad, _ = misfit(cloth.photo[box], modelled, at[..., 2], cloth.valid[box], fit.tolerance, 2.0)
+    inside = cloth.mesh.pixels_of(piece.cells)[box]
+    quads = np.floor(at[inside, :2]).astype(np.int64)
+    low = np.minimum(quads.min(0), found.keys.min(0)) if len(found) else quads.min(0)
+    width = int(max(quads[:, 1].max(), found.keys[:, 1].max(initial=0)) - low[1] + 1)
+    number = (quads[:, 0] - low[0]) * width + quads[:, 1] - low[1]
+    keys = (found.keys[:, 0] - low[0]) * width + found.keys[:, 1] - low[1]
+    count = int(max(number.max(), keys.max(initial=0))) + 1
+    total, area = np.bincount(number, np.clip(1 - bad[inside], 0, 1), count), np.bincount(number, minlength=count)
+    return np.asarray(total[keys] / np.maximum(area[keys], 1), np.float64)
