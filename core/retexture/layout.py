@@ -41,7 +41,7 @@ class Origins:
     curve: Ints
     """(n,) which curve is nearest."""
     inner: Floats
-    """(n,) share of texture's own scale, see `region.Region`."""
+    """(n,) how far inside of the region it lies, as `region.Region.free` has it."""
     scale: Floats
     """(n,) by how much the patch is smaller than others (DPD sec. 3.5)."""
 
@@ -69,6 +69,8 @@ class Correspondence:
     """(H, W) shares of texture's own scale and of the curves' coordinates, see `region.Region`."""
     contrast: Singles
     """(H, W) of fine texture, see `region.contrast`."""
+    free: Singles
+    """(H, W) see `region.Region`."""
 
     def origins(self, places: Points) -> Origins:
         """Return origins at `places` (n, 2).
@@ -86,7 +88,7 @@ class Correspondence:
         turn = (1 - share) * _angle(self.source.feet(place).heading, carried)
         scale = self.scale_at(places)
         source_heading = np.where(share[:, None] < 0.5, carried, source_heading)
-        inner = self.inner[y, x].astype(np.float64)
+        inner = self.free[y, x].astype(np.float64)
         return Origins(places, feet.heading, place, source_heading, turn, feet.offset, feet.curve, inner, scale)
 
     def _deformed(self, places: Points, heading: Points) -> tuple[Points, Points]:

@@ -148,7 +148,7 @@ def joined(there: Singles, origins: Origins, shape: PatchShape, target: Directio
 
     With q the nodes of the target grid, as large as the source's, and w the share of texture's own scale, a node is
     w there + (1 - w) (q + D(q) + o). In rich texture, which would show it if it were stretched, the offset o brings
-    both to the same place at the origin, and the cut hides the seam; elsewhere o is 0, and there is no seam.
+    both to the same place at the origin, and fades as the share of the curves' coordinates does; elsewhere it is 0.
     """
     if not len(origins):
         return there
@@ -158,7 +158,9 @@ def joined(there: Singles, origins: Origins, shape: PatchShape, target: Directio
     plain = here + read(way.displacement.astype(np.float32), here / np.float32(way.grid.step))
     own = smoothstep((read(way.contrast, origins.target) - SMOOTH) / SMOOTH)[:, None]
     off = own * (origins.source.astype(np.float32) - plain[:, rib, spine])
-    return share * there + (1 - share) * (plain + off[:, None, None])
+    near = read(way.nearness, here)[..., None]
+    fading = np.clip(near / np.maximum(near[:, rib, spine][:, None, None], 1e-3), 0, 1)
+    return np.asarray(share * there + (1 - share) * (plain + fading * off[:, None, None]), np.float32)
 
 
 def grid_places(batch: Batch, some: Ints, at: Singles) -> Singles:

@@ -22,8 +22,32 @@ CONTRAST = 0.02
 """Below this contrast, of 1, there is nothing to be seen stretched."""
 JOIN = 0.3
 """Width of the band that joins both, as a share of the reach."""
+GENTLE = 1.6
+"""And wider by so many times the gap that it bridges: in less, one thing of the source would be shown twice or torn."""
 RIM_PX = 12
 """Width of the rim in which the seam between both may run."""
+
+
+@dataclass(frozen=True, eq=False)
+class Apart:
+    """How the two ways to a place's source, the deformation and the curves' own coordinates, differ."""
+
+    gap_px: Singles
+    """(H, W) how far apart they lead."""
+    torn: Bools
+    """(H, W) where the coordinates of two curves meet and lead to different places."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Distances that bound a region."""
+
+    reach_px: float
+    """From a target curve to where texture is regrown for little strain."""
+    edge_px: float
+    """To where it is regrown without detail too, so that the feature's edge stays sharp."""
+    search_px: float
+    """From a patch's corresponding place to its farthest candidate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +64,9 @@ class Region:
     nearness: Singles
     """(H, W) the same, falling with the distance from the curves too: how much of a place's source is found along the
     curve's own coordinates, the rest being found by the deformation."""
+    free: Singles
+    """(H, W) 0 at the outer edge, where a patch shows its corresponding place so that it joins what lies outside, to 1
+    where any candidate will do."""
 
 
 def region(
@@ -47,16 +74,17 @@ def region(
     field: Floats,
     curves: CurveSet,
     detail: Singles,
+    apart: Apart,
+    sizes: Sizes,
     *,
-    reach_px: float,
-    edge_px: float,
     matte: Bytes | None = None,
 ) -> Region:
     """Return where to regrow texture: near the target curves, as far as the deformation is not rigid.
 
     Farther off, too, where it stretches much. And wherever the deformed picture has no `detail` (H, W), there is
-    nothing to regrow, but within `edge_px` of a curve, so that its edge stays sharp.
+    nothing to regrow, but close to a curve.
     """
+    reach_px, edge_px = sizes.reach_px, sizes.edge_px
     strain = grid.at_pixels(scipy.ndimage.gaussian_filter(distortion(grid, field), 6 / grid.step)[..., None])[..., 0]
     distance = _distance(curves, grid.shape)
     near = (distance < reach_px) & (strain > CALM)
@@ -71,8 +99,19 @@ def region(
         must &= cv2.erode(allowed.astype(np.uint8), _disc(RIM_PX // 2), borderValue=1) > 0
     depth = cv2.distanceTransform(np.pad(may, 1, mode="edge").astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
     # A region without an outer edge is infinitely deep.
-    inner = smoothstep(((np.minimum(depth, 1e4) - RIM_PX / 2) / (JOIN * reach_px)).astype(np.float32))
-    return Region(must, may, inner, inner * (1 - smoothstep(distance / reach_px - 1)))
+    inside = np.minimum(depth, 1e4).astype(np.float32) - np.float32(RIM_PX / 2)
+    inner = smoothstep(inside / np.float32(JOIN * reach_px))
+    band = np.float32(JOIN * reach_px) + np.float32(GENTLE) * apart.gap_px
+    nearness = smoothstep(np.minimum(inside, _unbroken(apart.torn)) / band)
+    free = smoothstep(inside / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
+    return Region(must, may, inner, nearness * (1 - smoothstep(distance / reach_px - 1)), free)
+
+
+def _unbroken(torn: Bools) -> Singles:
+    """Return the distance of every pixel (H, W) to those `torn`, px."""
+    if not torn.any():
+        return np.full(torn.shape, np.inf, np.float32)
+    return np.asarray(cv2.distanceTransform((~torn).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
 def smoothstep(x: Singles) -> Singles:

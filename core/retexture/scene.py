@@ -15,10 +15,12 @@ from core.retexture.coordinates import CurveSet, DirectionField
 from core.retexture.diffusion import Diffusion
 from core.retexture.layout import Correspondence, along_curves, pace
 from core.retexture.patches import Fields, PatchShape
-from core.retexture.region import Region, contrast, region
+from core.retexture.region import Apart, Region, Sizes, contrast, region
 from core.retexture.result import Retexture
 from core.retexture.sampling import Kernel, read
 
+TORN = 3.0
+"""Where two curves meet, their coordinates are torn if places in the source part so many times as far as here."""
 KEPT_PX = 2.0
 """Patches stop this short of another curve (DPD sec. 3.2)."""
 
@@ -46,16 +48,17 @@ def prepared(
     targets = [piece.target or followed(piece.source, plain) for piece in pieces]
     source, target = CurveSet([piece.source for piece in pieces]), CurveSet(targets)
     fine = contrast(picture)
-    beside, paces = along_nodes(source, target, plain.grid)
+    beside, paces, nearest = along_nodes(source, target, plain.grid)
     # What a place shows comes from where the deformation has it, or from where it lies along the curve.
     fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
-    edge_px = 1.5 * patch.rib
-    area = region(plain.grid, plain.field, target, fine, reach_px=reach_px, edge_px=edge_px, matte=matte)
+    between = apart(beside, nearest, plain)
+    sizes = Sizes(reach_px, 1.5 * patch.rib, patch.search_along)
+    area = region(plain.grid, plain.field, target, fine, between, sizes, matte=matte)
     # Each share of a place's source compresses as its own map does.
     near = read(area.nearness, plain.grid.nodes, Kernel.NEAREST)
     pressed = near * spread(paces, plain.grid)[..., 0] + (1 - near) * diffusion.compression(plain.grid, plain.field)
     way = Correspondence(
-        source, target, plain.grid, plain.field, np.clip(pressed, 1, 3), area.inner, area.nearness, fine
+        source, target, plain.grid, plain.field, np.clip(pressed, 1, 3), area.inner, area.nearness, fine, area.free
     )
     shape = plain.grid.shape
     kept = (near_curves(source, shape), near_curves(target, shape)) if len(pieces) > 1 else None
@@ -75,11 +78,27 @@ def direction_fields(way: Correspondence, area: Region, patch: PatchShape, reach
     )
 
 
-def along_nodes(source: CurveSet, target: CurveSet, grid: Diffusion) -> tuple[Points, Floats]:
-    """Return what corresponds along the curves to every second node of the grid: places (r, c, 2), and paces (r, c)."""
+def along_nodes(source: CurveSet, target: CurveSet, grid: Diffusion) -> tuple[Points, Floats, Ints]:
+    """Return what corresponds along the curves to every second node of the grid.
+
+    That is its place (r, c, 2), the pace (r, c) and the nearest curve (r, c).
+    """
     some = grid.nodes[::2, ::2]
     feet, place, _ = along_curves(source, target, some.reshape(-1, 2))
-    return place.reshape(some.shape), pace(source, target, feet).reshape(some.shape[:2])
+    size = some.shape[:2]
+    return place.reshape(some.shape), pace(source, target, feet).reshape(size), feet.curve.reshape(size)
+
+
+def apart(along: Points, nearest: Ints, plain: Retexture) -> Apart:
+    """Return how the places `along` the `nearest` curves (r, c, 2), of every second node, are off the deformation's."""
+    gap = np.linalg.norm(along - (plain.grid.nodes + plain.field)[::2, ::2], axis=-1)
+    torn = np.zeros(nearest.shape)
+    for axis in (0, 1):
+        far = np.linalg.norm(np.diff(along, axis=axis), axis=-1) > TORN * 2 * plain.grid.step
+        meets = far & (np.diff(nearest, axis=axis) != 0)
+        torn += np.pad(meets, [(int(axis == i), 0) for i in (0, 1)])
+    gap_px, meeting = (plain.grid.at_pixels(spread(values, plain.grid))[..., 0] for values in (gap, torn))
+    return Apart(gap_px, meeting > 0.5)
 
 
 def spread(values: Floats | Singles, grid: Diffusion) -> Floats:

@@ -1,0 +1,64 @@
+"""Where regrown texture meets the plain deformation, and the coordinates of one curve those of another."""
+
+import numpy as np
+
+from core.arrays import Points
+from core.feature_curves import FeatureCurve
+from core.retexture.job import deformed
+from core.retexture.patches import PatchShape, grown
+from core.retexture.scene import Scene, prepared
+from tests.core.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
+
+SHAPE = (HEIGHT, WIDTH)
+PATCH = PatchShape()
+
+
+def scene_of(curves: list[FeatureCurve], reach_px: float) -> Scene:
+    """Return the scene of curves over noise, which has detail everywhere."""
+    noise = np.random.default_rng(0).random((*SHAPE, 3)).astype(np.float32)
+    return prepared(curves, deformed(SHAPE, curves, None), noise, PATCH, reach_px, None)
+
+
+def upright(x: float, top: float, bottom: float) -> Points:
+    y = np.arange(top, bottom)
+    return np.column_stack([np.full(len(y), x), y])
+
+
+def test_nothing_is_shown_twice_where_the_region_ends() -> None:
+    """Below the arch the curve's own coordinates and the deformation lead to places far apart."""
+    scene = scene_of([FeatureCurve(straight(), arched(40, 120))], 60.0)
+    steps = np.diff(scene.way.origins(upright(WIDTH / 2, 84, 190)).source[:, 1])
+    assert steps.min() > 0.05
+    assert steps.max() < 1.2
+
+
+def test_between_two_curves_places_go_over_from_one_to_the_other() -> None:
+    lifted, still = FeatureCurve(straight(90.0), straight(50.0)), FeatureCurve(straight(130.0), straight(130.0))
+    scene = scene_of([lifted, still], 60.0)
+    down = scene.way.origins(upright(WIDTH / 2, 52, 129)).source[:, 1]
+    assert (np.abs(np.diff(down)) < 3).all()
+    assert down[0] < 95
+    assert down[-1] > 125
+
+
+def test_patches_end_where_the_deformation_has_it() -> None:
+    scene = scene_of(bent(), 60.0)
+    inside = np.argwhere((scene.way.inner > 0.3) & (scene.way.inner < 0.9))[::97, ::-1].astype(float)
+    batch = grown(scene.way.origins(inside), PATCH, scene.fields, scene.way)
+    across, along = PATCH.search_across, PATCH.search_along
+    shown = batch.source[:, across:-across, along:-along].reshape(-1, 2)
+    target = batch.target.reshape(-1, 2).astype(float)
+    plain = target + scene.way.grid.at(scene.way.displacement, target)
+    x, y = np.clip(np.rint(target), 0, [WIDTH - 1, HEIGHT - 1]).astype(int).T
+    outer = scene.way.inner[y, x] == 0
+    assert outer.sum() > 200
+    assert np.linalg.norm(shown - plain, axis=1)[outer].max() < 1
+
+
+def test_candidates_are_free_inside_and_held_at_the_edge() -> None:
+    scene = scene_of(bent(), 60.0)
+    deep = scene.area.inner >= 1
+    assert scene.area.free[deep].min() < 0.7
+    assert scene.area.free.max() == 1
+    held = np.argwhere((scene.area.inner == 0) & scene.area.may)[::50, ::-1].astype(float)
+    assert scene.way.origins(held).inner.max() == 0
