@@ -1,27 +1,36 @@
 """Poisson blending where a seam stays visible (DPD sec. 3.4), as a correction on top of the resampled picture.
 
-The step across a seam is texture for the most part, different at every pixel, and a cut has hidden it already. What
-shows is a step that is the same all along the seam: a difference of shading. It is the mean step m between two patches
-over the n pixels of their seam, and it is real as far as it exceeds its standard error s / sqrt(n); only the excess is
-removed, so that no detail is touched.
+The step across a seam is what both patches would show of one pixel, the one that ends before it carried on by its own
+last step; an edge of the picture that both continue is none. It is texture for the most part, different at every pixel,
+and a cut has hidden it already. What shows is a step that is the same all along a stretch of the seam: a difference of
+shading. It is the mean step m over the n pixels of the stretch, and it is real as far as it exceeds its standard error
+s / sqrt(n); only the excess is removed, so that no detail is touched.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from core import poisson
 from core.arrays import Floats, Ints, Singles
+from core.retexture.sampling import Kernel, read
+from core.retexture.softening import SHARE
 
 FADE_PX = 12.0
 TILE_PX = 768
 """Corrections are solved for in tiles of this side, and some more around, since they fade."""
 SURE = 2.0
 """Standard errors below which a mean step is taken for texture."""
+STRETCH_PX = 24
+"""Steps are averaged over the seam between two patches within squares of this side."""
 SHORT = 6
-"""Seams of fewer pixels are left alone."""
-LARGEST = 0.15
-"""A step above this is no shading but an edge of what the picture shows, and stays."""
+"""Stretches of fewer pixels are left alone."""
+LARGEST = 0.3
+"""A step above this is no shading but different things that the patches show, and stays."""
+
+
+Numbers: TypeAlias = tuple[Ints, Ints]
+"""Rows and columns of n pixels."""
 
 
 class Edges(NamedTuple):
@@ -36,28 +45,39 @@ class Edges(NamedTuple):
     """(n,) where the first pixel lies."""
 
 
-def correction(picture: Singles, label: Ints) -> Singles | None:
-    """Return what to add to `picture` (H, W, C) shown by patches `label` (H, W); None where no seam is visible.
+def correction(source: Singles, place: Singles, label: Ints) -> Singles | None:
+    """Return what to add to the picture (H, W, C) that patches `label` (H, W) show; None where no seam is visible.
 
-    Label 0 is the plain deformation, which stays as it is: there the correction is 0, and all of the step at its
-    border is made up for inside.
+    They show the `place`s (H, W, 2) of a `source` (H', W', C). Label 0 is the plain deformation, which stays as it is:
+    there the correction is 0, and all of the step at its border is made up for inside.
     """
-    edges = [_edges(picture, label, down, right) for down, right in ((0, 1), (1, 0))]
+    edges = [_edges(source, place, label, down, right) for down, right in ((0, 1), (1, 0))]
     split = len(edges[0].labels)
     seams = np.concatenate([edge.labels for edge in edges])
-    visible = _visible_steps(seams, np.concatenate([edge.steps for edge in edges]))
+    stretch = np.concatenate([_stretch(edge, label.shape[1]) for edge in edges])
+    visible = _visible_steps(seams, stretch, np.concatenate([edge.steps for edge in edges]))
     if not np.abs(visible).any():
         return None
     # A step m at the border of a half-plane makes -m/2 on one side and m/2 on the other: doubled inside, none outside.
     outer = (seams == 0).any(axis=1)
     parts = [(gain, np.where(which[:, None], visible, 0)) for gain, which in ((2.0, outer), (1.0, ~outer))]
-    total = np.zeros(picture.shape, np.float32)
+    total = np.zeros((*label.shape, source.shape[2]), np.float32)
     for y in range(0, label.shape[0], TILE_PX):
         for x in range(0, label.shape[1], TILE_PX):
             tile = (y, x, min(y + TILE_PX, label.shape[0]), min(x + TILE_PX, label.shape[1]))
             for gain, steps in parts:
                 _add_tile(total, tile, edges, (steps[:split], steps[split:]), gain)
-    return np.asarray(total * (label > 0)[..., None])
+    return _softened(np.asarray(total * (label > 0)[..., None]), label)
+
+
+def _softened(change: Singles, label: Ints) -> Singles:
+    """Mix corrections (H, W, C) across seams as the colours are mixed there, see `softening`."""
+    mixed = change.copy()
+    for one, other in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+        part = np.where((label[one] != label[other])[..., None], np.float32(SHARE) * (change[other] - change[one]), 0)
+        mixed[one] += part * (label[one] > 0)[..., None]
+        mixed[other] -= part * (label[other] > 0)[..., None]
+    return mixed
 
 
 def _add_tile(
@@ -78,21 +98,39 @@ def _add_tile(
     total[tile[0] : tile[2], tile[1] : tile[3]] += np.float32(gain) * inner
 
 
-def _edges(picture: Singles, label: Ints, down: int, right: int) -> Edges:
+def _edges(source: Singles, place: Singles, label: Ints, down: int, right: int) -> Edges:
     """Return the pairs of pixels and their lower, or right, neighbours that seams part."""
     height, width = label.shape
-    first, second = label[: height - down, : width - right], label[down:, right:]
-    y, x = np.nonzero(first != second)
-    steps = (picture[y + down, x + right] - picture[y, x]).astype(np.float64)
-    return Edges(np.column_stack([first[y, x], second[y, x]]), steps, y, x)
+    y, x = np.nonzero(label[: height - down, : width - right] != label[down:, right:])
+    first, second = (y, x), (y + down, x + right)
+    shown = [read(source, place[at], Kernel.CUBIC) for at in (first, second)]
+    # What the second patch would show of the first pixel, and the first one of the second.
+    carried = _carried_on(place, label, second, (down, right)), _carried_on(place, label, first, (-down, -right))
+    beyond = [read(source, at, Kernel.CUBIC) for at in carried]
+    steps = (beyond[0] - shown[0] + shown[1] - beyond[1]).astype(np.float64) / 2
+    return Edges(np.column_stack([label[first], label[second]]), steps, y, x)
 
 
-def _visible_steps(seams: Ints, steps: Floats) -> Floats:
-    """Return the part of the mean step (n, C) along each pair's seam that exceeds what texture makes by chance."""
+def _carried_on(place: Singles, label: Ints, at: Numbers, step: tuple[int, int]) -> Singles:
+    """Return the places (n, 2) that patches would show a `step` before pixels `at`, where they end."""
+    here = place[at]
+    y, x = (np.clip(at[i] + step[i], 0, label.shape[i] - 1) for i in (0, 1))
+    own = (label[y, x] == label[at])[:, None]
+    unit = np.array([step[1], step[0]], np.float32)
+    return np.asarray(here - np.where(own, place[y, x] - here, unit), np.float32)
+
+
+def _stretch(edges: Edges, width: int) -> Ints:
+    """Return the number (n,) of the square of `STRETCH_PX` that each pair lies in."""
+    return edges.y // STRETCH_PX * (width // STRETCH_PX + 1) + edges.x // STRETCH_PX
+
+
+def _visible_steps(seams: Ints, stretch: Ints, steps: Floats) -> Floats:
+    """Return the part of the mean step (n, C) along each pair's `stretch` of a seam that texture does not make."""
     turned = seams[:, 0] > seams[:, 1]
     sign = np.where(turned, -1.0, 1.0)[:, None]
     ordered = np.where(turned[:, None], seams[:, ::-1], seams)
-    _, group, count = np.unique(ordered, axis=0, return_inverse=True, return_counts=True)
+    _, group, count = np.unique(np.column_stack([ordered, stretch]), axis=0, return_inverse=True, return_counts=True)
     group = group.reshape(-1)
     mean = _grouped(steps * sign, group, len(count)) / count[:, None]
     square = _grouped(steps**2, group, len(count)) / count[:, None]

@@ -85,7 +85,7 @@ def retexture(
     del rough
     canvas = Canvas(read(picture, found.place, Kernel.CUBIC), found.place, must=scene.area.must, may=scene.area.may)
     rng = np.random.default_rng(settings.seed)
-    painter = Painter(picture, bounds, canvas, patch, settings.variety, settings.mirrored, rng, watch)
+    painter = Painter(picture, bounds, scene.area.free, canvas, patch, settings.variety, settings.mirrored, rng, watch)
     work = part(synthesised(painter, scene, first, len(origins), refine=settings.refine), 0.15, 1.0)
     yield from with_previews(work, found, painter) if previews else work
     return finished(found, painter, watch)

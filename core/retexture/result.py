@@ -18,6 +18,8 @@ BAND = 256
 """Rows resampled at a time."""
 STILL_PX = 1e-4
 """What moves less is copied as it is."""
+AROUND_PX = 4
+"""What is read between pixels lies this far around them."""
 MARGIN_PX = 40
 """Corrections have faded this far from a seam."""
 
@@ -68,9 +70,9 @@ class Retexture:
         box = self._box() if blend else None
         if box is None:
             return result
-        encoded = color.premultiply(color.unit(result[box]))
-        change = correction(encoded, self.label[box])
+        change = self._correction(layer, box)
         if change is not None:
+            encoded = color.premultiply(color.unit(result[box]))
             shown = self.label[box] > 0
             low, high = (color.unit(np.asarray(limit)) for limit in (layer.min(), layer.max()))
             corrected = color.unpremultiply(np.clip(encoded + change, low, high))
@@ -114,6 +116,14 @@ class Retexture:
             stored = color.stored(color.unpremultiply(light), depth=layer.dtype, linear=linear)
             np.copyto(result[rows], stored, where=moved[..., None])
         return result
+
+    def _correction(self, layer: Pixels, box: tuple[slice, slice]) -> Singles | None:
+        """Return what to add to a `box` of the result, premultiplied, to hide seams; None where none is visible."""
+        place = self.place[box]
+        low = np.maximum(np.floor(place.min(axis=(0, 1))).astype(int) - AROUND_PX, 0)
+        high = np.maximum(np.ceil(place.max(axis=(0, 1))).astype(int) + AROUND_PX, low + 1)
+        source = color.premultiply(color.unit(layer[low[1] : high[1], low[0] : high[0]]))
+        return correction(source, place - low.astype(np.float32), self.label[box])
 
     def _box(self) -> tuple[slice, slice] | None:
         """Return rows and columns around all patches, with room for corrections to fade."""

@@ -35,6 +35,8 @@ class Painter:
     picture: Singles
     """(H, W, 3) the source, as it is compared."""
     bounds: Bounds
+    free: Singles
+    """(H, W) of the result, see `region.Region`."""
     canvas: Canvas
     shape: PatchShape
     variety: float
@@ -67,7 +69,11 @@ class Painter:
             first, turned = self._best(stock, some, helper, over_seams=over_seams)
         with self.watch("seams"):
             covered, patch = stock.pixels_of(some)
-            at = covered.at + first[covered.patch]
+            # Where the patch reaches the region's edge it shows its corresponding place, whichever was chosen.
+            middle = np.array([self.shape.search_along, self.shape.search_across], np.float32)
+            held = self.free.reshape(-1)[covered.pixel] / np.maximum(stock.batch.origins.inner[patch], 1e-3)
+            shift = np.clip(held, 0, 1).astype(np.float32)[:, None] * (first - middle)[covered.patch]
+            at = covered.at + middle + shift
             if turned.any():
                 last = stock.batch.source.shape[2] - 1
                 at[:, 0] = np.where(turned[covered.patch], last - at[:, 0], at[:, 0])

@@ -4,8 +4,10 @@ import numpy as np
 
 from core.arrays import Points
 from core.feature_curves import FeatureCurve
-from core.retexture.job import deformed
+from core.progress import run
+from core.retexture.job import Settings, deformed, retexture
 from core.retexture.patches import PatchShape, grown
+from core.retexture.result import plain_place
 from core.retexture.scene import Scene, prepared
 from tests.core.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
 
@@ -62,3 +64,12 @@ def test_candidates_are_free_inside_and_held_at_the_edge() -> None:
     assert scene.area.free.max() == 1
     held = np.argwhere((scene.area.inner == 0) & scene.area.may)[::50, ::-1].astype(float)
     assert scene.way.origins(held).inner.max() == 0
+
+
+def test_whatever_was_chosen_patches_meet_the_deformation_at_the_edge() -> None:
+    noise = np.random.default_rng(0).integers(0, 256, (*SHAPE, 3)).astype(np.uint8)
+    found = run(retexture(noise, bent(), Settings(PATCH, reach_px=60.0)))
+    plain = plain_place(found.grid, found.field, (slice(0, HEIGHT), slice(0, WIDTH)))
+    edge = (scene_of(bent(), 60.0).area.inner == 0) & (found.label > 0)
+    assert edge.sum() > 200
+    assert np.linalg.norm(found.place - plain, axis=-1)[edge].max() < 1

@@ -20,7 +20,7 @@ from core.retexture.layout import Lattice, gap_places, ordered_origins, pace
 from core.retexture.patches import Covered, PatchShape
 from core.retexture.sampling import Kernel, read
 from core.retexture.scene import near_curves, prepared
-from core.retexture.softening import across_seams
+from core.retexture.softening import SHARE, across_seams
 from core.retexture.stock import rounds
 from tests.core.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
 
@@ -337,35 +337,60 @@ def test_a_step_is_taken_away_and_fades() -> None:
     np.testing.assert_allclose(change[20], -change[20, ::-1], atol=1e-5)
 
 
-def halves_of(step: float, noise: float) -> tuple[Singles, Ints]:
-    rng = np.random.default_rng(4)
-    picture = rng.normal(0.5, noise, (60, 60, 3)).astype(np.float32)
-    picture[:, 30:] += np.float32(step)
-    label = np.ones((60, 60), np.int64)
-    label[:, 30:] = 2
-    return picture, label
+def halves_of(step: float, noise: float, *, edge: bool = False) -> tuple[Singles, Singles, Ints]:
+    """Return a source that is brighter by `step` from column 60 on, and two patches that meet at column 30.
+
+    They show it from column 0 and from column 60 on; or, if it is an `edge` of the source, both from column 30 on.
+    """
+    source = np.random.default_rng(4).normal(0.5, noise, (60, 120, 3)).astype(np.float32)
+    source[:, 60:] += np.float32(step)
+    y, x = np.mgrid[:60, :60].astype(np.float32)
+    beside = 30 if edge else np.where(x < 30, 0, 60)
+    label = np.where(x < 30, 1, 2).astype(np.int64)
+    return source, np.stack([x + beside, y], axis=-1).astype(np.float32), label
+
+
+def shown(source: Singles, place: Singles, label: Ints) -> Singles:
+    """Return what patches show, each pixel beside a seam mixed with what lies across it."""
+    picture, mixture = read(source, place), across_seams(place, label)
+    flat = picture.reshape(-1, 3)
+    flat[mixture.pixel] += np.float32(SHARE) * (read(source, mixture.place) - flat[mixture.pixel])
+    return picture
 
 
 def test_an_even_step_between_patches_is_blended() -> None:
-    picture, label = halves_of(0.08, 0.01)
-    change = correction(picture, label)
+    halves = halves_of(0.08, 0.01)
+    change = correction(*halves)
     assert change is not None
-    mended = picture + change
-    assert abs(float((mended[:, 30] - mended[:, 29]).mean())) < 0.02
+    columns = (shown(*halves) + change).mean(axis=(0, 2))
+    assert np.abs(np.diff(columns[25:35])).max() < 0.012
+    assert abs(columns[29] - columns[30]) < 0.012
+    assert columns[55] - columns[5] > 0.06
 
 
-@pytest.mark.parametrize(("step", "noise"), [(0.0, 0.1), (0.5, 0.01)])
-def test_texture_and_edges_are_no_visible_seams(step: float, noise: float) -> None:
-    change = correction(*halves_of(step, noise))
+@pytest.mark.parametrize(("step", "noise", "edge"), [(0.0, 0.1, False), (0.6, 0.01, False), (0.1, 0.01, True)])
+def test_texture_other_things_and_edges_are_no_visible_seams(step: float, noise: float, edge: bool) -> None:
+    change = correction(*halves_of(step, noise, edge=edge))
     assert change is None or np.abs(change).max() < 0.02
 
 
+def test_a_step_that_changes_its_sign_along_the_seam_is_blended() -> None:
+    source, place, label = halves_of(0.08, 0.01)
+    source[30:, 60:] -= np.float32(0.16)
+    change = correction(source, place, label)
+    assert change is not None
+    mended = shown(source, place, label) + change
+    for rows in (slice(0, 20), slice(50, 60)):
+        assert abs(mended[rows, 31].mean() - mended[rows, 28].mean()) < 0.03
+
+
 def test_the_plain_deformation_is_not_touched_by_blending() -> None:
-    picture, label = halves_of(0.08, 0.01)
+    source, place, label = halves_of(0.08, 0.01)
     label[label == 1] = 0
-    change = correction(picture, label)
+    change = correction(source, place, label)
     assert change is not None
     assert not change[:, :30].any()
+    picture = shown(source, place, label)
     assert abs(float((picture + change)[:, 30].mean() - picture[:, 29].mean())) < 0.03
 
 
