@@ -20,6 +20,8 @@ from core.retexture.sampling import read
 
 STEP_PX = 4.0
 """Nodes of the direction field lie this far apart."""
+JUMP = 0.85
+"""Cosine of twice the angle between two neighbouring nodes, above which it is no jump but a bend that is read well."""
 DIFFUSIONS = 8
 STRIDE = 2
 """Steps of a trace, px."""
@@ -134,8 +136,8 @@ class DirectionField:
 def _diffused(line: Singles) -> Singles:
     """Solve Laplace's equation for the field around its jumps, with the rest held, by Jacobi's sweeps."""
     jump = np.zeros(line.shape[:2], np.uint8)
-    jump[:, 1:] |= (line[:, 1:] * line[:, :-1]).sum(axis=-1) < 0.94
-    jump[1:] |= (line[1:] * line[:-1]).sum(axis=-1) < 0.94
+    jump[:, 1:] |= (line[:, 1:] * line[:, :-1]).sum(axis=-1) < JUMP
+    jump[1:] |= (line[1:] * line[:-1]).sum(axis=-1) < JUMP
     around = cv2.dilate(jump, np.ones((3, 3), np.uint8)) > 0
     if not around.any():
         return line

@@ -35,7 +35,8 @@ class Apart:
     gap_px: Singles
     """(H, W) how far apart they lead."""
     torn: Bools
-    """(H, W) where the coordinates of two curves meet and lead to different places."""
+    """(H, W) where the coordinates of two curves meet and lead to different places, or where they lead out of the
+    picture."""
 
 
 @dataclass(frozen=True)

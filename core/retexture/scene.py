@@ -92,7 +92,8 @@ def along_nodes(source: CurveSet, target: CurveSet, grid: Diffusion) -> tuple[Po
 def apart(along: Points, nearest: Ints, plain: Retexture) -> Apart:
     """Return how the places `along` the `nearest` curves (r, c, 2), of every second node, are off the deformation's."""
     gap = np.linalg.norm(along - (plain.grid.nodes + plain.field)[::2, ::2], axis=-1)
-    torn = np.zeros(nearest.shape)
+    limit = np.array(plain.grid.shape[::-1]) - 1
+    torn = np.asarray(((along < 0) | (along > limit)).any(axis=-1), np.float64)
     for axis in (0, 1):
         far = np.linalg.norm(np.diff(along, axis=axis), axis=-1) > TORN * 2 * plain.grid.step
         meets = far & (np.diff(nearest, axis=axis) != 0)

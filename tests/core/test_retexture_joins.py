@@ -43,6 +43,13 @@ def test_between_two_curves_places_go_over_from_one_to_the_other() -> None:
     assert down[-1] > 125
 
 
+def test_where_the_curve_leads_out_of_the_picture_the_deformation_has_its_place() -> None:
+    scene = scene_of([FeatureCurve(straight(180.0), straight(150.0))], 60.0)
+    down = scene.way.origins(upright(WIDTH / 2, 151, HEIGHT - 1)).source[:, 1]
+    assert np.diff(down).min() > -0.3
+    assert down.max() < HEIGHT - 0.5
+
+
 def test_patches_end_where_the_deformation_has_it() -> None:
     scene = scene_of(bent(), 60.0)
     inside = np.argwhere((scene.way.inner > 0.3) & (scene.way.inner < 0.9))[::97, ::-1].astype(float)
