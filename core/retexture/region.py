@@ -66,8 +66,8 @@ class Region:
     """(H, W) the same, falling with the distance from the curves too: how much of a place's source is found along the
     curve's own coordinates, the rest being found by the deformation."""
     free: Singles
-    """(H, W) 0 at the outer edge, where a patch shows its corresponding place so that it joins what lies outside, to 1
-    where any candidate will do."""
+    """(H, W) 0 at the outer edge and where curves meet, where a patch shows its corresponding place so that it joins
+    what lies beyond, to 1 where any candidate will do."""
 
 
 def region(
@@ -103,8 +103,9 @@ def region(
     inside = np.minimum(depth, 1e4).astype(np.float32) - np.float32(RIM_PX / 2)
     inner = smoothstep(inside / np.float32(JOIN * reach_px))
     band = np.float32(JOIN * reach_px) + np.float32(GENTLE) * apart.gap_px
-    nearness = smoothstep(np.minimum(inside, _unbroken(apart.torn)) / band)
-    free = smoothstep(inside / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
+    whole = np.minimum(inside, _unbroken(apart.torn))
+    nearness = smoothstep(whole / band)
+    free = smoothstep(whole / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
     return Region(must, may, inner, nearness * (1 - smoothstep(distance / reach_px - 1)), free)
 
 
