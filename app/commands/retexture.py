@@ -84,17 +84,11 @@ def run(arguments: argparse.Namespace) -> None:
     for path, layer in zip(arguments.also, layers, strict=True):
         if layer.size_px != image.size_px:
             raise InputError(f"{path}: has {layer.width_px}x{layer.height_px} pixels, the image {width}x{height}")
+    settings = chosen(arguments, image.size_px)
+    matte, source_mask = (mask(path, image.size_px) for path in (arguments.matte, arguments.source_mask))
+    masks = {"matte": matte, "source_mask": source_mask}
     try:
-        job = retexture(
-            image.pixels,
-            curves,
-            chosen(arguments, image.size_px),
-            linear=image.linear,
-            matte=mask(arguments.matte, image.size_px),
-            source_mask=mask(arguments.source_mask, image.size_px),
-            previews=False,
-        )
-        result = run_shown(job)
+        result = run_shown(retexture(image.pixels, curves, settings, linear=image.linear, previews=False, **masks))
     except InputError as fault:
         raise InputError(f"{arguments.curves}: {fault}") from None
     started = time.perf_counter()

@@ -148,6 +148,7 @@ def test_bad_options_touch_no_output(
     assert command(scene, *options) == 2
     said = capsys.readouterr().err
     assert words in said
+    assert "curves.json" not in said
     assert said.count("\n") == 1
     assert (tmp_path / "out.png").read_bytes() == b"kept"
     assert not (tmp_path / "more.png").exists()
