@@ -49,15 +49,23 @@ class Path:
 
 
 def draw(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
-    """Draw a curve until Enter, a double click, or a click on its first knot, which closes it."""
+    """Draw a curve until Enter, a double click, or a click on its first knot, which closes it.
+
+    Where that makes none, the curve that was edited before is edited on.
+    """
     path, mesh = Path([]), curves.seen_through(editor)
+    before = {"selected_curve": curves.selected(editor), "selected_knots": curves.knots(editor)}
     editor.show(selected_curve=None, selected_knots=frozenset())
     try:
         yield from _draw(editor, path, press)
+    except GeneratorExit:
+        editor.show(**before)
+        raise
     finally:
         editor.show(draft=None)
     canvas = path.points()
     if len(path.knots) < 2 or curve_edit.curve_through(canvas) is None:
+        editor.show(**before)
         return
     with editor.group("Draw curve"):
         source = curves.source_places(editor, mesh, screen_from_canvas(editor.session.view, canvas))

@@ -71,6 +71,14 @@ def test_escape_leaves_no_trace_and_backspace_takes_one_back(drive: EditorDriver
     assert np.allclose(target(drive)[::3], [(40, 50), (100, 50), (100, 110)])
 
 
+@pytest.mark.parametrize("end", ["escape", "enter"])
+def test_a_click_beside_the_curve_that_comes_to_nothing_leaves_it_in_hand(drive: EditorDriver, end: str) -> None:
+    drawn(drive).key("a", ctrl=True).click(40, 110).key(end)
+    assert drive.labels == ("Draw curve",)
+    assert drive.editor.session.selected_curve == 0
+    assert drive.editor.session.selected_knots == {0, 1, 2}
+
+
 def test_a_single_knot_is_no_curve(drive: EditorDriver) -> None:
     drive.click(40, 50).key("enter")
     assert drive.document is drive.start
