@@ -64,7 +64,7 @@ def opened(path: Path) -> Document:
 
 
 def sample() -> Document:
-    """Return the sample, its figures painted as features and bent."""
+    """Return the sample, its figures painted as features."""
     document = Document.of(load(asset(SAMPLE)))
     return document.changed(mask=Raster.from_array(load_mask(asset(SAMPLE_MASK), document.size_px)))
 

@@ -92,7 +92,7 @@ class HandlesPanel:
         heading(f"Inner curves  {len(document.curves)}", "bezier-curve")
         for number, curve in enumerate(document.curves):
             kind = "closed" if curve.closed else "open"
-            imgui.text(f"{number + 1}    {len(curve.source) // 3} segments, {kind}")
+            imgui.text(f"{number + 1}    {_segments(curve)}, {kind}")
             if _cross(f"curve {number + 1}", "Remove this curve"):
                 INNER.remove(self._editor, number)
 
@@ -106,13 +106,19 @@ class HandlesPanel:
         for number, pair in enumerate(document.feature_curves):
             kind = "passive" if pair.passive else f"moved by {_moved_px(document, pair):.0f} px"
             closed = ", closed" if pair.closed else ""
-            text = f"{number + 1}    {len(pair.source) // 3} segments{closed}, {kind}##feature {number}"
+            text = f"{number + 1}    {_segments(pair)}{closed}, {kind}##feature {number}"
             chosen = number == editor.session.selected_curve
             if imgui.selectable(text, chosen, imgui.SelectableFlags_.allow_overlap)[0]:
                 editor.choose_tool("feature-curves")
                 editor.show(selected_curve=number, selected_knots=frozenset())
             if _cross(f"feature {number + 1}", "Remove this curve"):
                 FEATURE.remove(editor, number)
+
+
+def _segments(pair: CurvePair) -> str:
+    """Say of how many cubic segments a curve is made."""
+    count = len(pair.source) // 3
+    return "1 segment" if count == 1 else f"{count} segments"
 
 
 def _typed_place(name: str, place: Points) -> Points | None:

@@ -1,4 +1,4 @@
-"""What lies over the window and holds it until it is closed: in the middle, never larger than the window."""
+"""What lies over the window and holds it until it is closed: never larger than it, nor beyond its edge."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,15 +14,25 @@ def modal(title: str) -> Iterator[bool]:
     if not imgui.is_popup_open(title):
         imgui.open_popup(title)
     viewport = imgui.get_main_viewport()
-    imgui.set_next_window_pos(viewport.get_center(), imgui.Cond_.always, ImVec2(0.5, 0.5))
+    imgui.set_next_window_pos(viewport.get_center(), imgui.Cond_.appearing, ImVec2(0.5, 0.5))
     imgui.set_next_window_size_constraints(ImVec2(0, 0), ImVec2(viewport.size.x - em(1), viewport.size.y - em(1)))
     imgui.push_style_var(imgui.StyleVar_.window_padding, ems(1.2, 0.9))
     flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
     shown = imgui.begin_popup_modal(title, None, flags)[0]
+    if shown:
+        _stay_inside(viewport.size)
     yield shown
     if shown:
         imgui.end_popup()
     imgui.pop_style_var()
+
+
+def _stay_inside(room: ImVec2) -> None:
+    """Move the present window back where some of it, dragged or grown, lies beyond the window's edge."""
+    place, size = imgui.get_window_pos(), imgui.get_window_size()
+    x, y = (max(min(place.x, room.x - size.x), 0), max(min(place.y, room.y - size.y), 0))
+    if (x, y) != (place.x, place.y):
+        imgui.set_window_pos(ImVec2(x, y))
 
 
 def within(width_em: float) -> float:

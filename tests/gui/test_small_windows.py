@@ -208,3 +208,24 @@ def test_a_chord_that_is_let_go_within_a_frame_is_the_chord(editor: Editor) -> N
     drive(editor, script)
     assert editor.history.index == 0
     assert editor.session.tool == "brush"
+
+
+def test_a_dialog_that_is_dragged_or_grows_stays_in_the_window(editor: Editor) -> None:
+    places: list[tuple[float, float]] = []
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("edit.preferences", editor)
+        window.wait(4)
+        sheet = imgui.internal.find_window_by_name("Preferences")
+        for place in ((60, 50), (5000, 5000)):
+            window.context.window_move("//Preferences", imgui.ImVec2(*place))
+            window.wait(3)
+            places.append((sheet.pos.x, sheet.pos.y))
+        editor.prefer(editor.preferences.changed(scale=1.5))
+        window.wait(4)
+        assert sheet.pos.x + sheet.size.x <= 900
+        assert sheet.pos.y + sheet.size.y <= 600
+
+    drive(editor, script, size=(900, 600))
+    assert places[0] == (60, 50)
+    assert max(places[1]) < 600
