@@ -91,20 +91,32 @@ def _kept(before: Points, now: Points) -> Points:
 
 def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     """Return one frame of the canvas."""
-    session = editor.session
-    if session.mode == "retexture":
-        return _retexture_scene(editor, pixel_ratio)
-    if session.mode == "overlay":
-        return _overlay_scene(editor, pixel_ratio, motion)
-    answer, document, overlays = editor.answer, editor.document, session.overlays
-    return Scene(
+    session, answer = editor.session, editor.answer
+    width, height = editor.canvas_px
+    scene = Scene(
         image=answer.document.image,
-        rest=motion.rest,
-        warped=motion.warped,
+        rest=answer.rest,
+        warped=answer.warped,
         view=session.view,
         pixel_ratio=pixel_ratio,
-        frame=_edges(document.canvas_px),
-        mask=document.mask,
+        frame=(-0.5, -0.5, width - 0.5, height - 0.5),
+        compare=session.compare,
+        split=session.split,
+        draft=motion.is_draft,
+        palette=PALETTE,
+    )
+    of_mode = {"warp": _warp_scene, "retexture": _retexture_scene, "overlay": _overlay_scene}
+    return of_mode[session.mode](scene, editor, motion)
+
+
+def _warp_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
+    """Return one frame of Warp mode: the picture as it is bent, with what is switched on over it."""
+    overlays = editor.session.overlays
+    return replace(
+        scene,
+        rest=motion.rest,
+        warped=motion.warped,
+        mask=editor.document.mask,
         folded=motion.folded,
         marks=Marks(
             grid=overlays.grid,
@@ -113,45 +125,32 @@ def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
             folds=overlays.folds,
             scale=overlays.scale,
         ),
-        compare=session.compare,
-        split=session.split,
-        draft=motion.is_draft,
-        palette=PALETTE,
     )
 
 
-def _edges(size_px: tuple[int, int]) -> tuple[float, float, float, float]:
-    """Return left, top, right and bottom edge of a canvas with a width and height of `size_px`."""
-    width, height = size_px
-    return -0.5, -0.5, width - 0.5, height - 0.5
-
-
-def _retexture_scene(editor: Editor, pixel_ratio: float) -> Scene:
+def _retexture_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
     """Return one frame of Retexture mode: the picture as the artist wants to look at it."""
     document, session = editor.document, editor.session
     overlays, before = session.overlays, session.compare == "before"
     shown = editor.regrowth.shown(document, "original" if before else session.look)
     mask, palette = _tinted(editor)
-    return Scene(
+    return replace(
+        scene,
         image=shown.image,
         rest=shown.rest,
         warped=shown.warped,
-        view=session.view,
-        pixel_ratio=pixel_ratio,
-        frame=_edges(editor.canvas_px),
         mask=mask,
         marks=Marks(grid=overlays.grid, mask=mask is not None and not before, scale=overlays.scale),
         compare="result" if before else session.compare,
-        split=session.split,
         draft=editor.regrowth.is_moving and session.look != "original" and editor.preferences.drafts,
         palette=palette,
         before=document.image,
     )
 
 
-def _overlay_scene(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
+def _overlay_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
     """Return one frame of Overlay mode: the photo with the texture laid on, or a part of what was found."""
-    answer, document, session = editor.answer, editor.document, editor.session
+    document, session = editor.document, editor.session
     layers, cloth = editor.overlay.layers, document.cloth
     dressing = None
     if layers is not None and session.shown == "result" and session.tool not in PHOTO_TOOLS:
@@ -161,19 +160,11 @@ def _overlay_scene(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
             layers_under(cloth, layers), pattern_of(cloth, layers), placement, laying.detail, laying.shading
         )
     part = editor.overlay.part(document, session.shown)
-    return Scene(
+    return replace(
+        scene,
         image=document.image if part is None or session.compare == "before" else part,
-        rest=answer.rest,
-        warped=answer.warped,
-        view=session.view,
-        pixel_ratio=pixel_ratio,
-        frame=_edges(document.size_px),
         mask=cloth.region,
         marks=Marks(mask=session.overlays.mask and cloth.region is not None and session.tool in ("brush", "region")),
-        compare=session.compare,
-        split=session.split,
-        draft=motion.is_draft,
-        palette=PALETTE,
         dressing=dressing,
     )
 
