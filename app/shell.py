@@ -128,6 +128,11 @@ class Shell:
         self._frame = ExitStack()
         """Holds the span of the frame that is being drawn."""
 
+    @property
+    def is_drawn(self) -> bool:
+        """Whether the canvas shows the last frame's scene at its best, or as well as it is to while something moves."""
+        return not self._renderer.is_refining and self._motion.wait_s is None
+
     def run(self) -> None:
         """Show the window until it is closed; raise `KeyboardInterrupt` when a signal ended it."""
         render = hello_imgui.manual_render

@@ -89,7 +89,8 @@ class WindowDriver:
         return self
 
     def screenshot(self, path: Path) -> Bytes:
-        """Write the window to `path` and return it, (H, W, 3) uint8 RGB."""
+        """Write the window, once its canvas is drawn, to `path` and return it, (H, W, 3) uint8 RGB."""
+        self.wait(3).wait_until(lambda: self.shell.is_drawn)
         testing.capture(self.context, str(path))
         pixels = cv2.imread(str(path))
         assert pixels is not None
