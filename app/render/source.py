@@ -171,7 +171,7 @@ class Source:
     def _texture_of(self, width: int, height: int) -> moderngl.Texture:
         """Return a texture of at least this size: the present one if that will do, since drivers free late."""
         if self._texture is not None and (self._texture.width < width or self._texture.height < height):
-            self.release()
+            Source.release(self)  # the texture alone: what a subclass holds is in use
         if self._texture is None:
             self._texture = self._context.texture((width, height), 4, dtype=self.dtype)
             self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)

@@ -10,6 +10,7 @@ from core.image import Image
 from core.overlay import bands
 from core.overlay.composition import Norm, Placement, compose, composed, filtered, middle_of
 from core.overlay.laying import Parts, overlaid
+from core.overlay.region import feathered
 from core.overlay.texel import Texel, estimate_texel
 
 RNG = np.random.default_rng(0)
@@ -204,3 +205,28 @@ def test_a_photo_takes_as_much_detail_and_shading_as_is_asked_for() -> None:
     assert np.allclose(flat, np.nanmedian(cloth.shading), atol=1e-4)
     rough = overlaid(cloth, 0.5 * white, Placement(), alpha=0.5, strength=0.0).pixels[:, 16:] / 65535
     assert np.allclose(rough, 0.5 * np.nanmedian(cloth.shading) + 0.5 * cloth.detail[:, 16:], atol=1e-4)
+
+
+def test_a_texture_that_is_half_transparent_lets_half_of_the_photo_through() -> None:
+    veil = np.dstack([np.full((6, 6, 3), 0.8), np.full((6, 6), 0.5)])
+    cloth = parts(Image(np.zeros((40, 50, 3), np.uint16)))
+    out = overlaid(cloth, veil, Placement(), alpha=0.0, strength=0.0).pixels[:, 16:] / 65535
+    assert np.allclose(out, 0.5 * 0.8 * np.nanmedian(cloth.shading), atol=1e-4)
+
+
+def test_the_edge_of_the_cloth_is_as_soft_as_its_coverage() -> None:
+    photo, white = Image(np.full((40, 50, 3), 30000, np.uint16)), np.ones((4, 4, 3))
+    cloth = parts(photo)
+    out = overlaid(cloth, white, Placement(), alpha=0.0, strength=0.0).pixels[:, 12:15] / 65535
+    share = cloth.coverage[:, 12:15, None]
+    assert 0.1 < share.min() < share.max() < 0.9
+    expected = share * np.nanmedian(cloth.shading) + (1 - share) * 30000 / 65535
+    assert np.allclose(out, expected, atol=1e-4)
+
+
+def test_coverage_falls_over_the_last_pixels_before_the_border() -> None:
+    inside = np.zeros((9, 20), bool)
+    inside[:, 8:] = True
+    row = feathered(inside)[4]
+    assert np.allclose(row[7:12], [0.0, 1 / 3, 2 / 3, 1.0, 1.0], atol=0.05)
+    assert row[-1] == 1.0

@@ -115,3 +115,17 @@ def test_canvas_shows_the_dressed_photo_and_follows_the_slider() -> None:
     assert (shots[0] != shots[1]).any()
     renderer.release()
     framebuffer.release()
+
+
+def test_window_grows_with_the_view() -> None:
+    photo, worn = scenes.picture(WIDTH, HEIGHT, 3, seed=5), Dressing(cloth(), scenes.picture(40, 34, 3, seed=6))
+    source = DressedSource(gpu.standalone(), photo, worn.parts)
+    source.dress(worn)
+    small = source.window((40, 40, 60, 60), 0)
+    width = small.texture.width
+    whole = source.window(source.whole, 0)
+    assert whole.texture.width > width
+    data = np.frombuffer(whole.texture.read(), np.float16).reshape(whole.texture.height, whole.texture.width, 4)
+    shown = color.encode(data[:HEIGHT, :WIDTH, :3].astype(np.float32))
+    assert np.abs(shown - on_gpu(photo, worn)).max() < 1 / 255
+    source.release()
