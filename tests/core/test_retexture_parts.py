@@ -294,6 +294,24 @@ def test_the_cut_takes_many_faint_steps_for_few_that_break() -> None:
     assert not canvas.label[:, :17].any()
 
 
+def test_the_cut_runs_where_gradients_agree_too() -> None:
+    """Off by as much at both pixels of a seam, the one with the same sign there is a shade, the other an edge."""
+    shown = np.full((20, 30, 3), 0.5, np.float32)
+    patch = shown + np.float32(0.5)
+    patch[:, 11:13] = shown[:, 11:13] + np.float32(0.11)
+    patch[:, 17] = shown[:, 17] + np.float32(0.1)
+    patch[:, 18] = shown[:, 18] - np.float32(0.1)
+    canvas = Canvas(
+        shown.copy(), np.zeros((20, 30, 2), np.float32), must=np.zeros((20, 30), bool), may=np.ones((20, 30), bool)
+    )
+    canvas.bare[:, 25:] = True
+    reach = np.ones((20, 30), bool)
+    reach[:, :5] = False
+    merge(canvas, 7, patch, reach)
+    assert (canvas.label[:, 12:] == 7).all()
+    assert not canvas.label[:, :12].any()
+
+
 def test_the_cut_runs_where_both_pictures_agree() -> None:
     shown = np.zeros((20, 30, 3), np.float32)
     patch = np.ones((20, 30, 3), np.float32)

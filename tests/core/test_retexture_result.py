@@ -11,6 +11,7 @@ from core.feature_curves import FeatureCurve
 from core.progress import Progress, run
 from core.retexture.job import Settings, retexture
 from core.retexture.result import Retexture
+from core.retexture.sampling import Kernel, read
 from tests.core.retexture_scenes import HEIGHT, PERIOD, WIDTH, arched, bent, period, straight, strip, stripes
 
 
@@ -88,6 +89,15 @@ def test_sixteen_bits_are_not_cut_to_eight(found: Retexture) -> None:
     x = np.broadcast_to(np.linspace(0, 65535, WIDTH), (HEIGHT, WIDTH))
     result = found.apply(np.rint(x[..., None]).astype(np.uint16))
     assert len(np.unique(result % 257)) > 100
+
+
+def test_the_original_is_resampled_once_and_with_the_best_kernel(found: Retexture) -> None:
+    layer = np.random.default_rng(2).random((HEIGHT, WIDTH, 3)).astype(np.float32)
+    want = np.clip(read(layer, found.place, Kernel.LANCZOS, mirror=True), layer.min(), layer.max())
+    # Beside seams patches are mixed, and steps between them are evened out.
+    off = np.abs(found.apply(layer, linear=True) - want).max(axis=2)
+    assert np.median(off[found.label > 0]) < 0.01
+    assert np.abs(found.deformed(layer, linear=True) - want).max(axis=2)[found.label == 0].max() < 1e-3
 
 
 def test_a_layer_of_another_size_is_refused(found: Retexture) -> None:
