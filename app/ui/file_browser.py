@@ -44,6 +44,7 @@ class FileBrowser:
 
     def enter(self, folder: Path) -> None:
         """Show another folder."""
+        folder = folder.absolute()
         try:
             self._items = listed(folder, self._extensions)
         except OSError as fault:
@@ -132,12 +133,12 @@ class FileBrowser:
 
     def _accepted(self, chosen: Path | None) -> Path | bool:
         """Return the file to take, True where something is to be mended first."""
-        path = chosen or self.folder / Path(self._name).expanduser()
+        path = chosen or typed(self.folder, self._name)
+        if not self._name.strip() and chosen is None:
+            self._fault = "Type a name, or choose a file"
+            return True
         if path.is_dir():
             self.enter(path)
-            return True
-        if not self._name and chosen is None:
-            self._fault = "Type a name, or choose a file"
             return True
         if not self._saves:
             self._fault = "" if path.is_file() else f"{path.name}: no such file here"
@@ -148,6 +149,12 @@ class FileBrowser:
             self._asks_overwrite, self._fault = path, f"{path.name} exists already"
             return True
         return path
+
+
+def typed(folder: Path, name: str) -> Path:
+    """Return the file that is meant by a name or a whole path; blanks around it count only where such a file exists."""
+    exact = folder / name
+    return exact if exact.exists() else folder / Path(name.strip()).expanduser()
 
 
 def _draw_details(item: Item) -> None:
