@@ -70,7 +70,7 @@ class RetextureSettings:
     """How far from a target curve texture is regrown, as a share of the picture's longer side; None chooses."""
     move_within: float | None = None
     """Beyond this distance of the target curves, such a share too, nothing moves; None holds only the border."""
-    variety: float = 0.5
+    variety: float = 0.8
     """Cost of showing a place of the picture once more."""
     mirrored: bool = False
     """Whether patches may be mirrored across the curve's normal."""

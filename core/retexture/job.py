@@ -37,7 +37,7 @@ class Settings:
     """How far from a target curve texture is regrown; None chooses by the picture's size."""
     diffusion_reach_px: float | None = None
     """Beyond this distance of the target curves nothing moves; None holds only the picture's border."""
-    variety: float = 0.5
+    variety: float = 0.8
     """Cost of showing a place of the source once more."""
     refine: float = 0.35
     """Share of the patches that is done again, over the worst seams."""

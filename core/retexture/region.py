@@ -22,7 +22,7 @@ CONTRAST = 0.02
 """Below this contrast, of 1, there is nothing to be seen stretched."""
 JOIN = 0.3
 """Width of the band that joins both, as a share of the reach."""
-GENTLE = 1.6
+GENTLE = 1.1
 """And wider by so many times the gap that it bridges: in less, one thing of the source would be shown twice or torn."""
 RIM_PX = 12
 """Width of the rim in which the seam between both may run."""
@@ -101,12 +101,12 @@ def region(
     depth = cv2.distanceTransform(np.pad(may, 1, mode="edge").astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
     # A region without an outer edge is infinitely deep.
     inside = np.minimum(depth, 1e4).astype(np.float32) - np.float32(RIM_PX / 2)
-    inner = smoothstep(inside / np.float32(JOIN * reach_px))
+    inner = ramp(inside / np.float32(JOIN * reach_px))
     band = np.float32(JOIN * reach_px) + np.float32(GENTLE) * apart.gap_px
     whole = np.minimum(inside, _unbroken(apart.torn))
-    nearness = smoothstep(whole / band)
-    free = smoothstep(whole / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
-    return Region(must, may, inner, nearness * (1 - smoothstep(distance / reach_px - 1)), free)
+    nearness = ramp(whole / band)
+    free = ramp(whole / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
+    return Region(must, may, inner, nearness * (1 - ramp(distance / reach_px - 1)), free)
 
 
 def _unbroken(torn: Bools) -> Singles:
@@ -120,6 +120,14 @@ def smoothstep(x: Singles) -> Singles:
     """Return 0 up to x = 0, 1 from x = 1, and 3x^2 - 2x^3 between."""
     x = np.clip(x, 0, 1)
     return x * x * (3 - 2 * x)
+
+
+def ramp(x: Singles) -> Singles:
+    """Return 0 up to x = 0, 1 from x = 1, and between them the mean of x and `smoothstep`, nowhere steeper than 1.25.
+
+    What goes over from one map to another by these shares folds, or is stretched, where they change fast.
+    """
+    return np.asarray((np.clip(x, 0, 1) + smoothstep(x)) / 2, np.float32)
 
 
 def _distance(curves: CurveSet, shape: tuple[int, int]) -> Singles:
