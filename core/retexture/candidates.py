@@ -82,16 +82,16 @@ def _means(values: Singles, rows: int, columns: int) -> Singles:
     return mean[:, : high - rows + 1, : wide - columns + 1]
 
 
-def drift(shape: PatchShape, offset: Floats, inner: Floats) -> Floats:
+def drift(shape: PatchShape, offset: Floats, free: Floats) -> Floats:
     """Return what it costs candidates (n, 2 search_across + 1, 2 search_along + 1) to lie off the corresponding place.
 
-    A patch that holds the curve keeps its distance (n,) from it, and no other may take the curve with it. `inner` (n,)
-    is the share of texture's own scale, see `region.Region`.
+    A patch that holds the curve keeps its distance (n,) from it, and no other may take the curve with it. `free` (n,)
+    is how far it may be chosen freely, see `region.Region`.
     """
     along = np.arange(-shape.search_along, shape.search_along + 1) / max(shape.search_along, 1)
     across = np.arange(-shape.search_across, shape.search_across + 1)[:, None]
     beside = (across / max(shape.search_across, 1)) ** 2
-    rim = DRIFT_RIM * (1 - inner)[:, None, None]
+    rim = DRIFT_RIM * (1 - free)[:, None, None]
     cost = DRIFT_ALONG * along**2 + DRIFT_ACROSS * beside + rim * (along**2 + beside)
     room = (np.abs(offset) - shape.rib - 1)[:, None, None]
     inward = -np.sign(offset)[:, None, None] * across

@@ -40,8 +40,8 @@ class Origins:
     """(n,) signed distances from the target curve, px."""
     curve: Ints
     """(n,) which curve is nearest."""
-    inner: Floats
-    """(n,) how far inside of the region it lies, as `region.Region.free` has it."""
+    free: Floats
+    """(n,) how far candidates may lie off the corresponding place, see `region.Region`."""
     scale: Floats
     """(n,) by how much the patch is smaller than others (DPD sec. 3.5)."""
 
@@ -88,8 +88,8 @@ class Correspondence:
         turn = (1 - share) * _angle(self.source.feet(place).heading, carried)
         scale = self.scale_at(places)
         source_heading = np.where(share[:, None] < 0.5, carried, source_heading)
-        inner = self.free[y, x].astype(np.float64)
-        return Origins(places, feet.heading, place, source_heading, turn, feet.offset, feet.curve, inner, scale)
+        free = self.free[y, x].astype(np.float64)
+        return Origins(places, feet.heading, place, source_heading, turn, feet.offset, feet.curve, free, scale)
 
     def _deformed(self, places: Points, heading: Points) -> tuple[Points, Points]:
         """Return where the deformation has `places` (n, 2) in the source, and `heading` there."""

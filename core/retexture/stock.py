@@ -116,7 +116,7 @@ def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
         pixel,
         inside,
         (inside & bounds.may.reshape(-1)[pixel]).astype(np.float32),
-        drift(batch.shape, origins.offset, origins.inner),
+        drift(batch.shape, origins.offset, origins.free),
     )
 
 

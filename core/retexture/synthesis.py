@@ -71,7 +71,7 @@ class Painter:
             covered, patch = stock.pixels_of(some)
             # Where the patch reaches the region's edge it shows its corresponding place, whichever was chosen.
             middle = np.array([self.shape.search_along, self.shape.search_across], np.float32)
-            held = self.free.reshape(-1)[covered.pixel] / np.maximum(stock.batch.origins.inner[patch], 1e-3)
+            held = self.free.reshape(-1)[covered.pixel] / np.maximum(stock.batch.origins.free[patch], 1e-3)
             shift = np.clip(held, 0, 1).astype(np.float32)[:, None] * (first - middle)[covered.patch]
             at = covered.at + middle + shift
             if turned.any():

@@ -70,7 +70,7 @@ def test_candidates_are_free_inside_and_held_at_the_edge() -> None:
     assert scene.area.free[deep].min() < 0.7
     assert scene.area.free.max() == 1
     held = np.argwhere((scene.area.inner == 0) & scene.area.may)[::50, ::-1].astype(float)
-    assert scene.way.origins(held).inner.max() == 0
+    assert scene.way.origins(held).free.max() == 0
 
 
 def test_whatever_was_chosen_patches_meet_the_deformation_at_the_edge() -> None:
