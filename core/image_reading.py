@@ -12,6 +12,7 @@ from core.arrays import Bytes, InputError, Pixels, readonly
 from core.image import Attribute, Image, usable_profile
 from core.png_chunks import is_broken_png
 
+BAND_ROWS = 256
 _STRUCTURE = ("ICCProfile", "oiio:", "png:", "tiff:", "jpeg:", "openexr:", "webp:", "gif:", "thumbnail", "screenWindow")
 _STRUCTURE_NAMES = {"Orientation", "compression", "planarconfig", "Exif:PixelXDimension", "Exif:PixelYDimension"}
 
@@ -119,10 +120,13 @@ def _image_from_file(pixels: Pixels, spec: OpenImageIO.ImageSpec) -> Image:
 
 
 def _straight(pixels: Pixels) -> Pixels:
-    """Return premultiplied pixels with straight alpha; what overflows becomes the largest number."""
-    with np.errstate(over="ignore"):
-        straight = color.unpremultiply(color.unit(pixels))
-    return color.quantise(np.nan_to_num(straight, copy=False), pixels.dtype)
+    """Return premultiplied `pixels` with straight alpha, in their place; what overflows becomes the largest number."""
+    for top in range(0, pixels.shape[0], BAND_ROWS):
+        band = pixels[top : top + BAND_ROWS]
+        with np.errstate(over="ignore"):
+            straight = color.unpremultiply(color.unit(band))
+        band[:] = color.quantise(np.nan_to_num(straight, copy=False), pixels.dtype)
+    return pixels
 
 
 def _take_channels(pixels: Pixels, spec: OpenImageIO.ImageSpec) -> Pixels:

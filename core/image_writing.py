@@ -27,6 +27,7 @@ _FORMATS = {
 }
 SUFFIXES = tuple(_FORMATS)
 """Endings of the formats that `save` writes."""
+BAND_ROWS = 64
 _SHORT = {"uint8", "uint16", "int16", "uint"}
 
 
@@ -50,7 +51,7 @@ def write(image: Image, place: Path, *, named: Path, quality: int = 95) -> None:
     check_writable_format(named)
     if not 1 <= quality <= 100:
         raise InputError(f"quality {quality}: not from 1 to 100")
-    _write(_fit_to_format(image, named.suffix.lower()), place, named, quality=quality)
+    _write(image, place, named, quality=quality)
 
 
 def check_writable_format(path: Path) -> None:
@@ -59,12 +60,19 @@ def check_writable_format(path: Path) -> None:
         raise InputError(f"{path}: unknown picture format {path.suffix!r}; use one of {', '.join(SUFFIXES)}")
 
 
+def _bands(image: Image, suffix: str) -> Iterator[Image]:
+    """Yield `image` in bands of rows, as the format of `suffix` can hold it; copies of the whole would be large."""
+    for top in range(0, image.height_px, BAND_ROWS):
+        yield _fit_to_format(image.with_pixels(image.pixels[top : top + BAND_ROWS]), suffix)
+
+
 def _fit_to_format(image: Image, suffix: str) -> Image:
     """Return `image` with the depth and channels that the format of `suffix` can hold."""
     pixels, linear = image.pixels, image.linear
     if suffix in (".jpg", ".jpeg"):
         if image.has_alpha:
-            pixels = _on_white(image)
+            light = color.linear_light(pixels, linear=linear)
+            pixels = color.stored(color.over(light, 1.0), depth=np.uint8, linear=False)
         elif linear or pixels.dtype != np.uint8:
             pixels = _restored(image, np.uint8, linear=False)
         linear = False
@@ -75,8 +83,10 @@ def _fit_to_format(image: Image, suffix: str) -> Image:
         linear = False
     elif suffix == ".png" and pixels.dtype == np.float32:
         pixels, linear = _restored(image, np.uint16, linear=False), False
-    elif suffix == ".exr" and not (linear and pixels.dtype == np.float32):
-        pixels, linear = _restored(image, np.float32, linear=True), True
+    elif suffix == ".exr":
+        if not (linear and pixels.dtype == np.float32):
+            pixels, linear = _restored(image, np.float32, linear=True), True
+        pixels = color.premultiply(pixels)
     return image if pixels is image.pixels else replace(image, pixels=pixels, linear=linear)
 
 
@@ -87,28 +97,17 @@ def _restored(image: Image, depth: Any, *, linear: bool) -> Pixels:
     return color.stored(color.linear_light(image.pixels, linear=image.linear), depth=depth, linear=linear)
 
 
-def _on_white(image: Image) -> Pixels:
-    """Return the 8-bit picture on white, by bands of rows, since float copies of large pictures are larger still."""
-    bands = []
-    for top in range(0, image.height_px, 256):
-        light = color.linear_light(image.pixels[top : top + 256], linear=image.linear)
-        bands.append(color.stored(color.over(light, 1.0), depth=np.uint8, linear=False))
-    return np.concatenate(bands)
-
-
 def _write(image: Image, place: Path, path: Path, *, quality: int) -> None:
-    """Write `image`, which fits the format, to `place`; faults name `path`."""
-    pixels = image.pixels
-    if image.has_alpha and path.suffix.lower() == ".exr":
-        pixels = color.premultiply(pixels)
+    """Write `image` to `place`; faults name `path`."""
     suffix = path.suffix.lower()
     sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
     if sink is None:
         raise InputError(f"{path}: {_first_line(OpenImageIO.geterror())}")
-    spec = _spec(image, suffix, quality)
-    with _staged(place, pixels.nbytes + len(image.icc or b"")) as name:
+    sample = _fit_to_format(image.with_pixels(image.pixels[:1, :1]), suffix)
+    spec = _spec(sample, image.size_px, suffix, quality)
+    with _staged(place, spec.image_bytes() + len(image.icc or b"")) as name:
         try:
-            done = sink.open(name, spec) and sink.write_image(pixels)
+            done = sink.open(name, spec) and _write_bands(image, suffix, sink)
             fault = sink.geterror()
         finally:
             closed = sink.close()
@@ -116,6 +115,16 @@ def _write(image: Image, place: Path, path: Path, *, quality: int) -> None:
             raise InputError(f"{path}: cannot be written: {_first_line(fault or sink.geterror())}")
     if suffix == ".webp" and image.metadata:
         webp_exif.add_exif(place, spec)
+
+
+def _write_bands(image: Image, suffix: str, sink: OpenImageIO.ImageOutput) -> bool:
+    """Write the rows of `image` to the open `sink`; return whether all went well."""
+    row = 0
+    for band in _bands(image, suffix):
+        if not sink.write_scanlines(row, row + band.height_px, 0, band.pixels):
+            return False
+        row += band.height_px
+    return True
 
 
 @contextmanager
@@ -138,11 +147,9 @@ def _staged(place: Path, size_bytes: int) -> Iterator[str]:
             shutil.copyfileobj(memory, file, 1 << 20)
 
 
-def _spec(image: Image, suffix: str, quality: int) -> OpenImageIO.ImageSpec:
-    """Return OpenImageIO's description of the file to write."""
-    spec = OpenImageIO.ImageSpec(
-        image.width_px, image.height_px, image.channels, str(image.pixels.dtype).replace("32", "")
-    )
+def _spec(image: Image, size_px: tuple[int, int], suffix: str, quality: int) -> OpenImageIO.ImageSpec:
+    """Return OpenImageIO's description of a file of `size_px`, with samples and channels as in `image`."""
+    spec = OpenImageIO.ImageSpec(*size_px, image.channels, str(image.pixels.dtype).replace("32", ""))
     for name, kind, value in image.metadata:
         # Short integers are left out of EXIF by OpenImageIO, plain ones are not.
         spec.attribute(name, OpenImageIO.TypeDesc("int" if kind in _SHORT else kind), value)

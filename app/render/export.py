@@ -13,7 +13,7 @@ from core.arrays import InputError, Pixels, Points
 from core.images import Image
 from core.progress import Job, Progress, run
 
-TILE_PX = 1024
+TILE_PX = 512
 LEAST_TILE_PX = 64
 MOST_SIDE_PX = 65_536
 

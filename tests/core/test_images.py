@@ -9,7 +9,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 
-from core import color
+from core import color, image_reading, image_writing
 from core.arrays import Bytes, InputError, Singles
 from core.image import usable_profile
 from core.image_reading import upright
@@ -147,6 +147,26 @@ def test_a_damaged_profile_goes(tmp_path: Path, damage: bytes) -> None:
     save(image, tmp_path / "a.png")
     assert load(tmp_path / "a.png").icc is None
     assert usable_profile(damage, 3) is None
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg", ".webp"])
+@pytest.mark.parametrize(("depth", "channels"), [(np.uint8, 1), (np.uint16, 4), (np.float32, 3), (np.float32, 4)])
+def test_bands_do_not_show(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, depth: Any, channels: int
+) -> None:
+    """A picture is read and written in bands of rows: how many there are makes no difference."""
+    rng = np.random.default_rng(4)
+    picture = Image(color.quantise(rng.random((50, 9, channels), np.float32), depth), linear=depth is np.float32)
+    files, read = [], []
+    for rows in (1000, 7):
+        monkeypatch.setattr(image_writing, "BAND_ROWS", rows)
+        monkeypatch.setattr(image_reading, "BAND_ROWS", rows)
+        path = tmp_path / f"{rows}{suffix}"
+        save(picture, path)
+        files.append(path.read_bytes())
+        read.append(load(path).pixels)
+    assert files[0] == files[1]
+    np.testing.assert_array_equal(read[0], read[1])
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
