@@ -18,7 +18,7 @@ from core.mapping.editing import Editing
 from core.mapping.feature_mapping import FeatureMapping
 from core.mapping.folds import folded_quads
 from core.mapping.frames import as_complex
-from core.mapping.stencil import edge_weights, lower_values, pattern
+from core.mapping.stencil import edge_weights, node_values, pattern, stored_values
 from core.mapping.unfold import unfold
 from core.mapping.warping import DEFAULT_OPTIONS, LiveWarp
 from core.progress import run
@@ -159,7 +159,7 @@ def _bare(grid: Grid, features: Features, repeats: int) -> dict[str, float]:
     mapping = FeatureMapping(grid, features)
     weights = edge_weights(mapping.follow_w + mapping.follow_feature)
     lower = pattern(grid)
-    lower.data = lower_values(weights, mapping.free)
+    lower.data = node_values(weights, mapping.free)[stored_values(grid.shape)]
     whole = sparse.csc_array(lower + sparse.tril(lower, -1).T)
     b = np.random.default_rng(0).random((grid.size, 2))
     factor = Factor(lower)

@@ -28,8 +28,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from core.arrays import Bools, Floats, Ints
-from core.factor import Factor
 from core.mapping.frames import Complexes
+from core.mapping.grid_factor import MappingFactor
 from core.mapping.similarity import Body
 from core.mapping.stencil import EdgeWeights, divergence, edge_weights, laplacian
 
@@ -68,7 +68,7 @@ class Placement:
         follow: Floats,
         weights: EdgeWeights,
         free: Bools,
-        factor: Factor,
+        factor: MappingFactor,
     ) -> None:
         self._factor, self._free = factor, free.ravel()
         self._count = count = len(bodies)
@@ -103,7 +103,7 @@ class Placement:
         c = given.copy()
         c[chosen] = 0
         load = np.where(self._free, r + np.asarray(self._B @ _spread(c, self._count)), 0)
-        y = as_one(self._factor.forward(as_two(load)))
+        y = as_one(self._factor.forward_again(as_two(load)))
         if moving.size:
             reduced = self.prepare(moving)
             g = self._phi @ (r + _TIE * warped) + self._halo @ z0 - self._G @ c
@@ -122,9 +122,12 @@ class Placement:
         if self._reduced is None or not self.is_ready(moving):
             n, k = self._count, len(moving)
             chosen = np.concatenate([moving, n + moving])
-            fields = self._B[:, np.concatenate([chosen, 2 * n + moving])].toarray()
-            fields[~self._free] = 0
-            half = self._factor.forward(fields)
+            fields = self._B[:, np.concatenate([chosen, 2 * n + moving])]
+            nodes = np.unique(fields.indices).astype(np.int64)
+            nodes = nodes[self._free[nodes]]
+            load = np.zeros(fields.shape)
+            load[nodes] = fields[nodes].toarray()
+            half = self._factor.forward(load, nodes)
             U = _spread(np.eye(2 * k, dtype=np.complex128), k)
             S = self._G[np.ix_(chosen, chosen)] - U.conj().T @ (half.T @ half) @ U
             self._reduced = _Reduced(moving, half, (S + S.conj().T) / 2)

@@ -6,13 +6,13 @@ from typing import Literal
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Points
-from core.factor import Factor
 from core.grid import Features, Grid
 from core.mapping.exact import Placement, as_one, as_two
 from core.mapping.frames import Complexes, Frames, as_complex, as_positions, corner_frames, linear_parts
+from core.mapping.grid_factor import MappingFactor, grid_factor
 from core.mapping.roles import assign_roles, average_parts, average_scales
 from core.mapping.similarity import Body, bodies_of, body_index
-from core.mapping.stencil import divergence, edge_weights, laplacian, lower_values, pattern
+from core.mapping.stencil import divergence, edge_weights, laplacian, node_values
 from core.mapping.stopwatch import Stopwatch
 
 Keep = Literal["similarity", "rigid"]
@@ -53,7 +53,7 @@ class FeatureMapping:
     falloff
         ρ: over so many cells around a feature the weight returns to 1.
     factor
-        Of a mapping of the same grid that nobody needs any more: its analysis is reused, its numbers overwritten.
+        Of a mapping of the same grid that nobody needs any more: it is renewed where this one differs.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class FeatureMapping:
         method: Method = "exact",
         weight: float = 10.0,
         falloff: float = 2.0,
-        factor: Factor | None = None,
+        factor: MappingFactor | None = None,
     ) -> None:
         if features.labels.shape != grid.shape:
             raise InputError("features: found on another grid")
@@ -98,7 +98,7 @@ class FeatureMapping:
             self._edges = edge_weights(follow_w + self.follow_feature)
             fixed = self.grid.outline if self.method == "per-quad" else self.grid.outline | (self.index >= 0)
             self.free = ~fixed
-            values = lower_values(self._edges, self.free)
+            values = node_values(self._edges, self.free)
         with self.clock.measure("factor"):
             self.factor.factorise(values)
             self._placement = self._place_features() if self.method == "exact" and self.bodies else None
@@ -208,11 +208,6 @@ class FeatureMapping:
             v = as_one(self.factor.solve(as_two(r.ravel())))
         none = np.empty(0, np.complex128)
         return Solution(w + v.reshape(w.shape), none, none)
-
-
-def grid_factor(grid: Grid) -> Factor:
-    """Analyse the pattern that all mappings of a grid share."""
-    return Factor(pattern(grid), pattern_only=True)
 
 
 def map_features(

@@ -48,14 +48,17 @@ def laplacian(weights: EdgeWeights, z: NDArray[_Number]) -> NDArray[_Number]:
 def pattern(grid: Grid) -> sparse.csc_array:
     """Return ones where K's lower triangle has entries on this grid, whatever the weights."""
     number = np.arange(grid.size).reshape(grid.shape)
-    stored = _stored(grid.shape)
+    stored = stored_values(grid.shape)
     rows = np.stack([number, number + 1, number + grid.columns], axis=-1)[stored]
     starts = np.concatenate([[0], np.cumsum(stored.sum(axis=-1))])
     return sparse.csc_array((np.ones(len(rows)), rows, starts), shape=(grid.size, grid.size))
 
 
-def lower_values(weights: EdgeWeights, free: Bools) -> NDArray[np.float64]:
-    """Return the entries of K's lower triangle, column by column; a node that is not free gets the equation x = 0."""
+def node_values(weights: EdgeWeights, free: Bools) -> Floats:
+    """Return the entries of K of every node itself, with its right and with its lower neighbour, (R, C, 3).
+
+    A node that is not free gets the equation x = 0.
+    """
     across, down = weights
     values = np.zeros((*free.shape, 3))
     values[:, :-1, 1] = -across * (free[:, :-1] & free[:, 1:])
@@ -66,11 +69,11 @@ def lower_values(weights: EdgeWeights, free: Bools) -> NDArray[np.float64]:
     degree[1:] += down
     degree[:-1] += down
     values[..., 0] = np.where(free, degree, 1.0)
-    return values[_stored(free.shape)]
+    return values
 
 
-def _stored(shape: tuple[int, ...]) -> Bools:
-    """Which of (itself, right neighbour, lower neighbour) each node has: (R, C, 3)."""
+def stored_values(shape: tuple[int, ...]) -> Bools:
+    """Return which of these entries (R, C, 3) there are: those stored in K's lower triangle, column by column."""
     stored = np.ones((*shape, 3), bool)
     stored[:, -1, 1] = False
     stored[-1, :, 2] = False

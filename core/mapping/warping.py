@@ -11,11 +11,11 @@ from typing import Any, Literal
 import numpy as np
 
 from core.arrays import Bools, Ints, Points
-from core.factor import Factor
 from core.grid import Features, Grid
 from core.mapping.feature_mapping import FeatureMapping, Method, Solution
 from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes, as_complex
+from core.mapping.grid_factor import MappingFactor
 from core.mapping.junctions import fit_between
 from core.mapping.similarity import bodies_of, fit_residual
 from core.mapping.unfold import unfold
@@ -158,7 +158,7 @@ class LiveWarp:
         self._features = Features(np.zeros(grid.shape, np.int32))
         self._options = MappingOptions(keep="none")
         self._mapping: FeatureMapping | None = None
-        self._factor: Factor | None = None
+        self._factor: MappingFactor | None = None
         self._last: _Frame | None = None
         self._turn = 0
 
