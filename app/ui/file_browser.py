@@ -38,6 +38,7 @@ class FileBrowser:
         self._name = name or ""
         self._asks_overwrite: Path | None = None
         self._fault = ""
+        self._takes_keys = True
         self.folder = folder
         self._items: tuple[Item, ...] = ()
         self.enter(folder if folder.is_dir() else Path.home())
@@ -118,6 +119,9 @@ class FileBrowser:
     def _draw_foot(self, chosen: Path | None) -> Path | bool:
         """Draw name, buttons and what is wrong."""
         imgui.set_next_item_width(within(46) - 2 * em(7) - em(2))
+        if self._takes_keys:
+            imgui.set_keyboard_focus_here()
+            self._takes_keys = False
         entered, self._name = imgui.input_text("##name", self._name, imgui.InputTextFlags_.enter_returns_true)
         tip("Name of the file; a whole path will do")
         imgui.same_line(0, em(1))
@@ -129,7 +133,10 @@ class FileBrowser:
             imgui.text(self._fault)
         if closed:
             return False
-        return self._accepted(chosen) if pressed else True
+        if not pressed:
+            return True
+        self._takes_keys = True
+        return self._accepted(chosen)
 
     def _accepted(self, chosen: Path | None) -> Path | bool:
         """Return the file to take, True where something is to be mended first."""
@@ -139,6 +146,7 @@ class FileBrowser:
             return True
         if path.is_dir():
             self.enter(path)
+            self._name = self._name if self._saves else ""
             return True
         if not self._saves:
             self._fault = "" if path.is_file() else f"{path.name}: no such file here"

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from imgui_bundle import ImVec2, imgui
 
 from app.actions import Action
+from app.actions.file import recent_actions
 from app.editor import Editor
 from app.ui import theme
 from app.ui.controls import colors, shortened
@@ -84,7 +85,7 @@ class Palette:
         imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(em(0.6), em(0.5)))
         typed, self._query = imgui.input_text_with_hint("##query", "What do you want to do?", self._query)
         imgui.pop_style_var()
-        found = matches(self._query, self._actions)
+        found = matches(self._query, (*self._actions, *recent_actions(self._editor)))
         if typed:
             self._chosen = 0
         self._move(len(found))

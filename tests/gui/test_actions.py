@@ -1,5 +1,9 @@
 """Every action once, in the window: nothing fails, and what asks something shows its dialog."""
 
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
 import pytest
 from imgui_bundle import imgui
 
@@ -7,6 +11,7 @@ from app.editor import Editor
 from app.ui.menus import menu_tree
 from app.ui.palette import matches
 from app.ui.sheets import balanced
+from core.images import Image, save
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -63,6 +68,34 @@ def test_the_palette_runs_what_is_typed(editor: Editor) -> None:
 
     drive(editor, script)
     assert editor.history.labels[-1] == "Invert mask"
+
+
+def test_the_palette_opens_recent_files(editor: Editor, tmp_path: Path) -> None:
+    save(Image(np.full((20, 30, 3), 90, np.uint8)), tmp_path / "quarry.png")
+    editor.session = replace(editor.session, recent=(str(tmp_path / "quarry.png"),))
+
+    def script(window: WindowDriver) -> None:
+        window.key(imgui.Key.f3).wait()
+        window.context.key_chars_append_enter("quarry")
+        window.wait_until(lambda: editor.name == "quarry.png")
+
+    drive(editor, script)
+    assert editor.document.size_px == (30, 20)
+
+
+def test_a_dialog_takes_a_name_typed_at_once(editor: Editor, tmp_path: Path) -> None:
+    save(Image(np.full((20, 30, 3), 90, np.uint8)), tmp_path / "moor.png")
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("file.open", editor)
+        window.wait(4)
+        assert window.dialog == "Open"
+        window.context.key_chars_append_enter(str(tmp_path))
+        window.wait(4)
+        window.context.key_chars_append_enter("moor.png")
+        window.wait_until(lambda: editor.name == "moor.png")
+
+    drive(editor, script)
 
 
 def test_the_palette_finds_by_initials_and_by_parts(editor: Editor) -> None:
