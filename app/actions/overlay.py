@@ -36,6 +36,13 @@ def show(editor: Editor, shown: Shown) -> None:
     editor.show(shown=shown, compare="result")
 
 
+def seen(editor: Editor) -> Shown:
+    """Return what is on the canvas: the photo where the tool in hand works on it, though the result is chosen."""
+    shown = editor.session.shown
+    works_on_photo = has_layers(editor) and editor.session.tool in PHOTO_TOOLS
+    return "photo" if shown == "result" and works_on_photo else shown
+
+
 def find(editor: Editor) -> None:
     """Find the pattern in the painted region, anew where it was sought before."""
     cloth = editor.document.cloth
@@ -147,7 +154,7 @@ def _show(number: int, shown: Shown, label: str, icon: str, tooltip: str) -> Act
         icon,
         tooltip,
         enabled=in_mode if shown in ("result", "photo") else has_layers,
-        checked=lambda editor: editor.session.shown == shown,
+        checked=lambda editor: seen(editor) == shown,
     )
 
 

@@ -29,6 +29,21 @@ def faint(text: str) -> None:
         imgui.text_wrapped(text)
 
 
+@contextmanager
+def at_least(*texts: str) -> Iterator[None]:
+    """Give the block the height of the highest of `texts`, so that what follows stays in its place.
+
+    They are wrapped as `faint` wraps them; at a line break a new line of its own begins.
+    """
+    room, top, gap = imgui.get_content_region_avail().x, imgui.get_cursor_pos_y(), imgui.get_style().item_spacing.y
+    high = max(imgui.calc_text_size(text, wrap_width=room).y + gap * text.count("\n") for text in texts)
+    yield
+    bottom = imgui.get_cursor_pos_y() - gap
+    if bottom < top + high:
+        imgui.set_cursor_pos_y(bottom)
+        imgui.dummy(ImVec2(0, top + high - bottom))
+
+
 def tip(text: str, key: str = "") -> None:
     """Explain the last item when the pointer rests on it, with the key that does the same."""
     if not text or not imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip | imgui.HoveredFlags_.allow_when_disabled):

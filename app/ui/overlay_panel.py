@@ -6,11 +6,22 @@ from typing import Literal
 
 from imgui_bundle import ImVec2, imgui
 
-from app.actions.overlay import PHOTO_TOOLS
 from app.actions.table import ActionTable
 from app.editor import Editor
 from app.ui import theme
-from app.ui.controls import check, colors, faint, plain_button, primary_button, section, segments, tip
+from app.ui.action_buttons import action_button, action_buttons
+from app.ui.controls import (
+    at_least,
+    check,
+    colors,
+    faint,
+    plain_button,
+    primary_button,
+    section,
+    segments,
+    shortened,
+    tip,
+)
 from app.ui.sliders import Held, slider
 from app.ui.theme import em
 from core.cloth import Cloth, Laying
@@ -42,6 +53,16 @@ BLEND = (
     Row("Detail", "detail", 0, 200, "How much of the photo's fine detail goes over the texture, per cent", 0, 100),
     Row("Shading", "shading", 0, 200, "How strong the folds' light and shade are, per cent", 0, 100),
 )
+ADVICE = "Paint the cloth (B) or drag a rectangle around it (R) and look again, or mark one repeat of it (I)."
+UNSOUGHT = "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
+STOPPED = "The search was stopped. Go on with it, or find the pattern anew."
+FOUND = "{} repeats found on {:.0f} % of the picture. Mend the lattice with its tool (L)."
+EARLIER = "That was before the last change."
+STATES = (UNSOUGHT, STOPPED, f"{FOUND} {EARLIER}", f"A fault that is said in a line.\n{ADVICE}")
+"""What can be said of the search: its place on the panel has room for any of them."""
+NO_TEXTURE = "The old pattern is shown. Choose a picture, or drop a file on the window."
+WHEREABOUTS = ("Drag it on the cloth (T).", "Waits for the pattern.", "Find the pattern.")
+TEXTURES = (NO_TEXTURE, *(f"Name\n8192 × 8192 px. {text}" for text in WHEREABOUTS))
 VIEWS = ("result", "photo", "pattern", "mesh", "shading", "detail", "reconstruction", "residual")
 
 
@@ -70,57 +91,65 @@ class OverlayPanel:
         return self._editor.document.cloth
 
     def _draw_search(self) -> None:
-        """Draw what finds the pattern, how far that is, and what came of it."""
+        """Draw what finds the pattern, how far that is, and what came of it; every row has its place all the time."""
         work = self._editor.overlay
-        if work.is_running and work.ticket is not None:
-            if plain_button("Cancel", 8):
+        width = (imgui.get_content_region_avail().x - em(0.3)) / 2
+        if work.is_running:
+            if plain_button("Cancel", width / em(1)):
                 work.cancel()
-            step = work.ticket.progress
-            imgui.progress_bar(step.fraction, ImVec2(-1, em(0.5)), "")
-            faint(f"{step.note.capitalize()} …" if step.note else "Waiting …")
-            return
-        if primary_button("Find pattern", 8):
-            self._table.run("overlay.find", self._editor)
-        tip("Find what repeats on the cloth, in the painted region or everywhere", "Ctrl+R")
-        if self._cloth.search is not None:
-            imgui.same_line()
-            self._small("overlay.forget", "Forget")
-        if work.fault is not None:
-            with colors(text=theme.FAULT):
-                imgui.text_wrapped(f"{work.fault[:1].upper()}{work.fault[1:]}.")
-        faint(self._state())
-        if work.is_stopped and work.fault is None:
-            self._button("overlay.go_on")
-        if self._cloth.region is not None:
-            self._button("overlay.clear_region")
+            tip("Stop looking for the pattern", "Ctrl+.")
+        else:
+            if primary_button("Find pattern", width / em(1)):
+                self._table.run("overlay.find", self._editor)
+            tip("Find what repeats on the cloth, in the painted region or everywhere", "Ctrl+R")
+        imgui.same_line(0, em(0.3))
+        self._draw_forget(width)
+        with at_least(*STATES):
+            if work.is_running and work.ticket is not None:
+                imgui.progress_bar(work.ticket.progress.fraction, ImVec2(-1, em(0.5)), "")
+            if work.fault is not None:
+                with colors(text=theme.FAULT):
+                    imgui.text_wrapped(f"{work.fault[:1].upper()}{work.fault[1:]}.")
+            faint(self._state())
+        action_buttons(self._editor, [self._table.by_name[name] for name in ("overlay.go_on", "overlay.clear_region")])
         held = slider("Seed", self._cloth.seed, 0, 99, default=0, hint="Another number, another search")
         self._take("Seed", held, lambda new: self._cloth.changed(seed=round(new)))
+
+    def _draw_forget(self, width: float) -> None:
+        action = self._table.by_name["overlay.forget"]
+        imgui.begin_disabled(not action.enabled(self._editor))
+        if plain_button("Forget", width / em(1)):
+            action.run(self._editor)
+        imgui.end_disabled()
+        tip(action.tooltip)
 
     def _state(self) -> str:
         """Return in words what was found, or what to do."""
         work, layers = self._editor.overlay, self._editor.overlay.layers
+        if work.is_running and work.ticket is not None:
+            note = work.ticket.progress.note
+            return f"{note.capitalize()} …" if note else "Waiting …"
         if work.fault is not None:
-            return (
-                "Paint the cloth with the brush (B) or drag a rectangle around it (R) and look again, "
-                "or mark one repeat with the texel tool (I)."
-            )
+            return ADVICE
+        if work.is_stopped and layers is None:
+            return STOPPED
         if layers is None or self._cloth.search is None:
-            return "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
-        count, share = len(layers.lattice), 100 * layers.covered.mean()
-        state = "" if work.is_final else " That was before the last change."
-        return f"{count} repeats found on {share:.0f} % of the picture. Mend the lattice with its tool (L).{state}"
+            return UNSOUGHT
+        state = FOUND.format(len(layers.lattice), 100 * layers.covered.mean())
+        return state if work.is_final else f"{state} {EARLIER}"
 
     def _draw_texture(self) -> None:
         """Draw the choice of a texture and how it lies."""
-        if self._cloth.texture is None:
-            faint("The old pattern is shown. Choose a picture, or drop a file on the window.")
-        else:
-            image = self._cloth.texture
-            imgui.text_wrapped(self._cloth.texture_name or "Texture")
-            faint(f"{image.width_px} × {image.height_px} px. {self._whereabouts()}")
-        self._button("overlay.texture")
-        if self._cloth.texture is not None:
-            self._button("overlay.old_pattern")
+        image = self._cloth.texture
+        with at_least(*TEXTURES):
+            if image is None:
+                faint(NO_TEXTURE)
+            else:
+                name = self._cloth.texture_name or "Texture"
+                imgui.text(shortened(name, imgui.get_content_region_avail().x))
+                tip(name)
+                faint(f"{image.width_px} × {image.height_px} px. {self._whereabouts()}")
+        action_buttons(self._editor, [self._table.by_name[name] for name in ("overlay.texture", "overlay.old_pattern")])
         imgui.begin_disabled(self._cloth.texture is None)
         self._draw_rows(PLACE)
         self._draw_offset()
@@ -137,13 +166,10 @@ class OverlayPanel:
 
     def _whereabouts(self) -> str:
         """Return in words what can be done with the new texture."""
+        drag, wait, find = WHEREABOUTS
         if self._editor.overlay.layers is not None:
-            return "Drag it on the cloth with its tool (T)."
-        return (
-            "It shows as soon as the pattern is found."
-            if self._editor.overlay.is_running
-            else "Find the pattern first."
-        )
+            return drag
+        return wait if self._editor.overlay.is_running else find
 
     def _draw_offset(self) -> None:
         across, down = self._cloth.laying.offset
@@ -178,9 +204,6 @@ class OverlayPanel:
 
     def _draw_views(self) -> None:
         """Draw a button for everything that can be looked at, two a line."""
-        session = self._editor.session
-        if session.shown == "result" and session.tool in PHOTO_TOOLS and self._editor.overlay.layers is not None:
-            faint("The tool in hand works on the photo; the texture tool (T) shows the result.")
         width = (imgui.get_content_region_avail().x - em(0.3)) / 2
         for number, name in enumerate(VIEWS):
             action = self._table.by_name[f"shown.{name}"]
@@ -199,27 +222,16 @@ class OverlayPanel:
                 imgui.same_line(0, em(0.3))
 
     def _draw_saving(self) -> None:
-        self._button("file.export")
-        self._button("overlay.save_texel")
-        shown = f"overlay.export_{self._editor.session.shown}"
-        if shown in self._table.by_name:
-            self._button(shown, f"Export {self._table.by_name[shown].label.lower()}")
+        for name in ("file.export", "overlay.save_texel"):
+            action_button(self._editor, self._table.by_name[name])
+        shown = self._table.by_name.get(f"overlay.export_{self._editor.session.shown}")
+        if shown is not None:
+            action_button(self._editor, shown, text=f"Export {shown.label.lower()}")
         else:
-            faint("Show a part to export it.")
-
-    def _button(self, name: str, label: str | None = None) -> None:
-        action = self._table.by_name[name]
-        imgui.begin_disabled(not action.enabled(self._editor))
-        if imgui.button(label or action.label, ImVec2(imgui.get_content_region_avail().x, 0)):
-            action.run(self._editor)
-        imgui.end_disabled()
-        tip(action.tooltip, action.chord)
-
-    def _small(self, name: str, label: str) -> None:
-        action = self._table.by_name[name]
-        if plain_button(label, 6):
-            action.try_run(self._editor)
-        tip(action.tooltip, action.chord)
+            imgui.begin_disabled()
+            imgui.button("Export part…", ImVec2(imgui.get_content_region_avail().x, 0))
+            imgui.end_disabled()
+            tip("Show a part to export it")
 
     def _take(self, name: str, held: Held, changes: Callable[[float], Cloth]) -> None:
         """Show what a slider says while it is held, and make it an undo entry when it is let go."""

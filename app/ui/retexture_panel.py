@@ -4,13 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, cast
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import imgui
 
 from app.actions.table import ActionTable
 from app.curve_kinds import FEATURE
 from app.editor import Editor
 from app.session import Look
-from app.ui.controls import check, faint, label, plain_button, primary_button, section, segments, tip
+from app.ui.action_buttons import action_button, action_buttons
+from app.ui.controls import at_least, check, faint, label, plain_button, primary_button, section, segments, tip
 from app.ui.sliders import Held, slider
 from app.ui.theme import em
 from core.document import RetextureSettings
@@ -23,6 +24,8 @@ LOOKS = (
     ("deformed", "Deformed", "The picture stretched along with the curves (2)"),
     ("retextured", "Retextured", "The picture with its texture regrown (3)"),
 )
+BEGIN = "Draw along an edge with the pen (C) or trace it (T), then drag the curve to where it is to go."
+ONLY_STEERS = "Passive curves only steer. Draw another curve and drag it, or switch Passive off."
 
 
 @dataclass(frozen=True)
@@ -109,52 +112,47 @@ class RetexturePanel:
             imgui.end_disabled()
             tip("Regrow the texture along the moved curves", "Ctrl+R")
         imgui.same_line()
+        imgui.set_cursor_pos_y(imgui.get_cursor_pos_y() + (em(2.0) - imgui.get_frame_height()) / 2)
         switched = check("By itself", session.auto_retexture, "Regrow the texture as soon as a curve is let go")
         if switched is not None:
             editor.show(auto_retexture=switched)
-        faint(self.state)
+        with at_least(BEGIN, ONLY_STEERS):
+            faint(self.state)
 
     @property
     def state(self) -> str:
         """How far the result is, in words, and what is to be done next."""
         editor, work = self._editor, self._editor.regrowth
         if not editor.document.feature_curves:
-            return "Draw along an edge with the pen (C) or trace it (T), then drag the curve to where it is to go."
+            return BEGIN
         if work.fault is not None:
             return work.fault
         if all(pair.passive for pair in editor.document.feature_curves):
-            return "Passive curves only steer. Draw another curve and drag it, or switch Passive off."
+            return ONLY_STEERS
         if not moves(editor.document):
             return "Drag a curve: the texture goes with it."
         if work.is_final and work.stage is not None:
             return f"The texture is regrown, in {work.stage.found.seconds['total']:.1f} s."
-        return "Working …" if work.is_running else "Stretched; the texture is not regrown yet."
+        if work.is_running and work.ticket is not None:
+            note = work.ticket.progress.note
+            return f"{note.capitalize()} …" if note else "Working …"
+        return "Stretched; the texture is not regrown yet."
 
     def _draw_curve(self) -> None:
-        editor, pair = self._editor, FEATURE.chosen(self._editor)
-        if pair is None:
-            faint("Click a curve to edit it.")
-            return
+        editor, number = self._editor, FEATURE.number(self._editor)
         count = len(editor.document.feature_curves)
-        if count > 1:
-            faint(f"Curve {(FEATURE.number(editor) or 0) + 1} of {count}")
+        faint("Click a curve to edit it." if number is None else f"Curve {number + 1} of {count}")
         for name in ("feature.passive", "feature.closed"):
             action = self._table.by_name[name]
             on = action.checked is not None and action.checked(editor)
+            imgui.begin_disabled(not action.enabled(editor))
             if check(action.label, on, action.tooltip) is not None:
                 action.run(editor)
+            imgui.end_disabled()
             imgui.same_line(0, em(1.2))
         imgui.new_line()
         for name in ("feature.put_back", "feature.simplify", "feature.select_all"):
-            self._draw_button(name)
-
-    def _draw_button(self, name: str) -> None:
-        action = self._table.by_name[name]
-        imgui.begin_disabled(not action.enabled(self._editor))
-        if imgui.button(action.label, ImVec2(imgui.get_content_region_avail().x, 0)):
-            action.run(self._editor)
-        imgui.end_disabled()
-        tip(action.tooltip, action.chord)
+            action_button(editor, self._table.by_name[name])
 
     def _draw_patches(self) -> None:
         for row in PATCH:
@@ -195,9 +193,8 @@ class RetexturePanel:
     def _draw_masks(self) -> None:
         faint("Paint with the brush (B). Nothing painted means everywhere.")
         for name in ("matte", "source_mask"):
-            self._draw_button(f"retexture.paint_{name}")
-            if getattr(self._editor.document, name) is not None:
-                self._draw_button(f"retexture.clear_{name}")
+            actions = [self._table.by_name[f"retexture.{verb}_{name}"] for verb in ("paint", "clear")]
+            action_buttons(self._editor, actions)
 
     def _slide(self, row: Row) -> None:
         usual = usual_sides(self._editor.document.size_px)[row.field]

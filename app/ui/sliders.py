@@ -149,7 +149,8 @@ def _reset(*, shown: bool) -> bool:
         imgui.dummy(ImVec2(side, side))
         return False
     with colors(button=theme.PANEL, text=theme.FAINT):
-        imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(0, 0))
+        # With its usual padding above the arrow stands on the line of the row, which is then no higher for it.
+        imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(0, imgui.get_style().frame_padding.y))
         pressed = imgui.button(f"{icon('rotate-left')}##reset", ImVec2(side, side))
         imgui.pop_style_var()
     tip("Reset")

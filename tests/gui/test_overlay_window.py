@@ -94,3 +94,52 @@ def test_vertex_is_dragged_on_the_canvas(editor: Editor) -> None:
     search = editor.document.cloth.search
     assert search is not None
     assert search.lattice is not None
+
+
+def test_the_rows_of_the_panel_stay_where_they_are(editor: Editor) -> None:
+    rows: dict[str, list[float]] = {}
+
+    def note(window: WindowDriver, state: str) -> None:
+        window.wait(3)
+        names = ("Seed/##track", "Size/##track", "Down/##track", "Shading/##track")
+        rows[state] = [window.context.item_info(f"//Overlay/{name}").rect_full.min.y for name in names]
+
+    def script(window: WindowDriver) -> None:
+        window.wait(8)
+        note(window, "unsought")
+        editor.overlay.fault = "no repeating pattern found"
+        note(window, "at fault")
+        editor.overlay.fault = None
+        window.item("//Overlay/Find pattern").wait(2)
+        assert editor.overlay.is_running
+        note(window, "running")
+        window.item("//Overlay/Cancel")
+        note(window, "stopped")
+        editor.edit("Texture", editor.document.with_cloth(texture=picture(80, 60), texture_name="new.png"))
+        note(window, "with a texture")
+        window.item("//Overlay/Go on").wait_until(lambda: editor.overlay.is_final)
+        note(window, "found")
+        cloth = editor.document.cloth.laid(size=3.0, rotate_deg=20.0, stretch=1.5)
+        editor.edit("Lay", editor.document.changed(cloth=cloth))
+        note(window, "set")
+
+    drive(editor, script)
+    assert len(rows) == 7
+    assert all(places == rows["unsought"] for places in rows.values()), rows
+
+
+def test_the_view_that_is_seen_is_the_one_that_is_lit(editor: Editor) -> None:
+    lit: dict[str, list[str]] = {}
+
+    def script(window: WindowDriver) -> None:
+        by_name = window.shell.workspace.table.by_name
+        views = [action for name, action in by_name.items() if name.startswith("shown.")]
+        window.wait(8).item("//Overlay/Find pattern").wait_until(lambda: editor.overlay.is_final)
+        for tool in ("drape", "lattice"):
+            editor.choose_tool(tool)
+            lit[tool] = [view.label for view in views if view.checked is not None and view.checked(editor)]
+        by_name["shown.result"].run(editor)
+
+    drive(editor, script)
+    assert lit == {"drape": ["Result"], "lattice": ["Photo"]}
+    assert editor.session.tool == "drape"
