@@ -22,6 +22,8 @@ VERTEX_PX, LEAST_VERTEX_PX = 3.5, 1.6
 """Radius of a vertex; smaller where vertices are close together."""
 FAR = 2.5
 """Steps so many times as long as the usual one lie between two pieces of cloth."""
+FITS = 0.4
+"""A new vertex lies so near where the lattice goes on, in its steps."""
 WEAK = 0.5
 """Confidence below which a quad is marked."""
 
@@ -109,9 +111,11 @@ def free_key(editor: Editor, lattice: LatticeVertices, pos: Position) -> Points 
         basis = local_basis(lattice.keys, points, int(row))
         if basis is None:
             continue
-        step = np.rint(np.linalg.solve(basis, np.asarray(pos) - points[row]))
+        away = np.linalg.solve(basis, np.asarray(pos) - points[row])
+        step = np.rint(away)
         key = np.rint(lattice.keys[row]) + step
-        if np.abs(step).max() == 1 and (int(key[0]), int(key[1])) not in taken:
+        fits = np.abs(step).max() == 1 and np.abs(away - step).max() <= FITS
+        if fits and (int(key[0]), int(key[1])) not in taken:
             return np.asarray(key, np.float64)
     return None
 
@@ -148,9 +152,13 @@ def take_key(editor: Editor, key: Key) -> bool:
 
 
 def lattice_shapes(editor: Editor) -> list[Shape]:
-    """Return the lattice's lines; quads that the pattern explains badly are marked."""
-    lattice = vertices(editor)
-    if lattice is None or len(lattice.keys) < 2:
+    """Return the lattice's lines; quads that the pattern explains badly are marked.
+
+    While the pattern is sought anew they are those of the lattice that grows.
+    """
+    lattice, search = vertices(editor), editor.document.cloth.search
+    grows = search is not None and search.lattice is None and editor.overlay.stage_lattice is not None
+    if lattice is None or len(lattice.keys) < 2 or (grows and not editor.overlay.is_final):
         return _stage_shapes(editor)
     keys, points = np.rint(lattice.keys).astype(np.int64), on_screen(editor, lattice)
     lines: list[Shape] = [Polyline(points[rows], "lattice") for rows in chains(keys, points)]

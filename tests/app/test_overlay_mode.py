@@ -9,13 +9,15 @@ from app import filing
 from app.actions import overlay
 from app.actions.table import ActionTable
 from app.cli import main
+from app.editor import Editor
 from app.jobs import InlineExecutor, Jobs
 from app.render.picture_file import exporting
 from app.requests import ExportOptions, ExportPicture, OpenFile, SaveFile
+from app.shapes import Polyline
 from app.tools.all import TOOLS
-from app.tools.lattice import free_key, on_screen, remove, vertices
+from app.tools.lattice import free_key, lattice_shapes, on_screen, remove, vertices
 from core import color
-from core.cloth import Cloth, Search
+from core.cloth import Cloth, LatticeVertices, Search
 from core.document import Document
 from core.document_overlay import laid_on, layers_under, placement_of, size_of
 from core.images import Image, load, save
@@ -339,3 +341,32 @@ def test_result_is_seen_once_there_is_something_new_to_see(drive: OverlayDriver,
     assert (drive.editor.session.tool, drive.editor.session.shown) == ("drape", "result")
     drive.run("shown.detail").tool("lattice")
     assert drive.editor.session.shown == "detail"
+
+
+def test_vertex_is_added_only_where_the_lattice_goes_on(drive: OverlayDriver) -> None:
+    drive.tool("lattice")
+    lattice = vertices(drive.editor)
+    assert lattice is not None
+    places = on_screen(drive.editor, lattice)
+    row = int(np.argmin(np.hypot(*(places - (75, 65)).T)))
+    beside = next(n for n, key in enumerate(lattice.keys) if np.array_equal(key, lattice.keys[row] + [1, 0]))
+    missing = LatticeVertices(np.delete(lattice.keys, row, axis=0), np.delete(lattice.places, row, axis=0))
+    key = free_key(drive.editor, missing, tuple(places[row]))
+    np.testing.assert_array_equal(key, lattice.keys[row])
+    assert free_key(drive.editor, missing, tuple((places[row] + places[beside]) / 2)) is None
+
+
+def test_lattice_that_grows_is_shown_in_place_of_the_one_before(found: Document) -> None:
+    later = Later()
+    editor = Editor(found, TOOLS, jobs=Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    editor.update()
+    before = len(lattice_shapes(editor))
+    editor.edit("Find pattern", editor.document.with_cloth(search=Search(seed=1)))
+    editor.update()
+    assert editor.overlay.is_running
+    keys = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+    editor.overlay.stage_lattice = keys, 20.0 * keys + 30
+    lines = [shape for shape in lattice_shapes(editor) if isinstance(shape, Polyline)]
+    assert before > len(lines) == 4
+    assert all(len(line.points) == 2 for line in lines)
+    later.run()
