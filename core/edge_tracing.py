@@ -15,7 +15,7 @@ from core.image import Image
 from core.progress import Job, Progress
 
 REACH_PX = 220
-"""The path is sought so far around where it begins, in pixels as they are looked at."""
+"""The path is sought so far around where it begins and ends, in pixels as they are looked at."""
 CUT_PIXELS, SUGGESTION_PIXELS = 150_000, 250_000
 """Objects are cut out, and edges suggested, in pictures of so many pixels."""
 CUT_ROUNDS = 5
@@ -45,8 +45,10 @@ class Scissors:
     def __init__(self, image: Image, *, scale: float = 1.0) -> None:
         """Look at `image` at `scale`, 1 at most: edges too fine to be seen there are not followed."""
         self._image, self._scale = image, min(scale, 1.0)
-        self._corner = np.zeros(2)
-        """First pixel of the window around the beginning."""
+        self._last = np.array([image.width_px - 1, image.height_px - 1])
+        self._begin = np.zeros(2)
+        self._corner, self._far = np.zeros(2), np.zeros(2)
+        """First and last pixel of the window that is looked at."""
         self._size = (1, 1)
         self._tool = cv2.segmentation.IntelligentScissorsMB()
         self._tool.setEdgeFeatureCannyParameters(32, 100)
@@ -54,21 +56,28 @@ class Scissors:
 
     def begin(self, place: Points) -> Points:
         """Let paths begin at a place (2,) of the picture; return the place nearest to it that they can begin at."""
-        pixels = self._image.pixels
-        last = np.array([pixels.shape[1] - 1, pixels.shape[0] - 1])
-        centre, reach = np.clip(np.rint(place), 0, last), np.ceil(REACH_PX / self._scale)
-        low, high = np.maximum(centre - reach, 0).astype(int), np.minimum(centre + reach, last).astype(int)
-        window = self._image.with_pixels(pixels[low[1] : high[1] + 1, low[0] : high[0] + 1])
-        picture = _seen(window, self._scale)
-        self._corner, self._size = low.astype(float), (picture.shape[1], picture.shape[0])
-        self._tool.applyImage(picture)
-        self._tool.buildMap(self._pixel(centre))
-        return np.asarray(centre)
+        self._begin = np.clip(np.rint(place), 0, self._last)
+        self._look_towards(self._begin)
+        return self._begin
 
     def path_to(self, place: Points) -> Points:
-        """Return the path (n, 2) from where it began to a place (2,), or as far as it reaches."""
+        """Return the path (n, 2) from where it began to a place (2,), or to the picture's edge before it."""
+        end = np.clip(np.rint(place), 0, self._last)
+        if (end < self._corner).any() or (end > self._far).any():
+            self._look_towards(end)
         path = np.asarray(self._tool.getContour(self._pixel(place)), float).reshape(-1, 2)
         return np.asarray((smooth(path) + 0.5) / self._scale - 0.5 + self._corner)
+
+    def _look_towards(self, end: Points) -> None:
+        """Seek paths in a window that has the beginning and `end` (2,) well inside."""
+        reach = np.ceil(REACH_PX / self._scale)
+        low = np.maximum(np.minimum(self._begin, end) - reach, 0).astype(int)
+        high = np.minimum(np.maximum(self._begin, end) + reach, self._last).astype(int)
+        window = self._image.with_pixels(self._image.pixels[low[1] : high[1] + 1, low[0] : high[0] + 1])
+        picture = _seen(window, self._scale)
+        self._corner, self._far, self._size = low.astype(float), high, (picture.shape[1], picture.shape[0])
+        self._tool.applyImage(picture)
+        self._tool.buildMap(self._pixel(self._begin))
 
     def _pixel(self, place: Points) -> tuple[int, int]:
         """Return the pixel of the window, as it is looked at, nearest to a place (2,) of the picture."""

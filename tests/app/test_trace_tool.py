@@ -180,3 +180,17 @@ def test_what_is_found_after_the_mode_was_left_leaves_the_tools_alone(action: st
     assert drive.editor.session.mode == "warp"
     assert "warp" in drive.editor.tool.modes
     assert len(drive.document.feature_curves) == (0 if action == "suggest" else 1)
+
+
+def test_a_trace_clings_to_an_edge_that_leads_far_away() -> None:
+    y, x = np.mgrid[:90, :700]
+    edge = 45 + 20 * np.sin(x / 60)
+    noise = np.random.default_rng(0).integers(0, 12, (90, 700))
+    image = Image(np.repeat((np.where(y > edge, 50, 190) + noise)[..., None], 3, axis=2).astype(np.uint8))
+    drive = driver(document=Document.of(image).with_warp(cell_px=8.0)).tool("trace")
+    drive.click(20, 52).click(650, 26).key("enter")
+    curve = Curve(pixels_from_places((700, 90), drive.document.feature_curves[0].source))
+    places = curve.at(curve.parameters(step=2.0))
+    assert np.ptp(places[:, 0]) == pytest.approx(630, abs=3)
+    off = np.abs(places[:, 1] - 45 - 20 * np.sin(places[:, 0] / 60))
+    assert off.max() < 4
