@@ -17,7 +17,7 @@ from app.jobs import Jobs, Task, Ticket
 from app.live import Answer
 from app.session import Look
 from core import tracing
-from core.arrays import Points, WeftError
+from core.arrays import CurveError, Points, WeftError
 from core.document import Document
 from core.document_map import grid_of
 from core.document_retexture import Regrown, feature_curves, in_pixels, moves, regrown
@@ -67,6 +67,8 @@ class LiveRetexture:
     def __init__(self, jobs: Jobs) -> None:
         self.fault: str | None = None
         """Why the present document has no result of its own."""
+        self.faulty_curve: int | None = None
+        """The number of the curve that this is due to, if it is one."""
         self.solve_ms = 0.0
         self.ticket: Ticket | None = None
         """The job for the present document, whatever became of it; None before it was begun."""
@@ -166,7 +168,7 @@ class LiveRetexture:
     def _follow(self, document: Document) -> None:
         """Forget what belongs to other inputs and solve for these."""
         self.cancel()
-        self.ticket = self._stage = self._source = self.fault = None
+        self.ticket = self._stage = self._source = self.fault = self.faulty_curve = None
         self._is_final = False
         grid = grid_of(document)
         # The renderer knows the nodes by their identity.
@@ -208,6 +210,7 @@ class LiveRetexture:
         if not isinstance(fault, WeftError):
             log.error("retexturing failed", exc_info=fault)
         self.fault = str(fault) or type(fault).__name__
+        self.faulty_curve = fault.number - 1 if isinstance(fault, CurveError) else None
 
     def _keep(self, inputs: Inputs, result: Regrown) -> None:
         """Keep a final result, and of the older ones what there is room for."""

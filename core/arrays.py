@@ -30,6 +30,14 @@ class InputError(WeftError):
     """What the user gave cannot be used; the message names it and the fault, in one line."""
 
 
+class CurveError(InputError):
+    """One of several curves cannot be used; `number` says which, counted from 1."""
+
+    def __init__(self, number: int, fault: str) -> None:
+        super().__init__(f"curve {number}: {fault}")
+        self.number = number
+
+
 class SingularSystemError(WeftError):
     """A linear system without a unique solution; `nodes` says where."""
 

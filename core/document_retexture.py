@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from core import curve_edit
-from core.arrays import Bytes, InputError, Points
+from core.arrays import Bytes, CurveError, InputError, Points
 from core.curves import Curve
 from core.document import CurvePair, Document, pixels_from_places, places_from_pixels
 from core.feature_curves import FeatureCurve, disjoint, turning
@@ -74,15 +74,18 @@ def moves(document: Document) -> bool:
 
 
 def feature_curves(document: Document) -> list[FeatureCurve]:
-    """Return the feature curves in pixels; raise `InputError` for one whose points make no curve."""
+    """Return the feature curves in pixels; raise `CurveError` for one whose points make no curve."""
     size = document.size_px
 
-    def curve(pair: CurvePair, side: str) -> Curve:
-        return Curve(pixels_from_places(size, getattr(pair, side)), pair.closed)
+    def curve(number: int, pair: CurvePair, side: str) -> Curve:
+        try:
+            return Curve(pixels_from_places(size, getattr(pair, side)), pair.closed)
+        except InputError as fault:
+            raise CurveError(number, str(fault)) from None
 
     return [
-        FeatureCurve(curve(pair, "source"), None if pair.passive else curve(pair, "target"))
-        for pair in document.feature_curves
+        FeatureCurve(curve(number, pair, "source"), None if pair.passive else curve(number, pair, "target"))
+        for number, pair in enumerate(document.feature_curves, 1)
     ]
 
 
@@ -147,7 +150,7 @@ def found(document: Document) -> Job[Retexture]:
     curves = feature_curves(document)
     for number, curve in enumerate(curves, 1):
         if curve.target is not None and curve.source.closed and turning(curve.source) * turning(curve.target) < 0:
-            raise InputError(f"curve {number}: its source and its target run round in opposite directions")
+            raise CurveError(number, "its source and its target run round in opposite directions")
     return (
         yield from retexture(
             document.image.pixels,

@@ -46,6 +46,8 @@ class CurveSet:
     mesh: Callable[[Editor], Mesh]
     seen_through: Callable[[Editor], Mesh]
     """Where the picture is on the canvas while a new curve is drawn on it."""
+    faulty: Callable[[Editor], int | None] = lambda editor: None
+    """The number of the curve for which there is no result, if there is one."""
 
     def pairs(self, editor: Editor) -> tuple[CurvePair, ...]:
         """Return the present curves."""

@@ -49,7 +49,7 @@ def overlay(editor: Editor, curves: CurveSet) -> Sequence[Shape]:
     shapes: list[Shape] = []
     chosen = curves.selected(editor)
     for number, pair in enumerate(curves.pairs(editor)):
-        shapes.extend(_curve_shapes(editor, curves, pair))
+        shapes.extend(_curve_shapes(editor, curves, pair, is_faulty=number == curves.faulty(editor)))
         if number == chosen:
             shapes.extend(_point_shapes(editor, curves, pair))
     box, draft = box_of(editor, curves), editor.session.draft
@@ -64,15 +64,16 @@ def overlay(editor: Editor, curves: CurveSet) -> Sequence[Shape]:
     return shapes
 
 
-def _curve_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Shape]:
+def _curve_shapes(editor: Editor, curves: CurveSet, pair: CurvePair, *, is_faulty: bool) -> list[Shape]:
     """Return source, target and the ticks between them."""
     view, source = editor.session.view, curves.on_canvas(editor, pair, "source")
     if pair.passive:
-        return [Bezier(screen_from_canvas(view, source), "passive")]
+        return [Bezier(screen_from_canvas(view, source), "faulty" if is_faulty else "passive")]
     target = curves.on_canvas(editor, pair, "target")
     source, target = (screen_from_canvas(view, points) for points in (source, target))
     ticks: list[Shape] = [Polyline(tick, "tick") for tick in ticks_between(source, target)]
-    return [*ticks, Bezier(source, "source", dashed=True), Bezier(target, "target")]
+    roles: tuple[Role, Role] = ("faulty", "faulty") if is_faulty else ("source", "target")
+    return [*ticks, Bezier(source, roles[0], dashed=True), Bezier(target, roles[1])]
 
 
 def ticks_between(source: Points, target: Points) -> Points:

@@ -15,6 +15,7 @@ from app.tools.curve_set import CurveSet, Hit, Side
 from app.tools.curve_shapes import active_side, box_of, overlay, side_of
 from app.tools.grips import aimed, drag_from, nudge_px, within
 from app.tools.pen import draw
+from app.tools.soft_drag import is_dense, with_knot_pulled
 from core import curve_edit, curve_pairs
 from core.arrays import Points
 from core.document import CurvePair, Mode
@@ -49,7 +50,10 @@ def _is_whole(editor: Editor, curves: CurveSet, hit: Hit) -> bool:
 
 
 def drag_knots(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
-    """Move a knot, and the other selected ones if it is selected; a click with Shift selects or deselects it."""
+    """Move a knot, and the other selected ones if it is selected; a click with Shift selects or deselects it.
+
+    Where knots stand close together, the curve beside one alone goes along.
+    """
     before = curves.knots(editor)
     if hit.number not in before:
         editor.show(selected_knots=before | {hit.number} if press.mods.shift else frozenset({hit.number}))
@@ -59,10 +63,17 @@ def drag_knots(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gest
             editor.show(selected_knots=before - {hit.number} if press.mods.shift else frozenset({hit.number}))
         return
     knots = curves.knots(editor)
+    pair = curves.pairs(editor)[hit.curve]
+    points = curves.on_screen(editor, pair, hit.side)
+    gives_way = len(knots) == 1 and is_dense(points)
+
+    def move(points: Points, pair: CurvePair, event: Move) -> Points:
+        by = np.subtract(aimed(press.pos, event), press.pos)
+        if gives_way:
+            return with_knot_pulled(points, hit.number, by, closed=pair.closed)
+        return curve_edit.with_knots_moved(points, knots, by, closed=pair.closed)
+
     label = "Move curve point" if len(knots) == 1 else "Move curve points"
-    move = lambda points, pair, event: curve_edit.with_knots_moved(  # noqa: E731
-        points, knots, np.subtract(aimed(press.pos, event), press.pos), closed=pair.closed
-    )
     yield from _follow(editor, curves, hit, label, move, first)
 
 
@@ -85,16 +96,24 @@ def drag_handle(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Ges
 
 
 def drag_line(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
-    """Bend the curve where it is gripped; a click selects it, and inserts a knot where it is selected already."""
+    """Bend the curve where it is gripped; a click selects it, and inserts a knot where it is selected already.
+
+    Where knots stand close together, the nearest one is pulled.
+    """
     was_selected = curves.selected(editor) == hit.curve
     editor.show(selected_curve=hit.curve, selected_knots=frozenset())
     first = yield from drag_from(press.pos)
     if first is not None:
         pair = curves.pairs(editor)[hit.curve]
+        gives_way = is_dense(curves.on_screen(editor, pair, hit.side))
         smooth = frozenset(range(curve_pairs.knots_of(pair))) - pair.corners
-        bend = lambda points, pair, event: curve_edit.bent(  # noqa: E731
-            points, hit.t, np.subtract(aimed(press.pos, event), press.pos), closed=pair.closed, smooth=smooth
-        )
+
+        def bend(points: Points, pair: CurvePair, event: Move) -> Points:
+            by = np.subtract(aimed(press.pos, event), press.pos)
+            if gives_way:
+                return with_knot_pulled(points, round(hit.t), by, closed=pair.closed)
+            return curve_edit.bent(points, hit.t, by, closed=pair.closed, smooth=smooth)
+
         yield from _follow(editor, curves, hit, "Bend curve", bend, first)
     elif was_selected:
         with editor.group("Insert curve point"):
@@ -261,6 +280,7 @@ FEATURE_CURVES = CurveSet(
     kind=FEATURE,
     mesh=lambda editor: editor.regrowth.flat,
     seen_through=_seen,
+    faulty=lambda editor: editor.regrowth.faulty_curve,
 )
 FEATURE_CURVE_TOOL = curve_tool(
     FEATURE_CURVES,

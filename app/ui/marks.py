@@ -33,6 +33,7 @@ PENS: dict[Role, Pen] = {
     "pin-rest": Pen(WHITE, 1.4, alpha=0.75),
     "source": Pen(WHITE, 1.8),
     "target": Pen(theme.TARGET, 2.2),
+    "faulty": Pen(theme.FAULT, 2.6),
     "passive": Pen(theme.GOOD, 1.8),
     "suggestion": Pen(theme.GOOD, 2.0, alpha=0.9),
     "patch": Pen(theme.ACCENT, 1.0, alpha=0.7),

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core import color
-from core.arrays import Bytes, InputError, Pixels, Singles
+from core.arrays import Bytes, CurveError, InputError, Pixels, Singles
 from core.feature_curves import FeatureCurve, disjoint
 from core.progress import Job, Progress, part
 from core.retexture import diffusion
@@ -165,9 +165,9 @@ def check(shape: tuple[int, int], curves: list[FeatureCurve], matte: Bytes | Non
                 continue
             points = line.at(line.parameters(step=1.0))
             if not ((points >= -0.5) & (points <= limit)).all(axis=1).any():
-                raise InputError(f"curve {i}: its {name} lies outside the picture")
+                raise CurveError(i, f"its {name} lies outside the picture")
             if line.length < SHORTEST_PX:
-                raise InputError(f"curve {i}: its {name} is shorter than {SHORTEST_PX:.0f} px")
+                raise CurveError(i, f"its {name} is shorter than {SHORTEST_PX:.0f} px")
     for name, mask in (("matte", matte), ("source mask", source_mask)):
         if mask is not None and not (mask > 127).any():
             raise InputError(f"the {name} is empty")

@@ -335,3 +335,25 @@ def test_the_panel_says_how_far_the_work_is_and_what_comes_next() -> None:
     later.run()
     drive.frame()
     assert "outside the picture" in panel.state
+
+
+@pytest.mark.parametrize("way", ["a point", "outside"])
+def test_the_curve_that_is_at_fault_is_marked(way: str) -> None:
+    line, lost = (
+        places_from_pixels((WIDTH, HEIGHT), np.array(points, float))
+        for points in (np.linspace((20, 40), (180, 40), 4), NOWHERE[way][0])
+    )
+    drive = driver()
+    good = CurvePair(line, line + [0, 0.1])
+    drive.editor.edit("Lose", drive.document.changed(feature_curves=(good, CurvePair(line, lost))))
+    drive.frame()
+    assert (drive.editor.fault or "").startswith("curve 2: ")
+    assert [shape.role for shape in curves_drawn(drive)] == ["source", "target", "faulty", "faulty"]
+    drive.undo()
+    drive.editor.edit("Draw", drive.document.changed(feature_curves=(good,)))
+    drive.frame()
+    assert [shape.role for shape in curves_drawn(drive)] == ["source", "target"]
+
+
+def curves_drawn(drive: EditorDriver) -> list[Bezier]:
+    return [shape for shape in drive.editor.tool.overlay(drive.editor) if isinstance(shape, Bezier)]
