@@ -17,7 +17,7 @@ from app.requests import ExportOptions
 from app.tools.all import TOOLS
 from assets import asset
 from core.document import Document
-from core.images import load, load_mask
+from core.images import load, load_mask, save
 from core.project import load_project
 from core.raster import Raster
 
@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> None:
     from app import shell
 
     if not shell.has_display():
-        render_without_window(document)
+        render_without_window(bent(document) if arguments.file is None else document)
         return
     editor = editor_on(document, arguments.file, Jobs(wake=shell.wake))
     with kept_at_an_end(editor):
@@ -69,6 +69,11 @@ def sample() -> Document:
     return document.changed(mask=Raster.from_array(load_mask(asset(SAMPLE_MASK), document.size_px)))
 
 
+def bent(document: Document) -> Document:
+    """Return `document` under an arc, for those who see only the file."""
+    return document.changed(warp=replace(document.warp, preset="arc", bend=35.0))
+
+
 def editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
     """Return an editor as the window wants it: it remembers what was opened and keeps what is not saved."""
     preferences = load_preferences(preferences_file())
@@ -93,8 +98,8 @@ def _exporting(document: Document, options: ExportOptions) -> "Job[None]":
 
 def render_without_window(document: Document) -> None:
     """Render `document` to a file in the working folder, and say where it is and what a window needs."""
-    from app.render.picture_file import exporting
+    from app.render.picture_file import drawing
 
-    run_shown(exporting(document, ExportOptions(WITHOUT_WINDOW, document.result_px)))
+    save(run_shown(drawing(document, frame="warp")), WITHOUT_WINDOW)
     print(f"weft: no display: rendered to {WITHOUT_WINDOW.resolve()}")  # noqa: T201
     print("weft: a window needs an X11 display (DISPLAY; XWayland will do) and OpenGL 3.3")  # noqa: T201

@@ -42,7 +42,10 @@ def test_without_a_display_it_renders_to_a_file_and_says_what_a_window_needs(tmp
     rendered = tmp_path / "weft-sample.png"
     assert str(rendered) in done.stdout
     assert "DISPLAY" in done.stdout
-    assert load(rendered).pixels.shape[:2] == sample().image.pixels.shape[:2]
+    pixels = load(rendered).pixels
+    assert pixels.shape[1] > sample().image.width_px
+    assert pixels[0, 0, 3] == 0, "the arc leaves the corners free"
+    assert pixels[pixels.shape[0] // 2, pixels.shape[1] // 2, 3] == 255
 
 
 @pytest.mark.parametrize("content", [None, b"", b"not a picture"])
