@@ -18,7 +18,7 @@ from app.live_retexture import LiveRetexture
 from app.preferences import Preferences, save_preferences
 from app.recovery import Recovery
 from app.requests import ExportOptions, Request
-from app.session import Session
+from app.session import Brush, Session
 from app.tool import Tool
 from core import tracing
 from core.arrays import WeftError
@@ -62,7 +62,7 @@ class Editor:
         self.preferences_file: Path | None = None
         """Where the preferences are kept from run to run; None keeps them nowhere."""
         self.history = self._history(document)
-        self.session = Session()
+        self.session = Session(brush=Brush.of(document.size_px))
         self.tools = tools
         self.jobs = jobs or Jobs()
         self.recovery = recovery
@@ -301,9 +301,11 @@ class Editor:
         """Begin anew with another document and an empty history."""
         self.cancel()
         self.jobs.cancel_all()
+        brush = self.session.brush.carried(self.document.size_px, document.size_px)
         self.history = self._history(document, saved=saved)
         self.project_path, self.source_path = project, source
         self.show(
+            brush=brush,
             selected=frozenset(),
             selected_corners=frozenset(),
             selected_curve=None,

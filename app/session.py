@@ -1,6 +1,7 @@
 """The session: what the window shows and how the tools are set. Nothing in it is undone or saved."""
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 from app.spaces import View
@@ -16,6 +17,11 @@ Painted: TypeAlias = Literal["matte", "source_mask"]
 """What the brush paints in Retexture mode: where the result may differ, or where texture is taken from."""
 
 
+SHARE_OF_SIDE = 0.08
+"""Diameter of the brush to begin with, of the side of a square as large as the picture."""
+LEAST_FIRST_PX = 8
+
+
 @dataclass(frozen=True)
 class Brush:
     """How the mask brush paints."""
@@ -25,6 +31,16 @@ class Brush:
     hardness: float = 0.8
     """Share of the radius that is fully painted, 0 to 1."""
     erase: bool = False
+
+    @classmethod
+    def of(cls, size_px: tuple[int, int]) -> "Brush":
+        """Return the brush to begin with on a picture of this size."""
+        return cls(diameter_px=max(round(SHARE_OF_SIDE * math.sqrt(size_px[0] * size_px[1])), LEAST_FIRST_PX))
+
+    def carried(self, before_px: tuple[int, int], after_px: tuple[int, int]) -> "Brush":
+        """Return the brush for a picture of another size: as large beside it as it was beside the one before."""
+        factor = math.sqrt(after_px[0] * after_px[1] / (before_px[0] * before_px[1]))
+        return replace(self, diameter_px=max(round(self.diameter_px * factor), 1))
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,12 @@
 import numpy as np
 import pytest
 
+from app.editor import Editor
 from app.session import Brush
 from app.shapes import Circle
+from app.tools.all import TOOLS
+from core.document import Document
+from core.images import Image
 from tests.app.driver import EditorDriver, document
 
 
@@ -113,3 +117,12 @@ def test_on_a_grid_of_one_pixel_cells() -> None:
     drive.editor.show(brush=Brush(diameter_px=1.0, hardness=1.0))
     drive.click(7, 9)
     assert np.argwhere(drive.mask > 127).tolist() == [[9, 7]]
+
+
+def test_the_brush_is_as_large_beside_every_picture() -> None:
+    small = Editor(Document.of(Image(np.zeros((100, 100, 3), np.uint8))), TOOLS)
+    large = Editor(Document.of(Image(np.zeros((1000, 1000, 3), np.uint8))), TOOLS)
+    assert large.session.brush.diameter_px == 10 * small.session.brush.diameter_px
+    small.show(brush=Brush(diameter_px=20.0, hardness=0.3))
+    small.replace_document(large.document, project=None, source=None)
+    assert small.session.brush == Brush(diameter_px=200.0, hardness=0.3)

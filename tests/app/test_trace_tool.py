@@ -113,6 +113,7 @@ def test_what_is_painted_becomes_a_curve() -> None:
     drive = blob()
     table = ActionTable(TOOLS)
     table.run("retexture.paint_matte", drive.editor)
+    drive.editor.show(brush=replace(drive.editor.session.brush, diameter_px=60))
     drive.drag((60, 75), (140, 75))
     assert table.run("feature.outline", drive.editor)
     pair = drive.document.feature_curves[0]
