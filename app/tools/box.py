@@ -1,4 +1,4 @@
-"""The box around several selected points: drag it to move them, its corners to scale, beside a corner to turn."""
+"""The box around several selected points: drag it to move, its corners to scale, its knob or near them to turn."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from app.events import Position
-from app.shapes import Polyline, Shape, Square
+from app.shapes import Circle, Polyline, Shape, Square
 from app.tools.grips import REACH_PX, held_to_axis
 from core.arrays import Floats, Points
 
@@ -15,6 +15,8 @@ MARGIN_PX = 14.0
 """The box stands so far off the points."""
 TURN_PX = 26.0
 """Beside a corner, up to so far from it, the box is turned."""
+KNOB_PX = 24.0
+"""The knob that turns the box stands so far above it."""
 STEP_RAD = np.pi / 12
 """With Shift the box is turned by whole steps."""
 
@@ -47,6 +49,11 @@ class Box:
         (left, top), (right, bottom) = self.low, self.high
         return np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
 
+    @property
+    def knob(self) -> Position:
+        """Where the knob is that turns the box."""
+        return float(self.low[0] + self.high[0]) / 2, float(self.low[1]) - KNOB_PX
+
     def grip(self, pos: Position) -> Grip | None:
         """Return what is under `pos`."""
         away = np.hypot(*(self.corners - pos).T)
@@ -54,6 +61,8 @@ class Box:
         inside = bool((self.low <= pos).all() and (pos <= self.high).all())
         if away[corner] <= REACH_PX:
             return Grip("scale", corner)
+        if np.hypot(*np.subtract(self.knob, pos)) <= REACH_PX:
+            return Grip("turn", corner)
         if inside:
             return Grip("move")
         return Grip("turn", corner) if away[corner] <= TURN_PX else None
@@ -78,9 +87,11 @@ class Box:
         return _about(turn, middle)
 
     def shapes(self) -> Sequence[Shape]:
-        """Return the box and its corners, to draw."""
+        """Return the box, its corners and its knob, to draw."""
         corners = [Square((float(x), float(y)), 3.5, "box", filled=True) for x, y in self.corners]
-        return [Polyline(self.corners, "box", closed=True), *corners]
+        x, y = self.knob
+        stem = Polyline(np.array([[x, y + KNOB_PX], [x, y]]), "box")
+        return [Polyline(self.corners, "box", closed=True), stem, *corners, Circle(self.knob, 4.5, "box", filled=True)]
 
 
 def applied(matrix: Floats, points: Points) -> Points:

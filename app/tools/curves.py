@@ -230,6 +230,8 @@ def moment(editor: Editor, curves: CurveSet) -> str:
         )
     if curves.selected(editor) is None:
         return ""
+    if box_of(editor, curves) is not None:
+        return "Drag the box, its corners to scale, its knob to turn · Shift holds axes · arrows nudge · Esc"
     return (
         "Drag points, handles, the line · click the line: new point · double-click: corner, smooth · Ctrl+A: box · Del"
     )

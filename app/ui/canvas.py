@@ -11,7 +11,7 @@ from app.editor import Editor
 from app.events import Event, Key, KeyUp, Modifiers, Move, Press, Release
 from app.tools.marks import marks
 from app.ui import theme
-from app.ui.input import Area, Pointer, key_events
+from app.ui.input import Area, Chords, Pointer, key_events
 from app.ui.marks import Marks
 from app.ui.theme import color, em, icon
 
@@ -32,7 +32,7 @@ class Canvas:
         self._table = table
         self.area = Area(0, 0, 1, 1)
         self._pointer = Pointer()
-        self._held_at_press: list[Modifiers] = []
+        self._chords = Chords()
         self._holds_divider = False
 
     def hear_pointer(self, x: float, y: float) -> None:
@@ -41,7 +41,7 @@ class Canvas:
 
     def hear_key(self, modifiers: Modifiers) -> None:
         """Take note of what was held when a key went down; before the next frame it may be let go."""
-        self._held_at_press.append(modifiers)
+        self._chords.hear(modifiers)
 
     def lay_out(self, area: Area) -> None:
         """Take the place that the panels leave; the middle stays in the middle, a picture seen whole stays whole."""
@@ -56,7 +56,7 @@ class Canvas:
 
     def take_input(self) -> None:
         """Send what mouse and keyboard did to the editor."""
-        held_at_press, self._held_at_press = self._held_at_press, []
+        held_at_press = self._chords.take()
         if imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id | imgui.PopupFlags_.any_popup_level):
             return
         for event in self._pointer.events(self.area):

@@ -132,18 +132,40 @@ class Pointer:
                 yield Press(pos, button, mods, clicks=max(imgui.get_mouse_clicked_count(number), 1))
 
 
-def key_events(held_at_press: Sequence[Modifiers] = ()) -> Iterator[Key | KeyUp]:
-    """Yield the keys that went down or up; none while a text field takes them.
+def awaits_more() -> bool:
+    """Return whether there is input for further frames: Dear ImGui takes one press of a key, or none, in a frame."""
+    return len(imgui.get_current_context().input_events_queue) > 0
 
-    `held_at_press` are the modifiers that were held when each key went down since the last frame: a chord that is
-    struck and let go within one slow frame is the same chord.
+
+class Chords:
+    """Which modifiers were held when keys went down.
+
+    A chord that is struck and let go within one slow frame is the same chord, and so is one that is struck several
+    times before the next frame, of which Dear ImGui tells in as many frames.
     """
+
+    def __init__(self) -> None:
+        self._heard: list[Modifiers] = []
+
+    def hear(self, held: Modifiers) -> None:
+        """Take note of what was held when a key went down."""
+        self._heard.append(held)
+
+    def take(self) -> Modifiers:
+        """Return what was held when the keys of this frame went down; once a frame."""
+        count = sum(imgui.is_key_pressed(code, False) for code in KEYS)
+        of_frame, self._heard = self._heard[:count], self._heard[count:] if awaits_more() else []
+        return of_frame[0] if len(set(of_frame)) == 1 else modifiers()
+
+
+def key_events(held_at_press: Modifiers) -> Iterator[Key | KeyUp]:
+    """Yield the keys that went down, with what was held then, or up; none while a text field takes them."""
     if imgui.get_io().want_text_input:
         return
     mods = modifiers()
     for code, name in KEYS.items():
         if imgui.is_key_pressed(code, False):
-            yield Key(name, held_at_press[0] if len(set(held_at_press)) == 1 else mods)
+            yield Key(name, held_at_press)
         elif imgui.is_key_down(code) and imgui.is_key_pressed(code, True):
             yield Key(name, mods, repeated=True)
         if imgui.is_key_released(code):

@@ -14,7 +14,7 @@ from app.ui.canvas import Canvas
 from app.ui.dialogs import Dialogs
 from app.ui.handles_panel import HandlesPanel
 from app.ui.history_panel import HistoryPanel
-from app.ui.input import Area
+from app.ui.input import Area, awaits_more
 from app.ui.menus import MenuBar
 from app.ui.options_bar import HEIGHT_EM, OptionsBar
 from app.ui.overlay_panel import OverlayPanel
@@ -172,6 +172,7 @@ class Workspace:
         self.sheets.draw()
         waits = [self.dialogs.draw(), self.toasts.draw(self.canvas.area), self.editor.wait_s]
         waits.append(None if self.thumbnails.is_complete else 0.0)
+        waits.append(0.0 if awaits_more() else None)
         self.wait_s = min((wait for wait in waits if wait is not None), default=None)
 
     def _fit_new_picture(self) -> None:

@@ -296,7 +296,9 @@ def test_the_hint_says_what_can_be_done_at_the_moment(drive: EditorDriver) -> No
     assert "close" in tool.moment(drive.editor)
     drive.click(80, 70).key("enter")
     assert "double-click" in tool.moment(drive.editor)
-    drive.key("escape")
+    drive.key("a", ctrl=True)
+    assert "knob" in tool.moment(drive.editor)
+    drive.key("escape").key("escape")
     assert tool.moment(drive.editor) == ""
 
 

@@ -139,6 +139,10 @@ def test_a_grip_of_the_box_in_numbers() -> None:
     assert box.grip((50, 25)) == Grip("move")
     assert box.grip((101, 51)) == Grip("scale", 2)
     assert box.grip((115, 60)) == Grip("turn", 2)
+    knob = box.grip((53, -25))
+    assert knob is not None
+    assert knob.kind == "turn"
+    assert np.allclose(applied(box.transform(knob, (50, -24), (99, 25), held=False), np.array([[50.0, 0.0]])), (75, 25))
     assert box.grip((300, 300)) is None
     scaled = box.transform(Grip("scale", 2), (100, 50), (200, 50), held=False)
     assert np.allclose(applied(scaled, np.array([[0.0, 0.0], [50.0, 50.0]])), [[0, 0], [100, 50]])

@@ -1,0 +1,64 @@
+"""Chords that are struck faster than frames are drawn."""
+
+from collections.abc import Iterator
+
+import pytest
+from imgui_bundle import imgui
+
+from app.events import Key, Modifiers
+from app.ui.input import Chords, awaits_more, key_events
+
+CTRL = (imgui.Key.left_ctrl, imgui.Key.mod_ctrl)
+
+
+@pytest.fixture
+def io() -> Iterator[imgui.IO]:
+    """Make Dear ImGui without a window."""
+    before = imgui.get_current_context()
+    context = imgui.create_context()
+    imgui.set_current_context(context)
+    io = imgui.get_io()
+    io.display_size, io.delta_time = imgui.ImVec2(100, 100), 0.1
+    io.backend_flags |= int(imgui.BackendFlags_.renderer_has_textures)
+    yield io
+    imgui.destroy_context(context)
+    if before is not None:
+        imgui.set_current_context(before)
+
+
+def press(io: imgui.IO, *keys: imgui.Key, down: bool) -> None:
+    for key in keys:
+        io.add_key_event(key, down)
+
+
+def frame(chords: Chords) -> list[Key]:
+    """Draw a frame; return the keys that went down."""
+    imgui.new_frame()
+    pressed = [event for event in key_events(chords.take()) if isinstance(event, Key) and not event.repeated]
+    imgui.end_frame()
+    return pressed
+
+
+@pytest.mark.parametrize("first", [(*CTRL,), (imgui.Key.z,)], ids=["Ctrl", "Z"])
+def test_each_of_several_chords_before_a_frame_is_the_chord(io: imgui.IO, first: tuple[imgui.Key, ...]) -> None:
+    """Whichever key is let go `first`, though Dear ImGui may have Ctrl up by the time that it has Z down."""
+    chords, last = Chords(), tuple(key for key in (*CTRL, imgui.Key.z) if key not in first)
+    press(io, *CTRL, down=True)
+    pressed = frame(chords)
+    for _ in range(3):
+        press(io, *CTRL, imgui.Key.z, down=True)
+        chords.hear(Modifiers(ctrl=True))
+        press(io, *first, *last, down=False)
+    for _ in range(12):
+        pressed += frame(chords)
+        if not awaits_more():
+            break
+    assert pressed == [Key("z", Modifiers(ctrl=True))] * 3
+
+
+def test_a_chord_that_came_to_nothing_says_nothing_of_the_next_key(io: imgui.IO) -> None:
+    chords = Chords()
+    chords.hear(Modifiers(ctrl=True))
+    assert frame(chords) == []
+    press(io, imgui.Key.z, down=True)
+    assert frame(chords) == [Key("z")]
