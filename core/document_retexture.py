@@ -38,6 +38,11 @@ class Regrown:
     """What it was made of."""
 
     @cached_property
+    def has_patches(self) -> bool:
+        """Whether the result shows any patch, and not the plain deformation everywhere."""
+        return bool((self.found.label > 0).any())
+
+    @cached_property
     def seams(self) -> Raster:
         """Where patches meet, in the result."""
         return Raster.from_array(overlays.seams(self.found))

@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from app.actions import Action
 from app.editor import Editor
-from app.ui.controls import tip
+from app.ui.controls import shortened, tip
 from app.ui.theme import em
 
 GAP_EM = 0.3
@@ -16,10 +16,12 @@ def action_button(editor: Editor, action: Action, *, text: str = "", width: floa
     """Draw the button of an action, as wide as the panel where no width in screen pixels is said."""
     imgui.begin_disabled(not action.enabled(editor))
     size = ImVec2(width or imgui.get_content_region_avail().x, 0)
-    if imgui.button(text or action.label, size):
+    label = text or action.label
+    shown = shortened(label, size.x - 2 * imgui.get_style().frame_padding.x)
+    if imgui.button(shown if shown == label else f"{shown}###{label}", size):
         action.run(editor)
     imgui.end_disabled()
-    tip(action.tooltip, action.chord)
+    tip(action.tooltip if shown == label else f"{label}\n{action.tooltip}", action.chord)
 
 
 def action_buttons(editor: Editor, actions: Sequence[Action]) -> None:

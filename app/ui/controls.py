@@ -11,6 +11,9 @@ from app.ui.theme import em, icon
 LABEL_EM, ROW_EM = 6.2, 15.5
 """Width of a row's label, and of the row that is wide enough for it; in a narrower one the label is shorter too."""
 
+NARROW_EM = 12.5
+"""In a row that is narrower than this the label stands over its control."""
+
 
 @contextmanager
 def colors(**codes: int) -> Iterator[None]:
@@ -77,17 +80,26 @@ def section(text: str, *, opened: bool = True) -> bool:
     return imgui.collapsing_header(text, flags)
 
 
-def label(text: str, hint: str = "") -> bool:
-    """Write a row's label and move on to its control; return whether it was double-clicked."""
-    left = imgui.get_cursor_pos_x()
+def is_narrow() -> bool:
+    """Return whether the row that begins here has no room for a label beside its control."""
+    return imgui.get_content_region_avail().x < em(NARROW_EM)
+
+
+def label(text: str, hint: str = "", *, beside_em: float = 0.0) -> bool:
+    """Write a row's label and move on to its control; return whether it was double-clicked.
+
+    In a narrow row the control comes below; the label then leaves room for what is `beside_em` wide.
+    """
+    left, room, narrow = imgui.get_cursor_pos_x(), imgui.get_content_region_avail().x, is_narrow()
     imgui.align_text_to_frame_padding()
-    width = em(LABEL_EM) * min(imgui.get_content_region_avail().x / em(ROW_EM), 1)
+    width = room - em(beside_em) if narrow else em(LABEL_EM) * min(room / em(ROW_EM), 1)
     shown = shortened(text, width - em(0.4))
     with colors(text=theme.FAINT):
         imgui.text(shown)
     tip(hint if shown == text else f"{text}\n{hint}".strip())
     reset = imgui.is_item_hovered() and imgui.is_mouse_double_clicked(0)
-    imgui.same_line(left + width, 0)
+    if not narrow:
+        imgui.same_line(left + width, 0)
     return reset
 
 

@@ -25,6 +25,7 @@ LOOKS = (
     ("retextured", "Retextured", "The picture with its texture regrown (3)"),
 )
 BEGIN = "Draw along an edge with the pen (C) or trace it (T), then drag the curve to where it is to go."
+NOTHING_FITS = "No patch fits where the masks allow it, so the picture is only stretched."
 ONLY_STEERS = "Passive curves only steer. Draw another curve and drag it, or switch Passive off."
 
 
@@ -116,7 +117,7 @@ class RetexturePanel:
         switched = check("By itself", session.auto_retexture, "Regrow the texture as soon as a curve is let go")
         if switched is not None:
             editor.show(auto_retexture=switched)
-        with at_least(BEGIN, ONLY_STEERS):
+        with at_least(BEGIN, NOTHING_FITS, ONLY_STEERS):
             faint(self.state)
 
     @property
@@ -131,6 +132,8 @@ class RetexturePanel:
             return ONLY_STEERS
         if not moves(editor.document):
             return "Drag a curve: the texture goes with it."
+        if work.is_final and work.stage is not None and not work.stage.has_patches:
+            return NOTHING_FITS
         if work.is_final and work.stage is not None:
             return f"The texture is regrown, in {work.stage.found.seconds['total']:.1f} s."
         if work.is_running and work.ticket is not None:
@@ -179,16 +182,19 @@ class RetexturePanel:
         self._share("Motion", "move_within", 0.1, hint)
 
     def _share(self, name: str, field: Literal["reach", "move_within"], usual: float, hint: str) -> None:
-        """Draw a switch between the automatic value and a slider over one's own."""
+        """Draw a switch between the automatic value and one's own, and a slider over that."""
         value: float | None = getattr(self._settings, field)
         label(name, hint)
         automatic = "Automatic" if field == "reach" else "To the edge"
         switched = check(f"{automatic}##{field}", value is None, hint)
         if switched is not None:
             self._edit(f"{name} reach", **{field: None if switched else round(usual, 3)})
-        if value is not None:
-            held = slider(f"{name} reach", 100 * value, 1, 60, default=100 * round(usual, 3), digits=1, hint=hint)
-            self._take(f"{name} reach", held, lambda percent: {field: percent / 100})
+        imgui.begin_disabled(value is None)
+        default = 100 * round(usual, 3)
+        own = default if value is None else 100 * value
+        held = slider(f"{name} reach", own, 1, 60, default=default, digits=1, hint=hint)
+        imgui.end_disabled()
+        self._take(f"{name} reach", held, lambda percent: {field: percent / 100})
 
     def _draw_masks(self) -> None:
         faint("Paint with the brush (B). Nothing painted means everywhere.")

@@ -6,7 +6,7 @@ from math import log
 from imgui_bundle import ImVec2, imgui
 
 from app.ui import theme
-from app.ui.controls import colors, label, tip
+from app.ui.controls import colors, is_narrow, label, tip
 from app.ui.theme import color, em, icon
 
 NUMBER_EM, LEAST_NUMBER_EM, RESET_EM = 3.4, 2.7, 1.6
@@ -38,18 +38,23 @@ def slider(
 ) -> Held:
     """Set a number of `digits` decimals: drag the track, double-click it to type; label and arrow reset."""
     imgui.push_id(name)
-    reset = label(name, f"{hint}\nDouble-click to reset." if hint else "Double-click to reset.")
+    narrow, end = is_narrow(), imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x
+    reset = label(name, f"{hint}\nDouble-click to reset." if hint else "Double-click to reset.", beside_em=RESET_EM)
+    if narrow:
+        imgui.same_line(end - em(RESET_EM), 0)
+        reset = _reset(shown=value != default) or reset
     room = imgui.get_content_region_avail().x
     number_em = min(max(room / em(SLIDER_ROW_EM) * NUMBER_EM, LEAST_NUMBER_EM), NUMBER_EM)
-    width = room - em(number_em + RESET_EM + 0.6)
+    width = room - em(number_em + 0.4 + (0 if narrow else RESET_EM + 0.2))
     dragged = _track(value, low, high, default, width, logarithmic=logarithmic)
     types = imgui.is_item_hovered() and _asks_to_type()
     imgui.same_line(0, em(0.4))
     if types:
         imgui.set_keyboard_focus_here()
     typed = number_box(value, low, high, digits, width_em=number_em)
-    imgui.same_line(0, em(0.2))
-    reset = _reset(shown=value != default) or reset
+    if not narrow:
+        imgui.same_line(0, em(0.2))
+        reset = _reset(shown=value != default) or reset
     imgui.pop_id()
     if reset and value != default:
         return Held(default, done=True)

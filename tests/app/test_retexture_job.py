@@ -11,6 +11,7 @@ from app.tools.marks import marks
 from core.arrays import Points
 from core.curves import Curve
 from core.document import CurvePair, places_from_pixels
+from core.raster import Raster
 from tests.app.driver import EditorDriver, Later
 from tests.app.retexture_driver import HEIGHT, WIDTH, drawn, driver, moved, shown, start
 
@@ -335,6 +336,21 @@ def test_the_panel_says_how_far_the_work_is_and_what_comes_next() -> None:
     later.run()
     drive.frame()
     assert "outside the picture" in panel.state
+
+
+def test_the_panel_says_that_the_masks_leave_no_texture_to_take() -> None:
+    from app.ui.retexture_panel import NOTHING_FITS, RetexturePanel
+
+    drive = moved(driver())
+    panel = RetexturePanel(drive.editor, ActionTable(TOOLS))
+    far = np.zeros((HEIGHT, WIDTH), np.uint8)
+    far[:8, :8] = 255
+    drive.editor.edit("Mask", drive.document.changed(source_mask=Raster.from_array(far)))
+    drive.frame()
+    assert drive.editor.regrowth.is_final
+    assert panel.state == NOTHING_FITS
+    drive.undo().frame()
+    assert panel.state.startswith("The texture is regrown")
 
 
 @pytest.mark.parametrize("way", ["a point", "outside"])

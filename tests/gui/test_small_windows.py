@@ -135,6 +135,27 @@ def test_panels_keep_room_for_their_controls(editor: Editor, size: tuple[int, in
     drive(editor, script, size=size)
 
 
+@pytest.mark.parametrize(("size", "scale"), [((640, 400), 2.0), ((800, 500), 2.0), ((1024, 700), 1.5)])
+def test_sliders_have_a_track_to_drag_in_the_narrowest_panel(
+    editor: Editor, size: tuple[int, int], scale: float
+) -> None:
+    editor.prefer(editor.preferences.changed(scale=scale))
+    editor.edit("Preset", editor.document.with_warp(preset="arch", bend=20.0))
+
+    def script(window: WindowDriver) -> None:
+        for mode, slider in zip(MODES, ("//Warp/Bend", "//Retexture/Length", "//Overlay/Detail"), strict=True):
+            editor.choose_mode(mode)
+            window.wait(6)
+            track, number = item(window, f"{slider}/##track"), item(window, f"{slider}/##number")
+            assert track is not None
+            assert number is not None
+            assert track.rect_full.max.x - track.rect_full.min.x > 2.4 * imgui.get_font_size(), mode
+            assert track.rect_full.max.x < number.rect_full.min.x
+            assert lies_in_window(number) or number.rect_full.max.y > size[1]
+
+    drive(editor, script, size=size)
+
+
 @SIZES
 def test_dialogs_and_sheets_are_no_larger_than_the_window(editor: Editor, size: tuple[int, int], scale: float) -> None:
     editor.prefer(editor.preferences.changed(scale=scale))
