@@ -130,8 +130,9 @@ def _visible_steps(seams: Ints, stretch: Ints, steps: Floats) -> Floats:
     turned = seams[:, 0] > seams[:, 1]
     sign = np.where(turned, -1.0, 1.0)[:, None]
     ordered = np.where(turned[:, None], seams[:, ::-1], seams)
-    _, group, count = np.unique(np.column_stack([ordered, stretch]), axis=0, return_inverse=True, return_counts=True)
-    group = group.reshape(-1)
+    labels = int(seams.max(initial=0)) + 1
+    number = (stretch * labels + ordered[:, 0]) * labels + ordered[:, 1]
+    _, group, count = np.unique(number, return_inverse=True, return_counts=True)
     mean = _grouped(steps * sign, group, len(count)) / count[:, None]
     square = _grouped(steps**2, group, len(count)) / count[:, None]
     error = np.sqrt(np.maximum((square - mean**2).sum(axis=1), 0) / count)

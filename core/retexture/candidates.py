@@ -36,6 +36,8 @@ class Pool:
 
     colours: Singles
     """(n, K', J', c) of the source grids."""
+    squares: Singles
+    """(n, K', J') of these, summed over the channels."""
     uses: Singles
     """(n, K', J') how often the source grids' places are shown."""
     unusable: Singles
@@ -54,13 +56,18 @@ def costs(
     """
     rows, columns = shown.shape[1:3]
     total = variety * _means(pool.uses, rows, columns).astype(np.float64)
-    mask = np.repeat(weight[..., None], shown.shape[3], axis=3)
-    scale = (weight**2).sum(axis=(1, 2)) * pool.variance
+    counted = weight**2
+    weighed = counted[..., None] * shown
+    own = (weighed * shown).sum(axis=(1, 2, 3))
+    scale = counted.sum(axis=(1, 2)) * pool.variance
     compared = np.flatnonzero(weight.sum(axis=(1, 2)) > LEAST)
 
     def compare(some: Ints) -> None:
+        # The sum of m^2 |A - B|^2, multiplied out: of B^2 the sum over the channels is enough.
         for i in some:
-            total[i] += cv2.matchTemplate(pool.colours[i], shown[i], cv2.TM_SQDIFF, mask=mask[i]) / scale[i]
+            theirs = cv2.matchTemplate(pool.squares[i], counted[i], cv2.TM_CCORR)
+            both = cv2.matchTemplate(pool.colours[i], weighed[i], cv2.TM_CCORR)
+            total[i] += (own[i] - 2 * both + theirs) / scale[i]
 
     half = len(compared) // 2 if helper is not None else 0
     helped = helper.submit(compare, compared[:half]) if helper is not None and half else None

@@ -138,10 +138,11 @@ def _angle(start: Points, end: Points) -> Floats:
 
 
 def ordered_origins(way: Correspondence, wanted: Bools, lattice: Lattice) -> Origins:
-    """Return origins over the pixels `wanted` (H, W): nearest to the curves first, from the middle of each row on.
+    """Return origins over the pixels `wanted` (H, W): nearest to the curves first, each row from its ends inwards.
 
-    That is DPD's priority (sec. 3.4), but a row begins as soon as the one before it is two patches ahead: patches that
-    do not touch follow each other. Where the patches are smaller, so are the distances between them.
+    That is DPD's priority (sec. 3.4): at the ends rows are beside what stands already. But a row begins as soon as the
+    one before it is two patches ahead: patches that do not touch follow each other. Where the patches are smaller, so
+    are the distances between them.
     """
     wanted = cv2.dilate(wanted.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
     sample = 8.0 * np.argwhere(wanted[::8, ::8])[:, ::-1].astype(np.float64)
@@ -161,7 +162,7 @@ def ordered_origins(way: Correspondence, wanted: Bools, lattice: Lattice) -> Ori
 
 
 def _rows(curves: CurveSet, reach_px: float, lattice: Lattice) -> tuple[Points, Floats, Floats]:
-    """Return places (n, 2) in rows parallel to the curves, distances from these, and from the rows' middles (n,).
+    """Return places (n, 2) in rows parallel to the curves, distances from these, and from where rows begin (n,).
 
     At distance d the curve has length s - d turn(s): rows keep their own spacing, so that patches neither crowd
     inside a bend nor part outside.
@@ -175,9 +176,10 @@ def _rows(curves: CurveSet, reach_px: float, lattice: Lattice) -> tuple[Points, 
             number = max(int(np.ceil(along[-1] / lattice.along)), 1)
             share = (np.arange(number + (not curve.closed and lattice.shift == 0)) + lattice.shift) / number
             at = np.interp(share * along[-1], along, length)
-            rows.append(np.stack([np.full(len(at), i), at, np.full(len(at), row), np.abs(share - 0.5) * along[-1]]))
-    which, length, offset, middle = np.concatenate(rows, axis=1)
-    return curves.place(which.astype(np.int64), length, offset)[0], offset, middle
+            first = np.abs(share - 0.5) if curve.closed else np.minimum(share, 1 - share)
+            rows.append(np.stack([np.full(len(at), i), at, np.full(len(at), row), first * along[-1]]))
+    which, length, offset, first = np.concatenate(rows, axis=1)
+    return curves.place(which.astype(np.int64), length, offset)[0], offset, first
 
 
 def _touching(places: Points, wanted: Bools) -> Bools:

@@ -14,6 +14,8 @@ CALM = 0.06
 """Where the deformation stretches by less than this (as a logarithm), near a curve, it stands."""
 STRAINED = 0.3
 """Where it stretches by more, texture is regrown beyond the usual reach too."""
+RIGID = 0.45
+"""Where it stretches landmarks by more, they are regrown, as texture is."""
 FARTHEST = 2.0
 """But no farther from a curve than this many reaches."""
 FINE_PX, AROUND_PX = 2.0, 15
@@ -24,6 +26,8 @@ JOIN = 0.3
 """Width of the band that joins both, as a share of the reach."""
 GENTLE = 1.1
 """And wider by so many times the gap that it bridges: in less, one thing of the source would be shown twice or torn."""
+GAP_PX, SPECK_PX = 8, 4
+"""The region has no gaps narrower than twice the first, and no parts narrower than twice the second."""
 RIM_PX = 12
 """Width of the rim in which the seam between both may run."""
 
@@ -77,13 +81,14 @@ def region(
     detail: Singles,
     apart: Apart,
     sizes: Sizes,
+    landmarks: Bools,
     *,
     matte: Bytes | None = None,
 ) -> Region:
     """Return where to regrow texture: near the target curves, as far as the deformation is not rigid.
 
     Farther off, too, where it stretches much. And wherever the deformed picture has no `detail` (H, W), there is
-    nothing to regrow, but close to a curve.
+    nothing to regrow, but close to a curve. The deformation stands where it shows `landmarks` (H, W).
     """
     reach_px, edge_px = sizes.reach_px, sizes.edge_px
     strain = grid.at_pixels(scipy.ndimage.gaussian_filter(distortion(grid, field), 6 / grid.step)[..., None])[..., 0]
@@ -93,27 +98,37 @@ def region(
     aside = ~_beyond_ends(curves, distance, FARTHEST * reach_px)
     must = (near | far) & aside & (detail > CONTRAST) | (distance < edge_px) & (strain > CALM)
     must = _cleaned(must)
-    may = cv2.dilate(must.astype(np.uint8), _disc(RIM_PX)) > 0
+    may = _away_from(must) <= RIM_PX
+    allowed = ~_kept(landmarks, strain)
     if matte is not None:
-        allowed = matte > 127
-        may &= allowed
-        must &= cv2.erode(allowed.astype(np.uint8), _disc(RIM_PX // 2), borderValue=1) > 0
+        allowed &= matte > 127
+    may &= allowed
+    must &= _away_from(~allowed) > RIM_PX / 2
     depth = cv2.distanceTransform(np.pad(may, 1, mode="edge").astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
     # A region without an outer edge is infinitely deep.
     inside = np.minimum(depth, 1e4).astype(np.float32) - np.float32(RIM_PX / 2)
     inner = ramp(inside / np.float32(JOIN * reach_px))
     band = np.float32(JOIN * reach_px) + np.float32(GENTLE) * apart.gap_px
-    whole = np.minimum(inside, _unbroken(apart.torn))
+    whole = np.minimum(inside, _away_from(apart.torn))
     nearness = ramp(whole / band)
     free = ramp(whole / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
     return Region(must, may, inner, nearness * (1 - ramp(distance / reach_px - 1)), free)
 
 
-def _unbroken(torn: Bools) -> Singles:
-    """Return the distance of every pixel (H, W) to those `torn`, px."""
-    if not torn.any():
-        return np.full(torn.shape, np.inf, np.float32)
-    return np.asarray(cv2.distanceTransform((~torn).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
+def _kept(landmarks: Bools, strain: Singles) -> Bools:
+    """Return the `landmarks` (H, W) that the deformation does not stretch much, on average over each."""
+    if not landmarks.any():
+        return landmarks
+    count, part, stats, _ = cv2.connectedComponentsWithStats(landmarks.astype(np.uint8))
+    mean = np.bincount(part.ravel(), strain.ravel(), count) / np.maximum(stats[:, cv2.CC_STAT_AREA], 1)
+    return np.asarray(landmarks & (mean < RIGID)[part])
+
+
+def _away_from(mask: Bools) -> Singles:
+    """Return the distance of every pixel (H, W) to the nearest in `mask`, px; infinity if there is none."""
+    if not mask.any():
+        return np.full(mask.shape, np.inf, np.float32)
+    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
 def smoothstep(x: Singles) -> Singles:
@@ -172,8 +187,8 @@ def _beyond_ends(curves: CurveSet, distance: Singles, reach_px: float) -> Bools:
 
 def _cleaned(mask: Bools) -> Bools:
     """Close gaps and drop specks narrower than a patch."""
-    closed = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, _disc(8))
-    return cv2.morphologyEx(closed, cv2.MORPH_OPEN, _disc(4)) > 0
+    closed = _away_from(_away_from(mask) > GAP_PX) > GAP_PX
+    return _away_from(_away_from(~closed) > SPECK_PX) <= SPECK_PX
 
 
 def _disc(radius: int) -> Bytes:

@@ -61,12 +61,12 @@ class Retexture:
         """Return a layer (H, W, C) of the source's size, retextured, at its own depth.
 
         `linear` says that its numbers are linear light, or no light at all. With `blend` visible seams are corrected;
-        without, the picture is a quick one, by a smaller kernel.
+        without, the picture is a quick one, by a smaller kernel and of values as they are stored.
         Raises `InputError` for another size.
         """
         mixture = across_seams(self.place, self.label) if blend else None
         kernel = Kernel.LANCZOS if blend else Kernel.CUBIC
-        result = self._resampled(layer, lambda rows: self.place[rows], mixture, kernel, linear=linear)
+        result = self._resampled(layer, lambda rows: self.place[rows], mixture, kernel, linear=linear or not blend)
         box = self._box() if blend else None
         if box is None:
             return result

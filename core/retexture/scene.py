@@ -6,13 +6,14 @@ import cv2
 import numpy as np
 import scipy
 
-from core.arrays import Bytes, Floats, Ints, Points, Singles
+from core.arrays import Bools, Bytes, Floats, Ints, Points, Singles
 from core.curve_fitting import fit
 from core.curves import Curve
 from core.feature_curves import FeatureCurve
 from core.retexture import diffusion
 from core.retexture.coordinates import CurveSet, DirectionField
 from core.retexture.diffusion import Diffusion
+from core.retexture.landmarks import landmarks
 from core.retexture.layout import Correspondence, along_curves, pace
 from core.retexture.patches import Fields, PatchShape
 from core.retexture.region import Apart, Region, Sizes, contrast, region
@@ -21,6 +22,8 @@ from core.retexture.sampling import Kernel, read
 
 TORN = 3.0
 """Where two curves meet, their coordinates are torn if places in the source part so many times as far as here."""
+SAMPLES = 0.4
+"""Distance of the samples that landmarks are found by, in half widths of a patch."""
 KEPT_PX = 2.0
 """Patches stop this short of another curve (DPD sec. 3.2)."""
 
@@ -52,8 +55,9 @@ def prepared(
     # What a place shows comes from where the deformation has it, or from where it lies along the curve.
     fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
     between = apart(beside, nearest, plain)
+    stands = standing(picture, source, plain, patch, reach_px)
     sizes = Sizes(reach_px, 1.5 * patch.rib, patch.search_along)
-    area = region(plain.grid, plain.field, target, fine, between, sizes, matte=matte)
+    area = region(plain.grid, plain.field, target, fine, between, sizes, stands, matte=matte)
     # Each share of a place's source compresses as its own map does.
     near = read(area.nearness, plain.grid.nodes, Kernel.NEAREST)
     pressed = near * spread(paces, plain.grid)[..., 0] + (1 - near) * diffusion.compression(plain.grid, plain.field)
@@ -100,6 +104,14 @@ def apart(along: Points, nearest: Ints, plain: Retexture) -> Apart:
         torn += np.pad(meets, [(int(axis == i), 0) for i in (0, 1)])
     gap_px, meeting = (plain.grid.at_pixels(spread(values, plain.grid))[..., 0] for values in (gap, torn))
     return Apart(gap_px, meeting > 0.5)
+
+
+def standing(picture: Singles, source: CurveSet, plain: Retexture, patch: PatchShape, reach_px: float) -> Bools:
+    """Return where the plain deformation shows landmarks (H, W)."""
+    places = (plain.grid.nodes + plain.field)[::2, ::2]
+    found = landmarks(picture, source, places.reshape(-1, 2), reach_px=reach_px, sample_px=SAMPLES * patch.rib)
+    marked = found.astype(np.float32).reshape(places.shape[:2])
+    return np.asarray(plain.grid.at_pixels(spread(marked, plain.grid))[..., 0] > 0.5)
 
 
 def spread(values: Floats | Singles, grid: Diffusion) -> Floats:

@@ -72,6 +72,8 @@ class Stock:
     """Patches that do not touch each other, and come after all earlier ones that they touch."""
     colours: Singles
     """(n, K', J', c) of the candidates."""
+    squares: Singles
+    """(n, K', J') of these, summed over the channels."""
     variance: Floats
     """(n,) of these."""
     unusable: Singles
@@ -99,9 +101,10 @@ def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
     """Return what is known of a batch of patches with the colours of a picture (H, W, c)."""
     size, origins = bounds.may.shape, batch.origins
     colours = read(picture, batch.source)
+    squares = np.einsum("nkjc,nkjc->nkj", colours, colours)
     flat = colours.reshape(len(colours), -1, colours.shape[3])
     mean = np.full((1, flat.shape[1]), 1 / flat.shape[1], np.float32) @ flat
-    variance = np.einsum("nic,nic->n", flat, flat) / flat.shape[1] - np.einsum("nic,nic->n", mean, mean) + 1e-4
+    variance = squares.mean(axis=(1, 2)) - np.einsum("nic,nic->n", mean, mean) + 1e-4
     pixel, inside = nearest(batch.target, size), within(batch.target, size)
     covered = batch.covered.where(bounds.open_to(batch.covered.pixel, origins.curve[batch.covered.patch]))
     cells = size[0] // CELL + 1, size[1] // CELL + 1
@@ -110,6 +113,7 @@ def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
         covered,
         rounds(covered, len(origins), size),
         colours,
+        squares,
         variance,
         (~bounds.usable_at(batch.source, origins.curve)).astype(np.float32),
         nearest(batch.source / CELL, cells),

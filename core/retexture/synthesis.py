@@ -88,11 +88,12 @@ class Painter:
         And whether the source grids are turned end to end along the curve for them (k,).
         """
         shown, weight = self._surroundings(stock, some, over_seams=over_seams)
-        parts = stock.colours[some], self.canvas.uses.reshape(-1)[stock.cell[some]], stock.unusable[some]
+        uses = self.canvas.uses.reshape(-1)[stock.cell[some]]
+        parts = stock.colours[some], stock.squares[some], uses, stock.unusable[some]
         found = []
         for sense in (1, -1) if self.mirrored else (1,):
-            colours, uses, unusable = (np.ascontiguousarray(part[:, :, ::sense]) for part in parts)
-            pool = Pool(colours, uses, unusable, stock.variance[some])
+            colours, squares, used, unusable = (np.ascontiguousarray(part[:, :, ::sense]) for part in parts)
+            pool = Pool(colours, squares, used, unusable, stock.variance[some])
             cost = costs(pool, shown, weight, stock.needed[some], self.variety, helper) + stock.drift[some]
             cost += CHANCE * self.rng.random(cost.shape)
             self.candidates += cost.size

@@ -195,7 +195,7 @@ def test_gaps_are_covered_by_one_place_in_each_square() -> None:
     assert Lattice(10, 5).shift == 0
 
 
-def test_rows_are_laid_from_the_curve_outwards_and_from_their_middles() -> None:
+def test_rows_are_laid_from_the_curve_outwards_and_from_their_ends() -> None:
     curves = [FeatureCurve(straight(80.0), straight(100.0))]
     picture = np.random.default_rng(0).random((HEIGHT, WIDTH, 3)).astype(np.float32)
     scene = prepared(curves, deformed(SHAPE, curves, None), picture, PatchShape(), 60.0, None)
@@ -203,7 +203,7 @@ def test_rows_are_laid_from_the_curve_outwards_and_from_their_middles() -> None:
     origins = ordered_origins(scene.way, scene.area.must, lattice)
     whole = origins.taken(origins.scale == 1)
     row = np.rint(np.abs(whole.offset) / lattice.across)
-    step = np.rint(np.abs(whole.target[:, 0] - (WIDTH - 1) / 2) / lattice.along)
+    step = np.rint(np.minimum(whole.target[:, 0], WIDTH - 1 - whole.target[:, 0]) / lattice.along)
     assert row.max() >= 3
     assert step.max() >= 3
     order = 2 * row + step
@@ -215,6 +215,7 @@ def pool(colours: Singles, uses: Singles | None = None, unusable: Singles | None
     flat = np.zeros(colours.shape[:2], np.float32)
     return Pool(
         colours[None],
+        (colours**2).sum(axis=-1)[None],
         (flat if uses is None else uses)[None],
         (flat if unusable is None else unusable)[None],
         np.array([colours.var() + 1e-4]),
@@ -226,7 +227,8 @@ def test_the_candidate_that_continues_what_is_shown_costs_nothing() -> None:
     shown = np.stack([colours[0, 3:10, 8:29], colours[1, 2:9, 4:25]])
     whole = np.ones((2, 7, 21), np.float32)
     flat = np.zeros((2, 15, 31), np.float32)
-    cost = costs(Pool(colours, flat, flat, np.array([0.25, 0.25])), shown, whole, whole, 0.3)
+    squares = (colours**2).sum(axis=-1)
+    cost = costs(Pool(colours, squares, flat, flat, np.array([0.25, 0.25])), shown, whole, whole, 0.3)
     assert cost.shape == (2, 9, 11)
     assert divmod(int(cost[0].argmin()), 11) == (3, 8)
     assert divmod(int(cost[1].argmin()), 11) == (2, 4)
