@@ -27,8 +27,8 @@ SHORT = 6
 """Stretches of fewer pixels are left alone."""
 LARGEST = 0.3
 """A step above this is no shading but different things that the patches show, and stays."""
-
-
+STEPS = ((0, 1), (1, 0))
+"""Down and right, from a pixel to the neighbours that it is compared with."""
 Numbers: TypeAlias = tuple[Ints, Ints]
 """Rows and columns of n pixels."""
 
@@ -51,7 +51,7 @@ def correction(source: Singles, place: Singles, label: Ints) -> Singles | None:
     They show the `place`s (H, W, 2) of a `source` (H', W', C). Label 0 is the plain deformation, which stays as it is:
     there the correction is 0, and all of the step at its border is made up for inside.
     """
-    edges = [_edges(source, place, label, down, right) for down, right in ((0, 1), (1, 0))]
+    edges = [_edges(source, place, label, down, right) for down, right in STEPS]
     split = len(edges[0].labels)
     seams = np.concatenate([edge.labels for edge in edges])
     stretch = np.concatenate([_stretch(edge, label.shape[1]) for edge in edges])
@@ -67,16 +67,17 @@ def correction(source: Singles, place: Singles, label: Ints) -> Singles | None:
             tile = (y, x, min(y + TILE_PX, label.shape[0]), min(x + TILE_PX, label.shape[1]))
             for gain, steps in parts:
                 _add_tile(total, tile, edges, (steps[:split], steps[split:]), gain)
-    return _softened(np.asarray(total * (label > 0)[..., None]), label)
+    return _softened(np.asarray(total * (label > 0)[..., None]), label, edges)
 
 
-def _softened(change: Singles, label: Ints) -> Singles:
+def _softened(change: Singles, label: Ints, edges: list[Edges]) -> Singles:
     """Mix corrections (H, W, C) across seams as the colours are mixed there, see `softening`."""
     mixed = change.copy()
-    for one, other in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
-        part = np.where((label[one] != label[other])[..., None], np.float32(SHARE) * (change[other] - change[one]), 0)
-        mixed[one] += part * (label[one] > 0)[..., None]
-        mixed[other] -= part * (label[other] > 0)[..., None]
+    for edge, (down, right) in zip(edges, STEPS, strict=True):
+        one, other = (edge.y, edge.x), (edge.y + down, edge.x + right)
+        part = np.float32(SHARE) * (change[other] - change[one])
+        mixed[one] += part * (label[one] > 0)[:, None]
+        mixed[other] -= part * (label[other] > 0)[:, None]
     return mixed
 
 

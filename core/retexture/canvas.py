@@ -60,21 +60,21 @@ class Canvas:
         `pixel` (m,) are numbers of pixels in the flattened picture; `label` (m,), `colour` (m, c) and `place` (m, 2)
         what the patches show there.
         """
-        pairs = self._pairs(pixel, self.colour.reshape(-1, self.colour.shape[2])[pixel] - colour)
+        pairs = self._pairs(pixel, self.colour.reshape(-1, self.colour.shape[2]).take(pixel, axis=0) - colour)
         taken = self._cut(pairs, self.bare.reshape(-1)[pixel])
-        one, other = taken[pairs.one], taken[pairs.other]
+        one, other = taken.take(pairs.one), taken.take(pairs.other)
         flat = self.seams.reshape(-1)
         flat[pairs.seam[one & other]] = 0
         border = one ^ other
         flat[pairs.seam[border]] = pairs.cost[border]
-        taken = taken[:-1]
-        pixel, place = pixel[taken], place[taken]
-        replaced = pixel[self.label.reshape(-1)[pixel] > 0]
-        self._count(self.place.reshape(-1, 2)[replaced], -1)
+        which = np.flatnonzero(taken[:-1])
+        pixel, place = pixel.take(which), place.take(which, axis=0)
+        replaced = pixel[self.label.reshape(-1).take(pixel) > 0]
+        self._count(self.place.reshape(-1, 2).take(replaced, axis=0), -1)
         self._count(place, 1)
-        self.colour.reshape(-1, self.colour.shape[2])[pixel] = colour[taken]
+        self.colour.reshape(-1, self.colour.shape[2])[pixel] = colour.take(which, axis=0)
         self.place.reshape(-1, 2)[pixel] = place
-        self.label.reshape(-1)[pixel] = label[taken]
+        self.label.reshape(-1)[pixel] = label.take(which)
         self.bare.reshape(-1)[pixel] = False
         return len(pixel)
 
@@ -88,11 +88,12 @@ class Canvas:
         parts = []
         for down, right in ((0, 1), (1, 0)):
             step, plane = right + down * (width + 2), down * height * width
-            after, before = self._number[framed + step], self._number[framed - step]
+            after, before = self._number.take(framed + step), self._number.take(framed - step)
             both = np.flatnonzero(after >= 0)
-            beside = after[both]
-            cost = size[both] + size[beside] + _size(difference[beside] - difference[both])
-            parts.append((both, beside, plane + pixel[both], cost))
+            beside = after.take(both)
+            cost = size.take(both) + size.take(beside)
+            cost += _size(difference.take(beside, axis=0) - difference.take(both, axis=0))
+            parts.append((both, beside, plane + pixel.take(both), cost))
             last = np.flatnonzero((after < 0) & ((y < height - 1) if down else (x < width - 1)))
             first = np.flatnonzero((before < 0) & ((y > 0) if down else (x > 0)))
             for edge, seam in ((last, pixel[last]), (first, pixel[first] - right - down * width)):
@@ -109,19 +110,19 @@ class Canvas:
         node = np.full(len(taken), -1)
         node[free] = np.arange(len(free))
         keep, take = np.zeros(len(free)), np.zeros(len(free))
-        old = self.seams.reshape(-1)[pairs.seam].astype(np.float64)
-        one, other = node[pairs.one], node[pairs.other]
-        choice = (one >= 0) & (other >= 0)
-        i, j, half = one[choice], other[choice], old[choice] / 2
+        old = self.seams.reshape(-1).take(pairs.seam).astype(np.float64)
+        one, other = node.take(pairs.one), node.take(pairs.other)
+        choice = np.flatnonzero((one >= 0) & (other >= 0))
+        i, j, half = one.take(choice), other.take(choice), old.take(choice) / 2
         keep += np.bincount(i, half, len(free)) + np.bincount(j, half, len(free))
         for mine, fixed, its in ((one, pairs.other, other), (other, pairs.one, one)):
-            held = (mine >= 0) & (its < 0)
-            which, takes = mine[held], taken[fixed[held]]
-            keep += np.bincount(which, np.where(takes, pairs.cost[held], old[held]), len(free))
-            take += np.bincount(which, np.where(takes, 0, pairs.cost[held]), len(free))
+            held = np.flatnonzero((mine >= 0) & (its < 0))
+            which, takes, cost = mine.take(held), taken.take(fixed.take(held)), pairs.cost.take(held)
+            keep += np.bincount(which, np.where(takes, cost, old.take(held)), len(free))
+            take += np.bincount(which, np.where(takes, 0, cost), len(free))
         graph = maxflow.GraphFloat(len(free), len(i))
         nodes = graph.add_nodes(len(free))
-        weight = np.maximum(pairs.cost[choice] - half, 0)
+        weight = np.maximum(pairs.cost.take(choice) - half, 0)
         graph.add_edges(i, j, weight, weight)
         graph.add_grid_tedges(nodes, keep, take)
         graph.maxflow()

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core import color
-from core.arrays import Bytes, CurveError, InputError, Pixels, Singles
+from core.arrays import Bools, Bytes, CurveError, InputError, Pixels, Singles
 from core.feature_curves import FeatureCurve, disjoint
 from core.progress import Job, Progress, part
 from core.retexture import diffusion
@@ -45,6 +45,10 @@ class Settings:
     """Whether candidates may be mirrored across the curve's normal."""
     seed: int = 0
 
+    def patch_for(self, height: int, width: int) -> PatchShape:
+        """Return the sizes for a picture of that height and width."""
+        return self.patch or PatchShape.for_picture(height, width)
+
 
 def retexture(
     pixels: Pixels,
@@ -66,7 +70,7 @@ def retexture(
     settings = settings or Settings()
     shape = pixels.shape[0], pixels.shape[1]
     check(shape, curves, matte, source_mask)
-    patch = settings.patch or PatchShape.for_picture(*shape)
+    patch = settings.patch_for(*shape)
     watch = Stopwatch("diffuse", "coordinates", "search", "seams", "blend")
     with watch("diffuse"):
         pieces = disjoint(curves)
@@ -77,18 +81,33 @@ def retexture(
         scene = prepared(pieces, found, picture, patch, settings.reach_px or usual_reach(found), matte)
         found = replace(found, compression=scene.way.compression)
         rough = laid(sparser(scene, patch), scene.area, found) if previews else None
-        bounds = Bounds(scene.area.may, None if source_mask is None else source_mask > 127, scene.kept)
-        origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
-        first = stocked_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
     yield Progress(0.15, "laying patches", rough)
     # Not kept: a picture's worth of places is a hundred megabytes for a large one.
     del rough
-    canvas = Canvas(read(picture, found.place, Kernel.CUBIC), found.place, must=scene.area.must, may=scene.area.may)
-    rng = np.random.default_rng(settings.seed)
-    painter = Painter(picture, bounds, scene.area.free, canvas, patch, settings.variety, settings.mirrored, rng, watch)
-    work = part(synthesised(painter, scene, first, len(origins), refine=settings.refine), 0.15, 1.0)
+    usable = None if source_mask is None else source_mask > 127
+    painter, work = begun(picture, scene, found, usable, settings, watch)
+    work = part(work, 0.15, 1.0)
     yield from with_previews(work, found, painter) if previews else work
     return finished(found, painter, watch)
+
+
+def begun(
+    picture: Singles, scene: Scene, plain: Retexture, usable: Bools | None, settings: Settings, watch: Stopwatch
+) -> tuple[Painter, Job[None]]:
+    """Return a painter before the plain deformation of a picture (H, W, 3), and the job that lays its patches.
+
+    `usable` (H, W) is where texture may be taken from, None for everywhere.
+    """
+    patch = settings.patch_for(*plain.grid.shape)
+    with watch("coordinates"):
+        bounds = Bounds(scene.area.may, usable, scene.kept)
+        origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
+        first = stocked_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
+    shown = read(picture, plain.place, Kernel.CUBIC)
+    canvas = Canvas(shown, plain.place, must=scene.area.must, may=scene.area.may)
+    rng = np.random.default_rng(settings.seed)
+    painter = Painter(picture, bounds, scene.area.free, canvas, patch, settings.variety, settings.mirrored, rng, watch)
+    return painter, synthesised(painter, scene, first, len(origins), refine=settings.refine)
 
 
 def deformed(shape: tuple[int, int], pieces: list[FeatureCurve], reach_px: float | None) -> Retexture:

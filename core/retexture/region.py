@@ -142,7 +142,8 @@ def ramp(x: Singles) -> Singles:
 
     What goes over from one map to another by these shares folds, or is stretched, where they change fast.
     """
-    return np.asarray((np.clip(x, 0, 1) + smoothstep(x)) / 2, np.float32)
+    x = np.clip(x, 0, 1)
+    return np.asarray(x * (np.float32(0.5) + x * (np.float32(1.5) - x)), np.float32)
 
 
 def _distance(curves: CurveSet, shape: tuple[int, int]) -> Singles:

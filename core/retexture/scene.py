@@ -1,5 +1,6 @@
 """What is known before a patch is grown: coordinates around both sides of the curves, and where to regrow."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import cv2
@@ -50,14 +51,15 @@ def prepared(
     """Return the scene of curves in `pieces`, with texture regrown as far as `reach_px` from their targets."""
     targets = [piece.target or followed(piece.source, plain) for piece in pieces]
     source, target = CurveSet([piece.source for piece in pieces]), CurveSet(targets)
-    fine = contrast(picture)
-    beside, paces, nearest = along_nodes(source, target, plain.grid)
-    # What a place shows comes from where the deformation has it, or from where it lies along the curve.
-    fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
-    between = apart(beside, nearest, plain)
-    stands = standing(picture, source, plain, patch, reach_px)
+    with ThreadPoolExecutor(1) as helper:
+        stands = helper.submit(standing, picture, source, plain, patch, reach_px)
+        fine = contrast(picture)
+        beside, paces, nearest = along_nodes(source, target, plain.grid)
+        # What a place shows comes from where the deformation has it, or from where it lies along the curve.
+        fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
+        between = apart(beside, nearest, plain)
     sizes = Sizes(reach_px, 1.5 * patch.rib, patch.search_along)
-    area = region(plain.grid, plain.field, target, fine, between, sizes, stands, matte=matte)
+    area = region(plain.grid, plain.field, target, fine, between, sizes, stands.result(), matte=matte)
     # Each share of a place's source compresses as its own map does.
     near = read(area.nearness, plain.grid.nodes, Kernel.NEAREST)
     pressed = near * spread(paces, plain.grid)[..., 0] + (1 - near) * diffusion.compression(plain.grid, plain.field)
