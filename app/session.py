@@ -88,6 +88,8 @@ class Session:
     """Which of a curve's sides is edited where they coincide."""
     draft: Points | None = field(default=None, compare=False)
     """Control points (3k + 1, 2) of the curve that is being drawn, in canvas pixels."""
+    draft_handles: Points | None = field(default=None, compare=False)
+    """Handle, knot and handle (3, 2) of it that the pen pulls out, in canvas pixels."""
     suggestions: tuple[Points, ...] = field(default=(), compare=False)
     """Curves on offer, (3k + 1, 2) each, in places of the picture."""
     band: tuple[tuple[float, float], tuple[float, float]] | None = None

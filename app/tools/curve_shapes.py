@@ -57,6 +57,7 @@ def overlay(editor: Editor, curves: CurveSet) -> Sequence[Shape]:
         shapes.extend(box.shapes())
     if draft is not None and len(draft):
         shapes.extend(_draft_shapes(screen_from_canvas(editor.session.view, draft)))
+        shapes.extend(_pulled_shapes(editor))
     shapes.extend(band.shapes(editor))
     hit = editor.session.hover
     if isinstance(hit, Hit) and hit.curve < len(curves.pairs(editor)) and draft is None:
@@ -125,6 +126,16 @@ def _draft_shapes(points: Points) -> list[Shape]:
     return [*([Bezier(points, "target")] if len(points) > 1 else []), *knots]
 
 
+def _pulled_shapes(editor: Editor) -> list[Shape]:
+    """Return the handles that the pen pulls out of a knot."""
+    if editor.session.draft_handles is None:
+        return []
+    before, knot, after = screen_from_canvas(editor.session.view, editor.session.draft_handles)
+    ends = [end for end in (before, after) if (end != knot).any()]
+    links: list[Shape] = [Polyline(np.stack([knot, end]), "link") for end in ends]
+    return [*links, *(Circle(_position(end), 3.5, "handle", filled=True) for end in ends)]
+
+
 def _hover_shapes(editor: Editor, curves: CurveSet, hit: Hit) -> list[Shape]:
     """Return the mark of what is under the pointer."""
     pair = curves.pairs(editor)[hit.curve]
@@ -135,7 +146,7 @@ def _hover_shapes(editor: Editor, curves: CurveSet, hit: Hit) -> list[Shape]:
             [Circle(_position(screen_from_canvas(editor.session.view, curve.at(hit.t))), 4.0, "hover")] if curve else []
         )
     number = 3 * hit.number if hit.kind == "knot" else hit.number
-    return [Circle(_position(points[number]), 8.0, "hover")] if number < len(points) else []
+    return [Circle(_position(points[number]), 10.0, "hover")] if number < len(points) else []
 
 
 def _position(point: Points) -> Position:

@@ -62,7 +62,7 @@ def draw(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
         editor.show(**before)
         raise
     finally:
-        editor.show(draft=None)
+        editor.show(draft=None, draft_handles=None)
     canvas = path.points()
     if len(path.knots) < 2 or curve_edit.curve_through(canvas) is None:
         editor.show(**before)
@@ -137,7 +137,9 @@ def _pull(editor: Editor, path: Path, move: Move) -> None:
 
 
 def _show(editor: Editor, path: Path, event: Event, *, is_held: bool) -> None:
-    """Show the path so far, and where the next segment would go."""
+    """Show the path so far, the handles that are pulled out, and where the next segment would go."""
     pointer = canvas_from_screen(editor.session.view, np.array(event.pos)) if isinstance(event, Move) else None
     points = path.points(None if is_held or path.closed else pointer)
-    editor.show(draft=points)
+    pulled = path.knots[0 if path.closed else -1] if is_held else None
+    handles = None if pulled is None else np.stack([pulled.before, pulled.place, pulled.after])
+    editor.show(draft=points, draft_handles=handles)

@@ -57,6 +57,21 @@ def test_while_it_is_drawn_it_is_a_draft(drive: EditorDriver) -> None:
     assert any(isinstance(s, Bezier) for s in drive.editor.tool.overlay(drive.editor))
 
 
+def test_the_handles_that_are_pulled_out_are_shown(drive: EditorDriver) -> None:
+    def handles() -> list[tuple[float, float]]:
+        shapes = drive.editor.tool.overlay(drive.editor)
+        return [shape.centre for shape in shapes if isinstance(shape, Circle) and shape.role == "handle"]
+
+    drive.press(40, 50).move(50, 40)
+    assert handles() == [(30, 60), (50, 40)]
+    drive.release(50, 40)
+    assert handles() == []
+    drive.press(90, 50).move(100, 60, alt=True)
+    assert handles() == [(100, 60)]
+    drive.key("escape")
+    assert drive.editor.session.draft_handles is None
+
+
 def test_clicks_make_corners_with_handles_to_grip(drive: EditorDriver) -> None:
     drive.click(40, 50).click(100, 50).click(100, 110).key("enter")
     assert drive.document.curves[0].corners == {0, 1, 2}
