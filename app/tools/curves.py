@@ -6,20 +6,25 @@ import numpy as np
 
 from app.curve_kinds import FEATURE, INNER
 from app.editor import Editor
-from app.events import Event, Key, Move, Position, Press
+from app.events import Event, Key, Move, Press
 from app.gestures import Gesture
 from app.tool import Tool
-from app.tools import band
 from app.tools.box import Box, Grip, applied
 from app.tools.curve_set import CurveSet, Hit, Side
 from app.tools.curve_shapes import active_side, box_of, overlay, side_of
-from app.tools.grips import aimed, drag_from, nudge_px, within
+from app.tools.grips import aimed, drag_from, nudge_px
 from app.tools.pen import draw
+from app.tools.selection import Selection
 from app.tools.soft_drag import is_dense, with_knot_pulled
 from core import curve_edit, curve_pairs
 from core.arrays import Points
 from core.document import CurvePair, Mode
 from core.mesh import Mesh
+
+
+def selection(curves: CurveSet) -> Selection:
+    """Return which knots of the selected curve are selected."""
+    return Selection("selected_knots", curves.knots)
 
 
 def press(editor: Editor, curves: CurveSet, press: Press) -> Gesture | None:
@@ -50,17 +55,12 @@ def _is_whole(editor: Editor, curves: CurveSet, hit: Hit) -> bool:
 
 
 def drag_knots(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
-    """Move a knot, and the other selected ones if it is selected; a click with Shift selects or deselects it.
+    """Move a knot, and the other selected ones if it is selected.
 
     Where knots stand close together, the curve beside one alone goes along.
     """
-    before = curves.knots(editor)
-    if hit.number not in before:
-        editor.show(selected_knots=before | {hit.number} if press.mods.shift else frozenset({hit.number}))
-    first = yield from drag_from(press.pos)
+    first = yield from selection(curves).grip(editor, press, hit.number)
     if first is None:
-        if hit.number in before:
-            editor.show(selected_knots=before - {hit.number} if press.mods.shift else frozenset({hit.number}))
         return
     knots = curves.knots(editor)
     pair = curves.pairs(editor)[hit.curve]
@@ -125,9 +125,8 @@ def drag_line(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gestu
 def transform(editor: Editor, curves: CurveSet, press: Press, box: Box, grip: Grip) -> Gesture:
     """Move, scale or turn the selected knots by their box; a click deselects them."""
     number, side = curves.selected(editor), active_side(editor, swapped=press.mods.ctrl)
-    first = yield from drag_from(press.pos)
+    first = yield from selection(curves).grip_box(editor, press)
     if first is None or number is None:
-        editor.show(selected_knots=frozenset())
         return
     pair = curves.pairs(editor)[number]
     numbers = curve_edit.points_of(pair.source, curves.knots(editor), closed=pair.closed)
@@ -164,17 +163,13 @@ def _follow(
 
 def rubber_band(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
     """Select knots of the selected curve in a rectangle, beside those that are selected."""
-    number, before = curves.selected(editor), curves.knots(editor)
+    number = curves.selected(editor)
     if number is None:
         return
     pair = curves.pairs(editor)[number]
     count = curve_edit.knots_of(pair.source, closed=pair.closed)
-
-    def take(a: Position, b: Position) -> None:
-        knots = curves.on_screen(editor, pair, side_of(pair, active_side(editor)))[::3][:count]
-        editor.show(selected_knots=before | frozenset(within(knots, a, b).tolist()))
-
-    yield from band.spanned(editor, press, take)
+    knots = lambda: curves.on_screen(editor, pair, side_of(pair, active_side(editor)))[::3][:count]  # noqa: E731
+    yield from selection(curves).span(editor, press, knots)
 
 
 def toggle_corner(editor: Editor, curves: CurveSet, hit: Hit) -> None:

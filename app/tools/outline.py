@@ -15,7 +15,8 @@ from app.tool import Tool
 from app.tools import band
 from app.tools.box import Box, Grip, applied
 from app.tools.curve_set import place_on_line
-from app.tools.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places, within
+from app.tools.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
+from app.tools.selection import Selection
 from core import curve_edit
 from core.arrays import Points
 from core.document import Document, Outline
@@ -58,6 +59,9 @@ def selected(editor: Editor) -> frozenset[int]:
     return editor.session.selected_corners
 
 
+SELECTION = Selection("selected_corners", selected)
+
+
 def box_of(editor: Editor) -> Box | None:
     """Return the box around the selected corners if they are several; all four have the whole outline in it."""
     ring, corners = ring_on_screen(editor), sorted(selected(editor))
@@ -75,18 +79,15 @@ def press(editor: Editor, press: Press) -> Gesture | None:
         return drag_corners(editor, press, part.number // 3)
     if box is not None and grip is not None and (part is None or (part.kind == "side" and grip.kind != "move")):
         return transform(editor, press, box, grip)
-    return rubber_band(editor, press) if part is None else drag(editor, press, part)
+    if part is None:
+        return SELECTION.span(editor, press, lambda: ring_on_screen(editor)[:-1:3])
+    return drag(editor, press, part)
 
 
 def drag_corners(editor: Editor, press: Press, corner: int) -> Gesture:
-    """Move a corner with its handles, and the other selected ones if it is selected; Shift and a click selects."""
-    before = selected(editor)
-    if corner not in before:
-        editor.show(selected_corners=before | {corner} if press.mods.shift else frozenset({corner}))
-    first = yield from drag_from(press.pos)
+    """Move a corner with its handles, and the other selected ones if it is selected."""
+    first = yield from SELECTION.grip(editor, press, corner)
     if first is None:
-        if corner in before:
-            editor.show(selected_corners=before - {corner} if press.mods.shift else frozenset({corner}))
         return
     corners = selected(editor)
     move = lambda ring, event: curve_edit.with_knots_moved(ring, corners, _shift(press, event), closed=True)  # noqa: E731
@@ -111,9 +112,8 @@ def drag(editor: Editor, press: Press, part: Part) -> Gesture:
 def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
     """Move, scale or turn the selected corners by their box; a click deselects them."""
     numbers = curve_edit.points_of(ring_on_screen(editor), selected(editor), closed=True)
-    first = yield from drag_from(press.pos)
+    first = yield from SELECTION.grip_box(editor, press)
     if first is None:
-        editor.show(selected_corners=frozenset())
         return
 
     def move(ring: Points, event: Move) -> Points:
@@ -122,18 +122,6 @@ def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
         return result
 
     yield from _follow(editor, {"move": "Move", "scale": "Scale", "turn": "Turn"}[grip.kind] + " outline", move, first)
-
-
-def rubber_band(editor: Editor, press: Press) -> Gesture:
-    """Select the corners in a rectangle, with Shift beside those that are selected; a click deselects."""
-    before = selected(editor) if press.mods.shift else frozenset()
-    editor.show(selected_corners=before)
-
-    def take(a: Position, b: Position) -> None:
-        inside = within(ring_on_screen(editor)[:-1:3], a, b)
-        editor.show(selected_corners=before | frozenset(inside.tolist()))
-
-    yield from band.spanned(editor, press, take)
 
 
 def _follow(editor: Editor, label: str, move: Callable[[Points, Move], Points], first: Move) -> Gesture:

@@ -20,8 +20,8 @@ from app.tools.grips import (
     nudge_px,
     places_from_screen,
     screen_from_places,
-    within,
 )
+from app.tools.selection import Selection
 from core.arrays import Points
 from core.document import Document, Pin, Place, places_from_pixels
 
@@ -36,6 +36,9 @@ def targets_on_screen(editor: Editor) -> Points:
 def selected(editor: Editor) -> frozenset[int]:
     """Return the numbers of the selected pins that there are."""
     return frozenset(number for number in editor.session.selected if number < len(editor.document.pins))
+
+
+SELECTION = Selection("selected", selected)
 
 
 def box_of(editor: Editor) -> Box | None:
@@ -66,7 +69,7 @@ def press(editor: Editor, press: Press) -> Gesture | None:
         return transform(editor, press, box, grip)
     at = _picture_place(editor, press.pos)
     if press.mods.shift or at is None:
-        return rubber_band(editor, press)
+        return SELECTION.span(editor, press, lambda: targets_on_screen(editor))
     return add(editor, press, at)
 
 
@@ -84,14 +87,9 @@ def add(editor: Editor, press: Press, at: Place) -> Gesture:
 
 
 def drag(editor: Editor, press: Press, pin: int) -> Gesture:
-    """Move a pin, and the other selected ones if it is selected; a click with Shift selects or deselects it."""
-    before = selected(editor)
-    if pin not in before:
-        editor.show(selected=before | {pin} if press.mods.shift else frozenset({pin}))
-    first = yield from drag_from(press.pos)
+    """Move a pin, and the other selected ones if it is selected."""
+    first = yield from SELECTION.grip(editor, press, pin)
     if first is None:
-        if pin in before:
-            editor.show(selected=before - {pin} if press.mods.shift else frozenset({pin}))
         return
     numbers = sorted(selected(editor))
     with editor.group("Move pin" if len(numbers) == 1 else "Move pins"):
@@ -112,9 +110,8 @@ def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
     """Move, scale or turn the selected pins by their box."""
     numbers = sorted(selected(editor))
     start, places = editor.document, targets_on_screen(editor)[numbers]
-    first = yield from drag_from(press.pos)
+    first = yield from SELECTION.grip_box(editor, press)
     if first is None:
-        editor.show(selected=frozenset())
         return
     with editor.group({"move": "Move pins", "scale": "Scale pins", "turn": "Turn pins"}[grip.kind]):
         event: Event = first
@@ -122,18 +119,6 @@ def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
             matrix = box.transform(grip, press.pos, event.pos, held=event.mods.shift)
             editor.document = with_targets(start, numbers, places_from_screen(editor, applied(matrix, places)))
             event = yield
-
-
-def rubber_band(editor: Editor, press: Press) -> Gesture:
-    """Select the pins in a rectangle, with Shift beside those that are selected; a click deselects."""
-    before = selected(editor) if press.mods.shift else frozenset()
-    editor.show(selected=before)
-
-    def take(a: Position, b: Position) -> None:
-        inside = within(targets_on_screen(editor), a, b)
-        editor.show(selected=before | frozenset(inside.tolist()))
-
-    yield from band.spanned(editor, press, take)
 
 
 def remove(editor: Editor, numbers: Iterable[int]) -> None:
