@@ -1,8 +1,8 @@
 """Actions on the history and on jobs."""
 
 from app.actions import Action
+from app.actions.panels import showing
 from app.editor import Editor
-from app.requests import ShowPanel
 
 EDIT = (
     Action(
@@ -30,7 +30,7 @@ EDIT = (
         "edit.history",
         "History…",
         "Edit",
-        lambda editor: editor.requests.append(ShowPanel("history")),
+        showing("history"),
         "Ctrl+H",
         "clock-rotate-left",
         "Show everything that was done, and go back to any of it",
@@ -50,7 +50,7 @@ EDIT = (
         "edit.preferences",
         "Preferences…",
         "Edit",
-        lambda editor: editor.requests.append(ShowPanel("preferences")),
+        showing("preferences"),
         "Ctrl+,",
         "gear",
         "Size of the text, memory for undo, recovery",
@@ -63,7 +63,7 @@ HELP = (
         "help.palette",
         "Command palette…",
         "Help",
-        lambda editor: editor.requests.append(ShowPanel("palette")),
+        showing("palette"),
         "Ctrl+Shift+P",
         "terminal",
         "Find anything by its name",
@@ -73,7 +73,7 @@ HELP = (
         "help.keys",
         "Keys…",
         "Help",
-        lambda editor: editor.requests.append(ShowPanel("keys")),
+        showing("keys"),
         "F1",
         "keyboard",
         "Show all keys",
@@ -82,7 +82,7 @@ HELP = (
         "help.about",
         "About Weft",
         "Help",
-        lambda editor: editor.requests.append(ShowPanel("about")),
+        showing("about"),
         icon="circle-info",
         tooltip="Version, papers and licence",
         separated=True,

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from app.actions import Action
+from app.actions.panels import showing
 from app.editor import Editor
-from app.requests import ShowPanel
 from app.spaces import View, centred, fitted, zoomed_at
 from core.document import Mode
 
@@ -138,15 +138,12 @@ VIEW = (
         "view.reset_panels",
         "Reset panel layout",
         "View",
-        lambda editor: editor.requests.append(ShowPanel("layout")),
+        showing("layout"),
         icon="table-cells-large",
         tooltip="Put all panels back where they were at first",
         separated=True,
     ),
 )
-
-READY_MODES: frozenset[Mode] = frozenset(("warp", "retexture", "overlay"))
-"""Those that the window has panels for."""
 
 _MODES: tuple[tuple[Mode, str, str, str], ...] = (
     ("warp", "Warp", "bezier-curve", "Bend the picture and keep its features"),
@@ -163,8 +160,7 @@ def _mode(number: int, mode: Mode, label: str, icon: str, tooltip: str) -> Actio
         lambda editor: editor.choose_mode(mode),
         f"Alt+{number}",
         icon,
-        tooltip if mode in READY_MODES else f"{tooltip}. From the command line only, so far.",
-        enabled=lambda editor: mode in READY_MODES,
+        tooltip,
         checked=lambda editor: editor.session.mode == mode,
     )
 

@@ -1,0 +1,11 @@
+"""What shows one of the window's own panels."""
+
+from collections.abc import Callable
+
+from app.editor import Editor
+from app.requests import Panel, ShowPanel
+
+
+def showing(panel: Panel) -> Callable[[Editor], None]:
+    """Return what an action does that shows a panel."""
+    return lambda editor: editor.requests.append(ShowPanel(panel))
