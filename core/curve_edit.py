@@ -11,7 +11,7 @@ import numpy as np
 from core.arrays import Floats, InputError, Points
 from core.curves import Curve
 
-LEAST_BEND = 0.05
+LEAST_BEND = 0.1
 """A curve is bent as if gripped at least so far, by parameter, from its knots, where the handles have no leverage."""
 
 

@@ -12,7 +12,7 @@ from app.tool import Tool
 from app.tools.box import Box, Grip, applied
 from app.tools.curve_set import CurveSet, Hit, Side
 from app.tools.curve_shapes import active_side, box_of, overlay, side_of
-from app.tools.grips import aimed, drag_from, nudge_px
+from app.tools.grips import aimed, drag_from, nearest, nudge_px
 from app.tools.pen import draw
 from app.tools.selection import Selection
 from app.tools.soft_drag import is_dense, with_knot_pulled
@@ -98,20 +98,24 @@ def drag_handle(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Ges
 def drag_line(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
     """Bend the curve where it is gripped; a click selects it, and inserts a knot where it is selected already.
 
-    Where knots stand close together, the nearest one is pulled.
+    Where knots stand close together, the nearest one is pulled; a knot under the pointer is moved.
     """
     was_selected = curves.selected(editor) == hit.curve
     editor.show(selected_curve=hit.curve, selected_knots=frozenset())
     first = yield from drag_from(press.pos)
     if first is not None:
         pair = curves.pairs(editor)[hit.curve]
-        gives_way = is_dense(curves.on_screen(editor, pair, hit.side))
-        smooth = frozenset(range(curve_pairs.knots_of(pair))) - pair.corners
+        start = curves.on_screen(editor, pair, hit.side)
+        gives_way, knot = is_dense(start), nearest(start[::3], press.pos)
+        count = curve_pairs.knots_of(pair)
+        smooth = frozenset(range(count)) - pair.corners
 
         def bend(points: Points, pair: CurvePair, event: Move) -> Points:
             by = np.subtract(aimed(press.pos, event), press.pos)
             if gives_way:
                 return with_knot_pulled(points, round(hit.t), by, closed=pair.closed)
+            if knot is not None:
+                return curve_edit.with_knots_moved(points, {knot % count}, by, closed=pair.closed)
             return curve_edit.bent(points, hit.t, by, closed=pair.closed, smooth=smooth)
 
         yield from _follow(editor, curves, hit, "Bend curve", bend, first)

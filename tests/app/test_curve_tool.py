@@ -202,6 +202,15 @@ def test_a_drag_on_the_line_bends_it(drive: EditorDriver) -> None:
     assert curve_edit.is_straight(before, centre, after)
 
 
+def test_a_drag_at_a_knot_of_a_curve_that_is_not_in_hand_moves_it(drive: EditorDriver) -> None:
+    drawn(drive).key("escape")
+    drive.editor.show(selected_curve=None)
+    drive.drag((93, 51), (93, 61), (93, 71))
+    assert np.allclose(target(drive)[::3], [(40, 50), (90, 70), (140, 50)], atol=0.2)
+    assert np.allclose(target(drive)[4] - target(drive)[3], (10, 10), atol=0.2)
+    assert drive.editor.session.selected_curve == 0
+
+
 def test_a_bend_beside_a_corner_leaves_the_other_side_of_it(drive: EditorDriver) -> None:
     drawn(drive).press(100, 60, alt=True).move(90, 70, alt=True).release()
     x, y = (float(v) for v in Curve(target(drive)).at(0.5))
