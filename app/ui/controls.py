@@ -32,6 +32,12 @@ def faint(text: str) -> None:
         imgui.text_wrapped(text)
 
 
+def fault(text: str) -> None:
+    """Say what is wrong, as a sentence."""
+    with colors(text=theme.FAULT):
+        imgui.text_wrapped(f"{text[:1].upper()}{text[1:]}.")
+
+
 @contextmanager
 def at_least(*texts: str) -> Iterator[None]:
     """Give the block the height of the highest of `texts`, so that what follows stays in its place.

@@ -15,6 +15,7 @@ from app.ui.controls import (
     check,
     colors,
     faint,
+    fault,
     plain_button,
     primary_button,
     section,
@@ -108,8 +109,7 @@ class OverlayPanel:
             if work.is_running and work.ticket is not None:
                 imgui.progress_bar(work.ticket.progress.fraction, ImVec2(-1, em(0.5)), "")
             if work.fault is not None:
-                with colors(text=theme.FAULT):
-                    imgui.text_wrapped(f"{work.fault[:1].upper()}{work.fault[1:]}.")
+                fault(work.fault)
             faint(self._state())
         action_buttons(self._editor, [self._table.by_name[name] for name in ("overlay.go_on", "overlay.clear_region")])
         held = slider("Seed", self._cloth.seed, 0, 99, default=0, hint="Another number, another search")

@@ -11,7 +11,7 @@ from app.curve_kinds import FEATURE
 from app.editor import Editor
 from app.session import Look
 from app.ui.action_buttons import action_button, action_buttons
-from app.ui.controls import at_least, check, faint, label, plain_button, primary_button, section, segments, tip
+from app.ui.controls import at_least, check, faint, fault, label, plain_button, primary_button, section, segments, tip
 from app.ui.sliders import Held, slider
 from app.ui.theme import em
 from core.document import RetextureSettings
@@ -118,7 +118,15 @@ class RetexturePanel:
         if switched is not None:
             editor.show(auto_retexture=switched)
         with at_least(BEGIN, NOTHING_FITS, ONLY_STEERS):
-            faint(self.state)
+            if self._is_at_fault:
+                fault(self.state)
+            else:
+                faint(self.state)
+
+    @property
+    def _is_at_fault(self) -> bool:
+        """Whether the present curves have no result."""
+        return bool(self._editor.document.feature_curves) and self._editor.regrowth.fault is not None
 
     @property
     def state(self) -> str:
@@ -126,7 +134,7 @@ class RetexturePanel:
         editor, work = self._editor, self._editor.regrowth
         if not editor.document.feature_curves:
             return BEGIN
-        if work.fault is not None:
+        if self._is_at_fault and work.fault is not None:
             return work.fault
         if all(pair.passive for pair in editor.document.feature_curves):
             return ONLY_STEERS
