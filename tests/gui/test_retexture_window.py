@@ -91,3 +91,37 @@ def test_before_and_after_stand_side_by_side(editor: Editor, tmp_path: Path) -> 
     assert np.array_equal(seen["split"][middle, right], seen["result"][middle, right])
     assert not np.array_equal(seen["before"][middle, left], seen["result"][middle, left])
     assert not np.array_equal(seen["before"][middle, right], seen["result"][middle, right])
+
+
+def test_the_rows_of_the_panel_stay_where_they_are(editor: Editor) -> None:
+    straight = line((150, 200), (250, 200), (350, 200), (450, 200))
+    rows: dict[str, list[float]] = {}
+
+    def note(window: WindowDriver, state: str) -> None:
+        window.wait(3)
+        names = ("Length/##track", "Seed/##track", "Motion reach/##track", "Clear matte")
+        rows[state] = [window.context.item_info(f"//Retexture/{name}").rect_full.min.y for name in names]
+
+    def curve(**changes: object) -> None:
+        editor.edit("Curve", editor.document.changed(feature_curves=(CurvePair(straight, straight, **changes),)))  # type: ignore[arg-type]
+
+    def script(window: WindowDriver) -> None:
+        editor.choose_mode("retexture")
+        editor.show(auto_retexture=False)
+        window.wait(8)
+        note(window, "empty")
+        curve()
+        editor.show(selected_curve=0)
+        note(window, "a curve in hand")
+        curve(passive=True)
+        note(window, "passive")
+        away = CurvePair(straight, straight + [0, 5])
+        editor.edit("Lose", editor.document.changed(feature_curves=(away,)))
+        window.wait(3).item("//Retexture/Retexture").wait_until(lambda: editor.regrowth.fault is not None)
+        note(window, "at fault")
+        editor.edit("Set", editor.document.with_retexture(seed=3, along_px=51, reach=0.2, move_within=0.3))
+        note(window, "set")
+
+    drive(editor, script, size=(1440, 1200))
+    assert len(rows) == 5
+    assert all(places == rows["empty"] for places in rows.values()), rows
