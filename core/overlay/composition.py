@@ -15,6 +15,8 @@ from core.arrays import Bools, Floats, InputError, Singles
 
 DENSITY = 1.5
 """Texture samples to a pixel of undeformed cloth."""
+WHOLE = 1.15
+"""Times too many samples under which a texture stays as it is: the sides of a mean texel are rounded."""
 TAPS = 8
 """Most samples along the direction that is shrunk most."""
 
@@ -155,18 +157,18 @@ def laid(texture: Floats, placement: Placement, uv: Floats, norm: Norm, covered:
 def prepared(texture: Floats, placement: Placement, scale: Floats) -> Floats:
     """Return a texture (h, w, 4) premultiplied, with its mirror images if it has such, and no finer than needed."""
     source = np.concatenate([texture[..., :3] * texture[..., 3:], texture[..., 3:]], -1)
-    density = np.linalg.norm(np.diag([*texture.shape[1::-1]]) @ placement.matrix(scale) @ np.linalg.inv(scale), axis=1)
+    steps = np.linalg.norm(scale @ np.linalg.inv(placement.matrix(scale)), axis=0) / np.array(texture.shape[1::-1])
     if placement.mirror:
         source = np.concatenate([source, source[:, ::-1]], 1)
         source = np.concatenate([source, source[::-1]], 0)
-    return thinned(source, density / DENSITY)
+    return thinned(source, 1 / (DENSITY * steps))
 
 
 def thinned(texture: Floats, excess: Floats) -> Floats:
     """Return the texture with fewer columns and rows where `excess` (2,) says there are that many times too many."""
     h, w = texture.shape[:2]
     size = max(1, round(w / max(1.0, excess[0]))), max(1, round(h / max(1.0, excess[1])))
-    if size == (w, h) or max(excess) < 1.05:
+    if size == (w, h) or max(excess) < WHOLE:
         return texture
     out = cv2.resize(texture, size, interpolation=cv2.INTER_AREA)
     return np.asarray(out, np.float64).reshape(size[1], size[0], -1)

@@ -16,14 +16,13 @@ from core.overlay.bands import bands
 from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import filtered
 from core.overlay.correlation import Proposal
-from core.overlay.filling import filled
 from core.overlay.fitting import fit
 from core.overlay.lattice import Lattice
-from core.overlay.mesh import Mesh, around
+from core.overlay.layers import explained, other_things, painted, with_rest
+from core.overlay.mesh import Mesh
 from core.overlay.phase import in_phase
 from core.overlay.refinement import refined
-from core.overlay.region import LIMIT, cleaned, feathered, misfit, ring, without_specks
-from core.overlay.registration import LEAST_SHADING, State
+from core.overlay.region import feathered
 from core.overlay.seeding import find_lattice, flat_canvas
 from core.overlay.stages import Stage
 from core.overlay.texel import Texel, drawn, estimate_texel
@@ -39,11 +38,6 @@ TEXEL_PIXELS = 1_500_000
 """Most pixels from which the texel of a large photo is estimated."""
 TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
-LENIENCE = 1.6
-"""Times the limit that a misfit may have in the middle of a piece."""
-GLARE = 1.8
-"""Brightness that the texel's brightest colour may have, over the photo's white: plain ground in more light than that
-is not this cloth's."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +56,7 @@ class Decomposition:
     reconstruction: Singles
     """(H, W, 3), Wp T(Wg), 0 outside."""
     coverage: Singles
-    """(H, W), 1 on cloth that the model explains, falling to 0 over the last pixels before its border."""
+    """(H, W), 1 on cloth that the model explains, falling to 0 over the last pixel before its border."""
     lattice: Lattice
     """Its scores are the confidence of the quad to the lower right of each vertex, 0 to 1."""
     basis: Floats
@@ -167,6 +161,9 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     uv = refined(photo, uv, shading, texel, cloth.basis * scale)
     texel = finer_texel(cloth, photo, uv, shading, scale)
     uv, shading, followed = with_rest(cloth, found, mesh, pieces, masks, (uv, shading), valid)
+    off = other_things(photo, uv, shading, texel, cloth, scale)
+    uv[off], shading[off] = np.nan, np.nan
+    followed &= ~off
     gauge = max(1.0, float(np.percentile(texel.pixels, 99.5)))
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)
@@ -226,67 +223,3 @@ def difference(photo: Floats, modelled: Singles, inside: Bools) -> Singles:
     out: Singles = np.subtract(photo, modelled, dtype=np.float32, casting="same_kind")
     out[~inside] = np.nan
     return out
-
-
-def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
-    """Return the pixels (H, W) that each piece explains, as seen by the fit; they do not overlap.
-
-    Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
-    """
-    mesh, best, owner = cloth.mesh, np.full(cloth.valid.shape, LIMIT), np.full(cloth.valid.shape, -1)
-    brightest = float(np.percentile(found.texel.pixels, 99.5))
-    for number, piece in enumerate(pieces):
-        box = mesh.box_of(piece.cells, 1 + round(2 * cloth.sigma_px / mesh.cell))
-        at, valid = mesh.smooth_to_pixels(piece.values, box), cloth.valid[box]
-        rho = np.maximum(at[..., 2], LEAST_SHADING)
-        modelled = rho[..., None] * found.texel(at[..., :2])
-        strict, mild = misfit(cloth.photo[box], modelled, rho, valid, found.tolerance, cloth.sigma_px / 2)
-        # At the border a pattern that correlates may lie on half of a neighbourhood only; amid cloth is cloth.
-        whole = without_specks(piece.cells, round(2 * (cloth.step_px / mesh.cell) ** 2))
-        core = cv2.erode(np.pad(whole, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
-        bad = np.where(mesh.pixels_of(core > 0)[box], mild / LENIENCE, strict)
-        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1))[box] & valid
-        near &= rho * brightest < GLARE
-        better = cleaned(near & (bad < best[box]), cloth.sigma_px) & near
-        owner[box][better], best[box][better] = number, bad[better]
-    return [np.asarray(owner == number, np.bool_) for number in range(len(pieces))]
-
-
-def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -> tuple[Floats, Floats]:
-    """Return coordinates (H, W, 2) and shading (H, W) of the pieces' pixels, NaN elsewhere.
-
-    `masks` may be of a smaller picture than `mesh` and `valid` are.
-    """
-    uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
-    for piece, mask in zip(pieces, masks, strict=True):
-        inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid
-        rows, columns = around(inside)
-        for _, top, bottom, _ in bands(rows.stop - rows.start, margin=0):
-            box = slice(rows.start + top, rows.start + bottom), columns
-            at, own = mesh.smooth_to_pixels(piece.values, box), inside[box]
-            uv[box][own], shading[box][own] = at[own, :2], np.maximum(at[own, 2], LEAST_SHADING)
-    return uv, shading
-
-
-def with_rest(
-    cloth: Cloth,
-    found: Fit,
-    mesh: Mesh,
-    pieces: list[State],
-    masks: list[Bools],
-    layers: tuple[Floats, Floats],
-    valid: Bools,
-) -> tuple[Floats, Floats, Bools]:
-    """Return coordinates and shading also of cloth that is seen but not followed, and which pixels are followed."""
-    uv, shading = layers
-    followed = np.isfinite(shading)
-    more = painted(mesh, *filled(cloth, found, pieces, masks), valid)
-    return np.where(followed[..., None], uv, more[0]), np.where(followed, shading, more[1]), followed
-
-
-def spread_mask(mask: Bools, size: tuple[int, ...]) -> Bools:
-    """Return a mask of a smaller picture at the `size` (H, W) of a larger one, its outline smooth."""
-    scale = -(-size[0] // mask.shape[0])
-    wide = (mask.shape[1] * scale, mask.shape[0] * scale)
-    soft = cv2.resize(mask.astype(np.float32), wide, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(soft[: size[0], : size[1]] > 0.5, np.bool_)

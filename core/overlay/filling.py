@@ -1,11 +1,11 @@
 """Cloth that is seen but not followed: beside folds, between pieces and at the rim of a region that the user gave.
 
 It has the colours of the texel, in patches that are no wider, and lies within a lattice step of cloth that is followed,
-which is carried on there. A button or a belt has others and keeps the photo's pixels. Where nobody said where the cloth
-is, only what cloth encloses is filled.
+which is carried on there: by the mesh, or from the nearest cloth alone where the mesh would be crushed. A button or a
+belt has others and keeps the photo's pixels. Where nobody said where the cloth is, only what cloth encloses is filled.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -14,7 +14,7 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import DENSITY
 from core.overlay.mesh import Mesh
-from core.overlay.misplaced import palette
+from core.overlay.palette import from_shades, palette
 from core.overlay.region import cleaned, continued
 from core.overlay.registration import State
 from core.overlay.smoothing import gaussian
@@ -28,34 +28,52 @@ GROUPS = 3
 """Colours of which the patches are measured."""
 WIDER = 1.5
 """Radius of a patch of one colour, over that of the widest one in the texel."""
-SIZES = (0.3, 3.0)
-"""Area of cloth under a cell, over the usual, to which cloth may be carried on."""
+SIZES = (0.4, 2.5)
+"""Area of cloth under a cell, over the usual, to which the mesh may carry cloth on."""
+SPOT = 2.0
+"""Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
 
 
-def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) -> tuple[list[State], list[Bools]]:
-    """Return the pieces that have something to fill, carried on, and what (H, W), as seen by the fit.
+@dataclass(frozen=True)
+class Filling:
+    """What is filled, as seen by the fit; the masks (H, W) do not overlap."""
 
-    `masks` (H, W) are the pixels that the pieces explain.
-    """
+    pieces: list[State]
+    """Pieces carried on."""
+    masks: list[Bools]
+    """What each of them fills."""
+    apart: Bools
+    """(H, W), what the nearest cloth alone fills."""
+
+
+def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) -> Filling:
+    """Return what there is to fill beside the pixels (H, W) that the pieces explain."""
     covered = np.asarray(np.any(masks, axis=0), np.bool_)
     gaps = np.stack([distance(mask) for mask in masks])
     open_to = cloth.valid & ~covered & (gaps.min(0) < cloth.step_px)
     if not cloth.in_region:
         open_to &= enclosed(covered)
     height, width = covered.shape
-    owner, seen = gaps.argmin(0), covered.copy()
+    owner = gaps.argmin(0)
     carried, possible = [], []
+    coloured, wide = np.zeros(covered.shape, bool), np.zeros(covered.shape, bool)
     for number, piece in enumerate(pieces):
         mine = open_to & (owner == number)
         further, sound = carried_on(cloth.mesh, piece, mine, abs(float(np.linalg.det(cloth.basis))))
         light = cloth.mesh.smooth_to_pixels(further.rho[..., None], (slice(0, height), slice(0, width)))
         carried.append(further)
         possible.append(mine & (gaussian(cloth.mesh.pixels_of(sound).astype(np.float64), cloth.mesh.cell / 2) > 0.5))
-        seen |= possible[-1] & has_colours(cloth, found, light)
-    whole = cleaned(seen, cloth.sigma_px / 2)
+        own, wider = colours_of(cloth, found, light)
+        coloured |= mine & own
+        wide |= mine & wider
+    whole = cleaned(covered | (coloured & ~wide), cloth.sigma_px / 2)
+    # What is left amid cloth, and no larger than this, is no belt.
+    spots = small_parts(enclosed(whole), SPOT * cloth.step_px**2) & open_to & coloured
+    whole = cleaned(whole | spots, cloth.sigma_px / 2)
     masks = [np.asarray(mask & whole, np.bool_) for mask in possible]
+    apart = open_to & whole & ~np.any(masks, axis=0)
     used = [number for number, mask in enumerate(masks) if mask.any()]
-    return [carried[number] for number in used], [masks[number] for number in used]
+    return Filling([carried[number] for number in used], [masks[number] for number in used], apart)
 
 
 def distance(mask: Bools) -> Floats:
@@ -85,20 +103,28 @@ def carried_on(mesh: Mesh, piece: State, wanted: Bools, texel_area: float) -> tu
     return replace(further, cells=piece.cells), np.asarray(sound | piece.cells, np.bool_)
 
 
-def has_colours(cloth: Cloth, found: Fit, light: Floats) -> Bools:
-    """Return the pixels (H, W) with a colour of the texel, in patches no larger than its; `light` is (H, W, 1)."""
+def small_parts(mask: Bools, most: float) -> Bools:
+    """Return those connected parts of a mask (H, W) that have at most so many pixels."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    return np.asarray(mask & (stats[:, cv2.CC_STAT_AREA] <= most)[labels], np.bool_)
+
+
+def colours_of(cloth: Cloth, found: Fit, light: Floats) -> tuple[Bools, Bools]:
+    """Return which pixels (H, W) have a colour of the texel, and which are in a patch wider than its are.
+
+    `light` is (H, W, 1).
+    """
     colours = palette(found.texel, GROUPS)
-    off = np.stack([from_shades(cloth.photo, light * colour) for colour in colours])
+    off = np.stack([from_shades(cloth.photo, light * colour, SHADES) for colour in colours])
     limit = max(OFF, 3 * float(np.sqrt(found.tolerance.noise))) * light[..., 0]
     own, nearly = off.min(0) < limit, off.min(0) < 2 * limit
-    fine = np.asarray(gaussian(own.astype(np.float64), 1.5) > 0.6, np.bool_)
-    nearest = off.argmin(0)
+    nearest, wide = off.argmin(0), np.zeros(own.shape, bool)
     for number, radius in enumerate(radii(found.texel, colours)):
         side = 2 * int(WIDER * radius + 1) + 1
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
         patches = (nearly & (nearest == number)).astype(np.uint8)
-        fine &= cv2.morphologyEx(patches, cv2.MORPH_OPEN, disc) == 0
-    return fine
+        wide |= cv2.morphologyEx(patches, cv2.MORPH_OPEN, disc) > 0
+    return np.asarray(gaussian(own.astype(np.float64), 1.5) > 0.6, np.bool_), wide
 
 
 def radii(texel: Texel, colours: Singles) -> Floats:
@@ -106,9 +132,3 @@ def radii(texel: Texel, colours: Singles) -> Floats:
     pixels = np.linalg.norm(texel.tiled(3, 3)[..., None, :] - colours, axis=-1).argmin(-1)
     inside = [cv2.distanceTransform((pixels == k).astype(np.uint8), cv2.DIST_L2, 5) for k in range(len(colours))]
     return np.array([float(d.max()) for d in inside]) / DENSITY
-
-
-def from_shades(photo: Floats, colour: Floats) -> Floats:
-    """Return how far (H, W) colours (H, W, 3) are from any of the `SHADES` of others."""
-    share = (photo * colour).sum(-1) / np.maximum((colour**2).sum(-1), 1e-9)
-    return np.asarray(np.linalg.norm(photo - np.clip(share, *SHADES)[..., None] * colour, axis=-1), np.float64)

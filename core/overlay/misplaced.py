@@ -4,14 +4,12 @@ There the photo has a colour of the texel, but another one than the model. Somet
 channels alike is no motif but a shadow, or may be one.
 """
 
-import cv2
 import numpy as np
 
 from core.arrays import Bools, Singles
+from core.overlay.palette import palette
 from core.overlay.texel import Texel
 
-COLOURS = 5
-"""Colours that stand for those of the texel."""
 NEARER = 0.3
 """Squared distance of the photo from another colour, over that of the model from it."""
 NOTICED = 10.0
@@ -40,16 +38,3 @@ def misplaced(detail: Singles, model: Singles, light: Singles, texel: Texel, noi
 def squares(difference: Singles) -> Singles:
     """Return the sums (H, W) of squares of the channels (H, W, 3)."""
     return np.asarray(np.einsum("...c,...c", difference, difference), np.float32)
-
-
-def palette(texel: Texel, most: int = COLOURS) -> Singles:
-    """Return the means (k, 3) of the groups, `most` at most, that the texel's colours fall into."""
-    pixels = texel.pixels.reshape(-1, 3)
-    count = min(most, len(pixels))
-    main = np.linalg.svd(pixels - pixels.mean(0), full_matrices=False)[2][0]
-    # Groups of one size along the direction of most change, to begin with: always the same ones.
-    labels = np.empty((len(pixels), 1), np.int32)
-    labels[np.argsort(pixels @ main, kind="stable"), 0] = np.arange(len(pixels)) * count // len(pixels)
-    rule = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 30, 1e-4)
-    found = cv2.kmeans(pixels.astype(np.float32), count, labels, rule, 1, cv2.KMEANS_USE_INITIAL_LABELS)[2]
-    return np.asarray(found, np.float32)

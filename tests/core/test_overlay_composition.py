@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from core.arrays import InputError
 from core.image import Image
 from core.overlay import bands
-from core.overlay.composition import Norm, Placement, compose, composed, filtered, middle_of
+from core.overlay.composition import DENSITY, Norm, Placement, compose, composed, filtered, middle_of
 from core.overlay.laying import Parts, overlaid
 from core.overlay.region import feathered
 from core.overlay.texel import Texel, estimate_texel
@@ -22,6 +22,19 @@ def grid(
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     y, x = np.indices(size).astype(float)
     return np.stack([x, y], -1) / pixels_per_copy
+
+
+@pytest.mark.parametrize(
+    "basis", [[[20.9, -14.4], [27.6, 28.3]], [[6.3, 0.0], [0.0, 7.0]], [[30.0, 14.0], [2.0, 20.0]]]
+)
+def test_mean_texel_on_its_own_cloth_is_laid_as_it_is(basis: list[list[float]]) -> None:
+    scale = np.array(basis)
+    width, height = np.rint(DENSITY * np.linalg.norm(scale, axis=0)).astype(int).tolist()
+    y, x = np.indices((40, 50)).astype(float)
+    uv = np.stack([x, y], -1) @ np.linalg.inv(scale).T + 0.3
+    texture = RNG.random((height, width, 3))
+    flat, none = np.ones((40, 50)), np.zeros((40, 50, 3))
+    assert np.array_equal(compose(texture, uv, flat, none, scale)[0], filtered(texture, uv))
 
 
 def test_without_minification_the_filter_is_bilinear() -> None:
@@ -224,9 +237,9 @@ def test_the_edge_of_the_cloth_is_as_soft_as_its_coverage() -> None:
     assert np.allclose(out, expected, atol=1e-4)
 
 
-def test_coverage_falls_over_the_last_pixels_before_the_border() -> None:
+def test_coverage_falls_over_the_last_pixel_before_the_border() -> None:
     inside = np.zeros((9, 20), bool)
     inside[:, 8:] = True
     row = feathered(inside)[4]
-    assert np.allclose(row[7:12], [0.0, 1 / 3, 2 / 3, 1.0, 1.0], atol=0.05)
+    assert np.allclose(row[7:12], [0.0, 1 / 2, 1.0, 1.0, 1.0], atol=0.05)
     assert row[-1] == 1.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay import decomposition
+from core.overlay import layers
 from core.overlay.basis import reduced
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.seeding import NoPatternError
@@ -121,7 +121,7 @@ def test_reduced_basis_spans_the_same_lattice() -> None:
 
 
 def test_ground_in_more_light_than_there_can_be_is_not_cloth(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decomposition, "GLARE", 0.7)
+    monkeypatch.setattr(layers, "GLARE", 0.7)
     result = run(decompose(scene.photo))
     light = 0.75 * scene.shading
     assert result.covered[light < 0.65].mean() > 0.9

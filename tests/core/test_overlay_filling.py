@@ -38,10 +38,10 @@ def fill(photo: Floats, missing: Bools, valid: Bools | None = None) -> tuple[Flo
     unknown = ~cloth.mesh.nodes_of(cells)
     piece.uv[unknown], piece.rho[unknown] = 0.0, 9.0
     found: Fit = measured(cloth, estimated(cloth, (piece,)), (piece,))
-    carried, more = filled(cloth, found, [piece], [cloth.mesh.pixels_of(cells) & cloth.valid])
-    if not more:
+    more = filled(cloth, found, [piece], [cloth.mesh.pixels_of(cells) & cloth.valid])
+    if not more.pieces:
         return np.zeros((*SIZE, 2)), np.zeros(SIZE, bool)
-    return cloth.mesh.smooth_to_pixels(carried[0].uv, (slice(0, SIZE[0]), slice(0, SIZE[1]))), more[0]
+    return cloth.mesh.smooth_to_pixels(more.pieces[0].uv, (slice(0, SIZE[0]), slice(0, SIZE[1]))), more.masks[0]
 
 
 def in_hole() -> Bools:
@@ -99,3 +99,23 @@ def test_cloth_is_not_carried_on_where_it_would_be_crushed() -> None:
     assert carried_on(cloth.mesh, State(whole.uv, whole.rho, cells), wanted, area)[1].all()
     crushed = carried_on(cloth.mesh, State(uv, whole.rho, cells), wanted, area)[1]
     assert crushed[:, 9].mean() < 0.2
+
+
+def test_gap_in_which_cloth_would_be_crushed_is_filled_from_its_sides() -> None:
+    cloth, whole = straight(SCENE.photo, np.ones(SIZE, bool))
+    cells = np.ones(cloth.mesh.cells, bool)
+    cells[4:-4, 8:11] = False
+    uv = whole.uv.copy()
+    uv[:, 11:] += [-2.0, 0.0]
+    piece = State(uv, whole.rho, cells)
+    found = measured(cloth, estimated(cloth, (State(whole.uv, whole.rho, cells),)), (piece,))
+    gap = cloth.mesh.pixels_of(~cells)
+    more = filled(cloth, found, [piece], [~gap])
+    assert more.apart[gap].mean() > 0.5
+    assert not (more.apart & np.any([*more.masks, ~gap], axis=0)).any()
+
+
+def test_spot_of_the_ground_amid_cloth_is_cloth() -> None:
+    photo = SCENE.photo.copy()
+    photo[HOLE] = COLOURS[0] * SCENE.shading[HOLE][..., None]
+    assert fill(photo, in_hole())[1][in_hole()].mean() > 0.9

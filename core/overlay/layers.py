@@ -1,0 +1,128 @@
+"""What the pieces of a registered cloth put at every pixel of the photo, and where the cloth ends."""
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats
+from core.overlay.bands import bands
+from core.overlay.cloth import Cloth, Fit
+from core.overlay.extension import extension_of
+from core.overlay.filling import filled
+from core.overlay.mesh import Mesh, around
+from core.overlay.obstacles import obstacles
+from core.overlay.outline import beside
+from core.overlay.region import LIMIT, cleaned, misfit, ring, without_specks
+from core.overlay.registration import LEAST_SHADING, State
+from core.overlay.texel import Texel
+
+LENIENCE = 1.6
+"""Times the limit that a misfit may have in the middle of a piece."""
+GLARE = 1.8
+"""Brightness that the texel's brightest colour may have, over the photo's white: plain ground in more light than that
+is not this cloth's."""
+RIM_PX = 4.0
+"""Least width of the rim that is looked at pixel by pixel."""
+
+
+def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
+    """Return the pixels (H, W) that each piece explains, as seen by the fit; they do not overlap.
+
+    Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
+    """
+    mesh, best, owner = cloth.mesh, np.full(cloth.valid.shape, LIMIT), np.full(cloth.valid.shape, -1)
+    brightest = float(np.percentile(found.texel.pixels, 99.5))
+    for number, piece in enumerate(pieces):
+        box = mesh.box_of(piece.cells, 1 + round(2 * cloth.sigma_px / mesh.cell))
+        at, valid = mesh.smooth_to_pixels(piece.values, box), cloth.valid[box]
+        rho = np.maximum(at[..., 2], LEAST_SHADING)
+        modelled = rho[..., None] * found.texel(at[..., :2])
+        strict, mild = misfit(cloth.photo[box], modelled, rho, valid, found.tolerance, cloth.sigma_px / 2)
+        # At the border a pattern that correlates may lie on half of a neighbourhood only; amid cloth is cloth.
+        whole = without_specks(piece.cells, round(2 * (cloth.step_px / mesh.cell) ** 2))
+        core = cv2.erode(np.pad(whole, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
+        bad = np.where(mesh.pixels_of(core > 0)[box], mild / LENIENCE, strict)
+        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1))[box] & valid
+        near &= rho * brightest < GLARE
+        better = cleaned(near & (bad < best[box]), cloth.sigma_px) & near
+        owner[box][better], best[box][better] = number, bad[better]
+    return [np.asarray(owner == number, np.bool_) for number in range(len(pieces))]
+
+
+def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -> tuple[Floats, Floats]:
+    """Return coordinates (H, W, 2) and shading (H, W) of the pieces' pixels, NaN elsewhere.
+
+    `masks` may be of a smaller picture than `mesh` and `valid` are.
+    """
+    uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
+    for piece, mask in zip(pieces, masks, strict=True):
+        inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid
+        rows, columns = around(inside)
+        for _, top, bottom, _ in bands(rows.stop - rows.start, margin=0):
+            box = slice(rows.start + top, rows.start + bottom), columns
+            at, own = mesh.smooth_to_pixels(piece.values, box), inside[box]
+            uv[box][own], shading[box][own] = at[own, :2], np.maximum(at[own, 2], LEAST_SHADING)
+    return uv, shading
+
+
+def with_rest(
+    cloth: Cloth,
+    found: Fit,
+    mesh: Mesh,
+    pieces: list[State],
+    masks: list[Bools],
+    layers: tuple[Floats, Floats],
+    valid: Bools,
+) -> tuple[Floats, Floats, Bools]:
+    """Return coordinates and shading also of cloth that is seen but not followed, and which pixels are followed."""
+    uv, shading = layers
+    followed = np.isfinite(shading)
+    more = filled(cloth, found, pieces, masks)
+    for rest in (
+        painted(mesh, more.pieces, more.masks, valid),
+        carried_straight(cloth, pieces, masks, more.apart, valid),
+    ):
+        missing = ~np.isfinite(shading)
+        uv[missing], shading[missing] = rest[0][missing], rest[1][missing]
+    return uv, shading, followed
+
+
+def carried_straight(
+    cloth: Cloth, pieces: list[State], masks: list[Bools], wanted: Bools, valid: Bools
+) -> tuple[Floats, Floats]:
+    """Return coordinates (H, W, 2) and shading (H, W) at wanted pixels from the nearest of the pieces alone."""
+    uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
+    if not wanted.any():
+        return uv, shading
+    owner = np.full(cloth.valid.shape, -1)
+    for number, mask in enumerate(masks):
+        owner[mask] = number
+    area = abs(float(np.linalg.det(cloth.basis)))
+    extension = extension_of(*painted(cloth.mesh, pieces, masks, cloth.valid), owner, area, cloth.sigma_px)
+    if extension is not None:
+        scale = -(-valid.shape[0] // wanted.shape[0])
+        rows, columns = np.nonzero(spread_mask(wanted, valid.shape) & valid)
+        places = np.stack([columns, rows], -1) / scale - (scale - 1) / (2 * scale)
+        uv[rows, columns], shading[rows, columns] = extension.at(places)
+    return uv, shading
+
+
+def other_things(photo: Floats, uv: Floats, shading: Floats, texel: Texel, cloth: Cloth, scale: int) -> Bools:
+    """Return which covered pixels (H, W) are not the cloth's after all: beside its rim, or of a thing that lies on it.
+
+    Every `scale`-th pixel is looked at.
+    """
+    few = slice(None, None, scale)
+    seen, rho = photo[few, few], np.nan_to_num(shading[few, few])
+    covered = np.isfinite(shading[few, few])
+    texture = texel(np.nan_to_num(uv[few, few]))
+    off = beside(seen, texture, rho, covered, max(RIM_PX, cloth.sigma_px))
+    off |= obstacles(seen, texture, rho, texel, cloth.basis, covered & ~off)
+    return spread_mask(off, shading.shape) & np.isfinite(shading)
+
+
+def spread_mask(mask: Bools, size: tuple[int, ...]) -> Bools:
+    """Return a mask of a smaller picture at the `size` (H, W) of a larger one, its outline smooth."""
+    scale = -(-size[0] // mask.shape[0])
+    wide = (mask.shape[1] * scale, mask.shape[0] * scale)
+    soft = cv2.resize(mask.astype(np.float32), wide, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(soft[: size[0], : size[1]] > 0.5, np.bool_)

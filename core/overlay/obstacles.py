@@ -1,0 +1,92 @@
+"""Things on the cloth that have a colour of its pattern: a bow or a label.
+
+They are taken for a motif that lies elsewhere. A patch of one colour that is much larger than any patch of that colour
+in the texture, and mostly where the model has another colour, is none.
+"""
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats
+from core.overlay.palette import from_shades, palette
+from core.overlay.texel import Texel
+
+GROUPS = 3
+"""Colours of which the patches are measured."""
+SHADES = (0.3, 1.3)
+"""Light on a patch, over that which the cloth has."""
+NEARER = 0.5
+"""Distance of the photo from another colour, over that from the model's, under which the model is wrong."""
+LARGER, LEAST_SHARE = 3.0, 0.15
+"""Least area of a thing over the largest patch of its colour in the texture, and over the texel."""
+ELSEWHERE = 0.5
+"""Share of a thing where the model is wrong."""
+DOUBTED = 0.15
+"""Share of what is around a thing where the model may be wrong: beyond, it is the model that lies elsewhere."""
+RIM_PX = 2
+"""Pixels around a thing that are mixed with it."""
+
+
+def obstacles(photo: Floats, texture: Floats, rho: Floats, texel: Texel, basis: Floats, covered: Bools) -> Bools:
+    """Return the pixels (H, W) of things that lie on the cloth.
+
+    `photo` and `texture`, which is T(uv), are (H, W, 3), `rho` and `covered` (H, W); `basis` (2, 2) is pixels of
+    undeformed cloth a texel.
+    """
+    colours = patch_colours(texel, basis)
+    light, side = rho[..., None], float(np.sqrt(abs(np.linalg.det(basis))))
+    off = np.stack([from_shades(photo, light * colour, SHADES) for colour in colours])
+    seen = off.argmin(0)
+    drawn = np.linalg.norm(texture[..., None, :] - colours, axis=-1).argmin(-1)
+    wrong = (seen != drawn) & (off.min(0) < NEARER * from_shades(photo, light * texture, SHADES))
+    out = np.zeros(covered.shape, bool)
+    for number, area in enumerate(largest_patches(texel, colours, basis)):
+        if np.isfinite(area):
+            least = max(LARGER * area, LEAST_SHARE * side**2)
+            for part in large_parts(covered & (seen == number), wrong, least):
+                around = ring(part, RIM_PX, 2 * RIM_PX + round(0.2 * side)) & covered
+                if around.any() and wrong[around].mean() < DOUBTED:
+                    out |= part
+    kernel = np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8)
+    grown = cv2.morphologyEx(cv2.dilate(out.astype(np.uint8), kernel), cv2.MORPH_CLOSE, kernel)
+    return np.asarray((grown > 0) & covered, np.bool_)
+
+
+def patch_colours(texel: Texel, basis: Floats) -> Floats:
+    """Return those colours (k, 3) of a texel that have patches of their own, and are not the rims of others."""
+    colours = np.asarray(palette(texel, GROUPS), np.float64)
+    nearest = np.linalg.norm(texel.tiled(2, 2)[..., None, :] - colours, axis=-1).argmin(-1)
+    sample_px = np.sqrt(abs(float(np.linalg.det(basis))) / (texel.size[0] * texel.size[1]))
+    radii = [cv2.distanceTransform((nearest == k).astype(np.uint8), cv2.DIST_L2, 5).max() for k in range(len(colours))]
+    return np.asarray(colours[np.array(radii) * sample_px > RIM_PX], np.float64)
+
+
+def largest_patches(texel: Texel, colours: Floats, basis: Floats) -> list[float]:
+    """Return the area of the largest connected patch of each colour in the texture, pixels; inf for a ground."""
+    nearest = np.linalg.norm(texel.tiled(3, 3)[..., None, :] - colours, axis=-1).argmin(-1)
+    sample = abs(float(np.linalg.det(basis))) / (texel.size[0] * texel.size[1])
+    return [sample * largest_patch(nearest == number, texel.size) for number in range(len(colours))]
+
+
+def largest_patch(mask: Bools, size: tuple[int, int]) -> float:
+    """Return the size of the largest connected part of a texture of 3 by 3 texels; inf if one goes on for ever."""
+    _, _, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    long = (stats[1:, cv2.CC_STAT_HEIGHT] > 1.9 * size[0]) | (stats[1:, cv2.CC_STAT_WIDTH] > 1.9 * size[1])
+    return np.inf if long.any() else float(stats[1:, cv2.CC_STAT_AREA].max(initial=0))
+
+
+def large_parts(mask: Bools, wrong: Bools, least: float) -> Iterator[Bools]:
+    """Yield the connected parts (H, W) of a mask larger than `least` pixels that are mostly `wrong`."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    share = np.bincount(labels.ravel(), wrong.ravel(), count) / np.maximum(stats[:, cv2.CC_STAT_AREA], 1)
+    for number in range(1, count):
+        if stats[number, cv2.CC_STAT_AREA] > least and share[number] > ELSEWHERE:
+            yield np.asarray(labels == number, np.bool_)
+
+
+def ring(part: Bools, inner_px: int, outer_px: int) -> Bools:
+    """Return the pixels (H, W) between two distances from a part."""
+    away = cv2.distanceTransform((~part).astype(np.uint8), cv2.DIST_L2, 3)
+    return np.asarray((away > inner_px) & (away <= outer_px), np.bool_)

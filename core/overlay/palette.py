@@ -1,0 +1,29 @@
+"""The few colours of a pattern, and how far a photo is from shades of them."""
+
+import cv2
+import numpy as np
+
+from core.arrays import Floats, Singles
+from core.overlay.texel import Texel
+
+COLOURS = 5
+"""Colours that stand for those of a texel."""
+
+
+def palette(texel: Texel, most: int = COLOURS) -> Singles:
+    """Return the means (k, 3) of the groups, `most` at most, that the texel's colours fall into."""
+    pixels = texel.pixels.reshape(-1, 3)
+    count = min(most, len(pixels))
+    main = np.linalg.svd(pixels - pixels.mean(0), full_matrices=False)[2][0]
+    # Groups of one size along the direction of most change, to begin with: always the same ones.
+    labels = np.empty((len(pixels), 1), np.int32)
+    labels[np.argsort(pixels @ main, kind="stable"), 0] = np.arange(len(pixels)) * count // len(pixels)
+    rule = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 30, 1e-4)
+    found = cv2.kmeans(pixels.astype(np.float32), count, labels, rule, 1, cv2.KMEANS_USE_INITIAL_LABELS)[2]
+    return np.asarray(found, np.float32)
+
+
+def from_shades(photo: Floats, colour: Floats, shades: tuple[float, float]) -> Floats:
+    """Return how far (H, W) a photo is from any shade of colours (H, W, 3), of the darkest to the brightest one."""
+    share = (photo * colour).sum(-1) / np.maximum((colour**2).sum(-1), 1e-9)
+    return np.asarray(np.linalg.norm(photo - np.clip(share, *shades)[..., None] * colour, axis=-1), np.float64)

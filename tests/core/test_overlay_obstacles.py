@@ -1,0 +1,52 @@
+"""Things on the cloth that have a colour of its pattern."""
+
+import numpy as np
+
+from core.arrays import Bools, Floats
+from core.overlay.obstacles import obstacles
+from tests.core.overlay_scenes import COLOURS, make_scene, motif
+
+TEXEL = motif()
+SCENE = make_scene(TEXEL, noise=0.01)
+TEXTURE, SIZE = TEXEL(SCENE.uv), SCENE.shading.shape
+
+
+def found(photo: Floats) -> Bools:
+    """Return the things found on a photo of the scene's cloth."""
+    return obstacles(photo, TEXTURE, SCENE.shading, TEXEL, SCENE.basis, np.ones(SIZE, bool))
+
+
+def with_bow(colour: Floats) -> tuple[Floats, Bools]:
+    """Return the photo with a cross of a colour on it, and where that is."""
+    y, x = np.indices(SIZE)
+    bow = ((np.abs(y - x) < 7) | (np.abs(y + x - 160) < 7)) & (np.hypot(y - 80, x - 80) < 38)
+    return np.where(bow[..., None], colour * SCENE.shading[..., None], SCENE.photo), bow
+
+
+def test_bow_of_the_colour_of_a_motif_is_a_thing() -> None:
+    photo, bow = with_bow(COLOURS[1])
+    off = found(photo)
+    assert off[bow].mean() > 0.95
+    assert off[~bow].mean() < 0.1
+
+
+def test_motifs_are_none() -> None:
+    assert not found(SCENE.photo).any()
+
+
+def test_patch_of_the_ground_may_be_of_any_size() -> None:
+    photo, _ = with_bow(COLOURS[0])
+    assert not found(photo).any()
+
+
+def test_motifs_that_slipped_are_none() -> None:
+    photo = SCENE.photo.copy()
+    photo[50:110, 50:120] = np.roll(SCENE.photo, (11, 12), (0, 1))[50:110, 50:120]
+    assert not found(photo).any()
+
+
+def test_shadow_is_none() -> None:
+    photo, bow = with_bow(COLOURS[1])
+    shaded = np.where(bow[..., None], 0.45 * SCENE.photo, SCENE.photo)
+    assert not found(shaded).any()
+    assert found(photo).any()

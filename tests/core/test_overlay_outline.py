@@ -1,0 +1,56 @@
+"""The outline of the cloth, pixel by pixel."""
+
+import numpy as np
+
+from core.arrays import Bools, Floats
+from core.overlay.outline import beside, without_notches
+from tests.core.overlay_scenes import make_scene, motif
+
+SCENE = make_scene(motif(), noise=0.01)
+TEXTURE, SIZE = motif()(SCENE.uv), SCENE.shading.shape
+X = np.indices(SIZE)[1]
+EDGE, LOOSE = 150, 155
+GROUND = np.array([0.1, 0.11, 0.1])
+
+
+def on_ground(covered: Bools) -> tuple[Floats, Bools]:
+    """Return a photo with cloth up to `EDGE`, dark ground beyond, and what is found to be beside it."""
+    noise = np.random.default_rng(1).normal(0, 0.01, (*SIZE, 3))
+    photo = np.where((X < EDGE)[..., None], SCENE.photo, GROUND + noise)
+    # Beyond the edge the light has followed the ground.
+    rho = np.where(X < EDGE, SCENE.shading, 0.15)
+    return photo, beside(photo, TEXTURE, rho, covered, 8.0)
+
+
+def test_ground_that_a_loose_region_takes_in_is_beside_the_cloth() -> None:
+    _, off = on_ground(X < LOOSE)
+    ends = np.where(off, X, LOOSE).min(1)
+    assert np.abs(ends - EDGE).max() <= 1
+    assert off[(X >= EDGE) & (X < LOOSE)].mean() > 0.98
+
+
+def test_cloth_is_kept_where_its_outline_is_right() -> None:
+    _, off = on_ground(X < EDGE)
+    assert off.mean() < 0.001
+
+
+def test_cloth_is_kept_where_more_of_it_is_beyond() -> None:
+    off = beside(SCENE.photo, TEXTURE, SCENE.shading, X < 100, 8.0)
+    assert off.sum() < 0.02 * 8 * SIZE[0]
+
+
+def test_notches_are_closed_and_inlets_are_not() -> None:
+    mask = np.ones((60, 80), bool)
+    mask[:, 50:] = False
+    mask[10:14, 44:] = False
+    mask[30:50, 40:] = False
+    closed = without_notches(mask, 5)
+    assert closed[10:14, 44:48].all()
+    assert not closed[33:47, 43:].any()
+    assert np.array_equal(closed | mask, closed)
+    assert not closed[:, 50:].any()
+
+
+def test_whole_picture_has_nothing_beside_it() -> None:
+    assert not beside(SCENE.photo, TEXTURE, SCENE.shading, np.ones(SIZE, bool), 8.0).any()
+    assert not beside(SCENE.photo, TEXTURE, SCENE.shading, np.zeros(SIZE, bool), 8.0).any()
