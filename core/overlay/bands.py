@@ -1,8 +1,8 @@
-"""A large picture worked on a few hundred rows at a time, so that what is computed on the way fits in memory."""
+"""A large picture worked on a hundred rows at a time, so that what is computed on the way fits in memory."""
 
 from collections.abc import Iterator
 
-ROWS = 512
+ROWS = 128
 
 
 def bands(count: int, margin: int) -> Iterator[tuple[int, int, int, int]]:

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Singles
+from core.overlay.sampling import looked_up
 
 DENSITY = 1.5
 """Texture samples to a pixel of undeformed cloth."""
@@ -177,16 +178,21 @@ def thinned(texture: Floats, excess: Floats) -> Floats:
 def filtered(texture: Floats, at: Floats) -> Floats:
     """Return a repeating texture (h, w, C) at places (H, W, 2), in copies; NaN places give 0."""
     covered = finite(at)
-    along, length, width = footprints(at, texture.shape[:2])
+    out = np.zeros((*at.shape[:2], texture.shape[-1]))
+    along, length, width = (field[covered] for field in footprints(at, texture.shape[:2]))
     level = np.log2(np.clip(np.maximum(width, length / TAPS), 1, None))
     taps = np.clip(np.ceil(length), 1, TAPS)
-    place = np.nan_to_num(at)
-    total = np.zeros((*at.shape[:2], texture.shape[-1]))
-    reach = np.where(length > 1, length - np.maximum(width, 1), 0.0)[..., None] * along
+    levels = pyramid(texture, int(np.ceil(level.max(initial=0))) + 1)
+    total = np.zeros((len(level), texture.shape[-1]))
+    reach = np.where(length > 1, length - np.maximum(width, 1), 0.0)[:, None] * along
+    place = at[covered]
     for k in range(int(taps.max(initial=1))):
-        share = np.where(k < taps, 1 / taps, 0.0)[..., None]
-        total += share * trilinear(texture, place + (((k + 0.5) / taps - 0.5)[..., None] * reach), level)
-    return np.asarray(total * covered[..., None], np.float64)
+        # Most pixels need one sample only.
+        some = np.flatnonzero(k < taps)
+        away = ((k + 0.5) / taps[some] - 0.5)[:, None] * reach[some]
+        total[some] += trilinear(levels, place[some] + away, level[some]) / taps[some, None]
+    out[covered] = total
+    return out
 
 
 def finite(at: Floats | Singles) -> Bools:
@@ -222,16 +228,22 @@ def steepness(at: Floats, axis: int) -> Floats:
     return np.asarray(np.nan_to_num(np.where((sizes[0] <= sizes[1])[..., None], before, after)), np.float64)
 
 
-def trilinear(texture: Floats, at: Floats, level: Floats) -> Floats:
-    """Return the texture at places `at` between the two levels of its pyramid next to `level` (H, W)."""
-    total = np.zeros((*at.shape[:2], texture.shape[-1]))
-    current: Floats | None = texture
-    for k in range(int(np.ceil(level.max(initial=0))) + 1):
-        share = np.clip(1 - np.abs(level - k), 0, None)
-        if share.any():
-            total += share[..., None] * wrapped(texture if current is None else current, at)
-        current = halved(texture if current is None else current)
+def trilinear(levels: list[Singles], at: Floats, level: Floats) -> Floats:
+    """Return the texture at places (n, 2) between the two levels of its pyramid next to `level` (n,)."""
+    total = np.zeros((len(at), levels[0].shape[-1]))
+    for k, texture in enumerate(levels):
+        near = np.flatnonzero(np.abs(level - k) < 1)
+        if len(near):
+            total[near] += (1 - np.abs(level[near] - k))[:, None] * wrapped(texture, at[near])
     return total
+
+
+def pyramid(texture: Floats, count: int) -> list[Singles]:
+    """Return the first levels of a repeating texture's pyramid (h, w, C), each with a border of one sample around."""
+    levels = [texture]
+    while len(levels) < count:
+        levels.append(halved(levels[-1]))
+    return [np.pad(level, ((1, 1), (1, 1), (0, 0)), mode="wrap").astype(np.float32) for level in levels]
 
 
 def halved(texture: Floats) -> Floats:
@@ -241,10 +253,7 @@ def halved(texture: Floats) -> Floats:
     return np.asarray(cv2.resize(texture, size, interpolation=cv2.INTER_AREA), np.float64).reshape(size[1], size[0], -1)
 
 
-def wrapped(texture: Floats, at: Floats) -> Floats:
-    """Return a repeating texture at places (H, W, 2), in copies, bilinear."""
-    h, w = texture.shape[:2]
-    padded: Singles = np.pad(texture, ((1, 1), (1, 1), (0, 0)), mode="wrap").astype(np.float32)
+def wrapped(texture: Singles, at: Floats) -> Singles:
+    """Return a repeating texture with a border of one sample at places (n, 2), in copies, bilinear: (n, C)."""
     inside = at - np.floor(at)
-    x, y = (inside[..., 0] * w + 0.5).astype(np.float32), (inside[..., 1] * h + 0.5).astype(np.float32)
-    return np.asarray(cv2.remap(padded, x, y, cv2.INTER_LINEAR), np.float64).reshape(*at.shape[:2], -1)
+    return looked_up(texture, inside * (np.array(texture.shape[1::-1]) - 2) + 0.5)

@@ -18,7 +18,7 @@ from core.overlay.composition import filtered
 from core.overlay.correlation import Proposal
 from core.overlay.fitting import fit
 from core.overlay.lattice import Lattice
-from core.overlay.layers import explained, other_things, painted, with_rest
+from core.overlay.layers import add_rest, explained, other_things, painted
 from core.overlay.mesh import Mesh
 from core.overlay.phase import in_phase
 from core.overlay.refinement import refined
@@ -158,18 +158,17 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     mesh = Mesh(photo.shape[:2], cloth.mesh.cell * scale)
     uv, shading = painted(mesh, pieces, masks, valid)
     texel = found.texel if scale == 1 else finer_texel(cloth, photo, uv, shading, scale)
-    uv = refined(photo, uv, shading, texel, cloth.basis * scale)
+    uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
     texel = finer_texel(cloth, photo, uv, shading, scale)
-    uv, shading, followed = with_rest(cloth, found, mesh, pieces, masks, (uv, shading), valid)
-    off = other_things(photo, uv, shading, texel, cloth, scale)
-    uv[off], shading[off] = np.nan, np.nan
-    followed &= ~off
+    followed = np.isfinite(shading)
+    add_rest((uv, shading), cloth, found, mesh, pieces, masks, valid)
+    off = other_things(photo, (uv, shading), texel, cloth, scale)
+    uv[off], shading[off], followed[off] = np.nan, np.nan, False
     gauge = max(1.0, float(np.percentile(texel.pixels, 99.5)))
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)
-    inside, coordinates = np.isfinite(shading), uv.astype(np.float32)
-    light = (shading * gauge).astype(np.float32)[..., None]
-    modelled = texture_at(texel, coordinates)
+    inside, light = np.isfinite(shading), (shading * np.float32(gauge))[..., None]
+    modelled = texture_at(texel, uv)
     modelled *= np.nan_to_num(light)
     colour = coloured_light(photo, modelled, followed, scale, TINT_STEPS * cloth.step_px)
     if colour is not None:
@@ -180,22 +179,22 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     )
     return Decomposition(
         photo=photo,
-        uv=coordinates,
+        uv=uv,
         texel=texel,
         shading=light[..., 0] if light.shape[-1] == 1 else light,
         detail=difference(photo, modelled, inside),
         reconstruction=modelled,
-        coverage=feathered(inside).astype(np.float32),
+        coverage=feathered(inside),
         lattice=replace(lattice, frames=frames),
         basis=cloth.basis * scale,
     )
 
 
-def finer_texel(cloth: Cloth, photo: Floats, uv: Floats, shading: Floats, scale: int) -> Texel:
+def finer_texel(cloth: Cloth, photo: Floats, uv: Singles, shading: Singles, scale: int) -> Texel:
     """Return the texel at the photo's own resolution."""
     covered = drawn(np.isfinite(shading), TEXEL_PIXELS)
     h, w = cloth.texel_samples
-    return estimate_texel(photo, uv, shading, covered.astype(float), (h * scale, w * scale))
+    return estimate_texel(photo, uv, shading, covered, (h * scale, w * scale))
 
 
 def texture_at(texel: Texel, uv: Singles) -> Singles:

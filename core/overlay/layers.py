@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools, Floats, Singles
 from core.overlay.bands import bands
 from core.overlay.cloth import Cloth, Fit
-from core.overlay.extension import extension_of
+from core.overlay.extension import Extension, extension_of
 from core.overlay.filling import filled
 from core.overlay.mesh import Mesh, around
 from core.overlay.obstacles import obstacles
@@ -14,6 +14,9 @@ from core.overlay.outline import beside
 from core.overlay.region import LIMIT, cleaned, misfit, ring, without_specks
 from core.overlay.registration import LEAST_SHADING, State
 from core.overlay.texel import Texel
+
+Layers = tuple[Singles, Singles]
+"""Texture coordinates (H, W, 2) and shading (H, W), NaN where there are none."""
 
 LENIENCE = 1.6
 """Times the limit that a misfit may have in the middle of a piece."""
@@ -48,73 +51,61 @@ def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
     return [np.asarray(owner == number, np.bool_) for number in range(len(pieces))]
 
 
-def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -> tuple[Floats, Floats]:
+def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -> Layers:
     """Return coordinates (H, W, 2) and shading (H, W) of the pieces' pixels, NaN elsewhere.
 
     `masks` may be of a smaller picture than `mesh` and `valid` are.
     """
-    uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
+    layers = np.full((*valid.shape, 2), np.nan, np.float32), np.full(valid.shape, np.nan, np.float32)
+    paint(layers, mesh, pieces, masks, valid)
+    return layers
+
+
+def paint(layers: Layers, mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -> None:
+    """Put what `painted` returns where the layers have nothing yet."""
+    uv, shading = layers
     for piece, mask in zip(pieces, masks, strict=True):
-        inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid
+        inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid & np.isnan(shading)
         rows, columns = around(inside)
         for _, top, bottom, _ in bands(rows.stop - rows.start, margin=0):
             box = slice(rows.start + top, rows.start + bottom), columns
             at, own = mesh.smooth_to_pixels(piece.values, box), inside[box]
             uv[box][own], shading[box][own] = at[own, :2], np.maximum(at[own, 2], LEAST_SHADING)
-    return uv, shading
 
 
-def with_rest(
-    cloth: Cloth,
-    found: Fit,
-    mesh: Mesh,
-    pieces: list[State],
-    masks: list[Bools],
-    layers: tuple[Floats, Floats],
-    valid: Bools,
-) -> tuple[Floats, Floats, Bools]:
-    """Return coordinates and shading also of cloth that is seen but not followed, and which pixels are followed."""
-    uv, shading = layers
-    followed = np.isfinite(shading)
+def add_rest(
+    layers: Layers, cloth: Cloth, found: Fit, mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools
+) -> None:
+    """Put coordinates and shading also where cloth is seen but not followed."""
     more = filled(cloth, found, pieces, masks)
-    for rest in (
-        painted(mesh, more.pieces, more.masks, valid),
-        carried_straight(cloth, pieces, masks, more.apart, valid),
-    ):
-        missing = ~np.isfinite(shading)
-        uv[missing], shading[missing] = rest[0][missing], rest[1][missing]
-    return uv, shading, followed
+    paint(layers, mesh, more.pieces, more.masks, valid)
+    wanted = spread_mask(more.apart, valid.shape) & valid & np.isnan(layers[1])
+    extension = extension_from(cloth, pieces, masks) if wanted.any() else None
+    if extension is not None:
+        scale = -(-valid.shape[0] // cloth.valid.shape[0])
+        rows, columns = np.nonzero(wanted)
+        places = np.stack([columns, rows], -1) / scale - (scale - 1) / (2 * scale)
+        layers[0][rows, columns], layers[1][rows, columns] = extension.at(places)
 
 
-def carried_straight(
-    cloth: Cloth, pieces: list[State], masks: list[Bools], wanted: Bools, valid: Bools
-) -> tuple[Floats, Floats]:
-    """Return coordinates (H, W, 2) and shading (H, W) at wanted pixels from the nearest of the pieces alone."""
-    uv, shading = np.full((*valid.shape, 2), np.nan), np.full(valid.shape, np.nan)
-    if not wanted.any():
-        return uv, shading
+def extension_from(cloth: Cloth, pieces: list[State], masks: list[Bools]) -> Extension | None:
+    """Return how the pieces' pixels go on, None if nothing of them is sound."""
     owner = np.full(cloth.valid.shape, -1)
     for number, mask in enumerate(masks):
         owner[mask] = number
-    area = abs(float(np.linalg.det(cloth.basis)))
-    extension = extension_of(*painted(cloth.mesh, pieces, masks, cloth.valid), owner, area, cloth.sigma_px)
-    if extension is not None:
-        scale = -(-valid.shape[0] // wanted.shape[0])
-        rows, columns = np.nonzero(spread_mask(wanted, valid.shape) & valid)
-        places = np.stack([columns, rows], -1) / scale - (scale - 1) / (2 * scale)
-        uv[rows, columns], shading[rows, columns] = extension.at(places)
-    return uv, shading
+    uv, rho = (layer.astype(np.float64) for layer in painted(cloth.mesh, pieces, masks, cloth.valid))
+    return extension_of(uv, rho, owner, abs(float(np.linalg.det(cloth.basis))), cloth.sigma_px)
 
 
-def other_things(photo: Floats, uv: Floats, shading: Floats, texel: Texel, cloth: Cloth, scale: int) -> Bools:
+def other_things(photo: Floats, layers: Layers, texel: Texel, cloth: Cloth, scale: int) -> Bools:
     """Return which covered pixels (H, W) are not the cloth's after all: beside its rim, or of a thing that lies on it.
 
     Every `scale`-th pixel is looked at.
     """
-    few = slice(None, None, scale)
-    seen, rho = photo[few, few], np.nan_to_num(shading[few, few])
+    few, (uv, shading) = slice(None, None, scale), layers
     covered = np.isfinite(shading[few, few])
-    texture = texel(np.nan_to_num(uv[few, few]))
+    seen, rho = photo[few, few], np.nan_to_num(shading[few, few].astype(np.float64))
+    texture = texel(np.nan_to_num(uv[few, few].astype(np.float64)))
     off = beside(seen, texture, rho, covered, max(RIM_PX, cloth.sigma_px))
     off |= obstacles(seen, texture, rho, texel, cloth.basis, covered & ~off)
     return spread_mask(off, shading.shape) & np.isfinite(shading)

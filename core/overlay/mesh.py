@@ -69,8 +69,10 @@ class Mesh:
             cubic_weights((np.arange(part.start, part.stop) + 0.5) / self.cell, count)
             for part, count in zip(box, self.nodes, strict=True)
         )
-        planes = [down @ values[..., k] @ across.T for k in range(values.shape[-1])]
-        return np.stack(planes, -1)
+        out = np.empty((*(part.stop - part.start for part in box), values.shape[-1]))
+        for k in range(values.shape[-1]):
+            out[..., k] = (across @ (down @ values[..., k]).T).T
+        return out
 
     def in_cells(self, image: Floats) -> Floats:
         """Return an image (H, W, K) as (rows, columns, cell², K), zero past the picture."""
@@ -108,9 +110,9 @@ class Mesh:
 
     def areas(self, values: Floats, cells: Bools) -> Floats:
         """Return twice the signed area (K, 2) of both triangles of each marked cell under a map (R, C, 2)."""
-        tl, tr, bl, br = values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]
+        tl, tr, bl, br = np.moveaxis(values.reshape(-1, values.shape[-1])[self.corners[cells]], 1, 0)
         across = br - tl
-        return np.stack([cross(tr - tl, across), cross(across, bl - tl)], -1)[cells]
+        return np.stack([cross(tr - tl, across), cross(across, bl - tl)], -1)
 
     def bending(self, used: Bools) -> sparse.csr_array:
         """Return the second differences among used nodes, by direction: one row each, a column for every node."""
@@ -147,7 +149,7 @@ def cross(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def cubic_weights(at: Floats, count: int) -> Floats:
+def cubic_weights(at: Floats, count: int) -> sparse.csr_array:
     """Return the (n, count) matrix that takes values at 0, 1, ... to places `at` (n,), by Catmull-Rom's cubic.
 
     Past the first and last value the curve is continued in a straight line.
@@ -155,13 +157,12 @@ def cubic_weights(at: Floats, count: int) -> Floats:
     left = np.clip(np.floor(at).astype(np.int64), 0, count - 2)
     t = at - left
     shares = np.stack([-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2], -1) / 2
-    out = np.zeros((len(at), count + 2))
-    rows = np.arange(len(at))
-    for k in range(4):
-        out[rows, left + k] = shares[:, k]
+    rows = np.repeat(np.arange(len(at)), 4)
+    columns = (left[:, None] + np.arange(4)).ravel()
+    whole = sparse.csr_array((shares.ravel(), (rows, columns)), shape=(len(at), count + 2))
     # The values beyond both ends are 2 v0 - v1 and 2 v(n-1) - v(n-2).
-    out[:, 1] += 2 * out[:, 0]
-    out[:, 2] -= out[:, 0]
-    out[:, -2] += 2 * out[:, -1]
-    out[:, -3] -= out[:, -1]
-    return out[:, 1:-1]
+    ends = sparse.lil_array((count + 2, count))
+    ends[np.arange(1, count + 1), np.arange(count)] = 1.0
+    ends[0, 0] = ends[-1, -1] = 2.0
+    ends[0, 1] = ends[-1, -2] = -1.0
+    return sparse.csr_array(whole @ sparse.csr_array(ends))

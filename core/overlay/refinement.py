@@ -8,9 +8,10 @@ moves by the shift that fits best over its neighbourhood, held back by the noise
 It is smooth and less than a pixel, so that straight lines stay straight to the eye.
 """
 
+import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools, Floats, Singles
 from core.overlay.bands import bands
 from core.overlay.smoothing import gaussian
 from core.overlay.texel import Texel
@@ -25,42 +26,49 @@ LEAST_NOISE = 0.005
 ROUNDS = 3
 
 
-def refined(photo: Floats, uv: Floats, shading: Floats, texel: Texel, basis: Floats) -> Floats:
+def refined(photo: Floats, uv: Singles, shading: Singles, texel: Texel, basis: Floats, *, every: int = 1) -> Singles:
     """Return `uv` (H, W, 2) moved by at most `MOST_PX` to where the texel explains the photo (H, W, 3) best.
 
-    `uv` and `shading` (H, W) are NaN outside the cloth; `basis` (2, 2) is pixels of undeformed cloth a texel.
+    `uv` and `shading` (H, W) are NaN outside the cloth; `basis` (2, 2) is pixels of undeformed cloth a texel. Only
+    every so many pixels are looked at across and down, and lengths are in as many: a large photo is a small one, finer.
     """
-    out = uv.copy()
-    noise = usual_error(photo, uv, shading, texel)
-    margin = ROUNDS * int(np.ceil(3 * SIGMA_PX))
-    for first, top, bottom, last in bands(len(uv), margin):
-        part = slice(first, last)
-        moved = _moved(photo[part], uv[part], shading[part], texel, basis, noise)
-        out[top:bottom] = moved[top - first : bottom - first]
-    return out
+    few = slice(None, None, every)
+    shift = np.zeros((*uv[few, few].shape[:2], 2), np.float32)
+    noise, margin = usual_error(photo, uv, shading, texel), ROUNDS * int(np.ceil(3 * SIGMA_PX))
+    for first, top, bottom, last in bands(len(shift), margin):
+        part = (slice(every * first, every * last, every), few)
+        moved = shifts(photo[part], uv[part], shading[part], texel, basis / every, noise)
+        shift[top:bottom] = moved[top - first : bottom - first]
+    if every > 1:
+        size = shift.shape[1] * every, shift.shape[0] * every
+        shift = cv2.resize(shift, size, interpolation=cv2.INTER_LINEAR)[: uv.shape[0], : uv.shape[1]]
+    return np.asarray(uv + shift, np.float32)
 
 
-def usual_error(photo: Floats, uv: Floats, shading: Floats, texel: Texel) -> float:
+def usual_error(photo: Floats, uv: Singles, shading: Singles, texel: Texel) -> float:
     """Return the median error of a pixel's colour, from a share of the pixels."""
     rows, columns = np.nonzero(np.isfinite(shading))
     some = slice(None, None, max(1, len(rows) // 200_000))
     rows, columns = rows[some], columns[some]
     if not len(rows):
         return LEAST_NOISE
-    error = photo[rows, columns] - shading[rows, columns, None] * texel.at(uv[rows, columns])
+    error = photo[rows, columns] - shading[rows, columns, None].astype(np.float64) * texel.at(
+        uv[rows, columns].astype(np.float64)
+    )
     return max(float(np.median(magnitude(error))), LEAST_NOISE)
 
 
-def _moved(photo: Floats, uv: Floats, shading: Floats, texel: Texel, basis: Floats, noise: float) -> Floats:
+def shifts(photo: Floats, uv: Singles, shading: Singles, texel: Texel, basis: Floats, noise: float) -> Floats:
+    """Return by how many texels (H, W, 2) each pixel moves, 0 outside the cloth."""
     inside, to_uv = np.isfinite(shading), np.linalg.inv(basis)
-    light, start = np.nan_to_num(shading)[..., None], np.nan_to_num(uv)
+    light, start = np.nan_to_num(shading.astype(np.float64))[..., None], np.nan_to_num(uv.astype(np.float64))
     shift = np.zeros_like(start)
     for _ in range(ROUNDS):
         value, du, dv = texel.with_gradient(start + shift @ to_uv.T)
         slopes = [light * (du * to_uv[0, k] + dv * to_uv[1, k]) for k in (0, 1)]
         shift += best_shift(photo - light * value, slopes[0], slopes[1], inside, noise)
         shift *= np.minimum(1, MOST_PX / np.maximum(np.hypot(shift[..., 0], shift[..., 1]), 1e-9))[..., None]
-    return np.where(inside[..., None], start + shift @ to_uv.T, np.nan)
+    return np.asarray(np.where(inside[..., None], shift @ to_uv.T, 0.0), np.float64)
 
 
 def best_shift(error: Floats, across: Floats, down: Floats, inside: Bools, noise: float) -> Floats:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from scipy import sparse
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools, Floats, Singles
 from core.factor import Factor
 from core.overlay.mesh import Mesh, around
 from core.overlay.registration import State
@@ -159,8 +159,8 @@ def cleaned(inside: Bools, sigma_px: float) -> Bools:
     return without_specks(soft > 0.5, max(4, round(4 * sigma_px**2)))
 
 
-def feathered(inside: Bools, width_px: float = 1.0) -> Floats:
+def feathered(inside: Bools, width_px: float = 1.0) -> Singles:
     """Return the coverage (H, W): 1 inside, falling to 0 over the last pixel before the region's border."""
     padded = np.pad(inside.astype(np.uint8), 1, mode="edge")
     distance = cv2.distanceTransform(padded, cv2.DIST_L2, 3)[1:-1, 1:-1]
-    return np.asarray(np.clip(distance / (width_px + 1), 0, 1), np.float64)
+    return np.asarray(np.clip(distance / (width_px + 1), 0, 1), np.float32)

@@ -21,7 +21,9 @@ import scipy
 from core.arrays import Bools, Floats, Points, Singles
 from core.overlay.bands import bands
 from core.overlay.composition import finite
+from core.overlay.mesh import around
 from core.overlay.misplaced import misplaced
+from core.overlay.sampling import looked_up
 from core.overlay.smoothing import gaussian
 from core.overlay.texel import Texel, gathered, splat
 
@@ -65,6 +67,14 @@ def without_old_pattern(detail: Singles, uv: Singles, shading: Singles, texel: T
     covered = finite(uv)
     if not covered.any():
         return detail
+    out, box = np.full_like(detail, np.nan), around(covered)
+    out[box] = _without(detail[box], uv[box], shading[box], texel, basis)
+    return out
+
+
+def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats) -> Singles:
+    """Do what `without_old_pattern` does for a picture that has cloth up to all of its edges."""
+    covered = finite(uv)
     noise = max(float(np.median(np.abs(detail[covered]))), LEAST_NOISE)
     rest = np.nan_to_num(detail)
     rest[covered] -= recurring(rest[covered], uv[covered].astype(np.float64), texel.size, noise)
@@ -109,18 +119,6 @@ def recurring(detail: Singles, uv: Points, size: tuple[int, int], noise: float) 
     return looked_up(means, (uv - low) * [w, h] - 0.5)
 
 
-def looked_up(image: Singles, at: Points) -> Singles:
-    """Return an image (H, W, 3) at places (n, 2), columns first, bilinear."""
-    width = 4096  # remap takes at most 32767 columns or rows
-    padded = np.zeros((-(-len(at) // width) * width, 2), np.float32)
-    padded[: len(at)] = at
-    x, y = padded.reshape(-1, width, 2).transpose(2, 0, 1)
-    found = cv2.remap(
-        image, np.ascontiguousarray(x), np.ascontiguousarray(y), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
-    return np.asarray(found, np.float32).reshape(-1, 3)[: len(at)]
-
-
 def modelled(
     uv: Singles, shading: Singles, texel: Texel, soft: Texel, basis: Floats
 ) -> tuple[Singles, Singles, list[Singles]]:
@@ -145,13 +143,21 @@ def explained(detail: Singles, effects: list[Singles], covered: Bools, noise: fl
     products = [dotted(slopes[i], slopes[j]) * weight for i, j in pairs]
     products += [dotted(slope, fine) * weight for slope in slopes]
     means = [gaussian(product, SIGMA_PX) for product in products]
-    A = np.empty((*covered.shape, count, count), np.float32)
-    for (i, j), entry in zip(pairs, means, strict=False):
-        A[..., i, j] = A[..., j, i] = entry
-    A += noise**2 * np.eye(count, dtype=np.float32)
-    amounts = np.linalg.solve(A, np.stack(means[len(pairs) :], -1)[..., None])
-    total = sum(amounts[..., k, :] * effect for k, effect in enumerate(effects))
+    for k in range(count):
+        means[pairs.index((k, k))] += noise**2
+    amounts = solved(means[: len(pairs)], means[len(pairs) :])
+    total = sum(amount[..., None] * effect for amount, effect in zip(amounts, effects, strict=True))
     return np.asarray(total * inside, np.float32)
+
+
+def solved(rows: list[Singles], right: list[Singles]) -> list[Singles]:
+    """Return the unknowns (H, W) of symmetric systems of three at every pixel: upper triangles by rows, right sides."""
+    a, b, c, d, e, f = (plane.astype(np.float64) for plane in rows)
+    minors = d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b
+    det = a * minors[0] + b * minors[1] + c * minors[2]
+    x, y, z = right
+    order = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
+    return [((minors[i] * x + minors[j] * y + minors[k] * z) / det).astype(np.float32) for i, j, k in order]
 
 
 def strength_of(detail: Singles, uv: Singles, covered: Bools, size: tuple[int, int], basis: Floats) -> Strength:

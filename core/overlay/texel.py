@@ -11,6 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Bools, Floats, Ints, Singles
+from core.overlay.sampling import looked_up
 
 BORDER = 3
 OBSERVED, LEAST_OBSERVED = 32, 100_000
@@ -56,11 +57,7 @@ class Texel:
 
     def at(self, uv: Floats) -> Floats:
         """Return T(uv) (n, 3) for a list uv (n, 2)."""
-        width = 4096  # remap takes at most 32767 columns or rows
-        rows = -(-len(uv) // width)
-        padded = np.zeros((rows * width, 2))
-        padded[: len(uv)] = uv
-        return self(padded.reshape(rows, width, 2)).reshape(-1, 3)[: len(uv)] if rows else np.empty((0, 3))
+        return looked_up(self._padded, np.stack(self.places(uv), -1)).astype(np.float64)
 
     def with_gradient(self, uv: Floats) -> tuple[Floats, Floats, Floats]:
         """Return T, ∂T/∂u and ∂T/∂v (H, W, 3) at uv (H, W, 2)."""
@@ -100,7 +97,13 @@ class Texel:
 
 
 def estimate_texel(
-    photo: Floats, uv: Floats, shading: Floats, weight: Floats, size: tuple[int, int], *, rounds: int = 6
+    photo: Floats,
+    uv: Floats | Singles,
+    shading: Floats | Singles,
+    weight: Floats | Bools,
+    size: tuple[int, int],
+    *,
+    rounds: int = 6,
 ) -> Texel:
     """Return the robust mean appearance of a texel of `size` (h, w) over the registered photo, or an even share of it.
 
@@ -109,8 +112,8 @@ def estimate_texel(
     `uv` (H, W, 2), `shading` and `weight` (H, W).
     """
     use = drawn(weight > 0, max(OBSERVED * size[0] * size[1], LEAST_OBSERVED))
-    colours, light, w = photo[use], shading[use], weight[use]
-    places = uv[use]
+    colours, light, w = (plane[use].astype(np.float64) for plane in (photo, shading, weight))
+    places = uv[use].astype(np.float64)
     index, share = splat(places, size)
     pixels = np.zeros((*size, photo.shape[-1]))
     robust = w
@@ -127,7 +130,7 @@ def estimate_texel(
 def drawn(use: Bools, most: int) -> Bools:
     """Return about `most` of the marked places, drawn evenly."""
     count = int(use.sum())
-    return use if count <= most else use & (np.random.default_rng(0).random(use.shape) < most / count)
+    return use if count <= most else use & (np.random.default_rng(0).random(use.shape, np.float32) < most / count)
 
 
 def splat(at: Floats, size: tuple[int, int]) -> tuple[Ints, Floats]:

@@ -1,5 +1,6 @@
 """Registration of single pixels."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -11,6 +12,8 @@ from tests.core.overlay_scenes import make_scene, motif
 
 SCENE = make_scene(motif(), noise=0.004)
 TEXEL = estimate_texel(SCENE.photo, SCENE.uv, SCENE.shading, np.ones(SCENE.shading.shape), (34, 36))
+
+LIGHT = SCENE.shading.astype(np.float32)
 
 
 def misplaced(amount_px: float) -> Floats:
@@ -25,7 +28,10 @@ def length_px(difference: Floats) -> Floats:
 
 
 def moved(uv: Floats, texel: Texel | None = None) -> Floats:
-    return refined(SCENE.photo, uv, SCENE.shading, texel or TEXEL, SCENE.basis)
+    return np.asarray(
+        refined(SCENE.photo, uv.astype(np.float32), LIGHT, texel or TEXEL, SCENE.basis),
+        np.float64,
+    )
 
 
 def edges(uv: Floats) -> Floats:
@@ -53,11 +59,11 @@ def test_even_ground_stays_where_it_is() -> None:
 
 def test_no_pixel_goes_far() -> None:
     before = misplaced(3.0)
-    assert 0.5 * MOST_PX < length_px(moved(before) - before).max() <= MOST_PX + 1e-9
+    assert 0.5 * MOST_PX < length_px(moved(before) - before).max() <= MOST_PX + 1e-4
 
 
 def test_beyond_the_cloth_is_nothing() -> None:
-    uv, shading = SCENE.uv.copy(), SCENE.shading.copy()
+    uv, shading = SCENE.uv.astype(np.float32), LIGHT.copy()
     uv[:, :40] = shading[:, :40] = np.nan
     out = refined(SCENE.photo, uv, shading, TEXEL, SCENE.basis)
     np.testing.assert_array_equal(np.isnan(out[..., 0]), np.isnan(shading))
@@ -67,3 +73,14 @@ def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = moved(misplaced(0.5))
     monkeypatch.setattr(bands, "ROWS", 23)
     np.testing.assert_allclose(moved(misplaced(0.5)), whole, atol=1e-5)
+
+
+def test_large_photo_is_moved_as_a_small_one_is() -> None:
+    def enlarged(layer: Floats) -> Floats:
+        return np.asarray(cv2.resize(layer, None, fx=2, fy=2, interpolation=cv2.INTER_LINEAR), np.float64)
+
+    before = misplaced(0.5)
+    uv, light = (enlarged(layer).astype(np.float32) for layer in (before, SCENE.shading))
+    out = refined(enlarged(SCENE.photo), uv, light, TEXEL, 2 * SCENE.basis, every=2) - uv
+    assert np.median(length_px(out[::2, ::2] - (moved(before) - before))) < 0.1
+    assert np.median(length_px(out.astype(np.float64))) > 0.2
