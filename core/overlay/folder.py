@@ -1,18 +1,21 @@
 """The parts of a decomposition as a folder of files."""
 
 import json
+import warnings
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from core import color
-from core.arrays import Floats, InputError, Singles
+from core.arrays import Bools, Floats, InputError, Singles
 from core.files import atomic_folder
 from core.images import Image, load, save
+from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
 from core.overlay.lattice import Lattice
 from core.overlay.laying import Parts, texture_colours
+from core.overlay.region import feathered
 
 
 def write(found: Decomposition, source: Image, folder: Path) -> None:
@@ -93,36 +96,55 @@ def read(folder: Path) -> Parts:
         raise InputError(f"{folder}: not a folder of a decomposition")
     source = load(folder / "source.png")
     size = (source.height_px, source.width_px)
-    document = read_report(folder / "report.json", size)
+    uv = array(folder / "texture_coords.npz", "uv", [(*size, 2)])
+    covered = finite(uv)
+    if not covered.any():
+        raise InputError(f"{folder / 'texture_coords.npz'}: covers no pixel")
+    basis = read_report(folder / "report.json", size)
+    shading = array(folder / "shading.npz", "shading", [size, (*size, 3)], covered)
+    detail = array(folder / "detail.npz", "detail", [(*size, 3)], covered)
+    # Another program's folder need not have these two.
+    soft, edge = folder / "coverage.npz", feathered(covered)
     return Parts(
         source,
-        uv=array(folder / "texture_coords.npz", "uv", [(*size, 2)]),
-        shading=array(folder / "shading.npz", "shading", [size, (*size, 3)]),
-        detail=array(folder / "detail.npz", "detail", [(*size, 3)]),
-        coverage=array(folder / "coverage.npz", "coverage", [size]),
-        basis=document,
+        uv=uv,
+        shading=shading,
+        detail=detail,
+        coverage=array(soft, "coverage", [size], covered) if soft.exists() else edge,
+        basis=basis_of(uv, folder / "texture_coords.npz") if basis is None else basis,
         texel=texture_colours(load(folder / "texel.png"))[..., :3],
     )
 
 
-def read_report(path: Path, size: tuple[int, int]) -> Floats:
-    """Return the basis (2, 2) that a report holds, after checking that it is of a picture of that size."""
+def basis_of(uv: Singles, path: Path) -> Floats:
+    """Return the usual vectors (2, 2) of texels, pixels, from coordinates (H, W, 2)."""
+    slopes = [np.diff(uv, axis=axis)[: len(uv) - 1, : uv.shape[1] - 1] for axis in (1, 0)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        usual = np.stack([np.nanmedian(slope.reshape(-1, 2), axis=0) for slope in slopes], -1).astype(np.float64)
+    if not abs(np.linalg.det(usual)) > 1e-9:
+        raise InputError(f"{path}: 'uv' does not span the plane")
+    return np.asarray(np.linalg.inv(usual), np.float64)
+
+
+def read_report(path: Path, size: tuple[int, int]) -> Floats | None:
+    """Return the basis (2, 2) that a report holds, if any, after checking that it is of a picture of that size."""
     try:
         found = cast("dict[str, Any]", json.loads(path.read_text(encoding="utf-8")))
-        image, basis = found["image"], np.asarray(found["basis"], np.float64)
+        image, basis = found["image"], np.asarray(found.get("basis", np.eye(2)), np.float64)
     except OSError as fault:
         raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from None
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError(f"{path}: not the report of a decomposition") from None
     if image != list(size):
         raise InputError(f"{path}: is of a picture of {image}, not of {list(size)} as source.png")
     if basis.shape != (2, 2) or not abs(np.linalg.det(basis)) > 1e-6:
         raise InputError(f"{path}: 'basis' does not span the plane")
-    return basis
+    return basis if "basis" in found else None
 
 
-def array(path: Path, key: str, shapes: list[tuple[int, ...]]) -> Singles:
-    """Return the array `key` of an .npz file of one of the given shapes."""
+def array(path: Path, key: str, shapes: list[tuple[int, ...]], covered: Bools | None = None) -> Singles:
+    """Return the array `key` of an .npz file, of one of the given shapes and finite where there is cloth (H, W)."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
             values = np.asarray(arrays[key], np.float32)
@@ -132,4 +154,6 @@ def array(path: Path, key: str, shapes: list[tuple[int, ...]]) -> Singles:
         raise InputError(f"{path}: not a readable array file with '{key}'") from None
     if values.shape not in shapes:
         raise InputError(f"{path}: '{key}' has shape {list(values.shape)}, not {list(shapes[0])}: of another picture?")
+    if covered is not None and not np.isfinite(values[covered]).all():
+        raise InputError(f"{path}: '{key}' is not finite on all of the cloth that texture_coords.npz covers")
     return values

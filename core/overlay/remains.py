@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 import scipy
 
-from core.arrays import Bools, Floats, Points, Singles
+from core.arrays import Bools, Floats, Singles
 from core.overlay.bands import bands
 from core.overlay.composition import finite
 from core.overlay.mesh import around
@@ -77,7 +77,7 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
     covered = finite(uv)
     noise = max(float(np.median(np.abs(detail[covered]))), LEAST_NOISE)
     rest = np.nan_to_num(detail)
-    rest[covered] -= recurring(rest[covered], uv[covered].astype(np.float64), texel.size, noise)
+    rest[covered] -= recurring(rest[covered], uv[covered], texel.size, noise)
     soft, before, other = texel.blurred(1.0, basis), rest.copy(), np.zeros(covered.shape, bool)
     for first, top, bottom, last in bands(len(rest), margin=int(6 * SIGMA_PX)):
         part, own = slice(first, last), slice(top - first, bottom - first)
@@ -85,15 +85,15 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
         rest[top:bottom] -= explained(before[part], effects, covered[part], noise)[own]
         other[top:bottom] = misplaced(np.nan_to_num(detail[part]), model, light, texel, noise)[own]
     clear = covered & (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
-    strength = strength_of(rest, uv, clear, texel.size, basis)
-    out = np.full_like(detail, np.nan)
+    strength, out = strength_of(rest, uv, clear, texel.size, basis), before
     for first, top, bottom, last in bands(len(rest), margin=int(3 * (COARSE_PX + NEAR_PX))):
         part, own = slice(first, last), slice(top - first, bottom - first)
         out[top:bottom] = evened(rest[part], uv[part], clear[part], strength)[own]
-    return np.where(covered[..., None], out, np.nan).astype(np.float32)
+    out[~covered] = np.nan
+    return out
 
 
-def recurring(detail: Singles, uv: Points, size: tuple[int, int], noise: float) -> Singles:
+def recurring(detail: Singles, uv: Singles, size: tuple[int, int], noise: float) -> Singles:
     """Return what of the detail (n, 3) at uv (n, 2) recurs at the same place of the texels around.
 
     `size` is that of the texel, `noise` how large a detail usually is.
@@ -103,8 +103,8 @@ def recurring(detail: Singles, uv: Points, size: tuple[int, int], noise: float) 
     share = min(1.0, float(np.sqrt(MOST_SAMPLES / (np.prod(texels) * np.prod(size)))))
     h, w = (max(1, round(share * n)) for n in size)
     rows, columns = int(texels[0]) * h, int(texels[1]) * w
-    some = np.random.default_rng(0).random(len(uv)) < DRAWN / len(uv)
-    index, shares = splat((uv[some] - low) / texels[::-1], (rows, columns))
+    some = np.random.default_rng(0).random(len(uv), np.float32) < DRAWN / len(uv)
+    index, shares = splat((uv[some].astype(np.float64) - low) / texels[::-1], (rows, columns))
     # A stain recurs nowhere: it must not be seen in its neighbours.
     values = (*np.clip(detail[some], -4 * noise, 4 * noise).T[..., None], 1.0)
     planes = [np.bincount(index.ravel(), (shares * value).ravel(), rows * columns) for value in values]
@@ -116,7 +116,7 @@ def recurring(detail: Singles, uv: Points, size: tuple[int, int], noise: float) 
     sums = by_texel.reshape(rows, columns, 4)
     # A pixel of the photo is several samples.
     means = sums[..., :3] / (sums[..., 3:] + DOUBT * some.sum() / max(int((sums[..., 3] > 0.1).sum()), 1))
-    return looked_up(means, (uv - low) * [w, h] - 0.5)
+    return looked_up(means, (uv - low.astype(np.float32)) * np.array([w, h], np.float32) - np.float32(0.5))
 
 
 def modelled(
@@ -162,9 +162,13 @@ def solved(rows: list[Singles], right: list[Singles]) -> list[Singles]:
 
 def strength_of(detail: Singles, uv: Singles, covered: Bools, size: tuple[int, int], basis: Floats) -> Strength:
     """Return the strength of the fine part of the detail (H, W, 3) over the places of a texel of `size` (h, w)."""
-    fine = detail - mean(detail, covered.astype(np.float32)[..., None], COARSE_PX)
-    drawn = covered & (np.random.default_rng(0).random(covered.shape) < DRAWN / max(int(covered.sum()), 1))
-    places, squares = uv[drawn].astype(np.float64), fine[drawn].astype(np.float64) ** 2
+    drawn = covered & (np.random.default_rng(0).random(covered.shape, np.float32) < DRAWN / max(int(covered.sum()), 1))
+    fine: list[Singles] = []
+    for first, top, bottom, last in bands(len(detail), margin=int(3 * COARSE_PX)):
+        part, own = slice(first, last), slice(top - first, bottom - first)
+        inside = covered[part].astype(np.float32)[..., None]
+        fine.append((detail[part] - mean(detail[part], inside, COARSE_PX))[own][drawn[top:bottom]])
+    places, squares = uv[drawn].astype(np.float64), np.concatenate(fine).astype(np.float64) ** 2
     # A stain or a fold is not the pattern's.
     squares = np.minimum(squares, np.percentile(squares, 97, axis=0))
     even = np.ones(len(places))

@@ -9,7 +9,7 @@ WIDTH = 4096
 """A list is looked up in rows of this length: remap takes at most 32767 rows or columns."""
 
 
-def looked_up(image: Singles, at: Points) -> Singles:
+def looked_up(image: Singles, at: Points | Singles) -> Singles:
     """Return an image (H, W, C) at places (n, 2), columns first, bilinear, its border carried on: (n, C)."""
     padded = np.zeros((-(-len(at) // WIDTH) * WIDTH, 2), np.float32)
     padded[: len(at)] = at

@@ -8,6 +8,7 @@ import pytest
 
 from app.cli import main
 from core.images import Image, load, save
+from core.overlay.folder import read
 from tests.core.overlay_scenes import make_scene, motif, stored
 
 
@@ -32,6 +33,14 @@ def failing(capsys: pytest.CaptureFixture[str], *words: object) -> str:
     assert len(lines) == 1
     assert lines[0].startswith("weft: error: ")
     return lines[0]
+
+
+def copied(folder: Path, place: Path) -> Path:
+    """Return a copy of a folder."""
+    place.mkdir()
+    for file in folder.iterdir():
+        (place / file.name).write_bytes(file.read_bytes())
+    return place
 
 
 def test_folder_holds_the_parts(photo: Path, folder: Path) -> None:
@@ -96,10 +105,7 @@ def test_an_empty_or_wrong_mask_is_named(photo: Path, tmp_path: Path, capsys: py
 def test_a_damaged_or_missing_part_is_named(
     name: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    copy = tmp_path / "parts"
-    copy.mkdir()
-    for file in folder.iterdir():
-        (copy / file.name).write_bytes(file.read_bytes())
+    copy = copied(folder, tmp_path / "parts")
     words = ("overlay", copy, "--texture", folder / "texel.png", "-o", tmp_path / "out.png")
     (copy / name).write_bytes(b"junk")
     assert name in failing(capsys, *words)
@@ -108,11 +114,42 @@ def test_a_damaged_or_missing_part_is_named(
     assert not (tmp_path / "out.png").exists()
 
 
+def test_folder_that_holds_no_more_than_the_contract_says_is_enough(photo: Path, folder: Path, tmp_path: Path) -> None:
+    copy = copied(folder, tmp_path / "parts")
+    (copy / "coverage.npz").unlink()
+    report = json.loads((copy / "report.json").read_text())
+    basis = np.array(report.pop("basis"))
+    (copy / "report.json").write_text(json.dumps(report))
+    assert np.abs(read(copy).basis - basis).max() < 0.1 * np.abs(basis).max()
+    out = tmp_path / "back.png"
+    assert main(["overlay", str(copy), "--texture", str(copy / "texel.png"), "-o", str(out)]) == 0
+    assert np.abs(load(out).pixels.astype(int) - load(photo).pixels).max() <= 1
+    assert np.array_equal(read(copy).coverage > 0, read(folder).coverage > 0)
+
+
+@pytest.mark.parametrize("name", ["shading", "detail"])
+def test_part_with_a_hole_in_the_cloth_is_named(
+    name: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = copied(folder, tmp_path / "parts")
+    values = np.load(copy / f"{name}.npz")[name]
+    values[80, 90] = np.nan
+    np.savez(copy / f"{name}.npz", **{name: values})
+    line = failing(capsys, "overlay", copy, "--texture", copy / "texel.png", "-o", tmp_path / "out.png")
+    assert f"{name}.npz" in line
+    assert "not finite" in line
+
+
+def test_parts_without_cloth_are_named(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copy = copied(folder, tmp_path / "parts")
+    uv = np.load(copy / "texture_coords.npz")["uv"]
+    np.savez(copy / "texture_coords.npz", uv=np.full_like(uv, np.nan))
+    line = failing(capsys, "overlay", copy, "--texture", copy / "texel.png", "-o", tmp_path / "out.png")
+    assert "texture_coords.npz: covers no pixel" in line
+
+
 def test_parts_of_another_picture_are_refused(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    copy = tmp_path / "parts"
-    copy.mkdir()
-    for file in folder.iterdir():
-        (copy / file.name).write_bytes(file.read_bytes())
+    copy = copied(folder, tmp_path / "parts")
     np.savez(copy / "shading.npz", shading=np.ones((7, 9), np.float32))
     line = failing(capsys, "overlay", copy, "--texture", folder / "texel.png", "-o", tmp_path / "out.png")
     assert "shading.npz" in line
