@@ -110,7 +110,7 @@ class Canvas:
     """(H, W, 1), one inside, zero outside."""
 
     @property
-    def size(self) -> tuple[int, int]:
+    def shape(self) -> tuple[int, int]:
         """Height and width."""
         return self.image.shape[0], self.image.shape[1]
 

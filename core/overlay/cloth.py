@@ -161,4 +161,4 @@ def stage(cloth: Cloth, found: Fit) -> Stage:
     for piece in found.pieces:
         inside = cloth.mesh.pixels_of(piece.cells) & cloth.valid
         uv[inside] = cloth.mesh.to_pixels(piece.uv)[inside]
-    return Stage("mesh", None, found.texel, uv, cloth.mesh.size)
+    return Stage("mesh", None, found.texel, uv, cloth.mesh.shape)

@@ -200,12 +200,12 @@ def finite(at: Floats | Singles) -> Bools:
     return np.asarray(np.isfinite(at).all(-1), np.bool_)
 
 
-def footprints(at: Floats, size: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
+def footprints(at: Floats, shape: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
     """Return a pixel's footprint in the texture: its long axis (H, W, 2), in copies a sample, its length and width.
 
     Length and width are over `DENSITY` samples.
     """
-    samples = np.array(size[::-1], float)
+    samples = np.array(shape[::-1], float)
     columns = [steepness(at * samples / DENSITY, axis) for axis in (1, 0)]
     J = np.stack(columns, -1)
     # Singular values and the first left vector of a 2 x 2 matrix, from the angle that diagonalises J Jᵀ.

@@ -103,7 +103,7 @@ def decompose(
         lattices = [(yield from timed(part(search, 0.0, 0.4), seconds))]
     else:
         lattices = [rescaled(piece, scale) for piece in lattice]
-    yield Progress(0.4, "registering", Stage("lattice", lattices[0], shape=canvas.size))
+    yield Progress(0.4, "registering", Stage("lattice", lattices[0], shape=canvas.shape))
     sure = lattice is not None or start is not None
     job = fit(small, canvas, lattices, seed, trusted=lattice is not None, sure=sure)
     cloth, found = yield from timed(part(job, 0.4, 0.9), seconds)

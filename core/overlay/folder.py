@@ -95,14 +95,14 @@ def read(folder: Path) -> Parts:
     if not folder.is_dir():
         raise InputError(f"{folder}: not a folder of a decomposition")
     source = load(folder / "source.png")
-    size = (source.height_px, source.width_px)
-    uv = array(folder / "texture_coords.npz", "uv", [(*size, 2)])
+    shape = (source.height_px, source.width_px)
+    uv = array(folder / "texture_coords.npz", "uv", [(*shape, 2)])
     covered = finite(uv)
     if not covered.any():
         raise InputError(f"{folder / 'texture_coords.npz'}: covers no pixel")
-    basis = read_report(folder / "report.json", size)
-    shading = array(folder / "shading.npz", "shading", [size, (*size, 3)], covered)
-    detail = array(folder / "detail.npz", "detail", [(*size, 3)], covered)
+    basis = read_report(folder / "report.json", shape)
+    shading = array(folder / "shading.npz", "shading", [shape, (*shape, 3)], covered)
+    detail = array(folder / "detail.npz", "detail", [(*shape, 3)], covered)
     # Another program's folder need not have these two.
     soft, edge = folder / "coverage.npz", feathered(covered)
     return Parts(
@@ -110,7 +110,7 @@ def read(folder: Path) -> Parts:
         uv=uv,
         shading=shading,
         detail=detail,
-        coverage=array(soft, "coverage", [size], covered) if soft.exists() else edge,
+        coverage=array(soft, "coverage", [shape], covered) if soft.exists() else edge,
         basis=basis_of(uv, folder / "texture_coords.npz") if basis is None else basis,
         texel=texture_colours(load(folder / "texel.png"))[..., :3],
     )
@@ -127,7 +127,7 @@ def basis_of(uv: Singles, path: Path) -> Floats:
     return np.asarray(np.linalg.inv(usual), np.float64)
 
 
-def read_report(path: Path, size: tuple[int, int]) -> Floats | None:
+def read_report(path: Path, shape: tuple[int, int]) -> Floats | None:
     """Return the basis (2, 2) that a report holds, if any, after checking that it is of a picture of that size."""
     try:
         found = cast("dict[str, Any]", json.loads(path.read_text(encoding="utf-8")))
@@ -136,8 +136,8 @@ def read_report(path: Path, size: tuple[int, int]) -> Floats | None:
         raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from None
     except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError(f"{path}: not the report of a decomposition") from None
-    if image != list(size):
-        raise InputError(f"{path}: is of a picture of {image}, not of {list(size)} as source.png")
+    if image != list(shape):
+        raise InputError(f"{path}: is of a picture of {image}, not of {list(shape)} as source.png")
     if basis.shape != (2, 2) or not abs(np.linalg.det(basis)) > 1e-6:
         raise InputError(f"{path}: 'basis' does not span the plane")
     return basis if "basis" in found else None

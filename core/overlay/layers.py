@@ -111,9 +111,9 @@ def other_things(photo: Floats, layers: Layers, texel: Texel, cloth: Cloth, scal
     return spread_mask(off, shading.shape) & np.isfinite(shading)
 
 
-def spread_mask(mask: Bools, size: tuple[int, ...]) -> Bools:
-    """Return a mask of a smaller picture at the `size` (H, W) of a larger one, its outline smooth."""
-    scale = -(-size[0] // mask.shape[0])
+def spread_mask(mask: Bools, shape: tuple[int, ...]) -> Bools:
+    """Return a mask of a smaller picture at the `shape` (H, W) of a larger one, its outline smooth."""
+    scale = -(-shape[0] // mask.shape[0])
     wide = (mask.shape[1] * scale, mask.shape[0] * scale)
     soft = cv2.resize(mask.astype(np.float32), wide, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(soft[: size[0], : size[1]] > 0.5, np.bool_)
+    return np.asarray(soft[: shape[0], : shape[1]] > 0.5, np.bool_)

@@ -16,15 +16,15 @@ from core.arrays import Bools, Floats, Ints
 
 @dataclass(frozen=True)
 class Mesh:
-    """A grid over a picture of `size` (H, W); node (r, c) lies at (c, r) * cell - 0.5."""
+    """A grid over a picture of `shape` (H, W); node (r, c) lies at (c, r) * cell - 0.5."""
 
-    size: tuple[int, int]
+    shape: tuple[int, int]
     cell: int
 
     @property
     def cells(self) -> tuple[int, int]:
         """Rows and columns of cells; the last may reach past the picture."""
-        return -(-self.size[0] // self.cell), -(-self.size[1] // self.cell)
+        return -(-self.shape[0] // self.cell), -(-self.shape[1] // self.cell)
 
     @property
     def nodes(self) -> tuple[int, int]:
@@ -59,8 +59,8 @@ class Mesh:
         """Return the rows and columns of the pixels that lie in marked cells or `margin` cells around them."""
         rows, columns = around(cells, margin)
         return (
-            slice(rows.start * self.cell, min(rows.stop * self.cell, self.size[0])),
-            slice(columns.start * self.cell, min(columns.stop * self.cell, self.size[1])),
+            slice(rows.start * self.cell, min(rows.stop * self.cell, self.shape[0])),
+            slice(columns.start * self.cell, min(columns.stop * self.cell, self.shape[1])),
         )
 
     def smooth_to_pixels(self, values: Floats, box: tuple[slice, slice]) -> Floats:
@@ -79,7 +79,7 @@ class Mesh:
         rows, columns = self.cells
         h = self.cell
         padded = np.zeros((rows * h, columns * h, image.shape[-1]))
-        padded[: self.size[0], : self.size[1]] = image
+        padded[: self.shape[0], : self.shape[1]] = image
         blocks = padded.reshape(rows, h, columns, h, -1).swapaxes(1, 2)
         return blocks.reshape(rows, columns, h * h, -1)
 
@@ -88,17 +88,17 @@ class Mesh:
         rows, columns = self.cells
         h = self.cell
         image = blocks.reshape(rows, columns, h, h, -1).swapaxes(1, 2).reshape(rows * h, columns * h, -1)
-        return image[: self.size[0], : self.size[1]]
+        return image[: self.shape[0], : self.shape[1]]
 
     def cell_means(self, image: Floats) -> Floats:
         """Return the mean (rows, columns) of a plane (H, W) over each cell's part of the picture."""
-        inside = self.in_cells(np.stack([image, np.ones(self.size)], -1)).sum(2)
+        inside = self.in_cells(np.stack([image, np.ones(self.shape)], -1)).sum(2)
         return np.asarray(inside[..., 0] / np.maximum(inside[..., 1], 1e-9))
 
     def pixels_of(self, cells: Bools) -> Bools:
         """Return which pixels (H, W) lie in marked cells."""
         h = self.cell
-        return np.repeat(np.repeat(cells, h, 0), h, 1)[: self.size[0], : self.size[1]]
+        return np.repeat(np.repeat(cells, h, 0), h, 1)[: self.shape[0], : self.shape[1]]
 
     def nodes_of(self, cells: Bools) -> Bools:
         """Return which nodes (R, C) are corners of marked cells."""

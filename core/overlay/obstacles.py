@@ -58,7 +58,7 @@ def patch_colours(texel: Texel, basis: Floats) -> Floats:
     """Return those colours (k, 3) of a texel that have patches of their own, and are not the rims of others."""
     colours = np.asarray(palette(texel, GROUPS), np.float64)
     nearest = np.linalg.norm(texel.tiled(2, 2)[..., None, :] - colours, axis=-1).argmin(-1)
-    sample_px = np.sqrt(abs(float(np.linalg.det(basis))) / (texel.size[0] * texel.size[1]))
+    sample_px = np.sqrt(abs(float(np.linalg.det(basis))) / (texel.shape[0] * texel.shape[1]))
     radii = [cv2.distanceTransform((nearest == k).astype(np.uint8), cv2.DIST_L2, 5).max() for k in range(len(colours))]
     return np.asarray(colours[np.array(radii) * sample_px > RIM_PX], np.float64)
 
@@ -66,14 +66,14 @@ def patch_colours(texel: Texel, basis: Floats) -> Floats:
 def largest_patches(texel: Texel, colours: Floats, basis: Floats) -> list[float]:
     """Return the area of the largest connected patch of each colour in the texture, pixels; inf for a ground."""
     nearest = np.linalg.norm(texel.tiled(3, 3)[..., None, :] - colours, axis=-1).argmin(-1)
-    sample = abs(float(np.linalg.det(basis))) / (texel.size[0] * texel.size[1])
-    return [sample * largest_patch(nearest == number, texel.size) for number in range(len(colours))]
+    sample = abs(float(np.linalg.det(basis))) / (texel.shape[0] * texel.shape[1])
+    return [sample * largest_patch(nearest == number, texel.shape) for number in range(len(colours))]
 
 
-def largest_patch(mask: Bools, size: tuple[int, int]) -> float:
+def largest_patch(mask: Bools, shape: tuple[int, int]) -> float:
     """Return the size of the largest connected part of a texture of 3 by 3 texels; inf if one goes on for ever."""
     _, _, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
-    long = (stats[1:, cv2.CC_STAT_HEIGHT] > 1.9 * size[0]) | (stats[1:, cv2.CC_STAT_WIDTH] > 1.9 * size[1])
+    long = (stats[1:, cv2.CC_STAT_HEIGHT] > 1.9 * shape[0]) | (stats[1:, cv2.CC_STAT_WIDTH] > 1.9 * shape[1])
     return np.inf if long.any() else float(stats[1:, cv2.CC_STAT_AREA].max(initial=0))
 
 

@@ -77,7 +77,7 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
     covered = finite(uv)
     noise = max(float(np.median(np.abs(detail[covered]))), LEAST_NOISE)
     rest = np.nan_to_num(detail)
-    rest[covered] -= recurring(rest[covered], uv[covered], texel.size, noise)
+    rest[covered] -= recurring(rest[covered], uv[covered], texel.shape, noise)
     soft, before, other = texel.blurred(1.0, basis), rest.copy(), np.zeros(covered.shape, bool)
     for first, top, bottom, last in bands(len(rest), margin=int(6 * SIGMA_PX)):
         part, own = slice(first, last), slice(top - first, bottom - first)
@@ -85,7 +85,7 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
         rest[top:bottom] -= explained(before[part], effects, covered[part], noise)[own]
         other[top:bottom] = misplaced(np.nan_to_num(detail[part]), model, light, texel, noise)[own]
     clear = covered & (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
-    strength, out = strength_of(rest, uv, clear, texel.size, basis), before
+    strength, out = strength_of(rest, uv, clear, texel.shape, basis), before
     for first, top, bottom, last in bands(len(rest), margin=int(3 * (COARSE_PX + NEAR_PX))):
         part, own = slice(first, last), slice(top - first, bottom - first)
         out[top:bottom] = evened(rest[part], uv[part], clear[part], strength)[own]
@@ -93,15 +93,15 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
     return out
 
 
-def recurring(detail: Singles, uv: Singles, size: tuple[int, int], noise: float) -> Singles:
+def recurring(detail: Singles, uv: Singles, shape: tuple[int, int], noise: float) -> Singles:
     """Return what of the detail (n, 3) at uv (n, 2) recurs at the same place of the texels around.
 
-    `size` is that of the texel, `noise` how large a detail usually is.
+    `shape` (h, w) is that of the texel, `noise` how large a detail usually is.
     """
     low = np.floor(uv.min(0))
     texels = (np.floor(uv.max(0)) - low).astype(np.int64)[::-1] + 1
-    share = min(1.0, float(np.sqrt(MOST_SAMPLES / (np.prod(texels) * np.prod(size)))))
-    h, w = (max(1, round(share * n)) for n in size)
+    share = min(1.0, float(np.sqrt(MOST_SAMPLES / (np.prod(texels) * np.prod(shape)))))
+    h, w = (max(1, round(share * n)) for n in shape)
     rows, columns = int(texels[0]) * h, int(texels[1]) * w
     some = np.random.default_rng(0).random(len(uv), np.float32) < DRAWN / len(uv)
     index, shares = splat((uv[some].astype(np.float64) - low) / texels[::-1], (rows, columns))
@@ -160,8 +160,8 @@ def solved(rows: list[Singles], right: list[Singles]) -> list[Singles]:
     return [((minors[i] * x + minors[j] * y + minors[k] * z) / det).astype(np.float32) for i, j, k in order]
 
 
-def strength_of(detail: Singles, uv: Singles, covered: Bools, size: tuple[int, int], basis: Floats) -> Strength:
-    """Return the strength of the fine part of the detail (H, W, 3) over the places of a texel of `size` (h, w)."""
+def strength_of(detail: Singles, uv: Singles, covered: Bools, shape: tuple[int, int], basis: Floats) -> Strength:
+    """Return the strength of the fine part of the detail (H, W, 3) over the places of a texel of `shape` (h, w)."""
     drawn = covered & (np.random.default_rng(0).random(covered.shape, np.float32) < DRAWN / max(int(covered.sum()), 1))
     fine: list[Singles] = []
     for first, top, bottom, last in bands(len(detail), margin=int(3 * COARSE_PX)):
@@ -172,7 +172,7 @@ def strength_of(detail: Singles, uv: Singles, covered: Bools, size: tuple[int, i
     # A stain or a fold is not the pattern's.
     squares = np.minimum(squares, np.percentile(squares, 97, axis=0))
     even = np.ones(len(places))
-    found = Texel(gathered(*splat(places, size), squares, even, even, size)).blurred(0.7, basis)
+    found = Texel(gathered(*splat(places, shape), squares, even, even, shape)).blurred(0.7, basis)
     found = Texel(np.maximum(found.pixels, LEAST_VARIANCE))
     return Strength(found, np.asarray(np.percentile(found.at(places), 100 * USUAL, axis=0), np.float64))
 

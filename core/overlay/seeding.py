@@ -115,7 +115,7 @@ def full_grown(canvas: Canvas, lattice: Lattice, step: Progress, *, rounds: int 
     for _ in range(rounds):
         for grown in grow(canvas, lattice, mean_template(canvas, lattice.frames)):
             lattice = grown
-            yield Progress(step.fraction, step.note, Stage("lattice", lattice, shape=canvas.size))
+            yield Progress(step.fraction, step.note, Stage("lattice", lattice, shape=canvas.shape))
         lattice, _ = refined(canvas, lattice)
     return lattice
 

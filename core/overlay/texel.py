@@ -25,7 +25,7 @@ class Texel:
     pixels: Floats
 
     @property
-    def size(self) -> tuple[int, int]:
+    def shape(self) -> tuple[int, int]:
         """Height and width in samples."""
         return self.pixels.shape[0], self.pixels.shape[1]
 
@@ -36,7 +36,7 @@ class Texel:
     @cached_property
     def _slopes(self) -> tuple[Singles, Singles]:
         """Derivatives by u and v, central differences, padded."""
-        h, w = self.size
+        h, w = self.shape
         du, dv = (
             (np.roll(self.pixels, -1, axis) - np.roll(self.pixels, 1, axis)) * (n / 2) for axis, n in ((1, w), (0, h))
         )
@@ -45,7 +45,7 @@ class Texel:
 
     def places(self, uv: Floats) -> tuple[Singles, Singles]:
         """Return columns and rows in the padded texel of coordinates (..., 2)."""
-        h, w = self.size
+        h, w = self.shape
         inside = uv - np.floor(uv)
         x, y = inside[..., 0] * w - 0.5 + BORDER, inside[..., 1] * h - 0.5 + BORDER
         return x.astype(np.float32), y.astype(np.float32)
@@ -70,7 +70,7 @@ class Texel:
         """Return the texel under the blur that the photo gets by `sigma_px`; `scale` is pixels a texel (2, 2)."""
         if sigma_px <= 0:
             return self
-        h, w = self.size
+        h, w = self.shape
         # Covariance of the blur in texels: S⁻¹ S⁻ᵀ σ², in the frequency domain, where the texel's periods are exact.
         inverse = np.linalg.inv(scale)
         covariance = inverse @ inverse.T * sigma_px**2
@@ -85,7 +85,7 @@ class Texel:
 
         Stripes have almost none. `scale` is pixels a texel (2, 2).
         """
-        h, w = self.size
+        h, w = self.shape
         du, dv = (np.roll(self.pixels, -1, axis) - self.pixels for axis in (1, 0))
         g = np.stack([du.ravel() * w, dv.ravel() * h], -1) @ np.linalg.inv(scale)
         low, high = np.linalg.eigvalsh(g.T @ g)
@@ -101,21 +101,21 @@ def estimate_texel(
     uv: Floats | Singles,
     shading: Floats | Singles,
     weight: Floats | Bools,
-    size: tuple[int, int],
+    shape: tuple[int, int],
     *,
     rounds: int = 6,
 ) -> Texel:
-    """Return the robust mean appearance of a texel of `size` (h, w) over the registered photo, or an even share of it.
+    """Return the robust mean appearance of a texel of `shape` (h, w) over the registered photo, or an even share of it.
 
     Minimises Σ w ψ(ρ T(uv) - I) over T. The first round gathers the colours that each sample is seen with; the others
     gather what is still missing, which takes out the blur of sharing a pixel among four samples. `photo` (H, W, 3),
     `uv` (H, W, 2), `shading` and `weight` (H, W).
     """
-    use = drawn(weight > 0, max(OBSERVED * size[0] * size[1], LEAST_OBSERVED))
+    use = drawn(weight > 0, max(OBSERVED * shape[0] * shape[1], LEAST_OBSERVED))
     colours, light, w = (plane[use].astype(np.float64) for plane in (photo, shading, weight))
     places = uv[use].astype(np.float64)
-    index, share = splat(places, size)
-    pixels = np.zeros((*size, photo.shape[-1]))
+    index, share = splat(places, shape)
+    pixels = np.zeros((*shape, photo.shape[-1]))
     robust = w
     for _ in range(rounds):
         missing = colours - light[:, None] * Texel(pixels).at(places)
@@ -123,7 +123,7 @@ def estimate_texel(
             error = np.abs(missing).mean(-1)
             bend = 2.0 * float(np.median(error)) + 1e-3
             robust = w * np.minimum(1, (bend / np.maximum(error, 1e-9)) ** 2)
-        pixels = pixels + gathered(index, share, missing, light, robust, size)
+        pixels = pixels + gathered(index, share, missing, light, robust, shape)
     return Texel(np.clip(pixels, 0, None))
 
 
@@ -133,9 +133,9 @@ def drawn(use: Bools, most: int) -> Bools:
     return use if count <= most else use & (np.random.default_rng(0).random(use.shape, np.float32) < most / count)
 
 
-def splat(at: Floats, size: tuple[int, int]) -> tuple[Ints, Floats]:
-    """Return the sample numbers and shares (n, 4) of coordinates (n, 2) in a texel of `size`."""
-    h, w = size
+def splat(at: Floats, shape: tuple[int, int]) -> tuple[Ints, Floats]:
+    """Return the sample numbers and shares (n, 4) of coordinates (n, 2) in a texel of `shape`."""
+    h, w = shape
     x, y = at[:, 0] * w - 0.5, at[:, 1] * h - 0.5
     left, top = np.floor(x), np.floor(y)
     fx, fy = x - left, y - top
@@ -146,14 +146,14 @@ def splat(at: Floats, size: tuple[int, int]) -> tuple[Ints, Floats]:
 
 
 def gathered(
-    index: Ints, share: Floats, colours: Floats, light: Floats, weight: Floats, size: tuple[int, int]
+    index: Ints, share: Floats, colours: Floats, light: Floats, weight: Floats, shape: tuple[int, int]
 ) -> Floats:
     """Return the weighted mean colours (h, w, 3); samples that nothing reached take their neighbours'."""
     ends = np.arange(0, index.size + 1, 4)
-    shares = sparse.csr_array((share.ravel(), index.ravel(), ends), shape=(len(index), size[0] * size[1]))
+    shares = sparse.csr_array((share.ravel(), index.ravel(), ends), shape=(len(index), shape[0] * shape[1]))
     light = light[:, None]
     sums = shares.T @ (weight[:, None] * light * np.concatenate([colours, light], -1))
-    return filled(sums[:, :-1].reshape(*size, -1), sums[:, -1].reshape(size))
+    return filled(sums[:, :-1].reshape(*shape, -1), sums[:, -1].reshape(shape))
 
 
 def filled(sums: Floats, mass: Floats) -> Floats:
