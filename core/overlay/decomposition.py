@@ -157,11 +157,12 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     masks = explained(cloth, found, pieces)
     mesh = Mesh(photo.shape[:2], cloth.mesh.cell * scale)
     uv, shading = painted(mesh, pieces, masks, valid)
-    texel = found.texel if scale == 1 else finer_texel(cloth, photo, uv, shading, scale)
-    uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
-    texel = finer_texel(cloth, photo, uv, shading, scale)
     followed = np.isfinite(shading)
-    add_rest((uv, shading), cloth, found, mesh, pieces, masks, valid)
+    texel = found.texel if scale == 1 else finer_texel(cloth, photo, uv, shading, followed, scale)
+    add_rest((uv, shading), cloth, found, mesh, pieces, masks, photo)
+    uv[~valid], shading[~valid] = np.nan, np.nan
+    uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
+    texel = finer_texel(cloth, photo, uv, shading, followed, scale)
     off = other_things(photo, (uv, shading), texel, cloth, scale)
     uv[off], shading[off], followed[off] = np.nan, np.nan, False
     gauge = max(1.0, float(np.percentile(texel.pixels, 99.5)))
@@ -190,9 +191,9 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     )
 
 
-def finer_texel(cloth: Cloth, photo: Floats, uv: Singles, shading: Singles, scale: int) -> Texel:
-    """Return the texel at the photo's own resolution."""
-    covered = drawn(np.isfinite(shading), TEXEL_PIXELS)
+def finer_texel(cloth: Cloth, photo: Floats, uv: Singles, shading: Singles, followed: Bools, scale: int) -> Texel:
+    """Return the texel at the photo's own resolution, from what is followed (H, W)."""
+    covered = drawn(followed, TEXEL_PIXELS)
     h, w = cloth.texel_samples
     return estimate_texel(photo, uv, shading, covered, (h * scale, w * scale))
 

@@ -10,7 +10,7 @@ from core.overlay.extension import Extension, extension_of
 from core.overlay.filling import filled
 from core.overlay.mesh import Mesh, around
 from core.overlay.obstacles import obstacles
-from core.overlay.outline import beside
+from core.overlay.outline import beside, beyond, within
 from core.overlay.region import LIMIT, cleaned, misfit, ring, without_specks
 from core.overlay.registration import LEAST_SHADING, State
 from core.overlay.texel import Texel
@@ -74,18 +74,40 @@ def paint(layers: Layers, mesh: Mesh, pieces: list[State], masks: list[Bools], v
 
 
 def add_rest(
-    layers: Layers, cloth: Cloth, found: Fit, mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools
+    layers: Layers, cloth: Cloth, found: Fit, mesh: Mesh, pieces: list[State], masks: list[Bools], photo: Floats
 ) -> None:
-    """Put coordinates and shading also where cloth is seen but not followed."""
+    """Put coordinates and shading also where cloth is seen but not followed: in gaps, and up to its outline.
+
+    Every so many pixels of `photo` (H, W, 3) are looked at as `cloth.photo` is smaller.
+    """
+    scale = -(-len(photo) // len(cloth.photo))
+    valid = spread_mask(cloth.valid, layers[1].shape)
     more = filled(cloth, found, pieces, masks)
     paint(layers, mesh, more.pieces, more.masks, valid)
-    wanted = spread_mask(more.apart, valid.shape) & valid & np.isnan(layers[1])
-    extension = extension_from(cloth, pieces, masks) if wanted.any() else None
-    if extension is not None:
-        scale = -(-valid.shape[0] // cloth.valid.shape[0])
-        rows, columns = np.nonzero(wanted)
-        places = np.stack([columns, rows], -1) / scale - (scale - 1) / (2 * scale)
-        layers[0][rows, columns], layers[1][rows, columns] = extension.at(places)
+    extension = extension_from(cloth, pieces, masks)
+    if extension is None:
+        return
+    carry_on(layers, extension, spread_mask(more.apart, valid.shape) & valid, scale)
+    few, width = slice(None, None, scale), max(RIM_PX, cloth.sigma_px)
+    uv, rho = (np.nan_to_num(layer[few, few].astype(np.float64)) for layer in layers)
+    covered = np.isfinite(layers[1][few, few])
+    further = cloth.valid & ~covered & within(covered, width)
+    rows, columns = np.nonzero(further)
+    uv[rows, columns], rho[rows, columns] = extension.at(np.stack([columns, rows], -1).astype(np.float64))
+    held = [further & cloth.mesh.pixels_of(piece.cells) for piece in pieces]
+    for there, layer in zip(painted(cloth.mesh, pieces, held, cloth.valid), (uv, rho), strict=True):
+        layer[np.any(held, axis=0)] = there[np.any(held, axis=0)]
+    cloth_there = beyond(photo[few, few], found.texel(uv), rho, covered, further, width, width)
+    # What the mesh reaches has been registered; the rest has not.
+    paint(layers, mesh, pieces, [mask & cloth_there for mask in held], valid)
+    carry_on(layers, extension, spread_mask(cloth_there, valid.shape) & valid, scale)
+
+
+def carry_on(layers: Layers, extension: Extension, wanted: Bools, scale: int) -> None:
+    """Put how the cloth goes on, as seen `scale` times smaller, at wanted pixels (H, W) that have nothing yet."""
+    rows, columns = np.nonzero(wanted & np.isnan(layers[1]))
+    places = np.stack([columns, rows], -1) / scale - (scale - 1) / (2 * scale)
+    layers[0][rows, columns], layers[1][rows, columns] = extension.at(places)
 
 
 def extension_from(cloth: Cloth, pieces: list[State], masks: list[Bools]) -> Extension | None:

@@ -27,6 +27,8 @@ SMOOTH_PX = 1.0
 NOTCH = 0.6
 """Radius of notches in the outline that are closed, over the width of the rim."""
 LEAST_SPREAD = 0.03
+CLEARLY = 1.0
+"""How much likelier a pixel beyond the rim must be cloth."""
 SURELY = 12.0
 """Most that one pixel counts."""
 
@@ -36,13 +38,33 @@ def beside(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px
 
     `photo` and `texture`, which is T(uv), are (H, W, 3), `rho` (H, W).
     """
+    near, doubt = doubts(photo, texture, rho, covered, width_px)
+    outer = covered & ~from_outside(near & (doubt > 0), covered)
+    return covered & ~without_notches(outer, round(NOTCH * width_px))
+
+
+def beyond(
+    photo: Floats, texture: Floats, rho: Floats, covered: Bools, further: Bools, width_px: float, rim_px: float
+) -> Bools:
+    """Return which further pixels (H, W), at most `width_px` beyond those that are covered, show the cloth.
+
+    `texture` and `rho` are those of the cloth carried on; the outermost `rim_px` of what is covered need not be cloth.
+    """
+    near, doubt = doubts(photo, texture, rho, covered | further, width_px + rim_px)
+    cloth = further & near & ~from_outside(near & (doubt > -CLEARLY), covered | further)
+    joined = gaussian((covered | cloth).astype(np.float64), SMOOTH_PX) > 0.5
+    _, labels = cv2.connectedComponents((covered | (joined & cloth)).astype(np.uint8), connectivity=4)
+    return np.asarray(joined & cloth & np.isin(labels, np.unique(labels[covered])), np.bool_)
+
+
+def doubts(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px: float) -> tuple[Bools, Floats]:
+    """Return which pixels (H, W) of the rim can be judged, and how much likelier they are surroundings than cloth."""
     depth = distance(~covered)
     band, core = covered & (depth <= width_px), covered & (depth > width_px)
     around = ~covered & (distance(covered) > APART_PX)
-    out = np.zeros(covered.shape, bool)
-    near = band & (within(core, 3 * width_px) & within(around, 2 * SURROUNDINGS_PX))
+    near = band & within(core, 3 * width_px) & within(around, max(2 * SURROUNDINGS_PX, 1.5 * width_px))
     if not near.any():
-        return out
+        return near, np.zeros(covered.shape)
     model = nearby(rho, core, width_px)[..., None] * texture
     spread = max(float(np.median(np.abs(photo[core] - (rho[..., None] * texture)[core]))) * 1.5, LEAST_SPREAD)
     unlike = from_shades(photo, model, SHADES) ** 2 / spread**2 + 6 * np.log(spread)
@@ -51,13 +73,13 @@ def beside(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px
     other = ((photo - middle) ** 2 / variance + np.log(variance)).sum(-1)
     doubt = np.where(near, np.clip(unlike - other, -SURELY, SURELY), 0.0)
     doubt[~covered] = SURELY
-    doubt = gaussian(doubt, SMOOTH_PX)
-    candidates = (near & (doubt > 0)) | ~covered
-    _, labels = cv2.connectedComponents(candidates.astype(np.uint8), connectivity=4)
-    outside = np.unique(labels[~covered])
-    return covered & ~without_notches(
-        covered & ~(near & candidates & np.isin(labels, outside)), round(NOTCH * width_px)
-    )
+    return near, np.asarray(gaussian(doubt, SMOOTH_PX), np.float64)
+
+
+def from_outside(candidates: Bools, covered: Bools) -> Bools:
+    """Return the candidates (H, W) that are connected with what is not covered."""
+    _, labels = cv2.connectedComponents((candidates | ~covered).astype(np.uint8), connectivity=4)
+    return np.asarray(candidates & np.isin(labels, np.unique(labels[~covered])), np.bool_)
 
 
 def without_notches(mask: Bools, radius_px: int) -> Bools:

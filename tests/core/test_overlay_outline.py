@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.outline import beside, without_notches
+from core.overlay.outline import beside, beyond, without_notches
 from tests.core.overlay_scenes import make_scene, motif
 
 SCENE = make_scene(motif(), noise=0.01)
@@ -54,3 +54,21 @@ def test_notches_are_closed_and_inlets_are_not() -> None:
 def test_whole_picture_has_nothing_beside_it() -> None:
     assert not beside(SCENE.photo, TEXTURE, SCENE.shading, np.ones(SIZE, bool), 8.0).any()
     assert not beside(SCENE.photo, TEXTURE, SCENE.shading, np.zeros(SIZE, bool), 8.0).any()
+
+
+def test_cloth_goes_on_up_to_its_outline_and_no_further() -> None:
+    photo, _ = on_ground(X < EDGE)
+    covered, further = X < EDGE - 7, (X >= EDGE - 7) & (X < EDGE + 5)
+    more = beyond(photo, TEXTURE, SCENE.shading, covered, further, 12.0, 4.0)
+    assert more[:, EDGE - 7 : EDGE - 1].mean() > 0.97
+    assert more[:, EDGE + 1 :].mean() < 0.01
+
+
+def test_thing_that_lies_on_the_cloth_is_no_part_of_it() -> None:
+    y = np.indices(SIZE)[0]
+    thing = np.hypot(X - 90, y - 85) < 20
+    photo = np.where(thing[..., None], [0.8, 0.55, 0.4], SCENE.photo)
+    covered = np.hypot(X - 90, y - 85) > 27
+    more = beyond(photo, TEXTURE, SCENE.shading, covered, ~covered & (np.hypot(X - 90, y - 85) > 15), 12.0, 4.0)
+    assert more[~covered & ~thing].mean() > 0.9
+    assert more[thing].mean() < 0.03
