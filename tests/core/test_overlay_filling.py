@@ -6,7 +6,7 @@ import pytest
 from core.arrays import Bools, Floats
 from core.overlay.alignment import Frames
 from core.overlay.cloth import Cloth, Fit, estimated, make_cloth, measured
-from core.overlay.filling import carried_on, filled
+from core.overlay.filling import carried_on, filled, small_parts
 from core.overlay.lattice import Lattice
 from core.overlay.registration import State
 from core.overlay.seeding import flat_canvas
@@ -115,7 +115,10 @@ def test_gap_in_which_cloth_would_be_crushed_is_filled_from_its_sides() -> None:
     assert not (more.apart & np.any([*more.masks, ~gap], axis=0)).any()
 
 
-def test_spot_of_the_ground_amid_cloth_is_cloth() -> None:
-    photo = SCENE.photo.copy()
-    photo[HOLE] = COLOURS[0] * SCENE.shading[HOLE][..., None]
-    assert fill(photo, in_hole())[1][in_hole()].mean() > 0.9
+def test_small_parts_are_those_up_to_an_area() -> None:
+    mask = np.zeros((30, 40), bool)
+    mask[2:8, 3:9] = mask[12:20, 10:30] = True
+    small = small_parts(mask, 36)
+    assert small[2:8, 3:9].all()
+    assert small.sum() == 36
+    assert not small_parts(mask, 35).any()

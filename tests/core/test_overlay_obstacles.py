@@ -50,3 +50,9 @@ def test_shadow_is_none() -> None:
     shaded = np.where(bow[..., None], 0.45 * SCENE.photo, SCENE.photo)
     assert not found(shaded).any()
     assert found(photo).any()
+
+
+def test_patch_amid_cloth_that_lies_elsewhere_is_none() -> None:
+    photo, _ = with_bow(COLOURS[1])
+    slipped = np.roll(TEXTURE, (11, 12), (0, 1))
+    assert not obstacles(photo, slipped, SCENE.shading, TEXEL, SCENE.basis, np.ones(SIZE, bool)).any()

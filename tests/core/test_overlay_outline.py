@@ -1,8 +1,10 @@
 """The outline of the cloth, pixel by pixel."""
 
 import numpy as np
+import pytest
 
 from core.arrays import Bools, Floats
+from core.overlay import outline
 from core.overlay.outline import beside, beyond, without_notches
 from tests.core.overlay_scenes import make_scene, motif
 
@@ -49,6 +51,14 @@ def test_notches_are_closed_and_inlets_are_not() -> None:
     assert not closed[33:47, 43:].any()
     assert np.array_equal(closed | mask, closed)
     assert not closed[:, 50:].any()
+
+
+def test_motif_of_the_colour_of_the_ground_is_kept_where_the_edge_cuts_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    photo, _ = on_ground(X < EDGE)
+    photo[80:84, EDGE - 3 : EDGE] = GROUND
+    kept = beside(photo, TEXTURE, SCENE.shading, X < EDGE, 8.0)[78:86].sum()
+    monkeypatch.setattr(outline, "NOTCH", 0.1)
+    assert kept < 0.5 * beside(photo, TEXTURE, SCENE.shading, X < EDGE, 8.0)[78:86].sum()
 
 
 def test_whole_picture_has_nothing_beside_it() -> None:

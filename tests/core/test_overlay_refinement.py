@@ -83,4 +83,4 @@ def test_large_photo_is_moved_as_a_small_one_is() -> None:
     uv, light = (enlarged(layer).astype(np.float32) for layer in (before, SCENE.shading))
     out = refined(enlarged(SCENE.photo), uv, light, TEXEL, 2 * SCENE.basis, every=2) - uv
     assert np.median(length_px(out[::2, ::2] - (moved(before) - before))) < 0.1
-    assert np.median(length_px(out.astype(np.float64))) > 0.2
+    assert np.percentile(length_px(out.astype(np.float64)), 99) > 0.45
