@@ -17,6 +17,7 @@ from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import filtered
 from core.overlay.correlation import Proposal
 from core.overlay.fitting import fit
+from core.overlay.gauge import gauge_of
 from core.overlay.lattice import Lattice
 from core.overlay.layers import add_rest, explained, other_things, painted
 from core.overlay.mesh import Mesh
@@ -165,7 +166,7 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     texel = finer_texel(cloth, photo, uv, shading, followed, scale)
     off = other_things(photo, (uv, shading), texel, cloth, scale)
     uv[off], shading[off], followed[off] = np.nan, np.nan, False
-    gauge = max(1.0, float(np.percentile(texel.pixels, 99.5)))
+    gauge = gauge_of(shading, texel.pixels)
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)
     inside, light = np.isfinite(shading), (shading * np.float32(gauge))[..., None]
