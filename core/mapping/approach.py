@@ -32,20 +32,31 @@ _LAG, _FALL = 0.2, 0.9
 """ε of the barrier over the depth of the worst fold, and over the last ε at most."""
 _PATIENCE, _BETTER = 10, 0.95
 """Attempts end that have not made the worst fold this much shallower in so many steps."""
+_GLANCE, _FADING, _DEEP = 4, 0.75, 0.2
+"""Steps from which the rate is told; share of the folds that is left while they fade; depth that is hopeless."""
+_FEWER, _LARGE, _CLOSE = 4, 4000, 10
+"""Folds that have become so many times fewer are tried on their own, where unknowns are many, in so narrow windows."""
 _BLEND = 0.9
 
 
 def steps_to_clear(untangler: Untangler, kind: Kind, steps: int) -> Job[bool]:
-    """Take Newton steps until nothing is folded; return whether that was reached."""
-    seen: list[float] = []
-    epsilon = np.inf
+    """Take Newton steps until nothing is folded; return whether that was reached.
+
+    Whenever few of the folds are left, they are tried on their own first.
+    """
+    seen: list[tuple[float, int]] = []
+    epsilon, few = np.inf, untangler.folds // _FEWER
     for step in range(steps):
-        worst = untangler.worst
+        worst, folds = untangler.worst, untangler.folds
         if worst > 0:
             return True
-        if len(seen) >= _PATIENCE and worst < _BETTER * seen[-_PATIENCE]:
+        if folds <= few and untangler.size > _LARGE:
+            few = folds // _FEWER
+            if (yield from _cleared_alone(untangler)):
+                return True
+        if _is_hopeless(seen, worst, folds, steps - step):
             break
-        seen.append(worst)
+        seen.append((worst, folds))
         epsilon = max(_SHARP, min(float(np.hypot(_SHARP, _LAG * worst)), _FALL * epsilon))
         if kind == "hinge":
             moved = untangler.step(Hinge(_KEPT), _HINGE_WEIGHT * _TIGHTEN**step)
@@ -54,17 +65,40 @@ def steps_to_clear(untangler: Untangler, kind: Kind, steps: int) -> Job[bool]:
         if not moved:
             break
         yield Progress(step / steps, "unfolding")
+    if untangler.worst <= 0 and untangler.folds <= _FEWER * few and untangler.size > _LARGE:
+        return (yield from _cleared_alone(untangler))
     return untangler.worst > 0
 
 
-def relaxed(untangler: Untangler) -> Solution:
+def _is_hopeless(seen: list[tuple[float, int]], worst: float, folds: int, steps: int) -> bool:
+    """Return whether the folds, at the rate of the last steps, will still be deep after `steps` more."""
+    if len(seen) >= _PATIENCE and worst < _BETTER * seen[-_PATIENCE][0]:
+        return True
+    if len(seen) < 2 * _GLANCE:
+        return False
+    before, many = seen[-_GLANCE]
+    return folds > _FADING * many and worst * (worst / before) ** (steps / _GLANCE) < -_DEEP
+
+
+def _cleared_alone(untangler: Untangler) -> Job[bool]:
+    """Clear what is folded in small windows, features held where they are; return whether that was reached."""
+    window = folds_widened(untangler.solution, _CLOSE)
+    alone = Untangler(untangler.mapping, untangler.w, untangler.solution, window=window, stiffness=None)
+    yield from steps_to_clear(alone, "barrier", STEPS)
+    if alone.worst > untangler.worst and alone.folds < untangler.folds:
+        untangler.z = alone.z
+    return untangler.worst > 0
+
+
+def relaxed(untangler: Untangler) -> Job[Solution]:
     """Come closer to W without folding again, behind a barrier that becomes lighter."""
     clear = untangler.solution
-    for weight in _LIGHTER:
+    for number, weight in enumerate(_LIGHTER):
         untangler.step(Barrier(_SHARP), weight)
-        if untangler.worst <= _LEAST:
+        if untangler.worst <= 0 and not (yield from _cleared_alone(untangler)):
             break
         clear = untangler.solution
+        yield Progress(number / len(_LIGHTER), "unfolding")
     return clear
 
 
@@ -95,12 +129,17 @@ def blended(w: Complexes, solution: Solution) -> Solution:
 
 def window_around(mapping: FeatureMapping, solution: Solution, reach: int = REACH) -> Bools:
     """Return the nodes around folded quads, and around all features that come near them."""
-    nodes = np.zeros(mapping.grid.shape, bool)
-    for corner in (np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, 1:], np.s_[1:, :-1]):
-        nodes[corner] |= folded_quads(solution.z)
-    window = widened(nodes, reach)
+    window = folds_widened(solution, reach)
     near = np.unique(mapping.index[window & (mapping.index >= 0)])
     return window | widened(np.isin(mapping.index, near), reach)
+
+
+def folds_widened(solution: Solution, reach: int) -> Bools:
+    """Return the nodes (R, C) within `reach` rows and columns of folded quads."""
+    nodes = np.zeros(solution.z.shape, bool)
+    for corner in (np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, 1:], np.s_[1:, :-1]):
+        nodes[corner] |= folded_quads(solution.z)
+    return widened(nodes, reach)
 
 
 def widened(quads: Bools, reach: int) -> Bools:

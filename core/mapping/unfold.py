@@ -24,6 +24,7 @@ from core.mapping.approach import (
     approached,
     blended,
     count_folds,
+    folds_widened,
     node_counts,
     relaxed,
     steps_to_clear,
@@ -127,6 +128,13 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution, searc
     soft, everywhere = _SOFT * node_counts(mapping, start), np.ones(w.shape, bool)
     if released and mapping.keep == "rigid":
         soft = np.full(len(soft), np.inf)
+    if not released:
+        # What is lifted folds in a few places at most, if the coarser grid shows all that matters.
+        here = Untangler(mapping, w, start, window=folds_widened(start, REACH), stiffness=None)
+        clear = yield from part(steps_to_clear(here, "barrier", STEPS), 0.4, 0.6)
+        if clear and not count_folds(here.solution):
+            return (yield from part(_grown(mapping, w, here.solution, linear), 0.6, 1.0))
+        start = here.solution
     for window in (window_around(mapping, start), everywhere)[: 1 + released]:
         untangler = Untangler(mapping, w, start, window=window, stiffness=soft, released=released)
         clear = yield from part(steps_to_clear(untangler, "barrier", STEPS), 0.4, 0.8)
@@ -152,18 +160,14 @@ def _nearby(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solu
     for number, (kind, steps, reach) in enumerate(attempts):
         if not count_folds(solution):
             break
-        untangler = Untangler(
-            mapping,
-            w,
-            solution,
-            window=window_around(mapping, solution, reach),
-            # What has been fitted between outline nodes is to stay there at first.
-            stiffness=None if number == 0 and fitted is not None else held,
-        )
+        # What has been fitted between outline nodes is to stay there at first.
+        stays = number == 0 and fitted is not None
+        window = folds_widened(solution, reach) if stays else window_around(mapping, solution, reach)
+        untangler = Untangler(mapping, w, solution, window=window, stiffness=None if stays else held)
         start, end = (n / len(attempts) for n in (number, number + 1))
         clear = yield from part(steps_to_clear(untangler, kind, steps), start, end)
         if clear:
-            return relaxed(Untangler(mapping, w, untangler.solution, window=wide, stiffness=held))
+            return (yield from relaxed(Untangler(mapping, w, untangler.solution, window=wide, stiffness=held)))
         if untangler.folds < count_folds(solution):
             solution = untangler.solution
     return solution
@@ -180,7 +184,12 @@ def _softened(
 
 
 def _grown(
-    mapping: FeatureMapping, w: Complexes, clear: Solution, linear: Solution, *, lightest: float = _LIGHT
+    mapping: FeatureMapping,
+    w: Complexes,
+    clear: Solution,
+    linear: Solution,
+    *,
+    lightest: float = _LIGHT,
 ) -> Job[Solution]:
     """Come back to W and to the sizes of the linear answer as far as nothing folds."""
     wanted = np.abs(linear.alpha)

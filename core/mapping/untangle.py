@@ -54,7 +54,8 @@ class Untangler:
         scales: Floats | None = None,
         released: bool = False,
     ) -> None:
-        self._mapping, self._scales = mapping, np.abs(start.alpha) if scales is None else scales
+        self.mapping, self.w = mapping, w
+        self._scales = np.abs(start.alpha) if scales is None else scales
         self._sizes = np.full(len(start.alpha), np.inf) if stiffness is None else stiffness
         self.z, self.alpha, self.t = start.z.ravel().copy(), start.alpha.copy(), start.t.copy()
         index = mapping.index.ravel() if len(self.alpha) else np.full(mapping.grid.size, -1)
@@ -71,7 +72,7 @@ class Untangler:
 
     def _choose_quads(self, moving: Bools, w: Complexes) -> None:
         """Choose the quads that are not one body's all through and have a node that moves, or that follow a feature."""
-        mapping, index, quads = self._mapping, self._index, self._mapping.grid.quads
+        mapping, index, quads = self.mapping, self._index, self.mapping.grid.quads
         inside = (index[quads] == index[quads[:, :1]]).all(axis=1) & (index[quads[:, 0]] >= 0)
         owned = np.isin(mapping.owner.ravel(), self._active)
         chosen = np.flatnonzero((moving[quads].any(axis=1) | owned) & ~inside)
@@ -101,7 +102,7 @@ class Untangler:
         self._feature_dofs[self._active] = features
         self._feature_dofs[:-1][np.isinf(self._sizes), 0] = self._count
         for i in self._active:
-            self._dofs[self._mapping.bodies[i].nodes] = self._feature_dofs[i]
+            self._dofs[self.mapping.bodies[i].nodes] = self._feature_dofs[i]
 
     def _index_elements(self) -> None:
         """Split quads into those of free nodes only and those with a feature, and find their entries in the matrix."""
@@ -135,6 +136,11 @@ class Untangler:
         return self._ring is None or not crosses_itself(self.z[self._ring])
 
     @property
+    def size(self) -> int:
+        """The number of unknowns."""
+        return self._count
+
+    @property
     def worst(self) -> float:
         """The least area of a corner relative to W."""
         return float(self._corners.determinants(self.z[self._quads]).min(initial=np.inf))
@@ -152,7 +158,7 @@ class Untangler:
     @property
     def solution(self) -> Solution:
         """Where everything is now."""
-        return Solution(self.z.reshape(self._mapping.grid.shape).copy(), self.alpha.copy(), self.t.copy())
+        return Solution(self.z.reshape(self.mapping.grid.shape).copy(), self.alpha.copy(), self.t.copy())
 
     def _edges(self) -> tuple[Complexes, Complexes, Complexes]:
         """Return the feature's edges and the residuals of FAT eqs. 4 and 3, (m, 4) each."""
@@ -235,5 +241,5 @@ class Untangler:
         self.alpha[self._active] *= np.exp(by[:, 0] + 1j * by[:, 1])
         self.t[self._active] += by[:, 2] + 1j * by[:, 3]
         for i in self._active:
-            body = self._mapping.bodies[i]
+            body = self.mapping.bodies[i]
             self.z[body.nodes] = body.place(self.alpha[i], self.t[i])
