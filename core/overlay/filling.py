@@ -30,6 +30,8 @@ WIDER = 1.5
 """Radius of a patch of one colour, over that of the widest one in the texel."""
 SIZES = (0.4, 2.5)
 """Area of cloth under a cell, over the usual, to which the mesh may carry cloth on."""
+STRAIGHT = 0.5
+"""Lattice steps by which the nearest cloth alone is carried on."""
 SPOT = 2.0
 """Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
 
@@ -66,7 +68,9 @@ def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) ->
         own, wider = colours_of(cloth, found, light)
         coloured |= mine & own
         wide |= mine & wider
-    whole = cleaned(covered | (coloured & ~wide), cloth.sigma_px / 2)
+    # Straight on, the pattern soon lies beside what the photo shows.
+    close = np.any(possible, axis=0) | (gaps.min(0) < STRAIGHT * cloth.step_px)
+    whole = cleaned(covered | (coloured & ~wide & close), cloth.sigma_px / 2)
     # What is left amid cloth, and no larger than this, is no belt.
     spots = small_parts(enclosed(whole), SPOT * cloth.step_px**2) & open_to & coloured
     whole = cleaned(whole | spots, cloth.sigma_px / 2)
