@@ -4,7 +4,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 BIN := .venv/bin
 
-.PHONY: run test check format install bench lock samples
+.PHONY: run test check format install bench lock samples pictures
 
 run: install
 	@$(BIN)/weft
@@ -37,6 +37,9 @@ bench: install
 
 samples: install
 	$(BIN)/python assets/make_samples.py
+
+pictures: install
+	PYTHONPATH=. $(BIN)/python docs/make_pictures.py
 
 lock: .venv/installed
 	$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 --group dev pyproject.toml \
