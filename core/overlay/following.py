@@ -12,6 +12,8 @@ from core.progress import Job, Progress
 
 COARSE = 0.08
 """Blur, in lattice steps, under which new cells are registered first: they may be off by a part of a motif."""
+FINE_PX = 0.7
+"""Blur under which they are registered then."""
 PRUNED = 0.6
 """Misfit, over the limit, from which a cell is registered again from its neighbours."""
 
@@ -50,7 +52,7 @@ def widened(cloth: Cloth, state: State, trial: Bools, found: Fit) -> State:
     wider = continued(cloth.mesh, state, state.cells | trial)
     free = cloth.mesh.nodes_of(trial)
     moved = replace(wider, cells=trial | ring(trial, state.cells, 2))
-    for blur_px in (COARSE * cloth.step_px, 0.7):
+    for blur_px in (COARSE * cloth.step_px, FINE_PX):
         moved = cloth.registration.run(moved, found.texel, Smoothness(), rounds=2, blur_px=blur_px, free=free)
     band = trial | ring(trial, state.cells, 4)
     wider = replace(wider, uv=moved.uv, rho=moved.rho)

@@ -6,7 +6,6 @@ group's middle, of all pairs of vectors to its eight nearest neighbours the most
 
 import cv2
 import numpy as np
-import scipy
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.basis import reduced
@@ -82,13 +81,12 @@ def distinct(modes: Singles, sizes: Ints) -> Singles:
 
 def vectors_at(members: Points, *, places: int = 2) -> list[Proposal]:
     """Return the most perpendicular pair of vectors to the eight nearest neighbours of points near the middle."""
-    tree = scipy.spatial.cKDTree(members)
     middle = np.median(members, axis=0)
     found: list[Proposal] = []
     for point in members[np.argsort(np.linalg.norm(members - middle, axis=1))[:places]]:
-        nearest = np.asarray(tree.query(point, k=9)[1], np.int64)
-        near = members[nearest[1:]] - point
-        lengths = np.linalg.norm(near, axis=1)
+        away = np.linalg.norm(members - point, axis=1)
+        nearest = np.argsort(away, kind="stable")[1:9]
+        near, lengths = members[nearest] - point, away[nearest]
         near, lengths = near[lengths > 4], lengths[lengths > 4]
         if len(near) < 2:
             continue

@@ -173,7 +173,8 @@ def step_errors(points: Points, bases: Floats, others: Frames, near: Ints) -> Fl
 
 def crowded(lattice: Lattice, found: Frames) -> Bools:
     """Return which new frames fall within half a texel of a vertex that exists."""
-    _, nearest = scipy.spatial.cKDTree(lattice.frames.points).query(found.points)
+    steps = found.points[:, None] - lattice.frames.points
+    nearest = (steps**2).sum(-1).argmin(1)
     apart = np.linalg.solve(found.bases, (lattice.frames.points[nearest] - found.points)[..., None])[..., 0]
     return np.asarray(np.abs(apart).max(1) < 0.5, np.bool_)
 

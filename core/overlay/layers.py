@@ -5,9 +5,10 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.bands import bands
+from core.overlay.carrying import settled
 from core.overlay.cloth import Cloth, Fit
 from core.overlay.extension import Extension, extension_of
-from core.overlay.filling import filled
+from core.overlay.filling import carried_on, distance, filled
 from core.overlay.mesh import Mesh, around
 from core.overlay.obstacles import obstacles
 from core.overlay.outline import beside, beyond, within
@@ -83,24 +84,47 @@ def add_rest(
     scale = -(-len(photo) // len(cloth.photo))
     valid = spread_mask(cloth.valid, layers[1].shape)
     more = filled(cloth, found, pieces, masks)
-    paint(layers, mesh, more.pieces, more.masks, valid)
+    covered = np.asarray(np.any(masks, axis=0), np.bool_)
+    carried = [settled(cloth, found, *filling, covered) for filling in zip(more.pieces, more.masks, strict=True)]
+    paint(layers, mesh, carried, more.masks, valid)
     extension = extension_from(cloth, pieces, masks)
     if extension is None:
         return
     carry_on(layers, extension, spread_mask(more.apart, valid.shape) & valid, scale)
-    few, width = slice(None, None, scale), max(RIM_PX, cloth.sigma_px)
-    uv, rho = (np.nan_to_num(layer[few, few].astype(np.float64)) for layer in layers)
-    covered = np.isfinite(layers[1][few, few])
+    few = slice(None, None, scale)
+    seen: Layers = layers[0][few, few], layers[1][few, few]
+    covered = np.asarray(np.isfinite(seen[1]), np.bool_)
+    held, cloth_there = up_to_outline(seen, cloth, found, pieces, extension, photo[few, few])
+    # What the mesh reaches has been registered; the rest has not.
+    paint(layers, mesh, pieces, [mask & cloth_there for mask in held], valid)
+    for piece, mine in zip(pieces, shared(cloth_there & ~np.any(held, axis=0), masks), strict=True):
+        if mine.any():
+            wider, sound = carried_on(cloth.mesh, piece, mine, abs(float(np.linalg.det(cloth.basis))))
+            wider = settled(cloth, found, wider, mine, covered)
+            paint(layers, mesh, [wider], [mine & cloth.mesh.pixels_of(sound)], valid)
+    carry_on(layers, extension, spread_mask(cloth_there, valid.shape) & valid, scale)
+
+
+def up_to_outline(
+    layers: Layers, cloth: Cloth, found: Fit, pieces: list[State], extension: Extension, photo: Floats
+) -> tuple[list[Bools], Bools]:
+    """Return the pixels (H, W) near the layers' border that each piece's mesh reaches, and which there are cloth."""
+    width = max(RIM_PX, cloth.sigma_px)
+    uv, rho = (np.nan_to_num(layer.astype(np.float64)) for layer in layers)
+    covered = np.asarray(np.isfinite(layers[1]), np.bool_)
     further = cloth.valid & ~covered & within(covered, width)
     rows, columns = np.nonzero(further)
     uv[rows, columns], rho[rows, columns] = extension.at(np.stack([columns, rows], -1).astype(np.float64))
     held = [further & cloth.mesh.pixels_of(piece.cells) for piece in pieces]
     for there, layer in zip(painted(cloth.mesh, pieces, held, cloth.valid), (uv, rho), strict=True):
         layer[np.any(held, axis=0)] = there[np.any(held, axis=0)]
-    cloth_there = beyond(photo[few, few], found.texel(uv), rho, covered, further, width, width)
-    # What the mesh reaches has been registered; the rest has not.
-    paint(layers, mesh, pieces, [mask & cloth_there for mask in held], valid)
-    carry_on(layers, extension, spread_mask(cloth_there, valid.shape) & valid, scale)
+    return held, beyond(photo, found.texel(uv), rho, covered, further, width, width)
+
+
+def shared(wanted: Bools, masks: list[Bools]) -> list[Bools]:
+    """Return which of the wanted pixels (H, W) are nearest to each of the masks."""
+    owner = np.stack([distance(mask) for mask in masks]).argmin(0)
+    return [np.asarray(wanted & (owner == number), np.bool_) for number in range(len(masks))]
 
 
 def carry_on(layers: Layers, extension: Extension, wanted: Bools, scale: int) -> None:

@@ -65,13 +65,15 @@ def doubts(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px
     near = band & within(core, 3 * width_px) & within(around, max(2 * SURROUNDINGS_PX, 1.5 * width_px))
     if not near.any():
         return near, np.zeros(covered.shape)
-    model = nearby(rho, core, width_px)[..., None] * texture
+    model = nearby(rho, core, width_px)[near][:, None] * texture[near]
     spread = max(float(np.median(np.abs(photo[core] - (rho[..., None] * texture)[core]))) * 1.5, LEAST_SPREAD)
-    unlike = from_shades(photo, model, SHADES) ** 2 / spread**2 + 6 * np.log(spread)
+    unlike = from_shades(photo[near], model, SHADES) ** 2 / spread**2 + 6 * np.log(spread)
     middle = nearby(photo, around, SURROUNDINGS_PX)
-    variance = nearby((photo - middle) ** 2, around, SURROUNDINGS_PX) + LEAST_SPREAD**2
-    other = ((photo - middle) ** 2 / variance + np.log(variance)).sum(-1)
-    doubt = np.where(near, np.clip(unlike - other, -SURELY, SURELY), 0.0)
+    away = (photo - middle) ** 2
+    variance = nearby(away, around, SURROUNDINGS_PX)[near] + LEAST_SPREAD**2
+    other = (away[near] / variance + np.log(variance)).sum(-1)
+    doubt = np.zeros(covered.shape)
+    doubt[near] = np.clip(unlike - other, -SURELY, SURELY)
     doubt[~covered] = SURELY
     return near, np.asarray(gaussian(doubt, SMOOTH_PX), np.float64)
 

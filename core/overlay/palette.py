@@ -24,6 +24,7 @@ def palette(texel: Texel, most: int = COLOURS) -> Singles:
 
 
 def from_shades(photo: Floats, colour: Floats, shades: tuple[float, float]) -> Floats:
-    """Return how far (H, W) a photo is from any shade of colours (H, W, 3), of the darkest to the brightest one."""
-    share = (photo * colour).sum(-1) / np.maximum((colour**2).sum(-1), 1e-9)
-    return np.asarray(np.linalg.norm(photo - np.clip(share, *shades)[..., None] * colour, axis=-1), np.float64)
+    """Return how far (...) a photo is from any shade of colours (..., 3), of the darkest to the brightest one."""
+    both, own = (np.einsum("...c,...c", colour, other) for other in (photo, colour))
+    rest = photo - np.clip(both / np.maximum(own, 1e-9), *shades)[..., None] * colour
+    return np.asarray(np.sqrt(np.einsum("...c,...c", rest, rest)), np.float64)

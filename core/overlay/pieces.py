@@ -16,6 +16,8 @@ from core.overlay.seeding import find_texels, grown_piece
 from core.progress import Job, Progress
 
 MOST_PIECES, MOST_CANDIDATES = 12, 16
+LEAST_VERTICES = 3
+"""Vertices under which a likeness to the texel is one of chance."""
 LARGEST_BREAK = 0.3
 """Lattice steps by which two pieces may miss each other and still be one."""
 LEAST_PIECE, LEAST_SHARE = 3, 0.03
@@ -36,8 +38,9 @@ def with_more_pieces(cloth: Cloth, found: Fit, rng: np.random.Generator) -> Job[
             if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
                 step = Progress(0.4 + 0.2 * attempt, "following the cloth")
                 piece = grown_piece(rest, template, candidates[np.array([row])])
-                found = yield from joined_by(cloth, found, piece, step)
-                rest = free(cloth, found)
+                if len(piece) >= LEAST_VERTICES:
+                    found = yield from joined_by(cloth, found, piece, step)
+                    rest = free(cloth, found)
     return found
 
 

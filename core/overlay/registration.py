@@ -10,6 +10,7 @@ with reweighting. The weights of a cell's pixels are the same in every cell, so 
 is the matrix Σ w g gᵀ of its pixels, g = (∂r/∂m, ∂r/∂ρ), times constant products of weights.
 """
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import cv2
@@ -175,6 +176,12 @@ class Registration:
             if moved < 0.02:
                 break
         return state
+
+    def weighted(self, weight: Floats) -> "Registration":
+        """Return the registration with another weight (H, W)."""
+        other = copy(self)
+        other._weight, other._system = self.mesh.in_cells(weight[..., None])[..., 0], None
+        return other
 
     def by_cells(self, blur_px: float = 0.0) -> tuple[Floats, Floats]:
         """Return the blurred photo (rows, columns, cell², 3) and the weight (rows, columns, cell²) by cells."""

@@ -17,6 +17,8 @@ LIGHT_PX = 25.0
 """Changes of light slower than this are taken out before patches are compared."""
 PLACES, ALIGNED = 700, 120
 """Places at which a further piece is looked for, and how many of the best are aligned."""
+MOST_SAMPLES = 160
+"""Samples of a texel with which places are compared before they are aligned."""
 LEAST_LIKENESS = 0.6
 """Least correlation of the first texel of a further piece."""
 TRIALS, FINALISTS = 14, 3
@@ -152,7 +154,10 @@ def find_texels(canvas: Canvas, known: Lattice, rng: np.random.Generator) -> Fra
     angles = np.arange(0, 2 * np.pi, np.pi / 9)
     turns = np.array([[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in angles])
     where = np.repeat(points, len(turns), 0)
-    scores = correlate(canvas, thinned(template), where, np.tile(turns @ known.basis, (len(points), 1, 1)))
+    coarse = thinned(template)
+    while len(coarse.places) > MOST_SAMPLES:
+        coarse = thinned(coarse)
+    scores = correlate(canvas, coarse, where, np.tile(turns @ known.basis, (len(points), 1, 1)))
     # The best direction at every place, then the best places.
     # A texel that looks alike when turned is taken as turned least.
     habit = 0.05 * np.abs((angles + np.pi) % (2 * np.pi) - np.pi) / np.pi
