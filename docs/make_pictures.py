@@ -58,11 +58,14 @@ def draw(folder: Path) -> None:
 def show_editor() -> None:
     """Draw the window, the sample under an arch in it."""
     document = sample()
-    document = document.changed(warp=replace(document.warp, preset="arch", bend=50.0))
+    bent = document.changed(warp=replace(document.warp, preset="arch", bend=50.0))
     editor = Editor(document, TOOLS, jobs=Jobs())
 
     def script(window: WindowDriver) -> None:
         window.wait(THUMBNAIL_FRAMES)
+        editor.edit("Arch", bent)
+        window.wait(20)
+        window.shell.workspace.table.run("view.fit", editor)
         with tempfile.TemporaryDirectory() as folder:
             pixels = window.screenshot(Path(folder) / "window.png")
         save(shrunk(Image(pixels.copy()), EDITOR_WIDTH_PX), HERE / "editor.jpg", quality=90)
