@@ -117,15 +117,6 @@ class Outline:
         object.__setattr__(self, "ring", readonly(ring.copy()))
 
     @classmethod
-    def from_sides(cls, top: Points, right: Points, bottom: Points, left: Points) -> "Outline":
-        """Return the outline of four sides, (4, 2) each, clockwise; each must end where the next one begins."""
-        sides = [as_points(side, "a side of the outline") for side in (top, right, bottom, left)]
-        for side, following in zip(sides, sides[1:] + sides[:1], strict=True):
-            if len(side) != SIDE or not np.allclose(side[-1], following[0]):
-                raise InputError("outline: each side needs 4 points and must end where the next one begins")
-        return cls(np.concatenate([side[:-1] for side in sides]))
-
-    @classmethod
     def straight(cls) -> "Outline":
         """Return the outline that leaves the edge where it is."""
         corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])

@@ -127,7 +127,10 @@ class Source:
         return self._load(box, base)
 
     def release(self) -> None:
-        """Free the texture."""
+        """Free the GPU objects."""
+        self._free_texture()
+
+    def _free_texture(self) -> None:
         if self._texture is not None:
             self._texture.release()
         self._texture = self._window = None
@@ -171,7 +174,7 @@ class Source:
     def _texture_of(self, width: int, height: int) -> moderngl.Texture:
         """Return a texture of at least this size: the present one if that will do, since drivers free late."""
         if self._texture is not None and (self._texture.width < width or self._texture.height < height):
-            Source.release(self)  # the texture alone: what a subclass holds is in use
+            self._free_texture()
         if self._texture is None:
             self._texture = self._context.texture((width, height), 4, dtype=self.dtype)
             self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)

@@ -21,7 +21,7 @@ from core.progress import Job, Progress
 from core.tracing import span
 
 _STEPS = 40
-_TIE, _TIGHTEN, _TIE_AT_MOST = 0.01, 2.0, 1e8
+_TIE, _TIGHTEN = 0.01, 2.0
 _BARRIER = Barrier(1e-4)
 _SIZE = 0.02
 """k, per node."""

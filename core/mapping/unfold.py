@@ -184,12 +184,7 @@ def _softened(
 
 
 def _grown(
-    mapping: FeatureMapping,
-    w: Complexes,
-    clear: Solution,
-    linear: Solution,
-    *,
-    lightest: float = _LIGHT,
+    mapping: FeatureMapping, w: Complexes, clear: Solution, linear: Solution, *, lightest: float = _LIGHT
 ) -> Job[Solution]:
     """Come back to W and to the sizes of the linear answer as far as nothing folds."""
     wanted = np.abs(linear.alpha)

@@ -27,8 +27,6 @@ class Extension:
     """(n, 2), pixels of the cloth at which it begins."""
     nearest: Ints
     """(H, W), the number of the place that is nearest."""
-    distance: Floats
-    """(H, W), pixels to it."""
     uv: Floats
     """(n, 2), texels."""
     slopes: Floats
@@ -63,7 +61,7 @@ def extension_of(uv: Floats, rho: Floats, owner: Ints, texel_area: float, sigma_
     source = (cv2.erode(covered.astype(np.uint8), kernel, borderValue=1) > 0) & sound
     if not source.any():
         return None
-    distance, labels = cv2.distanceTransformWithLabels(
+    _, labels = cv2.distanceTransformWithLabels(
         (~source).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
     rows, columns = np.nonzero(source)
@@ -73,7 +71,6 @@ def extension_of(uv: Floats, rho: Floats, owner: Ints, texel_area: float, sigma_
     return Extension(
         np.stack([columns, rows], -1).astype(np.float64),
         number[labels],
-        np.asarray(distance, np.float64),
         uv[rows, columns],
         slopes[rows, columns],
         np.asarray(light[rows, columns], np.float64),

@@ -13,6 +13,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import DENSITY
+from core.overlay.distances import distance
 from core.overlay.mesh import Mesh
 from core.overlay.palette import from_shades, palette
 from core.overlay.region import cleaned, continued
@@ -78,11 +79,6 @@ def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) ->
     apart = open_to & whole & ~np.any(masks, axis=0)
     used = [number for number, mask in enumerate(masks) if mask.any()]
     return Filling([carried[number] for number in used], [masks[number] for number in used], apart)
-
-
-def distance(mask: Bools) -> Floats:
-    """Return how far (H, W) pixels are from a mask."""
-    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), np.float64)
 
 
 def enclosed(covered: Bools) -> Bools:

@@ -7,11 +7,12 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.bands import bands
 from core.overlay.carrying import settled
 from core.overlay.cloth import Cloth, Fit
+from core.overlay.distances import distance, within
 from core.overlay.extension import Extension, extension_of
-from core.overlay.filling import carried_on, distance, filled
+from core.overlay.filling import carried_on, filled
 from core.overlay.mesh import Mesh, around
 from core.overlay.obstacles import obstacles
-from core.overlay.outline import beside, beyond, within
+from core.overlay.outline import beside, beyond
 from core.overlay.region import LIMIT, cleaned, misfit, ring, without_specks
 from core.overlay.registration import LEAST_SHADING, State
 from core.overlay.texel import Texel

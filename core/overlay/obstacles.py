@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
+from core.overlay.distances import distance
 from core.overlay.palette import from_shades, palette
 from core.overlay.texel import Texel
 
@@ -88,5 +89,5 @@ def large_parts(mask: Bools, wrong: Bools, least: float) -> Iterator[Bools]:
 
 def ring(part: Bools, inner_px: int, outer_px: int) -> Bools:
     """Return the pixels (H, W) between two distances from a part."""
-    away = cv2.distanceTransform((~part).astype(np.uint8), cv2.DIST_L2, 3)
+    away = distance(part)
     return np.asarray((away > inner_px) & (away <= outer_px), np.bool_)

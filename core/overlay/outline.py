@@ -12,7 +12,8 @@ with ρ as it is further inside, s the best of a few shades, μ and τ the mean 
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Floats
+from core.overlay.distances import distance, within
 from core.overlay.palette import from_shades
 from core.overlay.smoothing import gaussian
 
@@ -89,16 +90,6 @@ def without_notches(mask: Bools, radius_px: int) -> Bools:
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius_px + 1, 2 * radius_px + 1))
     closed = cv2.morphologyEx(np.pad(mask, radius_px).astype(np.uint8), cv2.MORPH_CLOSE, disc)
     return np.asarray(closed[radius_px:-radius_px, radius_px:-radius_px] > 0, np.bool_)
-
-
-def distance(mask: Bools) -> Singles:
-    """Return how far (H, W) pixels are from a mask."""
-    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), np.float32)
-
-
-def within(mask: Bools, most_px: float) -> Bools:
-    """Return the pixels (H, W) at most so far from a mask."""
-    return np.asarray(distance(mask) <= most_px, np.bool_) if mask.any() else np.zeros(mask.shape, bool)
 
 
 def nearby(values: Floats, where: Bools, sigma_px: float) -> Floats:
