@@ -63,13 +63,6 @@ def opened(pair: CurvePair) -> CurvePair:
     return replace(pair, source=pair.source[:-3], target=pair.target[:-3], closed=False)
 
 
-def reversed_pair(pair: CurvePair) -> CurvePair:
-    """Return the curves run from their ends to their beginnings."""
-    count = knots_of(pair)
-    corners = frozenset((-knot) % count if pair.closed else count - 1 - knot for knot in pair.corners)
-    return replace(pair, source=pair.source[::-1], target=pair.target[::-1], corners=corners)
-
-
 def _with_straight_end(points: Points) -> Points:
     first, last = points[0], points[-1]
     return np.concatenate([points, [last + (first - last) / 3, last + (first - last) * 2 / 3, first]])

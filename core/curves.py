@@ -133,10 +133,6 @@ class Curve:
         """Return the curve run from its end to its start."""
         return Curve(self.points[::-1], self.closed)
 
-    def transformed(self, matrix: Floats) -> "Curve":
-        """Return the curve under an affine `matrix` (2, 3): it moves the control points, and so every point."""
-        return Curve(self.points @ matrix[:, :2].T + matrix[:, 2], self.closed)
-
     def inserted(self, t: float) -> "Curve":
         """Return the same curve with one more knot, at parameter `t` (de Casteljau)."""
         i = min(int(t), self.segments - 1)

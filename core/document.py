@@ -160,11 +160,6 @@ class Document:
         return cls(image, Raster.filled(*image.size_px))
 
     @property
-    def has_handles(self) -> bool:
-        """Whether an outline, a pin or a curve moves the picture beyond the preset."""
-        return self.outline is not None or bool(self.pins) or bool(self.curves)
-
-    @property
     def canvas_px(self) -> tuple[int, int]:
         """Width and height of the result: the picture's, times `WarpSettings.aspect`."""
         width, height = (

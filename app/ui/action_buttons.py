@@ -12,10 +12,10 @@ from app.ui.theme import em
 GAP_EM = 0.3
 
 
-def action_button(editor: Editor, action: Action, *, text: str = "", width: float = 0.0) -> None:
-    """Draw the button of an action, as wide as the panel where no width in screen pixels is said."""
+def action_button(editor: Editor, action: Action, *, text: str = "", width: float = 0.0, height: float = 0.0) -> None:
+    """Draw the button of an action, in screen pixels; as wide as the panel and as high as a line by default."""
     imgui.begin_disabled(not action.enabled(editor))
-    size = ImVec2(width or imgui.get_content_region_avail().x, 0)
+    size = ImVec2(width or imgui.get_content_region_avail().x, height)
     label = text or action.label
     shown = shortened(label, size.x - 2 * imgui.get_style().frame_padding.x)
     if imgui.button(shown if shown == label else f"{shown}###{label}", size):

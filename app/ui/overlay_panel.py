@@ -104,7 +104,8 @@ class OverlayPanel:
                 self._table.run("overlay.find", self._editor)
             tip("Find what repeats on the cloth, in the painted region or everywhere", "Ctrl+R")
         imgui.same_line(0, em(0.3))
-        self._draw_forget(width)
+        forget = self._table.by_name["overlay.forget"]
+        action_button(self._editor, forget, text="Forget", width=width, height=em(2.0))
         with at_least(*STATES):
             if work.is_running and work.ticket is not None:
                 imgui.progress_bar(work.ticket.progress.fraction, ImVec2(-1, em(0.5)), "")
@@ -114,14 +115,6 @@ class OverlayPanel:
         action_buttons(self._editor, [self._table.by_name[name] for name in ("overlay.go_on", "overlay.clear_region")])
         held = slider("Seed", self._cloth.seed, 0, 99, default=0, hint="Another number, another search")
         self._take("Seed", held, lambda new: self._cloth.changed(seed=round(new)))
-
-    def _draw_forget(self, width: float) -> None:
-        action = self._table.by_name["overlay.forget"]
-        imgui.begin_disabled(not action.enabled(self._editor))
-        if plain_button("Forget", width / em(1)):
-            action.run(self._editor)
-        imgui.end_disabled()
-        tip(action.tooltip)
 
     def _state(self) -> str:
         """Return in words what was found, or what to do."""

@@ -132,7 +132,8 @@ def test_handles_are_removed_together(drive: EditorDriver) -> None:
     TABLE.run("handles.select_all", drive.editor)
     assert drive.editor.session.selected == {0}
     TABLE.run("handles.reset", drive.editor)
-    assert not drive.document.has_handles
+    assert drive.document.pins == ()
+    assert drive.document.outline is None
     assert drive.labels == ("Put", "Remove all handles")
     assert not TABLE.run("handles.reset", drive.editor)
 

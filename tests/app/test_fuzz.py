@@ -1,6 +1,6 @@
 """Random streams of events over all tools and actions: nothing may break, and everything can be taken back."""
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.actions.table import ActionTable
@@ -70,7 +70,7 @@ def play(drive: EditorDriver, stream: list[Event | str]) -> None:
         drive.editor.tool.overlay(drive.editor)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60)
 @given(streams)
 def test_undo_to_the_start_and_redo_to_the_end(stream: list[Event | str]) -> None:
     drive = begun()
@@ -86,7 +86,7 @@ def test_undo_to_the_start_and_redo_to_the_end(stream: list[Event | str]) -> Non
     assert drive.document is end
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60)
 @given(streams)
 def test_escape_anywhere_leaves_no_trace(stream: list[Event | str]) -> None:
     drive = begun()
@@ -102,7 +102,7 @@ def test_escape_anywhere_leaves_no_trace(stream: list[Event | str]) -> None:
     assert drive.editor.session.draft is None
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25)
 @given(streams)
 def test_at_rest_there_is_a_final_answer_or_a_reason(stream: list[Event | str]) -> None:
     drive = begun()

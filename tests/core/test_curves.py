@@ -94,14 +94,6 @@ def test_arc_length_and_parameter_are_inverse() -> None:
     np.testing.assert_allclose(curve.length_at(curve.parameter_at(s)), s, atol=1e-6)
 
 
-def test_transform_moves_every_point() -> None:
-    curve = circle(20)
-    turn = np.array([[0.0, -2.0, 5.0], [2.0, 0.0, -3.0]])
-    t = np.linspace(0, curve.segments, 40)
-    moved = curve.at(t) @ turn[:, :2].T + turn[:, 2]
-    np.testing.assert_allclose(curve.transformed(turn).at(t), moved, atol=1e-9)
-
-
 def test_reversed_runs_back() -> None:
     curve = Curve(np.array([[0, 0], [5, 40], [50, -30], [70, 10]], float))
     np.testing.assert_allclose(curve.reversed().at(0.25), curve.at(0.75), atol=1e-12)

@@ -40,7 +40,7 @@ def test_no_edit_is_the_identity(frame: Frame) -> None:
     assert np.abs(EDITINGS[frame].solve(PLACES) - GRID.nodes).max() < 1e-9
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(0.3, 3), st.floats(-3, 3), st.floats(-100, 100), st.integers(2, 4))
 def test_a_similar_edit_gives_that_similarity(scale: float, angle: float, shift: float, count: int) -> None:
     alpha, t = scale * np.exp(1j * angle), shift * (1 + 0.3j)

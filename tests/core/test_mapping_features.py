@@ -66,7 +66,7 @@ def test_a_similar_w_is_reproduced(method: Method) -> None:
 MAPPINGS = {keep: FeatureMapping(GRID, FEATURES, keep=keep) for keep in KEEPS}
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.2, 5), st.floats(-3, 3), st.floats(-500, 500))
 def test_what_moves_turns_or_scales_w_does_so_to_the_result(scale: float, angle: float, shift: float) -> None:
     w = as_complex(swirl(GRID.nodes))

@@ -334,7 +334,7 @@ def squares(seed: int, wobble: float) -> Complexes:
     return np.array([0, 1, 1 + 1j, 1j]) + noise
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000), st.sampled_from([Hinge(0.3), Barrier(0.2), Barrier(1.0)]))
 def test_slopes_are_those_of_the_energy_and_curvature_is_never_negative(seed: int, penalty: Penalty) -> None:
     corners, z = Corners.of(squares(seed, 0.05)), squares(seed + 1, 0.4)

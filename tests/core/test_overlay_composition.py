@@ -74,7 +74,7 @@ def test_a_jump_between_pieces_does_not_blur() -> None:
     assert np.allclose(filtered(texture, uv), filtered(texture, moved), atol=1e-4)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(u=st.integers(-3, 3), v=st.integers(-3, 3))
 def test_whole_copies_of_offset_change_nothing(u: int, v: int) -> None:
     uv, flat = grid(), np.ones((40, 50))

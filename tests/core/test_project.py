@@ -116,7 +116,7 @@ def same(a: Any, b: Any) -> bool:
     return bool(a == b)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(documents())
 def test_what_is_saved_is_what_is_opened(tmp_path: Path, document: Document) -> None:
     save_project(document, tmp_path / "project.weft")

@@ -96,7 +96,7 @@ def test_feet_are_nearest_points_with_a_side() -> None:
     assert CurveSet([straight(left=50)]).feet(np.array([[40.0, 100.0]])).beyond.all()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(40, 60), st.floats(-15, 15), st.floats(0, 6.28))
 @example(40.0, -15.0, 0.789)
 def test_on_a_circle_spines_are_arcs_and_ribs_radii(radius: float, offset: float, angle: float) -> None:

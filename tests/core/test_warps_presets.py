@@ -47,7 +47,7 @@ def test_a_little_bend_moves_little(name: str) -> None:
         assert np.abs(make_warp(name, 300, 200, bend=bend)(rest) - rest).max() < 0.02
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(NAMES, PERCENT, PERCENT, PERCENT, st.booleans(), st.sampled_from([(300, 200), (200, 300), (640, 90), (1, 1)]))
 def test_nothing_folds(
     name: str, bend: float, across: float, down: float, upright: bool, size: tuple[int, int]
