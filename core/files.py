@@ -72,11 +72,14 @@ def check_place(path: Path) -> None:
     """Raise `InputError` if no file could be written at `path`: to be asked before the work that fills it."""
     if path.is_dir():
         raise InputError(f"{path}: is a folder, not a file")
-    folder = path.resolve().parent
-    if not folder.is_dir():
-        raise InputError(f"{path}: there is no folder {folder}")
-    if not os.access(folder, os.W_OK):
-        raise InputError(f"{path}: permission denied")
+    _try_beside(path)
+
+
+def check_folder_place(path: Path) -> None:
+    """Raise `InputError` if no folder could be written at `path`: to be asked before the work that fills it."""
+    if path.exists() and not path.is_dir():
+        raise InputError(f"{path}: is a file, not a folder")
+    _try_beside(path)
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -88,6 +91,16 @@ def write_bytes(path: Path, data: bytes) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write `text` to `path` as UTF-8, whole or not at all."""
     write_bytes(path, text.encode("utf-8"))
+
+
+def _try_beside(path: Path) -> None:
+    """Raise `InputError` naming `path` if its folder takes no new file; a device or a pipe needs none."""
+    target = path.resolve()
+    if not target.parent.is_dir():
+        raise InputError(f"{path}: there is no folder {target.parent}")
+    if not target.exists() or target.is_file() or target.is_dir():
+        with _faults_named(path), tempfile.TemporaryFile(dir=target.parent):
+            pass
 
 
 @contextmanager

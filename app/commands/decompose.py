@@ -9,7 +9,7 @@ import numpy as np
 from app.console import run_shown
 from core import color
 from core.arrays import Bools, Floats, InputError
-from core.files import atomic_folder
+from core.files import atomic_folder, check_folder_place
 from core.images import Image, load, load_mask, save
 from core.overlay.corrections import lattices_of
 from core.overlay.decomposition import decompose, shrunk
@@ -60,11 +60,9 @@ def run(arguments: argparse.Namespace) -> None:
 
 def check(arguments: argparse.Namespace) -> None:
     """Raise `InputError` for what is wrong before any work is done."""
-    folder = arguments.output
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is a file, not a folder")
-    if not folder.resolve().parent.is_dir():
-        raise InputError(f"{folder}: there is no folder {folder.resolve().parent}")
+    for folder in (arguments.output, arguments.stages):
+        if folder is not None:
+            check_folder_place(folder)
     if arguments.texel_size is not None and not 2 <= arguments.texel_size < 1e5:
         raise InputError(f"--texel-size {arguments.texel_size:g}: not a length of 2 pixels or more")
     if arguments.seed < 0:

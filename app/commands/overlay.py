@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from core.arrays import InputError
+from core.files import check_place
 from core.images import check_writable_format, load, save
 from core.overlay.composition import Placement
 from core.overlay.folder import read
@@ -37,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Compose and write the picture."""
     check_writable_format(arguments.output)
+    check_place(arguments.output)
     if not np.isfinite([arguments.detail, arguments.shading]).all():
         raise InputError("--detail and --shading must be finite numbers")
     parts, texture = read(arguments.folder), texture_colours(load(arguments.texture))

@@ -9,7 +9,7 @@ from pathlib import Path
 from app.console import run_shown
 from core import feature_curves
 from core.arrays import Bytes, InputError
-from core.files import write_text
+from core.files import check_place, write_text
 from core.images import Image, check_writable_format, load, load_mask, save
 from core.retexture.job import Settings, retexture
 from core.retexture.patches import PatchShape
@@ -111,6 +111,8 @@ def check(arguments: argparse.Namespace) -> None:
     outputs = [*arguments.output, *([arguments.deformed] if arguments.deformed else [])]
     for path in outputs:
         check_writable_format(path)
+    for path in (*outputs, *([arguments.report] if arguments.report else [])):
+        check_place(path)
     if len({path.resolve() for path in outputs}) < len(outputs):
         raise InputError("two outputs go to the same file")
     if arguments.seed < 0:

@@ -228,3 +228,7 @@ def test_an_output_that_is_a_file_is_refused_at_once(
     assert "file" in failing(capsys, "decompose", photo, "-o", tmp_path / "file")
     assert (tmp_path / "file").read_text() == "kept"
     assert "nowhere" in failing(capsys, "decompose", photo, "-o", tmp_path / "nowhere" / "parts")
+    stages = tmp_path / "nowhere" / "stages"
+    assert "nowhere" in failing(capsys, "decompose", photo, "-o", tmp_path / "parts", "--stages", stages)
+    picture = tmp_path / "nowhere" / "out.png"
+    assert "nowhere" in failing(capsys, "overlay", tmp_path / "unread", "--texture", photo, "-o", picture)

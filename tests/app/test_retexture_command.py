@@ -123,6 +123,8 @@ def test_bad_curves_touch_no_output(
         (["-o", "out.png", "--also", "layer.png"], "1 --also need 2 -o, not 1"),
         (["-o", "out.png", "-o", "more.png"], "0 --also need 1 -o, not 2"),
         (["-o", "out.png", "--deformed", "out.png"], "same file"),
+        (["-o", "no/out.png"], "there is no folder"),
+        (["-o", "out.png", "--report", "no/report.json"], "no/report.json: there is no folder"),
         (["-o", "out.png", "--matte", "black.png"], "black.png: the mask marks nothing"),
         (["-o", "out.png", "--source-mask", "small.png"], "small.png: the mask has 9x9 pixels"),
         (["-o", "out.png", "--also", "small.png", "-o", "more.png"], "small.png: has 9x9 pixels"),

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from core.arrays import InputError
-from core.files import atomic_file, atomic_folder, check_place, write_text
+from core.files import atomic_file, atomic_folder, check_folder_place, check_place, write_text
 
 
 def test_a_file_appears_whole(tmp_path: Path) -> None:
@@ -101,3 +101,18 @@ def test_a_place_is_judged_before_the_work(tmp_path: Path) -> None:
         check_place(tmp_path)
     with pytest.raises(InputError, match=r"a\.txt: there is no folder .*/no"):
         check_place(tmp_path / "no" / "a.txt")
+    check_folder_place(tmp_path)
+    check_folder_place(tmp_path / "new")
+    (tmp_path / "a.txt").write_text("kept")
+    with pytest.raises(InputError, match="is a file, not a folder"):
+        check_folder_place(tmp_path / "a.txt")
+    with pytest.raises(InputError, match="there is no folder"):
+        check_folder_place(tmp_path / "no" / "new")
+    assert os.listdir(tmp_path) == ["a.txt"]  # noqa: PTH208
+
+
+def test_a_folder_that_takes_no_files_is_noticed_before_the_work() -> None:
+    for check in (check_place, check_folder_place):
+        with pytest.raises(InputError, match=r"^/proc/a: "):
+            check(Path("/proc/a"))
+    check_place(Path("/dev/null"))
