@@ -17,8 +17,8 @@ from app.tools.box import Box, Grip, applied
 from app.tools.curve_set import place_on_line
 from app.tools.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
 from app.tools.selection import Selection
-from core import curve_edit
-from core.arrays import Points
+from core import curve_edit, perspective
+from core.arrays import InputError, Points
 from core.document import Document, Outline
 from core.document_map import outline_of
 
@@ -91,7 +91,7 @@ def drag_corners(editor: Editor, press: Press, corner: int) -> Gesture:
         return
     corners = selected(editor)
     move = lambda ring, event: curve_edit.with_knots_moved(ring, corners, _shift(press, event), closed=True)  # noqa: E731
-    yield from _follow(editor, "Move corner" if len(corners) == 1 else "Move corners", move, first)
+    yield from _follow(editor, "Move corner" if len(corners) == 1 else "Move corners", move, first, by_corners=True)
 
 
 def drag(editor: Editor, press: Press, part: Part) -> Gesture:
@@ -121,18 +121,36 @@ def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
         result[numbers] = applied(box.transform(grip, press.pos, event.pos, held=event.mods.shift), ring[numbers])
         return result
 
-    yield from _follow(editor, {"move": "Move", "scale": "Scale", "turn": "Turn"}[grip.kind] + " outline", move, first)
+    label = {"move": "Move", "scale": "Scale", "turn": "Turn"}[grip.kind] + " outline"
+    yield from _follow(editor, label, move, first, by_corners=True)
 
 
-def _follow(editor: Editor, label: str, move: Callable[[Points, Move], Points], first: Move) -> Gesture:
+def _follow(
+    editor: Editor, label: str, move: Callable[[Points, Move], Points], first: Move, *, by_corners: bool = False
+) -> Gesture:
     """Keep the outline at `move(its ring at the start, event)`, all on the screen."""
     start, ring = editor.document, ring_on_screen(editor)
     with editor.group(label):
         event: Event = first
         while isinstance(event, Move):
             moved = places_from_screen(editor, move(ring, event)[:-1])
-            editor.document = start.changed(outline=Outline(moved))
+            result = laid_by_corners(start, moved) if by_corners else start.changed(outline=Outline(moved))
+            if result is not None:
+                editor.document = result
             event = yield
+
+
+def laid_by_corners(document: Document, ring: Points) -> Document | None:
+    """Return the document whose outline went to `ring` (12, 2) by its corners; None where they cannot lie so.
+
+    The corners of a perspective stay those of a perspective.
+    """
+    if not perspective.has_corners(document):
+        return document.changed(outline=Outline(ring))
+    try:
+        return perspective.with_corners(document, ring[::3])
+    except InputError:
+        return None
 
 
 def _shift(press: Press, event: Move) -> Points:
@@ -152,6 +170,8 @@ def _handle_moved(ring: Points, handle: int, shift: Points, *, broken: bool) -> 
 
 def straighten(editor: Editor, part: Part) -> None:
     """Lay the handles of a corner, or those of the side, on the straight lines between corners."""
+    if perspective.has_corners(editor.document):
+        return
     outline = outline_of(editor.document)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     if part.kind == "corner":
@@ -179,11 +199,11 @@ def take_key(editor: Editor, key: Key) -> bool:
 
 
 def moved_by(editor: Editor, corners: frozenset[int], by_px: Points) -> Document:
-    """Return the document with corners of the outline moved by canvas pixels (2,)."""
+    """Return the document with corners of the outline moved by canvas pixels (2,), itself where they cannot."""
     outline = outline_of(editor.document)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     moved = curve_edit.with_knots_moved(ring, corners, by_px / editor.canvas_px, closed=True)
-    return editor.document.changed(outline=Outline(moved[:-1]))
+    return laid_by_corners(editor.document, moved[:-1]) or editor.document
 
 
 def hover(editor: Editor, pos: Position) -> object:

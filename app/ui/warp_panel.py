@@ -11,6 +11,7 @@ from app.editor import Editor
 from app.ui.controls import check, faint, label, section, segments
 from app.ui.preset_list import PresetList
 from app.ui.sliders import Held, slider
+from core import perspective
 from core.document import Keep, Method, WarpSettings
 from core.grid import Grid
 from core.warps.presets import PRESETS, Parameter
@@ -96,6 +97,8 @@ class WarpPanel:
             self._edit("Warp direction", vertical_axis=axis == "down")
         for row in DISTORTIONS:
             self._slide(row)
+        if perspective.has_corners(self._editor.document):
+            faint("Drag the picture's corners with the outline tool (O).")
         for parameter in preset.settings:
             self._slide_parameter(parameter)
 

@@ -181,3 +181,41 @@ def take_all(drive: EditorDriver) -> None:
     """Put a box around the whole outline."""
     assert ActionTable(TOOLS).run("handles.select_all", drive.editor)
     assert selected(drive.editor) == {0, 1, 2, 3}
+
+
+def test_corners_of_a_perspective_stay_those_of_a_perspective(drive: EditorDriver) -> None:
+    drive.editor.edit("Preset", drive.document.with_warp(preset="perspective", bend=40.0, vertical_axis=True))
+    before = np.array(ring(drive))[::3]
+    x, y = before[0]
+    drive.drag(at(x, y), at(x + 20, y + 30))
+    after = np.array(ring(drive))[::3]
+    assert np.allclose(after[0], (x + 20, y + 30), atol=1e-3)
+    assert np.allclose(after[1:], before[1:], atol=1e-3)
+    assert drive.document.outline is None
+    assert drive.document.warp.bend == 0
+    assert drive.labels[-1] == "Move corner"
+    middle = drive.editor.answer.warped[:, drive.editor.answer.warped.shape[1] // 2]
+    along, away = middle[-1] - middle[0], middle - middle[0]
+    off_line = (away[:, 0] * along[1] - away[:, 1] * along[0]) / np.hypot(*along)
+    assert np.abs(off_line).max() < 1e-6
+    drive.key("down")
+    assert np.allclose(np.array(ring(drive))[0], (x + 20, y + 31), atol=1e-3)
+    drive.undo().undo()
+    assert drive.document.warp.bend == 40
+
+
+def test_a_perspective_keeps_its_last_convex_corners(drive: EditorDriver) -> None:
+    drive.editor.edit("Preset", drive.document.with_warp(preset="perspective"))
+    drive.drag(at(-0.5, -0.5), at(60, 40), at(150, 120))
+    assert np.allclose(ring(drive)[0], (60, 40), atol=1e-3)
+    assert drive.document.outline is None
+    before = drive.document
+    drive.double_click(*at(60, 40))
+    assert drive.document is before
+
+
+def test_a_bent_side_of_a_perspective_is_an_outline(drive: EditorDriver) -> None:
+    drive.editor.edit("Preset", drive.document.with_warp(preset="perspective", bend=40.0))
+    drive.drag(at(100, 149.5), at(100, 180))
+    assert drive.document.outline is not None
+    assert drive.document.warp.bend == 40
