@@ -23,6 +23,8 @@ from app.requests import (
     Unsaved,
     Writing,
 )
+from app.warp_files import SUFFIXES as WARP_SUFFIXES
+from app.warp_files import writing_warp
 from core.arrays import InputError
 from core.document import Document
 from core.files import write_text
@@ -140,6 +142,19 @@ def export(editor: Editor, options: ExportOptions) -> None:
         return
     done = lambda _: editor.notify(f"Exported {options.path.name}")  # noqa: E731
     editor.background(f"Export {options.path.name}", lambda: exporter(document, options), done, writes=True)
+
+
+def ask_export_warp(editor: Editor) -> None:
+    """Ask where to write the warp itself, as an ST map or as a mesh, and do it."""
+    editor.finish()
+    document, near = editor.document, editor.project_path or editor.source_path or Path("Untitled")
+
+    def write(path: Path) -> None:
+        done = lambda _: editor.notify(f"Exported {path.name}")  # noqa: E731
+        editor.background(f"Export {path.name}", lambda: writing_warp(document, path), done, writes=True)
+
+    suggested = near.with_name(f"{near.stem}-warp.exr")
+    editor.requests.append(SaveFile("Export warp: ST map (.exr) or mesh (.obj)", WARP_SUFFIXES, suggested, write))
 
 
 def quit_editor(editor: Editor) -> None:

@@ -117,4 +117,13 @@ WARP = (
         checked=lambda editor: editor.document.warp.vertical_axis,
     ),
     Action("warp.reset", "Reset warp", "Warp", reset_warp, icon="arrow-rotate-left", tooltip="Take the preset back"),
+    Action(
+        "warp.export",
+        "Export warp…",
+        "Warp",
+        filing.ask_export_warp,
+        icon="file-export",
+        tooltip="Write the warp itself for other programs: an ST map (EXR) or a mesh with texture coordinates (OBJ)",
+        separated=True,
+    ),
 )

@@ -25,6 +25,7 @@ from core.document_map import MapSolver, grid_of, handles_of
 from core.files import atomic_file, check_place
 from core.images import Image, check_writable_format, load, load_mask, write
 from core.mapping.warping import Warped
+from core.obj import obj_mesh
 from core.raster import Raster
 from core.stmap import st_map
 from core.warps.presets import PRESETS
@@ -83,6 +84,7 @@ def _add_output_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--quality", type=int, default=95, metavar="1-100", help="of JPEG and WebP")
     group.add_argument("--map", type=Path, metavar="MAP.npz", help="also write the grid, before and after")
     group.add_argument("--stmap", type=Path, metavar="FILE.exr", help="also write the warp as an ST map")
+    group.add_argument("--mesh", type=Path, metavar="FILE.obj", help="also write the warp as a textured mesh")
     group.add_argument("--report", type=Path, metavar="REPORT.json", help="also write what became of the features")
 
 
@@ -115,8 +117,7 @@ def run(arguments: argparse.Namespace) -> None:
     picture = run_shown(rendering(document.image, found.rest, found.warped, size=canvas.size))
     report = found.report()
     report["seconds"]["render"] = time.perf_counter() - started
-    shares = None if arguments.stmap is None else st_map(found.rest, found.warped, document.size_px, canvas)
-    _write(arguments, picture, found, report, shares)
+    _write(arguments, picture, found, report, document.size_px, canvas)
     if not arguments.allow_folds and found.outline_moved_px:
         sys.stderr.write(
             f"weft: {arguments.output}: the outline gives way by up to {found.outline_moved_px:.1f} px, "
@@ -131,7 +132,9 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise InputError(f"--quality {arguments.quality}: not from 1 to 100")
     if arguments.stmap is not None and arguments.stmap.suffix.lower() != ".exr":
         raise InputError(f"{arguments.stmap}: an ST map is an .exr file")
-    for path in (arguments.output, arguments.map, arguments.stmap, arguments.report):
+    if arguments.mesh is not None and arguments.mesh.suffix.lower() != ".obj":
+        raise InputError(f"{arguments.mesh}: a mesh is an .obj file")
+    for path in (arguments.output, arguments.map, arguments.stmap, arguments.mesh, arguments.report):
         if path is not None:
             check_place(path)
 
@@ -190,17 +193,25 @@ def _with_handles(document: Document, path: Path) -> Document:
 
 
 def _write(
-    arguments: argparse.Namespace, picture: Image, found: Warped, report: dict[str, Any], shares: Image | None
+    arguments: argparse.Namespace,
+    picture: Image,
+    found: Warped,
+    report: dict[str, Any],
+    source_px: tuple[int, int],
+    canvas: Canvas,
 ) -> None:
     """Write all files that were asked for; they appear together, once each is whole."""
+    grid = found.rest, found.warped, source_px, canvas
     with ExitStack() as files:
         place = files.enter_context(atomic_file(arguments.output))
         write(picture, place, named=arguments.output, quality=arguments.quality)
         if arguments.map is not None:
             with files.enter_context(atomic_file(arguments.map)).open("wb") as file:
                 np.savez(file, rest=found.rest, plain=found.plain, warped=found.warped)
-        if shares is not None:
-            write(shares, files.enter_context(atomic_file(arguments.stmap)), named=arguments.stmap)
+        if arguments.stmap is not None:
+            write(st_map(*grid), files.enter_context(atomic_file(arguments.stmap)), named=arguments.stmap)
+        if arguments.mesh is not None:
+            files.enter_context(atomic_file(arguments.mesh)).write_text(obj_mesh(*grid), encoding="utf-8")
         if arguments.report is not None:
             text = json.dumps(report, indent=1)
             files.enter_context(atomic_file(arguments.report)).write_text(f"{text}\n", encoding="utf-8")

@@ -72,14 +72,19 @@ def test_no_warp_returns_the_picture(folder: Path) -> None:
 
 def test_a_feature_keeps_its_shape(folder: Path) -> None:
     words = ("photo.png", "--mask", "mask.png", "--preset", "arc", "--bend=40", "-o", "out.png")
-    assert weft(*words, "--map", "map.npz", "--report", "report.json", "--stmap", "st.exr") == 0
+    also = ("--map", "map.npz", "--stmap", "st.exr", "--mesh", "mesh.obj")
+    assert weft(*words, *also, "--report", "report.json") == 0
     report = json.loads(Path("report.json").read_text())
     assert report["features"][0]["residual"] < 1e-6
     assert report["folds"] == {"plain": 0, "warped": 0}
     assert set(report["seconds"]) == {"setup", "factor", "rhs", "solve", "unfold", "render"}
     found = arrays("map.npz")
     assert list(found["rest"].shape[:2]) == report["grid"]
-    assert load("st.exr").pixels.shape[:2] == load("out.png").pixels.shape[:2]
+    height, width = load("out.png").pixels.shape[:2]
+    assert load("st.exr").pixels.shape[:2] == (height, width)
+    vertices = np.loadtxt([line[2:] for line in Path("mesh.obj").read_text().splitlines() if line.startswith("v ")])
+    np.testing.assert_allclose(vertices[:, 0], found["warped"][..., 0].ravel() + 0.5, atol=1e-5)
+    np.testing.assert_allclose(height - vertices[:, 1], found["warped"][..., 1].ravel() + 0.5, atol=1e-5)
 
 
 def test_an_outline_that_has_to_give_way_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -290,6 +295,7 @@ def test_damaged_pictures_leave_one_line_each_and_nothing_at_exit(folder: Path) 
         (["--size", "999999x10"], "output of 999999x10 pixels"),
         (["--map", "no/map.npz"], "no/map.npz: there is no folder"),
         (["--stmap", "st.png"], "st.png: an ST map is an .exr file"),
+        (["--mesh", "mesh.ply"], "mesh.ply: a mesh is an .obj file"),
     ],
 )
 def test_what_cannot_be_is_named(

@@ -7,6 +7,7 @@ import pytest
 
 from app import filing
 from app.actions.file import recent_actions
+from app.actions.table import ActionTable
 from app.commands.edit import kept_at_an_end
 from app.editor import Editor, Notice
 from app.jobs import InlineExecutor, Jobs
@@ -15,6 +16,7 @@ from app.render.picture_file import exporting
 from app.requests import AskRecover, AskUnsaved, AskWriting, ExportOptions, ExportPicture, OpenFile, SaveFile, Writing
 from app.tools.all import TOOLS
 from core.arrays import InputError
+from core.canvas import Canvas
 from core.document import Document
 from core.images import Image, load, save
 from core.progress import Job, Progress
@@ -22,6 +24,7 @@ from core.project import load_project, save_project
 from tests.app.driver import Clock, EditorDriver, Later, document, picture
 
 T = TypeVar("T")
+TABLE = ActionTable(TOOLS)
 
 
 @pytest.fixture
@@ -181,6 +184,34 @@ def test_export_is_a_job_over_the_document_of_that_moment(drive: EditorDriver, t
     assert seen == [drive.document]
     assert load(tmp_path / "out.png").width_px == 200
     assert drive.editor.notices[-1].text == "Exported out.png"
+
+
+@pytest.mark.parametrize("name", ["warp.exr", "warp.obj"])
+def test_the_warp_itself_is_exported_in_the_frame_of_the_picture(
+    drive: EditorDriver, tmp_path: Path, name: str
+) -> None:
+    bend(drive)
+    TABLE.run("warp.export", drive.editor)
+    ask(drive, SaveFile).then(tmp_path / name)
+    drive.frame()
+    canvas = Canvas.around(drive.editor.answer.warped)
+    if name.endswith("exr"):
+        shares = load(tmp_path / name).pixels
+        assert shares.shape[:2] == (canvas.height_px, canvas.width_px)
+        assert 0.5 < (shares[..., 3] == 1).mean() < 1
+    else:
+        lines = (tmp_path / name).read_text().splitlines()
+        places = np.loadtxt([line[2:] for line in lines if line.startswith("v ")])
+        assert np.allclose(places[:, :2].max(axis=0), canvas.size, atol=1)
+    assert drive.editor.notices[-1].text == f"Exported {name}"
+
+
+def test_a_warp_of_another_kind_of_file_is_refused(drive: EditorDriver, tmp_path: Path) -> None:
+    TABLE.run("warp.export", drive.editor)
+    ask(drive, SaveFile).then(tmp_path / "warp.png")
+    drive.frame()
+    assert "warp.png: a warp is an .exr file" in drive.editor.notices[-1].text
+    assert not list(tmp_path.glob("*.png"))
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,33 @@
+"""A warp as a file of its own, for programs that do it to pictures of theirs."""
+
+from pathlib import Path
+
+from core.arrays import InputError
+from core.canvas import Canvas
+from core.document import Document
+from core.document_map import settled
+from core.files import write_text
+from core.images import save
+from core.obj import obj_mesh
+from core.progress import Job, Progress, part
+from core.stmap import st_map
+
+SUFFIXES = ("exr", "obj")
+
+
+def writing_warp(document: Document, path: Path) -> Job[None]:
+    """Write the warp on a canvas that holds all of it: an ST map to .exr, a mesh to .obj.
+
+    Raises `InputError` for another ending, and for what cannot be written.
+    """
+    suffix = path.suffix.lower().lstrip(".")
+    if suffix not in SUFFIXES:
+        raise InputError(f"{path}: a warp is an .exr file, as an ST map, or an .obj file, as a mesh")
+    found = yield from part(settled(document), 0.0, 0.6)
+    yield Progress(0.6, "writing")
+    canvas = Canvas.around(found.warped)
+    grid = found.rest, canvas.placed(found.warped), document.size_px, canvas
+    if suffix == "obj":
+        write_text(path, obj_mesh(*grid))
+    else:
+        save(st_map(*grid), path)
