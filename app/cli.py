@@ -2,7 +2,6 @@
 
 import argparse
 import importlib
-import importlib.metadata
 import os
 import sys
 from collections.abc import Iterator
@@ -91,6 +90,8 @@ def parse(words: list[str]) -> tuple[Command, argparse.Namespace]:
         name, rest = words[0], words[1:]
         parser = OneLineParser(prog=f"weft {name}", allow_abbrev=False)
     else:
+        from importlib.metadata import version
+
         name, rest = "edit", words
         listing = "\n".join(f"  {known:11s} {what}" for known, what in COMMANDS.items())
         parser = OneLineParser(
@@ -99,7 +100,7 @@ def parse(words: list[str]) -> tuple[Command, argparse.Namespace]:
             formatter_class=argparse.RawDescriptionHelpFormatter,
             epilog=f"commands that need no display (weft COMMAND --help):\n{listing}",
         )
-        parser.add_argument("--version", action="version", version=f"weft {importlib.metadata.version('weft')}")
+        parser.add_argument("--version", action="version", version=f"weft {version('weft')}")
     command = cast("Command", importlib.import_module(f"app.commands.{name}"))
     parser.description = command.__doc__
     parser.add_argument("--trace", type=Path, metavar="FILE", help="write a timeline in the Chrome trace event format")

@@ -12,9 +12,9 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
-import scipy
 
 from core.arrays import Floats, InputError, Points, as_points, readonly
+from core.nearest import Nearest, close_pairs
 
 SPEEDLESS = 1e-9
 """Below this speed, in pixels per parameter, a derivative gives no direction."""
@@ -118,7 +118,7 @@ class Curve:
     def nearest(self, positions: Points) -> tuple[Floats, Floats]:
         """Return the parameters of the points of the curve nearest to `positions` (n, 2), and the distances."""
         t, tree = self._tree
-        _, index = tree.query(positions)
+        _, index = tree.to(positions)
         low, high = t[np.maximum(index - 1, 0)], t[np.minimum(index + 1, len(t) - 1)]
         best = t[index]
         # The foot of the perpendicular: Newton's step on (B - q) . B' = 0 without the second derivative, kept between
@@ -164,9 +164,9 @@ class Curve:
         return float(np.hypot(*np.diff(self.points, axis=0).T).sum())
 
     @cached_property
-    def _tree(self) -> tuple[Floats, "scipy.spatial.cKDTree"]:
+    def _tree(self) -> tuple[Floats, Nearest]:
         t = self.parameters(step=max(0.5, self._chords / 20000))
-        return t, scipy.spatial.cKDTree(self.at(t))
+        return t, Nearest(self.at(t))
 
 
 def _rungs(curve: Curve, segment: int, step: float) -> Floats:
@@ -210,10 +210,7 @@ def crossings(a: Curve, b: Curve) -> Floats:
     """
     ta, tb = a.parameters(step=1.0), b.parameters(step=1.0)
     pa, pb = a.at(ta), b.at(tb)
-    middle = [(p[1:] + p[:-1]) / 2 for p in (pa, pb)]
-    near = scipy.spatial.cKDTree(middle[0]).query_ball_tree(scipy.spatial.cKDTree(middle[1]), 1.0)
-    i = np.repeat(np.arange(len(near)), [len(n) for n in near])
-    j = np.fromiter((k for n in near for k in n), np.int64, len(i))
+    i, j = close_pairs((pa[1:] + pa[:-1]) / 2, (pb[1:] + pb[:-1]) / 2, 1.0)
     if a is b:
         apart = (j - i > 1) & ~(a.closed & (i == 0) & (j == len(tb) - 2))
         i, j = i[apart], j[apart]

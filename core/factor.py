@@ -3,17 +3,29 @@
 The back end is CHOLMOD, through CVXOPT, in its supernodal form P A Pᵀ = L Lᴴ.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
-from core.arrays import Ints, SingularSystemError
+from core.arrays import Floats, Ints, SingularSystemError
 from core.cholmod import cholmod, cvxopt
 from core.tracing import span
 
+if TYPE_CHECKING:
+    from scipy import sparse
+
 _FORWARD, _BACKWARD, _PERMUTE, _UNPERMUTE = 4, 5, 7, 8
+
+
+class Entries(NamedTuple):
+    """n entries on and below the diagonal of a symmetric matrix; those at one place are added up."""
+
+    rows: Ints
+    columns: Ints
+    values: Floats
+    size: int
+    """Of the matrix, along either side."""
 
 
 class Factor:
@@ -22,7 +34,8 @@ class Factor:
     Parameters
     ----------
     matrix
-        (n, n), sparse. Only its lower triangle is read. Entries that are zero now but may not stay so must be stored.
+        (n, n), sparse, or its entries. Only its lower triangle is read. Entries that are zero now but may not stay so
+        must be stored.
     pattern_only
         Whether the matrix is but analysed: its values are factorised later, before the first solve.
 
@@ -32,24 +45,21 @@ class Factor:
         If the matrix is not positive definite; `nodes` names unknowns without any equation, where there are such.
     """
 
-    def __init__(self, matrix: "sparse.sparray | sparse.spmatrix", *, pattern_only: bool = False) -> None:
-        lower = sparse.csc_array(sparse.tril(matrix))
-        lower.sort_indices()
-        self.size: int = lower.shape[0]
-        self.indices: Ints = lower.indices.astype(np.int64)
+    def __init__(self, matrix: "sparse.sparray | sparse.spmatrix | Entries", *, pattern_only: bool = False) -> None:
+        lower = matrix if isinstance(matrix, Entries) else _lower_triangle(matrix)
+        self.size = lower.size
+        self._scalar = np.complex128 if np.iscomplexobj(lower.values) else np.float64
+        code, values = ("z" if self._scalar is np.complex128 else "d"), lower.values.astype(self._scalar)
+        self._matrix = cvxopt.spmatrix(cvxopt.matrix(values), lower.rows, lower.columns, (self.size, self.size), code)
+        starts, rows, stored = self._matrix.CCS
+        self.indices: Ints = np.array(rows, np.int64).ravel()
         """Row of each stored entry of the lower triangle, column by column."""
-        self.starts: Ints = lower.indptr.astype(np.int64)
-        self._scalar = np.complex128 if np.iscomplexobj(lower.data) else np.float64
-        columns = np.repeat(np.arange(self.size), np.diff(self.starts))
-        code = "z" if self._scalar is np.complex128 else "d"
-        self._matrix = cvxopt.spmatrix(
-            cvxopt.matrix(lower.data.astype(self._scalar)), self.indices, columns, lower.shape, code
-        )
+        self.starts: Ints = np.array(starts, np.int64).ravel()
         cholmod.options["supernodal"] = 2
         with span("analyse", unknowns=self.size):
             self._factor = cholmod.symbolic(self._matrix)
         if not pattern_only:
-            self.factorise(lower.data)
+            self.factorise(np.array(stored).ravel())
 
     def factorise(self, values: NDArray[Any]) -> "Factor":
         """Factorise new values of the lower triangle, column by column, and return the factor itself."""
@@ -96,3 +106,11 @@ class Factor:
     def __repr__(self) -> str:
         kind = "complex" if self._scalar is np.complex128 else "real"
         return f"Factor({self.size} unknowns, {len(self.indices)} entries, {kind}, CHOLMOD supernodal)"
+
+
+def _lower_triangle(matrix: "sparse.sparray | sparse.spmatrix") -> Entries:
+    # Systems that are put together without SciPy do not wait for it to load.
+    from scipy import sparse
+
+    lower = sparse.coo_array(sparse.csc_array(sparse.tril(matrix)))
+    return Entries(lower.row.astype(np.int64), lower.col.astype(np.int64), lower.data, lower.shape[0])

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves import Curve
+from core.nearest import Nearest
 from core.retexture.sampling import read
 
 STEP_PX = 4.0
@@ -64,11 +64,11 @@ class CurveSet:
         self._end = np.zeros(len(self.length), bool)
         self._end[ends[open_curve] - 1] = True
         self._end[(ends - [len(s) for s in spans])[open_curve]] = True
-        self._tree = scipy.spatial.cKDTree(self.points)
+        self._nearest = Nearest(self.points)
 
     def feet(self, positions: Points) -> Feet:
         """Return the nearest points to `positions` (n, 2)."""
-        distance, near = self._tree.query(positions, workers=2)
+        distance, near = self._nearest.to(positions)
         gap, tangent = positions - self.points[near], self.tangent[near]
         along = (gap * tangent).sum(axis=1)
         # Between two samples the tangent turns evenly.
@@ -84,7 +84,7 @@ class CurveSet:
 
     def distance(self, positions: Points) -> Floats:
         """Return the distances of `positions` (n, 2) to the nearest curve, px."""
-        return np.asarray(self._tree.query(positions, workers=2)[0])
+        return self._nearest.to(positions)[0]
 
     def place(self, curve: Ints, length: Floats, offset: Floats) -> tuple[Points, Points]:
         """Return positions at `offset` px along the normals at arc `length`s of curves, and the tangents there."""

@@ -8,15 +8,16 @@ grid at points of the curves, the field u minimises
 so that (G'G + w B'B) u = w B'v. The matrix depends on where the curves' points are, not on the values v they carry.
 """
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
-import scipy
-import scipy.sparse as sp
 
-from core.arrays import Bools, Floats, Points, Singles
+from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves import paired_parameters
-from core.factor import Factor
+from core.factor import Entries, Factor
 from core.feature_curves import FeatureCurve
+from core.nearest import Nearest
 from core.tracing import span
 
 NODES = 40_000
@@ -38,18 +39,18 @@ class Diffusion:
         self.rows, self.columns = (int(np.ceil((n - 1) / self.step)) + 1 for n in shape)
         inside = ((points > 0) & (points < np.array([width - 1, height - 1]))).all(axis=1)
         self._used = inside
-        self._free = np.flatnonzero(self._free_nodes(points, reach_px).ravel())
-        stiffness = _stiffness(self.rows, self.columns)[self._free][:, self._free]
-        self._read = _bilinear(points[inside] / self.step, self.rows, self.columns)[:, self._free]
-        self._factor = Factor(stiffness + HOLD * (self._read.T @ self._read))
+        free = self._free_nodes(points, reach_px)
+        self._free = np.flatnonzero(free.ravel())
+        self._reading = _bilinear(points[inside] / self.step, self.rows, self.columns)
+        self._factor = Factor(_system(free, self._reading))
 
     def solve(self, values: Floats) -> Floats:
         """Return the field (R, C, d) at the nodes for `values` (n, d) at the points."""
         with span("rhs"):
-            right = HOLD * (self._read.T @ values[self._used])
+            right = HOLD * self._reading.spread(values[self._used], self.rows * self.columns)
         field = np.zeros((self.rows * self.columns, values.shape[1]))
         with span("solve"):
-            field[self._free] = self._factor.solve(right)
+            field[self._free] = self._factor.solve(right[self._free])
         return field.reshape(self.rows, self.columns, -1)
 
     def at_pixels(self, field: Floats | Singles, window: tuple[slice, slice] | None = None) -> Singles:
@@ -66,8 +67,8 @@ class Diffusion:
     def at(self, field: Floats, places: Points) -> Floats:
         """Return a field (R, C, d) of the nodes at `places` (n, 2), those outside the picture as at its border."""
         limit = np.array([self.columns - 1, self.rows - 1])
-        read = _bilinear(np.clip(places / self.step, 0, limit), self.rows, self.columns)
-        return np.asarray(read @ field.reshape(self.rows * self.columns, -1))
+        reading = _bilinear(np.clip(places / self.step, 0, limit), self.rows, self.columns)
+        return reading.of(field.reshape(self.rows * self.columns, -1))
 
     @property
     def nodes(self) -> Points:
@@ -79,32 +80,60 @@ class Diffusion:
         free = np.zeros((self.rows, self.columns), bool)
         free[1:-1, 1:-1] = True
         if reach_px is not None and len(points):
-            distance, _ = scipy.spatial.cKDTree(points).query(self.nodes.reshape(-1, 2))
+            distance, _ = Nearest(points).to(self.nodes.reshape(-1, 2))
             free &= np.reshape(distance < reach_px, free.shape)
         return free
 
 
-def _stiffness(rows: int, columns: int) -> sp.csr_matrix:
-    """Return G'G of a grid: its graph Laplacian."""
-    along, down = _path(columns), _path(rows)
-    return sp.csr_matrix(sp.kron(sp.eye(rows), along) + sp.kron(down, sp.eye(columns)))
+class Reading(NamedTuple):
+    """B: how n values come about from those at four nodes each."""
+
+    nodes: Ints
+    """(4, n)."""
+    weights: Floats
+    """(4, n)."""
+
+    def of(self, values: Floats) -> Floats:
+        """Return B u (n, d) for `values` u (m, d) at the nodes."""
+        parts = (weight[:, None] * values.take(node, axis=0) for node, weight in zip(*self, strict=True))
+        return np.asarray(sum(parts))
+
+    def spread(self, values: Floats, count: int) -> Floats:
+        """Return B'v (count, d) for `values` v (n, d)."""
+        nodes = self.nodes.ravel()
+        loads = (self.weights[..., None] * values).reshape(len(nodes), -1)
+        return np.column_stack([np.bincount(nodes, load, count) for load in loads.T])
 
 
-def _path(count: int) -> sp.dia_matrix:
-    """Return the graph Laplacian of a row of `count` nodes."""
-    degree = np.full(count, 2.0)
-    degree[[0, -1]] = 1 if count > 1 else 0
-    return sp.diags([-np.ones(count - 1), degree, -np.ones(count - 1)], [-1, 0, 1])
-
-
-def _bilinear(positions: Points, rows: int, columns: int) -> sp.csr_matrix:
-    """Return B (n, rows * columns): the weights that read a grid at `positions` (n, 2), in cells."""
+def _bilinear(positions: Points, rows: int, columns: int) -> Reading:
+    """Return what reads a flattened grid at `positions` (n, 2), in cells."""
     corner = np.clip(np.floor(positions).astype(int), 0, [columns - 2, rows - 2])
     u, v = (positions - corner).T
     first = corner[:, 1] * columns + corner[:, 0]
-    weights = np.concatenate([(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v])
-    nodes = np.concatenate([first, first + 1, first + columns, first + columns + 1])
-    return sp.csr_matrix((weights, (np.tile(np.arange(len(u)), 4), nodes)), (len(u), rows * columns))
+    weights = np.stack([(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v])
+    return Reading(np.stack([first, first + 1, first + columns, first + columns + 1]), weights)
+
+
+def _system(free: Bools, reading: Reading) -> Entries:
+    """Return G'G + w B'B for the `free` nodes (R, C), the others being held at 0."""
+    number = np.full(free.shape, -1)
+    number[free] = np.arange(np.count_nonzero(free))
+    # All of them lie off the border, and have four edges.
+    rows, columns, values = [number[free]], [number[free]], [np.full(np.count_nonzero(free), 4.0)]
+    for here, there in ((number[:, :-1], number[:, 1:]), (number[:-1], number[1:])):
+        both = (here >= 0) & (there >= 0)
+        rows.append(there[both])
+        columns.append(here[both])
+        values.append(np.full(len(rows[-1]), -1.0))
+    read = number.ravel()[reading.nodes]
+    # Of a point's nodes the later have the higher numbers: these are the pairs on and below the diagonal.
+    for i in range(4):
+        for j in range(i + 1):
+            both = (read[i] >= 0) & (read[j] >= 0)
+            rows.append(read[i][both])
+            columns.append(read[j][both])
+            values.append(HOLD * (reading.weights[i] * reading.weights[j])[both])
+    return Entries(np.concatenate(rows), np.concatenate(columns), np.concatenate(values), len(rows[0]))
 
 
 def motion(curves: list[FeatureCurve], step: float) -> tuple[Points, Points]:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import scipy
 
 from core.arrays import Bools, Bytes, Floats, Singles
 from core.retexture.coordinates import CurveSet
@@ -28,6 +27,8 @@ GENTLE = 1.1
 """And wider by so many times the gap that it bridges: in less, one thing of the source would be shown twice or torn."""
 GAP_PX, SPECK_PX = 8, 4
 """The region has no gaps narrower than twice the first, and no parts narrower than twice the second."""
+SMOOTH_PX = 6.0
+"""Strain is averaged over about so far."""
 RIM_PX = 12
 """Width of the rim in which the seam between both may run."""
 
@@ -91,7 +92,7 @@ def region(
     nothing to regrow, but close to a curve. The deformation stands where it shows `landmarks` (H, W).
     """
     reach_px, edge_px = sizes.reach_px, sizes.edge_px
-    strain = grid.at_pixels(scipy.ndimage.gaussian_filter(distortion(grid, field), 6 / grid.step)[..., None])[..., 0]
+    strain = grid.at_pixels(_smooth(distortion(grid, field), SMOOTH_PX / grid.step)[..., None])[..., 0]
     distance = _distance(curves, grid.shape)
     near = (distance < reach_px) & (strain > CALM)
     far = (distance < FARTHEST * reach_px) & (strain > STRAINED)
@@ -113,6 +114,12 @@ def region(
     nearness = ramp(whole / band)
     free = ramp(whole / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
     return Region(must, may, inner, nearness * (1 - ramp(distance / reach_px - 1)), free)
+
+
+def _smooth(values: Floats, sigma: float) -> Floats:
+    """Return Gaussian means of `values` (R, C), mirrored at their border."""
+    side = 2 * int(np.ceil(4 * sigma)) + 1
+    return np.asarray(cv2.GaussianBlur(values, (side, side), sigma, borderType=cv2.BORDER_REFLECT))
 
 
 def _kept(landmarks: Bools, strain: Singles) -> Bools:

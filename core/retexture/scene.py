@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import scipy
 
 from core.arrays import Bools, Bytes, Floats, Ints, Points, Singles
 from core.curve_fitting import fit
 from core.curves import Curve
 from core.feature_curves import FeatureCurve
+from core.nearest import Nearest
 from core.retexture import diffusion
 from core.retexture.coordinates import CurveSet, DirectionField
 from core.retexture.diffusion import Diffusion
@@ -126,7 +126,7 @@ def followed(source: Curve, plain: Retexture) -> Curve:
     nodes = plain.grid.nodes.reshape(-1, 2)
     origin = nodes + plain.field.reshape(-1, 2)
     line = source.at(source.parameters(step=2.0))
-    _, near = scipy.spatial.cKDTree(origin).query(line)
+    _, near = Nearest(origin).to(line)
     place = nodes[near]
     for _ in range(8):
         place = place + 0.5 * (line - place - plain.grid.at(plain.field, place))

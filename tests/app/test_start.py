@@ -3,6 +3,18 @@
 import subprocess
 import sys
 
+RETEXTURE = """
+import sys, numpy as np, app.commands.retexture
+from core.curves import Curve
+from core.feature_curves import FeatureCurve
+from core.progress import run
+from core.retexture.job import retexture
+
+bend = [Curve(np.array([[10.0, 50], [40, y], [70, y], [110, 50]])) for y in (50, 30)]
+picture = np.random.default_rng(0).integers(0, 255, (100, 120, 3), np.uint8)
+run(retexture(picture, [FeatureCurve(*bend)])).apply(picture)
+assert "scipy" not in sys.modules
+"""
 LATER = "import sys; from app.shell import LOADED_LATER, load_rest; later = set(LOADED_LATER)"
 
 
@@ -17,3 +29,7 @@ def test_the_editor_starts_without_the_solvers_of_its_tools() -> None:
 
 def test_the_tools_find_everything_loaded() -> None:
     run(f"{LATER}; load_rest(); assert later <= set(sys.modules), later - set(sys.modules)")
+
+
+def test_a_picture_is_retextured_without_waiting_for_scipy() -> None:
+    run(RETEXTURE)

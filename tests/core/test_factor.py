@@ -7,7 +7,7 @@ from scipy import sparse
 
 from core.arrays import SingularSystemError
 from core.cholmod import kernels
-from core.factor import Factor
+from core.factor import Entries, Factor
 
 
 def matrix(seed: int, n: int = 60) -> sparse.csc_array:
@@ -35,6 +35,13 @@ def test_new_values_need_no_new_analysis() -> None:
     lower = sparse.csc_array(sparse.tril(A))
     b = np.ones(60)
     assert np.allclose(factor.factorise(lower.data * 4).solve(b), np.linalg.solve(A.toarray() * 4, b))
+
+
+def test_entries_at_one_place_are_added_up() -> None:
+    A = sparse.coo_array(sparse.tril(matrix(3)))
+    halves = Entries(np.tile(A.row, 2), np.tile(A.col, 2), np.tile(A.data / 2, 2), 60)
+    b = np.arange(60.0)
+    np.testing.assert_allclose(Factor(halves).solve(b), Factor(matrix(3)).solve(b))
 
 
 def test_a_hermitian_system() -> None:
