@@ -57,7 +57,7 @@ BLEND = (
 ADVICE = "Paint the cloth (B) or drag a rectangle around it (R) and look again, or mark one repeat of it (I)."
 UNSOUGHT = "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
 STOPPED = "The search was stopped. Go on with it, or find the pattern anew."
-FOUND = "{} repeats found on {:.0f} % of the picture. Mend the lattice with its tool (L)."
+FOUND = "{} repeats found on {:.0f} % of the picture. To have more, paint all the cloth (B) or mend the lattice (L)."
 EARLIER = "That was before the last change."
 STATES = (UNSOUGHT, STOPPED, f"{FOUND} {EARLIER}", f"A fault that is said in a line.\n{ADVICE}")
 """What can be said of the search: its place on the panel has room for any of them."""
