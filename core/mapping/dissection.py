@@ -2,18 +2,19 @@
 
 The five-point stencil couples a box to nothing but its frame, the nodes along its four sides. So the unknowns of a box
 can be eliminated before those around it, its two halves before the line that separates them (George 1973). What is
-eliminated with a box, the line or all of a small box, are its pivots; with the frame they make up its front.
+eliminated with a box, the line or all of a leaf, are its pivots; with the frame they make up its front.
 
-Boxes of one level are as good as the same size: those with the same size and the same sides inside the grid form a
-group, whose fronts have the same layout.
+Leaves are all of one size, and so are tiles of four by four leaves: lines are drawn between tiles first. What is left
+over along the lower and the right side is made up by places outside the grid, uncoupled from all nodes. So boxes come
+in few layouts. Those with the same size and the same sides inside the grid form a group, whose fronts are alike.
 """
 
 from dataclasses import dataclass, field
 
-_SMALL = 7
-"""Rows and columns of a box that is not cut any further, at most."""
-_FRAMED = 5
-"""Level from which on boxes have all four sides: those at the edge are in a group with the others."""
+_LARGEST_LEAF, _LEAVES = 7, 4
+"""Nodes along a leaf, and leaves along a tile, at most."""
+_FRAMED = 4
+"""Tiles of a box up to which it has all four sides: those at the edge are in a group with the others."""
 
 Sides = tuple[bool, bool, bool, bool]
 """Whether a box has a frame above it, to its right, below it and to its left."""
@@ -23,14 +24,45 @@ Run = tuple[slice, slice]
 """Frame nodes of a half, and where in the front of the whole they lie."""
 
 
+@dataclass(frozen=True)
+class Axis:
+    """How the nodes along one axis are cut into leaves: `leaf` nodes each, one between any two of them."""
+
+    leaf: int
+    count: int
+
+    @classmethod
+    def over(cls, nodes: int) -> "Axis":
+        """Return the leaves and tiles over so many nodes that reach least beyond them."""
+        if nodes <= _LARGEST_LEAF:
+            return cls(nodes, 1)
+        if nodes <= 2 * _LARGEST_LEAF + 1:
+            return cls(nodes // 2, 2)
+        sizes = range(_LARGEST_LEAF // 2 + 1, _LARGEST_LEAF + 1)
+        leaf = min(sizes, key=lambda size: -(nodes + 1) % (_LEAVES * (size + 1)))
+        return cls(leaf, _LEAVES * -(-(nodes + 1) // (_LEAVES * (leaf + 1))))
+
+    @property
+    def tile(self) -> int:
+        """Leaves along a tile."""
+        return min(_LEAVES, self.count)
+
+    def nodes(self, leaves: int) -> int:
+        """Return how many nodes so many leaves span."""
+        return leaves * (self.leaf + 1) - 1
+
+    def first(self, leaves: int) -> int:
+        """Return how many of these leaves are the first half."""
+        return leaves // 2 if leaves <= self.tile else leaves // self.tile // 2 * self.tile
+
+
 @dataclass(eq=False)
 class Group:
     """Boxes of the same layout."""
 
-    level: int
-    """How many cuts made the box."""
-    shape: tuple[int, int]
-    """Rows and columns of a box."""
+    axes: tuple[Axis, Axis]
+    leaves: tuple[int, int]
+    """Rows and columns of leaves of a box."""
     sides: Sides
     corners: list[tuple[int, int]] = field(default_factory=list)
     """First row and column of every box."""
@@ -38,21 +70,36 @@ class Group:
     """The groups of the halves of all boxes, which boxes of them, and where their frames lie in the front."""
 
     @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of a box."""
+        return self.axes[0].nodes(self.leaves[0]), self.axes[1].nodes(self.leaves[1])
+
+    @property
+    def tiles(self) -> float:
+        """How many tiles a box is made of: a part of one for boxes within tiles."""
+        return self.leaves[0] * self.leaves[1] / (self.axes[0].tile * self.axes[1].tile)
+
+    @property
     def cut(self) -> int | None:
-        """The axis along which boxes are cut in two; None for small ones."""
-        rows, columns = self.shape
-        if max(rows, columns) <= _SMALL:
+        """The axis along which boxes are cut in two; None for leaves."""
+        if max(self.leaves) == 1:
             return None
-        return 1 if columns >= rows else 0
+        rows, columns = self.shape
+        return int(self.leaves[0] == 1 or (self.leaves[1] > 1 and columns >= rows))
 
     def pivots(self) -> list[Place]:
         """Return the nodes that are eliminated with a box."""
         rows, columns = self.shape
         if self.cut is None:
             return [(i, j) for i in range(rows) for j in range(columns)]
-        if self.cut:
-            return [(i, columns // 2) for i in range(rows)]
-        return [(rows // 2, j) for j in range(columns)]
+        line = self._first_half[self.cut]
+        return [(i, line) for i in range(rows)] if self.cut else [(line, j) for j in range(columns)]
+
+    @property
+    def _first_half(self) -> tuple[int, int]:
+        """The nodes along the first half, for either axis."""
+        up, across = (axis.nodes(axis.first(leaves)) for axis, leaves in zip(self.axes, self.leaves, strict=True))
+        return up, across
 
     def frame(self) -> list[Place]:
         """Return the nodes around a box, clockwise from the top left."""
@@ -66,47 +113,49 @@ class Group:
         ]
 
     def parts(self) -> list[tuple[Place, tuple[int, int], Sides]]:
-        """Return the first node, the shape and the sides of the two halves of a box."""
-        rows, columns = self.shape
-        above, right, below, left = self.sides
+        """Return the first node, the leaves and the sides of the two halves of a box."""
+        (rows, columns), (above, right, below, left) = self.leaves, self.sides
         if self.cut:
-            middle = columns // 2
+            first, line = self.axes[1].first(columns), self._first_half[1]
             return [
-                ((0, 0), (rows, middle), (above, True, below, left)),
-                ((0, middle + 1), (rows, columns - middle - 1), (above, right, below, True)),
+                ((0, 0), (rows, first), (above, True, below, left)),
+                ((0, line + 1), (rows, columns - first), (above, right, below, True)),
             ]
-        middle = rows // 2
+        first, line = self.axes[0].first(rows), self._first_half[0]
         return [
-            ((0, 0), (middle, columns), (above, right, True, left)),
-            ((middle + 1, 0), (rows - middle - 1, columns), (True, right, below, left)),
+            ((0, 0), (first, columns), (above, right, True, left)),
+            ((line + 1, 0), (rows - first, columns), (True, right, below, left)),
         ]
 
 
 def dissect(shape: tuple[int, int]) -> list[Group]:
     """Return the groups of boxes of `shape` nodes, halves after the boxes that they are cut from.
 
-    Small boxes may count nodes just outside the grid to their frames: these are uncoupled from all others.
+    Boxes along the lower and right side may hold places outside the grid, and small ones may count such places to their
+    frames: these are uncoupled from all nodes.
     """
     if 0 in shape:
         return []
-    level = [Group(0, shape, (False,) * 4, [(0, 0)])]
-    groups = []
-    while level:
-        groups += level
-        below: dict[object, Group] = {}
-        for group in level:
-            if group.cut is not None:
-                _halve(group, below)
-        level = list(below.values())
-    return groups
+    axes = Axis.over(shape[0]), Axis.over(shape[1])
+    whole = Group(axes, (axes[0].count, axes[1].count), (False,) * 4, [(0, 0)])
+    found, known = [], {(whole.leaves, whole.sides): whole}
+    while known:
+        # What is cut from a box is smaller: all boxes of the largest group are known.
+        group = known.pop(max(known, key=lambda key: key[0][0] * key[0][1]))
+        found.append(group)
+        if group.cut is not None:
+            _halve(group, known)
+    return found
 
 
-def _halve(group: Group, below: dict[object, Group]) -> None:
-    """Cut the boxes of a group in two and put the halves into groups of the next level."""
+def _halve(group: Group, known: dict[tuple[tuple[int, int], Sides], Group]) -> None:
+    """Cut the boxes of a group in two and put the halves into groups of smaller boxes."""
     front = {place: i for i, place in enumerate(group.pivots() + group.frame())}
-    for first, shape, within in group.parts():
-        sides = within if group.level + 1 < _FRAMED else (True,) * 4
-        half = below.setdefault((shape, sides), Group(group.level + 1, shape, sides))
+    for first, leaves, within in group.parts():
+        half = Group(group.axes, leaves, within)
+        if half.tiles <= _FRAMED:
+            half.sides = (True,) * 4
+        half = known.setdefault((leaves, half.sides), half)
         chosen = slice(len(half.corners), len(half.corners) + len(group.corners))
         half.corners += [(row + first[0], column + first[1]) for row, column in group.corners]
         places = [front.get((first[0] + i, first[1] + j), -1) for i, j in half.frame()]

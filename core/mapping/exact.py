@@ -25,13 +25,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from core.arrays import Bools, Floats, Ints
+from core.mapping.fields import Field
 from core.mapping.frames import Complexes
 from core.mapping.grid_factor import MappingFactor
-from core.mapping.similarity import Body
-from core.mapping.stencil import EdgeWeights, divergence, edge_weights, laplacian
 
 _TIE = 1e-7
 """Weight of a tie of feature nodes to W; it decides only where no free node does."""
@@ -43,75 +41,49 @@ class Placement:
 
     Parameters
     ----------
-    bodies
-        The features to place.
-    rest
-        Rest positions (R, C).
-    owner
-        Index into `bodies` of the feature that each quad (R-1, C-1) follows, -1 for none.
-    follow
-        Weight of each quad's equations of type FAT eq. 3, squared.
-    weights
-        Of the edges, from equations of both types.
+    fields
+        Of the features to place.
     free
         Nodes (R, C) that are neither on the outline nor in a feature.
     factor
         Of K_ff, with the equation x = 0 on all other nodes.
     """
 
-    def __init__(
-        self,
-        bodies: list[Body],
-        rest: Complexes,
-        *,
-        owner: Ints,
-        follow: Floats,
-        weights: EdgeWeights,
-        free: Bools,
-        factor: MappingFactor,
-    ) -> None:
-        self._factor, self._free = factor, free.ravel()
-        self._count = count = len(bodies)
-        fields = [_field(b, rest, owner == i, follow, weights) for i, b in enumerate(bodies)]
-        nodes = [f.nodes for f in fields]
-        phi = _columns(nodes, [*(f.phi for f in fields), *(f.phi_t for f in fields)], rest.size)
-        halo = _columns(nodes, [*(f.halo for f in fields), *(0 * f.halo for f in fields)], rest.size)
-        turning, shifting = [f.load for f in fields], [f.load_t for f in fields]
-        self._B = _columns(nodes, [*(f.real for f in turning), *(f.imag for f in turning), *shifting], rest.size)
-        self._phi, self._halo = phi.conj().T.tocsr(), halo.conj().T.tocsr()
-        U = _spread(np.eye(2 * count, dtype=np.complex128), count)
-        self._G = (_TIE * self._phi @ phi - self._halo @ phi).toarray() - (self._phi @ self._B).toarray() @ U
-        self._G[np.arange(count), np.arange(count)] += [f.stiffness for f in fields]
+    def __init__(self, fields: list[Field], *, free: Bools, factor: MappingFactor) -> None:
+        self.fields = fields
+        self._factor, self._free = factor, free
+        self._count = n = len(fields)
+        self._G = np.zeros((2 * n, 2 * n), np.complex128)
+        for i, field in enumerate(fields):
+            for j, other in enumerate(fields):
+                if i == j or field.meets(other):
+                    self._G[i::n, j::n] = field.with_other(other, _TIE)
+            self._G[i, i] += field.stiffness
         self._reduced: _Reduced | None = None
 
     def solve(
-        self,
-        r: Complexes,
-        z0: Complexes,
-        warped: Complexes,
-        scales: Floats | None,
-        *,
-        given: Complexes,
-        moving: Ints,
+        self, w: Complexes, z0: Complexes, r: Complexes, scales: Floats | None, *, given: Complexes, moving: Ints
     ) -> tuple[Complexes, Complexes]:
-        """Return c = (α, t) and v (N,) for the load r, the start z⁰ and W, all (N,).
+        """Return c = (α, t) and v for W, the start z⁰ and the load r, all (R, C).
 
-        The features `moving` find their place, with |α| = `scales` where they are given; the others have that of
-        `given`, (α, t).
+        The features `moving` find their place, with |α| = `scales`, one for each, where they are given; the others have
+        that of `given`, (α, t).
         """
-        chosen = np.concatenate([moving, self._count + moving])
+        n = self._count
+        chosen = np.concatenate([moving, n + moving])
         c = given.copy()
         c[chosen] = 0
-        load = np.where(self._free, r + np.asarray(self._B @ _spread(c, self._count)), 0)
-        y = as_one(self._factor.forward_again(as_two(load)))
+        load = r.copy()
+        for i in np.flatnonzero(np.isin(np.arange(n), moving, invert=True)):
+            load[self.fields[i].window] += c[i] * self.fields[i].load[0] + c[n + i] * self.fields[i].load[1]
+        y = as_one(self._factor.forward_again(as_two(np.where(self._free, load, 0).ravel())))
         if moving.size:
             reduced = self.prepare(moving)
-            g = self._phi @ (r + _TIE * warped) + self._halo @ z0 - self._G @ c
-            g = g[chosen] + _gathered(as_one(reduced.half.T @ as_two(y)), len(moving))
-            c[chosen] = found = _minimise(reduced.S, g, None if scales is None else scales[moving])
-            y = y + as_one(reduced.half @ as_two(_spread(found, len(moving))))
-        v = as_one(self._factor.backward(as_two(y)))
-        return c, np.where(self._free, v, 0)
+            g = np.array([self.fields[i].weighed(r, z0, w, _TIE) for i in moving]).T.ravel() - (self._G @ c)[chosen]
+            g += _gathered(as_one(reduced.half.T @ as_two(y)), len(moving))
+            c[chosen] = found = _minimise(reduced.S, g, scales)
+            y += as_one(reduced.half @ as_two(_spread(found, len(moving))))
+        return c, as_one(self._factor.backward(as_two(y))).reshape(w.shape)
 
     def is_ready(self, moving: Ints) -> bool:
         """Return whether the features `moving` can be placed without new columns."""
@@ -120,14 +92,14 @@ class Placement:
     def prepare(self, moving: Ints) -> "_Reduced":
         """Return the system of the features `moving`; a new one costs three substitutions forward for each."""
         if self._reduced is None or not self.is_ready(moving):
-            n, k = self._count, len(moving)
-            chosen = np.concatenate([moving, n + moving])
-            fields = self._B[:, np.concatenate([chosen, 2 * n + moving])]
-            nodes = np.unique(fields.indices).astype(np.int64)
-            nodes = nodes[self._free[nodes]]
-            load = np.zeros(fields.shape)
-            load[nodes] = fields[nodes].toarray()
-            half = self._factor.forward(load, nodes)
+            k, free = len(moving), self._free.ravel()
+            load = np.zeros((free.size, 3 * k))
+            fields = [self.fields[i] for i in moving]
+            for place, field in enumerate(fields):
+                there = free[field.border]
+                load[field.border[there], place::k] = field.columns[there]
+            half = self._factor.forward(load, np.concatenate([field.border for field in fields]))
+            chosen = np.concatenate([moving, self._count + moving])
             U = _spread(np.eye(2 * k, dtype=np.complex128), k)
             S = self._G[np.ix_(chosen, chosen)] - U.conj().T @ (half.T @ half) @ U
             self._reduced = _Reduced(moving, half, (S + S.conj().T) / 2)
@@ -190,58 +162,3 @@ def as_two(z: Complexes) -> NDArray[np.float64]:
 def as_one(columns: NDArray[np.float64]) -> Complexes:
     """Return two columns (N, 2) as x + iy (N,)."""
     return np.ascontiguousarray(columns).view(np.complex128)[:, 0]
-
-
-@dataclass(frozen=True)
-class _Field:
-    """What one feature contributes: columns over the nodes of a window around it."""
-
-    nodes: Ints
-    phi: Complexes
-    """Φ for α."""
-    phi_t: Floats
-    """Φ for t."""
-    halo: Complexes
-    """H for α."""
-    load: Complexes
-    """B for α."""
-    load_t: Floats
-    """B for t."""
-    stiffness: float
-    """D for α."""
-
-
-def _field(body: Body, rest: Complexes, own: Bools, follow: Floats, weights: EdgeWeights) -> _Field:
-    """Evaluate a feature's columns in the smallest window that its nodes, their neighbours and its own quads fill."""
-    row, column = np.divmod(body.nodes, rest.shape[1])
-    quad_row, quad_column = own.nonzero()
-    top = max(min(row.min(), quad_row.min(initial=rest.shape[0])) - 1, 0)
-    left = max(min(column.min(), quad_column.min(initial=rest.shape[1])) - 1, 0)
-    bottom = max(row.max(), quad_row.max(initial=0) + 1) + 2
-    right = max(column.max(), quad_column.max(initial=0) + 1) + 2
-    window = np.s_[top:bottom, left:right]
-    number = np.arange(rest.size).reshape(rest.shape)[window]
-    place = np.searchsorted(number.ravel(), body.nodes)
-    turned, shifted = np.zeros(number.shape, np.complex128), np.zeros(number.shape)
-    turned.ravel()[place], shifted.ravel()[place] = body.arms, 1
-    near = (weights[0][top:bottom, left : right - 1], weights[1][top : bottom - 1, left:right])
-    quads = np.s_[top : bottom - 1, left : right - 1]
-    halo_weights = edge_weights(np.where(own[quads], follow[quads], 0.0))
-    across, down = np.diff(rest[window], axis=1), np.diff(rest[window], axis=0)
-    halo = divergence(halo_weights[0] * across, halo_weights[1] * down)
-    return _Field(
-        number.ravel(),
-        turned.ravel(),
-        shifted.ravel(),
-        halo.ravel(),
-        (halo - laplacian(near, turned)).ravel(),
-        -laplacian(near, shifted).ravel(),
-        float((halo_weights[0] * np.abs(across) ** 2).sum() + (halo_weights[1] * np.abs(down) ** 2).sum()),
-    )
-
-
-def _columns(nodes: list[Ints], values: list[Any], size: int) -> sparse.csc_array:
-    """Assemble columns (N, k) from their values on the `nodes`, which are repeated as often as it takes."""
-    places = nodes * (len(values) // len(nodes))
-    starts = np.concatenate([[0], np.cumsum([len(n) for n in places])])
-    return sparse.csc_array((np.concatenate(values), np.concatenate(places), starts), shape=(size, len(values)))

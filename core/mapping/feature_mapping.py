@@ -5,12 +5,14 @@ from typing import Literal
 
 import numpy as np
 
-from core.arrays import Bools, Floats, InputError, Points
+from core.arrays import Bools, Floats, InputError, Ints, Points
+from core.blas import one_thread
 from core.grid import Features, Grid
 from core.mapping.exact import Placement, as_one, as_two
+from core.mapping.fields import fields_of
 from core.mapping.frames import Complexes, Frames, as_complex, as_positions, corner_frames, linear_parts
 from core.mapping.grid_factor import MappingFactor, grid_factor
-from core.mapping.roles import assign_roles, average_parts, average_scales
+from core.mapping.roles import assign_roles
 from core.mapping.similarity import Body, bodies_of, body_index
 from core.mapping.stencil import divergence, edge_weights, laplacian, node_values
 from core.mapping.stopwatch import Stopwatch
@@ -52,8 +54,9 @@ class FeatureMapping:
         w_F: what the equations of a feature's quads are multiplied by.
     falloff
         ρ: over so many cells around a feature the weight returns to 1.
-    factor
-        Of a mapping of the same grid that nobody needs any more: it is renewed where this one differs.
+    previous
+        A mapping of the same grid that nobody solves with any more: what is the same is taken from it, and its factor
+        is renewed where this one differs.
     """
 
     def __init__(
@@ -65,7 +68,7 @@ class FeatureMapping:
         method: Method = "exact",
         weight: float = 10.0,
         falloff: float = 2.0,
-        factor: MappingFactor | None = None,
+        previous: "FeatureMapping | None" = None,
     ) -> None:
         if features.labels.shape != grid.shape:
             raise InputError("features: found on another grid")
@@ -77,42 +80,38 @@ class FeatureMapping:
         self.clock = Stopwatch()
         self._rest = as_complex(grid.nodes)
         with self.clock.measure("setup"):
-            self.factor = grid_factor(grid) if factor is None else factor
+            self.factor: MappingFactor = grid_factor(grid) if previous is None else previous.factor
             self.bodies = sorted(bodies_of(features, self._rest), key=lambda body: -len(body.nodes))
             self.index = body_index(self.bodies, grid.shape)
             self._roles = assign_roles(self.index, weight=weight, falloff=falloff)
             self.owner = np.where(self._roles.owner < self.joint_count, self._roles.owner, -1)
             self.follow_feature = np.where(self.owner >= 0, self._roles.weight**2, 0.0)
-        self._factorise(np.where(self.owner >= 0, 0.0, 1.0))
+            self.follow_w = np.where(self.owner >= 0, 0.0, 1.0)
+            self._edges = edge_weights(self.follow_w + self.follow_feature)
+            fixed = self.grid.outline if self.method == "per-quad" else self.grid.outline | (self.index >= 0)
+            self.free = ~fixed
+            values = node_values(self._edges, self.free)
+        with one_thread(), self.clock.measure("factor"):
+            self.factor.factorise(values)
+            self._placement = self._place_features(previous) if self.method == "exact" and self.bodies else None
 
     @property
     def joint_count(self) -> int:
         """How many bodies, the first, are placed together."""
         return min(len(self.bodies), JOINT_AT_MOST) if self.method == "exact" else len(self.bodies)
 
-    def _factorise(self, follow_w: Floats) -> None:
-        """Factorise with `follow_w` (R-1, C-1) as the squared weights of the quads' equations of type FAT eq. 4."""
-        with self.clock.measure("setup"):
-            self.follow_w = follow_w
-            self._towards_w = edge_weights(follow_w)
-            self._edges = edge_weights(follow_w + self.follow_feature)
-            fixed = self.grid.outline if self.method == "per-quad" else self.grid.outline | (self.index >= 0)
-            self.free = ~fixed
-            values = node_values(self._edges, self.free)
-        with self.clock.measure("factor"):
-            self.factor.factorise(values)
-            self._placement = self._place_features() if self.method == "exact" and self.bodies else None
-
-    def _place_features(self) -> Placement:
-        return Placement(
+    def _place_features(self, previous: "FeatureMapping | None") -> Placement:
+        known = previous._placement.fields if previous is not None and previous._placement is not None else []
+        fields = fields_of(
             self.bodies[: self.joint_count],
             self._rest,
             owner=self.owner,
             follow=self.follow_feature,
             weights=self._edges,
-            free=self.free,
-            factor=self.factor,
+            reach=self._roles.reach,
+            known=known,
         )
+        return Placement(fields, free=self.free, factor=self.factor)
 
     def solve(self, warped: Points) -> Points:
         """Return where the nodes (R, C, 2) end, given where W takes them."""
@@ -142,7 +141,7 @@ class FeatureMapping:
         joint, alpha, t = self.joint_count, alpha.copy(), t.copy()
         together = np.flatnonzero(moving[:joint])
         with self.clock.measure("rhs"):
-            scales = self._scales(w) if together.size else None
+            scales = self._scales(w, together) if together.size else None
             z = w.copy()
             for body in self.bodies[:joint]:
                 z.ravel()[body.nodes] = 0
@@ -150,47 +149,48 @@ class FeatureMapping:
                 if moving[i]:
                     alpha[i], t[i] = self._alone(body, w)
                 z.ravel()[body.nodes] = body.place(alpha[i], t[i])
-            # dᵀ (w_W d W - w d z), b - K z⁰ at once.
-            r = divergence(
-                *(
-                    c * np.diff(w, axis=axis) - d * np.diff(z, axis=axis)
-                    for c, d, axis in zip(self._towards_w, self._edges, (1, 0), strict=True)
-                )
-            )
+            r = self._load(w, z, placement)
         if not placement.is_ready(together):
-            with self.clock.measure("factor"):
+            with one_thread(), self.clock.measure("factor"):
                 placement.prepare(together)
-        with self.clock.measure("solve"):
-            wanted = None if scales is None else scales[:joint]
+        with one_thread(), self.clock.measure("solve"):
             given = np.concatenate([alpha[:joint], t[:joint]])
-            c, v = placement.solve(r.ravel(), z.ravel(), w.ravel(), wanted, given=given, moving=together)
+            c, v = placement.solve(w, z, r, scales, given=given, moving=together)
             alpha[:joint], t[:joint] = c[:joint], c[joint:]
-            z += v.reshape(z.shape)
+            z += v
             for body, a, b in zip(self.bodies[:joint], alpha, t, strict=False):
                 z.ravel()[body.nodes] = body.place(a, b)
         return Solution(z, alpha, t)
+
+    def _load(self, w: Complexes, z: Complexes, placement: Placement) -> Complexes:
+        """Return b - K z⁰ (R, C): 0 but around features."""
+        alone = self.index >= self.joint_count
+        r = laplacian(self._edges, np.where(alone, w - z, 0)) if alone.any() else np.zeros_like(w)
+        for field in placement.fields:
+            r[field.window] += field.pull(w)
+        return r
 
     def _alone(self, body: Body, w: Complexes) -> tuple[complex, complex]:
         """Place a body where W has it."""
         alpha, t = body.fit(w.ravel())
         return (alpha / abs(alpha) if self.keep == "rigid" and alpha else alpha), t
 
-    def _scales(self, w: Complexes) -> Floats | None:
-        """Return the scale of every feature; None leaves it to the best fit, where there is nothing but features.
+    def _scales(self, w: Complexes, chosen: Ints) -> Floats | None:
+        """Return the scale of each `chosen` feature; None leaves it to the best fit where there are only features.
 
         The linear part of W in a feature is taken as a whole, as the feature moves: of a swirl, which shears every quad
         a different way, little is left.
         """
         if self.keep == "rigid":
-            return np.ones(len(self.bodies))
+            return np.ones(len(chosen))
         if not self.free.any():
             return None
-        frames = corner_frames(self.grid, tuple(w.ravel()[self.grid.quads[self._roles.inside].T]))
-        similar, opposite = (
-            average_parts(part, self._roles, len(self.bodies)) for part in (frames.similar, frames.opposite)
-        )
-        found = Frames(similar, opposite).smaller_singular_values
-        return np.where(found > 0, found, [abs(body.fit(w.ravel())[0]) for body in self.bodies])
+        inside = self._roles.inside_of(chosen)
+        frames = corner_frames(self.grid, tuple(w.ravel()[self.grid.quads[inside].T]))
+        parts = frames.similar.real, frames.similar.imag, frames.opposite.real, frames.opposite.imag
+        means = [self._roles.means(part, inside, len(self.bodies))[chosen] for part in parts]
+        found = Frames(means[0] + 1j * means[1], means[2] + 1j * means[3]).smaller_singular_values
+        return np.where(found > 0, found, [abs(self.bodies[i].fit(w.ravel())[0]) for i in chosen])
 
     def _per_quad(self, w: Complexes) -> Solution:
         """Solve FAT eqs. 3-5: quads of a feature turn and scale, each by its own rotation and the feature's λ."""
@@ -198,13 +198,16 @@ class FeatureMapping:
             frames = linear_parts(self.grid, w)
             turn = np.where(self.owner >= 0, frames.rotations, 0) * self.follow_feature
             if self.keep == "similarity" and self.bodies:
-                turn *= average_scales(frames.smaller_singular_values, self._roles, len(self.bodies))[self.owner]
+                inside = self._roles.inside
+                sizes = frames.smaller_singular_values.ravel()[inside]
+                turn *= self._roles.means(sizes, inside, len(self.bodies))[self.owner]
             width, height = self.grid.cell
             turn_across, turn_down = edge_weights(turn)
-            across = turn_across * width + self._towards_w[0] * np.diff(w, axis=1)
-            down = turn_down * (1j * height) + self._towards_w[1] * np.diff(w, axis=0)
+            weights = edge_weights(self.follow_w)
+            across = turn_across * width + weights[0] * np.diff(w, axis=1)
+            down = turn_down * (1j * height) + weights[1] * np.diff(w, axis=0)
             r = np.where(self.free, divergence(across, down) - laplacian(self._edges, w), 0)
-        with self.clock.measure("solve"):
+        with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.solve(as_two(r.ravel())))
         none = np.empty(0, np.complex128)
         return Solution(w + v.reshape(w.shape), none, none)

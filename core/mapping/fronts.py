@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from core.arrays import Floats, Ints
-from core.mapping.dissection import Group, Place, Run
+from core.mapping.dissection import Group, Place
 
 _BATCH = 1 << 17
 """Entries of the fronts that are worked on at a time, which stay in the processor's cache."""
@@ -20,23 +20,27 @@ _LARGE = 13
 
 
 class Fronts:
-    """The fronts of a group of boxes on a grid of so many `columns`, numbered from `first` among all boxes.
+    """The fronts of a group of boxes on a grid of a `shape`, numbered from `first` among all boxes.
 
-    Nodes of the grid count a margin of one node on every side of what is dissected.
+    The grid has a margin of one node on every side of what is dissected. A place outside it is represented by node 0,
+    which is uncoupled from all others too.
     """
 
-    def __init__(self, group: Group, columns: int, first: int) -> None:
-        self.group, self.first, self.count = group, first, len(group.corners)
+    def __init__(self, group: Group, shape: tuple[int, int], first: int, number: int) -> None:
+        self.group, self.first, self.number, self.count = group, first, number, len(group.corners)
+        self.is_kept = group.tiles >= 1
+        """Whether S is kept; boxes within a tile are eliminated again with it."""
         own, around = group.pivots(), group.frame()
         self.pivots, self.size = len(own), len(own) + len(around)
-        corner = np.array([(row + 1) * columns + column + 1 for row, column in group.corners])
-        self.nodes = corner[:, None] + np.array([i * columns + j for i, j in own + around], np.int64)
+        row, column = np.array(group.corners).T[..., None] + np.array(own + around).T[:, None] + 1
+        inside = (row < shape[0]) & (column < shape[1])
+        self.nodes = np.where(inside, row * shape[1] + column, 0)
         """Of the grid (boxes, size): pivots, then frame."""
         self.own = slice(0)
         """Where pivots are in the order of elimination, one box after the other."""
         self.around = np.empty((0, 0), np.int64)
         """Where frames are (boxes, size - pivots)."""
-        self._find_entries(own + around, corner, columns)
+        self._find_entries(own + around)
         self.inverse = np.empty((self.count, self.pivots, self.pivots))
         """L⁻¹."""
         self.Y = np.empty((self.count, self.pivots, self.size - self.pivots))
@@ -44,21 +48,21 @@ class Fronts:
         self._held = np.arange(0)
         """Which boxes S is known of."""
 
-    def _find_entries(self, front: list[Place], corner: Ints, columns: int) -> None:
+    def _find_entries(self, front: list[Place]) -> None:
         """Find the entries of the matrix that belong to the boxes, and their places in the fronts."""
         place = {node: k for k, node in enumerate(front)}
         found = []
         for k, (i, j) in enumerate(front[: self.pivots]):
-            found.append((k, k, 3 * (i * columns + j)))
+            found.append((k, k, k, 0))
             for kind, (down, right) in ((1, (0, 1)), (2, (1, 0))):
                 after, before = place.get((i + down, j + right)), place.get((i - down, j - right))
                 if after is not None:
-                    found.append((k, after, 3 * (i * columns + j) + kind))
+                    found.append((k, after, k, kind))
                 # A pivot before this one has named the entry already.
                 if before is not None and before >= self.pivots:
-                    found.append((k, before, 3 * ((i - down) * columns + j - right) + kind))
-        self._rows, self._others, offsets = np.array(found, np.int64).T
-        self.entries = 3 * corner[:, None] + offsets
+                    found.append((k, before, before, kind))
+        self._rows, self._others, owners, kinds = np.array(found, np.int64).T
+        self.entries = 3 * self.nodes[:, owners] + kinds
         """Of `stencil.node_values`, as one row (boxes, k)."""
 
     def eliminate(self, values: Floats, boxes: Ints, halves: "list[Fronts]", *, keep: bool) -> None:
@@ -83,10 +87,15 @@ class Fronts:
             for mine, there in runs:
                 for other, across in runs:
                     A[:, there, across] += S[:, mine, other]
-        inverse = _inverse_factor(A[:, :p, :p])
-        Y = inverse @ A[:, :p, p:]
-        self.inverse[where], self.Y[where] = inverse, Y
-        self._S[stretch(np.searchsorted(self._held, boxes))] = A[:, p:, p:] - Y.transpose(0, 2, 1) @ Y
+        self.inverse[where] = inverse = _inverse_factor(A[:, :p, :p])
+        self.Y[where] = Y = inverse @ A[:, :p, p:]
+        # By a copy of Y: of a matrix and itself, half the product is worked out and then copied, which takes longer.
+        product = Y.transpose(0, 2, 1) @ self.Y[where]
+        left = stretch(np.searchsorted(self._held, boxes))
+        if isinstance(left, slice):
+            np.subtract(A[:, p:, p:], product, out=self._S[left])
+        else:
+            self._S[left] = A[:, p:, p:] - product
 
     def left_by(self, boxes: Ints) -> Floats:
         """Return S of boxes that have been eliminated."""
@@ -97,18 +106,6 @@ def stretch(places: Ints) -> Ints | slice:
     """Return ascending places as a slice where none is left out: what it selects is not copied."""
     first, last = int(places[0]), int(places[-1])
     return slice(first, last + 1) if last - first + 1 == len(places) else places
-
-
-def take_over(f: Floats, wanted: Ints, known: Ints, rest: Floats, runs: list[Run]) -> None:
-    """Add to every f (n, size, k) what is left on the frame of its `wanted` half, where that is `known`."""
-    if not known.size:
-        return
-    at = np.minimum(np.searchsorted(known, wanted), len(known) - 1)
-    there = np.flatnonzero(known[at] == wanted)
-    if there.size:
-        to, of = stretch(there), stretch(at[there])
-        for mine, place in runs:
-            f[to, place] += rest[of, mine]
 
 
 def _inverse_factor(A: Floats) -> Floats:

@@ -14,12 +14,10 @@ from core.arrays import Bools, Floats, Ints, SingularSystemError
 from core.factor import Factor
 from core.grid import Grid
 from core.mapping.dissection import Group, dissect
-from core.mapping.fronts import Fronts, stretch, take_over
+from core.mapping.fronts import Fronts, stretch
 from core.mapping.stencil import pattern, stored_values
 from core.tracing import span
 
-_KEPT = 7
-"""Levels whose S is kept; boxes of further ones are eliminated again with the box of the last that holds them."""
 _IN_PARTS_AT_MOST = 300_000
 """Nodes of a grid up to which the fronts are kept."""
 
@@ -30,8 +28,8 @@ class _Half:
 
     b: Floats
     y: Floats
-    left: dict[int, tuple[Ints, Floats]]
-    """Of fronts, by the number of their first box: boxes, and what is left on their frames."""
+    left: dict[int, Floats]
+    """What boxes leave on their frames, by the number of their group; nothing where there is none."""
 
 
 class GridFactor:
@@ -47,10 +45,11 @@ class GridFactor:
         count = 0
         with span("analyse", unknowns=self.size):
             for group in dissect((max(shape[0] - 2, 0), max(shape[1] - 2, 0))):
-                known[group] = Fronts(group, shape[1], count)
+                known[group] = Fronts(group, shape, count, len(self._fronts))
                 self._fronts.append(known[group])
                 count += len(group.corners)
             self._halves = [[known[half] for half, _, _ in fronts.group.halves] for fronts in self._fronts]
+            self._starts = np.array([*(fronts.first for fronts in self._fronts), count])
             self._find_wholes(count)
             self._put_in_order()
         self._values = np.full(3 * self.size, np.nan)
@@ -65,6 +64,7 @@ class GridFactor:
         for fronts, halves in zip(self._fronts, self._halves, strict=True):
             numbers = fronts.first + np.arange(fronts.count)
             self._home[fronts.entries] = numbers[:, None]
+            self._home[:3] = -1
             for half, (_, chosen, _) in zip(halves, fronts.group.halves, strict=True):
                 self._whole[half.first + chosen.start : half.first + chosen.stop] = numbers
 
@@ -83,18 +83,18 @@ class GridFactor:
     def factorise(self, values: Floats) -> "GridFactor":
         """Factorise new values (R, C, 3), as `stencil.node_values` has them, and return the factor itself."""
         new = values.reshape(-1)
-        touched = self._with_wholes(self._home[new != self._values])
+        touched = self._with_wholes(self._home[np.flatnonzero(new != self._values)])
         for fronts in self._fronts:
-            if fronts.group.level >= _KEPT:
+            if not fronts.is_kept:
                 boxes = slice(fronts.first, fronts.first + fronts.count)
                 touched[boxes] = touched[self._whole[boxes]]
         self._renewed |= touched
-        self._values = np.full(new.shape, np.nan)
         with span("factor", unknowns=self.size, boxes=int(touched.sum())):
             try:
                 for fronts, halves, chosen in self._up(touched):
-                    fronts.eliminate(new, chosen, halves, keep=fronts.group.level < _KEPT)
+                    fronts.eliminate(new, chosen, halves, keep=fronts.is_kept)
             except np.linalg.LinAlgError:
+                self._values = np.full(new.shape, np.nan)
                 raise SingularSystemError(f"a system of {self.size} unknowns has no unique solution") from None
         self._values = new.copy()
         return self
@@ -113,10 +113,11 @@ class GridFactor:
 
     def _up(self, touched: Bools) -> Iterator[tuple[Fronts, list[Fronts], Ints]]:
         """Yield fronts with boxes that are touched, those of their halves, and these boxes, halves first."""
-        for fronts, halves in zip(reversed(self._fronts), reversed(self._halves), strict=True):
-            boxes = np.flatnonzero(touched[fronts.first : fronts.first + fronts.count])
-            if boxes.size:
-                yield fronts, halves, boxes
+        boxes = np.flatnonzero(touched)
+        ends = np.searchsorted(boxes, self._starts).tolist()
+        for k in reversed(range(len(self._fronts))):
+            if ends[k] < ends[k + 1]:
+                yield self._fronts[k], self._halves[k], boxes[ends[k] : ends[k + 1]] - self._fronts[k].first
 
     def solve(self, b: Floats) -> Floats:
         """Solve A x = b for b (N, k)."""
@@ -128,16 +129,16 @@ class GridFactor:
         `nodes` are those where b is not 0, by default all.
         """
         homes = np.arange(len(self._whole)) if nodes is None else self._home[3 * nodes]
-        y = np.zeros((self._inner, b.shape[1]))
-        self._eliminate(_Half(b, y, {}), self._with_wholes(homes))
-        return y
+        half = _Half(b, np.zeros((self._inner, b.shape[1])), {})
+        self._eliminate(half, self._with_wholes(homes))
+        return half.y
 
     def forward_again(self, b: Floats) -> Floats:
         """Return forward(b), worked out only where b or the factor are not as in the last call."""
         last, self._last = self._last, None
         if last is None or last.b.shape != b.shape:
-            last = _Half(np.full(b.shape, np.nan), np.empty((self._inner, b.shape[1])), {})
-        changed = np.flatnonzero((b != last.b).any(axis=1))
+            last = _Half(np.zeros(b.shape), np.zeros((self._inner, b.shape[1])), {})
+        changed = np.flatnonzero(b != last.b) // b.shape[1]
         half = _Half(b.copy(), last.y, last.left)
         self._eliminate(half, self._with_wholes(self._home[3 * changed]) | self._renewed)
         self._renewed[:] = False
@@ -146,19 +147,21 @@ class GridFactor:
 
     def _eliminate(self, half: _Half, touched: Bools) -> None:
         """Eliminate the pivots of the boxes that are `touched`."""
+        k = half.b.shape[1]
         for fronts, halves, boxes in self._up(touched):
             p, where = fronts.pivots, stretch(boxes)
-            f = np.zeros((len(boxes), fronts.size, half.b.shape[1]))
+            f = np.zeros((len(boxes), fronts.size, k))
             f[:, :p] = half.b.take(fronts.nodes[where, :p], axis=0)
             for part, (_, chosen, runs) in zip(halves, fronts.group.halves, strict=True):
-                take_over(f, boxes + chosen.start, *half.left.get(part.first, (boxes[:0], f[:0])), runs)
+                if part.number in half.left:
+                    rest = half.left[part.number][stretch(boxes + chosen.start)]
+                    for mine, place in runs:
+                        f[:, place] += rest[:, mine]
             done = fronts.inverse[where] @ f[:, :p]
-            half.y[fronts.own].reshape(fronts.count, p, -1)[where] = done
-            rest = f[:, p:] - fronts.Y[where].transpose(0, 2, 1) @ done
-            if fronts.first in half.left:
-                half.left[fronts.first][1][where] = rest
-            else:
-                half.left[fronts.first] = boxes, rest
+            half.y[fronts.own].reshape(fronts.count, p, k)[where] = done
+            if fronts.number not in half.left:
+                half.left[fronts.number] = np.zeros((fronts.count, fronts.size - p, k))
+            half.left[fronts.number][where] = f[:, p:] - fronts.Y[where].transpose(0, 2, 1) @ done
 
     def backward(self, y: Floats) -> Floats:
         """Return Pᵀ L⁻ᵀ y, the second half: backward(forward(b)) = A⁻¹ b."""

@@ -1,11 +1,11 @@
 """Which quads follow a feature, which follow W, and how strongly  [FAT sec. 2.1]."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints
 
@@ -24,11 +24,23 @@ class Roles:
     """Whether a node of the quad is in a feature."""
     weight: Floats
     """w(Q) of FAT eq. 7: both sides of the quad's equations are multiplied by it."""
+    reach: int
+    """Cells from a feature within which the quads are that it owns."""
 
     @cached_property
     def inside(self) -> Ints:
         """Numbers of the quads with an owner that have a node in it."""
         return np.flatnonzero(self.touched & (self.owner >= 0))
+
+    def inside_of(self, features: Ints) -> Ints:
+        """Return those of them whose owner is one of these features."""
+        return self.inside[np.isin(self.owner.ravel()[self.inside], features)]
+
+    def means(self, values: Floats, quads: Ints, count: int) -> Floats:
+        """Return for each of `count` features the mean of the `values` (k,) of those of the `quads` (k,) it owns."""
+        owner = self.owner.ravel()[quads]
+        mean: Floats = np.bincount(owner, values, count) / np.maximum(np.bincount(owner, minlength=count), 1)
+        return mean
 
 
 def assign_roles(index: Ints, *, weight: float, falloff: float) -> Roles:
@@ -43,24 +55,25 @@ def assign_roles(index: Ints, *, weight: float, falloff: float) -> Roles:
     falloff
         ρ, the width in cells of the band outside them over which the weight returns to 1.
     """
-    corners = np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]])
-    highest = corners.max(axis=0)
+    corners = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
+    highest = np.maximum(np.maximum(corners[0], corners[1]), np.maximum(corners[2], corners[3]))
     touched = highest >= 0
-    mixed = touched & (np.where(corners < 0, highest, corners).min(axis=0) != highest)
     if not touched.any():
-        return Roles(np.full(touched.shape, -1), touched, np.ones(touched.shape))
+        return Roles(np.full(touched.shape, -1), touched, np.ones(touched.shape), 0)
     far, nearest = cv2.distanceTransformWithLabels(
         (~touched).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
     )
+    own = highest[touched]
+    mixed = np.any([(found >= 0) & (found != own) for found in (corner[touched] for corner in corners)], axis=0)
     owner_of = np.zeros(int(nearest.max()) + 1, np.int64)
-    owner_of[nearest[touched]] = np.where(mixed, -1, highest)[touched]
+    owner_of[nearest[touched]] = np.where(mixed, -1, own)
     # From centre to centre; a feature reaches half a cell further than the centres of its quads.
     near = np.flatnonzero(touched | (far < falloff + 0.5))
     share = decay(np.maximum(far.ravel()[near].astype(np.float64) - 0.5, 0.0), falloff)
     of = np.where(share > 0, owner_of[nearest.ravel()[near]], -1)
     owner, total = np.full(touched.shape, -1), np.ones(touched.shape)
     owner.ravel()[near], total.ravel()[near] = of, np.where(of >= 0, weight * share + (1 - share), 1.0)
-    return Roles(owner, touched, total)
+    return Roles(owner, touched, total, math.ceil(falloff) + 2)
 
 
 def decay(distance: Floats, falloff: float) -> Floats:
@@ -69,19 +82,3 @@ def decay(distance: Floats, falloff: float) -> Floats:
         return (distance <= 0).astype(np.float64)
     x: Floats = np.minimum(distance / falloff, 1.0)
     return 2 * x**3 - 3 * x**2 + 1
-
-
-def average_scales(values: Floats, roles: Roles, count: int) -> Floats:
-    """Return λ of every feature: the mean of `values` (R-1, C-1) over the quads that have a node in it."""
-    return _means(values.ravel()[roles.inside], roles, count)
-
-
-def average_parts(values: NDArray[np.complex128], roles: Roles, count: int) -> NDArray[np.complex128]:
-    """Return for every feature the mean of `values` (k,), one for each of the k quads that have a node in it."""
-    return _means(values.real, roles, count) + 1j * _means(values.imag, roles, count)
-
-
-def _means(values: Floats, roles: Roles, count: int) -> Floats:
-    owner = roles.owner.ravel()[roles.inside]
-    mean: Floats = np.bincount(owner, values, count) / np.maximum(np.bincount(owner, minlength=count), 1)
-    return mean

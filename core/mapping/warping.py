@@ -15,7 +15,6 @@ from core.grid import Features, Grid
 from core.mapping.feature_mapping import FeatureMapping, Method, Solution
 from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes, as_complex
-from core.mapping.grid_factor import MappingFactor
 from core.mapping.junctions import fit_between
 from core.mapping.similarity import bodies_of, fit_residual
 from core.mapping.unfold import unfold
@@ -158,7 +157,8 @@ class LiveWarp:
         self._features = Features(np.zeros(grid.shape, np.int32))
         self._options = MappingOptions(keep="none")
         self._mapping: FeatureMapping | None = None
-        self._factor: MappingFactor | None = None
+        self._newest: FeatureMapping | None = None
+        """The last mapping there was, which the next one starts from."""
         self._last: _Frame | None = None
         self._turn = 0
 
@@ -177,9 +177,9 @@ class LiveWarp:
                 method=options.method,
                 weight=options.weight,
                 falloff=options.falloff,
-                factor=self._factor,
+                previous=self._newest,
             )
-            self._factor = self._mapping.factor
+            self._newest = self._mapping
         self._features, self._options = features, options
 
     def frame(self, plain: Points) -> Warped:

@@ -3,8 +3,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from threadpoolctl import threadpool_info
 
 from core.arrays import Bytes, Floats, Points
+from core.blas import one_thread
 from core.grid import Grid, find_features
 from core.mapping.feature_mapping import FeatureMapping, Keep, Method, map_features
 from core.mapping.frames import Complexes, as_complex, linear_parts
@@ -130,3 +132,29 @@ def test_per_quad_frames_agree_with_the_singular_value_decomposition() -> None:
         rotation = frames.rotations[row, column]
         assert np.allclose(R, [[rotation.real, -rotation.imag], [rotation.imag, rotation.real]])
         assert np.isclose(frames.smaller_singular_values[row, column], sigma[1])
+
+
+@pytest.mark.parametrize("method", ["exact", "per-quad"])
+def test_a_mapping_that_starts_from_another_is_the_one_made_afresh(method: Method) -> None:
+    w = swirl(GRID.nodes)
+    before = FeatureMapping(GRID, FEATURES, method=method)
+    before.solve(w)
+    more = find_features(GRID, np.maximum(MASK, discs((90, 150, 20), (70, 95, 12))))
+    after = FeatureMapping(GRID, more, method=method, previous=before)
+    assert np.array_equal(after.solve(w), FeatureMapping(GRID, more, method=method).solve(w))
+    assert after.factor is before.factor
+    if before._placement is not None and after._placement is not None:
+        kept = [field for field in after._placement.fields if field in before._placement.fields]
+        assert len(kept) == 2
+
+
+def test_solving_leaves_blas_as_many_threads_as_it_had() -> None:
+    def threads() -> list[int]:
+        return [library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"]
+
+    had = threads()
+    with one_thread():
+        within = threads()
+    map_features(GRID, FEATURES, GRID.nodes)
+    assert set(within) == {1}
+    assert threads() == had

@@ -6,7 +6,8 @@ from scipy import sparse
 
 from core.arrays import Bools, Floats, SingularSystemError
 from core.grid import Grid
-from core.mapping import grid_factor
+from core.mapping import dissection, grid_factor
+from core.mapping.dissection import dissect
 from core.mapping.grid_factor import GridFactor, WholeFactor
 from core.mapping.stencil import edge_weights, node_values, pattern, stored_values
 
@@ -60,11 +61,25 @@ def test_the_halves_make_a_solve_and_its_form(shape: tuple[int, int]) -> None:
     assert np.allclose(factor.forward(a).T @ factor.forward(b), a.T @ factor.solve(b))
 
 
-@pytest.mark.parametrize("kept", [1, 3, 5, 20])
+@pytest.mark.parametrize("shape", [(3, 3), (1, 40), (7, 7), (8, 14), (68, 39), (124, 188)])
+def test_every_node_is_eliminated_once_and_boxes_come_in_few_layouts(shape: tuple[int, int]) -> None:
+    seen = np.zeros((2 * shape[0] + 16, 2 * shape[1] + 16), int)
+    groups = dissect(shape)
+    for group in groups:
+        for row, column in group.corners:
+            for i, j in group.pivots():
+                seen[row + i, column + j] += 1
+    assert (seen[: shape[0], : shape[1]] == 1).all()
+    assert seen.max() == 1
+    assert seen.sum() < 1.4 * shape[0] * shape[1]
+    assert sum(group.tiles < 1 for group in groups) <= 4
+
+
+@pytest.mark.parametrize("leaves", [1, 2, 4, 8])
 def test_changes_in_a_few_places_leave_the_factor_that_all_at_once_gives(
-    kept: int, monkeypatch: pytest.MonkeyPatch
+    leaves: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(grid_factor, "_KEPT", kept)
+    monkeypatch.setattr(dissection, "_LEAVES", leaves)
     shape = SHAPES[-1]
     values, free = system(shape, 6)
     factor = GridFactor(shape).factorise(values)
