@@ -4,6 +4,7 @@ A frame is drawn when there is a reason: input, a job's result (`wake`), or some
 by itself. Between frames the loop sleeps in GLFW.
 """
 
+import gc
 import importlib
 import os
 import signal
@@ -87,9 +88,10 @@ def _interruptions() -> Iterator[threading.Event]:
 
 
 def load_rest() -> None:
-    """Import what the first frame does without, so that no gesture waits for it."""
+    """Import what the first frame does without, and collect what stays no more, so that no gesture waits for it."""
     for name in LOADED_LATER:
         importlib.import_module(name)
+    gc.freeze()
 
 
 def has_display() -> bool:

@@ -7,6 +7,6 @@ out vec4 cell;
 
 void main() {
     vec2 at = cell_position(from_corner()), rate = cells_per_pixel();
-    if (coverage(at, rate, last_cell) >= INSIDE) discard;
+    if (coverage(at, rate) >= INSIDE) discard;
     cell = vec4(at, rate);
 }

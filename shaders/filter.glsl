@@ -59,10 +59,10 @@ vec4 interpolated(ivec2 at, vec2 t, Level level) {
     return between_neighbours(sum, rows[1], rows[2]);
 }
 
+// The sampler blends; its place stays within the level.
 vec4 blended(ivec2 at, vec2 t, Level level) {
-    vec4 upper = mix(texel(at, level), texel(at + ivec2(1, 0), level), t.x);
-    vec4 lower = mix(texel(at + ivec2(0, 1), level), texel(at + ivec2(1, 1), level), t.x);
-    return mix(upper, lower, t.y);
+    vec2 place = clamp(vec2(at) + t, vec2(level.first), vec2(level.last)) + vec2(level.origin) + 0.5;
+    return textureLod(picture, place / vec2(textureSize(picture, 0)), 0.0);
 }
 
 // Sum over the texels with |K d| <= 2 in both components, row by row: the support is a parallelogram.

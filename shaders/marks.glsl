@@ -3,7 +3,6 @@
 
 #include "outline.glsl"
 
-uniform vec2 last_cell;
 uniform sampler2D mask;          // 1 in features
 uniform sampler2D growth;        // per quad: 1 where lengths are doubled, -1 where they are halved
 uniform usampler2D folded;       // one texel a quad, not 0 where it is folded
@@ -47,7 +46,7 @@ vec4 marks(vec4 cell) {
     if (cell.z <= 0.0) return vec4(0.0);
     vec2 pixels_per_cell = 1.0 / cell.zw;
     vec2 place = cell.xy / last_cell;
-    float inside = coverage(cell.xy, cell.zw, last_cell);
+    float inside = coverage(cell.xy, cell.zw);
 
     vec4 colour = vec4(0.0);
 #ifdef SCALE

@@ -3,7 +3,6 @@
 #include "outline.glsl"
 
 uniform vec2 target_origin;
-uniform vec2 last_cell;   // grid coordinates of the last node
 
 flat in vec4 moved_corner;
 flat in vec4 rest_corner;

@@ -90,9 +90,9 @@ class Offscreen:
         with drawing(self._framebuffer, viewport or (0, 0, *self.size), scissor):
             yield
 
-    def clear(self) -> None:
-        """Make every pixel transparent black."""
-        self._framebuffer.clear()
+    def clear(self, color: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)) -> None:
+        """Make every pixel of one colour, transparent black by default."""
+        self._framebuffer.clear(*color)
 
     def read(self, size: tuple[int, int]) -> bytes:
         """Return the first `size`, (w, h), of the pixels, row by row."""

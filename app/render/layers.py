@@ -7,6 +7,7 @@ import moderngl
 from app.render import gpu
 from app.render.picture_pass import PicturePass
 from app.render.scene import Scene
+from app.render.source import Box
 
 MOST_SHRINK = 3
 
@@ -22,6 +23,8 @@ class Layers:
             canvas.texture.repeat_x = canvas.texture.repeat_y = False
         self.drawn: Scene | None = None
         """What `shown` shows."""
+        self.bounds: Box = (0, 0, 0, 0)
+        """The pixels outside which that is nothing but desk."""
         self.goal: Scene | None = None
         """What `picture` holds, or what is being drawn there."""
         self.steps: Iterator[None] | None = None

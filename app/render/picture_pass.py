@@ -76,11 +76,11 @@ class PicturePass:
         read = (source.whole, 0) if source.is_small else mesh.source_of(box, least_stretch=least_stretch)
         yield
         uniforms = {
-            **self._uniforms(source.window(*read), source, origin),
+            **picture_uniforms(source.window(*read), source, self.side, origin),
             "least_stretch": least_stretch,
         }
         defined = ("DRAFT",) if draft else ()
-        viewport = -self.side // 2, -self.side // 2, 2 * self.side, 2 * self.side
+        viewport = viewport_around(self.side)
         for piece in _pieces(blocks):
             with gpu.drawing(self._places, viewport, _shifted(box, origin)):
                 mesh.draw("place.frag", piece, **uniforms)
@@ -101,17 +101,6 @@ class PicturePass:
             with self.cells.drawing(viewport, _shifted(box, origin)):
                 mesh.draw_edge("edge_cells.frag", **uniforms)
 
-    def _uniforms(self, window: Window, source: Source, origin: tuple[int, int]) -> dict[str, object]:
-        return {
-            "picture": PICTURE_UNIT,
-            "picture_size": (source.image.width_px, source.image.height_px),
-            "window": (*window.box[:2], *window.base_size),
-            "base_level": window.base,
-            "top_level": window.top,
-            "target_origin": (float(origin[0]), float(origin[1])),
-            "target_extent": float(self.side),
-        }
-
     @contextmanager
     def _blending(self) -> Iterator[None]:
         self._context.enable(moderngl.BLEND)
@@ -125,6 +114,24 @@ class PicturePass:
         for layer in (self.light, self.cells, self._place, self._footprint):
             if layer is not None:
                 layer.release()
+
+
+def picture_uniforms(window: Window, source: Source, side: int, origin: tuple[int, int] = (0, 0)) -> dict[str, object]:
+    """Return the uniforms of mesh.vert and filter.glsl for a square target of `side`, a power of two."""
+    return {
+        "picture": PICTURE_UNIT,
+        "picture_size": (source.image.width_px, source.image.height_px),
+        "window": (*window.box[:2], *window.base_size),
+        "base_level": window.base,
+        "top_level": window.top,
+        "target_origin": (float(origin[0]), float(origin[1])),
+        "target_extent": float(side),
+    }
+
+
+def viewport_around(side: int) -> gpu.Rectangle:
+    """Return the viewport that mesh.vert expects for a square target of `side`."""
+    return -side // 2, -side // 2, 2 * side, 2 * side
 
 
 def _shifted(box: Box, origin: tuple[int, int]) -> gpu.Rectangle:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
-from app.render.cloth import DressedSource
+from app.render.draft import Draft, draft_stride
 from app.render.gpu import Offscreen, Rectangle
 from app.render.layers import Costs, Layers
 from app.render.marks_layer import MarksLayer, names_of
@@ -17,6 +17,7 @@ from app.render.picture_pass import strips
 from app.render.programs import programs_of
 from app.render.scene import Color, Scene
 from app.render.source import Box, Source
+from app.render.sources import Sources
 from app.render.thumbnails import draw_thumbnails
 from app.render.touched import touched_by_painting
 from core import color, tracing
@@ -26,11 +27,7 @@ from core.images import Image
 CHECK_PX = 8.0
 COMPOSED_PIXELS = 1 << 18
 """So much of the canvas is composed in one piece."""
-DRAFT_CELL_PX = 6.0
-"""Cells of a draft are about so many of its pixels wide, where the grid's are smaller."""
 NO_MARKS = 1e9
-SOURCES_KEPT = 2
-"""A picture and what was made of it can be looked at in turn, or side by side."""
 NO_FRAME = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -55,11 +52,10 @@ class Renderer:
         self._clock = clock
         self._marks = MarksLayer(context)
         self._meshes: dict[tuple[str, bool], Mesh] = {}
-        self._sources: list[Source] = []
-        """Of the pictures drawn last, the newest first."""
-        self._cloth: DressedSource | None = None
-        self._layers: dict[bool, Layers] = {}
-        """For the canvas at its best and for drafts."""
+        self._sources = Sources(context)
+        self._layers: Layers | None = None
+        """The canvas at its best."""
+        self._draft: Draft | None = None
         self._costs = Costs(frame_s)
         self._shows_best = False
         """Whether the window shows the canvas at its best."""
@@ -72,25 +68,25 @@ class Renderer:
     @property
     def is_refining(self) -> bool:
         """Whether drawing the same scene once more makes it better."""
-        return False in self._layers and self._layers[False].steps is not None
+        return self._layers is not None and self._layers.steps is not None
 
-    def draw(self, scene: Scene, viewport: tuple[int, int, int, int]) -> None:
+    def draw(self, scene: Scene, viewport: Rectangle) -> None:
         """Draw `scene` into the bound framebuffer.
 
         `viewport` is left, bottom (upwards, as OpenGL has it), width and height in framebuffer pixels; the scene's view
         is that of a canvas widget of this size.
         """
-        best = self._layers_of((viewport[2], viewport[3]), draft=False)
+        best = self._layers_of((viewport[2], viewport[3]))
         with tracing.span("draw"):
             if scene.draft and self._costs.full_fits is False:
                 best.give_up()
                 self._shows_best = False
             elif self._refine(replace(scene, draft=False), best):
                 self._shows_best = True
-            elif not (self._shows_best and _lies_alike(scene, best.drawn)):
+            elif not (self._shows_best and scene.fills_same_place(best.drawn)):
                 self._shows_best = False
             if self._shows_best:
-                self._show(best, viewport, 1)
+                self._show(best, scene.palette.desk, viewport, 1)
             else:
                 self._show_draft(scene, viewport)
 
@@ -132,52 +128,44 @@ class Renderer:
         self._costs.learn_full(best.spent_s, finished=True)
         return True
 
-    def _show_draft(self, scene: Scene, viewport: tuple[int, int, int, int]) -> None:
+    def _show_draft(self, scene: Scene, viewport: Rectangle) -> None:
         """Draw and show `scene` with fewer pixels and larger cells."""
         shrink = self._costs.shrink
         scene = replace(scene, pixel_ratio=scene.pixel_ratio / shrink, draft=True)
-        layers = self._layers_of((-(-viewport[2] // shrink), -(-viewport[3] // shrink)), draft=True)
+        draft = self._draft_of((-(-viewport[2] // shrink), -(-viewport[3] // shrink)))
         with tracing.span("draft", shrink=shrink):
-            started = self._clock()
-            same_picture = scene.shows_same_picture(layers.drawn)
-            if not same_picture:
-                _exhaust(self._drawing(scene, layers))
-            if not layers.shows(scene):
-                _exhaust(self._composing(scene, layers))
-            if not same_picture:
+            if not draft.shows(scene):
+                started = self._clock()
+                self._draw_draft(scene, draft)
                 self._context.finish()
                 self._costs.learn_draft(self._clock() - started, shrink)
-        self._show(layers, viewport, shrink)
+        self._show(draft, scene.palette.desk, viewport, shrink)
+
+    def _draw_draft(self, scene: Scene, draft: Draft) -> None:
+        look = self._look(scene, draft.size[0])
+        draft.begin(scene)
+        for name, nodes, box in _parts(scene, draft.size):
+            mesh = self._placed(name, scene, nodes)
+            draft.draw(mesh, self._source_of(name, scene), box, look, names_of(scene.marks))
 
     def thumbnails(self, image: Image, rest: Points, warps: Sequence[Points], size: tuple[int, int]) -> list[Bytes]:
         """Return `image` under each of `warps`, (R, C, 2) like `rest`, fitted into `size`: (h, w, 4)."""
-        return draw_thumbnails(self._context, self._source_of(image), rest, warps, size)
+        return draw_thumbnails(self._context, self._sources.of(image), rest, warps, size)
 
     def release(self) -> None:
         """Free the GPU objects; drawing makes them anew."""
-        self._marks.release()
-        for held in (*self._meshes.values(), *self._sources, self._cloth, *self._layers.values()):
+        for held in (self._marks, self._sources, *self._meshes.values(), self._layers, self._draft):
             if held is not None:
                 held.release()
-        self._meshes, self._sources, self._cloth, self._layers = {}, [], None, {}
+        self._meshes, self._layers, self._draft = {}, None, None
 
     def _drawing(self, scene: Scene, layers: Layers) -> Iterator[None]:
         """Draw the picture in linear light, piece by piece: the result, the picture as it was, or both."""
-        width, height = layers.picture.size
-        divider = _divider(scene, width)
-        parts: list[tuple[str, Points, Box]] = [
-            ("before", scene.rest, (0, 0, divider, height)),
-            ("result", scene.warped, (divider, 0, width, height)),
-        ]
         layers.picture.clear()
         yield
-        for name, nodes, box in parts:
-            if box[0] < box[2]:
-                positions = scene.in_framebuffer(nodes)
-                mesh = self._mesh_of(name, scene, positions)
-                mesh.place(scene.rest, positions)
-                source = self._source_of(scene.before or scene.image) if name == "before" else self._result_of(scene)
-                yield from layers.picture.drawing(mesh, source, box, draft=scene.draft)
+        for name, nodes, box in _parts(scene, layers.picture.size):
+            mesh = self._placed(name, scene, nodes)
+            yield from layers.picture.drawing(mesh, self._source_of(name, scene), box)
 
     def _composing(self, scene: Scene, layers: Layers) -> Iterator[None]:
         """Lay the picture on the desk and the marks on the picture: piece by piece, or only where they have changed."""
@@ -185,80 +173,84 @@ class Renderer:
         if touched is not None:
             self._compose(scene, layers, layers.shown, _rectangle(touched, layers.shown.size))
         else:
-            width, height = layers.coming.size
-            for _, top, _, bottom in strips((0, 0, width, height), COMPOSED_PIXELS):
-                self._compose(scene, layers, layers.coming, (0, top, width, bottom - top))
+            for left, top, right, bottom in strips(scene.bounds(layers.coming.size), COMPOSED_PIXELS):
+                self._compose(scene, layers, layers.coming, (left, top, right - left, bottom - top))
                 yield
             layers.turn()
-        layers.drawn = scene
+        layers.drawn, layers.bounds = scene, scene.bounds(layers.shown.size)
 
     def _compose(self, scene: Scene, layers: Layers, canvas: Offscreen, part: Rectangle) -> None:
         """Compose a part of the canvas."""
+        with canvas.drawing(None, part):
+            layers.picture.light.texture.use(0)
+            layers.cells.texture.use(1)
+            look = self._look(scene, layers.picture.size[0])
+            self._programs.fullscreen("compose.frag", names_of(scene.marks), light=0, cells=1, **look)
+
+    def _look(self, scene: Scene, width: int) -> dict[str, object]:
+        """Return the uniforms of canvas.glsl and marks.glsl for a canvas so wide, and bind what they read."""
         frame = NO_FRAME
         if scene.frame is not None:
             left, top, right, bottom = (scene.in_framebuffer(np.reshape(scene.frame, (2, 2))) + 0.5).ravel()
             frame = float(left), float(top), float(right), float(bottom)
         dark, light = scene.palette.checks
-        with canvas.drawing(None, part):
-            layers.picture.light.texture.use(0)
-            layers.cells.texture.use(1)
-            self._programs.fullscreen(
-                "compose.frag",
-                names_of(scene.marks),
-                light=0,
-                cells=1,
-                marks_from=float(_divider(scene, layers.picture.size[0])) if scene.marks.any else NO_MARKS,
-                frame=frame,
-                check_px=CHECK_PX * scene.pixel_ratio,
-                desk=_linear(scene.palette.desk),
-                check_dark=_linear(dark),
-                check_light=_linear(light),
-                **self._marks.uniforms(scene),
-            )
+        return {
+            "marks_from": float(_divider(scene, width)) if scene.marks.any else NO_MARKS,
+            "frame": frame,
+            "check_px": CHECK_PX * scene.pixel_ratio,
+            "desk": _linear(scene.palette.desk),
+            "check_dark": _linear(dark),
+            "check_light": _linear(light),
+            **self._marks.uniforms(scene),
+        }
 
-    def _show(self, layers: Layers, viewport: tuple[int, int, int, int], shrink: int) -> None:
-        before, self._context.viewport = self._context.viewport, viewport
-        smooth = moderngl.NEAREST if shrink == 1 else moderngl.LINEAR
-        layers.shown.texture.filter = (smooth, smooth)
-        layers.shown.texture.use(0)
-        part = tuple(viewport[axis] / (shrink * layers.shown.size[axis - 2]) for axis in (2, 3))
-        self._programs.fullscreen("show.frag", (), "show.vert", canvas=0, part=part)
-        self._context.viewport = before
+    def _show(self, drawn: Layers | Draft, desk: Color, viewport: Rectangle, shrink: int) -> None:
+        """Copy what was drawn to the window; around it is desk."""
+        context, before = self._context, self._context.viewport
+        context.detect_framebuffer().clear(*desk, viewport=viewport)
+        left, top, right, bottom = drawn.bounds
+        if left < right and top < bottom:
+            width, height = drawn.shown.size
+            corner = viewport[0] + left * shrink, viewport[1] + viewport[3] - bottom * shrink
+            context.viewport = (*corner, (right - left) * shrink, (bottom - top) * shrink)
+            context.scissor = viewport
+            drawn.shown.texture.use(0)
+            shown = left / width, top / height, right / width, bottom / height
+            self._programs.fullscreen("show.frag", (), "show.vert", canvas=0, shown=shown)
+            context.scissor = None
+        context.viewport = before
 
-    def _layers_of(self, size: tuple[int, int], *, draft: bool) -> Layers:
+    def _layers_of(self, size: tuple[int, int]) -> Layers:
         size = max(size[0], 1), max(size[1], 1)
-        layers = self._layers.get(draft)
-        if layers is None or layers.picture.size != size:
-            if layers is not None:
-                layers.release()
-            layers = self._layers[draft] = Layers(self._context, size)
-        return layers
+        if self._layers is None or self._layers.picture.size != size:
+            if self._layers is not None:
+                self._layers.release()
+            self._layers = Layers(self._context, size)
+        return self._layers
 
-    def _source_of(self, image: Image) -> Source:
-        held = next((source for source in self._sources if source.image is image), None)
-        held = held or Source(self._context, image, margin=0.25)
-        sources = [held, *(source for source in self._sources if source is not held)]
-        for dropped in sources[SOURCES_KEPT:]:
-            dropped.release()
-        self._sources = sources[:SOURCES_KEPT]
-        return held
+    def _draft_of(self, size: tuple[int, int]) -> Draft:
+        size = max(size[0], 1), max(size[1], 1)
+        if self._draft is None or self._draft.size != size:
+            if self._draft is not None:
+                self._draft.release()
+            self._draft = Draft(self._context, size)
+        return self._draft
 
-    def _result_of(self, scene: Scene) -> Source:
-        """Return what the result is drawn from: the picture, with the texture laid on if there is one."""
-        dressing = scene.dressing
-        if dressing is None:
-            return self._source_of(scene.image)
-        if self._cloth is None or self._cloth.image is not scene.image or self._cloth.parts is not dressing.parts:
-            if self._cloth is not None:
-                self._cloth.release()
-            self._cloth = DressedSource(self._context, scene.image, dressing.parts)
-        self._cloth.dress(dressing, draft=scene.draft)
-        return self._cloth
+    def _source_of(self, name: str, scene: Scene) -> Source:
+        """Return what the part called `name` is drawn from."""
+        return self._sources.of(scene.before or scene.image) if name == "before" else self._sources.of_result(scene)
+
+    def _placed(self, name: str, scene: Scene, nodes: Points) -> Mesh:
+        """Return the mesh of the part called `name` with its `nodes` in place."""
+        positions = scene.in_framebuffer(nodes)
+        mesh = self._mesh_of(name, scene, positions)
+        mesh.place(scene.rest, positions)
+        return mesh
 
     def _mesh_of(self, name: str, scene: Scene, positions: Points) -> Mesh:
         """Return the mesh called `name`, made anew for another grid shape."""
         key, shape = (name, scene.draft), (positions.shape[0], positions.shape[1])
-        stride = _draft_stride(positions) if scene.draft else 1
+        stride = draft_stride(positions) if scene.draft else 1
         held = self._meshes.get(key)
         if held is None or (held.shape, held.stride) != (shape, stride):
             if held is not None:
@@ -267,28 +259,21 @@ class Renderer:
         return held
 
 
+def _parts(scene: Scene, size: tuple[int, int]) -> list[tuple[str, Points, Box]]:
+    """Return what the canvas of `size` shows: a name, positions of the nodes, and the framebuffer pixels."""
+    width, height = size
+    divider = _divider(scene, width)
+    parts = [
+        ("before", scene.rest, (0, 0, divider, height)),
+        ("result", scene.warped, (divider, 0, width, height)),
+    ]
+    return [part for part in parts if part[2][0] < part[2][2]]
+
+
 def _exhaust(steps: Iterator[None]) -> None:
     """Take all steps at once."""
     for _ in steps:
         pass
-
-
-def _lies_alike(scene: Scene, shown: Scene | None) -> bool:
-    """Return whether the picture that is `shown` may stay till `scene` is drawn: it fills the same place."""
-    return (
-        shown is not None
-        and scene.image is shown.image
-        and scene.before is shown.before
-        and (scene.view, scene.pixel_ratio, scene.compare, scene.split)
-        == (shown.view, shown.pixel_ratio, shown.compare, shown.split)
-    )
-
-
-def _draft_stride(positions: Points) -> int:
-    """Return which nodes of a row a draft draws, from their positions (R, C, 2) in its pixels: every so manieth."""
-    cells = positions.shape[1] - 1, positions.shape[0] - 1
-    span = max(float(np.ptp(positions[..., axis])) / cells[axis] for axis in (0, 1))
-    return max(int(DRAFT_CELL_PX / max(span, 1e-3)), 1)
 
 
 def _rectangle(box: Box, size: tuple[int, int]) -> Rectangle:

@@ -6,11 +6,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from app.render.dressing import Dressing
+from app.render.source import Box
 from app.spaces import View
 from core.arrays import Bools, Points
 from core.images import Image
 from core.raster import Raster
 
+EDGE_PX = 3.0
+"""So far outside the picture its edge is blended and its outline drawn, in framebuffer pixels."""
 Color: TypeAlias = tuple[float, float, float, float]
 """Red, green, blue and alpha, 0 to 1, encoded as on the screen."""
 Compare: TypeAlias = Literal["result", "before", "split"]
@@ -90,6 +93,28 @@ class Scene:
             corner = np.round(corner)
         positions: Points = (points + 0.5) * zoom + corner - 0.5
         return positions
+
+    def bounds(self, size: tuple[int, int]) -> Box:
+        """Return the framebuffer pixels of a canvas of `size`, (w, h), outside which there is nothing but desk."""
+        shown = [self.warped] * (self.compare != "before") + [self.rest] * (self.compare != "result")
+        corners = [
+            np.transpose([(axis.min(), axis.max()) for axis in (nodes[..., 0], nodes[..., 1])]) for nodes in shown
+        ]
+        corners += [] if self.frame is None else [np.reshape(self.frame, (2, 2))]
+        places = self.in_framebuffer(np.concatenate(corners))
+        low = np.clip(np.floor(places.min(axis=0) - EDGE_PX), 0, size).astype(int).tolist()
+        high = np.clip(np.ceil(places.max(axis=0) + EDGE_PX), 0, size).astype(int).tolist()
+        return low[0], low[1], high[0], high[1]
+
+    def fills_same_place(self, other: "Scene | None") -> bool:
+        """Return whether the picture in `other` may stay on the screen till this one is drawn."""
+        return (
+            other is not None
+            and self.image is other.image
+            and self.before is other.before
+            and (self.view, self.pixel_ratio, self.compare, self.split)
+            == (other.view, other.pixel_ratio, other.compare, other.split)
+        )
 
     def shows_same_picture(self, other: "Scene | None") -> bool:
         """Return whether the picture without marks looks as in `other`."""

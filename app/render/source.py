@@ -177,7 +177,7 @@ class Source:
             self._free_texture()
         if self._texture is None:
             self._texture = self._context.texture((width, height), 4, dtype=self.dtype)
-            self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         return self._texture
 
 

@@ -11,6 +11,7 @@ from app.spaces import canvas_from_screen
 from app.ui import theme
 from app.ui.controls import colors, icon_button, shortened, tip
 from app.ui.theme import em, icon
+from core.mesh import Mesh
 
 Figure: TypeAlias = tuple[str, str, bool]
 """Text, meaning, and whether it is bad news."""
@@ -26,6 +27,9 @@ class StatusBar:
     def __init__(self, editor: Editor) -> None:
         self._editor = editor
         self._solve_ms = 0.0
+        self._mesh: Mesh | None = None
+        self._place = ""
+        """Which pixel of the picture is under the pointer."""
 
     def draw(self) -> None:
         """Draw hint, job and figures."""
@@ -78,16 +82,26 @@ class StatusBar:
         rows: list[Figure] = []
         if editor.fault is not None:
             rows.append((f"{icon('triangle-exclamation')}  {editor.fault}", "What worked last is shown", True))
-        if session.pointer is not None:
-            on_canvas = canvas_from_screen(session.view, np.array([session.pointer]))
-            x, y = editor.answer.mesh.image_from_canvas(on_canvas)[0]
-            if np.isfinite(x):
-                rows.append((f"{x:.0f}, {y:.0f}", "The pixel of the picture under the pointer", False))
+        self._find_place()
+        if self._place:
+            rows.append((self._place, "The pixel of the picture under the pointer", False))
         width, height = editor.document.size_px
         rows.append((f"{width} × {height} px", "Width and height of the picture", False))
         rows.extend(of_mode[session.mode]())
         rows.append((f"{session.view.zoom:.0%}", "Zoom", False))
         return rows
+
+    def _find_place(self) -> None:
+        """Look up what is under the pointer; a gesture that bends the picture need not wait for it in every frame."""
+        session, mesh = self._editor.session, self._editor.answer.mesh
+        bends = self._editor.is_busy and mesh is not self._mesh
+        self._mesh = mesh
+        if bends:
+            return
+        self._place = ""
+        if session.pointer is not None:
+            x, y = mesh.image_from_canvas(canvas_from_screen(session.view, np.array([session.pointer])))[0]
+            self._place = f"{x:.0f}, {y:.0f}" if np.isfinite(x) else ""
 
     def _warp_figures(self) -> list[Figure]:
         answer = self._editor.answer

@@ -194,6 +194,11 @@ class FeatureMapping:
 
     def _per_quad(self, w: Complexes) -> Solution:
         """Solve FAT eqs. 3-5: quads of a feature turn and scale, each by its own rotation and the feature's λ."""
+        none = np.empty(0, np.complex128)
+        if not self.bodies:
+            # W itself has no energy: b - K w = 0.
+            with self.clock.measure("rhs"), self.clock.measure("solve"):
+                return Solution(w.copy(), none, none)
         with self.clock.measure("rhs"):
             frames = linear_parts(self.grid, w)
             turn = np.where(self.owner >= 0, frames.rotations, 0) * self.follow_feature
@@ -209,7 +214,6 @@ class FeatureMapping:
             r = np.where(self.free, divergence(across, down) - laplacian(self._edges, w), 0)
         with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.solve(as_two(r.ravel())))
-        none = np.empty(0, np.complex128)
         return Solution(w + v.reshape(w.shape), none, none)
 
 

@@ -141,3 +141,29 @@ def test_docked_and_floating_panels_have_a_ground(editor: Editor, tmp_path: Path
     for pixels, (x, y) in shots:
         code = theme.PANEL
         assert tuple(pixels[y, x]) == (code >> 16 & 255, code >> 8 & 255, code & 255)
+
+
+def test_the_place_under_the_pointer_waits_while_a_gesture_bends_the_picture(editor: Editor) -> None:
+    said: list[str] = []
+
+    def script(window: WindowDriver) -> None:
+        def say() -> None:
+            figures = window.shell.workspace.status_bar.figures()
+            said.append(next(text for text, meaning, _ in figures if "under the pointer" in meaning))
+
+        editor.choose_tool("pins")
+        window.click(200, 300).click(700, 300).move(300, 300).wait(2)
+        say()
+        window.press(200, 300).wait(2)
+        say()
+        window.move(260, 340).wait(2)
+        say()
+        window.release().wait(2)
+        say()
+        window.move(400, 300).wait(2)
+        say()
+
+    drive(editor, script)
+    assert len(set(said[:2])) == 2
+    assert said[1] == said[2] == said[3]  # a pin takes along what it is put on
+    assert said[4] != said[3]
