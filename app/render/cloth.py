@@ -1,5 +1,7 @@
 """A photo with a new texture in its folds, as a source to draw from: composed on the GPU whenever anything changes."""
 
+from collections.abc import Iterator
+
 import cv2
 import moderngl
 import numpy as np
@@ -49,6 +51,15 @@ class DressedSource(Source):
     def is_small(self) -> bool:
         """Whether it would be no waste to compose the whole at full size: never."""
         return False
+
+    def loading(self, box: Box, base: int) -> Iterator[None]:
+        """Stop nowhere: `window` composes."""
+        self.window(box, base)
+        return iter(())
+
+    def glimpse(self, box: Box, base: int) -> Window:
+        """Return what `window` does."""
+        return self.window(box, base)
 
     def window(self, box: Box, base: int) -> Window:
         """Return a window over `box` with levels from `base` up."""

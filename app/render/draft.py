@@ -4,12 +4,14 @@ The picture at its best takes a pass for every quantity, cut into pieces. A rend
 and reads back what it has just written.
 """
 
+import time
+
 import moderngl
 import numpy as np
 
 from app.render import gpu
 from app.render.mesh import Mesh
-from app.render.picture_pass import DRAFT_STRETCH, PICTURE_UNIT, picture_uniforms, viewport_around
+from app.render.picture_pass import DRAFT_STRETCH, PICTURE_UNIT, picture_uniforms, viewport_around, what_is_read
 from app.render.programs import Names, programs_of
 from app.render.scene import Scene
 from app.render.source import Box, Source
@@ -17,6 +19,8 @@ from core.arrays import Points
 
 CELL_PX = 8.0
 """Cells of a draft are about so many of its pixels wide, where the grid's are smaller."""
+LOADING_S = 0.004
+"""What loading may take of the time for a draft, and a piece more."""
 PLACE_UNIT, SHAPE_UNIT = 3, 4
 """Texture units, beside those of the nodes, of the picture and of the marks."""
 
@@ -49,17 +53,24 @@ class Draft:
         self.shown.clear(scene.palette.desk)
 
     def draw(self, mesh: Mesh, source: Source, box: Box, look: dict[str, object], defined: Names) -> None:
-        """Draw the pixels of `box`, with the uniforms of canvas.glsl and marks.glsl and what the latter has defined."""
+        """Draw the pixels of `box`, with the uniforms of canvas.glsl and marks.glsl and what the latter has defined.
+
+        What is not loaded is shown by few texels, and loaded for a while.
+        """
         touched = mesh.bounds_in(box)
-        read = (source.whole, 0) if source.is_small else mesh.source_of(touched, least_stretch=DRAFT_STRETCH)
+        read, started = what_is_read(mesh, source, touched, DRAFT_STRETCH), time.perf_counter()
+        for _ in source.loading(*read):
+            if time.perf_counter() - started >= LOADING_S:
+                break
+        window = source.glimpse(*read)
         uniforms = {
-            **picture_uniforms(source.window(*read), source, self.side),
+            **picture_uniforms(window, source, self.side),
             "least_stretch": DRAFT_STRETCH,
         }
         self._shape.clear()
         with gpu.drawing(self._places, viewport_around(self.side), _rectangle(touched)):
             mesh.draw("draft_place.frag", mesh.blocks_in(touched), **uniforms)
-        source.window(*read).texture.use(PICTURE_UNIT)
+        window.texture.use(PICTURE_UNIT)
         self._place.texture.use(PLACE_UNIT)
         self._shape.texture.use(SHAPE_UNIT)
         with self.shown.drawing(None, _rectangle(_common(box, self.bounds))):

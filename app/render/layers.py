@@ -27,6 +27,8 @@ class Layers:
         """The pixels outside which that is nothing but desk."""
         self.goal: Scene | None = None
         """What `picture` holds, or what is being drawn there."""
+        self.loads: Iterator[None] = iter(())
+        """Loads what it is drawn from."""
         self.steps: Iterator[None] | None = None
         """Draws what is missing of it; None when nothing is."""
         self.spent_s = 0.0
@@ -42,9 +44,9 @@ class Layers:
         """Return whether `shown` shows `scene`, marks included."""
         return scene.shows_same_picture(self.drawn) and scene.shows_same_marks(self.drawn)
 
-    def begin(self, goal: Scene, steps: Iterator[None]) -> None:
+    def begin(self, goal: Scene, loads: Iterator[None], steps: Iterator[None]) -> None:
         """Take another scene to draw; what was begun is given up."""
-        self.goal, self.steps, self.spent_s = goal, steps, 0.0
+        self.goal, self.loads, self.steps, self.spent_s = goal, loads, steps, 0.0
 
     def turn(self) -> None:
         """Show what has come."""

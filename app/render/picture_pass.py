@@ -73,7 +73,7 @@ class PicturePass:
         if not blocks.any():
             return
         least_stretch = DRAFT_STRETCH if draft else LEAST_STRETCH
-        read = (source.whole, 0) if source.is_small else mesh.source_of(box, least_stretch=least_stretch)
+        read = what_is_read(mesh, source, box, least_stretch)
         yield
         uniforms = {
             **picture_uniforms(source.window(*read), source, self.side, origin),
@@ -114,6 +114,11 @@ class PicturePass:
         for layer in (self.light, self.cells, self._place, self._footprint):
             if layer is not None:
                 layer.release()
+
+
+def what_is_read(mesh: Mesh, source: Source, box: Box, least_stretch: float) -> tuple[Box, int]:
+    """Return which pixels of the picture drawing the output pixels of `box` reads, and the finest level among them."""
+    return (source.whole, 0) if source.is_small else mesh.source_of(box, least_stretch=least_stretch)
 
 
 def picture_uniforms(window: Window, source: Source, side: int, origin: tuple[int, int] = (0, 0)) -> dict[str, object]:

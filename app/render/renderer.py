@@ -13,7 +13,7 @@ from app.render.gpu import Offscreen, Rectangle
 from app.render.layers import Costs, Layers
 from app.render.marks_layer import MarksLayer, names_of
 from app.render.mesh import Mesh
-from app.render.picture_pass import strips
+from app.render.picture_pass import LEAST_STRETCH, strips, what_is_read
 from app.render.programs import programs_of
 from app.render.scene import Color, Scene
 from app.render.source import Box, Source
@@ -96,12 +96,23 @@ class Renderer:
             best.give_up()
             return True
         if not scene.shows_same_picture(best.goal):
-            best.begin(scene, self._best(scene, best))
-        if best.steps is not None and not self._goes_on(best):
+            best.begin(scene, self._loading(scene, best), self._best(scene, best))
+        if best.steps is not None and not (self._loads_on(best) and self._goes_on(best)):
             return False
         if not best.shows(scene):
             _exhaust(self._composing(scene, best))
         return True
+
+    def _loading(self, scene: Scene, layers: Layers) -> Iterator[None]:
+        """Send what the picture is drawn from to the GPU, piece by piece."""
+        for name, nodes, box in _parts(scene, layers.picture.size):
+            mesh, source = self._placed(name, scene, nodes), self._source_of(name, scene)
+            yield from source.loading(*what_is_read(mesh, source, mesh.bounds_in(box), LEAST_STRETCH))
+
+    def _loads_on(self, best: Layers) -> bool:
+        """Load for as long as a frame may take; return whether all is there."""
+        started = self._clock()
+        return all(self._clock() - started < self._costs.frame_s for _ in best.loads)
 
     def _best(self, scene: Scene, best: Layers) -> Iterator[None]:
         """Draw the picture and then the canvas, piece by piece."""
@@ -142,6 +153,7 @@ class Renderer:
         self._show(draft, scene.palette.desk, viewport, shrink)
 
     def _draw_draft(self, scene: Scene, draft: Draft) -> None:
+        """Draw desk, picture and marks."""
         look = self._look(scene, draft.size[0])
         draft.begin(scene)
         for name, nodes, box in _parts(scene, draft.size):

@@ -10,20 +10,21 @@ same result.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
-import cv2
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
-from core import color, tracing
-from core.arrays import Pixels, Singles
+from app.render.texels import halves, light_of, reduced, texels_of
+from core import tracing
 from core.images import Image
 
 LEVELS = 6
 """Levels above the base, where the picture is large enough to have them."""
 PART_PIXELS = 1 << 18
+GLIMPSE_TEXELS = 1 << 18
+GLIMPSE_SIDE_PX = 1 << 12
+"""A picture is shown by so many texels at most until it is loaded."""
 
 Box = tuple[int, int, int, int]
 """left, top, right, bottom in source pixels; right and bottom are outside."""
@@ -62,6 +63,15 @@ class Window:
         return inside and self.base <= base
 
 
+@dataclass(frozen=True)
+class _Coming:
+    """A window, and what sends its pieces to the GPU."""
+
+    window: Window
+    pieces: Iterator[int]
+    """Counts what is left."""
+
+
 class Source:
     """A picture for drawing from: gives the window that a draw needs, and keeps the last one.
 
@@ -86,6 +96,8 @@ class Source:
         self._margin = margin
         self._window: Window | None = None
         self._texture: moderngl.Texture | None = None
+        self._coming: _Coming | None = None
+        self._glimpse: Window | None = None
 
     @cached_property
     def levels(self) -> int:
@@ -116,24 +128,52 @@ class Source:
 
         A base that does not fit is raised to the least one that does: the drawing is then less sharp.
         """
-        box = self._clipped(box)
+        for _ in self.loading(box, base):
+            pass
+        assert self._window is not None
+        return self._window
+
+    def loading(self, box: Box, base: int) -> Iterator[None]:
+        """Load what `window` needs, piece by piece with a stop after each; what was begun for it goes on."""
+        box, base = self._attainable(box, base)
         if self._window is not None and self._window.holds(box, base):
+            return
+        coming = self._coming
+        if coming is None or not coming.window.holds(box, base):
+            wishes = [(self.whole, 0), (self.whole, base), (self._with_margin(box), base), (box, base)]
+            coming = self._coming = self._begun(*next(wish for wish in wishes if self.fits(*wish)))
+            yield  # making the texture may take as long as many pieces
+        while self._coming is coming:
+            if next(coming.pieces) == 0:
+                self._window, self._coming = coming.window, None
+            yield
+
+    def glimpse(self, box: Box, base: int) -> Window:
+        """Return the window over `box` if it is loaded, else one of the whole picture with few texels."""
+        if self._window is not None and self._window.holds(*self._attainable(box, base)):
             return self._window
-        for wish, level in [(self.whole, 0), (self.whole, base), (self._with_margin(box), base), (box, base)]:
-            if self.fits(wish, level):
-                return self._load(wish, level)
-        while not self.fits(box, base):
+        if self._glimpse is None:
+            self._glimpse = self._few_texels()
+        return self._glimpse
+
+    def _attainable(self, box: Box, base: int) -> tuple[Box, int]:
+        """Return what there is of `box`, and the least level from `base` up that fits."""
+        box = self._clipped(box)
+        while not (self.fits(box, base) or self.fits(self.whole, base)):
             base += 1
-        return self._load(box, base)
+        return box, base
 
     def release(self) -> None:
         """Free the GPU objects."""
         self._free_texture()
+        if self._glimpse is not None:
+            self._glimpse.texture.release()
+            self._glimpse = None
 
     def _free_texture(self) -> None:
         if self._texture is not None:
             self._texture.release()
-        self._texture = self._window = None
+        self._texture = self._window = self._coming = None
 
     def _with_margin(self, box: Box) -> Box:
         across, down = round((box[2] - box[0]) * self._margin), round((box[3] - box[1]) * self._margin)
@@ -154,22 +194,42 @@ class Source:
         left, top = box[0] // block * block, box[1] // block * block
         return left, top, -(-box[2] // block) * block, -(-box[3] // block) * block
 
-    def _load(self, box: Box, base: int) -> Window:
+    def _begun(self, box: Box, base: int) -> "_Coming":
+        """Begin to load a window, in the place of the present one."""
         left, top, right, bottom = box = self._aligned(box, base)
         size = ((right - left) >> base, (bottom - top) >> base)
         texture = self._texture_of(_texture_width(size[0]), size[1])
-        with tracing.span("upload", what="picture"):
-            for part in _parts(box, 1 << (base + self.levels)):
-                texels = _reduced(_texels(self.image, part), 1 << base)
-                x, y = (part[0] - left) >> base, (part[1] - top) >> base
+        self._window = None
+        return _Coming(Window(texture, box, base, base + self.levels), self._pieces(texture, box, base, size))
+
+    def _pieces(self, texture: moderngl.Texture, box: Box, base: int, size: tuple[int, int]) -> Iterator[int]:
+        """Send the pyramid over `box` to `texture`, its base level of `size`; count the pieces that are left."""
+        parts = list(_parts(box, 1 << (base + self.levels)))
+        for left, part in zip(reversed(range(len(parts))), parts, strict=True):
+            with tracing.span("upload", what="picture"):
+                texels = reduced(texels_of(self.image, part), 1 << base)
+                x, y = (part[0] - box[0]) >> base, (part[1] - box[1]) >> base
                 for level in range(self.levels + 1):
-                    texels = _reduced(texels, 2) if level else texels
+                    texels = reduced(texels, 2) if level else texels
                     shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
                     corner = ((x >> level) + shift[0], (y >> level) + shift[1])
-                    sent = texels if self.dtype == "f4" else _halves(texels)
+                    sent = texels if self.dtype == "f4" else halves(texels)
                     texture.write(sent, viewport=(*corner, texels.shape[1], texels.shape[0]))
-        self._window = Window(texture, box, base, base + self.levels)
-        return self._window
+            yield left
+
+    def _few_texels(self) -> Window:
+        """Return a window of one level that takes single pixels of the picture, at the middle of its texels."""
+        width, height = self.image.size_px
+        base = 0
+        while (width >> base) * (height >> base) > GLIMPSE_TEXELS or max(width, height) >> base > GLIMPSE_SIDE_PX:
+            base += 1
+        step = 1 << base
+        first_row, first_column = min(step // 2, height - 1), min(step // 2, width - 1)
+        light = light_of(self.image, np.ascontiguousarray(self.image.pixels[first_row::step, first_column::step]))
+        size = light.shape[1], light.shape[0]
+        texture = self._context.texture(size, 4, np.ascontiguousarray(halves(light)), dtype="f2")
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return Window(texture, (0, 0, size[0] << base, size[1] << base), base, base)
 
     def _texture_of(self, width: int, height: int) -> moderngl.Texture:
         """Return a texture of at least this size: the present one if that will do, since drivers free late."""
@@ -193,49 +253,3 @@ def _parts(box: Box, block: int) -> Iterator[Box]:
     for y in range(top, bottom, height):
         for x in range(left, right, width):
             yield x, y, min(x + width, right), min(y + height, bottom)
-
-
-def _texels(image: Image, box: Box) -> Singles:
-    """Return the premultiplied linear light of `box`, the picture's border repeated outwards: (h, w, 4)."""
-    left, top, right, bottom = box
-    rows = slice(min(top, image.height_px - 1), min(bottom, image.height_px))
-    columns = slice(min(left, image.width_px - 1), min(right, image.width_px))
-    pixels = np.ascontiguousarray(image.pixels[rows, columns])
-    below, beside = bottom - top - pixels.shape[0], right - left - pixels.shape[1]
-    if below or beside:
-        wider = cv2.copyMakeBorder(pixels, 0, below, 0, beside, cv2.BORDER_REPLICATE)
-        pixels = wider.reshape(bottom - top, right - left, pixels.shape[2])
-    return _light(image, pixels)
-
-
-def _light(image: Image, pixels: Pixels) -> Singles:
-    """Return `pixels` of `image` as premultiplied linear light, (h, w, 4)."""
-    if pixels.dtype == np.uint8 and pixels.shape[2] == 3 and not image.linear:
-        # What most pictures are, several times as fast.
-        return np.asarray(cv2.LUT(cv2.cvtColor(pixels, cv2.COLOR_RGB2RGBA), _light_of_bytes()), np.float32)
-    light = color.premultiply(color.linear_light(pixels, linear=image.linear))
-    colors = color.color_channels(light.shape[2])
-    texels = np.empty((*light.shape[:2], 4), np.float32)
-    texels[..., :3] = light[..., :colors]
-    texels[..., 3] = light[..., -1] if light.shape[2] > colors else 1
-    return texels
-
-
-@cache
-def _light_of_bytes() -> Singles:
-    """Return the light of every value of red, green and blue, and the opacity of alpha: (1, 256, 4)."""
-    light = np.asarray(color.decode_table(256), np.float32)
-    return np.stack([light, light, light, np.linspace(0, 1, 256, dtype=np.float32)], axis=-1)[None]
-
-
-def _halves(texels: Singles) -> NDArray[np.float16]:
-    """Return `texels`, (h, w, 4), in half precision: OpenCV converts six times as fast as NumPy."""
-    return np.asarray(cv2.subtract(texels, np.zeros(4), dtype=cv2.CV_16F), np.float16)
-
-
-def _reduced(texels: Singles, block: int) -> Singles:
-    """Return the means of blocks of `block` x `block` texels."""
-    if block == 1:
-        return texels
-    size = (texels.shape[1] // block, texels.shape[0] // block)
-    return np.asarray(cv2.resize(texels, size, interpolation=cv2.INTER_AREA), np.float32)

@@ -1,7 +1,8 @@
 """Turns what Dear ImGui saw of mouse and keyboard into `app.events`, for the canvas."""
 
 import math
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from imgui_bundle import imgui
@@ -66,6 +67,8 @@ MOST_WAY = 24
 """At most so many places on the way are looked at in one frame."""
 WAY_PX = 3.0
 """And none so close to the one before."""
+WAY_S = 0.012
+"""What they may take of a frame: with a large brush they are fewer."""
 BUTTONS: tuple[tuple[int, Button], ...] = ((0, "left"), (2, "middle"), (1, "right"))
 
 
@@ -75,21 +78,24 @@ def modifiers() -> Modifiers:
     return Modifiers(shift=io.key_shift, ctrl=io.key_ctrl or io.key_super, alt=io.key_alt)
 
 
-def spaced(trail: Sequence[Position], start: Position | None) -> list[Position]:
-    """Return those of the places of `trail` that say where it goes, seen from `start`: not all, and none too close."""
+def spaced(trail: Sequence[Position], start: Position | None, most: int = MOST_WAY) -> list[Position]:
+    """Return at most so many of the places of `trail` that say where it goes, seen from `start`; none too close."""
     kept: list[Position] = []
     before = start
     for place in trail:
         if before is None or math.dist(before, place) >= WAY_PX:
             kept.append(place)
             before = place
-    return kept[:: 1 + len(kept) // MOST_WAY]
+    return kept[:: -(-len(kept) // most)] if kept else []
 
 
 class Pointer:
     """Follows the mouse from press to release, also when it leaves the canvas meanwhile."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
+        self._place_s = 0.0
+        """What a place on the way takes."""
         self._held: int | None = None
         self._last: Position | None = None
         self.trail: list[Position] = []
@@ -117,8 +123,12 @@ class Pointer:
         """Yield the places on the way while a button is held, so that a fast stroke is as smooth as the hand."""
         trail, self.trail = self.trail[:-1], []
         if self._held is not None and imgui.is_mouse_down(self._held):
-            for x, y in spaced(trail, self._last and (self._last[0] + area.x, self._last[1] + area.y)):
+            start = self._last and (self._last[0] + area.x, self._last[1] + area.y)
+            most = min(max(int(WAY_S / max(self._place_s, 1e-6)), 1), MOST_WAY)
+            for x, y in spaced(trail, start, most):
+                started = self._clock()
                 yield Move((x - area.x, y - area.y), mods)
+                self._place_s = (self._place_s + self._clock() - started) / 2
 
     @property
     def is_held(self) -> bool:

@@ -137,6 +137,7 @@ def test_a_fast_canvas_has_no_drafts(fast: Screen) -> None:
 
 def test_motion_drops_what_is_not_finished(slow: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = a_scene()
+    slow.rest(moved(scene, 4.0))
     frames = len(slow.rest(scene))
     slow.shot(moved(scene, 5.0))
     assert slow.renderer.is_refining

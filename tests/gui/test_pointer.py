@@ -1,8 +1,13 @@
 """What of the pointer's way between two frames is looked at."""
 
-import numpy as np
+from collections.abc import Iterator
 
-from app.ui.input import MOST_WAY, WAY_PX, spaced
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from app.events import Move, Press
+from app.ui.input import MOST_WAY, WAY_PX, WAY_S, Area, Pointer, spaced
 
 
 def test_places_too_close_to_one_another_are_left_out() -> None:
@@ -18,3 +23,39 @@ def test_a_turn_of_the_hand_is_kept() -> None:
 
 def test_a_fast_hand_gives_no_more_places_than_a_frame_can_take() -> None:
     assert len(spaced([(10.0 * x, 0.0) for x in range(500)], None)) <= MOST_WAY
+
+
+@pytest.fixture
+def io() -> Iterator[imgui.IO]:
+    """Make Dear ImGui without a window."""
+    before = imgui.get_current_context()
+    context = imgui.create_context()
+    imgui.set_current_context(context)
+    io = imgui.get_io()
+    io.display_size, io.delta_time = imgui.ImVec2(2000, 100), 0.1
+    io.backend_flags |= int(imgui.BackendFlags_.renderer_has_textures)
+    yield io
+    imgui.destroy_context(context)
+    if before is not None:
+        imgui.set_current_context(before)
+
+
+@pytest.mark.parametrize(("place_s", "most"), [(WAY_S / 1000, MOST_WAY), (WAY_S / 4, 4), (WAY_S * 3, 1)])
+def test_places_that_take_long_are_fewer(io: imgui.IO, place_s: float, most: int) -> None:
+    now = 0.0
+    pointer, area = Pointer(lambda: now), Area(0, 0, 2000, 100)
+    moves: list[Move] = []
+    for number in range(12):
+        x = 10.0 + 100 * number
+        io.add_mouse_pos_event(x, 50)
+        io.add_mouse_button_event(0, number > 0)
+        pointer.trail = [(x - 100 + step, 50.0) for step in range(101)]
+        imgui.new_frame()
+        moves = []
+        for event in pointer.events(area):
+            assert not isinstance(event, Press) or number == 1
+            moves += [event] if isinstance(event, Move) else []
+            now += place_s
+        imgui.end_frame()
+    assert most / 2 <= len(moves) - 1 <= most
+    assert moves[-1].pos == (x, 50.0)
