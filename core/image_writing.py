@@ -28,6 +28,8 @@ _FORMATS = {
 SUFFIXES = tuple(_FORMATS)
 """Endings of the formats that `save` writes."""
 BAND_ROWS = 64
+PNG_LEVEL = 3
+"""Of zlib: takes half the time that its usual level takes, for a twentieth more bytes."""
 _SHORT = {"uint8", "uint16", "int16", "uint"}
 
 
@@ -167,6 +169,8 @@ def _spec(image: Image, size_px: tuple[int, int], suffix: str, quality: int) -> 
             else f"{'webp' if suffix == '.webp' else 'jpeg'}:{quality}"
         )
         spec.attribute("compression", kind)
+    if suffix == ".png":
+        spec.attribute("png:compressionLevel", PNG_LEVEL)
     if suffix in (".jpg", ".jpeg"):
         spec.attribute("jpeg:subsampling", "4:4:4" if quality >= 90 else "4:2:0")
     return spec

@@ -3,6 +3,7 @@
 import argparse
 import json
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -96,10 +97,12 @@ def run(arguments: argparse.Namespace) -> None:
     # A layer holds data, not light: its numbers are resampled as they are.
     pictures += [layer.with_pixels(result.apply(layer.pixels, linear=True)) for layer in layers]
     blend = time.perf_counter() - started
+    paths = list(arguments.output)
     if arguments.deformed is not None:
-        save(image.with_pixels(result.deformed(image.pixels, linear=image.linear)), arguments.deformed)
-    for picture, path in zip(pictures, arguments.output, strict=True):
-        save(picture, path)
+        pictures.append(image.with_pixels(result.deformed(image.pixels, linear=image.linear)))
+        paths.append(arguments.deformed)
+    with ThreadPoolExecutor(2) as helpers:
+        list(helpers.map(save, pictures, paths))
     if arguments.report is not None:
         write_text(arguments.report, json.dumps(report(image, result, blend, arguments.seed), indent=1) + "\n")
 

@@ -12,18 +12,16 @@ AHEAD = 2
 """Results made meanwhile."""
 
 
-def ahead(make: Callable[[S], T], given: Iterable[S]) -> Iterator[T]:
-    """Return what `make` makes of each thing `given`, in their order; the first are begun at once."""
-    rest, threads = iter(given), ThreadPoolExecutor(AHEAD)
-    begun = deque(threads.submit(make, thing) for thing in islice(rest, AHEAD))
-    return _made(make, rest, threads, begun)
+def ahead(make: Callable[[S], T], given: Iterable[S], *, threads: int = AHEAD) -> Iterator[T]:
+    """Return what `make` makes of each thing `given`, in their order, in `threads`; the first are begun at once."""
+    rest, pool = iter(given), ThreadPoolExecutor(threads)
+    begun = deque(pool.submit(make, thing) for thing in islice(rest, AHEAD))
+    return _made(make, rest, pool, begun)
 
 
-def _made(
-    make: Callable[[S], T], rest: Iterator[S], threads: ThreadPoolExecutor, begun: deque[Future[T]]
-) -> Iterator[T]:
-    with threads:
+def _made(make: Callable[[S], T], rest: Iterator[S], pool: ThreadPoolExecutor, begun: deque[Future[T]]) -> Iterator[T]:
+    with pool:
         while begun:
             made = begun.popleft().result()
-            begun.extend(threads.submit(make, thing) for thing in islice(rest, 1))
+            begun.extend(pool.submit(make, thing) for thing in islice(rest, 1))
             yield made

@@ -60,13 +60,12 @@ def correction(source: Singles, place: Singles, label: Ints) -> Singles | None:
         return None
     # A step m at the border of a half-plane makes -m/2 on one side and m/2 on the other: doubled inside, none outside.
     outer = (seams == 0).any(axis=1)
-    parts = [(gain, np.where(which[:, None], visible, 0)) for gain, which in ((2.0, outer), (1.0, ~outer))]
+    visible = np.where(outer[:, None], 2 * visible, visible)
     total = np.zeros((*label.shape, source.shape[2]), np.float32)
     for y in range(0, label.shape[0], TILE_PX):
         for x in range(0, label.shape[1], TILE_PX):
             tile = (y, x, min(y + TILE_PX, label.shape[0]), min(x + TILE_PX, label.shape[1]))
-            for gain, steps in parts:
-                _add_tile(total, tile, edges, (steps[:split], steps[split:]), gain)
+            _fill_tile(total, tile, edges, (visible[:split], visible[split:]))
     return _softened(np.asarray(total * (label > 0)[..., None]), label, edges)
 
 
@@ -81,10 +80,10 @@ def _softened(change: Singles, label: Ints, edges: list[Edges]) -> Singles:
     return mixed
 
 
-def _add_tile(
-    total: Singles, tile: tuple[int, int, int, int], edges: list[Edges], steps: tuple[Floats, Floats], gain: float
+def _fill_tile(
+    total: Singles, tile: tuple[int, int, int, int], edges: list[Edges], steps: tuple[Floats, Floats]
 ) -> None:
-    """Add to a tile (top, left, bottom, right) what the steps in and around it ask for."""
+    """Write into a tile (top, left, bottom, right) what the steps in and around it ask for."""
     margin = int(4 * FADE_PX)
     y0, x0 = max(tile[0] - margin, 0), max(tile[1] - margin, 0)
     y1, x1 = min(tile[2] + margin, total.shape[0]), min(tile[3] + margin, total.shape[1])
@@ -96,7 +95,7 @@ def _add_tile(
         return
     change = poisson.remove_steps(fields[0][:, :-1], fields[1][:-1], fade_px=FADE_PX)
     inner = change[tile[0] - y0 : tile[2] - y0, tile[1] - x0 : tile[3] - x0]
-    total[tile[0] : tile[2], tile[1] : tile[3]] += np.float32(gain) * inner
+    total[tile[0] : tile[2], tile[1] : tile[3]] = inner
 
 
 def _edges(source: Singles, place: Singles, label: Ints, down: int, right: int) -> Edges:

@@ -8,13 +8,12 @@ at the target grid, m where it shows synthesised ones, and B the source grid's c
 v is the variance of B, so that the terms compare on any picture, u how often the candidate's pixels are shown already.
 """
 
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from core.arrays import Floats, Ints, Singles
+from core.arrays import Floats, Singles
 from core.retexture.patches import PatchShape
 
 DRIFT_ALONG, DRIFT_ACROSS = 0.02, 0.05
@@ -35,9 +34,7 @@ class Pool:
     """What is known of the candidates of n patches."""
 
     colours: Singles
-    """(n, K', J', c) of the source grids."""
-    squares: Singles
-    """(n, K', J') of these, summed over the channels."""
+    """(n, K', J', c + 1) of the source grids, with the sums of their squares for a last channel."""
     uses: Singles
     """(n, K', J') how often the source grids' places are shown."""
     unusable: Singles
@@ -46,34 +43,24 @@ class Pool:
     """(n,)."""
 
 
-def costs(
-    pool: Pool, shown: Singles, weight: Singles, needed: Singles, variety: float, helper: Executor | None = None
-) -> Floats:
+def costs(pool: Pool, shown: Singles, weight: Singles, needed: Singles, variety: float) -> Floats:
     """Return the costs (n, 2 search_across + 1, 2 search_along + 1) but for the drift.
 
     `shown` (n, K, J, c), `weight` (n, K, J) and `needed` (n, K, J) belong to the target grids: colours, where they
-    count, and which nodes the patches may be used at. A `helper` takes half of the work.
+    count, and which nodes the patches may be used at.
     """
     rows, columns = shown.shape[1:3]
     total = variety * _means(pool.uses, rows, columns).astype(np.float64)
-    counted = weight**2
-    weighed = counted[..., None] * shown
-    own = (weighed * shown).sum(axis=(1, 2, 3))
+    # The sum of m^2 |A - B|^2, multiplied out: m^2 |A|^2, and a correlation of (-2 m^2 A, m^2) with (B, |B|^2).
+    template = np.empty((*shown.shape[:3], shown.shape[3] + 1), np.float32)
+    counted, weighed = template[..., -1], template[..., :-1]
+    np.multiply(weight, weight, out=counted)
+    np.multiply(counted[..., None], shown, out=weighed)
+    own = np.einsum("nkjc,nkjc->n", weighed, shown)
+    weighed *= -2
     scale = counted.sum(axis=(1, 2)) * pool.variance
-    compared = np.flatnonzero(weight.sum(axis=(1, 2)) > LEAST)
-
-    def compare(some: Ints) -> None:
-        # The sum of m^2 |A - B|^2, multiplied out: of B^2 the sum over the channels is enough.
-        for i in some:
-            theirs = cv2.matchTemplate(pool.squares[i], counted[i], cv2.TM_CCORR)
-            both = cv2.matchTemplate(pool.colours[i], weighed[i], cv2.TM_CCORR)
-            total[i] += (own[i] - 2 * both + theirs) / scale[i]
-
-    half = len(compared) // 2 if helper is not None else 0
-    helped = helper.submit(compare, compared[:half]) if helper is not None and half else None
-    compare(compared[half:])
-    if helped is not None:
-        helped.result()
+    for i in np.flatnonzero(weight.sum(axis=(1, 2)) > LEAST):
+        total[i] += (own[i] + cv2.matchTemplate(pool.colours[i], template[i], cv2.TM_CCORR)) / scale[i]
     for i in np.flatnonzero(pool.unusable.any(axis=(1, 2))):
         missing = cv2.matchTemplate(pool.unusable[i], needed[i], cv2.TM_CCORR)
         total[i] += MISSING * missing / max(float(needed[i].sum()), 1.0)

@@ -9,31 +9,22 @@ neighbours p and q costs, when just one of them takes the patch,
 its last term the difference of their gradients; where q lies outside of the patch it counts as p does. Squares, since
 one break through a stroke shows more than many faint steps beside it. When both keep, the cost S(p, q) of a seam that
 already runs between them stays; when both take, none. That is a cut with the edge weight M - S / 2 and S / 2 at either
-terminal of keeping. Nodes of the graph are those pixels alone that have a choice: bare ones take the patch.
+terminal of keeping. Bare pixels take the patch, and those that may not keep what they show, whatever it costs.
 """
 
-from dataclasses import dataclass
+from typing import Any
 
 import maxflow
 import numpy as np
+from numpy.typing import NDArray
 
 from core.arrays import Bools, Ints, Singles
+from core.retexture.footprint import Footprint
 
 CELL = 4
 """Uses of the source are counted in cells of this many pixels a side."""
-
-
-@dataclass(frozen=True, eq=False)
-class Pairs:
-    """n pairs of neighbouring pixels of which a patch covers at least one."""
-
-    one: Ints
-    other: Ints
-    """(n,) their numbers among the m pixels that are covered; m stands for all others."""
-    seam: Ints
-    """(n,) in which element of `Canvas.seams`, flattened, the cost of a seam between them is kept."""
-    cost: Singles
-    """(n,) of a seam if one of them takes the patch: M."""
+DECIDED = 1e6
+"""What it costs to choose otherwise where there is no choice."""
 
 
 class Canvas:
@@ -51,24 +42,31 @@ class Canvas:
         """(H, W) still shows the plain deformation, and must not."""
         self.uses = np.zeros((may.shape[0] // CELL + 1, may.shape[1] // CELL + 1), np.float32)
         """How often each cell of the source is shown, on average over its pixels."""
-        self._number = np.full((may.shape[0] + 2) * (may.shape[1] + 2), -1, np.int32)
-        """Of the picture's pixels with a frame around them: the numbers of those that are being merged."""
 
-    def merge(self, pixel: Ints, label: Ints, colour: Singles, place: Singles) -> int:
+    def merge(self, cover: Footprint, label: Ints, colour: Singles, place: Singles, usable: Bools) -> int:
         """Merge patches that do not touch and return the number of pixels that took them.
 
-        `pixel` (m,) are numbers of pixels in the flattened picture; `label` (m,), `colour` (m, c) and `place` (m, 2)
-        what the patches show there.
+        `label` (m,), `colour` (m, c) and `place` (m, 2) are what the patches show at the pixels that they `cover`;
+        `usable` (m,) is where they may be shown.
         """
-        pairs = self._pairs(pixel, self.colour.reshape(-1, self.colour.shape[2]).take(pixel, axis=0) - colour)
-        taken = self._cut(pairs, self.bare.reshape(-1)[pixel])
-        one, other = taken.take(pairs.one), taken.take(pairs.other)
-        flat = self.seams.reshape(-1)
-        flat[pairs.seam[one & other]] = 0
-        border = one ^ other
-        flat[pairs.seam[border]] = pairs.cost[border]
-        which = np.flatnonzero(taken[:-1])
-        pixel, place = pixel.take(which), place.take(which, axis=0)
+        difference = self.colour.reshape(-1, self.colour.shape[2]).take(cover.pixel, axis=0) - colour
+        size = _size(difference)
+        cost = size.take(cover.one) + size.take(cover.other)
+        cost += _size(difference.take(cover.one, axis=0) - difference.take(cover.other, axis=0))
+        edge_cost = 2 * size.take(cover.edge)
+        seams = self.seams.reshape(-1)
+        old, edge_old = seams.take(cover.seam), seams.take(cover.edge_seam)
+        kept = np.concatenate([old / 2, old / 2, edge_old])
+        keep = np.bincount(np.concatenate([cover.one, cover.other, cover.edge]), kept, len(label))
+        take = np.bincount(cover.edge, edge_cost, len(label))
+        keep[usable & self.bare.reshape(-1).take(cover.pixel)] = DECIDED
+        take[~usable] = DECIDED
+        taken = _cut(cover, np.maximum(cost - old / 2, 0), keep, take)
+        one, other = taken.take(cover.one), taken.take(cover.other)
+        seams[cover.seam] = np.where(one ^ other, cost, np.where(one, 0, old))
+        seams[cover.edge_seam] = np.where(taken.take(cover.edge), edge_cost, edge_old)
+        which = np.flatnonzero(taken)
+        pixel, place = cover.pixel.take(which), place.take(which, axis=0)
         replaced = pixel[self.label.reshape(-1).take(pixel) > 0]
         self._count(self.place.reshape(-1, 2).take(replaced, axis=0), -1)
         self._count(place, 1)
@@ -78,61 +76,23 @@ class Canvas:
         self.bare.reshape(-1)[pixel] = False
         return len(pixel)
 
-    def _pairs(self, pixel: Ints, difference: Singles) -> Pairs:
-        """Return the pairs of the pixels (m,) where patches differ by A - B (m, c) from what is shown."""
-        height, width = self.label.shape
-        y, x = np.divmod(pixel, width)
-        framed, count = (y + 1) * (width + 2) + x + 1, len(pixel)
-        self._number[framed] = np.arange(count)
-        size = _size(difference)
-        parts = []
-        for down, right in ((0, 1), (1, 0)):
-            step, plane = right + down * (width + 2), down * height * width
-            after, before = self._number.take(framed + step), self._number.take(framed - step)
-            both = np.flatnonzero(after >= 0)
-            beside = after.take(both)
-            cost = size.take(both) + size.take(beside)
-            cost += _size(difference.take(beside, axis=0) - difference.take(both, axis=0))
-            parts.append((both, beside, plane + pixel.take(both), cost))
-            last = np.flatnonzero((after < 0) & ((y < height - 1) if down else (x < width - 1)))
-            first = np.flatnonzero((before < 0) & ((y > 0) if down else (x > 0)))
-            for edge, seam in ((last, pixel[last]), (first, pixel[first] - right - down * width)):
-                parts.append((edge, np.full(len(edge), count), plane + seam, 2 * size[edge]))
-        self._number[framed] = -1
-        return Pairs(*(np.concatenate(part) for part in zip(*parts, strict=True)))
-
-    def _cut(self, pairs: Pairs, bare: Bools) -> Bools:
-        """Return which of the pixels (m,) take the patch, and False for all others (m + 1,)."""
-        taken = np.append(bare, False)
-        free = np.flatnonzero(~bare)
-        if not len(free):
-            return taken
-        node = np.full(len(taken), -1)
-        node[free] = np.arange(len(free))
-        keep, take = np.zeros(len(free)), np.zeros(len(free))
-        old = self.seams.reshape(-1).take(pairs.seam).astype(np.float64)
-        one, other = node.take(pairs.one), node.take(pairs.other)
-        choice = np.flatnonzero((one >= 0) & (other >= 0))
-        i, j, half = one.take(choice), other.take(choice), old.take(choice) / 2
-        keep += np.bincount(i, half, len(free)) + np.bincount(j, half, len(free))
-        for mine, fixed, its in ((one, pairs.other, other), (other, pairs.one, one)):
-            held = np.flatnonzero((mine >= 0) & (its < 0))
-            which, takes, cost = mine.take(held), taken.take(fixed.take(held)), pairs.cost.take(held)
-            keep += np.bincount(which, np.where(takes, cost, old.take(held)), len(free))
-            take += np.bincount(which, np.where(takes, 0, cost), len(free))
-        graph = maxflow.GraphFloat(len(free), len(i))
-        nodes = graph.add_nodes(len(free))
-        weight = np.maximum(pairs.cost.take(choice) - half, 0)
-        graph.add_edges(i, j, weight, weight)
-        graph.add_grid_tedges(nodes, keep, take)
-        graph.maxflow()
-        taken[free] = ~graph.get_grid_segments(nodes)
-        return taken
-
     def _count(self, place: Singles, sign: int) -> None:
-        limit = self.uses.shape[1] - 1, self.uses.shape[0] - 1
-        x, y = (np.clip((place[:, i] / CELL).astype(np.int64), 0, limit[i]) for i in (0, 1))
-        np.add.at(self.uses.reshape(-1), y * self.uses.shape[1] + x, np.float32(sign / CELL**2))
+        cell = (place * np.float32(1 / CELL)).astype(np.int64)
+        number = cell[:, 1] * self.uses.shape[1] + cell[:, 0]
+        np.add.at(self.uses.reshape(-1), number, np.float32(sign / CELL**2))
+
+
+def _cut(cover: Footprint, seam: Singles, keep: NDArray[Any], take: NDArray[Any]) -> Bools:
+    """Return which pixels (m,) take the patch: the cheapest cut.
+
+    `seam` (p,) are costs of the pairs where just one takes it, `keep` and `take` (m,) of either choice.
+    """
+    graph = maxflow.GraphFloat(len(keep), len(seam))
+    nodes = graph.add_nodes(len(keep))
+    graph.add_edges(cover.one, cover.other, seam, seam)
+    graph.add_grid_tedges(nodes, keep, take)
+    graph.maxflow()
+    return np.asarray(~graph.get_grid_segments(nodes))
 
 
 def _size(difference: Singles) -> Singles:

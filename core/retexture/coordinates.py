@@ -6,8 +6,9 @@ and a trace keeps the sense it started with. Where two sides of a bend, or two c
 jumps; there the field is diffused, held everywhere else.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
@@ -23,8 +24,10 @@ STEP_PX = 4.0
 JUMP = 0.85
 """Cosine of twice the angle between two neighbouring nodes, above which it is no jump but a bend that is read well."""
 DIFFUSIONS = 8
-STRIDE = 2
-"""Steps of a trace, px."""
+STRIDE = 4
+"""Steps of a trace, px: a power of two."""
+AT_ONCE = 32
+"""Grids in which pixels are looked for at a time: what belongs to them stays in the processor's cache."""
 SMOOTHINGS = 6
 SMOOTHING = 0.7
 """lambda of DPD eq. 3."""
@@ -152,8 +155,17 @@ def trace(
 ) -> Singles:
     """Grow grids q[k, j] of unit steps from `origins` (n, 2): (n, 2 rib + 1, 2 spine + 1, 2) (DPD eq. 2).
 
-    `turn` (n,) is an angle between each grid and the field, 0 by default. Midpoint steps in place of Euler's, two
-    pixels long, and cubics between them: on a circle of radius R Euler's unit steps spiral out by 1 / 2R each.
+    `turn` (n,) is an angle between each grid and the field, 0 by default.
+    """
+    return filled(traced(field, origins, heading, spine=spine, rib=rib, turn=turn), spine=spine, rib=rib)
+
+
+def traced(
+    field: DirectionField, origins: Points, heading: Points, *, spine: int, rib: int, turn: Floats | None = None
+) -> Singles:
+    """Grow grids from `origins` (n, 2) in steps of `STRIDE` px, as far as `rib` and `spine` at least, see `trace`.
+
+    Midpoint steps in place of Euler's: on a circle of radius R Euler's unit steps spiral out by 1 / 2R each.
     """
     angle = np.zeros(len(origins)) if turn is None else turn
     turned = np.stack([np.cos(angle), np.sin(angle)], axis=-1).astype(np.float32)
@@ -170,9 +182,12 @@ def trace(
     steps = _steps(field, grids[:, ribs], leaving, _turned(turned)[:, None])
     for k, (at, _) in zip(range(1, ribs + 1), steps, strict=False):
         grids[:, ribs + k], grids[:, ribs - k] = at
-    fine = _refined(_refined(grids, 1, cubic=True), 2, cubic=True)
-    k, j = STRIDE * ribs - rib, STRIDE * spines - spine
-    return _smoothed(np.ascontiguousarray(fine[:, k : k + 2 * rib + 1, j : j + 2 * spine + 1]))
+    return _smoothed(grids)
+
+
+def filled(grids: Singles, *, spine: int, rib: int) -> Singles:
+    """Return `traced` grids with a node at every pixel's step, on cubics, as far as `rib` and `spine` only."""
+    return _interpolated(grids, _between(grids.shape[1], rib), _for_pairs(_between, grids.shape[2], spine))
 
 
 def _steps(field: DirectionField, start: Singles, along: Singles, turned: Singles) -> Iterator[tuple[Singles, Singles]]:
@@ -221,56 +236,96 @@ def _folded(grids: Singles) -> Bools:
 def located(grids: Singles, corners: Ints, size: int) -> tuple[Ints, Ints, Singles]:
     """Return which pixels of windows lie in their grids (n, K, J, 2), and where.
 
-    Window i has `size` x `size` pixels from corners[i] on. Returned are numbers of grids (m,), in order, pixels (m, 2)
-    from the window's corner, and their places (m, 2) as (j, k) from the grid's first node. Every pixel takes the node
-    of the grid, refined to half steps, that falls on it, and adds its own distance from there in the node's frame,
-    which is orthonormal but for the grid's bends.
+    Window i has `size` x `size` pixels from corners[i] on. Returned are numbers of grids (m,), in order, numbers of
+    pixels (m,) in the flattened window, and their places (m, 2) as (j, k) from the grid's first node. Every pixel takes
+    the node of the grid, refined to half steps, that falls on it, and adds its own distance from there in the node's
+    frame, which is orthonormal but for the grid's bends.
     """
-    fine = _refined(_refined(grids, 1), 2)
-    local = fine - corners.astype(np.float32)[:, None, None]
-    x, y = np.moveaxis(np.rint(local).astype(np.int32), -1, 0)
-    first = np.arange(len(grids), dtype=np.int32)[:, None, None] * np.int32(size * size)
-    beyond = len(grids) * size * size
-    number = first + y * np.int32(size) + x
-    number[(x < 0) | (y < 0) | (x >= size) | (y >= size)] = beyond
+    parts = [
+        _located(grids[i : i + AT_ONCE] - corners[i : i + AT_ONCE, None, None].astype(np.float32), size)
+        for i in range(0, max(len(grids), 1), AT_ONCE)
+    ]
+    number = np.repeat(np.arange(len(grids)), np.concatenate([part[0] for part in parts]))
+    return number, np.concatenate([part[1] for part in parts]), np.concatenate([part[2] for part in parts])
+
+
+def _located(grids: Singles, size: int) -> tuple[Ints, Ints, Singles]:
+    """Return for windows at (0, 0) how many pixels (n,) lie in their grids, which, and where, see `located`."""
+    count, rows, columns = grids.shape[:3]
+    fine = _interpolated(grids, _halves(rows), _for_pairs(_halves, columns))
+    nearest = np.rint(fine)
+    number = (nearest[..., 1] * np.float32(size) + nearest[..., 0]).reshape(count, -1).astype(np.int64)
+    number += size * size * np.arange(count)[:, None]
+    beyond = count * size * size
+    if nearest.min(initial=0) < 0 or nearest.max(initial=0) >= size:
+        number[((nearest < 0) | (nearest >= size)).any(axis=-1).reshape(count, -1)] = beyond
     node = np.full(beyond + 1, -1, np.int32)
-    node[number.ravel()] = np.arange(number.size, dtype=np.int32)
-    hit = np.flatnonzero(node[:-1] >= 0)
-    window, pixel = np.divmod(hit, size * size)
-    return (
-        window,
-        np.stack([pixel % size, pixel // size], axis=-1),
-        _places(local, node[hit].astype(np.int64), pixel, size),
-    )
-
-
-def _places(nodes: Singles, number: Ints, pixel: Ints, size: int) -> Singles:
-    """Return the places (m, 2) of pixels (m,), numbered in a window, each on a node (m,) of refined grids."""
-    rows, columns = nodes.shape[1:3]
-    flat, column = _complex(nodes).ravel(), number % columns
-    way = flat[number + (column < columns - 1)] - flat[number - (column > 0)]
-    gap = (pixel % size + 1j * (pixel // size)).astype(np.complex64) - flat[number]
+    node[number] = np.arange(number.shape[1], dtype=np.int32)
+    held = node[:-1].reshape(count, -1) >= 0
+    found, pixel = np.nonzero(held)
+    chosen = node[:-1][held.ravel()].astype(np.int64)
+    y, x = np.divmod(np.arange(size * size), size)
+    gap = (x + 1j * y).astype(np.complex64)[pixel]
+    gap -= _complex(fine).ravel()[chosen + number.shape[1] * found]
+    k, j = np.divmod(np.arange(number.shape[1]), 2 * columns - 1)
     # Turned into the node's frame.
-    gap *= np.conj(way) / np.maximum(np.abs(way), np.float32(1e-6))
-    half_steps = column + 1j * (number // columns % rows)
-    return _pairs(gap + (half_steps / 2).astype(np.complex64))
+    way = _unit_steps(_complex(grids))
+    gap *= way.ravel()[(k // 2 * columns + j // 2)[chosen] + rows * columns * found]
+    gap += ((j + 1j * k) / 2).astype(np.complex64)[chosen]
+    return np.count_nonzero(held, axis=1), pixel, _pairs(gap)
 
 
-def _refined(grids: Singles, axis: int, *, cubic: bool = False) -> Singles:
-    """Return grids with a node in the middle of every step along `axis`: of two neighbours', or `cubic` of four."""
-    shape = list(grids.shape[:-1])
-    shape[axis] = 2 * shape[axis] - 1
-    whole = np.empty(shape, np.complex64)
-    fine, coarse = np.moveaxis(whole, axis, 0), np.moveaxis(_complex(grids), axis, 0)
-    fine[::2] = coarse
-    fine[1::2] = (coarse[1:] + coarse[:-1]) / 2
-    if cubic and len(coarse) > 2:
-        bend = (coarse[2:] - 2 * coarse[1:-1] + coarse[:-2]) / 16
+def _unit_steps(nodes: NDArray[np.complex64]) -> NDArray[np.complex64]:
+    """Return the conjugate unit tangents of rows of nodes (n, K, J)."""
+    way = np.empty_like(nodes)
+    np.subtract(nodes[..., 2:], nodes[..., :-2], out=way[..., 1:-1])
+    np.subtract(nodes[..., 1], nodes[..., 0], out=way[..., 0])
+    np.subtract(nodes[..., -1], nodes[..., -2], out=way[..., -1])
+    way /= np.maximum(np.abs(way), np.float32(1e-6))
+    return np.conj(way)
+
+
+def _interpolated(grids: Singles, down: Singles, across: Singles) -> Singles:
+    """Return grids (n, K, J, 2) at places between their nodes, by weights (K', K) and, for pairs, (2 J, 2 J')."""
+    count, rows, columns = grids.shape[:3]
+    wide = grids.reshape(count * rows, 2 * columns) @ across
+    fine: Singles = np.matmul(down, wide.reshape(count, rows, -1))
+    return fine.reshape(count, len(down), -1, 2)
+
+
+@cache
+def _for_pairs(weights: Callable[..., Singles], *sizes: int) -> Singles:
+    """Return the transpose of what `weights` makes of `sizes`, for rows of pairs."""
+    return np.asarray(np.kron(weights(*sizes).T, np.eye(2, dtype=np.float32)))
+
+
+@cache
+def _between(count: int, half: int) -> Singles:
+    """Return the weights (2 half + 1, count) of `count` nodes, `STRIDE` apart, in nodes as far as `half` px."""
+    weights, apart = np.eye(count), STRIDE
+    while apart > 1:
+        weights, apart = _halved(weights, cubic=True), apart // 2
+    first = len(weights) // 2 - half
+    return weights[first : first + 2 * half + 1].astype(np.float32)
+
+
+@cache
+def _halves(count: int) -> Singles:
+    """Return the weights (2 count - 1, count) of `count` nodes in these and those halfway between them."""
+    return _halved(np.eye(count), cubic=False).astype(np.float32)
+
+
+def _halved(weights: Floats, *, cubic: bool) -> Floats:
+    """Return rows (n, m) with another halfway between each two: the mean of both, or on a `cubic` through four."""
+    fine = np.repeat(weights, 2, axis=0)[:-1]
+    fine[1::2] = (weights[1:] + weights[:-1]) / 2
+    if cubic and len(weights) > 2:
+        bend = np.diff(weights, 2, axis=0) / 16
         fine[1:-3:2] -= bend
         fine[3::2] -= bend
         fine[1] -= bend[0]
         fine[-2] -= bend[-1]
-    return _pairs(whole)
+    return fine
 
 
 def _complex(vectors: Singles) -> NDArray[np.complex64]:

@@ -100,13 +100,13 @@ def begun(
     """
     patch = settings.patch_for(*plain.grid.shape)
     with watch("coordinates"):
-        bounds = Bounds(scene.area.may, usable, scene.kept)
+        bounds = Bounds(scene.area.may, scene.area.free, usable, scene.kept)
         origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
         first = stocked_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
     shown = read(picture, plain.place, Kernel.CUBIC)
     canvas = Canvas(shown, plain.place, must=scene.area.must, may=scene.area.may)
     rng = np.random.default_rng(settings.seed)
-    painter = Painter(picture, bounds, scene.area.free, canvas, patch, settings.variety, settings.mirrored, rng, watch)
+    painter = Painter(picture, bounds, canvas, patch, settings.variety, settings.mirrored, rng, watch)
     return painter, synthesised(painter, scene, first, len(origins), refine=settings.refine)
 
 

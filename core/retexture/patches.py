@@ -12,7 +12,7 @@ import numpy as np
 
 from core.arrays import Bools, Ints, Singles
 from core.retexture.ahead import ahead
-from core.retexture.coordinates import DirectionField, located, trace
+from core.retexture.coordinates import DirectionField, filled, located, trace, traced
 from core.retexture.layout import Correspondence, Origins
 from core.retexture.region import smoothstep
 from core.retexture.sampling import LONGEST, read
@@ -63,7 +63,17 @@ class Covered:
 
     def where(self, which: Bools) -> "Covered":
         """Return the pixels that `which` (m,) marks."""
+        if which.all():
+            return self
         return Covered(self.patch[which], self.pixel[which], self.at[which])
+
+    def of(self, order: Ints) -> "Covered":
+        """Return the pixels of the patches in `order` (k,), which are numbered by their places in it."""
+        first, after = np.searchsorted(self.patch, order), np.searchsorted(self.patch, order + 1)
+        count = after - first
+        start = np.cumsum(count) - count
+        these = np.arange(count.sum()) + np.repeat(first - start, count)
+        return Covered(np.repeat(np.arange(len(order)), count), self.pixel[these], self.at[these])
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,16 +126,11 @@ def grown(origins: Origins, shape: PatchShape, fields: Fields, way: Corresponden
     """Grow the patches of `origins`."""
     target, source = fields
     here = trace(target, origins.target, origins.heading, spine=shape.spine, rib=shape.rib)
-    there = trace(
-        source,
-        origins.source,
-        origins.source_heading,
-        spine=shape.spine + shape.search_along,
-        rib=shape.rib + shape.search_across,
-        turn=origins.source_turn,
-    )
+    spine, rib = shape.spine + shape.search_along, shape.rib + shape.search_across
+    there = traced(source, origins.source, origins.source_heading, spine=spine, rib=rib, turn=origins.source_turn)
     rim = np.flatnonzero(read(way.inner, here[:, :: shape.rib, :: shape.spine]).min(axis=(1, 2)) < 1)
     there[rim] = joined(there[rim], origins.taken(rim), shape, target, way)
+    there = filled(there, spine=spine, rib=rib)
     return Batch(shape, origins, here, there, covered(here, origins, shape, way.inner.shape))
 
 
@@ -133,7 +138,8 @@ def covered(grids: Singles, origins: Origins, shape: PatchShape, size: tuple[int
     """Return the pixels of a picture of `size`, (H, W), that target grids (n, K, J, 2) cover."""
     corners = np.rint(origins.target).astype(np.int64) - shape.window // 2
     patch, pixel, at = located(grids, corners, shape.window)
-    x, y = (pixel + corners[patch]).T
+    y, x = np.divmod(np.arange(shape.window**2), shape.window)
+    x, y = x[pixel] + corners[patch, 0], y[pixel] + corners[patch, 1]
     inside = (x >= 0) & (y >= 0) & (x < size[1]) & (y < size[0])
     if (origins.scale > 1).any():
         # Scale-adaptive patches: the middle half, or third, of the grid (DPD sec. 3.5).
@@ -144,7 +150,7 @@ def covered(grids: Singles, origins: Origins, shape: PatchShape, size: tuple[int
 
 
 def joined(there: Singles, origins: Origins, shape: PatchShape, target: DirectionField, way: Correspondence) -> Singles:
-    """Return source grids that go over into the deformation's where it takes over.
+    """Return `traced` source grids that go over into the deformation's where it takes over.
 
     With q the nodes of the target grid, as large as the source's, and w the share of texture's own scale, a node is
     w there + (1 - w) (q + D(q) + o). In rich texture, which would show it if it were stretched, the offset o brings
@@ -153,13 +159,14 @@ def joined(there: Singles, origins: Origins, shape: PatchShape, target: Directio
     if not len(origins):
         return there
     spine, rib = shape.spine + shape.search_along, shape.rib + shape.search_across
-    here = trace(target, origins.target, origins.heading, spine=spine, rib=rib)
+    here = traced(target, origins.target, origins.heading, spine=spine, rib=rib)
+    k, j = here.shape[1] // 2, here.shape[2] // 2
     share = read(way.inner, here)[..., None]
     plain = here + read(way.displacement.astype(np.float32), here / np.float32(way.grid.step))
     own = smoothstep((read(way.contrast, origins.target) - SMOOTH) / SMOOTH)[:, None]
-    off = own * (origins.source.astype(np.float32) - plain[:, rib, spine])
+    off = own * (origins.source.astype(np.float32) - plain[:, k, j])
     near = read(way.nearness, here)[..., None]
-    fading = np.clip(near / np.maximum(near[:, rib, spine][:, None, None], 1e-3), 0, 1)
+    fading = np.clip(near / np.maximum(near[:, k, j][:, None, None], 1e-3), 0, 1)
     return np.asarray(share * there + (1 - share) * (plain + fading * off[:, None, None]), np.float32)
 
 

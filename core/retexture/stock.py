@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.retexture.ahead import ahead
 from core.retexture.candidates import drift
 from core.retexture.canvas import CELL
+from core.retexture.footprint import Footprint, footprints
 from core.retexture.patches import Batch, Covered, Patches
 from core.retexture.sampling import read
 
@@ -19,6 +21,8 @@ class Bounds:
 
     may: Bools
     """(H, W) of the result."""
+    free: Singles
+    """(H, W) of the result, see `region.Region`."""
     usable: Bools | None = None
     """(H, W) of the source; None for everywhere."""
     kept: tuple[Ints, Ints] | None = None
@@ -62,18 +66,29 @@ def nearest(positions: Singles | Points, size: tuple[int, ...]) -> Ints:
 
 
 @dataclass(frozen=True, eq=False)
+class Round:
+    """Patches that do not touch each other, and come after all earlier ones that they touch."""
+
+    patches: slice
+    """Of a stock."""
+    pixels: slice
+    """Of those that the stock covers."""
+    cover: Footprint
+
+
+@dataclass(frozen=True, eq=False)
 class Stock:
-    """Patches of n origins with their grids of candidates (n, K', J') and of the result (n, K, J)."""
+    """Patches of n origins with their grids of candidates (n, K', J') and of the result (n, K, J), round by round."""
 
     batch: Batch
-    covered: Covered
-    """Those pixels that the patches may show."""
-    rounds: list[Ints]
-    """Patches that do not touch each other, and come after all earlier ones that they touch."""
+    """With those m pixels alone that the patches may show."""
+    rounds: list[Round]
+    middle: Singles
+    """(m, 2) where the central candidates have the pixels, as (j, k) in the source grids."""
+    held: Singles
+    """(m, 1) how far other candidates may have them elsewhere, as a share of the patches' own freedom."""
     colours: Singles
-    """(n, K', J', c) of the candidates."""
-    squares: Singles
-    """(n, K', J') of these, summed over the channels."""
+    """(n, K', J', c + 1) of the candidates, with the sums of their squares for a last channel."""
     variance: Floats
     """(n,) of these."""
     unusable: Singles
@@ -89,44 +104,62 @@ class Stock:
     drift: Floats
     """(n, 2 search_across + 1, 2 search_along + 1), see `candidates.drift`."""
 
-    def pixels_of(self, some: Ints) -> tuple[Covered, Ints]:
-        """Return what patches `some` (k,) cover, numbered from 0 to k - 1, and the patches' own numbers (m,)."""
-        first, after = np.searchsorted(self.covered.patch, some), np.searchsorted(self.covered.patch, some + 1)
-        these = np.concatenate([np.arange(a, b) for a, b in zip(first, after, strict=True)])
-        number = np.repeat(np.arange(len(some)), after - first)
-        return Covered(number, self.covered.pixel[these], self.covered.at[these]), self.covered.patch[these]
-
 
 def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
     """Return what is known of a batch of patches with the colours of a picture (H, W, c)."""
-    size, origins = bounds.may.shape, batch.origins
-    colours = read(picture, batch.source)
-    squares = np.einsum("nkjc,nkjc->nkj", colours, colours)
-    flat = colours.reshape(len(colours), -1, colours.shape[3])
-    mean = np.full((1, flat.shape[1]), 1 / flat.shape[1], np.float32) @ flat
-    variance = squares.mean(axis=(1, 2)) - np.einsum("nic,nic->n", mean, mean) + 1e-4
+    size, shape = bounds.may.shape, batch.shape
+    batch, ends = in_rounds(batch, bounds)
+    origins, covered = batch.origins, batch.covered
+    first = np.searchsorted(covered.patch, ends)
+    covers = footprints(covered.patch, covered.pixel, first, size)
+    starts = zip(pairwise(ends), pairwise(first), covers, strict=True)
+    middle = np.array([shape.search_along, shape.search_across], np.float32)
+    free = bounds.free.reshape(-1)[covered.pixel] / np.maximum(origins.free, 1e-3)[covered.patch]
+    colours, variance = _colours(picture, batch.source)
     pixel, inside = nearest(batch.target, size), within(batch.target, size)
-    covered = batch.covered.where(bounds.open_to(batch.covered.pixel, origins.curve[batch.covered.patch]))
-    cells = size[0] // CELL + 1, size[1] // CELL + 1
     return Stock(
         batch,
-        covered,
-        rounds(covered, len(origins), size),
+        [Round(slice(*patches), slice(*pixels), cover) for patches, pixels, cover in starts],
+        covered.at + middle,
+        np.clip(free, 0, 1).astype(np.float32)[:, None],
         colours,
-        squares,
         variance,
         (~bounds.usable_at(batch.source, origins.curve)).astype(np.float32),
-        nearest(batch.source / CELL, cells),
+        nearest(batch.source / CELL, (size[0] // CELL + 1, size[1] // CELL + 1)),
         pixel,
         inside,
         (inside & bounds.may.reshape(-1)[pixel]).astype(np.float32),
-        drift(batch.shape, origins.offset, origins.free),
+        drift(shape, origins.offset, origins.free),
     )
+
+
+def in_rounds(batch: Batch, bounds: Bounds) -> tuple[Batch, Ints]:
+    """Return those patches of a batch that may show anything, round by round, and where rounds begin and end."""
+    origins = batch.origins
+    covered = batch.covered.where(bounds.open_to(batch.covered.pixel, origins.curve[batch.covered.patch]))
+    found = rounds(covered, len(origins), bounds.may.shape)
+    order = np.concatenate([*found, np.empty(0, np.int64)])
+    ends = np.cumsum([0, *map(len, found)])
+    taken = Batch(batch.shape, origins.taken(order), batch.target[order], batch.source[order], covered.of(order))
+    return taken, ends
+
+
+def _colours(picture: Singles, places: Singles) -> tuple[Singles, Floats]:
+    """Return colours of grids (n, K', J', c + 1), see `Stock`, and their variances (n,)."""
+    plain = read(picture, places)
+    colours = np.empty((*plain.shape[:3], plain.shape[3] + 1), np.float32)
+    colours[..., :-1] = plain
+    np.einsum("nkjc,nkjc->nkj", plain, plain, out=colours[..., -1])
+    flat = colours.reshape(len(colours), -1, colours.shape[3])
+    mean = np.full((1, flat.shape[1]), 1 / flat.shape[1], np.float32) @ flat
+    variance = mean[:, 0, -1] - np.einsum("nic,nic->n", mean[..., :-1], mean[..., :-1])
+    return colours, np.maximum(variance, 0).astype(np.float64) + 1e-4
 
 
 def stocked_ahead(patches: Patches, picture: Singles, bounds: Bounds) -> Iterator[Stock]:
     """Return the batches of `patches`, the first of them begun at once, see `stocked`."""
-    return ahead(lambda start: stocked(patches.batch(start), picture, bounds), patches.starts)
+    # In one thread: patches are laid beside it, and on two cores a third would be in the way of both.
+    return ahead(lambda start: stocked(patches.batch(start), picture, bounds), patches.starts, threads=1)
 
 
 def rounds(covered: Covered, count: int, size: tuple[int, ...]) -> list[Ints]:
@@ -137,12 +170,13 @@ def rounds(covered: Covered, count: int, size: tuple[int, ...]) -> list[Ints]:
     """
     width = size[1] + 2
     pixel = covered.pixel + 2 * (covered.pixel // size[1]) + width + 1
+    beside = np.array([[0], [-1], [1], [-width], [width]])
     first = np.searchsorted(covered.patch, np.arange(count + 1))
     latest = np.zeros((size[0] + 2) * width, np.int32)
     number = np.zeros(count, np.int64)
     for i in range(count):
         mine = pixel[first[i] : first[i + 1]]
         if len(mine):
-            number[i] = 1 + max(latest[mine + step].max() for step in (0, -1, 1, -width, width))
+            number[i] = 1 + latest.take(mine + beside).max()
             latest[mine] = number[i]
     return [np.flatnonzero(number == n) for n in range(1, number.max(initial=0) + 1)]

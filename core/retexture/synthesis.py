@@ -1,13 +1,12 @@
 """Synthesis: grow patches in order, choose a candidate for each and merge it (DPD sec. 3.4)."""
 
 from collections.abc import Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Ints, Singles
+from core.arrays import Bools, Singles
 from core.progress import Job, Progress
 from core.retexture.candidates import CHANCE, Pool, costs
 from core.retexture.canvas import Canvas
@@ -15,7 +14,7 @@ from core.retexture.layout import Lattice, Origins, gap_places, ordered_origins
 from core.retexture.patches import Patches, PatchShape, grid_places
 from core.retexture.sampling import Kernel, read
 from core.retexture.scene import Scene
-from core.retexture.stock import Bounds, Stock, stocked_ahead
+from core.retexture.stock import Bounds, Round, Stock, stocked_ahead
 from core.retexture.stopwatch import Stopwatch
 
 STRIDE = 0.54
@@ -35,8 +34,6 @@ class Painter:
     picture: Singles
     """(H, W, 3) the source, as it is compared."""
     bounds: Bounds
-    free: Singles
-    """(H, W) of the result, see `region.Region`."""
     canvas: Canvas
     shape: PatchShape
     variety: float
@@ -50,64 +47,65 @@ class Painter:
     def cover(self, stocks: Iterator[Stock], *, over_seams: bool = False) -> Iterator[int]:
         """Merge the patches in `stocks`; yield how many are done, after each few."""
         done = 0
-        with ThreadPoolExecutor(1) as helper:
-            while (stock := self._next(stocks)) is not None:
-                for some in stock.rounds:
-                    self._lay(stock, some, helper, over_seams=over_seams)
-                    done += len(some)
-                    yield done
-                self.origins.append(stock.batch.origins)
-                self.labels += len(stock.batch.origins)
+        while (stock := self._next(stocks)) is not None:
+            for some in stock.rounds:
+                self._lay(stock, some, over_seams=over_seams)
+                done += some.patches.stop - some.patches.start
+                yield done
+            self.origins.append(stock.batch.origins)
+            self.labels += len(stock.batch.origins)
 
     def _next(self, stocks: Iterator[Stock]) -> Stock | None:
         with self.watch("coordinates"):
             return next(stocks, None)
 
-    def _lay(self, stock: Stock, some: Ints, helper: Executor, *, over_seams: bool) -> None:
-        """Choose candidates for patches `some` (k,) that do not touch and merge them."""
+    def _lay(self, stock: Stock, some: Round, *, over_seams: bool) -> None:
+        """Choose candidates for the patches of a round and merge them."""
         with self.watch("search"):
-            first, turned = self._best(stock, some, helper, over_seams=over_seams)
+            off, turned = self._best(stock, some, over_seams=over_seams)
         with self.watch("seams"):
-            covered, patch = stock.pixels_of(some)
+            patch = stock.batch.covered.patch[some.pixels]
+            number = patch - some.patches.start
             # Where the patch reaches the region's edge it shows its corresponding place, whichever was chosen.
-            middle = np.array([self.shape.search_along, self.shape.search_across], np.float32)
-            held = self.free.reshape(-1)[covered.pixel] / np.maximum(stock.batch.origins.free[patch], 1e-3)
-            shift = np.clip(held, 0, 1).astype(np.float32)[:, None] * (first - middle)[covered.patch]
-            at = covered.at + middle + shift
+            at = stock.middle[some.pixels] + stock.held[some.pixels] * off.take(number, axis=0)
             if turned.any():
                 last = stock.batch.source.shape[2] - 1
-                at[:, 0] = np.where(turned[covered.patch], last - at[:, 0], at[:, 0])
+                at[:, 0] = np.where(turned.take(number), last - at[:, 0], at[:, 0])
             place = grid_places(stock.batch, patch, at)
-            usable = self.bounds.usable_at(place, stock.batch.origins.curve[patch])
-            pixel, label, place = covered.pixel[usable], self.labels + 1 + patch[usable], place[usable]
-            self.canvas.merge(pixel, label, read(self.picture, place, Kernel.CUBIC), place)
+            usable = self.bounds.usable_at(place, stock.batch.origins.curve.take(patch))
+            colour = read(self.picture, place, Kernel.CUBIC)
+            self.canvas.merge(some.cover, self.labels + 1 + patch, colour, place, usable)
 
-    def _best(self, stock: Stock, some: Ints, helper: Executor, *, over_seams: bool) -> tuple[Singles, Bools]:
-        """Return the best candidates: where in the source grids the target grids' first nodes lie, as (j, k) (k, 2).
+    def _best(self, stock: Stock, some: Round, *, over_seams: bool) -> tuple[Singles, Bools]:
+        """Return how far the best candidates lie from the central ones, as (j, k) (k, 2).
 
         And whether the source grids are turned end to end along the curve for them (k,).
         """
-        shown, weight = self._surroundings(stock, some, over_seams=over_seams)
-        uses = self.canvas.uses.reshape(-1)[stock.cell[some]]
-        parts = stock.colours[some], stock.squares[some], uses, stock.unusable[some]
+        these = some.patches
+        shown, weight = self._surroundings(stock, these, over_seams=over_seams)
+        uses = self.canvas.uses.reshape(-1).take(stock.cell[these])
+        parts = stock.colours[these], uses, stock.unusable[these]
+        variance = stock.variance[these]
         found = []
         for sense in (1, -1) if self.mirrored else (1,):
-            colours, squares, used, unusable = (np.ascontiguousarray(part[:, :, ::sense]) for part in parts)
-            pool = Pool(colours, squares, used, unusable, stock.variance[some])
-            cost = costs(pool, shown, weight, stock.needed[some], self.variety, helper) + stock.drift[some]
-            cost += CHANCE * self.rng.random(cost.shape)
+            colours, used, unusable = (np.ascontiguousarray(part[:, :, ::sense]) for part in parts)
+            pool = Pool(colours, used, unusable, variance)
+            cost = costs(pool, shown, weight, stock.needed[these], self.variety) + stock.drift[these]
+            cost += CHANCE * self.rng.random(cost.shape, np.float32)
             self.candidates += cost.size
-            found.append(cost.reshape(len(some), -1))
+            found.append(cost.reshape(len(cost), -1))
         best = np.argmin(np.concatenate(found, axis=1), axis=1)
         turned, best = best >= found[0].shape[1], best % found[0].shape[1]
-        return np.stack(np.divmod(best, stock.drift.shape[2])[::-1], axis=-1).astype(np.float32), turned
+        k, j = np.divmod(best, stock.drift.shape[2])
+        off = np.stack([j - self.shape.search_along, k - self.shape.search_across], axis=-1)
+        return off.astype(np.float32), turned
 
-    def _surroundings(self, stock: Stock, some: Ints, *, over_seams: bool) -> tuple[Singles, Singles]:
-        """Return for the target grids (k, K, J): colours shown, and how much each counts."""
-        grids, pixel, canvas = stock.batch.target[some], stock.pixel[some], self.canvas
-        shown = read(canvas.colour, grids)
-        weight = np.where(canvas.label.reshape(-1)[pixel] > 0, np.float32(1), np.float32(STEADY))
-        weight *= stock.inside[some] & ~canvas.bare.reshape(-1)[pixel]
+    def _surroundings(self, stock: Stock, these: slice, *, over_seams: bool) -> tuple[Singles, Singles]:
+        """Return for target grids (k, K, J): colours shown, and how much each counts."""
+        pixel, canvas = stock.pixel[these], self.canvas
+        shown = read(canvas.colour, stock.batch.target[these])
+        weight = np.where(canvas.label.reshape(-1).take(pixel) > 0, np.float32(1), np.float32(STEADY))
+        weight *= stock.inside[these] & ~canvas.bare.reshape(-1).take(pixel)
         if over_seams:
             weight[:, RING_PX:-RING_PX, RING_PX:-RING_PX] *= np.float32(CENTRE)
         return shown, weight

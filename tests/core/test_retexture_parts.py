@@ -157,7 +157,7 @@ def test_pixels_find_their_place_in_a_bent_grid() -> None:
     inside = (at > 0).all(axis=-1) & (at < [40, 24]).all(axis=-1)
     assert (inside & (number == 0)).sum() > 800
     assert 50 < (number == 1).sum() < 500
-    pixel = pixel + np.stack([corner, corner + 30])[number]
+    pixel = np.stack([pixel % 53, pixel // 53], axis=-1) + np.stack([corner, corner + 30])[number]
     np.testing.assert_allclose(read(grid, at[inside][:, None])[:, 0], pixel[inside], atol=0.2)
     assert len(np.unique(pixel[number == 0], axis=0)) == (number == 0).sum()
 
@@ -214,8 +214,7 @@ def test_rows_are_laid_from_the_curve_outwards_and_from_their_ends() -> None:
 def pool(colours: Singles, uses: Singles | None = None, unusable: Singles | None = None) -> Pool:
     flat = np.zeros(colours.shape[:2], np.float32)
     return Pool(
-        colours[None],
-        (colours**2).sum(axis=-1)[None],
+        np.dstack([colours, (colours**2).sum(axis=-1)])[None],
         (flat if uses is None else uses)[None],
         (flat if unusable is None else unusable)[None],
         np.array([colours.var() + 1e-4]),
@@ -227,8 +226,8 @@ def test_the_candidate_that_continues_what_is_shown_costs_nothing() -> None:
     shown = np.stack([colours[0, 3:10, 8:29], colours[1, 2:9, 4:25]])
     whole = np.ones((2, 7, 21), np.float32)
     flat = np.zeros((2, 15, 31), np.float32)
-    squares = (colours**2).sum(axis=-1)
-    cost = costs(Pool(colours, squares, flat, flat, np.array([0.25, 0.25])), shown, whole, whole, 0.3)
+    colours = np.concatenate([colours, (colours**2).sum(axis=-1, keepdims=True)], axis=-1)
+    cost = costs(Pool(colours, flat, flat, np.array([0.25, 0.25])), shown, whole, whole, 0.3)
     assert cost.shape == (2, 9, 11)
     assert divmod(int(cost[0].argmin()), 11) == (3, 8)
     assert divmod(int(cost[1].argmin()), 11) == (2, 4)

@@ -7,6 +7,7 @@ from core import poisson
 from core.arrays import Bools, Ints, Singles
 from core.retexture.blend import correction
 from core.retexture.canvas import Canvas
+from core.retexture.footprint import footprints
 from core.retexture.sampling import read
 from core.retexture.softening import SHARE, across_seams
 
@@ -17,11 +18,18 @@ def empty_canvas(shown: Singles) -> Canvas:
     return Canvas(shown.copy(), np.zeros((*shown.shape[:2], 2), np.float32), must=nothing, may=~nothing)
 
 
-def merge(canvas: Canvas, label: int, patch: Singles, reach: Bools) -> int:
-    """Merge a picture (H, W, c) into the canvas where it reaches, with (label, label) for its place everywhere."""
+def merge(canvas: Canvas, label: int, patch: Singles, reach: Bools, usable: Bools | None = None) -> int:
+    """Merge a picture (H, W, c) into the canvas where it reaches, with (label, label) for its place everywhere.
+
+    `usable` (H, W) is where it may be shown; None for everywhere.
+    """
     pixel = np.flatnonzero(reach)
     labels = np.full(len(pixel), label)
-    return canvas.merge(pixel, labels, patch[reach], np.full((len(pixel), 2), label, np.float32))
+    cover = footprints(np.zeros(len(pixel), np.int64), pixel, np.array([0, len(pixel)]), reach.shape)[0]
+    place = np.full((len(pixel), 2), label, np.float32)
+    return canvas.merge(
+        cover, labels, patch[reach], place, np.ones(len(pixel), bool) if usable is None else usable[reach]
+    )
 
 
 def test_the_cut_takes_many_faint_steps_for_few_that_break() -> None:
@@ -85,6 +93,18 @@ def test_a_patch_never_leaves_its_reach_and_mends_an_old_seam() -> None:
     merge(canvas, 3, ramp, reach)
     assert not (canvas.label[~reach] > 0).any()
     assert canvas.seams.sum() <= before
+
+
+def test_what_may_not_be_shown_is_not_shown_even_on_bare_pixels() -> None:
+    canvas = empty_canvas(np.zeros((12, 18, 3), np.float32))
+    canvas.bare[:, 6:] = True
+    usable = np.ones((12, 18), bool)
+    usable[3:5, 9:12] = False
+    taken = merge(canvas, 5, np.ones((12, 18, 3), np.float32), np.ones((12, 18), bool), usable)
+    assert taken == (canvas.label == 5).sum()
+    assert not canvas.label[~usable].any()
+    assert (canvas.label[:, 6:][usable[:, 6:]] == 5).all()
+    np.testing.assert_array_equal(np.argwhere(canvas.bare), np.argwhere(~usable))
 
 
 def test_a_step_is_taken_away_and_fades() -> None:

@@ -1,0 +1,56 @@
+"""Which pixels of patches are neighbours."""
+
+import numpy as np
+
+from core.arrays import Ints
+from core.retexture.footprint import footprints
+from core.retexture.patches import Covered
+
+HEIGHT, WIDTH = 20, 24
+
+
+def blob(seed: int, left: int, top: int, side: int) -> Ints:
+    """Return the numbers of some pixels, about four of five, of a square in the picture."""
+    taken = np.zeros((HEIGHT, WIDTH), bool)
+    taken[top : top + side, left : left + side] = np.random.default_rng(seed).random((side, side)) < 0.8
+    return np.flatnonzero(taken)
+
+
+def pairs_around(pixels: Ints) -> tuple[set[tuple[int, int, int]], set[tuple[int, int]]]:
+    """Return the pairs that one finds pixel by pixel: both pixels and the seam; the pixel inside and the seam."""
+    inner, outer, inside = set(), set(), set(pixels.tolist())
+    for plane, step in ((0, 1), (1, WIDTH)):
+        for p in range(HEIGHT * WIDTH):
+            y, x = divmod(p, WIDTH)
+            q, seam = p + step, plane * HEIGHT * WIDTH + p
+            if (x if plane == 0 else y) == (WIDTH if plane == 0 else HEIGHT) - 1:
+                continue
+            if {p, q} <= inside:
+                inner.add((p, q, seam))
+            elif {p, q} & inside:
+                outer.add((p if p in inside else q, seam))
+    return inner, outer
+
+
+def test_neighbours_within_a_round_and_beyond_its_patches() -> None:
+    # The first two patches, at the picture's corners, are one round; the last, over both, is the next.
+    patches = [blob(0, 0, 0, 8), blob(1, 14, 10, 10), blob(2, 4, 4, 14)]
+    patch = np.repeat(np.arange(3), [len(p) for p in patches])
+    first = np.array([0, len(patches[0]) + len(patches[1]), len(patch)])
+    found = footprints(patch, np.concatenate(patches), first, (HEIGHT, WIDTH))
+    assert len(found) == 2
+    for cover, pixels in zip(found, (np.concatenate(patches[:2]), patches[2]), strict=True):
+        inner, outer = pairs_around(pixels)
+        np.testing.assert_array_equal(cover.pixel, pixels)
+        one, other = cover.pixel[cover.one].tolist(), cover.pixel[cover.other].tolist()
+        assert sorted(zip(one, other, cover.seam.tolist(), strict=True)) == sorted(inner)
+        assert sorted(zip(cover.pixel[cover.edge].tolist(), cover.edge_seam.tolist(), strict=True)) == sorted(outer)
+
+
+def test_patches_take_their_pixels_along_into_another_order() -> None:
+    at = np.arange(14, dtype=np.float32).reshape(7, 2)
+    covered = Covered(np.array([0, 0, 1, 1, 1, 3, 3]), np.arange(10, 17), at)
+    turned = covered.of(np.array([3, 2, 0]))
+    assert turned.patch.tolist() == [0, 0, 2, 2]
+    assert turned.pixel.tolist() == [15, 16, 10, 11]
+    np.testing.assert_array_equal(turned.at, at[[5, 6, 0, 1]])
