@@ -162,6 +162,9 @@ def _spec(image: Image, size_px: tuple[int, int], suffix: str, quality: int) -> 
         spec.channelnames = ("Y", "A") if image.channels == 2 else tuple("RGBA")
         spec.alpha_channel = image.channels - 1
         spec.attribute("oiio:UnassociatedAlpha", int(suffix != ".exr"))
+    if suffix in (".exr", ".tif", ".tiff") and spec.getattribute("DateTime") is None:
+        # An empty date is left out; without one, OpenImageIO writes the present time, and no two files are alike.
+        spec.attribute("DateTime", "")
     if suffix in (".jpg", ".jpeg", ".webp"):
         kind = (
             "lossless"

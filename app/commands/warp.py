@@ -109,8 +109,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Read, warp, render and write."""
     _check_outputs(arguments)
     document = document_from(arguments)
-    solver = MapSolver()
-    found = solver.frame(document) if arguments.allow_folds else run_shown(solver.settle(document))
+    found = _solved(document, allow_folds=arguments.allow_folds)
     canvas = Canvas.of(arguments.frame, found.warped, document.canvas_px)
     found = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped))
     started = time.perf_counter()
@@ -123,6 +122,12 @@ def run(arguments: argparse.Namespace) -> None:
             f"weft: {arguments.output}: the outline gives way by up to {found.outline_moved_px:.1f} px, "
             "or features that the picture's edge cuts would fold\n"
         )
+
+
+def _solved(document: Document, *, allow_folds: bool) -> Warped:
+    """Return the map; what the solver has built is let go before the picture is drawn."""
+    solver = MapSolver()
+    return solver.frame(document) if allow_folds else run_shown(solver.settle(document))
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:

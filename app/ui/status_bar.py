@@ -101,7 +101,7 @@ class StatusBar:
         self._place = ""
         if session.pointer is not None:
             x, y = mesh.image_from_canvas(canvas_from_screen(session.view, np.array([session.pointer])))[0]
-            self._place = f"{x:.0f}, {y:.0f}" if np.isfinite(x) else ""
+            self._place = f"{round(x)}, {round(y)}" if np.isfinite(x) else ""
 
     def _warp_figures(self) -> list[Figure]:
         answer = self._editor.answer

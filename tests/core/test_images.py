@@ -156,10 +156,7 @@ def test_bands_do_not_show(
 ) -> None:
     """A picture is read and written in bands of rows: how many there are makes no difference."""
     rng = np.random.default_rng(4)
-    pixels = color.quantise(rng.random((50, 9, channels), np.float32), depth)
-    # Without a date OpenEXR's files get the time at which they are written.
-    date = Attribute("DateTime", "string", "2026:11:21 20:00:00")
-    picture = Image(pixels, linear=depth is np.float32, metadata=(date,))
+    picture = Image(color.quantise(rng.random((50, 9, channels), np.float32), depth), linear=depth is np.float32)
     files, read = [], []
     for rows in (1000, 7):
         monkeypatch.setattr(image_writing, "BAND_ROWS", rows)
@@ -170,6 +167,15 @@ def test_bands_do_not_show(
         read.append(load(path).pixels)
     assert files[0] == files[1]
     np.testing.assert_array_equal(read[0], read[1])
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".tiff", ".exr", ".jpg", ".webp"])
+def test_files_have_the_date_of_their_picture_and_no_other(tmp_path: Path, suffix: str) -> None:
+    date = Attribute("DateTime", "string", "2019:03:04 05:06:07")
+    for metadata in ((), (date,)):
+        path = tmp_path / f"a{suffix}"
+        save(Image(picture().pixels, metadata=metadata), path)
+        assert [entry for entry in load(path).metadata if "Date" in entry.name] == list(metadata)
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
