@@ -16,6 +16,7 @@ from core.overlay.bands import bands
 from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import filtered
 from core.overlay.correlation import Proposal
+from core.overlay.finding import find_cloth
 from core.overlay.fitting import fit
 from core.overlay.gauge import gauge_of
 from core.overlay.lattice import Lattice
@@ -24,8 +25,7 @@ from core.overlay.mesh import Mesh
 from core.overlay.phase import in_phase
 from core.overlay.refinement import refined
 from core.overlay.region import feathered
-from core.overlay.seeding import find_lattice, flat_canvas
-from core.overlay.stages import Stage
+from core.overlay.seeding import flat_canvas
 from core.overlay.texel import Texel, drawn, estimate_texel
 from core.overlay.tint import tint
 from core.overlay.vertices import whole_lattice
@@ -95,19 +95,12 @@ def decompose(
     )
     canvas = flat_canvas(small, valid)
     if lattice is None:
-        search = find_lattice(
-            canvas,
-            np.random.default_rng(seed),
-            texel_px=None if texel_px is None else texel_px / scale,
-            start=None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0),
-        )
-        lattices = [(yield from timed(part(search, 0.0, 0.4), seconds))]
+        side = None if texel_px is None else texel_px / scale
+        marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
+        job = find_cloth(small, canvas, seed, texel_px=side, start=marked)
     else:
-        lattices = [rescaled(piece, scale) for piece in lattice]
-    yield Progress(0.4, "registering", Stage("lattice", lattices[0], shape=canvas.shape))
-    sure = lattice is not None or start is not None
-    job = fit(small, canvas, lattices, seed, trusted=lattice is not None, sure=sure)
-    cloth, found = yield from timed(part(job, 0.4, 0.9), seconds)
+        job = fit(small, canvas, [rescaled(piece, scale) for piece in lattice], seed, trusted=True, sure=True)
+    cloth, found = yield from timed(part(job, 0.0, 0.9), seconds)
     yield Progress(0.9, "splitting off the detail")
     started = time.perf_counter()
     result = split(cloth, found, photo, whole, scale)

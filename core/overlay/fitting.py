@@ -10,7 +10,7 @@ from core.overlay.basis import reduced
 from core.overlay.cloth import Cloth, Fit, estimated, make_cloth, measured, stage, starting_state
 from core.overlay.following import followed, pruned
 from core.overlay.lattice import Lattice
-from core.overlay.period import coarser, estimate_halves
+from core.overlay.period import coarser, estimate_halves, far_period
 from core.overlay.pieces import joined_by, with_more_pieces
 from core.overlay.registration import Smoothness, State
 from core.overlay.seeding import NoPatternError, likeness
@@ -33,7 +33,14 @@ def fit(
     A `trusted` lattice is the user's: its steps are the texel. Where the user is `sure` that there is a pattern, it is
     followed however little of it was found. Raises `NoPatternError` where it proves to be none.
     """
-    lattice = lattices[0]
+    cloth, found = yield from begun(photo, canvas, lattices[0], seed, trusted=trusted)
+    return (yield from completed(cloth, found, lattices[1:], seed, sure=sure))
+
+
+def begun(
+    photo: Floats, canvas: Canvas, lattice: Lattice, seed: int, *, trusted: bool = False
+) -> Job[tuple[Cloth, Fit]]:
+    """Return the cloth registered where its lattice lies. Raises `NoPatternError` where there are stripes only."""
     cloth = make_cloth(photo, canvas, lattice, np.eye(2))
     start = starting_state(cloth, lattice)
     if not trusted:
@@ -51,12 +58,22 @@ def fit(
     for number, blur_px in enumerate((1.5, 0.7)):
         yield Progress(0.05 + 0.1 * number, "registering", stage(cloth, found))
         found = refitted(cloth, found, rounds=5, blur_px=blur_px)
+    return cloth, found
+
+
+def completed(
+    cloth: Cloth, found: Fit, others: list[Lattice], seed: int, *, sure: bool = False
+) -> Job[tuple[Cloth, Fit]]:
+    """Return the cloth followed to its end from where it has been registered, with its further pieces.
+
+    Raises `NoPatternError` where the pattern proves to be none.
+    """
     found = yield from followed(cloth, pruned(cloth, found), Progress(0.25, "following the cloth"))
     area = cloth.steps_of(found.cells)
-    chance = not sure and likeness(lattice) < CERTAIN and len(lattice) < LEAST_SHARE * area
+    chance = not sure and likeness(cloth.lattice) < CERTAIN and len(cloth.lattice) < LEAST_SHARE * area
     if area < LEAST_STEPS or chance:
         raise NoPatternError
-    for other in lattices[1:]:
+    for other in others:
         found = yield from joined_by(cloth, found, other, Progress(0.4, "following the cloth"))
     found = yield from with_more_pieces(cloth, found, np.random.default_rng(seed))
     yield Progress(0.8, "registering finely", stage(cloth, found))
@@ -71,7 +88,7 @@ def fit(
 
 def true_period(cloth: Cloth, state: State, seed: int) -> Floats:
     """Return the sides (2, 2), in lattice steps, of the smallest texel that explains the photo in colour."""
-    M = np.eye(2)
+    M = np.diag(far_period(cloth.canvas, cloth.lattice)).astype(float)
     weight = cloth.mesh.pixels_of(state.cells) * cloth.valid.astype(float)
     at = cloth.mesh.to_pixels(state.uv)
     for count in (2, 3, 2):

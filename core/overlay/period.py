@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from core.arrays import Floats, Ints
+from core.arrays import Floats, Ints, Singles
+from core.overlay.alignment import Canvas, raster
 from core.overlay.basis import sublattices
+from core.overlay.lattice import Lattice, index_of
 from core.overlay.texel import estimate_texel
 
 CHANGED = 0.02
@@ -21,6 +23,15 @@ MARKED = 0.25
 """The same for the worst spot of a tenth of a texel: a small mark is part of the pattern."""
 SAMPLES = 24
 """Samples along a side of one texel while testing."""
+
+FURTHEST = 8
+"""Most steps after which stripes that are evenly spaced come back to their first colour."""
+LEAST_FAR = 4
+"""Steps from which that is looked for here: a block of fewer texels shows it."""
+LEAST_PAIRS = 16
+"""Texels that have to be compared over so many steps."""
+ALIKE, UNLIKE = 1.4, 2.0
+"""Difference of two texels, over the least one, up to which they may be the same, and from which they are not."""
 
 
 @dataclass(frozen=True)
@@ -82,3 +93,30 @@ def coarser(halves: Halves) -> Ints:
             if steps <= periods and index * len(steps) == n * n:
                 return basis
     return n * np.eye(2, dtype=np.int64)
+
+
+def far_period(canvas: Canvas, lattice: Lattice) -> Ints:
+    """Return after how many steps (2,) of each vector texels look alike again; 1 unless it is after many.
+
+    Evenly spaced stripes of five colours have neighbours that differ, whichever blocks of two or three are taken.
+    """
+    values, _ = canvas.patches(lattice.frames.points, lattice.frames.bases, raster(0.5, 8))
+    rows = index_of(lattice.keys)
+    return np.array([far_period_along(values.reshape(len(values), -1), lattice.keys, rows, k) for k in (0, 1)])
+
+
+def far_period_along(values: Floats | Singles, keys: Ints, rows: dict[tuple[int, int], int], axis: int) -> int:
+    """Return after how many steps along an axis the values (K, n) at vertices (K, 2) are alike again, or 1."""
+    differences: list[float] = []
+    for steps in range(1, FURTHEST + 1):
+        there = np.array([rows.get((i + steps * (axis == 0), j + steps * (axis == 1)), -1) for i, j in keys.tolist()])
+        if (there >= 0).sum() < LEAST_PAIRS:
+            break
+        change = values[there >= 0] - values[there[there >= 0]]
+        differences.append(float(np.median((change**2).mean(-1))))
+    if len(differences) < LEAST_FAR:
+        return 1
+    least = min(differences)
+    period = 1 + next(k for k, difference in enumerate(differences) if difference < ALIKE * least)
+    between = [difference for k, difference in enumerate(differences, 1) if k % period]
+    return period if period >= LEAST_FAR and min(between) > UNLIKE * least else 1

@@ -11,7 +11,8 @@ from core.overlay.smoothing import flatten
 from core.overlay.stages import Stage
 from core.progress import Job, Progress
 
-LEAST_VERTICES = 9
+LEAST_VERTICES, LEAST_MARKED = 9, 2
+"""Vertices of a lattice: what is found by itself must not be chance, and where the user marked a texel."""
 GROWING = "growing the lattice"
 LIGHT_PX = 25.0
 """Changes of light slower than this are taken out before patches are compared."""
@@ -52,7 +53,7 @@ def find_lattice(
     if start is not None:
         marked = [tried(canvas, proposal) for proposal in (start, *snapped(canvas.image, start))]
         best = max(marked, key=promise)
-        return found_or_refused([(yield from full_grown(canvas, best, Progress(0.3, GROWING)))])
+        return found_or_refused([(yield from full_grown(canvas, best, Progress(0.3, GROWING)))], LEAST_MARKED)
     valid = canvas.valid[..., 0] > 0
     yield Progress(0.0, "correlating patches")
     proposals = propose(canvas.image, valid, rng)
@@ -67,13 +68,13 @@ def find_lattice(
     grown: list[Lattice] = []
     for number, lattice in enumerate(finalists(lattices)):
         grown.append((yield from full_grown(canvas, lattice, Progress(0.5 + 0.15 * number, GROWING))))
-    return found_or_refused(grown)
+    return found_or_refused(grown, LEAST_VERTICES)
 
 
-def found_or_refused(lattices: list[Lattice]) -> Lattice:
-    """Return the best lattice; raise `NoPatternError` if it is none to speak of."""
+def found_or_refused(lattices: list[Lattice], least: int) -> Lattice:
+    """Return the best lattice; raise `NoPatternError` if it has fewer than the `least` vertices."""
     best = max(lattices, key=merit, default=None)
-    if best is None or len(best) < LEAST_VERTICES:
+    if best is None or len(best) < least:
         raise NoPatternError
     return best
 

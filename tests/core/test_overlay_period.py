@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from core.overlay.period import coarser, estimate_halves, is_period
-from tests.core.overlay_scenes import make_scene, marked_checks
+from core.overlay.alignment import Frames
+from core.overlay.lattice import Lattice
+from core.overlay.period import coarser, estimate_halves, far_period, is_period
+from core.overlay.seeding import flat_canvas
+from core.overlay.texel import Texel
+from tests.core.overlay_scenes import make_scene, marked_checks, motif
 
 HALF = np.array([[0.5, 0.5], [0.5, -0.5]])
 """Steps, in texels, after which checks look alike but for a mark."""
@@ -19,3 +23,30 @@ def test_a_mark_in_every_second_check_doubles_the_step(mark: bool, index: int) -
     assert round(abs(np.linalg.det(coarser(halves).astype(float)))) == index
     assert is_period(halves, np.array([1.0, 1.0])) or not mark
     assert is_period(halves, np.array([1.0, 0.0])) is not mark
+
+
+def striped(count: int) -> Texel:
+    """Return a texel of evenly spaced stripes in both directions, all of other colours."""
+    rng, t = np.random.default_rng(3), (np.arange(20 * count) + 0.5) / 20
+    across, down = (
+        np.where((t % 1 < 0.5)[:, None], colours[t.astype(int)], 0.9)
+        for colours in rng.uniform(0.1, 0.6, (2, count, 3))
+    )
+    return Texel((across[None] + down[:, None]) / 2)
+
+
+@pytest.mark.parametrize("count", [4, 5, 7])
+def test_evenly_spaced_stripes_repeat_with_their_colours(count: int) -> None:
+    scene = make_scene(striped(count), size=(230, 240), basis=9.0 * count * np.eye(2), bend=0.0)
+    canvas = flat_canvas(scene.photo, np.ones((230, 240), bool))
+    keys = np.stack(np.meshgrid(np.arange(2, 23), np.arange(2, 23)), -1).reshape(-1, 2)
+    frames = Frames(9.0 * keys.astype(np.float64), np.tile(9.0 * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys)))
+    assert far_period(canvas, Lattice(keys, frames)).tolist() == [count, count]
+
+
+def test_texels_that_are_alike_repeat_after_one_step() -> None:
+    scene = make_scene(motif(), basis=12.0 * np.eye(2), bend=1.0)
+    canvas = flat_canvas(scene.photo, np.ones(scene.photo.shape[:2], bool))
+    keys = np.stack(np.meshgrid(np.arange(1, 15), np.arange(1, 13)), -1).reshape(-1, 2)
+    frames = Frames(12.0 * keys.astype(np.float64), np.tile(12.0 * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys)))
+    assert far_period(canvas, Lattice(keys, frames)).tolist() == [1, 1]

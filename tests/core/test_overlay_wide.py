@@ -1,0 +1,139 @@
+"""Texels of which a photo shows a few only, and lattices that are none of the cloth's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.arrays import Floats
+from core.overlay import finding
+from core.overlay.alignment import Canvas, Frames
+from core.overlay.cloth import Cloth, Fit
+from core.overlay.correlation import Proposal
+from core.overlay.doubt import share_in_light
+from core.overlay.finding import find_cloth
+from core.overlay.fitting import begun
+from core.overlay.lattice import Lattice
+from core.overlay.seeding import NoPatternError, find_lattice, flat_canvas
+from core.overlay.texel import Texel
+from core.overlay.wide import find_wide, propose_wide, share_inside
+from core.progress import run
+from tests.core.overlay_scenes import Scene, make_scene, motif
+
+SIDE = 62.0
+
+
+def sett(n: int = 96) -> Texel:
+    """Return a texel of crossing stripes of several widths."""
+    across, down = (np.full((n, 3), 0.85) for _ in range(2))
+    for stripes, first in ((across, 0.05), (down, 0.1)):
+        for width, colour in ((0.14, (0.1, 0.1, 0.3)), (0.2, (0.7, 0.2, 0.1)), (0.1, (0.2, 0.4, 0.2))):
+            stripes[round(first * n) : round((first + width) * n)] = colour
+            first += width + 0.12
+    return Texel((across[None] + down[:, None]) / 2)
+
+
+@pytest.fixture(scope="module")
+def tartan() -> Scene:
+    return make_scene(sett(), size=(215, 225), basis=np.array([[SIDE, 6.0], [-5.0, SIDE]]))
+
+
+def canvas_of(photo: Floats) -> Canvas:
+    return flat_canvas(photo, np.ones(photo.shape[:2], bool))
+
+
+def test_few_large_texels_are_found_by_following_them(tartan: Scene) -> None:
+    cloth, _ = run(find_wide(tartan.photo, canvas_of(tartan.photo), np.random.default_rng(0)))
+    steps = np.linalg.solve(tartan.basis, cloth.basis)
+    assert np.abs(steps - np.rint(steps)).max() < 0.15
+    assert abs(np.linalg.det(np.rint(steps))) == 1
+
+
+def test_large_texels_are_looked_for_where_no_lattice_is_found(tartan: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object, **__: object) -> None:
+        raise NoPatternError
+
+    monkeypatch.setattr(finding, "find_lattice", none)
+    cloth, found = run(find_cloth(tartan.photo, canvas_of(tartan.photo), 0))
+    assert found.cells.mean() > 0.9
+    assert abs(np.linalg.det(cloth.basis)) == pytest.approx(np.linalg.det(tartan.basis), rel=0.1)
+
+
+def test_nothing_large_is_found_in_noise_or_in_one_motif() -> None:
+    rng = np.random.default_rng(0)
+    photo = np.full((220, 240, 3), 0.6) + rng.normal(0, 0.01, (220, 240, 3))
+    photo[60:140, 70:150] = sett(80).pixels
+    for picture in (photo, rng.random((220, 240, 3))):
+        with pytest.raises(NoPatternError):
+            run(find_wide(picture, canvas_of(picture), rng))
+
+
+def test_a_patch_outside_the_region_does_not_speak_for_a_texel(tartan: Scene) -> None:
+    valid = np.ones(tartan.photo.shape[:2], bool)
+    valid[:, 150:] = False
+    share = share_inside(valid, np.array([100.0, 100.0]), 60)
+    assert share[-1, 0] == 1
+    assert share.min() < 0.1
+    for proposal in propose_wide(canvas_of(tartan.photo).image, valid, np.random.default_rng(0)):
+        assert proposal.point[0] < 150 - 29
+
+
+def cloth_of(scene: Scene) -> tuple[Cloth, Fit]:
+    keys = np.stack(np.meshgrid(np.arange(6), np.arange(5)), -1).reshape(-1, 2)
+    frames = Frames(
+        24.0 * keys.astype(np.float64) + 20, np.tile(24.0 * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys))
+    )
+    canvas, lattice = canvas_of(scene.photo), Lattice(keys, frames)
+    return run(begun(scene.photo, canvas, lattice, 0, trusted=True))
+
+
+@pytest.fixture(scope="module")
+def small() -> Scene:
+    return make_scene(motif(), basis=24.0 * np.eye(2), bend=0.0)
+
+
+def test_light_that_changes_with_the_texels_has_taken_the_pattern(small: Scene) -> None:
+    cloth, found = cloth_of(small)
+    assert share_in_light(cloth, found) < finding.DOUBTFUL
+    state = found.pieces[0]
+    odd = np.floor(state.uv).sum(-1) % 2
+    taken = replace(found, pieces=(replace(state, rho=state.rho * np.where(odd > 0, 1.0, 0.5)),))
+    assert share_in_light(cloth, taken) > finding.FALSE
+    brighter = replace(found, pieces=(replace(state, rho=2 * state.rho),))
+    assert share_in_light(cloth, brighter) == pytest.approx(share_in_light(cloth, found))
+
+
+@pytest.mark.parametrize(("begins", "ends", "refused"), [(0.4, 0.4, False), (0.4, 0.6, True), (0.1, 0.6, False)])
+def test_a_lattice_whose_pattern_is_in_the_light_is_refused(
+    small: Scene, monkeypatch: pytest.MonkeyPatch, begins: float, ends: float, refused: bool
+) -> None:
+    def none(*_: object, **__: object) -> None:
+        raise NoPatternError
+
+    shares = iter([begins, ends])
+    monkeypatch.setattr(finding, "find_wide", none)
+    monkeypatch.setattr(finding, "share_in_light", lambda *_: next(shares))
+    job = find_cloth(small.photo, canvas_of(small.photo), 0)
+    if refused:
+        with pytest.raises(NoPatternError):
+            run(job)
+    else:
+        assert run(job)[1].cells.mean() > 0.9
+
+
+def test_an_exemplar_of_stripes_proposes_nothing() -> None:
+    y, x = np.indices((220, 240))
+    stripes = 0.5 + 0.3 * np.sin(0.4 * x + 0.17 * y)[..., None] * [1, 0.8, 0.6]
+    noisy = stripes + np.random.default_rng(0).normal(0, 0.01, stripes.shape)
+    everywhere = np.ones((220, 240), bool)
+    assert not propose_wide(flat_canvas(noisy, everywhere).image, everywhere, np.random.default_rng(0))
+
+
+def test_a_marked_texel_is_enough_where_there_are_few() -> None:
+    scene = make_scene(sett(), size=(150, 160), basis=np.array([[SIDE, 6.0], [-5.0, SIDE]]))
+    marked = Proposal(np.array([75.0, 70.0]), scene.basis, 1.0)
+    canvas, rng = canvas_of(scene.photo), np.random.default_rng(0)
+    assert len(run(find_lattice(canvas, rng, start=marked))) < 9
+    one = canvas_of(np.clip(0.6 + rng.normal(0, 0.02, scene.photo.shape), 0, 1))
+    with pytest.raises(NoPatternError):
+        run(find_lattice(one, rng, start=marked))
