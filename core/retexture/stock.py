@@ -14,6 +14,9 @@ from core.retexture.footprint import Footprint, footprints
 from core.retexture.patches import Batch, Covered, Patches
 from core.retexture.sampling import read
 
+AT_ONCE_PX = 16_000
+"""Pixels merged at a time: a larger graph no longer fits into the processor's cache."""
+
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
@@ -137,11 +140,18 @@ def in_rounds(batch: Batch, bounds: Bounds) -> tuple[Batch, Ints]:
     """Return those patches of a batch that may show anything, round by round, and where rounds begin and end."""
     origins = batch.origins
     covered = batch.covered.where(bounds.open_to(batch.covered.pixel, origins.curve[batch.covered.patch]))
-    found = rounds(covered, len(origins), bounds.may.shape)
+    found = in_parts(rounds(covered, len(origins), bounds.may.shape), np.bincount(covered.patch))
     order = np.concatenate([*found, np.empty(0, np.int64)])
     ends = np.cumsum([0, *map(len, found)])
     taken = Batch(batch.shape, origins.taken(order), batch.target[order], batch.source[order], covered.of(order))
     return taken, ends
+
+
+def in_parts(groups: list[Ints], pixels: Ints) -> list[Ints]:
+    """Return groups of patches that cover `pixels` (n,) each, the large ones in parts of about `AT_ONCE_PX`."""
+    counts = [max(round(int(pixels[group].sum()) / AT_ONCE_PX), 1) for group in groups]
+    parts = zip(groups, counts, strict=True)
+    return [part for group, count in parts for part in np.array_split(group, min(count, len(group)))]
 
 
 def _colours(picture: Singles, places: Singles) -> tuple[Singles, Floats]:

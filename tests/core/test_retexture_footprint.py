@@ -5,6 +5,7 @@ import numpy as np
 from core.arrays import Ints
 from core.retexture.footprint import footprints
 from core.retexture.patches import Covered
+from core.retexture.stock import AT_ONCE_PX, in_parts
 
 HEIGHT, WIDTH = 20, 24
 
@@ -54,3 +55,13 @@ def test_patches_take_their_pixels_along_into_another_order() -> None:
     assert turned.patch.tolist() == [0, 0, 2, 2]
     assert turned.pixel.tolist() == [15, 16, 10, 11]
     np.testing.assert_array_equal(turned.at, at[[5, 6, 0, 1]])
+
+
+def test_large_rounds_are_laid_in_parts() -> None:
+    few, many = np.arange(3), np.arange(3, 23)
+    pixels = np.where(np.arange(23) < 3, 100, AT_ONCE_PX // 5)
+    found = in_parts([few, many], pixels)
+    np.testing.assert_array_equal(found[0], few)
+    np.testing.assert_array_equal(np.concatenate(found[1:]), many)
+    assert [int(pixels[part].sum()) for part in found[1:]] == 4 * [5 * (AT_ONCE_PX // 5)]
+    assert [part.tolist() for part in in_parts([np.arange(2)], np.full(2, 9 * AT_ONCE_PX))] == [[0], [1]]
