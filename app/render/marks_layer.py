@@ -32,8 +32,8 @@ class MarksLayer:
         self._mask_texture(scene.mask or NO_MASK).use(MASK_UNIT)
         folded = NO_FOLDS if scene.folded is None else scene.folded
         self._texture("folded", folded, folded, "u1").use(FOLDED_UNIT)
-        shown = scene.warped if scene.marks.scale else scene.rest
-        self._growth_texture(scene.rest, shown).use(GROWTH_UNIT)
+        if scene.marks.scale:
+            self._growth_texture(scene.rest, scene.warped).use(GROWTH_UNIT)
         return {"mask": MASK_UNIT, "folded": FOLDED_UNIT, "growth": GROWTH_UNIT, **_look(scene)}
 
     def _growth_texture(self, rest: Points, shown: Points) -> moderngl.Texture:

@@ -27,6 +27,8 @@ from core.images import Image
 CHECK_PX = 8.0
 COMPOSED_PIXELS = 1 << 18
 """So much of the canvas is composed in one piece."""
+AT_REST = 2.0
+"""So much longer than while something moves a frame may take to make what rests better: nothing waits for it."""
 NO_MARKS = 1e9
 NO_FRAME = (0.0, 0.0, 0.0, 0.0)
 
@@ -105,7 +107,7 @@ class Renderer:
 
     def _loading(self, scene: Scene, layers: Layers) -> Iterator[None]:
         """Send what the picture is drawn from to the GPU, piece by piece."""
-        for name, nodes, box in _parts(scene, layers.picture.size):
+        for name, nodes, box in scene.parts(layers.picture.size):
             mesh, source = self._placed(name, scene, nodes), self._source_of(name, scene)
             yield from source.loading(*what_is_read(mesh, source, mesh.bounds_in(box), LEAST_STRETCH))
 
@@ -129,7 +131,7 @@ class Renderer:
                 if fits or math.isinf(self._costs.frame_s):
                     continue
                 self._context.finish()
-                if self._clock() - started >= self._costs.frame_s:
+                if self._clock() - started >= AT_REST * self._costs.frame_s:
                     best.spent_s += self._clock() - started
                     self._costs.learn_full(best.spent_s, finished=False)
                     return False
@@ -156,7 +158,7 @@ class Renderer:
         """Draw desk, picture and marks."""
         look = self._look(scene, draft.size[0])
         draft.begin(scene)
-        for name, nodes, box in _parts(scene, draft.size):
+        for name, nodes, box in scene.parts(draft.size):
             mesh = self._placed(name, scene, nodes)
             draft.draw(mesh, self._source_of(name, scene), box, look, names_of(scene.marks))
 
@@ -175,7 +177,7 @@ class Renderer:
         """Draw the picture in linear light, piece by piece: the result, the picture as it was, or both."""
         layers.picture.clear()
         yield
-        for name, nodes, box in _parts(scene, layers.picture.size):
+        for name, nodes, box in scene.parts(layers.picture.size):
             mesh = self._placed(name, scene, nodes)
             yield from layers.picture.drawing(mesh, self._source_of(name, scene), box)
 
@@ -207,7 +209,7 @@ class Renderer:
             frame = float(left), float(top), float(right), float(bottom)
         dark, light = scene.palette.checks
         return {
-            "marks_from": float(_divider(scene, width)) if scene.marks.any else NO_MARKS,
+            "marks_from": float(scene.divider(width)) if scene.marks.any else NO_MARKS,
             "frame": frame,
             "check_px": CHECK_PX * scene.pixel_ratio,
             "desk": _linear(scene.palette.desk),
@@ -271,17 +273,6 @@ class Renderer:
         return held
 
 
-def _parts(scene: Scene, size: tuple[int, int]) -> list[tuple[str, Points, Box]]:
-    """Return what the canvas of `size` shows: a name, positions of the nodes, and the framebuffer pixels."""
-    width, height = size
-    divider = _divider(scene, width)
-    parts = [
-        ("before", scene.rest, (0, 0, divider, height)),
-        ("result", scene.warped, (divider, 0, width, height)),
-    ]
-    return [part for part in parts if part[2][0] < part[2][2]]
-
-
 def _exhaust(steps: Iterator[None]) -> None:
     """Take all steps at once."""
     for _ in steps:
@@ -292,11 +283,6 @@ def _rectangle(box: Box, size: tuple[int, int]) -> Rectangle:
     """Return the part of a target of `size` that `box` covers."""
     left, top = min(max(box[0], 0), size[0]), min(max(box[1], 0), size[1])
     return left, top, max(min(box[2], size[0]) - left, 0), max(min(box[3], size[1]) - top, 0)
-
-
-def _divider(scene: Scene, width: int) -> int:
-    """Return the framebuffer column from which on the result is shown."""
-    return {"result": 0, "before": width}.get(scene.compare, round(scene.split * width))
 
 
 def _linear(shade: Color) -> tuple[float, float, float]:

@@ -94,6 +94,20 @@ class Scene:
         positions: Points = (points + 0.5) * zoom + corner - 0.5
         return positions
 
+    def divider(self, width: int) -> int:
+        """Return the framebuffer column, of `width`, from which on the result is shown."""
+        return {"result": 0, "before": width}.get(self.compare, round(self.split * width))
+
+    def parts(self, size: tuple[int, int]) -> list[tuple[str, Points, Box]]:
+        """Return what a canvas of `size`, (w, h), shows: a name, positions of the nodes, the framebuffer pixels."""
+        width, height = size
+        divider = self.divider(width)
+        parts = [
+            ("before", self.rest, (0, 0, divider, height)),
+            ("result", self.warped, (divider, 0, width, height)),
+        ]
+        return [part for part in parts if part[2][0] < part[2][2]]
+
     def bounds(self, size: tuple[int, int]) -> Box:
         """Return the framebuffer pixels of a canvas of `size`, (w, h), outside which there is nothing but desk."""
         shown = [self.warped] * (self.compare != "before") + [self.rest] * (self.compare != "result")
