@@ -16,12 +16,12 @@ from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from core.arrays import Floats, Ints
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.frames import Complexes, as_complex
+from core.mapping.nonnegative import nonnegative
 
 _MARGINS = (0.5, 0.25, 0.1, 0.03, 0.01)
 """Room to leave, in cells, the most that can be had."""
@@ -250,7 +250,7 @@ def _least_step(G: Floats, h: Floats) -> Floats | None:
     """Return the shortest y with G y >= h, None if there is none."""
     size = np.linalg.norm(G, axis=1)
     E, f = np.vstack([G.T, h]) / size, np.append(np.zeros(G.shape[1]), 1.0)
-    u, residual = scipy.optimize.nnls(E, f)
+    u, residual = nonnegative(E, f)
     if residual < _NONE:
         return None
     r = E @ u - f

@@ -57,6 +57,8 @@ def snapped(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[So
 def _cleared(mapping: FeatureMapping, w: Complexes, trial: Solution) -> Job[Solution | None]:
     """Clear what the features at their new sizes fold, first where they are, then as they move; None if that fails."""
     here = Untangler(mapping, w, trial, window=folds_widened(trial, REACH), stiffness=None)
+    if here.stuck < -_TOO_DEEP:
+        return None
     clear = yield from part(steps_to_clear(here, "barrier", STEPS), 0.0, 0.5)
     if clear and not count_folds(here.solution):
         return here.solution

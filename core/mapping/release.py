@@ -11,6 +11,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints
 from core.grid import Grid
+from core.mapping.assembly import packed
 from core.mapping.frames import Complexes
 
 _HOLD = 10.0
@@ -39,9 +40,9 @@ class Leash:
         return float(((away @ _CURVATURE) * away).sum() / 2)
 
     def model(self, z: Complexes) -> tuple[Floats, Floats]:
-        """Return its gradient (m, 4) and second derivative (m, 4, 4) by the x, y of each edge's ends."""
+        """Return its gradient (m, 4) and second derivative, packed (m, 10), by the x, y of each edge's ends."""
         gradient = self._away(z) @ _CURVATURE / self._side
-        return gradient, np.broadcast_to(_CURVATURE / self._side**2, (len(self.edges), 4, 4))
+        return gradient, np.broadcast_to(packed(_CURVATURE[None]) / self._side**2, (len(self.edges), 10))
 
     def _away(self, z: Complexes) -> Floats:
         """Return how far the ends are from W, in cells (m, 4)."""

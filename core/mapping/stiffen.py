@@ -12,7 +12,7 @@ can be set exactly without a fold, they are.
 import numpy as np
 
 from core.arrays import Floats
-from core.mapping.assembly import Assembly
+from core.mapping.assembly import Assembly, packed
 from core.mapping.distortion import Barrier, Corners
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas
@@ -42,7 +42,7 @@ class Stiffening:
         quads = mapping.grid.quads
         inside = (index[quads] == index[quads[:, :1]]).all(axis=1) & (index[quads[:, 0]] >= 0)
         self._quads = quads[~inside]
-        self._corners = Corners.of(self.z[self._quads])
+        self._corners = Corners.of(self.z[self._quads.T])
         self._unit = float(np.sqrt(np.abs(corner_areas(w)).mean()))
         arms = np.zeros(len(index), np.complex128)
         for body in mapping.bodies:
@@ -89,7 +89,7 @@ class Stiffening:
         return Solution(z.reshape(self._mapping.grid.shape), self.alpha.copy(), self.t.copy())
 
     def _worst(self, z: Complexes) -> float:
-        return float(self._corners.determinants(z[self._quads]).min(initial=np.inf))
+        return float(self._corners.determinants(z[self._quads.T]).min(initial=np.inf))
 
     def _strain(self) -> Complexes:
         """Return how far tied nodes are from where their features have them, in cells."""
@@ -103,11 +103,11 @@ class Stiffening:
     def _energy(self, tie: float) -> float:
         ties = tie * (np.abs(self._strain()) ** 2).sum() / 2
         sizes = _SIZE * (self._shares * self._stretch**2).sum() / 2
-        return float(_BARRIER.energy(self._corners, self.z[self._quads]).sum() + ties + sizes)
+        return float(_BARRIER.energy(self._corners, self.z[self._quads.T]).sum() + ties + sizes)
 
     def _model(self, tie: float) -> tuple[Floats, Floats]:
         """Return the gradient of the energy and the entries of its second derivative."""
-        gradient, curvature = _BARRIER.model(self._corners, self.z[self._quads])
+        gradient, curvature = _BARRIER.model(self._corners, self.z[self._quads.T])
         rows = self._tie_rows()
         strain = self._strain().view(np.float64).reshape(-1, 1, 2)
         # The logarithm's own curvature is left out: its square is convex enough where |α| is near s.
@@ -116,7 +116,7 @@ class Stiffening:
         slopes = [gradient, tie * (strain @ rows)[:, 0], stiffness * self._stretch[:, None] * towards]
         sizes = stiffness[..., None] * towards[:, :, None] * towards[:, None]
         return self._assembly.gradient(slopes), self._assembly.entries(
-            [curvature, tie * (rows.transpose(0, 2, 1) @ rows), sizes]
+            [curvature, packed(tie * (rows.transpose(0, 2, 1) @ rows)), packed(sizes)]
         )
 
     def _tie_rows(self) -> Floats:

@@ -12,8 +12,8 @@ to have the scale s: k/2 (log |α| / s)². Where the outline gives way, the ener
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints
-from core.mapping.assembly import Assembly
-from core.mapping.distortion import Corners, Penalty
+from core.mapping.assembly import Assembly, packed, triangle
+from core.mapping.distortion import Corners, Penalty, edges_of
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas
 from core.mapping.frames import Complexes, as_complex
@@ -25,7 +25,7 @@ _FOLLOW_AT_MOST = 4.0
 _HALVINGS = 10
 _DESCENT = 1e-4
 # Σ |d z|² over the four edges of a quad, on (x0, y0, ..., x3, y3).
-_RING = np.kron(2 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0), np.eye(2))
+_RING = packed(np.kron(2 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0), np.eye(2))[None])
 
 
 class Untangler:
@@ -69,6 +69,7 @@ class Untangler:
         self._leash = Leash(mapping.grid, moving & (index < 0), w, self._unit)
         self._ring = around(mapping.grid) if released else None
         self._index_elements()
+        self._measured = self.z, self._corners.determinants(self.z[self._places])
 
     def _choose_quads(self, moving: Bools, w: Complexes) -> None:
         """Choose the quads that are not one body's all through and have a node that moves, or that follow a feature."""
@@ -79,14 +80,14 @@ class Untangler:
         self._quads, self._owner = quads[chosen], mapping.owner.ravel()[chosen]
         self._w4 = mapping.follow_w.ravel()[chosen]
         self._w3 = np.minimum(mapping.follow_feature.ravel()[chosen], _FOLLOW_AT_MOST)
-        corners = w.ravel()[self._quads]
-        self._wanted = np.roll(corners, -1, axis=1) - corners
+        self._places = np.ascontiguousarray(self._quads.T)
+        corners = w.ravel()[self._places]
+        self._wanted, _ = edges_of(corners)
         if not len(self.alpha):
             # Nothing moves as one: every quad is to keep the edges that it has.
             self._owner, self._w3, self._w4 = np.full(len(chosen), -1), self._w3 * 0, self._w3 + self._w4
-            self._wanted = np.roll(self.z[self._quads], -1, axis=1) - self.z[self._quads]
-        rest = as_complex(mapping.grid.nodes).ravel()[self._quads]
-        self._rest = np.roll(rest, -1, axis=1) - rest
+            self._wanted, _ = edges_of(self.z[self._places])
+        self._rest, _ = edges_of(as_complex(mapping.grid.nodes).ravel()[self._places])
         self._corners = Corners.of(corners)
 
     def _number_unknowns(self, moving: Bools, index: Ints) -> None:
@@ -143,7 +144,14 @@ class Untangler:
     @property
     def worst(self) -> float:
         """The least area of a corner relative to W."""
-        return float(self._corners.determinants(self.z[self._quads]).min(initial=np.inf))
+        return float(self._determinants.min(initial=np.inf))
+
+    @property
+    def stuck(self) -> float:
+        """The least area of a corner relative to W that no move changes, since none of its three nodes moves."""
+        still = (self._dofs[self._places] == self._count).all(axis=-1)
+        held = still & still[[1, 2, 3, 0]] & still[[3, 0, 1, 2]]
+        return float(self._determinants[held].min(initial=np.inf))
 
     @property
     def side(self) -> float:
@@ -153,7 +161,18 @@ class Untangler:
     @property
     def folds(self) -> int:
         """The number of folded quads."""
-        return int((self._corners.determinants(self.z[self._quads]) <= 0).any(axis=1).sum())
+        if self.worst > 0:
+            return 0
+        return int((self._determinants <= 0).any(axis=0).sum())
+
+    @property
+    def _determinants(self) -> Floats:
+        """D of the corners of all quads chosen (4, m), worked out once for each z."""
+        of, found = self._measured
+        if of is not self.z:
+            found = self._corners.determinants(self.z[self._places])
+            self._measured = self.z, found
+        return found
 
     @property
     def solution(self) -> Solution:
@@ -161,16 +180,15 @@ class Untangler:
         return Solution(self.z.reshape(self.mapping.grid.shape).copy(), self.alpha.copy(), self.t.copy())
 
     def _edges(self) -> tuple[Complexes, Complexes, Complexes]:
-        """Return the feature's edges and the residuals of FAT eqs. 4 and 3, (m, 4) each."""
-        z = self.z[self._quads]
-        edges = np.roll(z, -1, axis=1) - z
-        turned = np.append(self.alpha, 0)[self._owner, None] * self._rest
+        """Return the feature's edges and the residuals of FAT eqs. 4 and 3, (4, m) each."""
+        edges, _ = edges_of(self.z[self._places])
+        turned = np.append(self.alpha, 0)[self._owner] * self._rest
         return turned, edges - self._wanted, edges - turned
 
     def _energy(self, penalty: Penalty, weight: float) -> float:
         _, plain, halo = self._edges()
-        quadratic = self._w4 * (np.abs(plain) ** 2).sum(axis=1) + self._w3 * (np.abs(halo) ** 2).sum(axis=1)
-        folds = penalty.energy(self._corners, self.z[self._quads])
+        quadratic = self._w4 * _squares(plain) + self._w3 * _squares(halo)
+        folds = penalty.energy(self._corners, self.z[self._places])
         held = self._size_energy() + self._leash.energy(self.z)
         return float(quadratic.sum() / (2 * self._unit) + weight * folds.sum() + held)
 
@@ -185,29 +203,31 @@ class Untangler:
 
     def _model(self, penalty: Penalty, weight: float) -> tuple[Floats, Floats]:
         """Return the gradient of the energy and the entries of its second derivative."""
-        gradient, H = penalty.model(self._corners, self.z[self._quads])
+        gradient, H = penalty.model(self._corners, self.z[self._places])
         gradient *= weight
         H *= weight
         turned, plain, halo = self._edges()
-        w3, w4 = self._w3[:, None] / self._unit, self._w4[:, None] / self._unit
+        w3, w4 = self._w3 / self._unit, self._w4 / self._unit
         pull = w4 * plain + w3 * halo
-        gradient += (np.roll(pull, 1, axis=1) - pull).view(np.float64)
-        H += (w3 + w4)[..., None] * _RING
+        gradient += _by_quads(pull[[3, 0, 1, 2]] - pull)
+        H += (w3 + w4)[:, None] * _RING
         bound = self._bound
         T = self._directions()
         wide = np.zeros((len(bound), 10, 10))
-        wide[:, :8, :8] = H[bound]
-        across = -(w3 * (np.roll(turned, 1, axis=1) - turned))[bound]
-        wide[:, :8, 8], wide[:, :8, 9] = across.view(np.float64), (1j * across).view(np.float64)
+        row, column = triangle(8)
+        wide[:, row, column] = wide[:, column, row] = H[bound]
+        w3, turned, halo = w3[bound], turned[:, bound], halo[:, bound]
+        across = w3 * (turned - turned[[3, 0, 1, 2]])
+        wide[:, :8, 8], wide[:, :8, 9] = _by_quads(across), _by_quads(1j * across)
         wide[:, 8:, :8] = wide[:, :8, 8:].transpose(0, 2, 1)
-        wide[:, 8, 8] = wide[:, 9, 9] = (w3 * np.abs(turned) ** 2).sum(axis=1)[bound]
+        wide[:, 8, 8] = wide[:, 9, 9] = w3 * _squares(turned)
         slope = np.zeros((len(bound), 10))
         slope[:, :8] = gradient[bound]
-        along = -(w3 * np.conj(turned) * halo).sum(axis=1)[bound]
+        along = -w3 * (np.conj(turned) * halo).sum(axis=0)
         slope[:, 8], slope[:, 9] = along.real, along.imag
         small = T.transpose(0, 2, 1) @ wide @ T
         away, pull_back = self._leash.model(self.z)
-        values = self._assembly.entries([H[self._plain], small, pull_back])
+        values = self._assembly.entries([H[self._plain], packed(small), pull_back])
         ends = (slope[:, None, :] @ T)[:, 0]
         total = self._assembly.gradient([gradient[self._plain], ends, away])
         for i in self._active[np.isfinite(self._sizes[self._active])]:
@@ -243,3 +263,13 @@ class Untangler:
         for i in self._active:
             body = self.mapping.bodies[i]
             self.z[body.nodes] = body.place(self.alpha[i], self.t[i])
+
+
+def _by_quads(vectors: Complexes) -> Floats:
+    """Return vectors at the corners of quads (4, m) as x0, y0, ..., x3, y3 (m, 8)."""
+    return np.ascontiguousarray(vectors.T).view(np.float64)
+
+
+def _squares(edges: Complexes) -> Floats:
+    """Return Σ |e|² over the four edges of every quad, (4, m)."""
+    return np.asarray((edges.real**2 + edges.imag**2).sum(axis=0))

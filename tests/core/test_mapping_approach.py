@@ -88,3 +88,16 @@ def test_folds_that_stay_deep_and_many_end_an_attempt(worst: float, folds: int, 
     before = -1.0 if worst < -0.1 else -0.1
     assert approach._is_hopeless([(4 * before, 300)] * 4 + [(before, 100)] * 4, worst, folds, 8) is end
     assert not approach._is_hopeless([(before, 100)] * 4, worst, folds, 8)
+
+
+def test_a_fold_between_the_outline_and_a_held_feature_is_known_to_be_stuck() -> None:
+    mask = np.zeros((SIDE, SIDE), np.uint8)
+    mask[:60, 80:150] = 255
+    mapping = FeatureMapping(GRID, find_features(GRID, mask))
+    w = as_complex(GRID.nodes)
+    right = mapping.place(w)
+    pushed = mapping.place_at(w, right.alpha, right.t + 9.0)
+    window, held = np.ones(GRID.shape, bool), np.full(1, np.inf)
+    assert Untangler(mapping, w, right, window=window, stiffness=None).stuck > 0.5
+    assert Untangler(mapping, w, pushed, window=window, stiffness=None).stuck < -0.5
+    assert Untangler(mapping, w, pushed, window=window, stiffness=held).stuck > 0

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from core.arrays import Bytes, Floats, Ints, Points
 from core.grid import Features, Grid, find_features
 from core.mapping import junctions
-from core.mapping.assembly import Assembly
+from core.mapping.assembly import Assembly, packed, triangle
 from core.mapping.coarser import Coarser, is_large
 from core.mapping.distortion import Barrier, Corners, Hinge, Penalty
 from core.mapping.feature_mapping import FeatureMapping
@@ -234,8 +234,23 @@ def test_what_is_found_on_a_coarser_grid_is_lifted_as_it_is() -> None:
 def test_unknowns_are_solved_for_alike_whatever_their_weight() -> None:
     assembly = Assembly(3, [np.arange(3)[:, None]])
     weights = np.array([1e12, 1.0, 0.0])
-    entries = assembly.entries([weights[:, None, None]])
+    entries = assembly.entries([weights[:, None]])
     np.testing.assert_allclose(assembly.solve(entries, weights), [1, 1, 0], rtol=1e-6)
+
+
+def test_elements_that_meet_an_unknown_twice_add_up_to_the_whole_system() -> None:
+    chance = np.random.default_rng(0)
+    dofs = np.array([[0, 1, 0, 2], [2, 3, 1, 2], [4, 4, 0, 5]])
+    halves = chance.random((3, 4, 4))
+    elements = halves @ halves.transpose(0, 2, 1) + np.eye(4)
+    whole = np.zeros((6, 6))
+    for of, element in zip(dofs, elements, strict=True):
+        np.add.at(whole, np.ix_(of, of), element)
+    b = chance.random(5)
+    assembly = Assembly(5, [dofs])
+    np.testing.assert_allclose(
+        assembly.solve(assembly.entries([packed(elements)]), b), np.linalg.solve(whole[:5, :5], b)
+    )
 
 
 def test_slopes_of_the_outline_s_energy_are_those_of_the_energy() -> None:
@@ -331,7 +346,7 @@ def test_what_the_edge_cuts_is_measured_once_per_mask(monkeypatch: pytest.Monkey
 
 def squares(seed: int, wobble: float) -> Complexes:
     noise = np.random.default_rng(seed).normal(0, wobble, (12, 4, 2)).view(np.complex128)[..., 0]
-    return np.array([0, 1, 1 + 1j, 1j]) + noise
+    return np.asarray((np.array([0, 1, 1 + 1j, 1j]) + noise).T)
 
 
 @settings(max_examples=20)
@@ -339,11 +354,14 @@ def squares(seed: int, wobble: float) -> Complexes:
 def test_slopes_are_those_of_the_energy_and_curvature_is_never_negative(seed: int, penalty: Penalty) -> None:
     corners, z = Corners.of(squares(seed, 0.05)), squares(seed + 1, 0.4)
     gradient, curvature = penalty.model(corners, z)
-    assert np.linalg.eigvalsh(curvature).min() > -1e-7 * np.abs(curvature).max()
+    row, column = triangle(8)
+    whole = np.zeros((12, 8, 8))
+    whole[:, row, column] = whole[:, column, row] = curvature
+    assert np.linalg.eigvalsh(whole).min() > -1e-7 * np.abs(whole).max()
     step = 1e-6
     for i in range(8):
-        move = np.zeros((12, 4), np.complex128)
-        move[:, i // 2] = step * (1j if i % 2 else 1)
+        move = np.zeros((4, 12), np.complex128)
+        move[i // 2] = step * (1j if i % 2 else 1)
         slope = (penalty.energy(corners, z + move) - penalty.energy(corners, z - move)) / (2 * step)
         assert np.allclose(slope, gradient[:, i], rtol=1e-4, atol=1e-4 * np.abs(gradient).max())
 
