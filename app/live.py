@@ -1,14 +1,14 @@
 """The map on the screen: follows the document by one solve a frame, and settles when the artist rests.
 
 While something moves, the answer is the linear one, which may fold. A short while after the last change the final
-answer is worked out in the background, as an export does it, and takes its place; if something moves meanwhile it is
-dropped.
+answer is worked out in the background, as an export does it, and takes its place; until it is there, the first one
+without folds does. If something moves meanwhile both are dropped.
 """
 
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from app.jobs import Jobs, Task
@@ -100,6 +100,8 @@ class LiveWarp:
         self._changed_at = 0.0
         self._is_behind = False
         """Whether the document has changed since the solve that was begun last."""
+        self._unfolded: tuple[Document, Points] | None = None
+        """An answer without folds that the present settling has come by, and its document."""
         self._solver = MapSolver()
         self._side_solver = MapSolver()
         """The live thread's; what it has built is taken over with its answer."""
@@ -132,8 +134,34 @@ class LiveWarp:
             self._is_behind = False
             self._solve(document)
         if not self.is_settled and self.wait_s == 0.0:
-            steps = lambda: self._final_solver.settle(document)  # noqa: E731
-            self._jobs.submit("settle", Task("Settle", steps, self._take_settled, self._take_fault))
+            self._unfolded = None
+            task = Task("Settle", lambda: self._settling(document), self._take_settled, self._take_fault)
+            self._jobs.submit("settle", task)
+        self._show_unfolded()
+
+    def _settling(self, document: Document) -> Job[Warped]:
+        """Work out the final answer, and put the first one without folds where `update` finds it."""
+        job = self._final_solver.settle(document)
+        while True:
+            try:
+                step = next(job)
+            except StopIteration as finish:
+                result: Warped = finish.value
+                return result
+            if step.preview is not None:
+                self._unfolded = document, step.preview
+            yield step
+
+    def _show_unfolded(self) -> None:
+        """Show the newest answer without folds on the way to the final one."""
+        found, self._unfolded = self._unfolded, None
+        answer = self.answer
+        if found is None or answer is None or answer.result is None or answer.settled:
+            return
+        document, warped = found
+        if document is self._seen and document is answer.document:
+            result = replace(answer.result, warped=warped)
+            self.answer = replace(answer, mesh=Mesh(answer.grid, warped), result=result)
 
     def current(self, document: Document) -> Answer:
         """Return the answer to `document`, as far as one is there."""

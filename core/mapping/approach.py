@@ -93,6 +93,7 @@ def _cleared_alone(untangler: Untangler) -> Job[bool]:
 def relaxed(untangler: Untangler) -> Job[Solution]:
     """Come closer to W without folding again, behind a barrier that becomes lighter."""
     clear = untangler.solution
+    yield Progress(0.0, "unfolding", clear.positions)
     for number, weight in enumerate(_LIGHTER):
         untangler.step(Barrier(_SHARP), weight)
         if untangler.worst <= 0 and not (yield from _cleared_alone(untangler)):

@@ -7,7 +7,7 @@ from core.mapping.approach import REACH, STEPS, count_folds, folds_widened, step
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.frames import Complexes
 from core.mapping.untangle import Untangler
-from core.progress import Job, part
+from core.progress import Job, Progress, part
 
 _TRIALS = 3
 EXACT = 1e-9
@@ -28,6 +28,7 @@ def bisected(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Job[S
     lost = np.log(np.abs(solution.alpha))
     if (np.abs(lost) < _NEARLY).all():
         return solution
+    yield Progress(0.0, "unfolding", solution.positions)
     best, low, high = solution, 0.0, 1.0
     # What has lost more than room is worth does not fit as a whole.
     first = int(np.abs(lost).max() > _TOO_MUCH)

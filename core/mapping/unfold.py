@@ -13,6 +13,7 @@ comes as close to W as it can.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -58,12 +59,12 @@ _FIRST, _LIGHT, _ROOMY = 1.0, 0.1, 3.0
 def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     """Return a mapping without folded quads, if W has none; the mapping object is left as it was.
 
-    Where no way is found that has the outline at W, the outline gives way.
+    Where no way is found that has the outline at W, the outline gives way. A step's preview is a first mapping without
+    folds, (R, C, 2), on which the rest of the work improves.
     """
     linear = mapping.place(w)
     if folded_quads(w).any() or not count_folds(linear):
         return linear
-    yield Progress(0.0, "unfolding", linear.positions)
     solution = yield from part(_searched(mapping, w, linear), 0.0, 0.9)
     if mapping.keep == "rigid" and len(linear.alpha):
         solution = yield from part(snapped(mapping, w, solution), 0.9, 1.0)
@@ -122,7 +123,7 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution, searc
         return None
     found = coarser.mapping.place(coarse_w)
     if count_folds(found):
-        found = yield from part(search(coarser.mapping, coarse_w, found, lightest=_ROOMY), 0.0, 0.4)
+        found = yield from part(_unseen(search(coarser.mapping, coarse_w, found, lightest=_ROOMY)), 0.0, 0.4)
     released = not _keeps_outline(coarser.mapping, coarse_w, found)
     start = coarser.lifted(w, found, linear, released=released)
     soft, everywhere = _SOFT * node_counts(mapping, start), np.ones(w.shape, bool)
@@ -147,6 +148,17 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution, searc
     return None
 
 
+def _unseen(job: Job[Solution]) -> Job[Solution]:
+    """Run `job` without its previews, which are of another grid."""
+    while True:
+        try:
+            step = next(job)
+        except StopIteration as finish:
+            found: Solution = finish.value
+            return found
+        yield replace(step, preview=None)
+
+
 def _nearby(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:
     """Unfold close to the linear answer, features at its sizes; what is returned may still fold."""
     fitted = fit_between(mapping, w, linear)
@@ -167,7 +179,8 @@ def _nearby(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solu
         start, end = (n / len(attempts) for n in (number, number + 1))
         clear = yield from part(steps_to_clear(untangler, kind, steps), start, end)
         if clear:
-            return (yield from relaxed(Untangler(mapping, w, untangler.solution, window=wide, stiffness=held)))
+            again = Untangler(mapping, w, untangler.solution, window=wide, stiffness=held)
+            return (yield from part(relaxed(again), end, 1.0))
         if untangler.folds < count_folds(solution):
             solution = untangler.solution
     return solution
@@ -187,6 +200,7 @@ def _grown(
     mapping: FeatureMapping, w: Complexes, clear: Solution, linear: Solution, *, lightest: float = _LIGHT
 ) -> Job[Solution]:
     """Come back to W and to the sizes of the linear answer as far as nothing folds."""
+    yield Progress(0.0, "unfolding", clear.positions)
     wanted = np.abs(linear.alpha)
     lost = np.abs(np.log(np.abs(clear.alpha) / wanted))
     window = widened(np.isin(mapping.index, np.flatnonzero(lost > EXACT)), _ROOM)

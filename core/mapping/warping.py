@@ -133,7 +133,7 @@ def warp_job(
     options: MappingOptions = DEFAULT_OPTIONS,
     allow_folds: bool = False,
 ) -> Job[Warped]:
-    """Do what `warp_grid` does, step by step; a step's preview is the (R, C, 2) of the moment."""
+    """Do what `warp_grid` does, step by step; a step's preview is a first (R, C, 2) without folds."""
     live = LiveWarp(grid)
     live.use(features, options)
     if not allow_folds:

@@ -47,6 +47,20 @@ def test_at_rest_the_final_answer_comes_and_stays() -> None:
     assert drive.frame().editor.answer is final
 
 
+def test_until_the_final_answer_is_there_the_first_without_folds_is_shown() -> None:
+    drive = EditorDriver(swirled())
+    assert drive.editor.answer.folds > 0
+    drive.clock.now += app.live.REST_S
+    drive.editor.update()
+    first = drive.editor.answer
+    assert not first.settled
+    assert first.folds == 0
+    assert np.array_equal(first.mesh.warped, first.warped)
+    final = drive.frame().editor.answer
+    assert final.settled
+    assert not np.array_equal(final.warped, first.warped)
+
+
 def test_what_is_shown_at_rest_is_what_an_export_computes() -> None:
     drive = EditorDriver(swirled()).tool("brush")
     drive.editor.show(brush=Brush(12.0, 0.5))

@@ -293,6 +293,17 @@ def test_unfolding_leaves_the_mapping_as_it_was_even_when_stopped() -> None:
     assert np.abs(mapping.place(w).z - before).max() < 1e-9
 
 
+@pytest.mark.parametrize("grid", [GRID, FINE], ids=["small", "large"])
+def test_what_is_shown_on_the_way_has_the_grid_s_nodes_and_no_folds(grid: Grid) -> None:
+    mapping = FeatureMapping(grid, find_features(grid, CUT["stripes"]), keep="rigid")
+    w = as_complex(make_warp("squeeze", WIDTH, HEIGHT, bend=60)(grid.nodes))
+    shown = [step.preview for step in unfold(mapping, w) if step.preview is not None]
+    assert shown
+    for positions in shown:
+        assert positions.shape == (*grid.shape, 2)
+        assert not folded_quads(as_complex(positions)).any()
+
+
 def test_progress_never_runs_backwards() -> None:
     mapping = FeatureMapping(GRID, find_features(GRID, MASKS["standing_on_the_edge"]), keep="rigid")
     w = as_complex(make_warp("arc", WIDTH, HEIGHT, bend=45)(GRID.nodes))
