@@ -25,6 +25,11 @@ JOIN = 0.3
 """Width of the band that joins both, as a share of the reach."""
 GENTLE = 1.1
 """And wider by so many times the gap that it bridges: in less, one thing of the source would be shown twice or torn."""
+NEAR = 0.65
+"""Up to this share of the reach a place's source is found along the curve, and one reach farther by the deformation."""
+MILD, WILD = 0.5, 1.0
+"""Where the deformation stretches by less than the first. Where it stretches by more than the second, it shows too
+little of the source too often, and begins to count one reach from the curve only."""
 GAP_PX, SPECK_PX = 8, 4
 """The region has no gaps narrower than twice the first, and no parts narrower than twice the second."""
 SMOOTH_PX = 6.0
@@ -42,6 +47,8 @@ class Apart:
     torn: Bools
     """(H, W) where the coordinates of two curves meet and lead to different places, or where they lead out of the
     picture."""
+    creased: Bools
+    """(H, W) the same where the ribs of one curve meet, inside a bend."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +120,19 @@ def region(
     whole = np.minimum(inside, _away_from(apart.torn))
     nearness = ramp(whole / band)
     free = ramp(whole / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
-    return Region(must, may, inner, nearness * (1 - ramp(distance / reach_px - 1)), free)
+    nearness *= share_along(distance / reach_px, strain, ramp(_away_from(apart.creased) / band))
+    return Region(must, may, inner, nearness, free)
+
+
+def share_along(far: Singles, strain: Singles, uncreased: Singles) -> Singles:
+    """Return the share (H, W) of a place's source that is found along the curves, by its distance in reaches.
+
+    The curve's own coordinates keep what is beside it; farther off, and where they are `uncreased` less than 1, they
+    bend and tear what the picture shows across the curve, and a deformation that stretches mildly does not.
+    """
+    late = 1 - ramp(far - 1)
+    early = (1 - ramp(far - NEAR)) * uncreased
+    return np.asarray(early + ramp((strain - MILD) / (WILD - MILD)) * (late - early), np.float32)
 
 
 def _smooth(values: Floats, sigma: float) -> Floats:

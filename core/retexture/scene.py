@@ -22,7 +22,7 @@ from core.retexture.result import Retexture
 from core.retexture.sampling import Kernel, read
 
 TORN = 3.0
-"""Where two curves meet, their coordinates are torn if places in the source part so many times as far as here."""
+"""Where curves meet, or ribs of one, coordinates are torn if places in the source part so many times as far as here."""
 SAMPLES = 0.4
 """Distance of the samples that landmarks are found by, in half widths of a patch."""
 KEPT_PX = 2.0
@@ -100,12 +100,14 @@ def apart(along: Points, nearest: Ints, plain: Retexture) -> Apart:
     gap = np.linalg.norm(along - (plain.grid.nodes + plain.field)[::2, ::2], axis=-1)
     limit = np.array(plain.grid.shape[::-1]) - 1
     torn = np.asarray(((along < 0) | (along > limit)).any(axis=-1), np.float64)
+    creased = np.zeros(torn.shape)
     for axis in (0, 1):
         far = np.linalg.norm(np.diff(along, axis=axis), axis=-1) > TORN * 2 * plain.grid.step
-        meets = far & (np.diff(nearest, axis=axis) != 0)
-        torn += np.pad(meets, [(int(axis == i), 0) for i in (0, 1)])
-    gap_px, meeting = (plain.grid.at_pixels(spread(values, plain.grid))[..., 0] for values in (gap, torn))
-    return Apart(gap_px, meeting > 0.5)
+        meets = np.diff(nearest, axis=axis) != 0
+        torn += np.pad(far & meets, [(int(axis == i), 0) for i in (0, 1)])
+        creased += np.pad(far & ~meets, [(int(axis == i), 0) for i in (0, 1)])
+    gap_px, *meeting = (plain.grid.at_pixels(spread(values, plain.grid))[..., 0] for values in (gap, torn, creased))
+    return Apart(gap_px, meeting[0] > 0.5, meeting[1] > 0.5)
 
 
 def standing(picture: Singles, source: CurveSet, plain: Retexture, patch: PatchShape, reach_px: float) -> Bools:

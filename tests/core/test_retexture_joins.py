@@ -7,6 +7,7 @@ from core.feature_curves import FeatureCurve
 from core.progress import run
 from core.retexture.job import Settings, deformed, retexture
 from core.retexture.patches import PatchShape, grown
+from core.retexture.region import share_along
 from core.retexture.result import plain_place
 from core.retexture.scene import Scene, prepared
 from tests.core.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
@@ -41,6 +42,26 @@ def test_between_two_curves_places_go_over_from_one_to_the_other() -> None:
     assert (np.abs(np.diff(down)) < 3).all()
     assert down[0] < 95
     assert down[-1] > 125
+
+
+def test_inside_a_bend_places_go_over_from_one_side_to_the_other() -> None:
+    """Where the ribs meet, what corresponds along the curve jumps by dozens of pixels."""
+    scene = scene_of([FeatureCurve(straight(), arched(60, 120))], 80.0)
+    for y in (110.0, 120.0, 130.0, 140.0):
+        across = upright(y, 60, WIDTH - 60)[:, ::-1]
+        steps = np.diff(scene.way.origins(across).source, axis=0)
+        assert np.linalg.norm(steps, axis=1).max() < 4
+
+
+def test_the_deformation_counts_sooner_where_it_stretches_mildly() -> None:
+    far, ones = np.array([0.0, 0.6, 0.9, 1.3, 2.1], np.float32), np.ones(5, np.float32)
+    mild, wild = share_along(far, 0.3 * ones, ones), share_along(far, 1.2 * ones, ones)
+    np.testing.assert_array_equal(mild[[0, 1, 4]], [1, 1, 0])
+    np.testing.assert_array_equal(wild[[0, 1, 2, 4]], [1, 1, 1, 0])
+    assert (mild[2:4] < wild[2:4]).all()
+    creased = np.zeros(5, np.float32)
+    assert share_along(far, 0.3 * ones, creased).max() == 0
+    np.testing.assert_array_equal(share_along(far, 1.2 * ones, creased), wild)
 
 
 def test_where_the_curve_leads_out_of_the_picture_the_deformation_has_its_place() -> None:
