@@ -88,7 +88,7 @@ def _interruptions() -> Iterator[threading.Event]:
 
 
 def load_rest() -> None:
-    """Import what the first frame does without, and collect what stays no more, so that no gesture waits for it."""
+    """Import what the first frame does without, and exempt what is there by now from garbage collection."""
     for name in LOADED_LATER:
         importlib.import_module(name)
     gc.freeze()
