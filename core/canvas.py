@@ -13,6 +13,9 @@ MOST_SIDE_PX = 65_536
 MOST_PIXELS = 2**30
 _TOLERANCE_PX = 1e-6
 """An edge that lies on a pixel border but for rounding adds no row of pixels."""
+_CLEAR_PX = 4
+"""A pixel so far from a cell has nothing of it."""
+_LATTICE = 512
 
 
 @dataclass(frozen=True)
@@ -57,3 +60,22 @@ class Canvas:
     def placed(self, positions: Points) -> Points:
         """Return positions (..., 2) of the plane in pixels of the canvas."""
         return positions - self.origin
+
+
+def has_gaps(positions: Points, size_px: tuple[int, int]) -> bool:
+    """Return whether a warped grid (R, C, 2), in pixels of the result, plainly leaves some of its pixels empty.
+
+    Asked are pixels of a lattice with up to 512 a side, each against the boxes around all cells: where one is in none,
+    it is empty for certain. Gaps that are narrower than the lattice or a cell may be missed.
+    """
+    corners = positions[:-1, :-1], positions[:-1, 1:], positions[1:, :-1], positions[1:, 1:]
+    step = -(-np.array(size_px) // _LATTICE)
+    count = -(-np.array(size_px) // step)
+    low = np.ceil((np.minimum.reduce(corners).reshape(-1, 2) - _CLEAR_PX) / step)
+    high = np.floor((np.maximum.reduce(corners).reshape(-1, 2) + _CLEAR_PX) / step) + 1
+    left, top = np.clip(low, 0, count).astype(int).T
+    right, bottom = np.clip(np.maximum(low, high), 0, count).astype(int).T
+    boxes = np.zeros((count[1] + 1, count[0] + 1), int)
+    for rows, columns, sign in ((top, left, 1), (top, right, -1), (bottom, left, -1), (bottom, right, 1)):
+        np.add.at(boxes, (rows, columns), sign)
+    return bool((boxes.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] == 0).any())

@@ -2,9 +2,9 @@
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,10 +50,38 @@ def save(image: Image, path: Path | str, *, quality: int = 95) -> None:
 
 def write(image: Image, place: Path, *, named: Path, quality: int = 95) -> None:
     """Write `image` to `place` at once, as `save` does to `named`; faults name that."""
+    with writing_rows(image, image.size_px, place, named=named, quality=quality) as append:
+        append(image.pixels)
+
+
+@contextmanager
+def writing_rows(
+    sample: Image, size_px: tuple[int, int], place: Path, *, named: Path, quality: int = 95
+) -> Iterator[Callable[[Pixels], None]]:
+    """Yield what takes the rows of a picture of `size_px` from the top down: `place` gets the file that `write` makes.
+
+    `sample` is a picture of any size with the depth, channels, profile and metadata of that one. Pieces (h, W, C) of
+    any height do; all but the last of a multiple of `BAND_ROWS` are compressed alike. An exception that leaves the
+    block leaves `place` unfinished. WebP is held in memory, as 8 bits, until all rows are there.
+    """
     check_writable_format(named)
     if not 1 <= quality <= 100:
         raise InputError(f"quality {quality}: not from 1 to 100")
-    _write(image, place, named, quality=quality)
+    suffix = named.suffix.lower()
+    sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
+    if sink is None:
+        raise InputError(f"{named}: {_first_line(OpenImageIO.geterror())}")
+    fitted = _fit_to_format(sample.with_pixels(sample.pixels[:1, :1]), suffix)
+    spec = _spec(fitted, size_px, suffix, quality)
+    with _staged(place, spec.image_bytes() + len(sample.icc or b"")) as name:
+        rows = _Rows(sink, name, spec, sample, suffix, named)
+        try:
+            yield rows.append
+            rows.finish()
+        finally:
+            sink.close()
+    if suffix == ".webp" and sample.metadata:
+        webp_exif.add_exif(place, spec)
 
 
 def check_writable_format(path: Path) -> None:
@@ -62,10 +90,50 @@ def check_writable_format(path: Path) -> None:
         raise InputError(f"{path}: unknown picture format {path.suffix!r}; use one of {', '.join(SUFFIXES)}")
 
 
-def _bands(image: Image, suffix: str) -> Iterator[Image]:
-    """Yield `image` in bands of rows, as the format of `suffix` can hold it; copies of the whole would be large."""
-    for top in range(0, image.height_px, BAND_ROWS):
-        yield _fit_to_format(image.with_pixels(image.pixels[top : top + BAND_ROWS]), suffix)
+@dataclass
+class _Rows:
+    """The rows of a picture like `sample` on their way to `sink`, which is opened for the first ones."""
+
+    sink: OpenImageIO.ImageOutput
+    place: str
+    spec: OpenImageIO.ImageSpec
+    sample: Image
+    suffix: str
+    named: Path
+    count: int = 0
+    written: int = 0
+    waiting: list[Pixels] = field(default_factory=list)
+
+    def append(self, pixels: Pixels) -> None:
+        """Write rows below those that are written, in bands, since copies of many rows would be large."""
+        self.count += len(pixels)
+        if self.count > self.spec.height:
+            raise InputError(f"{self.named}: cannot be written: more than {self.spec.height} rows")
+        for top in range(0, len(pixels), BAND_ROWS):
+            band = _fit_to_format(self.sample.with_pixels(pixels[top : top + BAND_ROWS]), self.suffix)
+            self.waiting.append(band.pixels)
+            if self.suffix != ".webp":  # which is compressed as a whole, however much of it there is when it is closed
+                self._write()
+
+    def finish(self) -> None:
+        """Complete the file; raise `InputError` if rows are missing."""
+        if self.count < self.spec.height:
+            raise InputError(f"{self.named}: cannot be written: {self.count} of {self.spec.height} rows")
+        self._write()
+        self._expect(self.sink.close())
+
+    def _write(self) -> None:
+        if self.written == 0:
+            self._expect(self.sink.open(self.place, self.spec))
+        while self.waiting:
+            pixels = self.waiting.pop(0)
+            begin, self.written = self.written, self.written + len(pixels)
+            self._expect(self.sink.write_scanlines(begin, self.written, 0, pixels))
+
+    def _expect(self, done: bool) -> None:
+        """Raise `InputError` with the fault of the sink unless a step is `done`."""
+        if not done:
+            raise InputError(f"{self.named}: cannot be written: {_first_line(self.sink.geterror())}")
 
 
 def _fit_to_format(image: Image, suffix: str) -> Image:
@@ -97,36 +165,6 @@ def _restored(image: Image, depth: Any, *, linear: bool) -> Pixels:
     if linear == image.linear:
         return color.quantise(color.unit(image.pixels), depth)
     return color.stored(color.linear_light(image.pixels, linear=image.linear), depth=depth, linear=linear)
-
-
-def _write(image: Image, place: Path, path: Path, *, quality: int) -> None:
-    """Write `image` to `place`; faults name `path`."""
-    suffix = path.suffix.lower()
-    sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
-    if sink is None:
-        raise InputError(f"{path}: {_first_line(OpenImageIO.geterror())}")
-    sample = _fit_to_format(image.with_pixels(image.pixels[:1, :1]), suffix)
-    spec = _spec(sample, image.size_px, suffix, quality)
-    with _staged(place, spec.image_bytes() + len(image.icc or b"")) as name:
-        try:
-            done = sink.open(name, spec) and _write_bands(image, suffix, sink)
-            fault = sink.geterror()
-        finally:
-            closed = sink.close()
-        if not (done and closed):
-            raise InputError(f"{path}: cannot be written: {_first_line(fault or sink.geterror())}")
-    if suffix == ".webp" and image.metadata:
-        webp_exif.add_exif(place, spec)
-
-
-def _write_bands(image: Image, suffix: str, sink: OpenImageIO.ImageOutput) -> bool:
-    """Write the rows of `image` to the open `sink`; return whether all went well."""
-    row = 0
-    for band in _bands(image, suffix):
-        if not sink.write_scanlines(row, row + band.height_px, 0, band.pixels):
-            return False
-        row += band.height_px
-    return True
 
 
 @contextmanager

@@ -16,6 +16,16 @@ Read is whatever OpenImageIO knows; written are PNG, TIFF, EXR, JPEG and WebP. W
 
 from core.image import Attribute, Image
 from core.image_reading import load, load_mask
-from core.image_writing import SUFFIXES, check_writable_format, save, write
+from core.image_writing import SUFFIXES, check_writable_format, save, write, writing_rows
 
-__all__ = ["SUFFIXES", "Attribute", "Image", "check_writable_format", "load", "load_mask", "save", "write"]
+__all__ = [
+    "SUFFIXES",
+    "Attribute",
+    "Image",
+    "check_writable_format",
+    "load",
+    "load_mask",
+    "save",
+    "write",
+    "writing_rows",
+]

@@ -17,7 +17,7 @@ from app.requests import ExportOptions
 from app.tools.all import TOOLS
 from assets import asset
 from core.document import Document
-from core.images import load, load_mask, save
+from core.images import load, load_mask
 from core.project import load_project
 from core.raster import Raster
 
@@ -98,8 +98,8 @@ def _exporting(document: Document, options: ExportOptions) -> "Job[None]":
 
 def render_without_window(document: Document) -> None:
     """Render `document` to a file in the working folder, and say where it is and what a window needs."""
-    from app.render.picture_file import drawing
+    from app.render.picture_file import writing
 
-    save(run_shown(drawing(document, frame="warp")), WITHOUT_WINDOW)
+    run_shown(writing(document, WITHOUT_WINDOW, frame="warp"))
     print(f"weft: no display: rendered to {WITHOUT_WINDOW.resolve()}")  # noqa: T201
     print("weft: a window needs an X11 display (DISPLAY; XWayland will do) and OpenGL 3.3")  # noqa: T201

@@ -4,10 +4,10 @@ import argparse
 from pathlib import Path
 
 from app.console import run_shown
-from app.render.picture_file import drawing
+from app.render.picture_file import writing
 from core.arrays import InputError
 from core.files import check_place
-from core.images import check_writable_format, load, save
+from core.images import check_writable_format, load
 from core.project import load_project
 
 
@@ -42,5 +42,12 @@ def run(arguments: argparse.Namespace) -> None:
     document = load_project(arguments.project)
     if arguments.picture is not None:
         document = document.with_image(load(arguments.picture))
-    job = drawing(document, frame=arguments.frame, scale=arguments.scale, bits=arguments.bits)
-    save(run_shown(job), arguments.output, quality=arguments.quality)
+    job = writing(
+        document,
+        arguments.output,
+        frame=arguments.frame,
+        scale=arguments.scale,
+        bits=arguments.bits,
+        quality=arguments.quality,
+    )
+    run_shown(job)

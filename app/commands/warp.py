@@ -11,12 +11,11 @@ import time
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from app.console import run_shown
-from app.render.export import rendering
+from app.render.export import rendering_file
 from core import handles_file
 from core.arrays import InputError
 from core.canvas import Canvas
@@ -112,11 +111,7 @@ def run(arguments: argparse.Namespace) -> None:
     found = _solved(document, allow_folds=arguments.allow_folds)
     canvas = Canvas.of(arguments.frame, found.warped, document.canvas_px)
     found = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped))
-    started = time.perf_counter()
-    picture = run_shown(rendering(document.image, found.rest, found.warped, size=canvas.size))
-    report = found.report()
-    report["seconds"]["render"] = time.perf_counter() - started
-    _write(arguments, picture, found, report, document.size_px, canvas)
+    _write(arguments, document.image, found, canvas)
     if not arguments.allow_folds and found.outline_moved_px:
         sys.stderr.write(
             f"weft: {arguments.output}: the outline gives way by up to {found.outline_moved_px:.1f} px, "
@@ -197,19 +192,25 @@ def _with_handles(document: Document, path: Path) -> Document:
     return document
 
 
-def _write(
-    arguments: argparse.Namespace,
-    picture: Image,
-    found: Warped,
-    report: dict[str, Any],
-    source_px: tuple[int, int],
-    canvas: Canvas,
-) -> None:
-    """Write all files that were asked for; they appear together, once each is whole."""
-    grid = found.rest, found.warped, source_px, canvas
+def _write(arguments: argparse.Namespace, image: Image, found: Warped, canvas: Canvas) -> None:
+    """Render, and write all files that were asked for; they appear together, once each is whole."""
+    grid = found.rest, found.warped, image.size_px, canvas
+    report = found.report()
     with ExitStack() as files:
         place = files.enter_context(atomic_file(arguments.output))
-        write(picture, place, named=arguments.output, quality=arguments.quality)
+        started = time.perf_counter()
+        run_shown(
+            rendering_file(
+                image,
+                found.rest,
+                found.warped,
+                place,
+                named=arguments.output,
+                size=canvas.size,
+                quality=arguments.quality,
+            )
+        )
+        report["seconds"]["render"] = time.perf_counter() - started
         if arguments.map is not None:
             with files.enter_context(atomic_file(arguments.map)).open("wb") as file:
                 np.savez(file, rest=found.rest, plain=found.plain, warped=found.warped)

@@ -1,5 +1,9 @@
 """Render a warped picture to pixels, tile by tile, with the shaders of the editor's preview."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 import moderngl
 import numpy as np
 
@@ -10,8 +14,9 @@ from app.render.programs import programs_of
 from app.render.source import DEFAULT_LIMITS, Box, Limits, Source
 from core import tracing
 from core.arrays import InputError, Pixels, Points
-from core.images import Image
-from core.progress import Job, Progress, run
+from core.canvas import has_gaps
+from core.images import Image, writing_rows
+from core.progress import Job, Progress, part, run
 
 TILE_PX = 512
 LEAST_TILE_PX = 64
@@ -63,20 +68,83 @@ def rendering(
         Same depth, profile and metadata; alpha is added where the result does not cover its frame.
     """
     _check(rest, warped, size, scale)
-    target = TileTarget(gpu.standalone(), image, min(tile_px, gpu.power_of_two(max(size))), limits)
     moved = (warped - np.asarray(origin) + 0.5) * scale - 0.5
-    try:
-        target.mesh_of(rest, moved)
-        pixels = np.zeros((size[1], size[0], 4), image.pixels.dtype)
-        tiles = _tiles(size, target.side)
-        for done, box in enumerate(tiles):
-            yield Progress(done / len(tiles), "rendering")
-            with tracing.span("draw", tile=box):
-                target.draw(box, pixels[box[1] : box[3], box[0] : box[2]])
-    finally:
-        target.release()
+    pixels = np.zeros((size[1], size[0], 4), image.pixels.dtype)
+    with _target(image, rest, moved, size, tile_px, limits) as target:
+        for top in range(0, size[1], target.side):
+            rows = pixels[top : top + target.side]
+            yield from part(target.drawing_rows(top, rows), top / size[1], (top + len(rows)) / size[1])
     yield Progress(1.0, "rendering")
     return image.with_pixels(_in_channels_of(image, pixels))
+
+
+class _UncoveredError(Exception):
+    """Something in the frame is not covered by the picture."""
+
+    def __init__(self, done: float) -> None:
+        super().__init__()
+        self.done = done
+
+
+def rendering_file(
+    image: Image,
+    rest: Points,
+    warped: Points,
+    place: Path,
+    *,
+    named: Path,
+    size: tuple[int, int],
+    scale: float = 1.0,
+    quality: int = 95,
+) -> Job[None]:
+    """Write to `place` the file that `rendering` and `core.images.write` make, with one row of tiles in memory.
+
+    Whether it needs alpha is known when all is drawn. Where no gap is plain it is begun without, and anew at the first
+    row of tiles that is not opaque.
+    """
+    _check(rest, warped, size, scale)
+    moved = (warped + 0.5) * scale - 0.5
+
+    def attempt(*, with_alpha: bool) -> Job[None]:
+        kept = _kept(image, with_alpha=with_alpha)
+        sample = image.with_pixels(np.zeros((1, 1, len(kept)), image.pixels.dtype))
+        with (
+            writing_rows(sample, size, place, named=named, quality=quality) as append,
+            _target(image, rest, moved, size) as target,
+        ):
+            band = np.empty((min(target.side, size[1]), size[0], 4), image.pixels.dtype)
+            for top in range(0, size[1], target.side):
+                rows = band[: size[1] - top]
+                yield from part(target.drawing_rows(top, rows), top / size[1], (top + len(rows)) / size[1])
+                if not (with_alpha or _is_opaque(rows)):
+                    raise _UncoveredError(top / size[1])
+                append(rows if len(kept) == 4 else rows[..., kept])
+
+    done = 0.0
+    if not (image.has_alpha or has_gaps(moved, size)):
+        try:
+            return (yield from attempt(with_alpha=False))
+        except _UncoveredError as found:
+            done = found.done
+    return (yield from part(attempt(with_alpha=True), done, 1.0))
+
+
+@contextmanager
+def _target(
+    image: Image,
+    rest: Points,
+    moved: Points,
+    size: tuple[int, int],
+    tile_px: int = TILE_PX,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Iterator["TileTarget"]:
+    """Yield what draws the tiles of a result of `size`."""
+    target = TileTarget(gpu.standalone(), image, min(tile_px, gpu.power_of_two(max(size))), limits)
+    try:
+        target.mesh_of(rest, moved)
+        yield target
+    finally:
+        target.release()
 
 
 def _check(rest: Points, warped: Points, size: tuple[int, int], scale: float) -> None:
@@ -88,22 +156,12 @@ def _check(rest: Points, warped: Points, size: tuple[int, int], scale: float) ->
         raise InputError("grid positions or scale that are not finite numbers")
 
 
-def _tiles(size: tuple[int, int], side: int) -> list[Box]:
-    return [
-        (x, y, min(x + side, size[0]), min(y + side, size[1]))
-        for y in range(0, size[1], side)
-        for x in range(0, size[0], side)
-    ]
-
-
 def _in_channels_of(image: Image, pixels: Pixels) -> Pixels:
     """Return RGBA `pixels` in the channels of `image`, with alpha if that has it or something is not covered.
 
     Works in place, row after row, since a copy of a large picture would be the most memory that rendering takes.
     """
-    opaque = 1.0 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
-    with_alpha = image.has_alpha or bool(pixels[..., 3].min() < opaque)
-    kept = ([0] if image.channels <= 2 else [0, 1, 2]) + ([3] if with_alpha else [])
+    kept = _kept(image, with_alpha=image.has_alpha or not _is_opaque(pixels))
     if len(kept) == 4:
         return pixels
     height, width = pixels.shape[:2]
@@ -113,6 +171,16 @@ def _in_channels_of(image: Image, pixels: Pixels) -> Pixels:
     del packed
     pixels.resize((height, width, len(kept)), refcheck=False)
     return pixels
+
+
+def _kept(image: Image, *, with_alpha: bool) -> list[int]:
+    """Return which channels of RGBA a result of `image` has."""
+    return ([0] if image.channels <= 2 else [0, 1, 2]) + ([3] if with_alpha else [])
+
+
+def _is_opaque(pixels: Pixels) -> bool:
+    opaque = 1.0 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
+    return bool(pixels[..., 3].min() >= opaque)
 
 
 class TileTarget:
@@ -134,6 +202,16 @@ class TileTarget:
         rows, columns = rest.shape[:2]
         self._mesh = Mesh(self._context, (rows, columns))
         self._mesh.place(rest, moved)
+
+    def drawing_rows(self, top: int, out: Pixels) -> Job[None]:
+        """Draw the output's rows from `top` into `out`, (h, w, 4): all columns, of rows what a tile has at most."""
+        height, width = out.shape[:2]
+        for left in range(0, width, self.side):
+            yield Progress(left / width, "rendering")
+            right = min(left + self.side, width)
+            box = left, top, right, top + height
+            with tracing.span("draw", tile=box):
+                self.draw(box, out[:, left:right])
 
     def draw(self, box: Box, out: Pixels) -> None:
         """Draw the output pixels of `box` into `out`, (h, w, 4)."""

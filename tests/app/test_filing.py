@@ -117,6 +117,20 @@ def test_a_full_disk_while_exporting_is_a_notice_and_loses_nothing(
     assert drive.document is before
 
 
+@pytest.mark.gpu
+@pytest.mark.parametrize("suffix", ["png", "tif", "exr", "jpg", "webp"])
+def test_an_export_that_is_stopped_leaves_what_was_there(drive: EditorDriver, tmp_path: Path, suffix: str) -> None:
+    bend(drive)
+    path = tmp_path / f"out.{suffix}"
+    path.write_bytes(b"before")
+    job = exporting(drive.document, ExportOptions(path, (1600, 1200), bits=16))
+    while next(job).fraction < 0.7:
+        assert path.read_bytes() == b"before"
+    job.close()
+    assert path.read_bytes() == b"before"
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
 def test_a_full_disk_while_saving_leaves_the_project_as_it_was(drive: EditorDriver, tmp_path: Path) -> None:
     project = tmp_path / "work.weft"
     bend(drive)

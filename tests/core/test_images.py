@@ -13,7 +13,7 @@ from core import color, image_reading, image_writing
 from core.arrays import Bytes, InputError, Singles
 from core.image import usable_profile
 from core.image_reading import upright
-from core.images import Attribute, Image, load, load_mask, save
+from core.images import Attribute, Image, load, load_mask, save, writing_rows
 from tests.core.profiles import icc_profile
 
 
@@ -167,6 +167,46 @@ def test_bands_do_not_show(
         read.append(load(path).pixels)
     assert files[0] == files[1]
     np.testing.assert_array_equal(read[0], read[1])
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg", ".webp"])
+def test_rows_can_be_handed_over_in_pieces(tmp_path: Path, suffix: str) -> None:
+    image = Image(picture(channels=4, height=300).pixels, icc=icc_profile(), metadata=EXIF)
+    whole, pieces = tmp_path / f"whole{suffix}", tmp_path / f"pieces{suffix}"
+    save(image, whole)
+    sample = image.with_pixels(octets([[[0, 0, 0, 0]]]))
+    with writing_rows(sample, image.size_px, pieces, named=pieces) as append:
+        for top, end in ((0, 64), (64, 256), (256, 300)):
+            append(image.pixels[top:end])
+    assert pieces.read_bytes() == whole.read_bytes()
+
+
+@pytest.mark.parametrize("rows", [0, 130])
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg", ".webp"])
+def test_writing_that_is_given_up_leaves_the_place_alone(tmp_path: Path, suffix: str, rows: int) -> None:
+    image, place = picture(height=300), tmp_path / f"a{suffix}"
+    place.write_bytes(b"before")
+
+    def give_up() -> None:
+        with writing_rows(image, image.size_px, place, named=place) as append:
+            append(image.pixels[:rows])
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        give_up()
+    assert place.read_bytes() == b"before"
+
+
+@pytest.mark.parametrize(("rows", "fault"), [(299, "299 of 300 rows"), (301, "more than 300 rows")])
+def test_rows_that_are_missing_or_too_many_are_a_fault(tmp_path: Path, rows: int, fault: str) -> None:
+    place = tmp_path / "a.png"
+    pixels = picture(height=rows).pixels
+    with (
+        pytest.raises(InputError, match=f"a.png: cannot be written: {fault}"),
+        writing_rows(picture(), (7, 300), place, named=place) as append,
+    ):
+        append(pixels)
+    assert not place.exists()
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".tiff", ".exr", ".jpg", ".webp"])

@@ -1,6 +1,7 @@
 """Rendering to pixels: what must come out exactly."""
 
 import struct
+import tracemalloc
 import zlib
 from pathlib import Path
 
@@ -8,9 +9,11 @@ import numpy as np
 import pytest
 
 from app.render import gpu
-from app.render.export import render_mesh, rendering
+from app.render.export import render_mesh, rendering, rendering_file
 from app.render.source import Limits, Source
-from core.images import Image, load
+from core.arrays import Points
+from core.canvas import has_gaps
+from core.images import Attribute, Image, load, write
 from core.progress import run
 from tests.gpu import scenes
 
@@ -131,3 +134,76 @@ def test_the_window_keeps_the_nearest_half_of_every_texel() -> None:
     texels = np.frombuffer(window.texture.read(), np.float16).reshape(height, width, 4)
     assert np.array_equal(texels[:40, :50, :3], pixels.astype(np.float16))
     source.release()
+
+
+TALL = (40, 1100)
+"""Of three rows of tiles."""
+
+
+def shrunk(rest: Points, *, top: float = 0.0, bottom: float = 0.0) -> Points:
+    """Move the picture's upper and lower edge inwards by so many pixels, and what is between them along."""
+    height = rest[-1, 0, 1] + 0.5
+    moved: Points = (rest + 0.5) * [1, 1 - (top + bottom) / height] + [-0.5, top - 0.5]
+    return moved
+
+
+@pytest.mark.parametrize(
+    ("suffix", "channels", "depth"),
+    [
+        (".png", 1, "u1"),
+        (".png", 3, "f4"),
+        (".tif", 4, "u2"),
+        (".exr", 3, "f4"),
+        (".exr", 4, "f4"),
+        (".jpg", 3, "u1"),
+        (".webp", 3, "u1"),
+    ],
+)
+@pytest.mark.parametrize(("top", "bottom", "plain"), [(0, 0, False), (0, 0.4, False), (40, 0, True)])
+def test_a_file_written_row_by_row_is_that_of_the_whole(
+    tmp_path: Path, suffix: str, channels: int, depth: str, top: float, bottom: float, plain: bool
+) -> None:
+    picture = scenes.picture(*TALL, channels, depth)
+    image = Image(picture.pixels, picture.linear, metadata=(Attribute("Make", "string", "Weft"),))
+    rest = scenes.grid(*TALL)
+    warped = shrunk(rest, top=top, bottom=bottom)
+    assert has_gaps(warped, TALL) is plain
+    whole, rows = tmp_path / f"whole{suffix}", tmp_path / f"rows{suffix}"
+    write(render_mesh(image, rest, warped, size=TALL), whole, named=whole)
+    steps = [step.fraction for step in rendering_file(image, rest, warped, rows, named=rows, size=TALL)]
+    assert rows.read_bytes() == whole.read_bytes()
+    assert steps == sorted(steps)
+    if suffix != ".jpg":
+        assert load(rows).has_alpha == (image.has_alpha or top > 0 or bottom > 0)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg"])
+def test_a_file_is_written_in_a_fraction_of_the_memory_of_its_pixels(tmp_path: Path, suffix: str) -> None:
+    image, size = scenes.picture(32, 512, 4, "f4"), (256, 4096)
+    rest, path = scenes.grid(32, 512), tmp_path / f"a{suffix}"
+    tracemalloc.start()
+    run(rendering_file(image, rest, rest, path, named=path, size=size, scale=8))
+    peak_bytes = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak_bytes < 256 * 4096 * 16 / 2
+
+
+@pytest.mark.parametrize("scale", [0.4, 1.0, 2.6])
+def test_a_file_at_another_scale_is_that_of_the_whole(tmp_path: Path, scale: float) -> None:
+    image = scenes.picture(300, 260)
+    rest = scenes.grid(300, 260)
+    warped, size = scenes.wavy(rest), (round(300 * scale), round(260 * scale))
+    whole, rows = tmp_path / "whole.png", tmp_path / "rows.png"
+    write(render_mesh(image, rest, warped, size=size, scale=scale), whole, named=whole)
+    run(rendering_file(image, rest, warped, rows, named=rows, size=size, scale=scale))
+    assert rows.read_bytes() == whole.read_bytes()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_where_a_gap_is_plain_pixels_are_empty(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    image = scenes.picture(90, 70)
+    rest = scenes.grid(90, 70)
+    warped = (scenes.wavy(rest, amount=rng.uniform(0, 12)) - 45) * rng.uniform(0.85, 1.5) + 45 + rng.normal(0, 3, 2)
+    result = render_mesh(image, rest, warped, size=(90, 70))
+    assert not has_gaps(warped, (90, 70)) or (result.has_alpha and result.pixels[..., 3].min() == 0)
