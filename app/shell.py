@@ -52,7 +52,7 @@ DOUBLE_CLICK_S = 0.45
 """Two clicks make a double click up to so far apart; a slow machine needs a frame between them."""
 BLINK_S = 0.3
 """How often the caret of a text field wants a frame."""
-LOADED_LATER = ("scipy.spatial", "scipy.ndimage", "scipy.optimize", "scipy.fft", "scipy.sparse.csgraph")
+LOADED_LATER = ("scipy.spatial", "scipy.ndimage", "scipy.fft", "scipy.sparse.csgraph")
 """What only the tools need: SciPy imports its parts where they are first used."""
 
 
