@@ -82,6 +82,11 @@ class Layers:
         """Pixels that have texture coordinates."""
         return np.asarray(np.isfinite(self.uv).all(-1), np.bool_)
 
+    @cached_property
+    def covered_share(self) -> float:
+        """How much of the picture has texture coordinates, 0 to 1."""
+        return float(self.covered.mean())
+
 
 @dataclass
 class _Kept:

@@ -128,7 +128,7 @@ class OverlayPanel:
             return STOPPED
         if layers is None or self._cloth.search is None:
             return UNSOUGHT
-        state = FOUND.format(len(layers.lattice), 100 * layers.covered.mean())
+        state = FOUND.format(len(layers.lattice), 100 * layers.covered_share)
         return state if work.is_final else f"{state} {EARLIER}"
 
     def _draw_texture(self) -> None:

@@ -76,6 +76,7 @@ def test_pattern_is_found_and_undone(drive: OverlayDriver) -> None:
     layers = fresh.frame().editor.overlay.layers
     assert layers is not None
     assert layers.covered.mean() > 0.8
+    assert layers.covered_share == pytest.approx(layers.covered.mean())
     fresh.undo()
     assert fresh.editor.overlay.layers is None
     fresh.redo()
