@@ -1,8 +1,9 @@
 """Cloth that is seen but not followed: beside folds, between pieces and at the rim of a region that the user gave.
 
-It has the colours of the texel, in patches that are no wider, and lies within a lattice step of cloth that is followed,
-which is carried on there: by the mesh, or from the nearest cloth alone where the mesh would be crushed. A button or a
-belt has others and keeps the photo's pixels. Where nobody said where the cloth is, only what cloth encloses is filled.
+It has the colours of the texel, in patches that are no wider. Cloth that is followed is carried on there: by the mesh,
+or from the nearest cloth alone where the mesh would be crushed. A button or a belt has others and keeps the photo's
+pixels. In a region that the user gave it may be however far from cloth that is followed, if it is as solid as cloth is;
+where nobody said where the cloth is, only what cloth encloses is filled, and within a lattice step.
 """
 
 from dataclasses import dataclass, replace
@@ -23,8 +24,10 @@ from core.overlay.texel import Texel
 
 SHADES = (0.4, 1.3)
 """Light on a fold, over that which the cloth beside it has."""
+GLARING = 2.2
+"""The same, over that which is usual around, for a spot amid the cloth of a region that the user gave."""
 OFF = 0.1
-"""Distance, at a shading of one, of a colour from the texel's that is one of them."""
+"""Least distance, at a shading of one, up to which a colour is one of the texel's."""
 GROUPS = 3
 """Colours of which the patches are measured."""
 WIDER = 1.5
@@ -32,7 +35,9 @@ WIDER = 1.5
 SIZES = (0.4, 2.5)
 """Area of cloth under a cell, over the usual, to which the mesh may carry cloth on."""
 STRAIGHT = 0.5
-"""Lattice steps by which the nearest cloth alone is carried on."""
+"""Lattice steps by which the nearest cloth alone is carried on, but in a region that the user gave."""
+SOLID = 0.2
+"""Lattice steps of the radius of a disc that fits into cloth further away."""
 SPOT = 2.0
 """Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
 
@@ -53,25 +58,32 @@ def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) ->
     """Return what there is to fill beside the pixels (H, W) that the pieces explain."""
     covered = np.asarray(np.any(masks, axis=0), np.bool_)
     gaps = np.stack([distance(mask) for mask in masks])
-    open_to = cloth.valid & ~covered & (gaps.min(0) < cloth.step_px)
+    open_to = cloth.valid & ~covered
     if not cloth.in_region:
-        open_to &= enclosed(covered)
+        open_to &= enclosed(covered) & (gaps.min(0) < cloth.step_px)
     height, width = covered.shape
     owner = gaps.argmin(0)
     carried, possible = [], []
-    coloured, wide = np.zeros(covered.shape, bool), np.zeros(covered.shape, bool)
+    coloured, alike = np.zeros(covered.shape, bool), np.zeros(covered.shape, bool)
     for number, piece in enumerate(pieces):
         mine = open_to & (owner == number)
         further, sound = carried_on(cloth.mesh, piece, mine, abs(float(np.linalg.det(cloth.basis))))
         light = cloth.mesh.smooth_to_pixels(further.rho[..., None], (slice(0, height), slice(0, width)))
         carried.append(further)
         possible.append(mine & (gaussian(cloth.mesh.pixels_of(sound).astype(np.float64), cloth.mesh.cell / 2) > 0.5))
-        own, wider = colours_of(cloth, found, light)
+        own, wide = colours_of(cloth, found, light)
         coloured |= mine & own
-        wide |= mine & wider
+        alike |= mine & own & ~wide
     # Straight on, the pattern soon lies beside what the photo shows.
-    close = np.any(possible, axis=0) | (gaps.min(0) < STRAIGHT * cloth.step_px)
-    whole = cleaned(covered | (coloured & ~wide & close), cloth.sigma_px / 2)
+    reached = np.any(possible, axis=0) & (gaps.min(0) < cloth.step_px)
+    whole = covered | (alike & (reached | (gaps.min(0) < STRAIGHT * cloth.step_px)))
+    if cloth.in_region:
+        light = light_around(cloth, found)
+        own = coloured_as(palette(found.texel), cloth, found, light, SHADES)
+        alike |= open_to & own & ~colours_of(cloth, found, light)[1]
+        coloured |= open_to & coloured_as(palette(found.texel), cloth, found, light, (SHADES[0], GLARING))
+        whole |= solid(covered | alike, SOLID * cloth.step_px)
+    whole = cleaned(whole, cloth.sigma_px / 2)
     # What is left amid cloth, and no larger than this, is no belt.
     spots = small_parts(enclosed(whole), SPOT * cloth.step_px**2) & open_to & coloured
     whole = cleaned(whole | spots, cloth.sigma_px / 2)
@@ -109,6 +121,33 @@ def small_parts(mask: Bools, most: float) -> Bools:
     return np.asarray(mask & (stats[:, cv2.CC_STAT_AREA] <= most)[labels], np.bool_)
 
 
+def solid(mask: Bools, radius_px: float) -> Bools:
+    """Return what discs of that radius cover of a mask (H, W)."""
+    side = 2 * round(radius_px) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc) > 0, np.bool_)
+
+
+def light_around(cloth: Cloth, found: Fit) -> Floats:
+    """Return the light (H, W, 1) in which each neighbourhood would have the texel's mean brightness."""
+    mass = gaussian(cloth.valid.astype(np.float64), cloth.step_px / 2)
+    seen = gaussian(cloth.photo.mean(-1) * cloth.valid, cloth.step_px / 2) / np.maximum(mass, 1e-6)
+    return np.asarray(seen[..., None] / max(float(found.texel.pixels.mean()), 1e-6), np.float64)
+
+
+def coloured_as(colours: Singles, cloth: Cloth, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:
+    """Return which pixels (H, W) have one of the colours (k, 3) in a shade of the light (H, W, 1)."""
+    near = np.zeros(cloth.valid.shape, bool)
+    for colour in colours:
+        near |= from_shades(cloth.photo, light * colour, shades) < limit_of(found) * light[..., 0]
+    return np.asarray(gaussian(near.astype(np.float64), 1.5) > 0.6, np.bool_)
+
+
+def limit_of(found: Fit) -> float:
+    """Return the distance, at a shading of one, of a colour from the texel's that is one of them."""
+    return max(OFF, 3 * float(np.sqrt(found.tolerance.noise)))
+
+
 def colours_of(cloth: Cloth, found: Fit, light: Floats) -> tuple[Bools, Bools]:
     """Return which pixels (H, W) have a colour of the texel, and which are in a patch wider than its are.
 
@@ -116,15 +155,11 @@ def colours_of(cloth: Cloth, found: Fit, light: Floats) -> tuple[Bools, Bools]:
     """
     colours = palette(found.texel, GROUPS)
     off = np.stack([from_shades(cloth.photo, light * colour, SHADES) for colour in colours])
-    limit = max(OFF, 3 * float(np.sqrt(found.tolerance.noise))) * light[..., 0]
-    own, nearly = off.min(0) < limit, off.min(0) < 2 * limit
-    nearest, wide = off.argmin(0), np.zeros(own.shape, bool)
+    nearly, nearest = off.min(0) < 2 * limit_of(found) * light[..., 0], off.argmin(0)
+    wide = np.zeros(nearly.shape, bool)
     for number, radius in enumerate(radii(found.texel, colours)):
-        side = 2 * int(WIDER * radius + 1) + 1
-        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-        patches = (nearly & (nearest == number)).astype(np.uint8)
-        wide |= cv2.morphologyEx(patches, cv2.MORPH_OPEN, disc) > 0
-    return np.asarray(gaussian(own.astype(np.float64), 1.5) > 0.6, np.bool_), wide
+        wide |= solid(np.asarray(nearly & (nearest == number), np.bool_), int(WIDER * radius + 1))
+    return coloured_as(colours, cloth, found, light, SHADES), wide
 
 
 def radii(texel: Texel, colours: Singles) -> Floats:

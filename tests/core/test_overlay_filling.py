@@ -6,7 +6,7 @@ import pytest
 from core.arrays import Bools, Floats
 from core.overlay.alignment import Frames
 from core.overlay.cloth import Cloth, Fit, estimated, make_cloth, measured
-from core.overlay.filling import carried_on, filled, small_parts
+from core.overlay.filling import Filling, carried_on, filled, small_parts, solid
 from core.overlay.lattice import Lattice
 from core.overlay.registration import State
 from core.overlay.seeding import flat_canvas
@@ -29,8 +29,8 @@ def straight(photo: Floats, valid: Bools) -> tuple[Cloth, State]:
     return cloth, State(uv, 0.9 + 0.25 * np.sin(uv @ np.array([0.5, 0.6])), np.ones(cloth.mesh.cells, bool))
 
 
-def fill(photo: Floats, missing: Bools, valid: Bools | None = None) -> tuple[Floats, Bools]:
-    """Return the coordinates (H, W, 2) and the pixels that are filled of those that are missing."""
+def filling(photo: Floats, missing: Bools, valid: Bools | None = None) -> tuple[Cloth, Filling]:
+    """Return the cloth and what is filled where it is missing."""
     cloth, whole = straight(photo, np.ones(SIZE, bool) if valid is None else valid)
     cells = cloth.mesh.cell_means(missing.astype(float)) == 0
     piece = State(whole.uv + 0.0, whole.rho + 0.0, cells)
@@ -38,10 +38,23 @@ def fill(photo: Floats, missing: Bools, valid: Bools | None = None) -> tuple[Flo
     unknown = ~cloth.mesh.nodes_of(cells)
     piece.uv[unknown], piece.rho[unknown] = 0.0, 9.0
     found: Fit = measured(cloth, estimated(cloth, (piece,)), (piece,))
-    more = filled(cloth, found, [piece], [cloth.mesh.pixels_of(cells) & cloth.valid])
+    return cloth, filled(cloth, found, [piece], [cloth.mesh.pixels_of(cells) & cloth.valid])
+
+
+def fill(photo: Floats, missing: Bools, valid: Bools | None = None) -> tuple[Floats, Bools]:
+    """Return the coordinates (H, W, 2) and the pixels that the mesh fills of those that are missing."""
+    cloth, more = filling(photo, missing, valid)
     if not more.pieces:
         return np.zeros((*SIZE, 2)), np.zeros(SIZE, bool)
     return cloth.mesh.smooth_to_pixels(more.pieces[0].uv, (slice(0, SIZE[0]), slice(0, SIZE[1]))), more.masks[0]
+
+
+def in_region(photo: Floats, missing: Bools) -> Bools:
+    """Return the pixels that are filled of those that are missing from a region that the artist gave."""
+    valid = np.ones(SIZE, bool)
+    valid[:6] = False
+    more = filling(photo, missing, valid)[1]
+    return np.asarray(np.any([more.apart, *more.masks], axis=0), np.bool_)
 
 
 def in_hole() -> Bools:
@@ -85,6 +98,39 @@ def test_cloth_at_the_edge_is_filled_only_where_the_artist_says_that_it_is_cloth
     more = fill(SCENE.photo, missing, valid)[1]
     assert more[10:160, 174:186].mean() > 0.8
     assert not more[:6].any()
+
+
+def test_cloth_in_a_region_is_filled_however_far_but_nothing_of_another_colour() -> None:
+    missing, photo = np.zeros(SIZE, bool), SCENE.photo.copy()
+    missing[:, 90:] = True
+    assert in_region(photo, missing)[10:160, 96:].mean() > 0.9
+    photo[60:120, 120:170] = [0.8, 0.55, 0.4]
+    hand = in_region(photo, missing)
+    assert not hand[64:116, 124:166].any()
+    assert hand[10:50, 96:].mean() > 0.9
+
+
+def test_thin_thing_of_a_colour_of_the_pattern_keeps_its_pixels_beside_the_cloth() -> None:
+    missing, photo = np.zeros(SIZE, bool), SCENE.photo.copy()
+    missing[:, 100:] = True
+    photo[:, 104:] = [0.2, 0.75, 0.15]
+    photo[80:87, 96:] = 0.8 * COLOURS[1]
+    assert not in_region(photo, missing)[:, 120:].any()
+
+
+def test_spot_in_much_more_light_amid_the_cloth_of_a_region_is_filled() -> None:
+    photo = 0.5 * SCENE.photo
+    photo[HOLE] *= 1.9
+    assert in_region(photo, in_hole())[in_hole()].mean() > 0.9
+    assert fill(photo, in_hole())[1][in_hole()].mean() < 0.5
+
+
+def test_what_is_solid_has_room_for_a_disc() -> None:
+    mask = np.zeros((30, 40), bool)
+    mask[10:21, 4:20] = mask[14:17, 20:36] = True
+    kept = solid(mask, 3.0)
+    assert kept[14:17, 6:18].all()
+    assert not kept[:, 22:].any()
 
 
 def test_cloth_is_not_carried_on_where_it_would_be_crushed() -> None:
