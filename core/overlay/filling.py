@@ -2,8 +2,9 @@
 
 It has the colours of the texel, in patches that are no wider. Cloth that is followed is carried on there: by the mesh,
 or from the nearest cloth alone where the mesh would be crushed. A button or a belt has others and keeps the photo's
-pixels. In a region that the user gave it may be however far from cloth that is followed, if it is as solid as cloth is;
-where nobody said where the cloth is, only what cloth encloses is filled, and within a lattice step.
+pixels. In a region that the user gave it may be however far from cloth that is followed, if it is as solid as cloth is
+and no large sheet of its own; where nobody said where the cloth is, only what cloth encloses is filled, and within a
+lattice step.
 """
 
 from dataclasses import dataclass, replace
@@ -38,6 +39,8 @@ STRAIGHT = 0.5
 """Lattice steps by which the nearest cloth alone is carried on, but in a region that the user gave."""
 SOLID = 0.2
 """Lattice steps of the radius of a disc that fits into cloth further away."""
+PART = 0.08
+"""Area of a part further away, over that of what is followed, up to which the cloth beside it tells how it lies."""
 SPOT = 2.0
 """Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
 
@@ -82,7 +85,8 @@ def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) ->
         own = coloured_as(palette(found.texel), cloth, found, light, SHADES)
         alike |= open_to & own & ~colours_of(cloth, found, light)[1]
         coloured |= open_to & coloured_as(palette(found.texel), cloth, found, light, (SHADES[0], GLARING))
-        whole |= solid(covered | alike, SOLID * cloth.step_px)
+        further = solid(covered | alike, SOLID * cloth.step_px) & ~whole
+        whole |= small_parts(further, PART * float(covered.sum()))
     whole = cleaned(whole, cloth.sigma_px / 2)
     # What is left amid cloth, and no larger than this, is no belt.
     spots = small_parts(enclosed(whole), SPOT * cloth.step_px**2) & open_to & coloured

@@ -21,6 +21,7 @@ import scipy
 from core.arrays import Bools, Floats, Singles
 from core.overlay.bands import bands
 from core.overlay.composition import finite
+from core.overlay.contrast import contrast_of
 from core.overlay.mesh import around
 from core.overlay.misplaced import misplaced
 from core.overlay.sampling import looked_up
@@ -78,11 +79,13 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
     noise = max(float(np.median(np.abs(detail[covered]))), LEAST_NOISE)
     rest = np.nan_to_num(detail)
     rest[covered] -= recurring(rest[covered], uv[covered], texel.shape, noise)
+    faded = contrast_of(rest, uv, shading, texel, basis, noise)
     soft, before, other = texel.blurred(1.0, basis), rest.copy(), np.zeros(covered.shape, bool)
     for first, top, bottom, last in bands(len(rest), margin=int(6 * SIGMA_PX)):
         part, own = slice(first, last), slice(top - first, bottom - first)
         light, model, effects = modelled(uv[part], shading[part], texel, soft, basis)
-        rest[top:bottom] -= explained(before[part], effects, covered[part], noise)[own]
+        seen = before[part] - faded.within(model, covered[part], first)
+        rest[top:bottom] = (seen - explained(seen, effects, covered[part], noise))[own]
         other[top:bottom] = misplaced(np.nan_to_num(detail[part]), model, light, texel, noise)[own]
     clear = covered & (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
     strength, out = strength_of(rest, uv, clear, texel.shape, basis), before

@@ -100,14 +100,32 @@ def test_cloth_at_the_edge_is_filled_only_where_the_artist_says_that_it_is_cloth
     assert not more[:6].any()
 
 
-def test_cloth_in_a_region_is_filled_however_far_but_nothing_of_another_colour() -> None:
-    missing, photo = np.zeros(SIZE, bool), SCENE.photo.copy()
+FAR = (slice(68, 98), slice(168, 190))
+"""Further than a lattice step from what is followed where `at_the_edge` is missing."""
+
+
+def at_the_edge() -> Bools:
+    missing = np.zeros(SIZE, bool)
+    missing[40:126, 136:] = True
+    return missing
+
+
+def test_cloth_in_a_region_is_filled_however_far() -> None:
+    assert in_region(SCENE.photo, at_the_edge())[FAR].mean() > 0.9
+
+
+def test_hand_in_a_region_keeps_its_pixels() -> None:
+    photo = SCENE.photo.copy()
+    photo[64:102, 156:] = [0.8, 0.55, 0.4]
+    filled_there = in_region(photo, at_the_edge())
+    assert not filled_there[68:98, 160:].any()
+    assert filled_there[44:60, 150:].mean() > 0.9
+
+
+def test_large_sheet_of_its_own_in_a_region_is_not_made_up() -> None:
+    missing = np.zeros(SIZE, bool)
     missing[:, 90:] = True
-    assert in_region(photo, missing)[10:160, 96:].mean() > 0.9
-    photo[60:120, 120:170] = [0.8, 0.55, 0.4]
-    hand = in_region(photo, missing)
-    assert not hand[64:116, 124:166].any()
-    assert hand[10:50, 96:].mean() > 0.9
+    assert not in_region(SCENE.photo, missing)[20:150, 140:].any()
 
 
 def test_thin_thing_of_a_colour_of_the_pattern_keeps_its_pixels_beside_the_cloth() -> None:
