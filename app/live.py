@@ -19,7 +19,7 @@ from core.document_map import MapSolver, grid_of, preset_of
 from core.grid import Features, Grid
 from core.mapping.warping import Warped
 from core.mesh import Mesh
-from core.progress import Job, Progress
+from core.progress import Job, Progress, stepwise
 
 log = logging.getLogger("weft")
 INLINE_NODES = 60_000
@@ -141,16 +141,13 @@ class LiveWarp:
 
     def _settling(self, document: Document) -> Job[Warped]:
         """Work out the final answer, and put the first one without folds where `update` finds it."""
-        job = self._final_solver.settle(document)
-        while True:
-            try:
-                step = next(job)
-            except StopIteration as finish:
-                result: Warped = finish.value
-                return result
+
+        def keep(step: Progress) -> Progress:
             if step.preview is not None:
                 self._unfolded = document, step.preview
-            yield step
+            return step
+
+        return stepwise(self._final_solver.settle(document), keep)
 
     def _show_unfolded(self) -> None:
         """Show the newest answer without folds on the way to the final one."""

@@ -5,7 +5,7 @@ cancelling, previews and tests.
 """
 
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, TypeVar
 
 T = TypeVar("T")
@@ -38,12 +38,17 @@ def run(job: Job[T], report: Callable[[Progress], None] | None = None) -> T:
             report(step)
 
 
-def part(job: Job[T], start: float, end: float) -> Job[T]:
-    """Run `job` as the part of a longer one that takes the fraction from `start` to `end`."""
+def stepwise(job: Job[T], change: Callable[[Progress], Progress]) -> Job[T]:
+    """Run `job` with what `change` makes of each step in its place."""
     while True:
         try:
             step = next(job)
         except StopIteration as finish:
             result: T = finish.value
             return result
-        yield Progress(start + (end - start) * step.fraction, step.note, step.preview)
+        yield change(step)
+
+
+def part(job: Job[T], start: float, end: float) -> Job[T]:
+    """Run `job` as the part of a longer one that takes the fraction from `start` to `end`."""
+    return stepwise(job, lambda step: replace(step, fraction=start + (end - start) * step.fraction))

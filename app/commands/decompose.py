@@ -19,7 +19,7 @@ from core.overlay.laying import encoded, searchable
 from core.overlay.pictures import stage_picture
 from core.overlay.seeding import NoPatternError
 from core.overlay.stages import Stage
-from core.progress import Job
+from core.progress import Job, Progress, stepwise
 
 T = TypeVar("T")
 
@@ -82,17 +82,15 @@ def given_lattice(path: Path | None) -> list[Lattice] | None:
 
 def watched(job: Job[T], shown: list[Stage]) -> Job[T]:
     """Run a job and keep the last preview of every stage."""
-    while True:
-        try:
-            step = next(job)
-        except StopIteration as end:
-            result: T = end.value
-            return result
+
+    def keep(step: Progress) -> Progress:
         if isinstance(step.preview, Stage):
             if shown and shown[-1].name == step.preview.name:
                 shown.pop()
             shown.append(step.preview)
-        yield step
+        return step
+
+    return stepwise(job, keep)
 
 
 def write_stages(folder: Path, photo: Floats, shown: list[Stage]) -> None:

@@ -40,7 +40,7 @@ from core.mapping.junctions import can_fit, fit_between
 from core.mapping.own_sizes import EXACT, bisected, snapped
 from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
-from core.progress import Job, Progress, part
+from core.progress import Job, Progress, part, stepwise
 
 Search = Callable[..., Job[Solution]]
 
@@ -150,13 +150,7 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution, searc
 
 def _unseen(job: Job[Solution]) -> Job[Solution]:
     """Run `job` without its previews, which are of another grid."""
-    while True:
-        try:
-            step = next(job)
-        except StopIteration as finish:
-            found: Solution = finish.value
-            return found
-        yield replace(step, preview=None)
+    return stepwise(job, lambda step: replace(step, preview=None))
 
 
 def _nearby(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:

@@ -8,30 +8,22 @@ import numpy as np
 import pytest
 
 from app.render import draft, gpu, source
-from app.render.renderer import Renderer
 from app.render.scene import Scene
 from app.render.source import Limits, Source
 from app.spaces import View
-from core.arrays import Bytes
 from core.images import Image
 from tests.gpu import scenes
+from tests.gpu.surface import Surface
 
 pytestmark = pytest.mark.gpu
 WIDTH, HEIGHT = 240, 180
 
 
-class Screen:
+class Screen(Surface):
     """A framebuffer in the place of a window."""
 
     def __init__(self, frame_s: float) -> None:
-        context = gpu.standalone()
-        self.framebuffer = context.simple_framebuffer((WIDTH, HEIGHT), 4)
-        self.renderer = Renderer(context, frame_s=frame_s)
-
-    def shot(self, scene: Scene) -> Bytes:
-        self.framebuffer.use()
-        self.renderer.draw(scene, (0, 0, WIDTH, HEIGHT))
-        return np.frombuffer(self.framebuffer.read(), np.uint8).reshape(HEIGHT, WIDTH, 3)
+        super().__init__((WIDTH, HEIGHT), frame_s)
 
 
 @pytest.fixture

@@ -7,33 +7,24 @@ import moderngl
 import numpy as np
 import pytest
 
-from app.render import gpu
-from app.render.renderer import Renderer
 from app.render.scene import Marks, Scene
 from app.spaces import View
 from core.arrays import Bytes
 from core.images import Image
 from core.raster import Raster
 from tests.gpu import scenes
+from tests.gpu.surface import Surface
 
 pytestmark = pytest.mark.gpu
 WIDTH, HEIGHT = 300, 220
 MOST_FRAMES = 100
 
 
-class Screen:
+class Screen(Surface):
     """A framebuffer in the place of a window, whose renderer may take `frame_s` of a frame."""
 
     def __init__(self, frame_s: float) -> None:
-        context = gpu.standalone()
-        self.framebuffer = context.simple_framebuffer((WIDTH, HEIGHT), 4)
-        self.renderer = Renderer(context, frame_s=frame_s)
-
-    def shot(self, scene: Scene) -> Bytes:
-        """Draw one frame and return what is seen, (h, w, 3)."""
-        self.framebuffer.use()
-        self.renderer.draw(scene, (0, 0, WIDTH, HEIGHT))
-        return np.frombuffer(self.framebuffer.read(), np.uint8).reshape(HEIGHT, WIDTH, 3)
+        super().__init__((WIDTH, HEIGHT), frame_s)
 
     def rest(self, scene: Scene) -> list[Bytes]:
         """Draw frames until nothing gets better."""

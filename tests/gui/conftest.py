@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from imgui_bundle import imgui
 
 from app.editor import Editor
 from app.jobs import Jobs
@@ -50,3 +51,18 @@ def editor() -> Iterator[Editor]:
     jobs = Jobs()
     yield Editor(document(600, 400, cell_px=20.0), TOOLS, jobs=jobs, exporter=endless)
     jobs.close()
+
+
+@pytest.fixture
+def io() -> Iterator[imgui.IO]:
+    """Make Dear ImGui without a window."""
+    before = imgui.get_current_context()
+    context = imgui.create_context()
+    imgui.set_current_context(context)
+    io = imgui.get_io()
+    io.display_size, io.delta_time = imgui.ImVec2(2000, 100), 0.1
+    io.backend_flags |= int(imgui.BackendFlags_.renderer_has_textures)
+    yield io
+    imgui.destroy_context(context)
+    if before is not None:
+        imgui.set_current_context(before)

@@ -1,7 +1,5 @@
 """Chords that are struck faster than frames are drawn."""
 
-from collections.abc import Iterator
-
 import pytest
 from imgui_bundle import imgui
 
@@ -9,21 +7,6 @@ from app.events import Key, Modifiers
 from app.ui.input import Chords, awaits_more, key_events
 
 CTRL = (imgui.Key.left_ctrl, imgui.Key.mod_ctrl)
-
-
-@pytest.fixture
-def io() -> Iterator[imgui.IO]:
-    """Make Dear ImGui without a window."""
-    before = imgui.get_current_context()
-    context = imgui.create_context()
-    imgui.set_current_context(context)
-    io = imgui.get_io()
-    io.display_size, io.delta_time = imgui.ImVec2(100, 100), 0.1
-    io.backend_flags |= int(imgui.BackendFlags_.renderer_has_textures)
-    yield io
-    imgui.destroy_context(context)
-    if before is not None:
-        imgui.set_current_context(before)
 
 
 def press(io: imgui.IO, *keys: imgui.Key, down: bool) -> None:

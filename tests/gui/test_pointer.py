@@ -1,7 +1,5 @@
 """What of the pointer's way between two frames is looked at."""
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from imgui_bundle import imgui
@@ -23,21 +21,6 @@ def test_a_turn_of_the_hand_is_kept() -> None:
 
 def test_a_fast_hand_gives_no_more_places_than_a_frame_can_take() -> None:
     assert len(spaced([(10.0 * x, 0.0) for x in range(500)], None)) <= MOST_WAY
-
-
-@pytest.fixture
-def io() -> Iterator[imgui.IO]:
-    """Make Dear ImGui without a window."""
-    before = imgui.get_current_context()
-    context = imgui.create_context()
-    imgui.set_current_context(context)
-    io = imgui.get_io()
-    io.display_size, io.delta_time = imgui.ImVec2(2000, 100), 0.1
-    io.backend_flags |= int(imgui.BackendFlags_.renderer_has_textures)
-    yield io
-    imgui.destroy_context(context)
-    if before is not None:
-        imgui.set_current_context(before)
 
 
 @pytest.mark.parametrize(("place_s", "most"), [(WAY_S / 1000, MOST_WAY), (WAY_S / 4, 4), (WAY_S * 3, 1)])
