@@ -23,7 +23,7 @@ from core.warps.warp import Warp, compose, resize
 
 _NOWHERE: Points = np.empty((0, 2))
 NEW_HANDLES_AT_ONCE = 4
-"""Each new handle costs a solve; so many fit into a frame."""
+"""With a free frame each new handle costs a solve; so many fit into a frame."""
 _EDGE_SAMPLES = 65
 """Points of a side at which a cubic is fitted to it."""
 
@@ -103,10 +103,10 @@ class MapSolver:
         """The places that the editing system has responses for."""
 
     def is_heavy(self, document: Document) -> bool:
-        """Return whether the next answer needs more than a frame's time: another grid, or many new handles."""
+        """Return whether the next answer needs more than a frame's time: another grid, or a free one's new handles."""
         if self._live is None or self._live.grid != grid_of(document):
             return True
-        if not document.pins and not document.curves:
+        if document.warp.frame == "held" or not (document.pins or document.curves):
             return False
         if self._editing is None or self._editing.frame != document.warp.frame:
             return True

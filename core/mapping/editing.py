@@ -9,40 +9,36 @@ that is no similarity (d/d conj z); E is then zero for similarities and for noth
 agree with one similarity of the base give that similarity. The second term is what keeps handles from drawing the
 picture into spikes; ℓ is the distance over which they are rounded.
 
-The matrix A of E is factorised once per grid. With C the bilinear weights of the handles, d = A⁻¹ Cᵀ λ + Q m where
-S = C A⁻¹ Cᵀ is as small as the number of handles, and Q spans the similarities (frame free; Qᵀ Cᵀ λ = 0) or nothing
-(frame held). A new handle costs one solve, for its column of A⁻¹ Cᵀ and of S. While there are few handles their columns
-are kept, and d is a sum of columns; while there are many, d costs a solve.
+With A the matrix of E and C the bilinear weights of the handles, d = A⁻¹ Cᵀ λ + Q m where S = C A⁻¹ Cᵀ is as small as
+the number of handles, and Q spans the similarities (frame free; Qᵀ Cᵀ λ = 0) or nothing (frame held).
 """
 
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+from scipy.linalg import lapack
 
 from core.arrays import InputError, Points
-from core.factor import Factor
 from core.grid import Grid
-from core.mapping.exact import as_one, as_two
 from core.mapping.frames import Complexes, as_complex, as_positions
+from core.mapping.free_plate import FreePlate
 from core.mapping.handles import Handles
+from core.mapping.held_plate import HeldPlate
 from core.tracing import span
 
 Frame = Literal["held", "free"]
 
-_RIDGE = 1e-7
-"""Makes A definite where the frame is free; Q carries what it would hold back."""
 _REFINEMENTS = 3
 _EXACT = 1e-12
 _TOGETHER = 1e-12
 """Handles whose responses differ by no more than this share are taken as one."""
-_KEPT_AT_MOST = 4_000_000
-"""Numbers in the columns that are kept: more would take more memory than a solve takes time."""
+_APART = 1e-5
+"""Pivots down to this share of the largest one, squared, tell of handles that are surely apart."""
 
 
 class Editing:
-    """Deform a grid by handles at any places of the picture; factor once per grid, solve once per frame.
+    """Deform a grid by handles at any places of the picture; prepare once per grid, solve once per frame.
 
     Parameters
     ----------
@@ -58,18 +54,13 @@ class Editing:
         self.grid, self.frame = grid, frame
         self._length = float(np.hypot(grid.width_px, grid.height_px))
         rounded = smoothness * float(np.hypot(*grid.shape))
-        self._free = np.flatnonzero(~grid.outline) if frame == "held" else np.arange(grid.size)
-        first = _gradient(grid) if frame == "held" else _opposite_part(grid)
-        A = sparse.csc_array(first + rounded**2 * _bending(grid))[self._free][:, self._free]
+        self._plate: HeldPlate | FreePlate | None = None
+        """None where no node can move."""
         if frame == "free":
-            A = A + _RIDGE * sparse.eye_array(grid.size)
-        self._factor = Factor(A) if self._free.size else None
-        self._scalar: Any = np.float64 if frame == "held" else np.complex128
+            self._plate = FreePlate(grid, cell=_cell(grid), rounded=rounded)
+        elif min(grid.shape) > 2:
+            self._plate = HeldPlate(grid, cell=_cell(grid), rounded=rounded)
         self._points = np.empty((0, 2))
-        self._weights = sparse.csr_array((0, grid.size))
-        self._S: NDArray[Any] = np.empty((0, 0), self._scalar)
-        self._columns: NDArray[Any] | None = np.empty((0, self._free.size), self._scalar)
-        """A⁻¹ Cᵀ, a row per handle; None where it is not kept."""
         self._inverse: NDArray[Any] = np.empty((0, 0))
 
     def hold(self, points: Points) -> None:
@@ -79,14 +70,15 @@ class Editing:
         inside: what lies on the frame no handle can move.
         """
         points = np.asarray(points, np.float64).reshape(-1, 2)
-        if self._factor is None or np.array_equal(points, self._points):
+        if self._plate is None or np.array_equal(points, self._points):
             return
         with span("handles", count=len(points)):
-            weights = self._weights_at(self._inside(points))
-            self._S, self._columns = self._responses(points, weights)
-            self._points, self._weights = points.copy(), weights
-            system = np.block([[self._S, self._similar()], [self._similar().conj().T, np.zeros((self._spare,) * 2)]])
-            self._inverse = np.linalg.pinv(system, rcond=_TOGETHER, hermitian=True)
+            S = self._plate.hold(self._inside(points))
+            self._points = points.copy()
+            if self.frame == "free":
+                Q = self._similar()
+                S = np.block([[S, Q], [Q.conj().T, np.zeros((self._spare,) * 2)]])
+            self._inverse = _inverse(S)
 
     def solve(self, targets: Points, base: Points | None = None) -> Points:
         """Return where the nodes (R, C, 2) go so that the handles reach `targets` (n, 2).
@@ -94,37 +86,29 @@ class Editing:
         `base` (R, C, 2) is where they go without handles, by default where they are; its outline is the frame.
         """
         start = as_complex(self.grid.nodes if base is None else base)
-        if self._factor is None or not len(self._points):
+        if self._plate is None or not len(self._points):
             return as_positions(start.copy())
         with span("editing"):
-            goal = as_complex(np.asarray(targets, np.float64)) - _times(self._weights_at(self._points), start.ravel())
-            d = np.zeros(self.grid.size, np.complex128)
+            goal = as_complex(np.asarray(targets, np.float64)) - self._at(self._points, start.ravel())
+            held = self._inside(self._points)
+            d, rest = np.zeros(self.grid.size, np.complex128), goal
             for _ in range(_REFINEMENTS):
-                d += self._displacement(goal - _times(self._weights, d))
-                if np.abs(goal - _times(self._weights, d)).max() < _EXACT * np.abs(goal).max():
+                d += self._displacement(rest)
+                rest = goal - self._at(held, d)
+                if np.abs(rest).max() < _EXACT * np.abs(goal).max():
                     break
         return as_positions(start + d.reshape(start.shape))
 
     def _displacement(self, goal: Complexes) -> Complexes:
         """Return the nodes' d (N,) for the handles' d (n,)."""
-        assert self._factor is not None
+        assert self._plate is not None
         found = self._inverse @ np.concatenate([goal, np.zeros(self._spare)])
-        d = np.zeros(self.grid.size, np.complex128)
-        d[self._free] = self._answer(found[: len(goal)])
-        if self.frame == "held":
-            return d
-        p = as_complex(self.grid.nodes).ravel() / self._length
-        d += found[-1]
-        return d + p * found[-2] if self._spare > 1 else d
-
-    def _answer(self, forces: Complexes) -> Complexes:
-        """Return A⁻¹ Cᵀ λ on the free nodes for the handles' λ (n,)."""
-        assert self._factor is not None
-        if self._columns is not None:
-            held = self.frame == "held"
-            return as_one(self._columns.T @ as_two(forces)) if held else np.asarray(self._columns.T @ forces)
-        load = np.asarray(self._weights.T @ forces)[self._free]
-        return as_one(self._factor.solve(as_two(load))) if self.frame == "held" else self._factor.solve(load)
+        d = self._plate.answer(found[: len(goal)])
+        if self._spare:
+            d += found[-1]
+        if self._spare > 1:
+            d += as_complex(self.grid.nodes).ravel() / self._length * found[-2]
+        return d
 
     @property
     def _spare(self) -> int:
@@ -142,84 +126,30 @@ class Editing:
         margin = np.minimum(self.grid.cell, np.array([self.grid.width_px, self.grid.height_px]) / 2)
         return np.clip(points, margin - 0.5, [self.grid.width_px, self.grid.height_px] - margin - 0.5)
 
-    def _weights_at(self, points: Points) -> sparse.csr_array:
-        """Return C (n, N)."""
+    def _at(self, points: Points, z: Complexes) -> Complexes:
+        """Return C z for z (N,)."""
         nodes, weights = self.grid.weights_at(points)
-        return sparse.csr_array(
-            (weights.ravel(), nodes.ravel(), np.arange(0, nodes.size + 1, 4)), shape=(len(points), self.grid.size)
-        )
-
-    def _responses(self, points: Points, weights: sparse.csr_array) -> tuple[NDArray[Any], NDArray[Any] | None]:
-        """Return S and A⁻¹ Cᵀ, in which what belongs to places known before is kept."""
-        assert self._factor is not None
-        known = {tuple(point): i for i, point in enumerate(self._points.tolist())}
-        before = np.array([known.get(tuple(point), -1) for point in points.tolist()], np.int64)
-        old = np.flatnonzero(before >= 0)
-        S = np.zeros((len(points), len(points)), self._scalar)
-        S[np.ix_(old, old)] = self._S[np.ix_(before[old], before[old])]
-        columns = None
-        if len(points) * self._free.size <= _KEPT_AT_MOST and (self._columns is not None or not old.size):
-            columns = np.empty((len(points), self._free.size), self._scalar)
-            if self._columns is not None:
-                columns[old] = self._columns[before[old]]
-        C = sparse.csr_array(weights[:, self._free])
-        for j in np.flatnonzero(before < 0):
-            column = self._factor.solve(C[[j]].toarray()[0])
-            S[:, j] = C @ column
-            S[j, :] = S[:, j].conj()
-            if columns is not None:
-                columns[j] = column
-        return S, columns
+        return np.asarray((z[nodes] * weights).sum(axis=1))
 
 
-def _times(matrix: sparse.csr_array, z: Complexes) -> Complexes:
-    return np.asarray(matrix @ z, np.complex128)
-
-
-def _steps(count: int, cell: float) -> sparse.csr_array:
-    """Return first differences over `count` nodes, per unit length."""
-    return sparse.csr_array(sparse.diags_array([-1 / cell, 1 / cell], offsets=[0, 1], shape=(count - 1, count)))
-
-
-def _means(count: int) -> sparse.csr_array:
-    return sparse.csr_array(sparse.diags_array([0.5, 0.5], offsets=[0, 1], shape=(count - 1, count)))
-
-
-def _axes(grid: Grid) -> tuple[float, float]:
+def _cell(grid: Grid) -> tuple[float, float]:
     """Return width and height of a cell in units of their mean."""
     width, height = grid.cell
     unit = float(np.sqrt(width * height))
     return width / unit, height / unit
 
 
-def _gradient(grid: Grid) -> sparse.csr_array:
-    """Return the matrix of Σ |d_x|² + |d_y|²."""
-    width, height = _axes(grid)
-    across = sparse.kron(sparse.eye_array(grid.rows), _steps(grid.columns, width))
-    down = sparse.kron(_steps(grid.rows, height), sparse.eye_array(grid.columns))
-    return sparse.csr_array(across.T @ across + down.T @ down)
+def _inverse(system: NDArray[Any]) -> NDArray[Any]:
+    """Return the inverse of a symmetric matrix; one that is not regular has a pseudoinverse.
 
-
-def _opposite_part(grid: Grid) -> sparse.csr_array:
-    """Return the matrix of Σ |d_x + i d_y|², which vanishes for similarities."""
-    width, height = _axes(grid)
-    across = sparse.kron(_means(grid.rows), _steps(grid.columns, width))
-    down = sparse.kron(_steps(grid.rows, height), _means(grid.columns))
-    total = sparse.csr_array(across + 1j * down)
-    return sparse.csr_array(total.conj().T @ total)
-
-
-def _bending(grid: Grid) -> sparse.csr_array:
-    """Return the matrix of Σ |d_xx|² + 2 |d_xy|² + |d_yy|², which vanishes for affine maps."""
-    width, height = _axes(grid)
-    x, y = _steps(grid.columns, width), _steps(grid.rows, height)
-    rows, columns = sparse.eye_array(grid.rows), sparse.eye_array(grid.columns)
-    parts = [np.sqrt(2) * sparse.kron(y, x)]
-    if grid.columns > 2:
-        parts.append(sparse.kron(rows, _steps(grid.columns - 1, width) @ x))
-    if grid.rows > 2:
-        parts.append(sparse.kron(_steps(grid.rows - 1, height) @ y, columns))
-    return sparse.csr_array(sum(part.T @ part for part in parts))
+    Where the pivots say that a matrix is definite and all handles are apart, its inverse costs little.
+    """
+    if not np.iscomplexobj(system):
+        L, fault = lapack.dpotrf(system, lower=True)
+        if not fault and (np.diag(L) > _APART * np.diag(L).max(initial=0)).all():
+            half, _ = lapack.dpotri(L, lower=True)
+            return np.asarray(np.tril(half) + np.tril(half, -1).T)
+    return np.linalg.pinv(system, rcond=_TOGETHER, hermitian=True)
 
 
 def edit_grid(grid: Grid, handles: Handles, *, base: Points | None = None, frame: Frame = "held") -> Points:

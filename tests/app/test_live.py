@@ -88,7 +88,8 @@ def test_the_final_answer_depends_on_nothing_but_the_document() -> None:
 
 def test_a_handle_that_needs_a_factorisation_does_not_hold_the_window_up() -> None:
     later = Later()
-    drive = EditorDriver(jobs=Jobs(live=later, long=InlineExecutor())).tool("pins")
+    free = document().with_warp(frame="free")
+    drive = EditorDriver(free, jobs=Jobs(live=later, long=InlineExecutor())).tool("pins")
     later.run()
     before = drive.frame().editor.answer
     drive.press(60, 50)
@@ -102,9 +103,24 @@ def test_a_handle_that_needs_a_factorisation_does_not_hold_the_window_up() -> No
     assert not later.waiting
 
 
+def test_a_curve_drawn_and_moved_within_a_held_frame_is_answered_in_the_same_frame() -> None:
+    later = Later()
+    drive = EditorDriver(jobs=Jobs(live=later, long=InlineExecutor())).tool("curves")
+    later.run()
+    drive.frame().click(40, 60).click(100, 80).click(160, 60).key("enter").drag((100, 80), (100, 95))
+    drive.editor.show(curve_side="source")
+    drive.press(100, 80)
+    for y in range(85, 92):
+        drive.move(100, y)
+        assert np.allclose(drive.screen_of(100, y), (100, 95), atol=0.5)
+        assert drive.editor.answer.document.curves == drive.document.curves
+    assert not later.waiting
+
+
 def test_what_comes_from_beside_and_what_has_changed_since_cost_one_solve() -> None:
     later = Later()
-    drive = EditorDriver(jobs=Jobs(live=later, long=InlineExecutor())).tool("pins")
+    free = document().with_warp(frame="free")
+    drive = EditorDriver(free, jobs=Jobs(live=later, long=InlineExecutor())).tool("pins")
     later.run()
     drive.press(60, 50).move(80, 50)
     later.run()

@@ -7,10 +7,11 @@ from core.arrays import InputError, Points
 from core.curves import Curve
 from core.factor import Factor
 from core.grid import Grid
-from core.mapping import editing as editing_module
+from core.mapping import free_plate
 from core.mapping.editing import Editing, Frame, edit_grid
-from core.mapping.frames import as_complex, as_positions
+from core.mapping.frames import Complexes, as_complex, as_positions
 from core.mapping.handles import Handles
+from core.mapping.held_plate import HeldPlate
 
 GRID = Grid(120, 90, cell_px=3)
 PLACES = np.array([[30.2, 40.7], [80.0, 20.0], [70.5, 61.3], [71.9, 60.1]])
@@ -73,20 +74,19 @@ def test_a_handle_added_later_gives_the_same_as_all_at_once() -> None:
     assert np.abs(late.solve(to) - EDITINGS["held"].solve(to)).max() < 1e-9
 
 
-@pytest.mark.parametrize("frame", FRAMES)
-def test_columns_that_are_kept_give_what_a_solve_gives(frame: Frame, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_columns_that_are_kept_give_what_a_solve_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     to = PLACES + np.random.default_rng(1).normal(0, 5, PLACES.shape)
-    kept, solved = Editing(GRID, frame=frame), Editing(GRID, frame=frame)
+    kept, solved = Editing(GRID, frame="free"), Editing(GRID, frame="free")
     for count in (2, 4, 3):
         kept.hold(PLACES[:count])
-        monkeypatch.setattr(editing_module, "_KEPT_AT_MOST", 3 * GRID.size)
+        monkeypatch.setattr(free_plate, "_KEPT_AT_MOST", 3 * GRID.size)
         solved.hold(PLACES[:count])
         monkeypatch.undo()
         assert np.abs(kept.solve(to[:count]) - solved.solve(to[:count])).max() < 1e-6
 
 
 def test_a_dragged_handle_costs_no_substitution(monkeypatch: pytest.MonkeyPatch) -> None:
-    editing = Editing(GRID)
+    editing = Editing(GRID, frame="free")
     editing.hold(PLACES)
 
     def refuse(*_: object) -> None:
@@ -94,6 +94,43 @@ def test_a_dragged_handle_costs_no_substitution(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(Factor, "solve", refuse)
     assert np.abs(at(PLACES, editing.solve(PLACES + [3.0, 1.0])) - PLACES - [3.0, 1.0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("size", [(120, 90), (24, 300), (90, 9), (9, 9), (6, 200)])
+def test_a_held_frame_bends_as_little_as_the_handles_allow(size: tuple[int, int]) -> None:
+    """The answer has the gradient of E at nodes that no handle holds, within the outline: zero."""
+    grid = Grid(*size, cell_px=3)
+    places = np.array([[0.4, 0.5], [0.7, 0.3], [0.71, 0.33]]) * size
+    handles = Handles(places, places + [[4.0, 1.0], [-2.0, 3.0], [-2.5, 3.0]])
+    d = as_complex(edit_grid(grid, handles) - grid.nodes)
+    unit = np.sqrt(np.prod(grid.cell))
+    width, height = grid.cell / unit
+
+    def sides(z: Complexes) -> Complexes:
+        padded = np.pad(z, 1)
+        x = (2 * z - padded[1:-1, :-2] - padded[1:-1, 2:]) / width**2
+        return np.asarray(x + (2 * z - padded[:-2, 1:-1] - padded[2:, 1:-1]) / height**2)
+
+    inner = d[1:-1, 1:-1]
+    length = 0.1 * np.hypot(*grid.shape)
+    forces = np.zeros(grid.shape, np.complex128)
+    forces[1:-1, 1:-1] = sides(inner) + length**2 * sides(sides(inner))
+    at_handles = np.zeros(grid.size, bool)
+    at_handles[grid.weights_at(handles.points(grid)[0])[0]] = True
+    loose = ~at_handles.reshape(grid.shape)
+    assert np.abs(forces).max() > 0.01
+    assert np.abs(forces[loose]).max() < 1e-9 * np.abs(forces).max()
+
+
+def test_responses_are_what_the_answers_have_at_the_places() -> None:
+    grid = Grid(300, 170, cell_px=7)
+    places = np.random.default_rng(3).uniform(8, 160, (9, 2))
+    plate = HeldPlate(grid, cell=(1.02, 0.98), rounded=5.0)
+    plate.hold(places[[2, 5]])
+    S = plate.hold(places)
+    nodes, weights = grid.weights_at(places)
+    for force, row in zip(np.eye(9, dtype=np.complex128), S, strict=True):
+        assert np.abs((plate.answer(force)[nodes] * weights).sum(axis=1) - row).max() < 1e-12 * S.max()
 
 
 def test_an_inner_curve_reaches_its_target() -> None:

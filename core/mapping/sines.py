@@ -1,0 +1,71 @@
+"""Sums of sines along an axis of a grid, which vanish at both of its ends.
+
+Over n cells they are s_k(x) = √(2 / n) sin(π k x / n), k = 1 … n - 1, orthonormal on the nodes x = 1 … n - 1. A short
+axis has them in a matrix, so that sums are a product; a long one sums by a fast transform.
+"""
+
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from core.arrays import Floats, Ints
+
+_SHORT = 400
+"""Cells up to which a product takes less time than a transform."""
+
+
+class Sines:
+    """The sines over `count` cells; coefficients of all that are summed are those of k = 1 … count - 1."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self._is_short = count <= _SHORT
+
+    @cached_property
+    def eigenvalues(self) -> Floats:
+        """What twice the value less those on both sides is to the value, at every node, for every sine."""
+        return np.asarray(4 * np.sin(np.pi * np.arange(1, self.count) / (2 * self.count)) ** 2)
+
+    def between(self, cell: Ints, share: Floats) -> Floats:
+        """Return all sines (n, count - 1), continued linearly from node to node, `share` (n,) into a `cell` (n,)."""
+        return (1 - share)[:, None] * self._at(cell) + share[:, None] * self._at(cell + 1)
+
+    def sums(self, coefficients: Floats, *, axis: int) -> Floats:
+        """Return Σ c_k s_k at all nodes, k along an axis of a table of coefficients."""
+        if self._is_short:
+            return _along(axis, self._matrix, coefficients)
+        inner = scipy.fft.dst(coefficients, type=1, axis=axis, norm="ortho")
+        return np.pad(inner, _both_ends(axis))
+
+    def cosine_sums(self, coefficients: Floats, *, axis: int) -> Floats:
+        """Return Σ c_k cos(π k x / count) at all nodes, k along an axis of a table of coefficients."""
+        if self._is_short:
+            cosines = np.cos(np.pi / self.count * self._turns(np.arange(self.count + 1)))
+            return _along(axis, cosines, coefficients)
+        return np.asarray(scipy.fft.dct(np.pad(coefficients, _both_ends(axis)), type=1, axis=axis) / 2)
+
+    @cached_property
+    def _matrix(self) -> Floats:
+        return self._values(np.arange(self.count + 1))
+
+    def _at(self, nodes: Ints) -> Floats:
+        return self._matrix[nodes] if self._is_short else self._values(nodes)
+
+    def _values(self, nodes: Ints) -> Floats:
+        """Return all sines at some nodes (n, count - 1)."""
+        values = np.sqrt(2 / self.count) * np.sin(np.pi / self.count * self._turns(nodes))
+        return np.where((nodes % self.count == 0)[:, None], 0.0, values)
+
+    def _turns(self, nodes: Ints) -> Ints:
+        """Return k x, less whole turns, so that no digits are lost."""
+        return np.outer(nodes, np.arange(1, self.count)) % (2 * self.count)
+
+
+def _along(axis: int, matrix: Floats, table: Floats) -> Floats:
+    """Return the product of a matrix with the columns of a table, or with its rows."""
+    return np.asarray(matrix @ table if axis == 0 else table @ matrix.T)
+
+
+def _both_ends(axis: int) -> list[tuple[int, int]]:
+    return [(1, 1) if axis == k else (0, 0) for k in range(2)]
