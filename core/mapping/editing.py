@@ -144,7 +144,7 @@ def _inverse(system: NDArray[Any]) -> NDArray[Any]:
 
     Where the pivots say that a matrix is definite and all handles are apart, its inverse costs little.
     """
-    if not np.iscomplexobj(system):
+    if len(system) and not np.iscomplexobj(system):
         L, fault = lapack.dpotrf(system, lower=True)
         if not fault and (np.diag(L) > _APART * np.diag(L).max(initial=0)).all():
             half, _ = lapack.dpotri(L, lower=True)

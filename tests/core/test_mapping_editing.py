@@ -122,6 +122,15 @@ def test_a_held_frame_bends_as_little_as_the_handles_allow(size: tuple[int, int]
     assert np.abs(forces[loose]).max() < 1e-9 * np.abs(forces).max()
 
 
+@pytest.mark.parametrize("frame", FRAMES)
+def test_handles_that_are_let_go_leave_the_base(frame: Frame, capfd: pytest.CaptureFixture[str]) -> None:
+    editing = Editing(GRID, frame=frame)
+    editing.hold(PLACES)
+    editing.hold(PLACES[:0])
+    assert np.array_equal(editing.solve(PLACES[:0]), GRID.nodes)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_responses_are_what_the_answers_have_at_the_places() -> None:
     grid = Grid(300, 170, cell_px=7)
     places = np.random.default_rng(3).uniform(8, 160, (9, 2))
