@@ -36,13 +36,17 @@ _AROUND = 8
 _FLAT = 0.1
 _SAME_SIZE = 0.01
 """Logarithm of a rigid feature's scale that the free nodes can take up."""
-_NONE = 1e-9
+_NONE = float(np.sqrt(np.finfo(np.float64).eps))
+"""Residual below which rounding hides whether there is a step, since its square is what the step is told by."""
 _TOUCHING = 1e-3
 """Twice the area, in cells, below which a corner counts as folded."""
 _TURN = 0.3
 """Radians by which a feature may turn at a time."""
 _RIGID = 1e3
 """How much dearer a change of a rigid feature's size is than a turn."""
+_CORNER, _CONTACT, _LIMIT = 1e3, 10.0, 1e5
+"""How much dearer than to move the whole feature as far is what a corner, a contact and the limit of a turn miss."""
+_NEWTON, _HALVINGS = 50, 30
 
 
 def fit_between(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Solution | None:
@@ -129,14 +133,9 @@ def _fitted(
         found = [_least_step(G @ half, h) for h in reach]
         if not any(step is not None for step in found):
             # What cannot all be had is missed by as little as possible, corners less than contacts.
-            cost = (
-                scene.unit
-                * np.sqrt(len(mapping.bodies[i].nodes))
-                * np.where(np.arange(len(A)) < len(scene.corners), 1e3, 10)
-            )
-            slack = np.vstack([np.diag(1 / cost), np.zeros((2, len(A)))])
-            loose = _least_step(np.hstack([G @ half, slack]), reach[0])
-            found = [None if loose is None else loose[:4]]
+            cost = scene.unit * np.sqrt(len(mapping.bodies[i].nodes)) * np.full(len(A), _CONTACT)
+            cost[: len(scene.corners)] *= _CORNER / _CONTACT
+            found = [_least_miss(G @ half, reach[0], np.append(cost, _LIMIT / np.linalg.norm(turn @ half, axis=1)))]
         places = [start + half @ step for step in found if step is not None]
         if not places:
             break
@@ -253,5 +252,26 @@ def _least_step(G: Floats, h: Floats) -> Floats | None:
     u, residual = nonnegative(E, f)
     if residual < _NONE:
         return None
-    r = E @ u - f
-    return np.asarray(-r[:-1] / r[-1])
+    # The last entry of E u - f is -|E u - f|², which this way never rounds to 0.
+    return np.asarray((E @ u - f)[:-1] / residual**2)
+
+
+def _least_miss(G: Floats, h: Floats, cost: Floats) -> Floats:
+    """Return the y that minimises |y|² + |cost max(0, h - G y)|², by Newton's method on a convex function."""
+
+    def value(y: Floats) -> float:
+        return float(y @ y + (np.maximum(0, cost * (h - G @ y)) ** 2).sum())
+
+    y = np.zeros(G.shape[1])
+    for _ in range(_NEWTON):
+        missed = h > G @ y
+        rows = cost[missed, None] * G[missed]
+        H = np.eye(len(y)) + rows.T @ rows
+        step = np.linalg.solve(H, rows.T @ (cost * h)[missed]) - y
+        length, before = 1.0, value(y)
+        while length > 0.5**_HALVINGS and value(y + length * step) >= before:
+            length /= 2
+        if length <= 0.5**_HALVINGS:
+            break
+        y = y + length * step
+    return y

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
+from core.mapping.junctions import _least_miss, _least_step
 from core.mapping.nonnegative import nonnegative
 
 
@@ -27,3 +28,26 @@ def test_columns_that_repeat_and_targets_out_of_reach_have_an_answer() -> None:
     u, distance = nonnegative(E, np.array([-3.0, 4.0]))
     assert (u == 0).all()
     assert distance == pytest.approx(5)
+
+
+@pytest.mark.parametrize("flat", [1e-2, 1e-5, 1e-7])
+def test_the_shortest_step_is_told_however_far_it_leads(flat: float) -> None:
+    step = _least_step(np.array([[flat], [-1e-12]]), np.array([1.0, -1.0]))
+    assert step is not None
+    np.testing.assert_allclose(step, [1 / flat], rtol=1e-6)
+
+
+@pytest.mark.parametrize("flat", [1e-9, 1e-12])
+def test_a_step_that_rounding_hides_is_none(flat: float) -> None:
+    with np.errstate(all="raise", under="ignore"):
+        assert _least_step(np.array([[flat]]), np.array([1.0])) is None
+
+
+def test_what_cannot_all_be_had_is_missed_as_little_as_a_step_with_slack_says() -> None:
+    for seed in range(10):
+        chance = np.random.default_rng(seed)
+        G, h, cost = chance.normal(0, 1, (30, 4)), chance.normal(1, 1, 30), chance.uniform(1, 1e3, 30)
+        assert _least_step(G, h) is None
+        slack = _least_step(np.hstack([G, np.diag(1 / cost)]), h)
+        assert slack is not None
+        np.testing.assert_allclose(_least_miss(G, h, cost), slack[:4], rtol=1e-6, atol=1e-8)
