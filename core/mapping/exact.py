@@ -61,10 +61,10 @@ class Placement:
             self._G[i, i] += field.stiffness
         self._reduced: _Reduced | None = None
 
-    def solve(
+    def find(
         self, w: Complexes, z0: Complexes, r: Complexes, scales: Floats | None, *, given: Complexes, moving: Ints
-    ) -> tuple[Complexes, Complexes]:
-        """Return c = (α, t) and v for W, the start z⁰ and the load r, all (R, C).
+    ) -> tuple[Complexes, Floats]:
+        """Return c = (α, t) and the load of v without the columns of the features `moving`, for W, the start z⁰ and r.
 
         The features `moving` find their place, with |α| = `scales`, one for each, where they are given; the others have
         that of `given`, (α, t).
@@ -76,14 +76,20 @@ class Placement:
         load = r.copy()
         for i in np.flatnonzero(np.isin(np.arange(n), moving, invert=True)):
             load[self.fields[i].window] += c[i] * self.fields[i].load[0] + c[n + i] * self.fields[i].load[1]
-        y = as_one(self._factor.forward_again(as_two(np.where(self._free, load, 0).ravel())))
+        y = self._factor.forward_again(as_two(np.where(self._free, load, 0).ravel()))
         if moving.size:
             reduced = self.prepare(moving)
             g = np.array([self.fields[i].weighed(r, z0, w, _TIE) for i in moving]).T.ravel() - (self._G @ c)[chosen]
-            g += _gathered(as_one(reduced.half.T @ as_two(y)), len(moving))
-            c[chosen] = found = _minimise(reduced.S, g, scales)
-            y += as_one(reduced.half @ as_two(_spread(found, len(moving))))
-        return c, as_one(self._factor.backward(as_two(y))).reshape(w.shape)
+            g += _gathered(as_one(reduced.half.T @ y), len(moving))
+            c[chosen] = _minimise(reduced.S, g, scales)
+        return c, y
+
+    def follow(self, c: Complexes, y: Floats, moving: Ints) -> Complexes:
+        """Return v (N,) for the features `moving` at c = (α, t) and the load that `find` gave."""
+        if moving.size:
+            chosen = np.concatenate([moving, self._count + moving])
+            y = y + self.prepare(moving).half @ as_two(_spread(c[chosen], len(moving)))
+        return as_one(self._factor.backward(y))
 
     def is_ready(self, moving: Ints) -> bool:
         """Return whether the features `moving` can be placed without new columns."""

@@ -40,6 +40,21 @@ class Solution:
         return as_positions(self.z)
 
 
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Where the bodies are for one W, before the free nodes follow them."""
+
+    alpha: Complexes
+    t: Complexes
+    w: Complexes
+    start: Complexes
+    """Node positions (R, C) that the free nodes move from."""
+    load: Floats
+    """What moves them beside the bodies that found their place."""
+    moving: Ints
+    """These bodies."""
+
+
 class FeatureMapping:
     """Map a grid as close to W as its features allow; factor once per grid and mask, solve once per frame.
 
@@ -121,43 +136,66 @@ class FeatureMapping:
         """Return where nodes and features end, given where W takes the nodes, as x + iy (R, C)."""
         if w.shape != self.grid.shape or not np.isfinite(w.view(np.float64)).all():
             raise InputError("warp: does not take every grid node to a finite position")
-        if self._placement is None:
-            return self._per_quad(w)
-        anywhere = np.zeros(len(self.bodies), np.complex128)
-        return self._exact(w, self._placement, anywhere, anywhere, np.ones(len(self.bodies), bool))
+        return self._per_quad(w) if self._placement is None else self.follow(self.pose(w))
 
-    def place_at(self, w: Complexes, alpha: Complexes, t: Complexes, *, moving: Bools | None = None) -> Solution:
-        """Return where free nodes end, given W and the similarity of every body but those `moving`, which find theirs.
-
-        Bodies that are not placed together never move.
-        """
+    def place_at(self, w: Complexes, alpha: Complexes, t: Complexes) -> Solution:
+        """Return where free nodes end, given W and the similarity of every body."""
         if self._placement is None:
             return self.place(w)
-        chosen = np.zeros(len(alpha), bool) if moving is None else moving
-        return self._exact(w, self._placement, alpha, t, chosen)
+        return self.follow(self.pose(w, alpha, t, moving=np.zeros(len(alpha), bool)))
 
-    def _exact(self, w: Complexes, placement: Placement, alpha: Complexes, t: Complexes, moving: Bools) -> Solution:
-        """Solve for free nodes, and for the features that are `moving` from given similarities."""
-        joint, alpha, t = self.joint_count, alpha.copy(), t.copy()
-        together = np.flatnonzero(moving[:joint])
+    @property
+    def has_poses(self) -> bool:
+        """Whether there are bodies that move as one each, so that they have a pose."""
+        return self._placement is not None
+
+    def pose(
+        self,
+        w: Complexes,
+        alpha: Complexes | None = None,
+        t: Complexes | None = None,
+        *,
+        moving: Bools | None = None,
+    ) -> Pose:
+        """Return where the bodies `moving`, by default all, find their place, given W and the similarity of the others.
+
+        Bodies that are not placed together never move from a similarity that is given.
+        """
+        assert self._placement is not None
+        joint = self.joint_count
+        alpha, t = (np.zeros(len(self.bodies), np.complex128) if c is None else c.copy() for c in (alpha, t))
+        moves = np.ones(len(self.bodies), bool) if moving is None else moving
+        together = np.flatnonzero(moves[:joint])
         with self.clock.measure("rhs"):
             scales = self._scales(w, together) if together.size else None
             z = w.copy()
             for body in self.bodies[:joint]:
                 z.ravel()[body.nodes] = 0
             for i, body in enumerate(self.bodies[joint:], joint):
-                if moving[i]:
+                if moves[i]:
                     alpha[i], t[i] = self._alone(body, w)
                 z.ravel()[body.nodes] = body.place(alpha[i], t[i])
-            r = self._load(w, z, placement)
-        if not placement.is_ready(together):
+            r = self._load(w, z, self._placement)
+        if not self._placement.is_ready(together):
             with one_thread(), self.clock.measure("factor"):
-                placement.prepare(together)
+                self._placement.prepare(together)
         with one_thread(), self.clock.measure("solve"):
             given = np.concatenate([alpha[:joint], t[:joint]])
-            c, v = placement.solve(w, z, r, scales, given=given, moving=together)
+            c, load = self._placement.find(w, z, r, scales, given=given, moving=together)
             alpha[:joint], t[:joint] = c[:joint], c[joint:]
-            z += v
+        return Pose(alpha, t, w, z, load, together)
+
+    def follow(self, pose: Pose, alpha: Complexes | None = None, t: Complexes | None = None) -> Solution:
+        """Return where free nodes end, with the bodies where the pose has them, or elsewhere."""
+        assert self._placement is not None
+        joint = self.joint_count
+        alpha, t = pose.alpha if alpha is None else alpha, pose.t if t is None else t
+        held = np.isin(np.arange(len(alpha)), pose.moving, invert=True)
+        if (alpha[held] != pose.alpha[held]).any() or (t[held] != pose.t[held]).any():
+            return self.place_at(pose.w, alpha, t)
+        with one_thread(), self.clock.measure("solve"):
+            c = np.concatenate([alpha[:joint], t[:joint]])
+            z = pose.start + self._placement.follow(c, pose.load, pose.moving).reshape(pose.w.shape)
             for body, a, b in zip(self.bodies[:joint], alpha, t, strict=False):
                 z.ravel()[body.nodes] = body.place(a, b)
         return Solution(z, alpha, t)

@@ -51,12 +51,28 @@ _NEWTON, _HALVINGS = 50, 30
 
 def fit_between(mapping: FeatureMapping, w: Complexes, solution: Solution) -> Solution | None:
     """Return the solution with features moved to where they fit between outline nodes, None if all fit already."""
-    alpha, t = solution.alpha.copy(), solution.t.copy()
+    found = fitted_places(mapping, w, solution.alpha, solution.t)
+    return None if found is None else mapping.place_at(w, *found)
+
+
+def fitted_places(
+    mapping: FeatureMapping, w: Complexes, alpha: Complexes, t: Complexes
+) -> tuple[Complexes, Complexes] | None:
+    """Return the (α, t) closest to the given ones at which features fit between outline nodes, None if all do."""
+    found, at = alpha.copy(), t.copy()
     for i, scene in _scenes(mapping, len(alpha)):
-        alpha[i], t[i] = _fitted(mapping, i, scene, w.ravel(), alpha[i], t[i])
-    if np.array_equal(alpha, solution.alpha):
-        return None
-    return mapping.place_at(w, alpha, t)
+        found[i], at[i] = _fitted(mapping, i, scene, w.ravel(), alpha[i], t[i])
+    return None if np.array_equal(found, alpha) else (found, at)
+
+
+def folds_corners(mapping: FeatureMapping, w: Complexes, alpha: Complexes, t: Complexes) -> bool:
+    """Return whether features at (α, t) fold a corner that they and the outline decide."""
+    for i, scene in _scenes(mapping, len(alpha)):
+        sides, base = scene.corner_sides()
+        there = (w.ravel()[scene.corners[:, 0]] - t[i]) / alpha[i] if alpha[i] else np.full(len(base), np.nan)
+        if not ((np.conj(sides) * there).real + base > 0).all():
+            return True
+    return False
 
 
 def can_fit(mapping: FeatureMapping, w: Complexes, count: int) -> bool:

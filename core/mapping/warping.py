@@ -4,7 +4,8 @@
 """
 
 import time
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, Literal
 
@@ -12,10 +13,10 @@ import numpy as np
 
 from core.arrays import Bools, Ints, Points
 from core.grid import Features, Grid
-from core.mapping.feature_mapping import FeatureMapping, Method, Solution
+from core.mapping.feature_mapping import FeatureMapping, Method, Pose, Solution
 from core.mapping.folds import folded_quads
-from core.mapping.frames import Complexes, as_complex
-from core.mapping.junctions import fit_between
+from core.mapping.frames import as_complex
+from core.mapping.junctions import fitted_places, folds_corners
 from core.mapping.similarity import bodies_of, fit_residual
 from core.mapping.unfold import unfold
 from core.progress import Job, run
@@ -188,59 +189,76 @@ class LiveWarp:
         Features that the picture's edge cuts are fitted between its nodes, as they are at rest, so that they need not
         jump then.
         """
-        if self._mapping is None:
-            return self._result(plain, plain)
-        w = as_complex(plain)
-        linear = self._linear(self._mapping, plain, w)
-        self._last = _Frame(self._mapping, plain, linear)
-        return self._fitted(self._mapping, w, self._result(plain, linear.positions), linear)
+        mapping = self._mapping
+        if mapping is None or not mapping.has_poses:
+            self._last = None
+            return self._result(plain, plain if mapping is None else mapping.solve(plain), self._seconds())
+        pose = self._pose(mapping, plain)
+        self._last = _Frame(mapping, plain, pose)
+        # What is tried on the way takes its time as well.
+        seconds: dict[str, float] = {}
+        shown = self._fitted(mapping, pose, lambda found: self._result(plain, found.positions, seconds))
+        seconds |= self._seconds()
+        return shown
 
-    def _fitted(self, mapping: FeatureMapping, w: Complexes, shown: Warped, linear: Solution) -> Warped:
-        """Return the answer with features that the picture's edge cuts fitted to it, where that folds less."""
-        if not _rim(shown.folded).any() or shown.folded_plain.any():
-            return shown
-        fitted = fit_between(mapping, w, linear)
-        if fitted is None:
-            return shown
-        again = self._result(shown.plain, fitted.positions)
-        if again.folded.sum() >= shown.folded.sum():
-            return shown
-        return replace(again, seconds={stage: shown.seconds[stage] + again.seconds[stage] for stage in again.seconds})
+    def _fitted(self, mapping: FeatureMapping, pose: Pose, result: Callable[[Solution], Warped]) -> Warped:
+        """Return the answer with features that the picture's edge cuts fitted to it, where that folds less.
 
-    def _linear(self, mapping: FeatureMapping, plain: Points, w: Complexes) -> Solution:
-        last = self._last
-        if mapping.method != "exact" or last is None or last.mapping is mapping or last.plain is not plain:
-            return mapping.place(w)
+        Corners that a feature and the outline decide tell in advance that it will not do without.
+        """
+        shown = None
+        if not folds_corners(mapping, pose.w, pose.alpha, pose.t):
+            shown = result(mapping.follow(pose))
+            if not _rim(shown.folded).any():
+                return shown
+        if not folded_quads(pose.w).any():
+            places = fitted_places(mapping, pose.w, pose.alpha, pose.t)
+            fitted = None if places is None else result(mapping.follow(pose, *places))
+            if fitted is not None and not fitted.folded.any():
+                return fitted
+            shown = shown or result(mapping.follow(pose))
+            if fitted is not None and fitted.folded.sum() < shown.folded.sum():
+                return fitted
+        return shown or result(mapping.follow(pose))
+
+    def _pose(self, mapping: FeatureMapping, plain: Points) -> Pose:
+        last, w = self._last, as_complex(plain)
+        if last is None or last.mapping is mapping or last.plain is not plain:
+            return mapping.pose(w)
         before = last.places_in(mapping)
         same = np.flatnonzero(before >= 0)
         came, gone = len(before) - same.size, len(last.mapping.bodies) - same.size
         if came > 1 or gone > came:
-            return mapping.place(w)
+            return mapping.pose(w)
         alpha, t = np.zeros((2, len(before)), np.complex128)
-        alpha[same], t[same] = last.solution.alpha[before[same]], last.solution.t[before[same]]
+        alpha[same], t[same] = last.pose.alpha[before[same]], last.pose.t[before[same]]
         moving = before < 0
         moving[last.bodies_near_change(mapping)] = True
         turn, self._turn = self._turn, self._turn + 1
         if same.size and turn % _FRAMES_PER_TURN == 0:
             moving[same[turn // _FRAMES_PER_TURN % same.size]] = True
-        return mapping.place_at(w, alpha, t, moving=moving)
+        return mapping.pose(w, alpha, t, moving=moving)
 
     def settle(self, plain: Points) -> Job[Warped]:
         """Return the answer without folds where W has none."""
         if self._mapping is None:
-            return self._result(plain, plain)
+            return self._result(plain, plain, self._seconds())
         with self._mapping.clock.measure("unfold"):
             started = time.perf_counter()
         solution = yield from unfold(self._mapping, as_complex(plain))
-        return self._result(plain, solution.positions, time.perf_counter() - started)
+        return self._result(plain, solution.positions, self._seconds(time.perf_counter() - started))
 
-    def _result(self, plain: Points, warped: Points, settling: float = 0.0) -> Warped:
+    def _result(self, plain: Points, warped: Points, seconds: dict[str, float]) -> Warped:
+        return Warped(self.grid.nodes, plain, warped, self._features, self._options.keep == "rigid", seconds)
+
+    def _seconds(self, settling: float = 0.0) -> dict[str, float]:
+        """Return what the stages took since the last call."""
         seconds = dict.fromkeys(("setup", "factor", "rhs", "solve", "unfold"), 0.0)
         if self._mapping is not None:
             seconds |= self._mapping.clock.take()
         # What settling took beyond one solve; factorisations of its own are part of it.
         seconds["unfold"] = max(0.0, settling - seconds["rhs"] - seconds["solve"])
-        return Warped(self.grid.nodes, plain, warped, self._features, self._options.keep == "rigid", seconds)
+        return seconds
 
 
 def _rim(quads: Bools) -> Bools:
@@ -250,11 +268,11 @@ def _rim(quads: Bools) -> Bools:
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """The last frame: what it was solved with, for and to."""
+    """The last frame: what it was solved with, for and to, before features were fitted to the outline."""
 
     mapping: FeatureMapping
     plain: Points
-    solution: Solution
+    pose: Pose
 
     def places_in(self, mapping: FeatureMapping) -> Ints:
         """Return for each body of `mapping` the one with the same nodes in this frame's mapping, -1 for none."""

@@ -8,6 +8,7 @@ from core.arrays import Bytes, Floats, Points
 from core.grid import Grid, find_features
 from core.mapping.feature_mapping import FeatureMapping, Keep
 from core.mapping.frames import as_complex
+from core.mapping.grid_factor import GridFactor
 from core.mapping.warping import LiveWarp, MappingOptions, warp_grid
 from core.progress import run
 from core.warps.presets import make_warp
@@ -57,6 +58,22 @@ def test_features_at_the_edge_do_not_jump_when_all_rests(preset: str, bend: floa
     rest = warp_grid(GRID, features, plain).warped
     assert cells_apart(FeatureMapping(GRID, features).solve(plain), rest).max() > 1
     assert cells_apart(live.frame(plain).warped, rest).max() < 0.1
+
+
+@pytest.mark.parametrize(("preset", "bend"), [("arc", 5), ("arc", 60), ("swirl", 30)])
+def test_a_frame_costs_one_substitution_back(preset: str, bend: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    live = LiveWarp(GRID)
+    live.use(find_features(GRID, cut_by_the_edge()), MappingOptions())
+    live.frame(bent(preset, bend / 2))
+    backward, calls = GridFactor.backward, []
+
+    def counted(factor: GridFactor, y: Floats) -> Floats:
+        calls.append(y)
+        return backward(factor, y)
+
+    monkeypatch.setattr(GridFactor, "backward", counted)
+    assert live.frame(bent(preset, bend)).seconds["solve"] > 0
+    assert len(calls) == 1
 
 
 @pytest.mark.parametrize("keep", KEEPS)
@@ -134,5 +151,5 @@ def test_features_held_where_the_best_mapping_has_them_leave_it_as_it_is() -> No
     w = as_complex(bent("swirl", 30))
     best = mapping.place(w)
     for moving in ([True, False, False], [False, True, True], [False, False, False]):
-        found = mapping.place_at(w, best.alpha, best.t, moving=np.array(moving))
+        found = mapping.follow(mapping.pose(w, best.alpha, best.t, moving=np.array(moving)))
         assert np.abs(found.z - best.z).max() < 1e-8
