@@ -15,6 +15,8 @@ from core.overlay.stages import Stage
 from core.overlay.texel import Texel, estimate_texel
 from core.overlay.thin_plate import spread
 
+LEAST_VERTICES = 9
+"""Vertices of a lattice that is none of chance."""
 IN_REGION = 1.25
 """Leniency where a region is given: nothing but cloth should be there."""
 SIZES = (0.1, 8.0)
@@ -60,6 +62,11 @@ class Cloth:
     def step_px(self) -> float:
         """Side of a square of the area of one lattice step."""
         return float(np.sqrt(self.lattice.texel_area))
+
+    @property
+    def few(self) -> bool:
+        """Whether the cloth shows so few texels that each of them says much."""
+        return len(self.lattice) < LEAST_VERTICES
 
     @property
     def texel_samples(self) -> tuple[int, int]:

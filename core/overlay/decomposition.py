@@ -23,6 +23,7 @@ from core.overlay.lattice import Lattice
 from core.overlay.layers import add_rest, explained, other_things, painted
 from core.overlay.mesh import Mesh
 from core.overlay.phase import in_phase
+from core.overlay.recovery import recovered
 from core.overlay.refinement import refined
 from core.overlay.region import feathered
 from core.overlay.seeding import flat_canvas
@@ -155,10 +156,11 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     texel = found.texel if scale == 1 else finer_texel(cloth, photo, uv, shading, followed, scale)
     add_rest((uv, shading), cloth, found, mesh, pieces, masks, photo)
     uv[~valid], shading[~valid] = np.nan, np.nan
-    uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
-    texel = finer_texel(cloth, photo, uv, shading, followed, scale)
     off = other_things(photo, (uv, shading), texel, cloth, scale)
     uv[off], shading[off], followed[off] = np.nan, np.nan, False
+    uv, shading = recovered(photo, (uv, shading), texel, cloth.basis * scale, followed, scale=scale)
+    uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
+    texel = finer_texel(cloth, photo, uv, shading, followed, scale)
     gauge = gauge_of(shading, texel.pixels)
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)

@@ -20,8 +20,11 @@ LEAST_VERTICES = 3
 """Vertices under which a likeness to the texel is one of chance."""
 LARGEST_BREAK = 0.3
 """Lattice steps by which two pieces may miss each other and still be one."""
-LEAST_PIECE, LEAST_SHARE = 3, 0.03
-"""Least area of a further piece, in lattice steps and over the first piece; three times that without a region."""
+LEAST_START, LEAST_PIECE = (0.5, 0.25), (3.0, 1.2)
+"""Least area with which a further piece begins and ends, in lattice steps; of texels that the cloth shows few of, one
+is unlike all else."""
+LEAST_SHARE = 0.03
+"""The same over the first piece; three times that without a region."""
 
 
 def with_more_pieces(cloth: Cloth, found: Fit, rng: np.random.Generator) -> Job[Fit]:
@@ -38,7 +41,7 @@ def with_more_pieces(cloth: Cloth, found: Fit, rng: np.random.Generator) -> Job[
             if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
                 step = Progress(0.4 + 0.2 * attempt, "following the cloth")
                 piece = grown_piece(rest, template, candidates[np.array([row])])
-                if len(piece) >= LEAST_VERTICES:
+                if len(piece) >= (1 if cloth.few else LEAST_VERTICES):
                     found = yield from joined_by(cloth, found, piece, step)
                     rest = free(cloth, found)
     return found
@@ -54,18 +57,19 @@ def joined_by(cloth: Cloth, found: Fit, lattice: Lattice, step: Progress) -> Job
     """Return the fit with the piece that begins at another lattice, if the texture explains enough of it."""
     start = starting_state(cloth, lattice)
     start = replace(start, cells=start.cells & ~found.cells)
-    if cloth.steps_of(start.cells) < 0.5:
+    least = LEAST_START[cloth.few]
+    if cloth.steps_of(start.cells) < least:
         return found
     start = in_step(cloth, start, found)
     start = replace(start, cells=fitting_cells(cloth, start, found))
-    if cloth.steps_of(start.cells) < 0.5:
+    if cloth.steps_of(start.cells) < least:
         return found
     wider = yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step)
     new = wider.pieces[-1]
     pieces = merged(cloth, found.pieces, new)
     apart = len(pieces) > len(found.pieces)
     share = LEAST_SHARE if cloth.in_region else 3 * LEAST_SHARE
-    least = max(LEAST_PIECE, share * cloth.steps_of(found.pieces[0].cells)) if apart else 1.0
+    least = max(LEAST_PIECE[cloth.few], share * cloth.steps_of(found.pieces[0].cells)) if apart else 1.0
     return replace(found, pieces=pieces) if cloth.steps_of(new.cells) > least else found
 
 

@@ -12,8 +12,6 @@ weakened to the usual strength; the coarse part is its mean over a neighbourhood
 Where a motif lies that the model does not have, there is no fine part.
 """
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 import scipy
@@ -22,11 +20,13 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.bands import bands
 from core.overlay.composition import finite
 from core.overlay.contrast import contrast_of
+from core.overlay.grain import COARSE_PX, DRAWN, NEAR_PX, evened, grain_of
 from core.overlay.mesh import around
 from core.overlay.misplaced import misplaced
 from core.overlay.sampling import looked_up
-from core.overlay.smoothing import gaussian
-from core.overlay.texel import Texel, gathered, splat
+from core.overlay.smoothing import gaussian, mean
+from core.overlay.texel import Texel, splat
+from core.overlay.trust import trusted
 
 AROUND = 1.5
 """Width, in texels, of the neighbourhood in which something recurs."""
@@ -36,27 +36,7 @@ DOUBT = 3.0
 """Pixels at the same place below which it is half believed that something recurs there."""
 SIGMA_PX = 2.0
 """Width of the neighbourhood with the same shift and sharpness."""
-COARSE_PX = 4.0
-"""Width of the neighbourhood whose mean is the coarse part."""
-NEAR_PX = 1.5
-"""Width of the neighbourhood in which the strength of the fine part is measured."""
-USUAL = 0.3
-"""Share of the cloth on which the fine part is no stronger than usual."""
-ODD = 4.0
-"""Times the usual variance from which the coarse part is taken from elsewhere."""
-DRAWN = 1_500_000
-"""Pixels from which what belongs to the places of texels is estimated."""
-LEAST_NOISE, LEAST_VARIANCE = 0.003, 1e-8
-
-
-@dataclass(frozen=True)
-class Strength:
-    """How strong the fine part of the detail is."""
-
-    at: Texel
-    """Variance of each channel at the places of the texel."""
-    usual: Floats
-    """(3,), the usual variance."""
+LEAST_NOISE = 0.003
 
 
 def without_old_pattern(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats) -> Singles:
@@ -88,10 +68,12 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
         rest[top:bottom] = (seen - explained(seen, effects, covered[part], noise))[own]
         other[top:bottom] = misplaced(np.nan_to_num(detail[part]), model, light, texel, noise)[own]
     clear = covered & (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
-    strength, out = strength_of(rest, uv, clear, texel.shape, basis), before
+    side = float(np.sqrt(abs(np.linalg.det(basis))))
+    held = trusted(other, covered, side)
+    grain, out = grain_of(rest, uv, clear, texel.shape, basis), before
     for first, top, bottom, last in bands(len(rest), margin=int(3 * (COARSE_PX + NEAR_PX))):
         part, own = slice(first, last), slice(top - first, bottom - first)
-        out[top:bottom] = evened(rest[part], uv[part], clear[part], strength)[own]
+        out[top:bottom] = evened(rest[part], uv[part], clear[part], held[part], grain)[own]
     out[~covered] = np.nan
     return out
 
@@ -161,48 +143,6 @@ def solved(rows: list[Singles], right: list[Singles]) -> list[Singles]:
     x, y, z = right
     order = ((0, 1, 2), (1, 3, 4), (2, 4, 5))
     return [((minors[i] * x + minors[j] * y + minors[k] * z) / det).astype(np.float32) for i, j, k in order]
-
-
-def strength_of(detail: Singles, uv: Singles, covered: Bools, shape: tuple[int, int], basis: Floats) -> Strength:
-    """Return the strength of the fine part of the detail (H, W, 3) over the places of a texel of `shape` (h, w)."""
-    drawn = covered & (np.random.default_rng(0).random(covered.shape, np.float32) < DRAWN / max(int(covered.sum()), 1))
-    fine: list[Singles] = []
-    for first, top, bottom, last in bands(len(detail), margin=int(3 * COARSE_PX)):
-        part, own = slice(first, last), slice(top - first, bottom - first)
-        inside = covered[part].astype(np.float32)[..., None]
-        fine.append((detail[part] - mean(detail[part], inside, COARSE_PX))[own][drawn[top:bottom]])
-    places, squares = uv[drawn].astype(np.float64), np.concatenate(fine).astype(np.float64) ** 2
-    # A stain or a fold is not the pattern's.
-    squares = np.minimum(squares, np.percentile(squares, 97, axis=0))
-    even = np.ones(len(places))
-    found = Texel(gathered(*splat(places, shape), squares, even, even, shape)).blurred(0.7, basis)
-    found = Texel(np.maximum(found.pixels, LEAST_VARIANCE))
-    return Strength(found, np.asarray(np.percentile(found.at(places), 100 * USUAL, axis=0), np.float64))
-
-
-def evened(detail: Singles, uv: Singles, clear: Bools, strength: Strength) -> Singles:
-    """Return the detail (H, W, 3) with its fine part no stronger than usual where the pattern makes it stronger.
-
-    There is no fine part where the cloth is not `clear` (H, W).
-    """
-    inside = clear.astype(np.float32)[..., None]
-    usual = strength.usual.astype(np.float32)
-    excess = strength.at(np.nan_to_num(uv).astype(np.float64)).astype(np.float32) / usual
-    fine = detail - mean(detail, inside, COARSE_PX)
-    here = gaussian(fine**2 * inside, NEAR_PX) / usual
-    weight = inside * np.minimum(1, 1 / excess) * np.minimum(1, ODD / np.maximum(here, 1e-9))
-    coarse = mean(detail, weight, COARSE_PX)
-    fine = detail - coarse
-    here = gaussian(fine**2 * inside, NEAR_PX) / usual
-    stronger = np.maximum(excess, np.clip(excess / 2 - 1, 0, 1) * here)
-    return np.asarray(coarse + inside * fine / np.sqrt(np.maximum(stronger, 1)), np.float32)
-
-
-def mean(values: Singles, weight: Singles, sigma_px: float) -> Singles:
-    """Return the mean of values (H, W, C) over neighbourhoods, under weights (H, W, 1 or C)."""
-    total = gaussian(values * weight, sigma_px)
-    mass = gaussian(weight, sigma_px).reshape(*weight.shape)
-    return np.asarray(total / np.maximum(mass, 1e-4), np.float32)
 
 
 def dotted(a: Singles, b: Singles) -> Singles:

@@ -26,6 +26,13 @@ def gaussian(values: NDArray[Any], sigma_px: float) -> NDArray[Any]:
     return np.asarray(cv2.resize(soft, padded.shape[1::-1], interpolation=cv2.INTER_LINEAR)[:h, :w])
 
 
+def mean(values: Singles, weight: Singles, sigma_px: float) -> Singles:
+    """Return the mean of values (H, W, C) over neighbourhoods, under weights (H, W, 1 or C)."""
+    total = gaussian(values * weight, sigma_px)
+    mass = gaussian(weight, sigma_px).reshape(*weight.shape)
+    return np.asarray(total / np.maximum(mass, 1e-4), np.float32)
+
+
 def flatten(image: Singles, valid: Bools, sigma_px: float) -> Singles:
     """Divide `image` (H, W, 3) by its local brightness (a Gaussian mean over `valid`); zero outside."""
     inside = valid.astype(np.float32)

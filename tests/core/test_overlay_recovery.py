@@ -1,0 +1,105 @@
+"""Cloth on which the model cannot be trusted: its light, and its pattern found again."""
+
+import numpy as np
+import pytest
+
+from core.arrays import Floats, Singles
+from core.overlay.recovery import recovered
+from core.overlay.regaining import evened, shifts_where_lost
+from core.overlay.trust import local_light, trust_in, trusted
+from tests.core.overlay_scenes import make_scene, motif
+
+TEXEL = motif()
+SCENE = make_scene(TEXEL)
+SIZE = SCENE.shading.shape
+UV, LIGHT = SCENE.uv.astype(np.float32), SCENE.shading.astype(np.float32)
+RIGHT = np.indices(SIZE)[1] >= 110
+FULL = np.ones(SIZE, bool)
+SIDE = float(np.sqrt(abs(np.linalg.det(SCENE.basis))))
+
+
+def off_px(uv: Singles) -> Singles:
+    """Return how far (H, W) coordinates are from the true ones or whole texels beside them, pixels."""
+    off = uv - SCENE.uv
+    return np.asarray(np.linalg.norm((off - np.rint(off)) @ SCENE.basis.T, axis=-1), np.float32)
+
+
+def slipped() -> Singles:
+    """Return coordinates that lie beside the photo on the right, further the further they are from the left."""
+    part = np.clip((np.indices(SIZE)[1] - 110) / 50, 0, 1)[..., None]
+    return np.asarray(UV + part * [0.35, -0.25], np.float32)
+
+
+def found_again(photo: Floats, uv: Singles) -> tuple[Singles, Singles]:
+    return recovered(photo, (uv, LIGHT), TEXEL, SCENE.basis, ~RIGHT)
+
+
+def test_pattern_that_slipped_is_found_again() -> None:
+    uv, _ = found_again(SCENE.photo, slipped())
+    deep = np.indices(SIZE)[1] > 150
+    assert np.median(off_px(slipped())[deep]) > 7
+    assert np.median(off_px(uv)[deep]) < 2
+    assert np.percentile(off_px(uv)[:, 8:-8], 90) < 3
+
+
+def test_cloth_that_was_followed_and_fits_stays() -> None:
+    uv, light = found_again(SCENE.photo, slipped())
+    inside = np.indices(SIZE)[1] < 95
+    np.testing.assert_array_equal(uv[inside], UV[inside])
+    np.testing.assert_allclose(light[inside], LIGHT[inside], atol=1e-6)
+
+
+def test_pattern_jumps_where_a_fold_hides_some_of_it() -> None:
+    jumped = UV + np.where((RIGHT & (np.indices(SIZE)[1] > 140))[..., None], np.float32(0.5), np.float32(0.0))
+    shift = shifts_where_lost(SCENE.photo.astype(np.float32), jumped, LIGHT, TEXEL, SCENE.basis, RIGHT)
+    off = off_px((jumped + shift).astype(np.float32))
+    assert np.median(off[:, 150:180]) < 2
+    assert np.median(off[:, 112:132]) < 2
+    assert not shift[~RIGHT].any()
+
+
+def test_light_is_the_photos_where_cloth_was_not_followed() -> None:
+    darker = np.where(RIGHT, 0.6, 1.0)
+    _, light = found_again(SCENE.photo * darker[..., None], UV)
+    deep = np.indices(SIZE)[1] > 135
+    assert np.median((light / LIGHT)[deep]) == pytest.approx(0.6, abs=0.08)
+    shading = local_light(SCENE.photo.astype(np.float32), FULL, TEXEL, SCENE.basis)
+    middle = np.s_[20:-20, 20:-20]
+    assert np.abs(shading / LIGHT - 1)[middle].max() < 0.2
+
+
+def test_trust_ends_where_motifs_lie_elsewhere_or_nothing_was_followed() -> None:
+    photo = SCENE.photo.astype(np.float32)
+    assert trust_in(photo, UV, LIGHT, TEXEL, FULL, SIDE).min() > 0.9
+    wrong = np.where(RIGHT[..., None], UV + np.float32(0.5), UV)
+    assert np.median(trust_in(photo, wrong, LIGHT, TEXEL, FULL, SIDE)[:, 125:]) < 0.3
+    assert trust_in(photo, UV, LIGHT, TEXEL, ~RIGHT, SIDE)[:, 125:].max() == 0
+    assert trusted(~FULL, FULL, SIDE).min() == 1
+
+
+def test_cloth_that_fits_everywhere_stays_as_it_is() -> None:
+    uv, light = recovered(SCENE.photo, (UV, LIGHT), TEXEL, SCENE.basis, FULL)
+    np.testing.assert_allclose(uv, UV, atol=1e-6)
+    np.testing.assert_allclose(light, LIGHT, atol=0.02)
+
+
+def test_a_large_photo_is_recovered_from_a_share_of_its_pixels() -> None:
+    twice = [np.repeat(np.repeat(plane, 2, 0), 2, 1) for plane in (SCENE.photo, slipped(), LIGHT, ~RIGHT)]
+    uv, light = recovered(twice[0], (twice[1], twice[2]), TEXEL, 2 * SCENE.basis, twice[3], scale=2)
+    assert light.shape == twice[2].shape
+    assert np.median(off_px(uv[::2, ::2])[:, 150:]) < 2
+
+
+def test_shifts_of_nearly_a_texel_forth_and_of_a_little_back_are_alike() -> None:
+    shift = np.where((np.indices((20, 20)).sum(0) % 2)[..., None], 0.98, 0.02) * np.ones(2)
+    np.testing.assert_allclose(evened(shift), 0.0, atol=0.02)
+
+
+def test_beyond_the_cloth_is_nothing() -> None:
+    uv, light = slipped(), LIGHT.copy()
+    uv[:30], light[:30] = np.nan, np.nan
+    found, shading = recovered(SCENE.photo, (uv, light), TEXEL, SCENE.basis, ~RIGHT & np.isfinite(light))
+    assert np.isnan(found[:30]).all()
+    assert np.isnan(shading[:30]).all()
+    assert np.isfinite(found[30:]).all()
+    assert np.isfinite(shading[30:]).all()
