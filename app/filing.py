@@ -8,7 +8,6 @@ from pathlib import Path
 import platformdirs
 
 from app.editor import Editor
-from app.painting import LAYERS, painted, with_layer
 from app.recovery import Rescue, discard
 from app.requests import (
     PICTURES,
@@ -28,10 +27,9 @@ from app.warp_files import writing_warp
 from core.arrays import InputError
 from core.document import Document
 from core.files import write_text
-from core.images import Image, load, load_mask
+from core.images import Image, load
 from core.progress import Job, Progress
 from core.project import SUFFIX, load_project, save_project
-from core.raster import Raster
 
 RECENT = 12
 
@@ -147,14 +145,22 @@ def export(editor: Editor, options: ExportOptions) -> None:
 def ask_export_warp(editor: Editor) -> None:
     """Ask where to write the warp itself, as an ST map or as a mesh, and do it."""
     editor.finish()
-    document, near = editor.document, editor.project_path or editor.source_path or Path("Untitled")
+    document = editor.document
+    title = "Export warp: ST map (.exr) or mesh (.obj)"
+    ask_save_beside(editor, title, WARP_SUFFIXES, "warp.exr", lambda path: writing_warp(document, path))
+
+
+def ask_save_beside(
+    editor: Editor, title: str, suffixes: tuple[str, ...], ending: str, writing: Callable[[Path], Job[None]]
+) -> None:
+    """Ask where to write a file, beside the project and named after it and `ending` unless chosen otherwise."""
+    near = editor.project_path or editor.source_path or Path("Untitled")
 
     def write(path: Path) -> None:
-        done = lambda _: editor.notify(f"Exported {path.name}")  # noqa: E731
-        editor.background(f"Export {path.name}", lambda: writing_warp(document, path), done, writes=True)
+        done = lambda _: editor.notify(f"Saved {path.name}")  # noqa: E731
+        editor.background(f"Save {path.name}", lambda: writing(path), done, writes=True)
 
-    suggested = near.with_name(f"{near.stem}-warp.exr")
-    editor.requests.append(SaveFile("Export warp: ST map (.exr) or mesh (.obj)", WARP_SUFFIXES, suggested, write))
+    editor.requests.append(SaveFile(title, suffixes, near.with_name(f"{near.stem}-{ending}"), write))
 
 
 def quit_editor(editor: Editor) -> None:
@@ -189,24 +195,6 @@ def _close(editor: Editor) -> None:
     if editor.recovery is not None:
         editor.recovery.forget()
     editor.is_closing = True
-
-
-def ask_mask(editor: Editor) -> None:
-    """Ask for a mask, as a picture or from another project, and load it."""
-    editor.requests.append(OpenFile("Load mask", PICTURES + PROJECTS, lambda path: load_mask_from(editor, path)))
-
-
-def load_mask_from(editor: Editor, path: Path) -> None:
-    """Take the mask in a picture of the same size, or in another project, where it is resized."""
-    size_px = editor.document.size_px
-
-    def steps() -> Job[Raster]:
-        yield Progress(0.0, "reading")
-        return load_project(path).mask if is_project(path) else Raster.from_array(load_mask(path, size_px))
-
-    name = painted(editor)
-    apply = lambda document, mask: with_layer(document, name, mask.resized(*document.size_px))  # noqa: E731
-    editor.start(f"Load {LAYERS[name]}", steps, apply)
 
 
 def ask_picture(editor: Editor) -> None:

@@ -7,18 +7,18 @@ import cv2
 import numpy as np
 import scipy
 
-from core import color
 from core.arrays import Bytes, InputError, Points
 from core.curve_fitting import fit
 from core.curves import Curve
 from core.image import Image
+from core.object_masks import object_within
 from core.progress import Job, Progress
+from core.proxy import proxy, scale_for
 
 REACH_PX = 220
 """The path is sought so far around where it begins and ends, in pixels as they are looked at."""
-CUT_PIXELS, SUGGESTION_PIXELS = 150_000, 250_000
-"""Objects are cut out, and edges suggested, in pictures of so many pixels."""
-CUT_ROUNDS = 5
+SUGGESTION_PIXELS = 250_000
+"""Edges are suggested in pictures of so many pixels."""
 BLUR_PX = 1.6
 """Finer edges than this are texture, not features."""
 SHORTEST = 0.07
@@ -74,7 +74,7 @@ class Scissors:
         low = np.maximum(np.minimum(self._begin, end) - reach, 0).astype(int)
         high = np.minimum(np.maximum(self._begin, end) + reach, self._last).astype(int)
         window = self._image.with_pixels(self._image.pixels[low[1] : high[1] + 1, low[0] : high[0] + 1])
-        picture = _seen(window, self._scale)
+        picture = proxy(window, self._scale)
         self._corner, self._far, self._size = low.astype(float), high, (picture.shape[1], picture.shape[0])
         self._tool.applyImage(picture)
         self._tool.buildMap(self._pixel(self._begin))
@@ -83,26 +83,6 @@ class Scissors:
         """Return the pixel of the window, as it is looked at, nearest to a place (2,) of the picture."""
         x, y = np.rint((place - self._corner + 0.5) * self._scale - 0.5)
         return int(np.clip(x, 0, self._size[0] - 1)), int(np.clip(y, 0, self._size[1] - 1))
-
-
-def _seen(image: Image, scale: float) -> Bytes:
-    """Return encoded colours (h, w, 3) of the picture at `scale`; what is transparent before grey."""
-    pixels = image.pixels
-    if scale < 1:
-        size = max(1, round(image.width_px * scale)), max(1, round(image.height_px * scale))
-        pixels = np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)).reshape(size[1], size[0], -1)
-    light = color.unit(pixels)
-    split = color.color_channels(light.shape[2])
-    colours = color.encode(light[..., :split]) if image.linear else light[..., :split]
-    if split < light.shape[2]:
-        colours = colours * light[..., split:] + np.float32(0.5) * (1 - light[..., split:])
-    values = np.ascontiguousarray(np.broadcast_to(colours, (*light.shape[:2], 3)), np.float32)
-    return np.asarray(color.quantise(np.clip(values, 0, 1), np.uint8), np.uint8)
-
-
-def scale_for(image: Image, pixels: int) -> float:
-    """Return the scale, 1 at most, at which a picture has about so many pixels."""
-    return min(1.0, float(np.sqrt(pixels / (image.width_px * image.height_px))))
 
 
 def smooth(line: Points, *, closed: bool = False) -> Points:
@@ -129,31 +109,11 @@ def outlines(mask: Bytes) -> list[Curve]:
 
 
 def object_outline(image: Image, low: Points, high: Points) -> Job[Curve]:
-    """Return the outline of the object within a rectangle (GrabCut: C. Rother et al. 2004).
+    """Return the outline of the object within a rectangle from `low` to `high` (2,).
 
     Raises `InputError` where nothing stands out in it.
     """
-    scale = scale_for(image, CUT_PIXELS)
-    picture = _seen(image, scale)
-    limit = np.array(picture.shape[1::-1]) - 1
-    left, top = np.clip(np.floor(low * scale), 0, limit).astype(int).tolist()
-    right, bottom = np.clip(np.ceil(high * scale), 0, limit).astype(int).tolist()
-    if right - left < 4 or bottom - top < 4:
-        raise InputError("the rectangle is too small to hold an object")
-    labels = np.full(picture.shape[:2], cv2.GC_BGD, np.uint8)
-    labels[top : bottom + 1, left : right + 1] = cv2.GC_PR_FGD
-    if (labels == cv2.GC_PR_FGD).all():
-        raise InputError("the rectangle leaves no ground around the object")
-    back, front = np.zeros((1, 65)), np.zeros((1, 65))
-    cv2.setRNGSeed(0)
-    for round_number in range(CUT_ROUNDS):
-        yield Progress(round_number / CUT_ROUNDS, "cutting out")
-        mode = cv2.GC_INIT_WITH_MASK if round_number == 0 else cv2.GC_EVAL
-        cv2.grabCut(picture, labels, None, back, front, 1, mode)  # type: ignore[call-overload]  # no rectangle
-    inside = np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8) * 255
-    height, width = image.pixels.shape[:2]
-    whole = np.asarray(cv2.resize(inside, (width, height), interpolation=cv2.INTER_LINEAR), np.uint8)
-    found = outlines(whole)
+    found = outlines((yield from object_within(image, low, high)))
     if not found:
         raise InputError("nothing stands out in the rectangle")
     return found[0]
@@ -166,7 +126,7 @@ def suggestions(image: Image, *, count: int = 12) -> Job[list[Curve]]:
     """
     scale = scale_for(image, SUGGESTION_PIXELS)
     yield Progress(0.0, "looking for edges")
-    picture = np.asarray(cv2.GaussianBlur(_seen(image, scale), (0, 0), BLUR_PX), np.uint8)
+    picture = np.asarray(cv2.GaussianBlur(proxy(image, scale), (0, 0), BLUR_PX), np.uint8)
     steps = [cv2.Sobel(picture.astype(np.float32), -1, *order, ksize=3).max(axis=2) for order in ((1, 0), (0, 1))]
     contrast = np.hypot(*steps)
     chains = [line[END_PX:-END_PX] for chain in _chains(picture) for line in _gentle(chain)]

@@ -6,7 +6,7 @@ from pathlib import Path
 from app import filing
 from app.actions import Action
 from app.editor import Editor
-from app.requests import PICTURES, OpenFile, SaveFile
+from app.requests import PICTURES, OpenFile
 from app.session import Shown
 from core.cloth import Search
 from core.document import Document
@@ -120,16 +120,11 @@ def export_part(editor: Editor, part: Part) -> None:
 
 
 def _ask_save(editor: Editor, name: str, title: str, make: Callable[[Path], Image]) -> None:
-    near = editor.project_path or editor.source_path or Path("Untitled")
+    def writing(path: Path) -> Job[None]:
+        yield Progress(0.0, "writing")
+        save(make(path), path)
 
-    def write(path: Path) -> None:
-        def steps() -> Job[None]:
-            yield Progress(0.0, "writing")
-            save(make(path), path)
-
-        editor.background(title, steps, lambda _: editor.notify(f"Saved {path.name}"))
-
-    editor.requests.append(SaveFile(title, PART_FILES, near.with_name(f"{near.stem}-{name}.png"), write))
+    filing.ask_save_beside(editor, title, PART_FILES, f"{name}.png", writing)
 
 
 _SHOWN: tuple[tuple[Shown, str, str, str], ...] = (

@@ -2,7 +2,7 @@
 
 from typing import get_args
 
-from app import filing
+from app import filing, masks
 from app.actions import Action
 from app.editor import Editor
 from app.painting import LAYERS, layer, painted, with_layer
@@ -26,6 +26,11 @@ def _has_mask(editor: Editor) -> bool:
     return not layer(editor.document, painted(editor)).is_empty
 
 
+def _can_fit(editor: Editor) -> bool:
+    """Return whether something is painted, and on the picture as it is, where objects can be looked for."""
+    return painted(editor) != "matte" and _has_mask(editor)
+
+
 MASK = (
     Action("mask.fill", "Fill mask", "Mask", lambda e: _fill(e, 255), icon="fill-drip", tooltip="Keep everything"),
     Action(
@@ -40,13 +45,32 @@ MASK = (
     ),
     Action("mask.invert", "Invert mask", "Mask", _invert, "Ctrl+I", "circle-half-stroke", "Keep what was not kept"),
     Action(
+        "mask.fit",
+        "Fit mask to objects",
+        "Mask",
+        masks.fit_to_objects,
+        "Ctrl+Shift+F",
+        "wand-magic-sparkles",
+        "Paint over something roughly; this finds its outline",
+        enabled=_can_fit,
+    ),
+    Action(
         "mask.load",
         "Load mask…",
         "Mask",
-        filing.ask_mask,
+        masks.ask_mask,
         icon="file-import",
         tooltip="Take the mask from a picture of the same size, or from another project",
         separated=True,
+    ),
+    Action(
+        "mask.save",
+        "Save mask…",
+        "Mask",
+        masks.ask_save_mask,
+        icon="file-export",
+        tooltip="Write the mask as a picture, for other programs and the command line",
+        enabled=_has_mask,
     ),
 )
 

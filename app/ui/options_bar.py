@@ -44,14 +44,15 @@ SWITCHES = (
 GAP_EM = 0.9
 
 TOOL_ACTIONS = {
-    "brush": ("mask.fill", "mask.clear", "mask.invert", "mask.load"),
+    "brush": ("mask.fit", "mask.fill", "mask.clear", "mask.invert", "mask.load"),
     "pins": ("handles.select_all", "handles.frame", "handles.remove_pins"),
     "outline": ("handles.select_all", "handles.reset_outline"),
     "curves": ("handles.edit_source", "handles.frame", "handles.remove_curves"),
-    "brush in overlay": ("mask.fill", "mask.clear", "mask.invert", "mask.load", "overlay.find"),
+    "brush in overlay": ("mask.fit", "mask.fill", "mask.clear", "mask.invert", "mask.load", "overlay.find"),
     "brush in retexture": (
         "retexture.paint_matte",
         "retexture.paint_source_mask",
+        "mask.fit",
         "mask.fill",
         "mask.clear",
         "mask.invert",

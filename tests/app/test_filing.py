@@ -18,7 +18,7 @@ from app.tools.all import TOOLS
 from core.arrays import InputError
 from core.canvas import Canvas
 from core.document import Document
-from core.images import Image, load, save
+from core.images import load, save
 from core.progress import Job, Progress
 from core.project import load_project, save_project
 from tests.app.driver import Clock, EditorDriver, Later, document, picture
@@ -217,7 +217,7 @@ def test_the_warp_itself_is_exported_in_the_frame_of_the_picture(
         lines = (tmp_path / name).read_text().splitlines()
         places = np.loadtxt([line[2:] for line in lines if line.startswith("v ")])
         assert np.allclose(places[:, :2].max(axis=0), canvas.size, atol=1)
-    assert drive.editor.notices[-1].text == f"Exported {name}"
+    assert drive.editor.notices[-1].text == f"Saved {name}"
 
 
 def test_a_warp_of_another_kind_of_file_is_refused(drive: EditorDriver, tmp_path: Path) -> None:
@@ -272,29 +272,6 @@ def test_quitting_after_an_export_stays_when_that_failed(tmp_path: Path) -> None
     drive.frame()
     assert not drive.editor.is_closing
     assert drive.editor.notices[-1].text == "out.png: no space left on device"
-
-
-def test_a_mask_is_loaded_and_undone(drive: EditorDriver, tmp_path: Path) -> None:
-    mask = np.zeros((150, 200, 1), np.uint8)
-    mask[10:20] = 255
-    save(Image(mask), tmp_path / "mask.png")
-    filing.ask_mask(drive.editor)
-    ask(drive, OpenFile).then(tmp_path / "mask.png")
-    drive.frame()
-    assert np.array_equal(drive.document.mask.array, mask[..., 0])
-    assert drive.undo().document is drive.start
-
-
-def test_a_mask_of_another_size_is_refused_but_a_projects_mask_is_resized(drive: EditorDriver, tmp_path: Path) -> None:
-    save(Image(np.zeros((20, 20, 1), np.uint8)), tmp_path / "mask.png")
-    filing.load_mask_from(drive.editor, tmp_path / "mask.png")
-    drive.frame()
-    assert drive.document is drive.start
-    other = document(100, 75)
-    save_project(other.changed(mask=other.mask.inverted), tmp_path / "other.weft")
-    filing.load_mask_from(drive.editor, tmp_path / "other.weft")
-    drive.frame()
-    assert drive.mask.min() == 255
 
 
 def test_another_picture_keeps_what_was_done(drive: EditorDriver, tmp_path: Path) -> None:

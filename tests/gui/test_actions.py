@@ -24,6 +24,7 @@ ASKING = {
     "file.export": "Export picture",
     "file.replace_picture": "Replace picture",
     "mask.load": "Load mask",
+    "mask.save": "Save mask",
     "warp.export": "Export warp: ST map (.exr) or mesh (.obj)",
 }
 OPEN = int(imgui.PopupFlags_.any_popup_id) | int(imgui.PopupFlags_.any_popup_level)

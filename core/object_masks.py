@@ -1,0 +1,103 @@
+"""Masks of objects, told from their ground by their colours, within a rectangle or under rough paint.
+
+By GrabCut (C. Rother, V. Kolmogorov and A. Blake 2004).
+"""
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Bytes, InputError, Ints, Points
+from core.image import Image
+from core.progress import Job, Progress
+from core.proxy import proxy, scale_for
+
+PIXELS = 150_000
+"""Objects are cut out in pictures of so many pixels."""
+ROUNDS = 5
+NEAR, FAR = 8.0, 30.0
+"""An object ends so near what is painted as half the width of that, but within these bounds, in pixels."""
+CORE = 0.7
+"""What is painted belongs to the object for certain at this share of that distance from its edge."""
+LEAST_PART = 0.02
+"""Parts of an object, and holes in it, that are smaller, as shares of what is painted, are taken for noise."""
+
+
+def object_within(image: Image, low: Points, high: Points) -> Job[Bytes]:
+    """Return the mask (H, W), 0 to 255, of the object within a rectangle from `low` to `high` (2,).
+
+    Raises `InputError` where the rectangle holds too little, or everything.
+    """
+    scale = scale_for(image, PIXELS)
+    picture = proxy(image, scale)
+    limit = np.array(picture.shape[1::-1]) - 1
+    left, top = np.clip(np.floor(low * scale), 0, limit).astype(int).tolist()
+    right, bottom = np.clip(np.ceil(high * scale), 0, limit).astype(int).tolist()
+    if right - left < 4 or bottom - top < 4:
+        raise InputError("the rectangle is too small to hold an object")
+    labels = np.full(picture.shape[:2], cv2.GC_BGD, np.uint8)
+    labels[top : bottom + 1, left : right + 1] = cv2.GC_PR_FGD
+    if (labels == cv2.GC_PR_FGD).all():
+        raise InputError("the rectangle leaves no ground around the object")
+    inside = yield from _cut(picture, labels)
+    return _enlarged(inside, image)
+
+
+def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
+    """Return the mask (H, W), 0 to 255, of the objects over which somebody has painted (H, W) roughly.
+
+    Raises `InputError` where nothing, or too much, is painted.
+    """
+    scale = scale_for(image, PIXELS)
+    picture = proxy(image, scale)
+    size = picture.shape[1::-1]
+    marked = np.asarray(cv2.resize(painted, size, interpolation=cv2.INTER_AREA)) > 127
+    if not marked.any():
+        raise InputError("paint over an object first, roughly")
+    labels = _labels(marked)
+    if not (labels == cv2.GC_BGD).any():
+        raise InputError("too much is painted: no ground is left around the object")
+    inside = yield from _cut(picture, labels)
+    return _enlarged(_without_noise(inside, marked), image)
+
+
+def _labels(marked: Bools) -> Bytes:
+    """Return for GrabCut what is object or ground (h, w), for certain or probably, by what is painted (h, w)."""
+    depth = cv2.distanceTransform(marked.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    away, nearest = cv2.distanceTransformWithLabels((~marked).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    part: Ints = np.asarray(nearest, np.int64)
+    half_widths = np.zeros(part.max() + 1)
+    np.maximum.at(half_widths, part[marked], depth[marked])
+    half_width = np.minimum(half_widths, FAR)[part]
+    labels = np.full(marked.shape, cv2.GC_BGD, np.uint8)
+    labels[away <= np.maximum(half_width, NEAR)] = cv2.GC_PR_BGD
+    labels[marked] = cv2.GC_PR_FGD
+    labels[marked & (depth >= CORE * half_width)] = cv2.GC_FGD
+    return labels
+
+
+def _cut(picture: Bytes, labels: Bytes) -> Job[Bools]:
+    """Return which pixels (h, w) belong to the object, by labels of GrabCut's, which are changed."""
+    back, front = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.setRNGSeed(0)
+    for round_number in range(ROUNDS):
+        yield Progress(round_number / ROUNDS, "cutting out")
+        mode = cv2.GC_INIT_WITH_MASK if round_number == 0 else cv2.GC_EVAL
+        cv2.grabCut(picture, labels, None, back, front, 1, mode)  # type: ignore[call-overload]  # no rectangle
+    return np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
+
+
+def _without_noise(inside: Bools, marked: Bools) -> Bools:
+    """Leave out small parts of an object (h, w), and fill small holes, measured by what is painted (h, w)."""
+    least = LEAST_PART * marked.sum()
+    for side, neighbours in ((True, 8), (False, 4)):
+        _, part, found, _ = cv2.connectedComponentsWithStats((inside == side).astype(np.uint8), connectivity=neighbours)
+        small = found[:, cv2.CC_STAT_AREA] < least
+        small[0] = False
+        inside = inside ^ small[part]
+    return inside
+
+
+def _enlarged(inside: Bools, image: Image) -> Bytes:
+    """Return a mask as large as the picture, soft where it is enlarged."""
+    values = inside.astype(np.uint8) * 255
+    return np.asarray(cv2.resize(values, image.size_px, interpolation=cv2.INTER_LINEAR), np.uint8)
