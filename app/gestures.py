@@ -8,6 +8,21 @@ from app.events import Event
 Gesture: TypeAlias = Generator[None, Event, None]
 
 
+def resumed(gesture: Gesture | None, event: Event) -> Gesture:
+    """Go on as `gesture`, which has not begun yet and gets `event` first."""
+    if gesture is None:
+        return
+    try:
+        next(gesture)
+        while True:
+            gesture.send(event)
+            event = yield
+    except StopIteration:
+        return
+    finally:
+        gesture.close()
+
+
 class Running:
     """The gesture in progress, if there is one."""
 

@@ -8,11 +8,11 @@ import numpy as np
 from app.curve_kinds import with_found_curve
 from app.editor import Editor
 from app.events import Event, Finish, Key, Move, Position, Press
-from app.gestures import Gesture
+from app.gestures import Gesture, resumed
 from app.shapes import Bezier, Polyline, Shape, Square
 from app.spaces import canvas_from_screen, screen_from_canvas
 from app.tool import Tool
-from app.tools.curves import FEATURE_CURVES
+from app.tools.curves import FEATURE_CURVE_TOOL, FEATURE_CURVES
 from app.tools.grips import REACH_PX, drag_from
 from core.arrays import InputError, Points
 from core.curve_fitting import fit
@@ -63,10 +63,13 @@ def press(editor: Editor, event: Press) -> Gesture | None:
 
 
 def begin(editor: Editor, event: Press) -> Gesture:
-    """Trace from a click on, or look for an object in the rectangle of a drag."""
+    """Trace from a click on; drag a curve that is there, or a rectangle in which an object is looked for."""
     first = yield from drag_from(event.pos)
     if first is None:
         yield from trace(editor, event)
+    elif FEATURE_CURVES.hit(editor, event.pos) is not None:
+        editor.show(tool=FEATURE_CURVE_TOOL.name, hover=None)
+        yield from resumed(FEATURE_CURVE_TOOL.press(editor, event), first)
     else:
         yield from cut_out(editor, event, first)
 

@@ -109,6 +109,31 @@ def test_suggested_curves_are_taken_by_a_click() -> None:
     assert len(drive.editor.session.suggestions) == len(offered) - 1
 
 
+def test_a_curve_that_was_taken_is_dragged_though_tracing_goes_on() -> None:
+    drive = blob()
+    ActionTable(TOOLS).run("feature.suggest", drive.editor)
+    drive.frame().click(145, 75)
+    taken = drive.document.feature_curves[0]
+    drive.press(145, 75).move(150, 75).move(160, 75)
+    assert drive.editor.is_busy
+    assert drive.editor.session.band is None
+    drive.release()
+    assert drive.labels == ("Take suggested curve", "Move curve point")
+    pair = drive.document.feature_curves[0]
+    assert np.array_equal(pair.source, taken.source)
+    assert pixels_from_places((WIDTH, HEIGHT), pair.target)[:, 0].max() > 155
+    assert drive.editor.session.tool == "feature-curves"
+
+
+def test_escape_puts_back_a_curve_that_is_dragged_while_tracing() -> None:
+    drive = blob()
+    drive.click(55, 75).click(98, 31).click(144, 76).key("enter")
+    before = drive.document
+    drive.tool("trace").press(98, 30).move(98, 25).move(98, 5).key("escape")
+    assert drive.document is before
+    assert not drive.editor.is_busy
+
+
 def test_what_is_painted_becomes_a_curve() -> None:
     drive = blob()
     table = ActionTable(TOOLS)
