@@ -44,9 +44,9 @@ class Tip:
 
     def coverage(self, distance_px: Singles) -> Bytes:
         """Return 0 to 255 at distances from the stroke."""
-        share = np.clip((self.reach_px - distance_px) / self.edge_px, 0, 1)
-        covered: Bytes = np.rint(share * share * (3 - 2 * share) * FULL).astype(np.uint8)
-        return covered
+        share = (np.float32(self.reach_px) - distance_px) * np.float32(1 / self.edge_px)
+        np.clip(share, 0, 1, out=share)
+        return np.asarray(np.rint(share * share * (3 * FULL - 2 * FULL * share)), np.uint8)
 
 
 class Stroke:
@@ -58,15 +58,23 @@ class Stroke:
         self._start = start
         self._erase = erase
         self._covered = Raster.filled(start.width_px, start.height_px)
+        self._end: tuple[Points, Tip] | None = None
+        """Where the last piece ended, and with which tip."""
 
     def extend(self, mesh: Mesh, a: Points, b: Points, tip: Tip) -> None:
-        """Draw on from canvas position `a` to `b`, (2,) each, over the picture as `mesh` shows it."""
+        """Draw on from canvas position `a` to `b`, (2,) each, over the picture as `mesh` shows it.
+
+        Where the last piece ended all that lies behind its end is covered by that, as by this piece.
+        """
+        goes_on = self._end is not None and np.array_equal(a, self._end[0]) and tip == self._end[1]
+        self._end = b, tip
         low, high = np.minimum(a, b) - tip.reach_px, np.maximum(a, b) + tip.reach_px
         box = mesh.box_near(low, high)
         if box is None:
             return
         before = self._covered
-        self._covered = before.edited(box, lambda tile, at: _covered_tile(tile, at, box, mesh, a, b, tip))
+        piece = _Piece(mesh, a, b, tip, goes_on)
+        self._covered = before.edited(box, lambda tile, at: piece.covered(tile, at, box))
         for at, cover in list(self._covered.changed_boxes(before)):
             self.mask = self.mask.edited(at, lambda tile, place, cover=cover: self._blended(tile, place, cover))  # type: ignore[misc]
 
@@ -76,29 +84,48 @@ class Stroke:
         return np.minimum(start, FULL - cover) if self._erase else np.maximum(start, cover)
 
 
-def _covered_tile(tile: Bytes, at: Box, box: Box, mesh: Mesh, a: Points, b: Points, tip: Tip) -> Bytes:
-    """Return `tile`, which lies at `at`, with what the piece from `a` to `b` covers within `box`."""
-    part = (max(at[0], box[0]), max(at[1], box[1]), min(at[2], box[2]), min(at[3], box[3]))
-    inside = (slice(part[1] - at[1], part[3] - at[1]), slice(part[0] - at[0], part[2] - at[0]))
-    if (tile[inside] == FULL).all():
-        return tile
-    corners = mesh.nodes_of_box(part)
-    if _distance(corners, a, b).max() <= tip.core_px:
-        cover: Bytes = np.full((part[3] - part[1], part[2] - part[0]), FULL, np.uint8)
-    elif _apart(corners, a, b, tip.reach_px):
-        return tile
-    else:
-        cover = tip.coverage(_distance(mesh.canvas_of_box(part), a, b))
-    if (cover <= tile[inside]).all():
-        return tile
-    result = tile.copy()
-    result[inside] = np.maximum(tile[inside], cover)
-    return result
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """A straight piece of a stroke, from `a` to `b` (2,) on the canvas."""
+
+    mesh: Mesh
+    a: Points
+    b: Points
+    tip: Tip
+    goes_on: bool
+    """Whether all that lies behind `a` is covered already."""
+
+    def covered(self, tile: Bytes, at: Box, box: Box) -> Bytes:
+        """Return `tile`, which lies at `at`, with what the piece covers within `box`."""
+        part = (max(at[0], box[0]), max(at[1], box[1]), min(at[2], box[2]), min(at[3], box[3]))
+        inside = (slice(part[1] - at[1], part[3] - at[1]), slice(part[0] - at[0], part[2] - at[0]))
+        if (tile[inside] == FULL).all():
+            return tile
+        corners = self.mesh.nodes_of_box(part)
+        if self._misses(corners):
+            return tile
+        if _distance(corners.T, self.a, self.b).max() <= self.tip.core_px:
+            cover: Bytes = np.full((part[3] - part[1], part[2] - part[0]), FULL, np.uint8)
+        else:
+            cover = self.tip.coverage(_distance(self.mesh.canvas_of_box(part), self.a, self.b))
+        if (cover <= tile[inside]).all():
+            return tile
+        result = tile.copy()
+        result[inside] = np.maximum(tile[inside], cover)
+        return result
+
+    def _misses(self, corners: Points) -> bool:
+        """Return whether what lies between `corners` (n, 2) is beyond reach, or behind the end of the last piece."""
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        gap = np.maximum(np.maximum(np.minimum(self.a, self.b) - high, low - np.maximum(self.a, self.b)), 0)
+        if np.hypot(*gap) >= self.tip.reach_px:
+            return True
+        return self.goes_on and bool(((corners - self.a) @ (self.b - self.a)).max() <= 0)
 
 
 def _distance(points: Points | Singles, a: Points, b: Points) -> Singles:
-    """Return the distance of `points` (..., 2) from the straight piece a b."""
-    x, y = np.float32(a[0]) - points[..., 0].astype(np.float32), np.float32(a[1]) - points[..., 1].astype(np.float32)
+    """Return the distance of `points` (2, ...) from the straight piece a b."""
+    x, y = np.float32(a[0]) - points[0].astype(np.float32), np.float32(a[1]) - points[1].astype(np.float32)
     along = (np.asarray(b, float) - a).astype(np.float32)
     length2 = float(along @ along)
     if length2 > 0:
@@ -106,10 +133,3 @@ def _distance(points: Points | Singles, a: Points, b: Points) -> Singles:
         x, y = x + share * along[0], y + share * along[1]
     distance: Singles = np.sqrt(x * x + y * y)
     return distance
-
-
-def _apart(corners: Points, a: Points, b: Points, reach_px: float) -> bool:
-    """Return whether the box around `corners` is farther than `reach_px` from the box around a b."""
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    gap = np.maximum(np.maximum(np.minimum(a, b) - high, low - np.maximum(a, b)), 0)
-    return bool(np.hypot(*gap) >= reach_px)

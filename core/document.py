@@ -40,7 +40,7 @@ class WarpSettings:
     vertical: float = 0.0
     """Per cent, -100 to 100."""
     vertical_axis: bool = False
-    values: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    values: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     """Further parameters of the preset, by name."""
     aspect: Place = (1.0, 1.0)
     """Width and height of the result over the picture's: resizing to another aspect ratio."""

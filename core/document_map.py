@@ -5,13 +5,16 @@ keep their shape within that. `settled` is the one way to the final answer. It b
 so that the same document gives the same bits, on screen and in a file.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 from core.arrays import Points, readonly
+from core.components import Components
 from core.curve_edit import through
 from core.curves import Curve
 from core.document import Document, Outline, WarpSettings, pixels_from_places, places_from_pixels
-from core.grid import Features, Grid, find_features
+from core.grid import Features, Grid
 from core.mapping.editing import Editing, Frame
 from core.mapping.handles import Handles
 from core.mapping.warping import LiveWarp, MappingOptions, Warped
@@ -35,17 +38,20 @@ def grid_of(document: Document) -> Grid:
 
 def preset_of(document: Document) -> Warp:
     """Return the preset and the resizing, from pixels of the picture to pixels of the canvas."""
-    warp = document.warp
+    return _preset(document.warp, document.size_px, document.canvas_px)
+
+
+def _preset(warp: WarpSettings, size_px: tuple[int, int], canvas_px: tuple[int, int]) -> Warp:
     bent = make_warp(
         warp.preset or "none",
-        *document.size_px,
+        *size_px,
         bend=warp.bend,
         horizontal=warp.horizontal,
         vertical=warp.vertical,
         vertical_axis=warp.vertical_axis,
         settings=warp.values,
     )
-    return compose(bent, resize(document.size_px, document.canvas_px))
+    return compose(bent, resize(size_px, canvas_px))
 
 
 def handles_of(document: Document) -> Handles:
@@ -65,14 +71,19 @@ def outline_of(document: Document) -> Outline:
     """Return the document's outline, or the one nearest to where the preset takes the picture's edge."""
     if document.outline is not None:
         return document.outline
+    return _outline_of_preset(document.warp, document.size_px, document.canvas_px)
+
+
+@lru_cache(maxsize=1)
+def _outline_of_preset(warp: WarpSettings, size_px: tuple[int, int], canvas_px: tuple[int, int]) -> Outline:
     u = np.linspace(0, 1, _EDGE_SAMPLES)
     low, high = np.zeros_like(u), np.ones_like(u)
     edges = [(u, low), (high, u), (1 - u, high), (low, 1 - u)]
-    preset = preset_of(document)
+    preset = _preset(warp, size_px, canvas_px)
     sides = []
     for edge in edges:
-        pixels = preset(pixels_from_places(document.size_px, np.stack(edge, axis=-1)))
-        sides.append(through(places_from_pixels(document.canvas_px, pixels), u)[:3])
+        pixels = preset(pixels_from_places(size_px, np.stack(edge, axis=-1)))
+        sides.append(through(places_from_pixels(canvas_px, pixels), u)[:3])
     return Outline(np.concatenate(sides))
 
 
@@ -97,6 +108,7 @@ class MapSolver:
         self._editing: Editing | None = None
         self._mask: Raster | None = None
         self._features: Features | None = None
+        self._components: Components | None = None
         self._base: tuple[object, Points] | None = None
         self._plain: tuple[object, Points] | None = None
         self._held = _NOWHERE
@@ -163,13 +175,15 @@ class MapSolver:
         grid = grid_of(document)
         if self._live is None or self._live.grid != grid:
             self._live = LiveWarp(grid)
-            self._editing = self._mask = self._features = None
+            self._editing = self._mask = self._features = self._components = None
         return self._live
 
     def _features_of(self, grid: Grid, mask: Raster) -> Features:
         """Return the features of `mask`, the same object as before while no node's label changed."""
         if self._features is None or mask is not self._mask:
-            found = find_features(grid, None if mask.is_empty else mask.array)
+            if self._components is None:
+                self._components = Components(*grid.pixels)
+            found = Features(readonly(self._components.labels(mask)))
             if self._features is None or not np.array_equal(found.labels, self._features.labels):
                 self._features = found
             self._mask = mask

@@ -82,6 +82,13 @@ class Grid:
         return readonly(np.ascontiguousarray(np.stack(np.meshgrid(x, y), axis=-1)).copy())
 
     @cached_property
+    def pixels(self) -> tuple[Ints, Ints]:
+        """Rows and columns of the pixels that are nearest to the nodes."""
+        row = np.clip(np.rint(self.nodes[:, 0, 1]), 0, self.height_px - 1).astype(np.int64)
+        column = np.clip(np.rint(self.nodes[0, :, 0]), 0, self.width_px - 1).astype(np.int64)
+        return row, column
+
+    @cached_property
     def quads(self) -> Ints:
         """Node numbers (M, 4) of each quad, clockwise from the top left."""
         number = np.arange(self.size).reshape(self.shape)
@@ -154,8 +161,7 @@ def find_features(grid: Grid, mask: Bytes | None) -> Features:
     left, top, width, height = cv2.boundingRect(mask)
     left, top, right, bottom = left & ~1, top & ~1, left + width, top + height
     painted = np.asarray(mask[top:bottom, left:right] > 127, np.uint8)
-    column = np.clip(np.rint(grid.nodes[0, :, 0]), 0, grid.width_px - 1).astype(np.int64)
-    row = np.clip(np.rint(grid.nodes[:, 0, 1]), 0, grid.height_px - 1).astype(np.int64)
+    row, column = grid.pixels
     rows, columns = np.flatnonzero((row >= top) & (row < bottom)), np.flatnonzero((column >= left) & (column < right))
     labels = np.zeros(grid.shape, np.int32)
     if painted.size:

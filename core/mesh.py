@@ -71,21 +71,15 @@ class Mesh:
         return np.stack([across / width, down / height], axis=-1)
 
     def canvas_of_box(self, box: Box) -> Singles:
-        """Return the canvas positions (h, w, 2) of the pixels of `box`."""
-        x, y = np.arange(box[0], box[2]), np.arange(box[1], box[3])
-        column, u = self._split(x, axis=0)
-        row, v = self._split(y, axis=1)
-        near = self._singles[row[0] : row[-1] + 2, column[0] : column[-1] + 2]
-        row, column = row - row[0], column - column[0]
-        v, u = v[:, None, None], u[None, :, None]
-        lines = near[row] * (1 - v) + near[row + 1] * v
-        found: Singles = lines[:, column] * (1 - u) + lines[:, column + 1] * u
-        return found
+        """Return the canvas positions (2, h, w) of the pixels of `box`, x and y."""
+        rows, down = self._shares(box[1], box[3], axis=1)
+        columns, across = self._shares(box[0], box[2], axis=0)
+        return np.asarray(down @ self._singles[:, rows, columns] @ across.T, np.float32)
 
     def nodes_of_box(self, box: Box) -> Points:
         """Return the canvas positions (n, 2) of the nodes whose quads cover the pixels of `box`."""
-        (left, right), _ = self._split(np.array([box[0], box[2] - 1]), axis=0)
-        (top, bottom), _ = self._split(np.array([box[1], box[3] - 1]), axis=1)
+        left, right = (self._cell_of(pixel, axis=0) for pixel in (box[0], box[2] - 1))
+        top, bottom = (self._cell_of(pixel, axis=1) for pixel in (box[1], box[3] - 1))
         return self.warped[top : bottom + 2, left : right + 2].reshape(-1, 2)
 
     def box_near(self, low: Points, high: Points) -> Box | None:
@@ -113,7 +107,8 @@ class Mesh:
 
     @cached_property
     def _singles(self) -> Singles:
-        return self.warped.astype(np.float32)
+        """Where the nodes are (2, R, C), x and y."""
+        return np.ascontiguousarray(np.moveaxis(self.warped, -1, 0), np.float32)
 
     @cached_property
     def _quad_boxes(self) -> Boxes:
@@ -129,11 +124,20 @@ class Mesh:
         most = np.maximum.reduceat(np.maximum.reduceat(high, rows, axis=0), columns, axis=1)
         return least, most
 
-    def _split(self, pixels: Ints, *, axis: int) -> tuple[Ints, Singles]:
-        """Return the cell of each pixel column (`axis` 0) or row (1), and the place within it."""
-        place = (pixels + 0.5) / self.grid.cell[axis]
-        cell = np.clip(place.astype(np.int64), 0, self.grid.shape[1 - axis] - 2)
-        return cell, (place - cell).astype(np.float32)
+    def _cell_of(self, pixel: int, *, axis: int) -> int:
+        """Return the cell of a pixel column (`axis` 0) or row (1)."""
+        return min(max(int((pixel + 0.5) / self.grid.cell[axis]), 0), self.grid.shape[1 - axis] - 2)
+
+    def _shares(self, first: int, end: int, *, axis: int) -> tuple[slice, Singles]:
+        """Return the nodes around pixel columns (`axis` 0) or rows (1), and the share (n, k) of each in each pixel."""
+        pixel = np.arange(end - first)
+        nodes = slice(self._cell_of(first, axis=axis), self._cell_of(end - 1, axis=axis) + 2)
+        place = (pixel + (first + 0.5)) / self.grid.cell[axis] - nodes.start
+        cell = np.minimum(place.astype(np.int64), nodes.stop - nodes.start - 2)
+        share = place - cell
+        matrix = np.zeros((end - first, nodes.stop - nodes.start), np.float32)
+        matrix[pixel, cell], matrix[pixel, cell + 1] = 1 - share, share
+        return nodes, matrix
 
     def _candidates(self, points: Points) -> tuple[Ints, Ints]:
         """Return pairs of a point's and a quad's number, the quad's box around the point; few to a point."""

@@ -60,7 +60,13 @@ class Raster:
     @property
     def array(self) -> Bytes:
         """The whole as (H, W) uint8, read-only. Put together on each call, since history keeps many rasters."""
-        return readonly(np.concatenate([np.concatenate(row, axis=1) for row in self.tiles], axis=0))
+        return readonly(self.part((0, 0, self.width_px, self.height_px)))
+
+    def part(self, box: Box) -> Bytes:
+        """Return the values in `box` (h, w), which begins and ends where tiles do."""
+        rows = self.tiles[box[1] // TILE_PX : -(-box[3] // TILE_PX)]
+        columns = slice(box[0] // TILE_PX, -(-box[2] // TILE_PX))
+        return np.concatenate([np.concatenate(row[columns], axis=1) for row in rows], axis=0)
 
     @property
     def is_empty(self) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 
 from app.render.scene import Scene
 from app.render.source import Box
-from core.arrays import Bools, Points
+from core.arrays import Bools
 
 MARGIN_PX = 2.0
 """What is blended reaches so far beyond its place, in pixels of the canvas."""
@@ -37,10 +37,10 @@ def _nodes_of_mask(scene: Scene, before: Scene) -> Bools:
     """Return the nodes (R, C) of every quad in which the mask differs."""
     assert scene.mask is not None
     quads = np.zeros((scene.rest.shape[0] - 1, scene.rest.shape[1] - 1), bool)
-    low, high = _bounds(scene.rest)
-    for box, _ in scene.mask.changed_boxes(before.mask):
-        first, last = np.subtract(box[:2], MASK_MARGIN_PX), np.add(box[2:], MASK_MARGIN_PX)
-        quads |= ((low < last) & (high > first)).all(axis=-1)
+    x, y = np.moveaxis(scene.rest, -1, 0)
+    for (left, top, right, bottom), _ in scene.mask.changed_boxes(before.mask):
+        across = _any_corner(x > left - MASK_MARGIN_PX) & _any_corner(x < right + MASK_MARGIN_PX)
+        quads |= across & _any_corner(y > top - MASK_MARGIN_PX) & _any_corner(y < bottom + MASK_MARGIN_PX)
     return _corners(quads)
 
 
@@ -51,10 +51,10 @@ def _nodes_of_folds(scene: Scene, before: Scene) -> Bools:
     return _corners(scene.folded != before.folded)
 
 
-def _bounds(rest: Points) -> tuple[Points, Points]:
-    """Return the least and the greatest position of every quad's corners, (R - 1, C - 1, 2) each."""
-    corners = rest[:-1, :-1], rest[:-1, 1:], rest[1:, :-1], rest[1:, 1:]
-    return np.minimum.reduce(corners), np.maximum.reduce(corners)
+def _any_corner(nodes: Bools) -> Bools:
+    """Return the quads (R - 1, C - 1) of which a corner is marked in `nodes` (R, C)."""
+    across = nodes[:, :-1] | nodes[:, 1:]
+    return np.asarray(across[:-1] | across[1:])
 
 
 def _corners(quads: Bools) -> Bools:

@@ -112,8 +112,11 @@ def _near_outline(mapping: FeatureMapping) -> list[int]:
 
 def _corners(mapping: FeatureMapping) -> Ints:
     """Return (k, 3) nodes o, a, b, clockwise, of the corners that one feature and the outline decide."""
-    quads, index = mapping.grid.quads, mapping.index.ravel()
+    index = mapping.index.ravel()
     outer = mapping.grid.outline.ravel() & (index < 0)
+    rim = np.ones((mapping.grid.rows - 1, mapping.grid.columns - 1), bool)
+    rim[1:-1, 1:-1] = False
+    quads = mapping.grid.quads[np.flatnonzero(rim)]
     quads = quads[outer[quads].any(axis=1)]
     corners = quads[:, [[3, 0, 1], [0, 1, 2], [1, 2, 3], [2, 3, 0]]].reshape(-1, 3)
     corners = corners[outer[corners].sum(axis=1) == 1]

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -194,20 +194,22 @@ class LiveWarp:
             self._last = None
             return self._result(plain, plain if mapping is None else mapping.solve(plain), self._seconds())
         pose = self._pose(mapping, plain)
-        self._last = _Frame(mapping, plain, pose)
+        is_new, self._last = self._last is None or self._last.mapping is not mapping, _Frame(mapping, plain, pose)
         # What is tried on the way takes its time as well.
         seconds: dict[str, float] = {}
-        shown = self._fitted(mapping, pose, lambda found: self._result(plain, found.positions, seconds))
+        result: _Result = lambda found: self._result(plain, found.positions, seconds)  # noqa: E731
+        shown = self._fitted(mapping, pose, result, foresees=not is_new)
         seconds |= self._seconds()
         return shown
 
-    def _fitted(self, mapping: FeatureMapping, pose: Pose, result: Callable[[Solution], Warped]) -> Warped:
+    def _fitted(self, mapping: FeatureMapping, pose: Pose, result: "_Result", *, foresees: bool) -> Warped:
         """Return the answer with features that the picture's edge cuts fitted to it, where that folds less.
 
-        Corners that a feature and the outline decide tell in advance that it will not do without.
+        Corners that a feature and the outline decide tell in advance that it will not do without. With `foresees` they
+        are asked: which they are takes a moment to find out, so that it pays while features stay and W changes.
         """
         shown = None
-        if not folds_corners(mapping, pose.w, pose.alpha, pose.t):
+        if not (foresees and folds_corners(mapping, pose.w, pose.alpha, pose.t)):
             shown = result(mapping.follow(pose))
             if not _rim(shown.folded).any():
                 return shown
@@ -259,6 +261,9 @@ class LiveWarp:
         # What settling took beyond one solve; factorisations of its own are part of it.
         seconds["unfold"] = max(0.0, settling - seconds["rhs"] - seconds["solve"])
         return seconds
+
+
+_Result: TypeAlias = Callable[[Solution], Warped]
 
 
 def _rim(quads: Bools) -> Bools:

@@ -24,8 +24,8 @@ def drawn(mesh: Mesh, points: list[tuple[float, float]], tip: Tip, start: Raster
 
 
 def distances(mesh: Mesh, centre: tuple[float, float]) -> Singles:
-    gap = mesh.canvas_of_box((0, 0, *SIZE)) - np.array(centre, np.float32)
-    return np.hypot(gap[..., 0], gap[..., 1])
+    x, y = mesh.canvas_of_box((0, 0, *SIZE))
+    return np.asarray(np.hypot(x - np.float32(centre[0]), y - np.float32(centre[1])))
 
 
 @given(st.floats(1, 80), st.floats(0, 1), st.floats(0, 300), st.floats(0, 200))
