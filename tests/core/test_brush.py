@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -6,7 +7,7 @@ from core.arrays import Bytes, Singles
 from core.brush import Stroke, Tip
 from core.grid import Grid
 from core.mesh import Mesh
-from core.raster import Raster
+from core.raster import Box, Raster
 
 SIZE = (300, 200)
 
@@ -84,3 +85,24 @@ def test_only_tiles_under_the_stroke_are_new() -> None:
     stroke = Stroke(start)
     stroke.extend(flat(), np.array([20.0, 20.0]), np.array([40.0, 20.0]), Tip(10, 1.0))
     assert [box for box, _ in stroke.mask.changed_boxes(start)] == [(0, 0, 128, 128)]
+
+
+def test_what_lies_behind_the_last_piece_is_not_covered_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid, tip = Grid(1500, 1000), Tip(300, 0.5)
+    mesh, ends = Mesh(grid, grid.nodes), [np.array([x, 500.0]) for x in (700.0, 720.0, 740.0)]
+    looked, look = [], Mesh.canvas_of_box
+
+    def counted(mesh: Mesh, box: Box) -> Singles:
+        looked.append(box)
+        return look(mesh, box)
+
+    monkeypatch.setattr(Mesh, "canvas_of_box", counted)
+    on = Stroke(Raster.filled(1500, 1000))
+    on.extend(mesh, ends[0], ends[1], tip)
+    looked.clear()
+    on.extend(mesh, ends[1], ends[2], tip)
+    assert min(box[2] for box in looked) > 720
+    anew = Stroke(on.mask)
+    anew.extend(mesh, ends[1], ends[2], tip)
+    assert min(box[2] for box in looked) < 720
+    assert np.array_equal(anew.mask.array, on.mask.array)
