@@ -21,6 +21,9 @@ CORE = 0.7
 LEAST_PART = 0.02
 """Parts of an object, and holes in it, that are smaller, as shares of what is painted, are taken for noise."""
 
+LEAST_KEPT = 0.5
+"""Share of what is painted that an object takes up at least."""
+
 
 def object_within(image: Image, low: Points, high: Points) -> Job[Bytes]:
     """Return the mask (H, W), 0 to 255, of the object within a rectangle from `low` to `high` (2,).
@@ -45,7 +48,7 @@ def object_within(image: Image, low: Points, high: Points) -> Job[Bytes]:
 def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
     """Return the mask (H, W), 0 to 255, of the objects over which somebody has painted (H, W) roughly.
 
-    Raises `InputError` where nothing, or too much, is painted.
+    Raises `InputError` where nothing, or too much, is painted, and where no object stands out.
     """
     scale = scale_for(image, PIXELS)
     picture = proxy(image, scale)
@@ -57,7 +60,10 @@ def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
     if not (labels == cv2.GC_BGD).any():
         raise InputError("too much is painted: no ground is left around the object")
     inside = yield from _cut(picture, labels)
-    return _enlarged(_without_noise(inside, marked), image)
+    inside = _without_noise(inside, marked)
+    if (inside & marked).sum() < LEAST_KEPT * marked.sum():
+        raise InputError("what is painted looks like what is around it: no object was found")
+    return _enlarged(inside, image)
 
 
 def _labels(marked: Bools) -> Bytes:

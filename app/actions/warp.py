@@ -27,8 +27,8 @@ def _has_mask(editor: Editor) -> bool:
 
 
 def _can_fit(editor: Editor) -> bool:
-    """Return whether something is painted, and on the picture as it is, where objects can be looked for."""
-    return painted(editor) != "matte" and _has_mask(editor)
+    """Return whether something is painted that objects can be looked for under: neither a result nor some cloth."""
+    return painted(editor) in ("mask", "source_mask") and _has_mask(editor)
 
 
 MASK = (

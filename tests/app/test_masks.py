@@ -103,14 +103,13 @@ def test_what_is_painted_meanwhile_is_not_overwritten() -> None:
     assert drive.labels[-1] == "Invert mask"
 
 
-def test_paint_on_the_region_is_fitted_too_but_not_the_matte() -> None:
+def test_masks_of_texture_are_fitted_too_but_neither_matte_nor_region() -> None:
     rough = disc_on_ground().mask
-    drive = EditorDriver(disc_on_ground().with_cloth(region=rough).changed(matte=rough))
+    drive = EditorDriver(disc_on_ground().with_cloth(region=rough).changed(matte=rough, source_mask=rough))
+    act(drive, "mode.retexture", "retexture.paint_source_mask", "mask.fit")
+    assert drive.document.source_mask is not None
+    assert np.mean((drive.document.source_mask.array > 127) != (disc(40) > 0)) < 0.01
+    act(drive, "retexture.paint_matte", "mask.fit")
+    assert drive.document.matte is rough
     act(drive, "mode.overlay", "mask.fit")
-    region = drive.document.cloth.region
-    assert region is not None
-    assert np.mean((region.array > 127) != (disc(40) > 0)) < 0.01
-    act(drive, "mode.retexture")
-    before = drive.document
-    act(drive, "mask.fit")
-    assert drive.document is before
+    assert drive.document.cloth.region is rough

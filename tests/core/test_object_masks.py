@@ -78,3 +78,10 @@ def test_specks_of_the_other_colour_are_neither_parts_nor_holes() -> None:
         cv2.circle(seen, (x, y), 2, (255 - int(mask[y, x]),), -1)
     found = run(object_under(picture_of(seen), mask)) > 127
     assert [cv2.connectedComponents(side.astype(np.uint8))[0] - 1 for side in (found, ~found)] == [1, 1]
+
+
+def test_paint_on_what_goes_on_around_it_is_refused() -> None:
+    rough = np.zeros((200, 300), np.uint8)
+    cv2.circle(rough, (150, 100), 40, (255,), -1)
+    with pytest.raises(InputError, match="around it"):
+        run(object_under(picture_of(np.zeros_like(rough)), rough))
