@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from core.arrays import InputError, Points
+from core.arrays import InputError, Ints, Points
+from core.blas import one_thread
 from core.grid import Grid
 from core.mapping.frames import Complexes, as_complex, as_positions
 from core.mapping.free_plate import FreePlate
@@ -33,6 +34,8 @@ _REFINEMENTS = 3
 _EXACT = 1e-12
 _TOGETHER = 1e-12
 """Handles whose responses differ by no more than this share are taken as one."""
+_CLOSE = 0.75
+"""Cells from a handle within which the frame pushes no other."""
 _APART = 1e-5
 """Pivots down to this share of the largest one, squared, tell of handles that are surely apart."""
 
@@ -61,24 +64,31 @@ class Editing:
         elif min(grid.shape) > 2:
             self._plate = HeldPlate(grid, cell=_cell(grid), rounded=rounded)
         self._points = np.empty((0, 2))
+        self._held: Ints = np.empty(0, np.int64)
+        """Which of them are held, and where."""
+        self._at = np.empty((0, 2))
         self._inverse: NDArray[Any] = np.empty((0, 0))
 
     def hold(self, points: Points) -> None:
         """Declare the places (n, 2) of the handles, in pixels of the picture; those declared before cost nothing.
 
         With the frame held, a place within a cell of it, or outside the picture, stands for the closest one a cell
-        inside: what lies on the frame no handle can move.
+        inside: what lies on the frame no handle can move. Of those that would come to lie close together, the one
+        closest to its own place is held.
         """
         points = np.asarray(points, np.float64).reshape(-1, 2)
         if self._plate is None or np.array_equal(points, self._points):
             return
         with span("handles", count=len(points)):
-            S = self._plate.hold(self._inside(points))
-            self._points = points.copy()
+            self._points, inside = points.copy(), self._inside(points)
+            self._held = _spread(points, inside, _CLOSE * min(self.grid.cell))
+            self._at = inside[self._held]
+            S = self._plate.hold(self._at)
             if self.frame == "free":
                 Q = self._similar()
                 S = np.block([[S, Q], [Q.conj().T, np.zeros((self._spare,) * 2)]])
-            self._inverse = _inverse(S)
+            with one_thread():
+                self._inverse = _inverse(S)
 
     def solve(self, targets: Points, base: Points | None = None) -> Points:
         """Return where the nodes (R, C, 2) go so that the handles reach `targets` (n, 2).
@@ -86,15 +96,15 @@ class Editing:
         `base` (R, C, 2) is where they go without handles, by default where they are; its outline is the frame.
         """
         start = as_complex(self.grid.nodes if base is None else base)
-        if self._plate is None or not len(self._points):
+        if self._plate is None or not len(self._held):
             return as_positions(start.copy())
         with span("editing"):
-            goal = as_complex(np.asarray(targets, np.float64)) - self._at(self._points, start.ravel())
-            held = self._inside(self._points)
+            wanted = as_complex(np.asarray(targets, np.float64)[self._held])
+            goal = wanted - self._moved(self._points[self._held], start.ravel())
             d, rest = np.zeros(self.grid.size, np.complex128), goal
             for _ in range(_REFINEMENTS):
                 d += self._displacement(rest)
-                rest = goal - self._at(held, d)
+                rest = goal - self._moved(self._at, d)
                 if np.abs(rest).max() < _EXACT * np.abs(goal).max():
                     break
         return as_positions(start + d.reshape(start.shape))
@@ -113,11 +123,11 @@ class Editing:
     @property
     def _spare(self) -> int:
         """Columns of Q: one handle alone moves the picture, two turn and scale it too."""
-        return 0 if self.frame == "held" else min(len(self._points), 2)
+        return 0 if self.frame == "held" else min(len(self._held), 2)
 
     def _similar(self) -> Complexes:
         """Return C Q."""
-        here = as_complex(self._points)[:, None] / self._length
+        here = as_complex(self._at)[:, None] / self._length
         return np.concatenate([here, np.ones_like(here)], axis=1)[:, 2 - self._spare :]
 
     def _inside(self, points: Points) -> Points:
@@ -126,7 +136,7 @@ class Editing:
         margin = np.minimum(self.grid.cell, np.array([self.grid.width_px, self.grid.height_px]) / 2)
         return np.clip(points, margin - 0.5, [self.grid.width_px, self.grid.height_px] - margin - 0.5)
 
-    def _at(self, points: Points, z: Complexes) -> Complexes:
+    def _moved(self, points: Points, z: Complexes) -> Complexes:
         """Return C z for z (N,)."""
         nodes, weights = self.grid.weights_at(points)
         return np.asarray((z[nodes] * weights).sum(axis=1))
@@ -137,6 +147,16 @@ def _cell(grid: Grid) -> tuple[float, float]:
     width, height = grid.cell
     unit = float(np.sqrt(width * height))
     return width / unit, height / unit
+
+
+def _spread(points: Points, inside: Points, distance: float) -> Ints:
+    """Return which handles to hold: all that are `inside` where they are, of the others those not close to one held."""
+    pushed = np.hypot(*(inside - points).T)
+    held = np.flatnonzero(pushed == 0).tolist()
+    for i in np.argsort(pushed, kind="stable").tolist()[len(held) :]:
+        if not held or np.hypot(*(inside[held] - inside[i]).T).min() >= distance:
+            held.append(i)
+    return np.sort(np.array(held, np.int64))
 
 
 def _inverse(system: NDArray[Any]) -> NDArray[Any]:

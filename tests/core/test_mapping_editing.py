@@ -159,6 +159,19 @@ def test_a_pin_outside_pulls_on_the_nearest_place_inside(place: list[float]) -> 
     assert np.array_equal(z[GRID.outline], GRID.nodes[GRID.outline])
 
 
+def test_a_curve_that_leaves_the_picture_is_held_once_where_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("handles on one spot")
+
+    monkeypatch.setattr(np.linalg, "pinv", refuse)
+    source = Curve(np.array([[-60.0, 30], [-20, 31], [60, 40], [110, 40]]))
+    target = Curve(source.points + [[0, 9], [0, 9], [0, 9], [0, 3]])
+    z = edit_grid(GRID, Handles(np.empty((0, 2)), np.empty((0, 2)), [(source, target)]))
+    t = np.linspace(0, 1, 200)
+    inside = (source.at(t)[:, 0] > 8) & (source.at(t)[:, 0] < 100)
+    assert np.hypot(*(at(source.at(t), z) - target.at(t)).T)[inside].max() < 0.3
+
+
 def test_two_pins_on_one_spot_that_agree_are_one() -> None:
     twice, once = PLACES[[0, 0, 1]], PLACES[:2]
     assert np.allclose(edit_grid(GRID, Handles(twice, twice + 3)), edit_grid(GRID, Handles(once, once + 3)))
