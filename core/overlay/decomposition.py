@@ -40,6 +40,8 @@ TEXEL_PIXELS = 1_500_000
 """Most pixels from which the texel of a large photo is estimated."""
 TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
+TINT_SAMPLES = 12
+"""Samples to that width."""
 
 
 @dataclass(frozen=True)
@@ -203,14 +205,15 @@ def texture_at(texel: Texel, uv: Singles) -> Singles:
 
 
 def coloured_light(photo: Floats, modelled: Singles, inside: Bools, scale: int, sigma_px: float) -> Singles | None:
-    """Return each channel's own factor (H, W, 3), or None where light has one colour, from every `scale`-th pixel.
+    """Return each channel's own factor (H, W, 3), or None where light has one colour.
 
-    `sigma_px` is over so many pixels.
+    `sigma_px` is over every `scale`-th pixel; as few are looked at as that allows.
     """
-    few = slice(None, None, scale)
-    colour = tint(photo[few, few], modelled[few, few].astype(float), inside[few, few], sigma_px)
-    if colour is None or scale == 1:
-        return None if colour is None else colour.astype(np.float32)
+    every = max(1, int(sigma_px / TINT_SAMPLES))
+    few = slice(None, None, scale * every)
+    colour = tint(photo[few, few], modelled[few, few].astype(float), inside[few, few], sigma_px / every)
+    if colour is None:
+        return None
     return np.asarray(cv2.resize(colour.astype(np.float32), inside.shape[::-1], interpolation=cv2.INTER_LINEAR))
 
 

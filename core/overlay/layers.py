@@ -82,6 +82,8 @@ def add_rest(
 
     Every so many pixels of `photo` (H, W, 3) are looked at as `cloth.photo` is smaller.
     """
+    if not (cloth.valid & ~np.any(masks, axis=0)).any():
+        return
     scale = -(-len(photo) // len(cloth.photo))
     valid = spread_mask(cloth.valid, layers[1].shape)
     more = filled(cloth, found, pieces, masks)

@@ -11,8 +11,8 @@ from core.overlay.texel import Texel
 from core.overlay.trust import local_light, trust_in
 
 TURN = 2 * np.pi
-EVERY, MARGIN = 2, 8
-"""Pixels from one place to the next at which the pattern is looked for, and around where it is lost."""
+EVERY, MARGIN = 2, 4
+"""Pixels from one place to the next at which the cloth is looked at, and places around where the pattern is lost."""
 BRIGHTEST = 99
 """Per cent of the light on cloth that is followed, over which that on the rest is not: it is ground that shines."""
 HALF = 0.5
@@ -27,10 +27,10 @@ def recovered(
     """Return coordinates (H, W, 2) and shading (H, W) that suit the photo (H, W, 3) also where the model does not.
 
     `layers` are the model's, NaN outside the cloth; `followed` (H, W) has been registered; `basis` (2, 2) is pixels of
-    undeformed cloth a texel. Every `scale`-th pixel is looked at.
+    undeformed cloth a texel. `scale` is 2 for a photo of twice the size.
     """
-    few, (uv, shading) = slice(None, None, scale), layers
-    seen, basis = photo[few, few].astype(np.float32), basis / scale
+    few, (uv, shading) = slice(None, None, EVERY * scale), layers
+    seen, basis = photo[few, few].astype(np.float32), basis / (EVERY * scale)
     small, light, held = uv[few, few], shading[few, few], followed[few, few]
     covered, side = np.isfinite(light), float(np.sqrt(abs(np.linalg.det(basis))))
     trust = trust_in(seen, small, light, texel, held, side)
@@ -41,28 +41,27 @@ def recovered(
         own = np.minimum(own, np.float32(np.percentile(light[covered & held], BRIGHTEST)))
     lost = solid(np.asarray(covered & (~held | (trust < HALF)), np.bool_), LEAST * side)
     light = trust * light + (1 - trust) * own
-    shift = shifts_of((seen, small, light), texel, basis, lost)
-    trust, own, shift = (spread(plane, shading.shape) for plane in (trust, own, shift))
-    return uv + shift, np.asarray(trust * shading + (1 - trust) * own, np.float32)
+    uv = moved((seen, uv, light), texel, basis, lost)
+    trust, own = (spread(plane, shading.shape) for plane in (trust, own))
+    return uv, np.asarray(trust * shading + (1 - trust) * own, np.float32)
 
 
-def shifts_of(seen: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats, lost: Bools) -> Singles:
-    """Return by how many texels (H, W, 2) the coordinates move where the pattern is `lost` (H, W).
+def moved(seen: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats, lost: Bools) -> Singles:
+    """Return the coordinates (H, W, 2) moved to where the pattern is, where that is `lost` (h, w).
 
-    `seen` are the photo (H, W, 3), coordinates (H, W, 2) and shading (H, W).
+    `seen` are the photo (h, w, 3), these coordinates, and shading (h, w).
     """
-    out = np.zeros((*lost.shape, 2), np.float32)
-    if lost.any():
-        box, few = around(lost, MARGIN), slice(None, None, EVERY)
-        photo, uv, shading = (plane[box][few, few] for plane in seen)
-        shift = shifts_where_lost(photo, uv, shading, texel, basis / EVERY, lost[box][few, few])
-        inside = out[box]
-        # A shift of nearly a texel forth is one of a little back: what is between both is neither.
-        parts = [
-            spread(part.astype(np.float32), inside.shape[:2]) for part in (np.cos(TURN * shift), np.sin(TURN * shift))
-        ]
-        inside[lost[box]] = (np.arctan2(parts[1], parts[0]) / TURN)[lost[box]]
-    return out
+    if not lost.any():
+        return seen[1]
+    box, (photo, uv, light) = around(lost, MARGIN), seen
+    every = -(-len(uv) // len(lost))
+    shift = shifts_where_lost(photo[box], uv[::every, ::every][box], light[box], texel, basis, lost[box])
+    # A shift of nearly a texel forth is one of a little back: what is between both is neither.
+    whole = np.zeros((*lost.shape, 4), np.float32)
+    whole[box] = np.concatenate([np.cos(TURN * shift), np.sin(TURN * shift)], -1)
+    wide = spread(whole, uv.shape)
+    angle = np.arctan2(wide[..., 2:], wide[..., :2]) / np.float32(TURN)
+    return np.where(spread(lost.astype(np.float32), uv.shape)[..., None] > HALF, uv + angle, uv)
 
 
 def spread(plane: Singles, shape: tuple[int, ...]) -> Singles:

@@ -112,19 +112,18 @@ def estimate_texel(
     `uv` (H, W, 2), `shading` and `weight` (H, W).
     """
     use = drawn(weight > 0, max(OBSERVED * shape[0] * shape[1], LEAST_OBSERVED))
-    colours, light, w = (plane[use].astype(np.float64) for plane in (photo, shading, weight))
-    places = uv[use].astype(np.float64)
-    index, share = splat(places, shape)
-    pixels = np.zeros((*shape, photo.shape[-1]))
+    colours, light, w = (plane[use].astype(np.float32) for plane in (photo, shading, weight))
+    shares = shares_of(*splat(uv[use].astype(np.float64), shape), shape).astype(np.float32)
+    pixels = np.zeros((shares.shape[1], photo.shape[-1]), np.float32)
     robust = w
     for _ in range(rounds):
-        missing = colours - light[:, None] * Texel(pixels).at(places)
+        missing = colours - light[:, None] * (shares @ pixels)
         if pixels.any():
-            error = np.abs(missing).mean(-1)
-            bend = 2.0 * float(np.median(error)) + 1e-3
-            robust = w * np.minimum(1, (bend / np.maximum(error, 1e-9)) ** 2)
-        pixels = pixels + gathered(index, share, missing, light, robust, shape)
-    return Texel(np.clip(pixels, 0, None))
+            error = np.abs(missing) @ np.full(missing.shape[1], 1 / missing.shape[1], np.float32)
+            bend = np.float32(2.0 * np.median(error) + 1e-3)
+            robust = w * np.minimum(1, (bend / np.maximum(error, np.float32(1e-9))) ** 2)
+        pixels = pixels + weighted(shares, missing, light, robust, shape).reshape(pixels.shape).astype(np.float32)
+    return Texel(np.clip(pixels, 0, None).astype(np.float64).reshape(*shape, -1))
 
 
 def drawn(use: Bools, most: int) -> Bools:
@@ -145,14 +144,32 @@ def splat(at: Floats, shape: tuple[int, int]) -> tuple[Ints, Floats]:
     return index, np.stack([(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy], -1)
 
 
+def shares_of(index: Ints, share: Floats, shape: tuple[int, int]) -> sparse.csr_array:
+    """Return the matrix (n, h * w) that looks a texel of `shape` (h, w) up, from what `splat` returns."""
+    ends = np.arange(0, index.size + 1, 4)
+    return sparse.csr_array((share.ravel(), index.ravel(), ends), shape=(len(index), shape[0] * shape[1]))
+
+
 def gathered(
     index: Ints, share: Floats, colours: Floats, light: Floats, weight: Floats, shape: tuple[int, int]
 ) -> Floats:
-    """Return the weighted mean colours (h, w, 3); samples that nothing reached take their neighbours'."""
-    ends = np.arange(0, index.size + 1, 4)
-    shares = sparse.csr_array((share.ravel(), index.ravel(), ends), shape=(len(index), shape[0] * shape[1]))
-    light = light[:, None]
-    sums = shares.T @ (weight[:, None] * light * np.concatenate([colours, light], -1))
+    """Return the weighted mean colours (h, w, C); samples that nothing reached take their neighbours'."""
+    return weighted(shares_of(index, share, shape), colours, light, weight, shape)
+
+
+def weighted(
+    shares: sparse.csr_array,
+    colours: Floats | Singles,
+    light: Floats | Singles,
+    weight: Floats | Singles,
+    shape: tuple[int, int],
+) -> Floats:
+    """Return what `gathered` does for shares (n, h * w) of the samples."""
+    share = weight * light
+    seen = np.empty((len(colours), colours.shape[1] + 1), colours.dtype)
+    np.multiply(colours, share[:, None], out=seen[:, :-1])
+    np.multiply(light, share, out=seen[:, -1])
+    sums = np.asarray(shares.T @ seen, np.float64)
     return filled(sums[:, :-1].reshape(*shape, -1), sums[:, -1].reshape(shape))
 
 
