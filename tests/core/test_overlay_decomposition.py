@@ -126,3 +126,13 @@ def test_ground_in_more_light_than_there_can_be_is_not_cloth(scene: Scene, monke
     light = 0.75 * scene.shading
     assert result.covered[light < 0.65].mean() > 0.9
     assert result.covered[light > 0.75].mean() < 0.02
+
+
+def test_a_corner_whose_pattern_jumps_is_explained_too() -> None:
+    scene = make_scene(motif())
+    photo, corner = scene.photo.copy(), (slice(-40, None), slice(-40, None))
+    photo[corner] = np.roll(scene.photo, (11, 12), (0, 1))[corner]
+    region = np.ones(photo.shape[:2], bool)
+    region[:3] = False
+    found = run(decompose(photo, region=region))
+    assert np.sqrt((found.detail[-36:, -36:] ** 2).mean()) < 0.15

@@ -4,6 +4,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats
 from core.overlay.obstacles import obstacles
+from core.overlay.texel import Texel
 from tests.core.overlay_scenes import COLOURS, make_scene, motif
 
 TEXEL = motif()
@@ -50,6 +51,14 @@ def test_shadow_is_none() -> None:
     shaded = np.where(bow[..., None], 0.45 * SCENE.photo, SCENE.photo)
     assert not found(shaded).any()
     assert found(photo).any()
+
+
+def test_shadow_that_looks_like_a_darker_motif_is_none() -> None:
+    grey = Texel(np.repeat(np.where(TEXEL.pixels[..., :1] > 0.5, 0.75, 0.35), 3, -1))
+    scene = make_scene(grey, noise=0.01)
+    _, bow = with_bow(COLOURS[1])
+    photo = np.where(bow[..., None], 0.47 * scene.photo, scene.photo)
+    assert not obstacles(photo, grey(scene.uv), scene.shading, grey, scene.basis, np.ones(SIZE, bool)).any()
 
 
 def test_patch_amid_cloth_that_lies_elsewhere_is_none() -> None:

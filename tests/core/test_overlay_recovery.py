@@ -5,7 +5,7 @@ import pytest
 
 from core.arrays import Floats, Singles
 from core.overlay.recovery import recovered
-from core.overlay.regaining import evened, shifts_where_lost
+from core.overlay.regaining import NEXT, OTHER, best_before, evened, shifts_where_lost
 from core.overlay.trust import local_light, trust_in, trusted
 from tests.core.overlay_scenes import make_scene, motif
 
@@ -103,3 +103,29 @@ def test_beyond_the_cloth_is_nothing() -> None:
     assert np.isnan(shading[:30]).all()
     assert np.isfinite(found[30:]).all()
     assert np.isfinite(shading[30:]).all()
+
+
+def test_a_spot_too_small_to_be_sure_of_stays_with_the_cloth_beside_it() -> None:
+    spot = (np.abs(np.indices(SIZE)[1] - 100) < 3) & (np.abs(np.indices(SIZE)[0] - 80) < 3)
+    photo = np.where(spot[..., None], np.roll(SCENE.photo, 12, 0), SCENE.photo).astype(np.float32)
+    shift = shifts_where_lost(photo, UV, LIGHT, TEXEL, SCENE.basis, spot)
+    assert np.abs(shift).max() < 0.1
+
+
+def test_a_path_goes_to_the_next_shift_for_little_and_to_any_for_more() -> None:
+    path = np.full((6, 5, 1), 50.0, np.float32)
+    path[0, 0] = 1.0
+    added = best_before(path)[..., 0]
+    assert added[0, 0] == 0
+    np.testing.assert_allclose([added[0, 1], added[5, 0], added[1, 0], added[0, 4]], NEXT, rtol=1e-6)
+    np.testing.assert_allclose([added[1, 1], added[3, 3]], OTHER, rtol=1e-6)
+
+
+def test_shifts_are_not_evened_across_a_jump() -> None:
+    shift = np.where(np.indices((20, 30))[1][..., None] < 15, 0.0, 0.35) * np.ones(2)
+    np.testing.assert_allclose(evened(shift), shift, atol=0.03)
+
+
+def test_light_where_the_cloth_was_not_followed_is_none_that_the_cloth_has_nowhere() -> None:
+    _, light = found_again(SCENE.photo * np.where(RIGHT, 3.0, 1.0)[..., None], UV)
+    assert light[:, 150:].max() <= LIGHT[~RIGHT].max()

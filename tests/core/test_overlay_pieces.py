@@ -1,0 +1,45 @@
+"""Further pieces of cloth."""
+
+import numpy as np
+import pytest
+
+from core.arrays import Bools, Floats
+from core.overlay.alignment import Frames
+from core.overlay.cloth import Cloth, Fit
+from core.overlay.fitting import begun, completed
+from core.overlay.lattice import Lattice
+from core.overlay.seeding import flat_canvas
+from core.progress import run
+from tests.core.overlay_scenes import make_scene
+from tests.core.test_overlay_wide import LARGE, sett
+
+SIZE, BELT = (120, 290), slice(165, 185)
+
+
+def belted() -> tuple[Floats, Floats]:
+    """Return a photo of a few large texels on both sides of a belt, where they do not meet, and their coordinates."""
+    scene = make_scene(sett(), size=SIZE, basis=LARGE, bend=1.0)
+    photo = scene.photo.copy()
+    photo[:, BELT.stop :] = np.roll(photo, (31, 25), (0, 1))[:, BELT.stop :]
+    photo[:, BELT] = [0.8, 0.75, 0.2]
+    return photo, scene.uv
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[Cloth, Fit]:
+    photo, uv = belted()
+    inside: Bools = np.ones(SIZE, bool)
+    inside[:, BELT] = False
+    keys = np.array([(0, 1), (1, 1), (2, 1)])
+    points = np.array([np.argwhere(np.linalg.norm(uv - key, axis=-1) < 0.02).mean(0)[::-1] for key in keys])
+    lattice = Lattice(keys, Frames(points, np.tile(LARGE, (3, 1, 1)), np.ones(3)))
+    cloth, fit = run(begun(photo, flat_canvas(photo, inside), lattice, 0, trusted=True))
+    return run(completed(cloth, fit, [], 0, sure=True))
+
+
+def test_of_few_texels_one_is_enough_to_go_on_from_beyond_a_belt(found: tuple[Cloth, Fit]) -> None:
+    cloth, fit = found
+    covered = cloth.mesh.pixels_of(fit.cells)
+    assert len(fit.pieces) == 2
+    assert covered[10:-10, 10:150].mean() > 0.95
+    assert covered[10:-10, 200:-10].mean() > 0.8
