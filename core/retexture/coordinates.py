@@ -206,7 +206,7 @@ def _steps(field: DirectionField, start: Singles, along: Singles, turned: Single
 
 def _rotated(vectors: Singles, by: Singles) -> Singles:
     """Return `vectors` turned by the angles of the unit vectors `by`: a complex product."""
-    return _pairs(_complex(vectors) * _complex(by))
+    return as_pairs(as_complex(vectors) * as_complex(by))
 
 
 def _turned(vectors: Singles) -> Singles:
@@ -228,7 +228,7 @@ def _smoothed(grids: Singles) -> Singles:
 
 def _folded(grids: Singles) -> Bools:
     """Return which grids (n,) have a cell turned inside out."""
-    nodes = _complex(grids)
+    nodes = as_complex(grids)
     along, across = np.diff(nodes, axis=2)[:, :-1], np.diff(nodes, axis=1)[:, :, :-1]
     return np.asarray(((np.conj(along) * across).imag <= 0).any(axis=(1, 2)))
 
@@ -266,13 +266,13 @@ def _located(grids: Singles, size: int) -> tuple[Ints, Ints, Singles]:
     chosen = node[:-1][held.ravel()].astype(np.int64)
     y, x = np.divmod(np.arange(size * size), size)
     gap = (x + 1j * y).astype(np.complex64)[pixel]
-    gap -= _complex(fine).ravel()[chosen + number.shape[1] * found]
+    gap -= as_complex(fine).ravel()[chosen + number.shape[1] * found]
     k, j = np.divmod(np.arange(number.shape[1]), 2 * columns - 1)
     # Turned into the node's frame.
-    way = _unit_steps(_complex(grids))
+    way = _unit_steps(as_complex(grids))
     gap *= way.ravel()[(k // 2 * columns + j // 2)[chosen] + rows * columns * found]
     gap += ((j + 1j * k) / 2).astype(np.complex64)[chosen]
-    return np.count_nonzero(held, axis=1), pixel, _pairs(gap)
+    return np.count_nonzero(held, axis=1), pixel, as_pairs(gap)
 
 
 def _unit_steps(nodes: NDArray[np.complex64]) -> NDArray[np.complex64]:
@@ -328,11 +328,11 @@ def _halved(weights: Floats, *, cubic: bool) -> Floats:
     return fine
 
 
-def _complex(vectors: Singles) -> NDArray[np.complex64]:
+def as_complex(vectors: Singles) -> NDArray[np.complex64]:
     """Return vectors (..., 2) as complex numbers (...), which arithmetic goes through several times as fast."""
     return np.ascontiguousarray(vectors, np.float32).view(np.complex64)[..., 0]
 
 
-def _pairs(numbers: NDArray[np.complex64]) -> Singles:
+def as_pairs(numbers: NDArray[np.complex64]) -> Singles:
     """Return complex numbers (...) as vectors (..., 2)."""
     return np.ascontiguousarray(numbers).view(np.float32).reshape(*numbers.shape, 2)

@@ -11,6 +11,7 @@ from core.arrays import Bools, Floats, InputError, Ints, Pixels, Singles
 from core.retexture.blend import correction
 from core.retexture.diffusion import Diffusion
 from core.retexture.layout import Origins
+from core.retexture.minified import Boxes, average, boxes
 from core.retexture.sampling import Kernel, read
 from core.retexture.softening import SHARE, Mixture, across_seams
 
@@ -110,12 +111,19 @@ class Retexture:
                 continue
             light = read(source, at, kernel, mirror=True)
             if mixture is not None:
+                average(light, source, at, self._pressed(rows))
                 _mix(light, source, mixture.rows(rows.start, rows.stop, layer.shape[1]))
             # The kernel overshoots beside edges; nothing becomes brighter or darker than the whole layer.
             light = np.clip(light, low, high)
             stored = color.stored(color.unpremultiply(light), depth=layer.dtype, linear=linear)
             np.copyto(result[rows], stored, where=moved[..., None])
         return result
+
+    def _pressed(self, rows: slice) -> Boxes:
+        """Return which pixels of patches, in some rows, show several of the source."""
+        around = slice(max(rows.start - 1, 0), min(rows.stop + 1, len(self.label)))
+        found = boxes(self.place[around], self.label[around])
+        return found.rows(rows.start - around.start, rows.stop - around.start, self.label.shape[1])
 
     def _correction(self, layer: Pixels, box: tuple[slice, slice]) -> Singles | None:
         """Return what to add to a `box` of the result, premultiplied, to hide seams; None where none is visible."""
