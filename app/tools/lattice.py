@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -12,20 +13,22 @@ from app.shapes import Circle, Polyline, Shape
 from app.spaces import canvas_from_screen, screen_from_canvas
 from app.tool import Tool
 from app.tools.grips import drag_from, nearest
-from core.arrays import Bools, Floats, Ints, Points
+from app.tools.lattice_web import Web, web_of
+from core.arrays import Floats, Points
 from core.cloth import LatticeVertices, Search
 from core.document import pixels_from_places, places_from_pixels
-from core.document_overlay import vertices_of
-from core.overlay.lattice import neighbour_rows
+from core.document_overlay import Layers, vertices_of
 
 VERTEX_PX, LEAST_VERTEX_PX = 3.5, 1.6
 """Radius of a vertex; smaller where vertices are close together."""
-FAR = 2.5
-"""Steps so many times as long as the usual one lie between two pieces of cloth."""
 FITS = 0.4
 """A new vertex lies so near where the lattice goes on, in its steps."""
 WEAK = 0.5
 """Confidence below which a quad is marked."""
+
+
+_FOUND: "WeakKeyDictionary[Layers, LatticeVertices]" = WeakKeyDictionary()
+"""Layers and their lattice, which is drawn in every frame."""
 
 
 def vertices(editor: Editor) -> LatticeVertices | None:
@@ -34,7 +37,11 @@ def vertices(editor: Editor) -> LatticeVertices | None:
     if search is not None and search.lattice is not None and not work.is_final:
         return search.lattice
     layers = work.layers
-    return None if layers is None or search is None else vertices_of(editor.document, layers)
+    if layers is None or search is None:
+        return None
+    if layers not in _FOUND:
+        _FOUND[layers] = vertices_of(editor.document, layers)
+    return _FOUND[layers]
 
 
 def on_screen(editor: Editor, lattice: LatticeVertices) -> Points:
@@ -160,11 +167,12 @@ def lattice_shapes(editor: Editor) -> list[Shape]:
     grows = search is not None and search.lattice is None and editor.overlay.stage_lattice is not None
     if lattice is None or len(lattice.keys) < 2 or (grows and not editor.overlay.is_final):
         return _stage_shapes(editor)
-    keys, points = np.rint(lattice.keys).astype(np.int64), on_screen(editor, lattice)
-    lines: list[Shape] = [Polyline(points[rows], "lattice") for rows in chains(keys, points)]
+    web, points = web_of(lattice, editor.document.size_px), on_screen(editor, lattice)
+    lines: list[Shape] = [Polyline(points[rows], "lattice") for rows in web.chains]
     layers = editor.overlay.layers
-    if editor.overlay.is_final and layers is not None and len(layers.lattice) == len(keys):
-        lines.extend(_weak_quads(keys, points, layers.lattice.frames.scores < WEAK))
+    if editor.overlay.is_final and layers is not None and len(layers.lattice) == len(points):
+        weak = points[web.quads(layers.lattice.frames.scores < WEAK)]
+        lines.extend(Polyline(quad, "lattice-weak", closed=True) for quad in weak)
     return lines
 
 
@@ -175,41 +183,7 @@ def _stage_shapes(editor: Editor) -> list[Shape]:
         return []
     keys, points = found
     seen = screen_from_canvas(editor.session.view, points)
-    return [Polyline(seen[rows], "lattice") for rows in chains(keys, seen)]
-
-
-def usual_step(keys: Ints, points: Points) -> float:
-    """Return the median length of the lattice's steps."""
-    near = neighbour_rows(keys)[:, :2]
-    rows, sides = np.nonzero(near >= 0)
-    if not len(rows):
-        return 0.0
-    return float(np.median(np.hypot(*(points[near[rows, sides]] - points[rows]).T)))
-
-
-def chains(keys: Ints, points: Points) -> list[Ints]:
-    """Return the rows of vertices that follow one another without a gap along either direction of the lattice."""
-    found: list[Ints] = []
-    longest = FAR * usual_step(keys, points)
-    for axis in (0, 1):
-        order = np.lexsort((keys[:, axis], keys[:, 1 - axis]))
-        step = np.diff(keys[order], axis=0)
-        length = np.hypot(*np.diff(points[order], axis=0).T)
-        goes_on = (step[:, 1 - axis] == 0) & (step[:, axis] == 1) & (length <= longest)
-        found.extend(run for run in np.split(order, np.flatnonzero(~goes_on) + 1) if len(run) > 1)
-    return found
-
-
-def _weak_quads(keys: Ints, points: Points, weak: Bools) -> list[Shape]:
-    near, longest = neighbour_rows(keys), FAR * usual_step(keys, points)
-    shapes: list[Shape] = []
-    for row in np.flatnonzero(weak):
-        right, below = near[row, 0], near[row, 1]
-        across = near[right, 1] if right >= 0 else -1
-        quad = points[[row, right, across, below]]
-        if min(right, below, across) >= 0 and np.ptp(quad, axis=0).max() <= longest:
-            shapes.append(Polyline(quad, "lattice-weak", closed=True))
-    return shapes
+    return [Polyline(seen[rows], "lattice") for rows in Web(keys, points).chains]
 
 
 def overlay(editor: Editor) -> Sequence[Shape]:
@@ -220,12 +194,15 @@ def overlay(editor: Editor) -> Sequence[Shape]:
         return shapes
     points, view = on_screen(editor, lattice), editor.session.view
     inside = ((points >= 0) & (points <= view.size)).all(1)
-    radius = float(np.clip(0.12 * usual_step(np.rint(lattice.keys).astype(np.int64), points), 0, VERTEX_PX))
-    for row in np.flatnonzero(inside) if radius >= LEAST_VERTEX_PX else ():
-        place = (float(points[row, 0]), float(points[row, 1]))
-        if row == editor.session.hover:
-            shapes.append(Circle(place, radius + 3, "hover"))
-        shapes.append(Circle(place, radius, "vertex", filled=True))
+    step = web_of(lattice, editor.document.size_px).step * view.zoom
+    radius = float(np.clip(0.12 * step, 0, VERTEX_PX))
+    if radius >= LEAST_VERTEX_PX:
+        hovered, places = editor.session.hover, points.tolist()
+        for row in np.flatnonzero(inside).tolist():
+            x, y = places[row]
+            if row == hovered:
+                shapes.append(Circle((x, y), radius + 3, "hover"))
+            shapes.append(Circle((x, y), radius, "vertex", filled=True))
     return shapes
 
 

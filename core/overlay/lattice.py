@@ -181,10 +181,15 @@ def crowded(lattice: Lattice, found: Frames) -> Bools:
 
 def neighbour_rows(keys: Ints) -> Ints:
     """Return (K, 4) rows of the neighbours right, below, left and above, -1 where there is none."""
-    rows = index_of(keys)
-    return np.array(
-        [[rows.get((i + di, j + dj), -1) for di, dj in NEIGHBOURS.tolist()] for i, j in keys.tolist()], np.int64
-    ).reshape(-1, 4)
+    if not len(keys):
+        return np.empty((0, 4), np.int64)
+    # One number for each place of the lattice and of a margin around it, and the neighbours' beside it.
+    unit = np.array([1, int(np.ptp(keys[:, 0])) + 3])
+    number = (keys - keys.min(axis=0) + 1) @ unit
+    order = np.argsort(number, kind="stable")
+    wanted = number[:, None] + NEIGHBOURS @ unit
+    place = np.maximum(np.searchsorted(number[order], wanted, side="right") - 1, 0)
+    return np.where(number[order][place] == wanted, order[place], -1)
 
 
 def refined(canvas: Canvas, lattice: Lattice, *, rounds: int = 8) -> tuple[Lattice, Template]:
