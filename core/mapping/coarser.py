@@ -11,21 +11,40 @@ from core.mapping.frames import Complexes, as_complex
 
 _CELLS = 3
 """So many cells are taken as one, along either side."""
+_ROUNDING = 1e-9
 _NODES_AT_LEAST = 3000
 """Smaller grids are searched themselves."""
 
 
 class Coarser:
-    """A mapping of the same features on fewer nodes; features that no longer have a shape there are left out."""
+    """A mapping of the same features on fewer nodes; features that no longer have a shape there are left out.
 
-    def __init__(self, fine: FeatureMapping) -> None:
+    Where they are `covered`, every fine node of a feature lies between coarse ones of it. What folds nothing there then
+    folds nothing when it is lifted, where features are not close to each other.
+    """
+
+    def __init__(self, fine: FeatureMapping, *, covered: bool = False) -> None:
         self._fine = fine
         grid = fine.grid
         self.grid = Grid(grid.width_px, grid.height_px, cell_px=_CELLS * float(np.sqrt(grid.cell[0] * grid.cell[1])))
         self._nodes, self._weights = grid.weights_at(self.grid.nodes.reshape(-1, 2))
-        nearest = np.take_along_axis(self._nodes, self._weights.argmax(axis=1)[:, None], axis=1)
-        labels = fine.features.labels.ravel()[nearest].reshape(self.grid.shape)
+        labels = self._covering() if covered else self._nearest()
         self.mapping = FeatureMapping(self.grid, Features(labels), keep=fine.keep, method=fine.method)
+
+    def _nearest(self) -> NDArray[np.int32]:
+        """Return the label of the fine node nearest to each coarse one."""
+        nearest = np.take_along_axis(self._nodes, self._weights.argmax(axis=1)[:, None], axis=1)
+        return np.asarray(self._fine.features.labels.ravel()[nearest].reshape(self.grid.shape))
+
+    def _covering(self) -> NDArray[np.int32]:
+        """Return for each coarse node the label of a fine one that lies in a cell beside it."""
+        labels = self._fine.features.labels.ravel()
+        inside = np.flatnonzero(labels)
+        nodes, weights = self.grid.weights_at(self._fine.grid.nodes.reshape(-1, 2)[inside])
+        found = np.zeros(self.grid.size, labels.dtype)
+        beside = weights > _ROUNDING
+        found[nodes[beside]] = np.broadcast_to(labels[inside, None], nodes.shape)[beside]
+        return found.reshape(self.grid.shape)
 
     def at_nodes(self, z: Complexes) -> Complexes:
         """Return a mapping of the fine grid at the coarse nodes."""
@@ -34,9 +53,10 @@ class Coarser:
     def lifted(self, w: Complexes, found: Solution, linear: Solution, *, released: bool) -> Solution:
         """Return on the fine grid what was `found` on the coarse one; features left out are as in `linear`."""
         fine, coarse = self._fine, self.mapping
-        z = w + self._refined(found.z - self.at_nodes(w))
-        if not released:
-            z[fine.grid.outline] = w[fine.grid.outline]
+        refined = self._bilinear if released else self._bicubic
+        z = w + refined(found.z - self.at_nodes(w))
+        stays = fine.grid.outline & (np.abs(z - w) < _ROUNDING * np.ptp(w.real) if released else True)
+        z[stays] = w[stays]
         alpha, t = linear.alpha.copy(), linear.t.copy()
         number = {body.number: i for i, body in enumerate(coarse.bodies)}
         rest, coarse_rest = as_complex(fine.grid.nodes).ravel(), as_complex(self.grid.nodes).ravel()
@@ -50,8 +70,13 @@ class Coarser:
             z.ravel()[body.nodes] = body.place(alpha[i], t[i])
         return Solution(z, alpha, t)
 
-    def _refined(self, away: Complexes) -> Complexes:
-        """Interpolate displacements of the coarse nodes at the fine ones."""
+    def _bilinear(self, away: Complexes) -> Complexes:
+        """Interpolate displacements of the coarse nodes at the fine ones, which folds nothing that was not."""
+        nodes, weights = self.grid.weights_at(self._fine.grid.nodes.reshape(-1, 2))
+        return np.asarray((away.ravel()[nodes] * weights).sum(axis=1).reshape(self._fine.grid.shape))
+
+    def _bicubic(self, away: Complexes) -> Complexes:
+        """Interpolate displacements of the coarse nodes at the fine ones smoothly."""
         rows, columns = (_places(n, m) for n, m in zip(self._fine.grid.shape, self.grid.shape, strict=True))
         u, v = np.meshgrid(columns, rows)
         parts = [

@@ -34,6 +34,8 @@ _NEAR = 8
 _AROUND = 8
 """Cells around a feature in which the distance to it is known; no contact is as far."""
 _FLAT = 0.1
+_WORTH_HAVING, _FAR = 0.4, 1e3
+"""Share of a feature's size for which the outline is not let go; weight of a place, in sizes of the picture."""
 _SAME_SIZE = 0.01
 """Logarithm of a rigid feature's scale that the free nodes can take up."""
 _NONE = float(np.sqrt(np.finfo(np.float64).eps))
@@ -75,13 +77,20 @@ def folds_corners(mapping: FeatureMapping, w: Complexes, alpha: Complexes, t: Co
     return False
 
 
-def can_fit(mapping: FeatureMapping, w: Complexes, count: int) -> bool:
-    """Return whether each of the first `count` features has a similarity that folds no corner of it and the outline."""
-    for _, scene in _scenes(mapping, count):
+def can_fit(mapping: FeatureMapping, w: Complexes, linear: Solution) -> bool:
+    """Return whether features at a size worth having fold no corner of them and the outline.
+
+    That is, whether each has such a similarity that is at least `_WORTH_HAVING` as large as that of `linear`.
+    """
+    far = _FAR * float(np.abs(w - w.mean()).max())
+    for i, scene in _scenes(mapping, len(linear.alpha)):
         sides, base = scene.corner_sides()
         rows = _rows(sides, w.ravel()[scene.corners[:, 0]])
-        scale = np.linalg.norm(rows, axis=0).max(initial=1.0) / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-        if len(rows) and _least_step(rows * scale, _TOUCHING - base) is None:
+        if not len(rows):
+            continue
+        # Where it lies is all but free, so that the shortest step is the β of the largest similarity.
+        largest = _least_step(rows * [1, 1, far, far], _TOUCHING - base)
+        if largest is None or np.hypot(largest[0], largest[1]) * _WORTH_HAVING * np.abs(linear.alpha[i]) > 1:
             return False
     return True
 

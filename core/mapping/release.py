@@ -2,9 +2,10 @@
 
 Outline nodes outside features are then free, and held by an energy over the outline's edges, in units of a cell,
 
-    λ/2 Σ (|d(z - W)|² + |z - W|² / L²),
+    λ/2 Σ (|d(z - W)|² + |z - W|² / L²) + τ/2 Σ |z - W|²,
 
-so that they leave W around what does not fit, and come back to it over a length of L cells.
+so that they leave W around what does not fit, and come back to it over a length of L cells. The ties τ are those of
+nodes that are to be brought to W again.
 """
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints
 from core.grid import Grid
 from core.mapping.assembly import packed
+from core.mapping.feature_mapping import FeatureMapping
 from core.mapping.frames import Complexes
 
 _HOLD = 10.0
@@ -26,23 +28,35 @@ _CURVATURE = _HOLD * (_STRETCH + np.eye(4) / (2 * _LENGTH**2))
 
 
 class Leash:
-    """The energy of outline edges between nodes (N,) that may `move`; `unit` is the area of a cell."""
+    """The energy of outline edges between nodes (N,) of which one may `move`, where no end is in a feature.
 
-    def __init__(self, grid: Grid, move: Bools, w: Complexes, unit: float) -> None:
+    `outer` are the nodes outside features, `unit` is the area of a cell.
+    """
+
+    def __init__(self, grid: Grid, outer: Bools, move: Bools, w: Complexes, unit: float) -> None:
         ring = around(grid)
         edges = np.stack([ring, np.roll(ring, -1)], axis=1)
-        self.edges = edges[move[edges].all(axis=1)]
+        self.edges = edges[outer[edges].all(axis=1) & move[edges].any(axis=1)]
         self._wanted, self._side = w.ravel()[self.edges], np.sqrt(unit)
+        self._curvature = np.broadcast_to(_CURVATURE, (len(self.edges), 4, 4))
+
+    def tie(self, nodes: Bools, strength: float) -> None:
+        """Tie `nodes` (N,) to W with τ = `strength`, the others not at all."""
+        ties = np.repeat(np.where(nodes[self.edges], strength / 2, 0.0), 2, axis=1)
+        self._curvature = _CURVATURE + ties[:, :, None] * np.eye(4)
 
     def energy(self, z: Complexes) -> float:
         """Return the energy of nodes at z (N,)."""
         away = self._away(z)
-        return float(((away @ _CURVATURE) * away).sum() / 2)
+        return float((self._pull(away) * away).sum() / 2)
 
     def model(self, z: Complexes) -> tuple[Floats, Floats]:
         """Return its gradient (m, 4) and second derivative, packed (m, 10), by the x, y of each edge's ends."""
-        gradient = self._away(z) @ _CURVATURE / self._side
-        return gradient, np.broadcast_to(packed(_CURVATURE[None]) / self._side**2, (len(self.edges), 10))
+        return self._pull(self._away(z)) / self._side, packed(self._curvature) / self._side**2
+
+    def _pull(self, away: Floats) -> Floats:
+        """Return the energy's slope by `away` (m, 4)."""
+        return np.asarray((self._curvature @ away[..., None])[..., 0])
 
     def _away(self, z: Complexes) -> Floats:
         """Return how far the ends are from W, in cells (m, 4)."""
@@ -67,3 +81,8 @@ def crosses_itself(ring: Complexes) -> bool:
     for shift in (-1, 0, 1):
         meets[rows, (rows + shift) % n] = False
     return bool(meets.any())
+
+
+def outer_nodes(mapping: FeatureMapping) -> Bools:
+    """Return the outline nodes (R, C) outside features."""
+    return np.asarray(mapping.grid.outline & (mapping.index < 0))

@@ -6,13 +6,11 @@ barrier that lets nothing fold, as far as there is room.
 
 There may be no mapping without folds that has the outline at W and the shapes exact. A straight side of a feature that
 the picture's edge cuts at both ends has to pass between the outline nodes beside either cut; where W bends the outline
-across every such line, as it does around a band that becomes half a ring, that is a contradiction of linear
-inequalities, which `junctions.can_fit` finds. The outline then gives way, as it does should all else fail: the one
-similarity of the whole picture that is closest to W folds nothing and keeps every shape, and from there everything
-comes as close to W as it can.
+across every such line, or leaves room for a small part of the feature's size only, as it does around a band that
+becomes half a ring, `junctions.can_fit` finds that in linear inequalities. The outline then gives way beside the cuts,
+as it does should all else fail (`reeling`).
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -34,24 +32,26 @@ from core.mapping.approach import (
 )
 from core.mapping.coarser import Coarser, is_large
 from core.mapping.feature_mapping import FeatureMapping, Solution
-from core.mapping.folds import corner_areas, folded_quads
-from core.mapping.frames import Complexes, as_complex
+from core.mapping.folds import folded_quads
+from core.mapping.frames import Complexes
 from core.mapping.junctions import can_fit, fit_between
 from core.mapping.own_sizes import EXACT, bisected, snapped
+from core.mapping.reeling import reeled
+from core.mapping.release import around, crosses_itself, outer_nodes
 from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
-from core.progress import Job, Progress, part, stepwise
-
-Search = Callable[..., Job[Solution]]
+from core.progress import Job, Progress, T, part, stepwise
 
 _CLOSE, _ROOM = 5, 30
 """Cells around what folds that may move at first, and around a feature that grows."""
 _STIFF, _SOFT = 20.0, 0.5
 """Stiffness of a feature's scale, per node."""
+_BEND = 2
+"""Outline nodes that go with those that left W on a coarser grid, since the outline bends there."""
 _MANY, _FEW = 32, 20
 """Features whose windows are kept small, and folds that are worth a search in size before the coarser grid's."""
-_GROWTHS, _RETURNS, _LAST = 14, 18, 5
-"""Steps at most: while features grow; back to W after the outline has been let go; and of these on the fine grid."""
+_GROWTHS, _LAST = 14, 3
+"""Steps at most: while features grow, and on the fine grid after the outline has been let go on a coarser one."""
 _FIRST, _LIGHT, _ROOMY = 1.0, 0.1, 3.0
 """Weight of the barrier when features begin to grow, at last, and where it has to leave room for a finer grid."""
 
@@ -65,31 +65,37 @@ def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     linear = mapping.place(w)
     if folded_quads(w).any() or not count_folds(linear):
         return linear
-    solution = yield from part(_searched(mapping, w, linear), 0.0, 0.9)
+    found = yield from part(_searched(mapping, w, linear), 0.0, 0.7)
+    solution = found or (yield from part(_let_go(mapping, w, linear), 0.7, 0.9))
     if mapping.keep == "rigid" and len(linear.alpha):
         solution = yield from part(snapped(mapping, w, solution), 0.9, 1.0)
     return solution
 
 
-def _searched(mapping: FeatureMapping, w: Complexes, linear: Solution, *, lightest: float = _LIGHT) -> Job[Solution]:
-    """Unfold with the outline at W, features ever freer in size, else with an outline that gives way."""
-    if can_fit(mapping, w, len(linear.alpha)):
-        solution = yield from part(_nearby(mapping, w, linear), 0.0, 0.2)
-        if not len(linear.alpha):
-            return blended(w, solution) if count_folds(solution) else solution
-        if not count_folds(solution):
-            changed = np.abs(np.log(np.abs(solution.alpha / linear.alpha))).max() > EXACT
-            if mapping.keep == "rigid" and changed:
-                solution = yield from part(bisected(mapping, w, solution), 0.2, 1.0)
-            return solution
-        found = yield from part(_resized(mapping, w, solution, linear, lightest=lightest), 0.2, 0.8)
-        if found is not None:
-            return found
+def _searched(
+    mapping: FeatureMapping, w: Complexes, linear: Solution, *, lightest: float = _LIGHT
+) -> Job[Solution | None]:
+    """Unfold with the outline at W, features ever freer in size; None if that does not succeed."""
+    if not can_fit(mapping, w, linear):
+        return None
+    solution = yield from part(_nearby(mapping, w, linear), 0.0, 0.2)
+    if not len(linear.alpha):
+        return blended(w, solution) if count_folds(solution) else solution
+    if not count_folds(solution):
+        changed = np.abs(np.log(np.abs(solution.alpha / linear.alpha))).max() > EXACT
+        if mapping.keep == "rigid" and changed:
+            solution = yield from part(bisected(mapping, w, solution), 0.2, 1.0)
+        return solution
+    return (yield from part(_resized(mapping, w, solution, linear, lightest=lightest), 0.2, 1.0))
+
+
+def _let_go(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:
+    """Unfold with an outline that gives way."""
     if is_large(mapping):
-        found = yield from part(_from_coarser(mapping, w, linear, _released), 0.8, 0.9)
+        found = yield from part(_reeled_on_coarser(mapping, w, linear), 0.0, 0.5)
         if found is not None:
             return found
-    return (yield from part(_released(mapping, w, linear, lightest=lightest), 0.9, 1.0))
+    return (yield from part(reeled(mapping, w, np.abs(linear.alpha), lightest=_LIGHT), 0.5, 1.0))
 
 
 def _resized(
@@ -102,53 +108,73 @@ def _resized(
         if not count_folds(softened):
             return (yield from part(_grown(mapping, w, softened, linear, lightest=lightest), 0.2, 1.0))
     if is_large(mapping):
-        found = yield from part(_from_coarser(mapping, w, linear, _searched), 0.2, 0.6)
-        if found is not None and _keeps_outline(mapping, w, found):
+        found = yield from part(_from_coarser(mapping, w, linear), 0.2, 0.6)
+        if found is not None:
             return found
     found = yield from part(stiffen(mapping, w, np.abs(linear.alpha)), 0.6, 0.9)
     return found and (yield from part(_grown(mapping, w, found, linear, lightest=lightest), 0.9, 1.0))
 
 
-def _keeps_outline(mapping: FeatureMapping, w: Complexes, solution: Solution) -> bool:
-    """Return whether outline nodes outside features are at W."""
-    outer = mapping.grid.outline & (mapping.index < 0)
-    return bool((solution.z == w)[outer].all())
-
-
-def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution, search: Search) -> Job[Solution | None]:
+def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution | None]:
     """Search on a coarser grid, and go on from what is found there; None if that still folds."""
     coarser = Coarser(mapping)
     coarse_w = coarser.at_nodes(w)
     if folded_quads(coarse_w).any() or not coarser.mapping.bodies:
         return None
-    found = coarser.mapping.place(coarse_w)
-    if count_folds(found):
-        found = yield from part(_unseen(search(coarser.mapping, coarse_w, found, lightest=_ROOMY)), 0.0, 0.4)
-    released = not _keeps_outline(coarser.mapping, coarse_w, found)
-    start = coarser.lifted(w, found, linear, released=released)
-    soft, everywhere = _SOFT * node_counts(mapping, start), np.ones(w.shape, bool)
-    if released and mapping.keep == "rigid":
-        soft = np.full(len(soft), np.inf)
-    if not released:
-        # What is lifted folds in a few places at most, if the coarser grid shows all that matters.
-        here = Untangler(mapping, w, start, window=folds_widened(start, REACH), stiffness=None)
-        clear = yield from part(steps_to_clear(here, "barrier", STEPS), 0.4, 0.6)
-        if clear and not count_folds(here.solution):
-            return (yield from part(_grown(mapping, w, here.solution, linear), 0.6, 1.0))
-        start = here.solution
-    for window in (window_around(mapping, start), everywhere)[: 1 + released]:
-        untangler = Untangler(mapping, w, start, window=window, stiffness=soft, released=released)
-        clear = yield from part(steps_to_clear(untangler, "barrier", STEPS), 0.4, 0.8)
-        start = untangler.solution
-        if clear and released:
-            last = Untangler(mapping, w, start, window=everywhere, stiffness=40 * soft, released=True)
-            return (yield from part(approached(last, start, _LAST, weight=_ROOMY), 0.8, 1.0))
-        if clear:
-            return (yield from part(_grown(mapping, w, start, linear), 0.8, 1.0))
-    return None
+    coarse = coarser.mapping.place(coarse_w)
+    if count_folds(coarse):
+        found = yield from part(_unseen(_searched(coarser.mapping, coarse_w, coarse, lightest=_ROOMY)), 0.0, 0.4)
+        if found is None:
+            return None
+        coarse = found
+    start = coarser.lifted(w, coarse, linear, released=False)
+    # What is lifted folds in a few places at most, if the coarser grid shows all that matters.
+    here = Untangler(mapping, w, start, window=folds_widened(start, REACH), stiffness=None)
+    clear = yield from part(steps_to_clear(here, "barrier", STEPS), 0.4, 0.6)
+    if clear and not count_folds(here.solution):
+        return (yield from part(_grown(mapping, w, here.solution, linear), 0.6, 1.0))
+    start = here.solution
+    soft = _SOFT * node_counts(mapping, start)
+    untangler = Untangler(mapping, w, start, window=window_around(mapping, start), stiffness=soft)
+    clear = yield from part(steps_to_clear(untangler, "barrier", STEPS), 0.6, 0.8)
+    return (yield from part(_grown(mapping, w, untangler.solution, linear), 0.8, 1.0)) if clear else None
 
 
-def _unseen(job: Job[Solution]) -> Job[Solution]:
+def _reeled_on_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution | None]:
+    """Let the outline go on a coarser grid, and take over what is found there; None if that folds."""
+    coarser = Coarser(mapping, covered=True)
+    coarse_w = coarser.at_nodes(w)
+    if folded_quads(coarse_w).any() or not coarser.mapping.bodies:
+        return None
+    scales = np.abs(coarser.mapping.place(coarse_w).alpha)
+    found = yield from part(_unseen(reeled(coarser.mapping, coarse_w, scales, lightest=_ROOMY)), 0.0, 0.6)
+    start = coarser.lifted(w, found, linear, released=True)
+    outer = outer_nodes(mapping)
+    loose = outer & widened(outer & (start.z != w), _BEND)
+    cleared = yield from part(_cleared_beside(mapping, w, start, loose), 0.6, 0.8)
+    if count_folds(cleared) or crosses_itself(cleared.z.ravel()[around(mapping.grid)]):
+        return None
+    held = np.full(len(start.alpha), np.inf)
+    last = Untangler(mapping, w, cleared, window=np.ones(w.shape, bool), stiffness=held, released=loose)
+    return (yield from part(approached(last, cleared, _LAST, weight=_ROOMY), 0.8, 1.0))
+
+
+def _cleared_beside(mapping: FeatureMapping, w: Complexes, start: Solution, loose: Bools) -> Job[Solution]:
+    """Clear the few folds of a lifted solution whose outline is `loose`, in windows that become wider."""
+    solution, soft = start, _STIFF * node_counts(mapping, start)
+    for reach, stiffness in ((_CLOSE, None), (REACH, None), (REACH, soft)):
+        folds = count_folds(solution)
+        if not folds:
+            break
+        window = folds_widened(solution, reach)
+        untangler = Untangler(mapping, w, solution, window=window, stiffness=stiffness, released=loose)
+        yield from steps_to_clear(untangler, "barrier", STEPS)
+        if count_folds(untangler.solution) < folds:
+            solution = untangler.solution
+    return solution
+
+
+def _unseen(job: Job[T]) -> Job[T]:
     """Run `job` without its previews, which are of another grid."""
     return stepwise(job, lambda step: replace(step, preview=None))
 
@@ -203,22 +229,3 @@ def _grown(
     grown = yield from approached(untangler, clear, _GROWTHS, weight=max(_FIRST, lightest), lightest=lightest)
     still_lost = np.abs(np.log(np.abs(grown.alpha) / wanted))
     return grown if still_lost.sum() <= lost.sum() else clear
-
-
-def _released(mapping: FeatureMapping, w: Complexes, linear: Solution, *, lightest: float = _LIGHT) -> Job[Solution]:
-    """Take the similarity of the whole picture that is closest to W, and come as close to W as nothing folds."""
-    rest = as_complex(mapping.grid.nodes)
-    arms = rest - rest.mean()
-    towards = complex(np.vdot(arms, w))
-    size = 1.0 if mapping.keep == "rigid" else np.sqrt(np.abs(corner_areas(w)).mean() / corner_areas(rest).mean())
-    alpha = complex(size * (towards / abs(towards) if towards else 1))
-    z = alpha * arms + w.mean()
-    count = len(linear.alpha)
-    centres = np.array([z.ravel()[body.nodes].mean() for body in mapping.bodies[:count]])
-    start = Solution(z, np.full(count, alpha), centres)
-    held = np.full(count, np.inf) if mapping.keep == "rigid" else _STIFF * node_counts(mapping, start)
-    everywhere = np.ones(mapping.grid.shape, bool)
-    untangler = Untangler(
-        mapping, w, start, window=everywhere, stiffness=held, scales=np.abs(linear.alpha), released=True
-    )
-    return (yield from approached(untangler, start, _RETURNS, lightest=lightest))

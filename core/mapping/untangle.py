@@ -40,7 +40,9 @@ class Untangler:
     scales
         s of every feature, by default the scale it has at the start.
     released
-        Whether outline nodes may leave W.
+        Outline nodes (R, C) outside features that may leave W, none by default.
+    clear
+        Whether no step may fold anything as long as nothing is folded.
     """
 
     def __init__(
@@ -52,22 +54,23 @@ class Untangler:
         window: Bools,
         stiffness: Floats | None,
         scales: Floats | None = None,
-        released: bool = False,
+        released: Bools | None = None,
+        clear: bool = False,
     ) -> None:
-        self.mapping, self.w = mapping, w
+        self.mapping, self.w, self._clear = mapping, w, clear
         self._scales = np.abs(start.alpha) if scales is None else scales
         self._sizes = np.full(len(start.alpha), np.inf) if stiffness is None else stiffness
         self.z, self.alpha, self.t = start.z.ravel().copy(), start.alpha.copy(), start.t.copy()
         index = mapping.index.ravel() if len(self.alpha) else np.full(mapping.grid.size, -1)
         self._index = index
         self._active = np.unique(index[(index >= 0) & window.ravel() & (stiffness is not None)])
-        loose = mapping.free | mapping.grid.outline if released else mapping.free
+        loose = mapping.free if released is None else mapping.free | released
         moving = (loose & window).ravel() | np.isin(index, self._active)
         self._number_unknowns(moving, index)
         self._choose_quads(moving, w)
         self._unit = float(np.abs(corner_areas(w)).mean())
-        self._leash = Leash(mapping.grid, moving & (index < 0), w, self._unit)
-        self._ring = around(mapping.grid) if released else None
+        self._leash = Leash(mapping.grid, index < 0, moving, w, self._unit)
+        self._ring = None if released is None else around(mapping.grid)
         self._index_elements()
         self._measured = self.z, self._corners.determinants(self.z[self._places])
 
@@ -121,15 +124,19 @@ class Untangler:
             gradient, values = self._model(penalty, weight)
             move = -self._assembly.solve(values, gradient)
             before, slope, length = self._energy(penalty, weight), float(gradient @ move), 1.0
-            kept, simple = (self.z, self.alpha, self.t), self._is_simple
+            kept, simple, clear = (self.z, self.alpha, self.t), self._is_simple, self._clear and self.worst > 0
             for _ in range(_HALVINGS):
                 self._move(move * length)
                 lower = self._energy(penalty, weight) <= before + _DESCENT * length * slope
-                if lower and (self._is_simple or not simple):
+                if lower and (not clear or self.worst > 0) and (self._is_simple or not simple):
                     return True
                 self.z, self.alpha, self.t = kept
                 length /= 2
         return False
+
+    def tie(self, nodes: Bools, strength: float) -> None:
+        """Tie outline nodes (R, C) that may leave W to it, in addition to what holds them all."""
+        self._leash.tie(nodes.ravel(), strength)
 
     @property
     def _is_simple(self) -> bool:

@@ -1,3 +1,5 @@
+from typing import Literal
+
 import cv2
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ from core.warps.presets import make_warp
 
 WIDTH, HEIGHT = 240, 180
 GRID = Grid(WIDTH, HEIGHT, cell_px=3)
+FINE = Grid(WIDTH, HEIGHT, cell_px=1.5)
 
 
 def blank() -> Bytes:
@@ -171,13 +174,30 @@ def test_features_that_the_edge_cuts_at_both_ends_are_unfolded(name: str, preset
     z = as_complex(result.warped)
     assert not folded_quads(as_complex(plain)).any()
     assert not folded_quads(z).any()
-    assert residuals(features, result.warped, rigid=keep == "rigid").max() < 1e-6
+    assert residuals(features, result.warped, rigid=False).max() < 1e-6
     assert not crosses_itself(z.ravel()[around(GRID)])
     outside = GRID.outline & (features.labels == 0)
-    moved = np.abs(z - as_complex(plain))[outside].max()
-    assert moved < 0.5 * WIDTH
-    assert result.report().get("outline_moved_px", 0.0) == moved
-    assert moved > 1 or name == "stripes"
+    moved = np.abs(z - as_complex(plain))[outside]
+    assert moved.max() < 0.5 * WIDTH
+    assert result.report().get("outline_moved_px", 0.0) == moved.max()
+    assert moved.max() > 1 or name == "stripes"
+    # Size gives way before more of the outline than what is beside the cuts leaves W.
+    assert (moved == 0).mean() > 0.5
+    assert all(0.4 < feature["scale"] < 1.1 for feature in result.report()["features"])
+
+
+@pytest.mark.parametrize("keep", ["similarity", "rigid"])
+def test_on_a_large_grid_too_only_what_is_beside_the_cuts_leaves_the_outline(
+    keep: Literal["similarity", "rigid"],
+) -> None:
+    features = find_features(FINE, CUT["low_band"])
+    w = as_complex(make_warp("arc", WIDTH, HEIGHT, bend=90)(FINE.nodes))
+    z = run(unfold(FeatureMapping(FINE, features, keep=keep), w)).z
+    inside, outside = features.labels > 0, FINE.outline & (features.labels == 0)
+    assert not folded_quads(z).any()
+    assert not crosses_itself(z.ravel()[around(FINE)])
+    assert fit_residual(as_complex(FINE.nodes)[inside], z[inside], rigid=False) < 1e-9
+    assert (z == w)[outside].mean() > 0.8
 
 
 def test_an_outline_that_stays_is_not_reported() -> None:
@@ -192,7 +212,7 @@ def test_a_band_that_becomes_half_a_ring_cannot_fit_and_one_inside_can() -> None
     inside[:, :30] = inside[:, -30:] = 0
     for mask, fits in ((CUT["low_band"], False), (inside, True)):
         mapping = FeatureMapping(GRID, find_features(GRID, mask))
-        assert can_fit(mapping, w, len(mapping.bodies)) is fits
+        assert can_fit(mapping, w, mapping.place(w)) is fits
 
 
 def test_a_line_that_crosses_itself_is_told_from_one_that_does_not() -> None:
@@ -204,9 +224,6 @@ def test_a_line_that_crosses_itself_is_told_from_one_that_does_not() -> None:
         assert not crosses_itself(np.exp(1j * angle) * z[ring])
     z[ring[5]] += HEIGHT * 1.5j
     assert crosses_itself(z[ring])
-
-
-FINE = Grid(WIDTH, HEIGHT, cell_px=1.5)
 
 
 def test_large_grids_are_searched_from_a_coarser_one() -> None:
@@ -229,6 +246,23 @@ def test_what_is_found_on_a_coarser_grid_is_lifted_as_it_is() -> None:
     lifted = coarser.lifted(w, coarser.mapping.place(coarser.at_nodes(w)), mapping.place(w), released=False)
     assert np.abs(lifted.z - w).max() < 1e-3
     assert np.allclose(lifted.alpha, 0.8 * np.exp(0.3j))
+
+
+def test_covered_features_lie_between_coarse_nodes_of_theirs_and_are_lifted_as_they_are() -> None:
+    features = find_features(FINE, MASKS["hooks"])
+    mapping = FeatureMapping(FINE, features)
+    coarser = Coarser(mapping, covered=True)
+    inside = features.labels > 0
+    nodes, weights = coarser.grid.weights_at(FINE.nodes[inside])
+    around_them = coarser.mapping.features.labels.ravel()[nodes]
+    assert ((around_them == features.labels[inside][:, None]) | (weights < 1e-9)).all()
+    w = as_complex(make_warp("arc", WIDTH, HEIGHT, bend=20)(FINE.nodes))
+    found = coarser.mapping.place(coarser.at_nodes(w))
+    lifted = coarser.lifted(w, found, mapping.place(w), released=True)
+    assert np.array_equal(lifted.z[FINE.outline], w[FINE.outline])
+    assert (
+        fit_residual(as_complex(FINE.nodes)[features.labels == 1], lifted.z[features.labels == 1], rigid=False) < 1e-9
+    )
 
 
 def test_unknowns_are_solved_for_alike_whatever_their_weight() -> None:
@@ -255,7 +289,9 @@ def test_elements_that_meet_an_unknown_twice_add_up_to_the_whole_system() -> Non
 
 def test_slopes_of_the_outline_s_energy_are_those_of_the_energy() -> None:
     z = as_complex(GRID.nodes).ravel() + np.random.default_rng(0).normal(0, 1, (GRID.size, 2)) @ [1, 1j]
-    leash = Leash(GRID, GRID.outline.ravel(), as_complex(GRID.nodes), 9.0)
+    every = np.ones(GRID.size, bool)
+    leash = Leash(GRID, every, every, as_complex(GRID.nodes), 9.0)
+    leash.tie(GRID.outline.ravel() & (np.arange(GRID.size) < 20), 3.0)
     gradient, _ = leash.model(z)
     total = np.zeros((GRID.size, 2))
     np.add.at(total, leash.edges, gradient.reshape(-1, 2, 2))
