@@ -154,6 +154,7 @@ def _reeled_on_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) 
     cleared = yield from part(_cleared_beside(mapping, w, start, loose), 0.6, 0.8)
     if count_folds(cleared) or crosses_itself(cleared.z.ravel()[around(mapping.grid)]):
         return None
+    yield Progress(0.8, "unfolding", cleared.positions)
     held = np.full(len(start.alpha), np.inf)
     last = Untangler(mapping, w, cleared, window=np.ones(w.shape, bool), stiffness=held, released=loose)
     return (yield from part(approached(last, cleared, _LAST, weight=_ROOMY), 0.8, 1.0))

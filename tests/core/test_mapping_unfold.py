@@ -192,7 +192,11 @@ def test_on_a_large_grid_too_only_what_is_beside_the_cuts_leaves_the_outline(
 ) -> None:
     features = find_features(FINE, CUT["low_band"])
     w = as_complex(make_warp("arc", WIDTH, HEIGHT, bend=90)(FINE.nodes))
-    z = run(unfold(FeatureMapping(FINE, features, keep=keep), w)).z
+    shown: list[Points] = []
+    job = unfold(FeatureMapping(FINE, features, keep=keep), w)
+    z = run(job, lambda step: shown.append(step.preview) if step.preview is not None else None).z
+    assert len(shown) == 1
+    assert not folded_quads(as_complex(shown[0])).any()
     inside, outside = features.labels > 0, FINE.outline & (features.labels == 0)
     assert not folded_quads(z).any()
     assert not crosses_itself(z.ravel()[around(FINE)])
