@@ -48,6 +48,10 @@ class Feet:
     beyond: Bools
     """Whether the foot is an open curve's end and the position lies beyond it."""
 
+    def taken(self, which: Bools | Ints) -> "Feet":
+        """Return the feet that `which` picks."""
+        return Feet(*(part[which] for part in self.__dict__.values()))
+
 
 class CurveSet:
     """Curves as points half a pixel apart, with a tree to find the nearest."""

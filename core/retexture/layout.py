@@ -8,9 +8,12 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.retexture.coordinates import CurveSet, Feet
 from core.retexture.diffusion import Diffusion
+from core.retexture.elsewhere import elsewhere, shown
 
 AHEAD = 2
 """How many patches a row is ahead of the next."""
+MOSTLY = 0.5
+"""From this share on a place's source is mostly found along the curve."""
 PACE_PX = 4.0
 """The pace of a curve is measured over this length to either side."""
 
@@ -71,18 +74,28 @@ class Correspondence:
     """(H, W) of fine texture, see `region.contrast`."""
     free: Singles
     """(H, W) see `region.Region`."""
+    missing: Bools
+    """(H, W) where the source would lie outside the picture, and other parts of the curve stand for it."""
+    rib: int
+    """Half size of patches across the curve, px."""
 
     def origins(self, places: Points) -> Origins:
         """Return origins at `places` (n, 2).
 
         Near a curve the source lies at the same distance from the curve, at the same parameter; towards the edge of
         the region it goes over into where the deformation has it (DPD sec. 3.3: q + D(q)), and turns as the
-        deformation does, so that both join there.
+        deformation does, so that both join there. Where the source would lie outside the picture, another part of the
+        curve stands for it, except where the deformation mostly does.
         """
         feet, along_curve, source_heading = along_curves(self.source, self.target, places)
         height, width = self.nearness.shape
         x, y = np.clip(np.rint(places).astype(int), 0, [width - 1, height - 1]).T
         share = np.where(feet.beyond, 0, self.nearness[y, x])
+        lost = (share >= MOSTLY) & self.missing[y, x] & ~shown(along_curve, places, self.nearness.shape, self.rib)
+        found, *other = missed(self.source, self.target, feet.taken(lost), places[lost], self.nearness.shape, self.rib)
+        lost[lost] = found
+        along_curve[lost], source_heading[lost] = (part[found] for part in other)
+        share[lost] = 1
         plain, carried = self._deformed(places, feet.heading)
         place = share[:, None] * along_curve + (1 - share[:, None]) * plain
         turn = (1 - share) * _angle(self.source.feet(place).heading, carried)
@@ -111,6 +124,14 @@ def along_curves(source: CurveSet, target: CurveSet, places: Points) -> tuple[Fe
     feet = target.feet(places)
     length = _source_length(source, target, feet.curve, feet.length)
     return feet, *source.place(feet.curve, length, feet.offset)
+
+
+def missed(
+    source: CurveSet, target: CurveSet, feet: Feet, places: Points, size: tuple[int, ...], rib: int
+) -> tuple[Bools, Points, Points]:
+    """Return what stands for the sources of `places` (n, 2) with these feet on target curves, see `elsewhere`."""
+    length = _source_length(source, target, feet.curve, feet.length)
+    return elsewhere(source, feet.curve, length, feet.offset, places, size, rib)
 
 
 def pace(source: CurveSet, target: CurveSet, feet: Feet) -> Floats:

@@ -46,7 +46,7 @@ class Apart:
     """(H, W) how far apart they lead."""
     torn: Bools
     """(H, W) where the coordinates of two curves meet and lead to different places, or where they lead out of the
-    picture."""
+    picture and nothing stands for what is missing."""
     creased: Bools
     """(H, W) the same where the ribs of one curve meet, inside a bend."""
 

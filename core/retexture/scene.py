@@ -14,12 +14,14 @@ from core.nearest import Nearest
 from core.retexture import diffusion
 from core.retexture.coordinates import CurveSet, DirectionField
 from core.retexture.diffusion import Diffusion
+from core.retexture.elsewhere import far_outside
 from core.retexture.landmarks import landmarks
-from core.retexture.layout import Correspondence, along_curves, pace
+from core.retexture.layout import Correspondence, along_curves, missed, pace
 from core.retexture.patches import Fields, PatchShape
 from core.retexture.region import Apart, Region, Sizes, contrast, region
 from core.retexture.result import Retexture
 from core.retexture.sampling import Kernel, read
+from core.retexture.stock import within
 
 TORN = 3.0
 """Where curves meet, or ribs of one, coordinates are torn if places in the source part so many times as far as here."""
@@ -54,17 +56,28 @@ def prepared(
     with ThreadPoolExecutor(1) as helper:
         stands = helper.submit(standing, picture, source, plain, patch, reach_px)
         fine = contrast(picture)
-        beside, paces, nearest = along_nodes(source, target, plain.grid)
+        beside, paces, nearest, lost, missing = along_nodes(source, target, plain.grid, patch.rib)
         # What a place shows comes from where the deformation has it, or from where it lies along the curve.
         fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
-        between = apart(beside, nearest, plain)
+        between = apart(beside, nearest, lost, plain)
     sizes = Sizes(reach_px, 1.5 * patch.rib, patch.search_along)
     area = region(plain.grid, plain.field, target, fine, between, sizes, stands.result(), matte=matte)
     # Each share of a place's source compresses as its own map does.
     near = read(area.nearness, plain.grid.nodes, Kernel.NEAREST)
     pressed = near * spread(paces, plain.grid)[..., 0] + (1 - near) * diffusion.compression(plain.grid, plain.field)
+    reached = np.ones((2 * patch.rib + 1, 2 * patch.rib + 1), np.uint8)
     way = Correspondence(
-        source, target, plain.grid, plain.field, np.clip(pressed, 1, 3), area.inner, area.nearness, fine, area.free
+        source,
+        target,
+        plain.grid,
+        plain.field,
+        np.clip(pressed, 1, 3),
+        area.inner,
+        area.nearness,
+        fine,
+        area.free,
+        cv2.dilate(plain.grid.at_pixels(spread(missing, plain.grid)), reached) > 0.5,
+        patch.rib,
     )
     shape = plain.grid.shape
     kept = (near_curves(source, shape), near_curves(target, shape)) if len(pieces) > 1 else None
@@ -84,22 +97,31 @@ def direction_fields(way: Correspondence, area: Region, patch: PatchShape, reach
     )
 
 
-def along_nodes(source: CurveSet, target: CurveSet, grid: Diffusion) -> tuple[Points, Floats, Ints]:
+def along_nodes(
+    source: CurveSet, target: CurveSet, grid: Diffusion, rib: int
+) -> tuple[Points, Floats, Ints, Bools, Bools]:
     """Return what corresponds along the curves to every second node of the grid.
 
-    That is its place (r, c, 2), the pace (r, c) and the nearest curve (r, c).
+    That is its place (r, c, 2), the pace (r, c), the nearest curve (r, c), and whether the place lies outside the
+    picture: (r, c) where nothing stands for it, and (r, c) where another part of the curve does.
     """
     some = grid.nodes[::2, ::2]
-    feet, place, _ = along_curves(source, target, some.reshape(-1, 2))
-    size = some.shape[:2]
-    return place.reshape(some.shape), pace(source, target, feet).reshape(size), feet.curve.reshape(size)
+    nodes, size = some.reshape(-1, 2), some.shape[:2]
+    feet, place, _ = along_curves(source, target, nodes)
+    lost = ~within(place, grid.shape)
+    far = far_outside(place.reshape(some.shape), grid.shape, rib).ravel()
+    far[far] = missed(source, target, feet.taken(far), nodes[far], grid.shape, rib)[0]
+    paces = pace(source, target, feet).reshape(size)
+    return place.reshape(some.shape), paces, feet.curve.reshape(size), (lost & ~far).reshape(size), far.reshape(size)
 
 
-def apart(along: Points, nearest: Ints, plain: Retexture) -> Apart:
-    """Return how the places `along` the `nearest` curves (r, c, 2), of every second node, are off the deformation's."""
+def apart(along: Points, nearest: Ints, lost: Bools, plain: Retexture) -> Apart:
+    """Return how the places `along` the `nearest` curves (r, c, 2), of every second node, are off the deformation's.
+
+    None of them is where they are `lost` (r, c).
+    """
     gap = np.linalg.norm(along - (plain.grid.nodes + plain.field)[::2, ::2], axis=-1)
-    limit = np.array(plain.grid.shape[::-1]) - 1
-    torn = np.asarray(((along < 0) | (along > limit)).any(axis=-1), np.float64)
+    torn = lost.astype(np.float64)
     creased = np.zeros(torn.shape)
     for axis in (0, 1):
         far = np.linalg.norm(np.diff(along, axis=axis), axis=-1) > TORN * 2 * plain.grid.step
@@ -118,7 +140,7 @@ def standing(picture: Singles, source: CurveSet, plain: Retexture, patch: PatchS
     return np.asarray(plain.grid.at_pixels(spread(marked, plain.grid))[..., 0] > 0.5)
 
 
-def spread(values: Floats | Singles, grid: Diffusion) -> Floats:
+def spread(values: Floats | Singles | Bools, grid: Diffusion) -> Floats:
     """Return at all nodes of the grid (R, C, 1) the `values` (r, c) of every second one."""
     return np.asarray(values.repeat(2, axis=0).repeat(2, axis=1)[: grid.rows, : grid.columns, None], np.float64)
 

@@ -3,9 +3,12 @@
 import numpy as np
 
 from core.arrays import Points
+from core.curves import Curve
 from core.feature_curves import FeatureCurve
 from core.progress import run
+from core.retexture.elsewhere import far_outside
 from core.retexture.job import Settings, deformed, retexture
+from core.retexture.layout import along_curves
 from core.retexture.patches import PatchShape, grown
 from core.retexture.region import share_along
 from core.retexture.result import plain_place
@@ -69,6 +72,31 @@ def test_where_the_curve_leads_out_of_the_picture_the_deformation_has_its_place(
     down = scene.way.origins(upright(WIDTH / 2, 151, HEIGHT - 1)).source[:, 1]
     assert np.diff(down).min() > -0.3
     assert down.max() < HEIGHT - 0.5
+
+
+def sloping(rise: float) -> Curve:
+    """Return a line that falls to near the lower right corner, its end raised by so many px."""
+    return Curve(np.column_stack([np.linspace(5, WIDTH - 6, 7), np.linspace(40, HEIGHT - 15 - rise, 7)]))
+
+
+def test_where_much_of_the_source_lies_outside_the_picture_another_part_of_the_curve_stands_for_it() -> None:
+    scene = scene_of([FeatureCurve(sloping(0), sloping(50))], 60.0)
+    places = np.argwhere(scene.way.missing & (scene.area.nearness > 0.6))[::5, ::-1].astype(float)
+    origins = scene.way.origins(places)
+    outside = along_curves(scene.way.source, scene.way.target, places)[1][:, 1] > HEIGHT - 1
+    assert outside.sum() > 10
+    source = origins.source[outside]
+    np.testing.assert_allclose(scene.way.source.feet(source).offset, origins.offset[outside], atol=0.5)
+    room = np.minimum(PATCH.rib, HEIGHT - 1 - places[outside, 1])
+    assert (HEIGHT - 1 - source[:, 1] >= room - 1e-6).all()
+
+
+def test_parts_that_lead_far_outside_are_whole_and_shallow_ones_are_left() -> None:
+    places = np.stack(np.meshgrid(10.0 * np.arange(20), 10.0 * np.arange(20)), axis=-1)
+    places[2:5, 0, 0], places[3, 0, 0] = -5, -2 * PATCH.rib - 1
+    places[19, 12:15, 1] = 200 + PATCH.rib
+    far = far_outside(places, (200, 200), PATCH.rib)
+    np.testing.assert_array_equal(np.argwhere(far), [[2, 0], [3, 0], [4, 0]])
 
 
 def test_patches_end_where_the_deformation_has_it() -> None:
