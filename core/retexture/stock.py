@@ -160,7 +160,7 @@ def _colours(picture: Singles, places: Singles) -> tuple[Singles, Floats]:
     colours = np.empty((*plain.shape[:3], plain.shape[3] + 1), np.float32)
     colours[..., :-1] = plain
     np.einsum("nkjc,nkjc->nkj", plain, plain, out=colours[..., -1])
-    flat = colours.reshape(len(colours), -1, colours.shape[3])
+    flat = colours.reshape(len(colours), colours.shape[1] * colours.shape[2], colours.shape[3])
     mean = np.full((1, flat.shape[1]), 1 / flat.shape[1], np.float32) @ flat
     variance = mean[:, 0, -1] - np.einsum("nic,nic->n", mean[..., :-1], mean[..., :-1])
     return colours, np.maximum(variance, 0).astype(np.float64) + 1e-4

@@ -13,6 +13,7 @@ from core.retexture.patches import PatchShape, grown
 from core.retexture.region import share_along
 from core.retexture.result import plain_place
 from core.retexture.scene import Scene, prepared
+from core.retexture.stock import Bounds, stocked
 from tests.core.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
 
 SHAPE = (HEIGHT, WIDTH)
@@ -111,6 +112,13 @@ def test_patches_end_where_the_deformation_has_it() -> None:
     outer = scene.way.inner[y, x] == 0
     assert outer.sum() > 200
     assert np.linalg.norm(shown - plain, axis=1)[outer].max() < 1
+
+
+def test_a_batch_whose_patches_may_show_nothing_has_no_rounds() -> None:
+    scene = scene_of(bent(), 60.0)
+    batch = grown(scene.way.origins(upright(WIDTH / 2, 84, 90)), PATCH, scene.fields, scene.way)
+    picture, nowhere = np.zeros((*SHAPE, 3), np.float32), np.zeros(SHAPE, bool)
+    assert stocked(batch, picture, Bounds(nowhere, scene.area.free)).rounds == []
 
 
 def test_candidates_are_free_inside_and_held_at_the_edge() -> None:
