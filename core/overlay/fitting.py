@@ -24,6 +24,10 @@ LEAST_SHARE, CERTAIN = 1 / 3, 0.4
 """Vertices over the area, in steps, that is followed from them: fewer are a chance likeness amid another pattern,
 unless they are as much alike as this."""
 
+UNLIKE, BORNE_OUT = 0.35, 0.75
+"""Variance that the texture leaves unexplained, over its own, from which a lattice is none that is followed over less
+than this of its own area."""
+
 
 def fit(
     photo: Floats, canvas: Canvas, lattices: list[Lattice], seed: int, *, trusted: bool, sure: bool
@@ -71,7 +75,8 @@ def completed(
     found = yield from followed(cloth, pruned(cloth, found), Progress(0.25, "following the cloth"))
     area = cloth.steps_of(found.cells)
     chance = not sure and likeness(cloth.lattice) < CERTAIN and len(cloth.lattice) < LEAST_SHARE * area
-    if area < LEAST_STEPS or chance:
+    unlike = not sure and found.tolerance.noise > UNLIKE * found.tolerance.own
+    if area < LEAST_STEPS or chance or (unlike and area < BORNE_OUT * len(cloth.lattice)):
         raise NoPatternError
     for other in others:
         found = yield from joined_by(cloth, found, other, Progress(0.4, "following the cloth"))

@@ -12,7 +12,7 @@ from core.overlay.cloth import Cloth, Fit
 from core.overlay.correlation import Proposal
 from core.overlay.doubt import share_in_light
 from core.overlay.finding import find_cloth
-from core.overlay.fitting import begun
+from core.overlay.fitting import begun, completed
 from core.overlay.lattice import Lattice
 from core.overlay.seeding import NoPatternError, find_lattice, flat_canvas
 from core.overlay.texel import Texel
@@ -156,3 +156,15 @@ def test_a_marked_texel_is_enough_where_there_are_few() -> None:
     one = canvas_of(np.clip(0.6 + rng.normal(0, 0.02, scene.photo.shape), 0, 1))
     with pytest.raises(NoPatternError):
         run(find_lattice(one, rng, start=marked))
+
+
+def test_a_lattice_that_the_registration_does_not_bear_out_is_refused_unless_the_user_is_sure(small: Scene) -> None:
+    cloth, found = cloth_of(small)
+    lattice = cloth.lattice
+    large = Lattice(np.concatenate([lattice.keys + [0, 20 * k] for k in range(4)]), lattice.frames[np.arange(120) % 30])
+    larger, poor = replace(cloth, lattice=large), replace(found.tolerance, noise=0.5 * found.tolerance.own)
+    worse = replace(found, tolerance=poor)
+    with pytest.raises(NoPatternError):
+        run(completed(larger, worse, [], 0))
+    for known, fit, sure in ((larger, worse, True), (larger, found, False), (cloth, worse, False)):
+        assert run(completed(known, fit, [], 0, sure=sure))[1].cells.mean() > 0.9
