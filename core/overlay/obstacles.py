@@ -1,7 +1,8 @@
-"""Things on the cloth that have a colour of its pattern: a bow or a label.
+"""Things that lie on the cloth: a bow, a label, a button.
 
-They are taken for a motif that lies elsewhere. A patch of one colour that is much larger than any patch of that colour
-in the texture, and mostly where the model has another colour, is none.
+Those of a colour of the pattern are taken for a motif that lies elsewhere. A patch of one colour that is much larger
+than any patch of that colour in the texture, and mostly where the model has another colour, is none. A thing of a
+colour that is no shade of the pattern's may be as small as a button.
 """
 
 from collections.abc import Iterator
@@ -26,6 +27,15 @@ ELSEWHERE = 0.5
 """Share of a thing where the model is wrong."""
 DOUBTED = 0.15
 """Share of what is around a thing where the model may be wrong: beyond, it is the model that lies elsewhere."""
+ANY_SHADE = (0.05, 1.4)
+"""Light on cloth of which some may be in any shadow."""
+ODD, UNUSUAL = 0.24, 4.0
+"""Distance of a colour from all shades of the pattern's from which it is none of them, at a light of one and over the
+usual error."""
+LEAST_LIGHT = 0.5
+"""Light under which the distance is no smaller."""
+LEAST_PX = 12
+"""Pixels of the smallest thing."""
 RIM_PX = 2
 """Pixels around a thing that are mixed with it."""
 
@@ -52,7 +62,26 @@ def obstacles(photo: Floats, texture: Floats, rho: Floats, texel: Texel, basis: 
                     out |= part
     kernel = np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8)
     grown = cv2.morphologyEx(cv2.dilate(out.astype(np.uint8), kernel), cv2.MORPH_CLOSE, kernel)
-    return np.asarray((grown > 0) & covered, np.bool_)
+    odd = odd_things(photo, texture, rho, texel, covered)
+    return np.asarray(((grown > 0) | odd) & covered, np.bool_)
+
+
+def odd_things(photo: Floats, texture: Floats, rho: Floats, texel: Texel, covered: Bools) -> Bools:
+    """Return the pixels (H, W) of things of a colour that is no shade of the texel's."""
+    if not covered.any():
+        return covered
+    light = np.maximum(rho, LEAST_LIGHT)[covered]
+    seen, shades = photo[covered], rho[covered][:, None]
+    off = np.min([from_shades(seen, shades * colour, ANY_SHADE) for colour in palette(texel)], axis=0)
+    usual = float(np.median(np.abs(seen - shades * texture[covered])))
+    odd = np.zeros(covered.shape, bool)
+    odd[covered] = off > max(ODD, UNUSUAL * usual) * light
+    # A seam is thin, and so is the rim of a motif.
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
+    whole = cv2.morphologyEx(odd.astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(whole, connectivity=4)
+    large = (whole > 0) & (stats[:, cv2.CC_STAT_AREA] >= LEAST_PX)[labels]
+    return np.asarray(cv2.dilate(large.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0, np.bool_)
 
 
 def patch_colours(texel: Texel, basis: Floats) -> Floats:

@@ -31,6 +31,19 @@ def test_bow_of_the_colour_of_a_motif_is_a_thing() -> None:
     assert off[~bow].mean() < 0.1
 
 
+def test_small_button_of_another_colour_is_a_thing_and_a_dark_or_thin_one_is_none() -> None:
+    y, x = np.indices(SIZE)
+    for colour, radius, thing in (
+        ([0.2, 0.75, 0.2], 4, True),
+        ([0.03, 0.03, 0.03], 4, False),
+        ([0.2, 0.75, 0.2], 0, False),
+    ):
+        button = np.hypot(y - 77, x - 94) <= radius
+        off = found(np.where(button[..., None], np.array(colour), SCENE.photo))
+        assert off[button].all() == thing
+        assert not off[np.hypot(y - 77, x - 94) > radius + 5].any()
+
+
 def test_motifs_are_none() -> None:
     assert not found(SCENE.photo).any()
 
