@@ -11,12 +11,11 @@ from core.overlay.lattice import Lattice
 from core.overlay.mesh import Mesh
 from core.overlay.region import LIMIT, Tolerance, misfit_of_cells, sums_of_cells, tolerance_of
 from core.overlay.registration import Registration, State
+from core.overlay.seeding import LEAST_VERTICES
 from core.overlay.stages import Stage
 from core.overlay.texel import Texel, estimate_texel
 from core.overlay.thin_plate import spread
 
-LEAST_VERTICES = 9
-"""Vertices of a lattice that is none of chance."""
 IN_REGION = 1.25
 """Leniency where a region is given: nothing but cloth should be there."""
 SIZES = (0.1, 8.0)

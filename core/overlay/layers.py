@@ -25,6 +25,8 @@ LENIENCE = 1.6
 GLARE = 1.8
 """Brightness that the texel's brightest colour may have, over the photo's white: plain ground in more light than that
 is not this cloth's."""
+LEAST_PART = (2.0, 0.5)
+"""Least area of a part of a piece, in lattice steps; the second where the cloth shows few texels."""
 RIM_PX = 4.0
 """Least width of the rim that is looked at pixel by pixel."""
 
@@ -43,7 +45,7 @@ def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
         modelled = rho[..., None] * found.texel(at[..., :2])
         strict, mild = misfit(cloth.photo[box], modelled, rho, valid, found.tolerance, cloth.sigma_px / 2)
         # At the border a pattern that correlates may lie on half of a neighbourhood only; amid cloth is cloth.
-        whole = without_specks(piece.cells, round((0.5 if cloth.few else 2) * (cloth.step_px / mesh.cell) ** 2))
+        whole = without_specks(piece.cells, round(LEAST_PART[cloth.few] * (cloth.step_px / mesh.cell) ** 2))
         core = cv2.erode(np.pad(whole, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
         bad = np.where(mesh.pixels_of(core > 0)[box], mild / LENIENCE, strict)
         near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1))[box] & valid

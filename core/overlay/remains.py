@@ -6,10 +6,9 @@ what a small shift and another sharpness leave; their amounts a and b hardly cha
 
     HF = ρ (a ∇T S⁻¹ + b (G * T - T)) + rest.
 
-The rest has noise of the photo's compression, and is stronger at the edges of motifs than elsewhere. How strong it is
-at each place of the texel shows over all texels together. Where it is stronger than usual, the fine part of the rest is
-weakened to the usual strength; the coarse part is its mean over a neighbourhood, mostly of the places where it is not.
-Where a motif lies that the model does not have, there is no fine part.
+The rest has noise of the photo's compression, and is stronger at the edges of motifs than elsewhere: of its fine part
+the grain of the cloth is kept. Its coarse part is the mean over a neighbourhood, mostly of the places where it is not
+stronger than usual. Where a motif lies that the model does not have, there is no fine part, and where many do, none.
 """
 
 import cv2
