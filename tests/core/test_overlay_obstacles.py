@@ -1,6 +1,8 @@
 """Things on the cloth that have a colour of its pattern."""
 
+import cv2
 import numpy as np
+import pytest
 
 from core.arrays import Bools, Floats
 from core.overlay.obstacles import obstacles
@@ -31,17 +33,22 @@ def test_bow_of_the_colour_of_a_motif_is_a_thing() -> None:
     assert off[~bow].mean() < 0.1
 
 
-def test_small_button_of_another_colour_is_a_thing_and_a_dark_or_thin_one_is_none() -> None:
-    y, x = np.indices(SIZE)
-    for colour, radius, thing in (
-        ([0.2, 0.75, 0.2], 4, True),
-        ([0.03, 0.03, 0.03], 4, False),
-        ([0.2, 0.75, 0.2], 0, False),
-    ):
-        button = np.hypot(y - 77, x - 94) <= radius
-        off = found(np.where(button[..., None], np.array(colour), SCENE.photo))
-        assert off[button].all() == thing
-        assert not off[np.hypot(y - 77, x - 94) > radius + 5].any()
+GREEN, BLACK = [0.2, 0.75, 0.2], [0.03, 0.03, 0.03]
+
+
+@pytest.mark.parametrize(
+    ("colour", "height", "width", "thing"),
+    [(GREEN, 7, 7, True), (GREEN, 1, 40, False), (GREEN, 3, 3, False), (BLACK, 7, 7, False)],
+)
+def test_button_of_another_colour_is_a_thing_and_a_seam_a_speck_or_a_shadow_is_none(
+    colour: list[float], height: int, width: int, thing: bool
+) -> None:
+    button = np.zeros(SIZE, bool)
+    button[77 : 77 + height, 90 : 90 + width] = True
+    off = found(np.where(button[..., None], np.array(colour), SCENE.photo))
+    assert off[button].mean() > 0.9 if thing else not off.any()
+    near = cv2.dilate(button.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    assert not off[~near].any()
 
 
 def test_motifs_are_none() -> None:
