@@ -21,8 +21,8 @@ CHANGED = 0.02
 """Share of the texture's variance over which a translation is no period."""
 MARKED = 0.25
 """The same for the worst spot of a tenth of a texel: a small mark is part of the pattern."""
-SAMPLES, ROUNDS = 24, 3
-"""Samples along a side of one texel while testing, and rounds of its estimation: it need not be sharp."""
+SAMPLES = 24
+"""Samples along a side of one texel while testing."""
 
 FURTHEST = 8
 """Most steps after which stripes that are evenly spaced come back to their first colour."""
@@ -50,9 +50,7 @@ def estimate_halves(photo: Floats, uv: Floats, weight: Floats, count: int, seed:
     which = draw[block[..., 0] % 512, block[..., 1] % 512]
     size = (SAMPLES * count, SAMPLES * count)
     light = np.ones(weight.shape)
-    parts = [
-        estimate_texel(photo, uv / count, light, weight * half, size, rounds=ROUNDS).pixels for half in (which, ~which)
-    ]
+    parts = [estimate_texel(photo, uv / count, light, weight * half, size).pixels for half in (which, ~which)]
     return Halves(parts[0], parts[1], count)
 
 
