@@ -34,8 +34,8 @@ PAPER = {
 """Seconds for setup, factor, right-hand side and solve  [FAT table 1, on a Pentium 4 at 3.2 GHz]."""
 
 CELL_PX = 4
-_HANDLES_AT_MOST = 300_000
-"""Nodes up to which handles are timed; the editing system of a larger grid does not fit a small machine."""
+_LARGE = 300_000
+"""Nodes of a grid on which half as many repeats do."""
 _UNFOLD_AT_MOST = 50_000
 """Nodes of the largest default grid."""
 _ARAP_AT_MOST = 300_000
@@ -49,7 +49,7 @@ def measure(sizes: Sequence[tuple[int, int]] = SIZES, *, repeats: int = 5) -> li
 
 
 def _record(rows: int, columns: int, repeats: int) -> dict[str, Any]:
-    repeats = max(2, repeats if rows * columns <= _HANDLES_AT_MOST else repeats // 2)
+    repeats = max(2, repeats if rows * columns <= _LARGE else repeats // 2)
     grid = Grid((columns - 1) * CELL_PX, (rows - 1) * CELL_PX, cell_px=CELL_PX)
     mask = _mask(grid)
     features = find_features(grid, mask)
@@ -103,20 +103,18 @@ def _stages(grid: Grid, features: Features, plain: Points, repeats: int) -> dict
     }
 
 
-def _interaction(grid: Grid, mask: Bytes, repeats: int) -> dict[str, float | None]:
+def _interaction(grid: Grid, mask: Bytes, repeats: int) -> dict[str, float]:
     """Time what an artist waits for: from an input to positions that can be uploaded."""
     live = LiveWarp(grid)
     live.use(find_features(grid, mask), DEFAULT_OPTIONS)
-    found: dict[str, float | None] = {
+    editing = Editing(grid)
+    pins = np.array([[0.2, 0.5], [0.5, 0.5], [0.8, 0.6]]) * [grid.width_px, grid.height_px]
+    editing.hold(pins)
+    return {
         "drag_preset_ms": _median_ms(lambda: _shown(live, _swirled(grid)), repeats),
-        "drag_handles_ms": None,
+        "drag_handles_ms": _median_ms(lambda: _shown(live, editing.solve(pins + [5.0, 3.0])), repeats),
+        "stroke_ms": _stroke_ms(live, mask.copy(), repeats),
     }
-    if grid.size <= _HANDLES_AT_MOST:
-        editing = Editing(grid)
-        pins = np.array([[0.2, 0.5], [0.5, 0.5], [0.8, 0.6]]) * [grid.width_px, grid.height_px]
-        editing.hold(pins)
-        found["drag_handles_ms"] = _median_ms(lambda: _shown(live, editing.solve(pins + [5.0, 3.0])), repeats)
-    return {**found, "stroke_ms": _stroke_ms(live, mask.copy(), repeats)}
 
 
 def _stroke_ms(live: LiveWarp, mask: Bytes, repeats: int) -> float:
