@@ -7,8 +7,8 @@ from core.grid import Grid
 from core.mesh import Mesh
 
 
-def bent(grid: Grid, *, seed: int, strength: float = 0.35) -> Mesh:
-    """Move every node by less than what folds a quad, then turn, stretch and shift the whole."""
+def bent(grid: Grid, *, seed: int, strength: float = 0.24) -> Mesh:
+    """Move every node by less than a quarter cell, which folds no quad, then turn, stretch and shift the whole."""
     random = np.random.default_rng(seed)
     moved = grid.nodes + random.uniform(-strength, strength, grid.nodes.shape) * grid.cell
     turn = np.array([[0.8, -0.7], [0.6, 0.9]]) * random.uniform(0.5, 2)
