@@ -11,8 +11,8 @@ import scipy
 
 from core.arrays import Floats, Ints
 
-_SHORT = 400
-"""Cells up to which a product takes less time than a transform."""
+_SHORT = 700
+"""Cells up to which a product takes less time than most transforms; of a prime count they are slow."""
 
 
 class Sines:
