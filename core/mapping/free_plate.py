@@ -11,7 +11,7 @@ from core.arrays import Points
 from core.factor import Factor
 from core.grid import Grid
 from core.mapping.frames import Complexes
-from core.mapping.held_plate import known_among
+from core.mapping.held_plate import known_responses
 
 _RIDGE = 1e-7
 """Makes A definite; similarities, which it would hold back, are added to d outside."""
@@ -42,10 +42,8 @@ class FreePlate:
 
     def hold(self, points: Points) -> Complexes:
         """Declare the places (n, 2) of the forces and return S (n, n): what a force at one moves another."""
-        before = known_among(points, self._points)
+        before, S = known_responses(points, self._points, self._S)
         old = np.flatnonzero(before >= 0)
-        S = np.zeros((len(points), len(points)), np.complex128)
-        S[np.ix_(old, old)] = self._S[np.ix_(before[old], before[old])]
         columns = None
         if len(points) * self._grid.size <= _KEPT_AT_MOST and (self._columns is not None or not old.size):
             columns = np.empty((len(points), self._grid.size), np.complex128)

@@ -16,7 +16,10 @@ A product of two sines is half a difference of cosines, so what a force on one n
 all responses are in a table g over the grid.
 """
 
+from typing import TypeVar
+
 import numpy as np
+from numpy.typing import NDArray
 
 from core.arrays import Floats, Ints, Points
 from core.blas import one_thread
@@ -26,6 +29,7 @@ from core.mapping.frames import Complexes
 from core.mapping.sines import Sines
 
 _PAIRS_AT_ONCE = 1 << 16
+Scalar = TypeVar("Scalar", np.float64, np.complex128)
 
 
 class HeldPlate:
@@ -52,10 +56,8 @@ class HeldPlate:
 
     def hold(self, points: Points) -> Floats:
         """Declare the places (n, 2) of the forces and return S (n, n): what a force at one moves another."""
-        before = known_among(points, self._points)
-        old, new = np.flatnonzero(before >= 0), before < 0
-        S = np.zeros((len(points), len(points)))
-        S[np.ix_(old, old)] = self._S[np.ix_(before[old], before[old])]
+        before, S = known_responses(points, self._points, self._S)
+        new = before < 0
         number = np.arange(len(points))
         i, j = np.nonzero(new[:, None] & (~new | (number <= number[:, None])))
         for start in range(0, len(i), _PAIRS_AT_ONCE):
@@ -93,10 +95,14 @@ class HeldPlate:
         return S
 
 
-def known_among(points: Points, before: Points) -> Ints:
-    """Return which of the places `before` each of `points` is, -1 for none."""
+def known_responses(points: Points, before: Points, S: NDArray[Scalar]) -> tuple[Ints, NDArray[Scalar]]:
+    """Return which of the places `before` each of `points` (n, 2) is, -1 for none, and what of S (n, n) is known."""
     known = {tuple(point): i for i, point in enumerate(before.tolist())}
-    return np.array([known.get(tuple(point), -1) for point in points.tolist()], np.int64)
+    number = np.array([known.get(tuple(point), -1) for point in points.tolist()], np.int64)
+    old = np.flatnonzero(number >= 0)
+    found = np.zeros((len(points), len(points)), S.dtype)
+    found[np.ix_(old, old)] = S[np.ix_(number[old], number[old])]
+    return number, found
 
 
 def _distances(a: Ints, u: Floats, b: Ints, v: Floats, count: int) -> tuple[Ints, Floats]:
