@@ -206,7 +206,10 @@ class LiveWarp:
     def _show(self, document: Document, result: Warped, *, final: bool = False) -> None:
         with tracing.span("answer", settled=final):
             busy = sum(result.seconds.get(stage, 0.0) for stage in ("factor", "rhs", "solve"))
-            mesh = Mesh(grid_of(document), result.warped)
+            grid = grid_of(document)
+            if self.answer is not None and self.answer.grid == grid:
+                grid = self.answer.grid  # whose nodes are worked out
+            mesh = Mesh(grid, result.warped)
             self.answer = Answer(document, mesh, result, settled=final, solve_ms=1e3 * busy)
 
     def _take_settled(self, result: Warped) -> None:

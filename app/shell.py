@@ -44,7 +44,7 @@ LAYOUT_FRAMES = 3
 """So many frames at the start lay out the panels; the picture is drawn once its place is known."""
 REST_S = 0.55
 """When the pointer has rested so long, tooltips show: one more frame."""
-DRAWING_S = 0.014
+DRAWING_S = 0.011
 """What drawing the picture may take of a frame; the panels, the map and the window's own work take as much again."""
 SWITCH_S = 0.0005
 """How long a job may keep the interpreter to itself while the window waits for it."""

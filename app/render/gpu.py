@@ -59,6 +59,21 @@ Rectangle = tuple[int, int, int, int]
 """Left, first row, width and height in pixels of a framebuffer."""
 
 
+def around(inner: Rectangle, outer: Rectangle) -> list[Rectangle]:
+    """Return what `inner` leaves free of `outer`: below and above it in full rows, then at its sides."""
+    left, low = max(inner[0], outer[0]), max(inner[1], outer[1])
+    right, high = min(inner[0] + inner[2], outer[0] + outer[2]), min(inner[1] + inner[3], outer[1] + outer[3])
+    if left >= right or low >= high:
+        return [outer]
+    rows = [
+        (outer[0], outer[1], outer[2], low - outer[1]),
+        (outer[0], high, outer[2], outer[1] + outer[3] - high),
+        (outer[0], low, left - outer[0], high - low),
+        (right, low, outer[0] + outer[2] - right, high - low),
+    ]
+    return [row for row in rows if row[2] > 0 and row[3] > 0]
+
+
 @contextmanager
 def drawing(framebuffer: moderngl.Framebuffer, viewport: Rectangle, scissor: Rectangle | None = None) -> Iterator[None]:
     """Draw into `framebuffer` inside the block; then what was drawn into before is bound again."""

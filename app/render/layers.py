@@ -9,7 +9,9 @@ from app.render.picture_pass import PicturePass
 from app.render.scene import Scene
 from app.render.source import Box
 
-MOST_SHRINK = 3
+LEAST_SHRINK, MOST_SHRINK = 2, 4
+EASE = 0.7
+"""A draft gets finer again where it would take at most this share of what it may: else it would come and go."""
 
 
 class Layers:
@@ -70,6 +72,8 @@ class Costs:
     def __init__(self, frame_s: float) -> None:
         self.frame_s = frame_s
         """What drawing may take of a frame."""
+        self.shrink = LEAST_SHRINK
+        """By how much a draft is drawn smaller, so that it keeps up with the mouse."""
         self._full_s = 0.0
         self._draft_s = 0.0
 
@@ -77,12 +81,6 @@ class Costs:
     def full_fits(self) -> bool | None:
         """Whether the canvas can be drawn at its best in one frame; None while that is not known."""
         return None if self._full_s == 0.0 else self._full_s <= self.frame_s
-
-    @property
-    def shrink(self) -> int:
-        """By how much a draft is drawn smaller, so that it keeps up with the mouse."""
-        fitting = (shrink for shrink in range(2, MOST_SHRINK) if self._draft_s <= self.frame_s * shrink**2)
-        return next(fitting, MOST_SHRINK)
 
     def learn_full(self, seconds: float, *, finished: bool) -> None:
         """Take note of what the best took, or has taken so far."""
@@ -94,6 +92,13 @@ class Costs:
     def learn_draft(self, seconds: float, shrink: int) -> None:
         """Take note of what a draft took."""
         self._draft_s = _smoothed(self._draft_s, seconds * shrink**2)
+        fitting = (shrink for shrink in range(LEAST_SHRINK, MOST_SHRINK) if self._fits(shrink))
+        self.shrink = next(fitting, MOST_SHRINK)
+
+    def _fits(self, shrink: int) -> bool:
+        """Return whether a draft drawn so much smaller would take no longer than it may."""
+        share = EASE if shrink < self.shrink else 1.0
+        return self._draft_s <= share * self.frame_s * shrink**2
 
 
 def _smoothed(before: float, now: float) -> float:

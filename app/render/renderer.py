@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 
 from app.render.draft import Draft, draft_stride
-from app.render.gpu import Offscreen, Rectangle
+from app.render.gpu import Offscreen, Rectangle, around
 from app.render.layers import Costs, Layers
 from app.render.marks_layer import MarksLayer, names_of
 from app.render.mesh import Mesh
@@ -221,12 +221,14 @@ class Renderer:
     def _show(self, drawn: Layers | Draft, desk: Color, viewport: Rectangle, shrink: int) -> None:
         """Copy what was drawn to the window; around it is desk."""
         context, before = self._context, self._context.viewport
-        context.detect_framebuffer().clear(*desk, viewport=viewport)
         left, top, right, bottom = drawn.bounds
+        corner = viewport[0] + left * shrink, viewport[1] + viewport[3] - bottom * shrink
+        place = (*corner, (right - left) * shrink, (bottom - top) * shrink)
+        for strip in around(place, viewport):
+            context.detect_framebuffer().clear(*desk, viewport=strip)
         if left < right and top < bottom:
             width, height = drawn.shown.size
-            corner = viewport[0] + left * shrink, viewport[1] + viewport[3] - bottom * shrink
-            context.viewport = (*corner, (right - left) * shrink, (bottom - top) * shrink)
+            context.viewport = place
             context.scissor = viewport
             drawn.shown.texture.use(0)
             shown = left / width, top / height, right / width, bottom / height
