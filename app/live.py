@@ -1,8 +1,9 @@
 """The map on the screen: follows the document by one solve a frame, and settles when the artist rests.
 
-While something moves, the answer is the linear one, which may fold. A short while after the last change the final
-answer is worked out in the background, as an export does it, and takes its place; until it is there, the first one
-without folds does. If something moves meanwhile both are dropped.
+While something moves, the answer is the linear one, which may fold; where handles of a free frame come to new places,
+and it takes longer than a frame, a sketch of it. A short while after the last change the final answer is worked out in the
+background, as an export does it, and takes its place; until it is there, the first one without folds does. If something
+moves meanwhile both are dropped.
 """
 
 import logging
@@ -173,8 +174,11 @@ class LiveWarp:
                 self.answer = _untouched(document)
             if self._jobs.holds("solve"):
                 return
-            if grid_of(document).size <= INLINE_NODES and not self._solver.is_heavy(document):
+            fits = grid_of(document).size <= INLINE_NODES
+            if fits and not self._solver.is_heavy(document):
                 self._show(document, self._solver.frame(document))
+            elif fits and self._solver.can_sketch(document):
+                self._show(document, self._solver.sketch(document))
             else:
                 self._solve_beside(document)
         except Exception as fault:  # noqa: BLE001  whatever it is, the last map stays and the artist goes on
@@ -208,13 +212,16 @@ class LiveWarp:
             busy = sum(result.seconds.get(stage, 0.0) for stage in ("factor", "rhs", "solve"))
             grid = grid_of(document)
             if self.answer is not None and self.answer.grid == grid:
-                grid = self.answer.grid  # whose nodes are worked out
+                grid = self.answer.grid  # its nodes are worked out
             mesh = Mesh(grid, result.warped)
             self.answer = Answer(document, mesh, result, settled=final, solve_ms=1e3 * busy)
 
     def _take_settled(self, result: Warped) -> None:
-        if self._seen is not None:
-            self._show(self._seen, result, final=True)
+        if self._seen is None:
+            return
+        self._show(self._seen, result, final=True)
+        if self._solver.is_heavy(self._seen):  # what the final answer has built need not be built again
+            self._solver, self._final_solver = self._final_solver, self._solver
 
     def _take_fault(self, fault: Exception) -> None:
         if not isinstance(fault, WeftError):

@@ -17,6 +17,7 @@ from core.document import Document, Outline, WarpSettings, pixels_from_places, p
 from core.grid import Features, Grid
 from core.mapping.editing import Editing, Frame
 from core.mapping.handles import Handles
+from core.mapping.sketch import Sketch, worth_sketching
 from core.mapping.warping import LiveWarp, MappingOptions, Warped
 from core.progress import Job
 from core.raster import Raster
@@ -106,6 +107,7 @@ class MapSolver:
     def __init__(self) -> None:
         self._live: LiveWarp | None = None
         self._editing: Editing | None = None
+        self._sketch: Sketch | None = None
         self._mask: Raster | None = None
         self._features: Features | None = None
         self._components: Components | None = None
@@ -125,6 +127,19 @@ class MapSolver:
         held = set(map(tuple, self._held.tolist()))
         at, _ = handles_of(document).points(self._live.grid)
         return sum(tuple(place) not in held for place in at.tolist()) > NEW_HANDLES_AT_ONCE
+
+    def can_sketch(self, document: Document) -> bool:
+        """Return whether `sketch` answers within a frame's time what is heavy to answer exactly."""
+        if self._live is None or self._live.grid != grid_of(document):
+            return False
+        return document.warp.frame == "free" and worth_sketching(self._live.grid)
+
+    def sketch(self, document: Document) -> Warped:
+        """Return nearly the linear answer to a document whose handles are at new places."""
+        live = self._prepared(document)
+        if self._sketch is None or (self._sketch.grid, self._sketch.frame) != (live.grid, document.warp.frame):
+            self._sketch = Sketch(live.grid, frame=document.warp.frame)
+        return live.frame(self._sketch.solve(handles_of(document), self._base_of(document, live.grid)))
 
     def frame(self, document: Document) -> Warped:
         """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""

@@ -15,6 +15,8 @@ from core.mapping.held_plate import known_responses
 
 _RIDGE = 1e-7
 """Makes A definite; similarities, which it would hold back, are added to d outside."""
+_SOLVED_AT_ONCE = 200_000
+"""Numbers in the columns that one substitution gives: it keeps the interpreter lock, some hundredths of a second."""
 _KEPT_AT_MOST = 4_000_000
 """Numbers in the columns that are kept: more would take more memory than a substitution takes time."""
 
@@ -50,12 +52,15 @@ class FreePlate:
             if self._columns is not None:
                 columns[old] = self._columns[before[old]]
         C = self._weights_at(points)
-        for j in np.flatnonzero(before < 0):
-            column = self._factor.solve(C[[j]].toarray()[0])
-            S[:, j] = C @ column
-            S[j, :] = S[:, j].conj()
+        new = np.flatnonzero(before < 0)
+        at_once = max(_SOLVED_AT_ONCE // self._grid.size, 1)
+        for start in range(0, len(new), at_once):
+            some = new[start : start + at_once]
+            found = self._factor.solve(C[some].toarray().T)
+            S[:, some] = C @ found
+            S[some, :] = S[:, some].conj().T
             if columns is not None:
-                columns[j] = column
+                columns[some] = found.T
         self._points, self._weights, self._S, self._columns = points.copy(), C, S, columns
         return S
 

@@ -117,6 +117,30 @@ def test_a_curve_drawn_and_moved_within_a_held_frame_is_answered_in_the_same_fra
     assert not later.waiting
 
 
+def test_a_curve_moved_within_a_free_frame_is_sketched_in_the_same_frame_and_exact_at_rest() -> None:
+    later = Later()
+    free = document(cell_px=1.6).with_warp(frame="free")
+    drive = EditorDriver(free, jobs=Jobs(live=later, long=InlineExecutor())).tool("curves")
+    later.run()
+    drive.frame().click(40, 60).click(100, 80).click(160, 60).key("enter").drag((100, 80), (100, 95))
+    drive.editor.show(curve_side="source")
+    drive.press(100, 80)
+    for y in range(85, 92):
+        drive.move(100, y)
+        assert np.allclose(drive.screen_of(100, y), (100, 95), atol=1.5)
+        assert drive.editor.answer.document.curves == drive.document.curves
+    assert not later.waiting
+    drive.release().rest()
+    later.run()
+    drive.frame()
+    assert drive.editor.answer.settled
+    assert np.allclose(drive.screen_of(100, 91), (100, 95), atol=0.02)
+    drive.editor.show(curve_side="target")
+    drive.press(100, 95).move(104, 99)
+    assert np.allclose(drive.screen_of(100, 91), (104, 99), atol=0.02)
+    assert not later.waiting
+
+
 def test_what_comes_from_beside_and_what_has_changed_since_cost_one_solve() -> None:
     later = Later()
     free = document().with_warp(frame="free")
