@@ -40,7 +40,18 @@ def test_the_shortest_step_is_told_however_far_it_leads(flat: float) -> None:
 @pytest.mark.parametrize("flat", [1e-9, 1e-12])
 def test_a_step_that_rounding_hides_is_none(flat: float) -> None:
     with np.errstate(all="raise", under="ignore"):
-        assert _least_step(np.array([[flat]]), np.array([1.0])) is None
+        assert _least_step(np.array([[1.0, flat], [-1.0, flat]]), np.array([1.0, 1.0])) is None
+
+
+@pytest.mark.parametrize("far", [1.0, 1e5, 1e9])
+def test_a_step_far_away_is_as_exact_as_one_nearby(far: float) -> None:
+    for seed in range(5):
+        chance = np.random.default_rng(seed)
+        G = chance.normal(0, 1, (300, 4)) + [3, 0, 0, 0]
+        h = G @ (far * chance.normal(1, 1, 4)) - far * chance.uniform(0, 1, 300)
+        step = _least_step(G, h)
+        assert step is not None
+        assert (G @ step - h).min() > -1e-9 * far
 
 
 def test_what_cannot_all_be_had_is_missed_as_little_as_a_step_with_slack_says() -> None:

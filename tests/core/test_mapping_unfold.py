@@ -4,9 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from core.arrays import Bytes, Floats, Ints, Points
+from core.arrays import Bytes, Floats, Points
 from core.grid import Features, Grid, find_features
-from core.mapping import junctions
 from core.mapping.coarser import Coarser, is_large
 from core.mapping.feature_mapping import FeatureMapping
 from core.mapping.folds import folded_quads
@@ -329,25 +328,3 @@ def test_a_feature_that_stands_on_the_edge_is_put_between_the_outline_nodes() ->
     decided[-1] = True
     inside = mapping.index[:-1, :-1] >= 0
     assert (folded_quads(linear.z) & decided).sum() > (folded_quads(fitted.z) & decided & inside).sum()
-
-
-def test_what_the_edge_cuts_is_measured_once_per_mask(monkeypatch: pytest.MonkeyPatch) -> None:
-    mapping = FeatureMapping(GRID, find_features(GRID, MASKS["standing_on_the_edge"]), keep="rigid")
-    measured: list[FeatureMapping] = []
-    corners = junctions._corners
-
-    def counted(of: FeatureMapping) -> Ints:
-        measured.append(of)
-        return corners(of)
-
-    monkeypatch.setattr(junctions, "_corners", counted)
-    fitted = []
-    for bend in (30, 45):
-        w = as_complex(make_warp("arc", WIDTH, HEIGHT, bend=bend)(GRID.nodes))
-        fitted.append(fit_between(mapping, w, mapping.place(w)))
-        fresh = FeatureMapping(GRID, mapping.features, keep="rigid")
-        again = fit_between(fresh, w, fresh.place(w))
-        assert fitted[-1] is not None
-        assert again is not None
-        assert np.array_equal(fitted[-1].z, again.z)
-    assert sum(m is mapping for m in measured) == 1
