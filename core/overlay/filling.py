@@ -41,8 +41,10 @@ SOLID = 0.2
 """Lattice steps of the radius of a disc that fits into cloth further away."""
 PART = 0.08
 """Area of a part further away, over that of what is followed, up to which the cloth beside it tells how it lies."""
-SPOT = 2.0
+SPOT = 3.5
 """Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
+AMID = 0.6
+"""Share of the border of such a spot that it has with cloth."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) ->
         whole |= small_parts(further, PART * float(covered.sum()))
     whole = cleaned(whole, cloth.sigma_px / 2)
     # What is left amid cloth, and no larger than this, is no belt.
-    spots = small_parts(enclosed(whole), SPOT * cloth.step_px**2) & open_to & coloured
+    spots = amid(cloth.valid & ~whole, whole, SPOT * cloth.step_px**2) & open_to & coloured
     whole = cleaned(whole | spots, cloth.sigma_px / 2)
     masks = [np.asarray(mask & whole, np.bool_) for mask in possible]
     apart = open_to & whole & ~np.any(masks, axis=0)
@@ -123,6 +125,20 @@ def small_parts(mask: Bools, most: float) -> Bools:
     """Return those connected parts of a mask (H, W) that have at most so many pixels."""
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
     return np.asarray(mask & (stats[:, cv2.CC_STAT_AREA] <= most)[labels], np.bool_)
+
+
+def amid(mask: Bools, covered: Bools, most: float) -> Bools:
+    """Return those parts of a mask (H, W) of at most so many pixels that have mostly what is `covered` around them."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    sides = np.zeros((2, count))
+    around = np.pad(covered, 1, mode="edge")
+    beside = np.pad(mask, 1, mode="edge")
+    for down, across in ((0, 1), (2, 1), (1, 0), (1, 2)):
+        there = slice(down, down + mask.shape[0]), slice(across, across + mask.shape[1])
+        for plane, total in zip((around[there], ~around[there] & ~beside[there]), sides, strict=True):
+            total += np.bincount(labels[mask & plane], minlength=count)
+    share = sides[0] / np.maximum(sides.sum(0), 1)
+    return np.asarray(mask & ((stats[:, cv2.CC_STAT_AREA] <= most) & (share >= AMID))[labels], np.bool_)
 
 
 def solid(mask: Bools, radius_px: float) -> Bools:

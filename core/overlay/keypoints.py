@@ -16,6 +16,9 @@ BANDWIDTH = 0.55
 STARTS = 200
 """Most descriptors from which a mean shift starts; the rest join the modes that these lead to."""
 LEAST_POINTS = 9
+FIRST_SUPPORT, LESS = 0.6, 0.05
+"""Support of the proposals of the largest group, and what each group after it has less: keypoints come without a
+correlation, and seeds of both kinds are to be tried."""
 
 
 def propose_from_keypoints(
@@ -27,10 +30,10 @@ def propose_from_keypoints(
         return []
     labels = cluster(descriptors, rng)
     found: list[Proposal] = []
-    for label in np.argsort(-np.bincount(labels))[:groups]:
+    for rank, label in enumerate(np.argsort(-np.bincount(labels))[:groups]):
         members = points[labels == label]
         if len(members) >= LEAST_POINTS:
-            found += vectors_at(members)
+            found += vectors_at(members, FIRST_SUPPORT - rank * LESS)
     return found
 
 
@@ -79,7 +82,7 @@ def distinct(modes: Singles, sizes: Ints) -> Singles:
     return np.array(kept, np.float32)
 
 
-def vectors_at(members: Points, *, places: int = 2) -> list[Proposal]:
+def vectors_at(members: Points, support: float, *, places: int = 2) -> list[Proposal]:
     """Return the most perpendicular pair of vectors to the eight nearest neighbours of points near the middle."""
     middle = np.median(members, axis=0)
     found: list[Proposal] = []
@@ -93,6 +96,5 @@ def vectors_at(members: Points, *, places: int = 2) -> list[Proposal]:
         cosine = np.abs(near @ near.T) / np.outer(lengths, lengths)
         i, j = divmod(int(cosine.argmin()), len(near))
         if cosine[i, j] < 0.85:
-            # Keypoints come without a correlation; the support is a middling one, so that growth decides.
-            found.append(Proposal(point, reduced(np.stack([near[i], near[j]], -1)), 0.6))
+            found.append(Proposal(point, reduced(np.stack([near[i], near[j]], -1)), support))
     return found

@@ -72,7 +72,9 @@ def odd_things(photo: Floats, texture: Floats, rho: Floats, texel: Texel, covere
         return covered
     light = np.maximum(rho, LEAST_LIGHT)[covered]
     seen, shades = photo[covered], rho[covered][:, None]
-    off = np.min([from_shades(seen, shades * colour, ANY_SHADE) for colour in palette(texel)], axis=0)
+    # A small motif may have a colour that is none of the palette's.
+    colours = [*palette(texel), texture[covered]]
+    off = np.min([from_shades(seen, shades * colour, ANY_SHADE) for colour in colours], axis=0)
     usual = float(np.median(np.abs(seen - shades * texture[covered])))
     odd = np.zeros(covered.shape, bool)
     odd[covered] = off > max(ODD, UNUSUAL * usual) * light

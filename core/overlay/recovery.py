@@ -11,8 +11,9 @@ from core.overlay.texel import Texel
 from core.overlay.trust import local_light, trust_in
 
 TURN = 2 * np.pi
-EVERY, MARGIN = 2, 4
-"""Pixels from one place to the next at which the cloth is looked at, and places around where the pattern is lost."""
+EVERY, SAMPLES, MARGIN = 2, 14, 4
+"""Least pixels from one place to the next at which the cloth is looked at, places along the side of a texel where there
+can be as many, and places around where the pattern is lost."""
 BRIGHTEST = 99
 """Per cent of the light on cloth that is followed, over which that on the rest is not: it is ground that shines."""
 HALF = 0.5
@@ -29,8 +30,9 @@ def recovered(
     `layers` are the model's, NaN outside the cloth; `followed` (H, W) has been registered; `basis` (2, 2) is pixels of
     undeformed cloth a texel. `scale` is 2 for a photo of twice the size.
     """
-    few, (uv, shading) = slice(None, None, EVERY * scale), layers
-    seen, basis = photo[few, few].astype(np.float32), basis / (EVERY * scale)
+    every = scale * max(EVERY, round(float(np.sqrt(abs(np.linalg.det(basis)))) / (scale * SAMPLES)))
+    few, (uv, shading) = slice(None, None, every), layers
+    seen, basis = photo[few, few].astype(np.float32), basis / every
     small, light, held = uv[few, few], shading[few, few], followed[few, few]
     covered, side = np.isfinite(light), float(np.sqrt(abs(np.linalg.det(basis))))
     trust = trust_in(seen, small, light, texel, held, side)
@@ -41,29 +43,32 @@ def recovered(
         own = np.minimum(own, np.float32(np.percentile(light[covered & held], BRIGHTEST)))
     lost = solid(np.asarray(covered & (~held | (trust < HALF)), np.bool_), LEAST * side)
     light = trust * light + (1 - trust) * own
-    uv = moved((seen, uv, light), texel, basis, lost)
-    trust, own = (spread(plane, shading.shape) for plane in (trust, own))
+    uv = moved((seen, uv, light), texel, basis, lost, every)
+    trust, own = (spread(plane, shading.shape, every) for plane in (trust, own))
     return uv, np.asarray(trust * shading + (1 - trust) * own, np.float32)
 
 
-def moved(seen: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats, lost: Bools) -> Singles:
+def moved(seen: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats, lost: Bools, every: int) -> Singles:
     """Return the coordinates (H, W, 2) moved to where the pattern is, where that is `lost` (h, w).
 
-    `seen` are the photo (h, w, 3), these coordinates, and shading (h, w).
+    `seen` are the photo (h, w, 3), these coordinates, and shading (h, w), of which the small ones are every so many
+    pixels.
     """
     if not lost.any():
         return seen[1]
     box, (photo, uv, light) = around(lost, MARGIN), seen
-    every = -(-len(uv) // len(lost))
     shift = shifts_where_lost(photo[box], uv[::every, ::every][box], light[box], texel, basis, lost[box])
     # A shift of nearly a texel forth is one of a little back: what is between both is neither.
     whole = np.zeros((*lost.shape, 4), np.float32)
     whole[box] = np.concatenate([np.cos(TURN * shift), np.sin(TURN * shift)], -1)
-    wide = spread(whole, uv.shape)
+    wide = spread(whole, uv.shape, every)
     angle = np.arctan2(wide[..., 2:], wide[..., :2]) / np.float32(TURN)
-    return np.where(spread(lost.astype(np.float32), uv.shape)[..., None] > HALF, uv + angle, uv)
+    return np.where(spread(lost.astype(np.float32), uv.shape, every)[..., None] > HALF, uv + angle, uv)
 
 
-def spread(plane: Singles, shape: tuple[int, ...]) -> Singles:
-    """Return a plane (h, w) or (h, w, C) at a larger `shape` (H, W)."""
-    return np.asarray(cv2.resize(plane, shape[1::-1], interpolation=cv2.INTER_LINEAR), np.float32)
+def spread(plane: Singles, shape: tuple[int, ...], every: int) -> Singles:
+    """Return a plane (h, w) or (h, w, C) of every so many pixels at all of a `shape` (H, W)."""
+    at = np.diag([1 / every, 1 / every, 1.0])[:2]
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    wide = cv2.warpAffine(plane, at, shape[1::-1], flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(wide, np.float32)

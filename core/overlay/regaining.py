@@ -6,8 +6,9 @@ matching, Hirschmüller 2008),
 
     Σ C(x, s_x) + Σ (P1 where a shift is next to the one beside it, P2 where it is another),
 
-with C how far the photo is from any shade of the texture so shifted, over a neighbourhood. Cloth that has been followed
-is not shifted, and holds the rest.
+with C how far the photo is from any shade of the texture so shifted, over a neighbourhood, and a little more for any
+shift than for none. Cloth that has been followed is not shifted, and holds the rest. Where the shifts are cut into
+small pieces they are dropped.
 """
 
 import numpy as np
@@ -27,6 +28,11 @@ FURTHEST = 1.5
 """Most that a pixel counts, over the spread of the texel's colours, as P1 and P2 are."""
 NEXT, OTHER = 0.3, 4.0
 """P1 and P2."""
+HABIT = 0.12
+"""What any shift costs at every place: the cloth lies as it is carried on unless the photo says otherwise."""
+STRAIN, MOST_CUTS, AROUND = 1.2, 6.0, 0.3
+"""Change of a shift, over the distance of two places, that is a cut; length of the cuts, in sides of a texel, over the
+area in texels, from which the cloth is in pieces; width of the neighbourhood, over the side of a texel."""
 SMOOTH, ALIKE = 1.5, 0.9
 """Width, in pixels, over which shifts are evened where they are that much alike."""
 
@@ -51,8 +57,10 @@ def shifts_where_lost(
         wrong = np.zeros(lost.shape, np.float32)
         wrong[lost] = unlike(photo[lost], uv[lost] + step, shading[lost], texel)
         plane[lost] = (gaussian(wrong, sigma) / mass)[lost]
+    costs[1:] += HABIT
     sums = summed_along_paths(costs.reshape(rows, columns, *lost.shape), covered)
-    return np.where(lost[..., None], evened(best_shift(sums)), 0.0)
+    shift = np.where(lost[..., None], evened(best_shift(sums)), 0.0)
+    return shift * ~torn(shift, covered, basis)[..., None]
 
 
 def unlike(photo: Singles, uv: Floats, shading: Singles, texel: Texel) -> Singles:
@@ -112,3 +120,16 @@ def evened(shift: Floats) -> Floats:
     soft = gaussian(turns.real, SMOOTH) + 1j * gaussian(turns.imag, SMOOTH)
     alike = np.abs(soft).min(-1, keepdims=True) > ALIKE
     return np.asarray(np.angle(np.where(alike, soft, turns)) / (2 * np.pi), np.float64)
+
+
+def torn(shift: Floats, covered: Bools, basis: Floats) -> Bools:
+    """Return where (H, W) shifts (H, W, 2), of `covered` places, lie in pieces: it is by chance that each of them fits.
+
+    `basis` (2, 2) is pixels of undeformed cloth a texel.
+    """
+    side, cuts = float(np.sqrt(abs(np.linalg.det(basis)))), np.zeros(covered.shape)
+    for here, there in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+        apart = ((shift[there] - shift[here] + 0.5) % 1 - 0.5) @ basis.T
+        cuts[here] += (np.linalg.norm(apart, axis=-1) > STRAIN) & covered[here] & covered[there]
+    mass = np.maximum(gaussian(covered.astype(np.float64), AROUND * side), 1e-3)
+    return np.asarray(gaussian(cuts, AROUND * side) / mass * side > MOST_CUTS, np.bool_)

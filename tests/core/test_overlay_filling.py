@@ -6,7 +6,7 @@ import pytest
 from core.arrays import Bools, Floats
 from core.overlay.alignment import Frames
 from core.overlay.cloth import Cloth, Fit, estimated, make_cloth, measured
-from core.overlay.filling import Filling, carried_on, filled, small_parts, solid
+from core.overlay.filling import Filling, amid, carried_on, filled, small_parts, solid
 from core.overlay.lattice import Lattice
 from core.overlay.registration import State
 from core.overlay.seeding import flat_canvas
@@ -186,3 +186,14 @@ def test_small_parts_are_those_up_to_an_area() -> None:
     assert small[2:8, 3:9].all()
     assert small.sum() == 36
     assert not small_parts(mask, 35).any()
+
+
+def test_spot_is_amid_cloth_also_at_the_rim_and_a_cuff_is_not() -> None:
+    cloth = np.zeros((40, 50), bool)
+    cloth[10:30, 10:30] = True
+    spot, cuff = np.zeros_like(cloth), np.zeros_like(cloth)
+    spot[10:15, 15:21] = True
+    cuff[14:20, 30:36] = True
+    kept = amid(spot | cuff, cloth & ~spot, 36)
+    np.testing.assert_array_equal(kept, spot)
+    assert not amid(spot, cloth & ~spot, 29).any()

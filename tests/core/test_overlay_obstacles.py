@@ -85,3 +85,15 @@ def test_patch_amid_cloth_that_lies_elsewhere_is_none() -> None:
     photo, _ = with_bow(COLOURS[1])
     slipped = np.roll(TEXTURE, (11, 12), (0, 1))
     assert not obstacles(photo, slipped, SCENE.shading, TEXEL, SCENE.basis, np.ones(SIZE, bool)).any()
+
+
+def test_small_motif_of_a_colour_of_its_own_is_none() -> None:
+    t = np.linspace(0, 1, 60)[:, None, None]
+    pixels = np.broadcast_to((1 - t) * COLOURS[0] + t * COLOURS[1], (60, 60, 3)).copy()
+    pixels[26:34, 26:34] = GREEN
+    texel = Texel(pixels)
+    scene = make_scene(texel, noise=0.01, basis=2 * SCENE.basis)
+    texture, every = texel(scene.uv), np.ones(SIZE, bool)
+    assert not obstacles(scene.photo, texture, scene.shading, texel, scene.basis, every).any()
+    plain = Texel(np.where(np.isclose(pixels, GREEN).all(-1, keepdims=True), COLOURS[0], pixels))
+    assert obstacles(scene.photo, plain(scene.uv), scene.shading, texel, scene.basis, every).any()

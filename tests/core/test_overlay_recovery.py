@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats, Singles
-from core.overlay.recovery import recovered
-from core.overlay.regaining import NEXT, OTHER, best_before, evened, shifts_where_lost
+from core.overlay.recovery import recovered, spread
+from core.overlay.regaining import NEXT, OTHER, best_before, evened, shifts_where_lost, torn
 from core.overlay.trust import local_light, trust_in, trusted
 from tests.core.overlay_scenes import make_scene, motif
 
@@ -129,3 +129,36 @@ def test_shifts_are_not_evened_across_a_jump() -> None:
 def test_light_where_the_cloth_was_not_followed_is_none_that_the_cloth_has_nowhere() -> None:
     _, light = found_again(SCENE.photo * np.where(RIGHT, 3.0, 1.0)[..., None], UV)
     assert light[:, 150:].max() <= LIGHT[~RIGHT].max()
+
+
+def test_cloth_on_which_only_pieces_would_fit_stays_as_it_is_carried_on() -> None:
+    draw = np.random.default_rng(3).integers(0, 24, (25, 28, 2))
+    pieces = np.repeat(np.repeat(draw, 7, 0), 7, 1)[: SIZE[0], : SIZE[1]]
+    y, x = (np.indices(SIZE) + np.moveaxis(pieces, -1, 0)) % np.array(SIZE)[:, None, None]
+    photo = np.where(RIGHT[..., None], SCENE.photo[y, x], SCENE.photo).astype(np.float32)
+    shift = shifts_where_lost(photo, UV, LIGHT, TEXEL, SCENE.basis, RIGHT)
+    assert (np.abs(shift).max(-1)[:, 120:] < 0.1).mean() > 0.8
+
+
+def test_shifts_are_torn_where_cuts_are_many_and_not_along_one() -> None:
+    shift = np.where(RIGHT[..., None], 0.4, 0.0) * np.ones(2)
+    assert not torn(shift, FULL, SCENE.basis).any()
+    shift[:, 130:] = np.random.default_rng(0).random((SIZE[0], SIZE[1] - 130, 2))
+    assert torn(shift, FULL, SCENE.basis)[:, 135:].all()
+    assert not torn(shift, FULL, SCENE.basis)[:, :105].any()
+
+
+@pytest.mark.parametrize("every", [2, 5])
+def test_values_at_every_so_many_pixels_are_spread_to_where_they_were_taken(every: int) -> None:
+    y, x = np.indices((41, 63)).astype(np.float32)
+    wide = spread(np.stack([x, y], -1)[::every, ::every], (41, 63), every)
+    last = [every * ((n - 1) // every) for n in (63, 41)]
+    np.testing.assert_allclose(wide, np.stack([np.minimum(x, last[0]), np.minimum(y, last[1])], -1), atol=0.1)
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.6, False), (0.8, True)])
+def test_cloth_is_not_shifted_for_little(share: float, moves: bool) -> None:
+    model, other = (LIGHT[..., None] * TEXEL(SCENE.uv + step) for step in (0.0, 0.5))
+    photo = np.where(RIGHT[..., None], share * other + (1 - share) * model, model).astype(np.float32)
+    shift = shifts_where_lost(photo, UV, LIGHT, TEXEL, SCENE.basis, RIGHT)
+    assert ((np.abs(shift[:, 150:]).max(-1) > 0.2).mean() > 0.5) == moves
