@@ -1,9 +1,9 @@
 """The map on the screen: follows the document by one solve a frame, and settles when the artist rests.
 
 While something moves, the answer is the linear one, which may fold; where handles of a free frame come to new places,
-and it takes longer than a frame, a sketch of it. A short while after the last change the final answer is worked out in the
-background, as an export does it, and takes its place; until it is there, the first one without folds does. If something
-moves meanwhile both are dropped.
+and it takes longer than a frame, a sketch of it. A short while after the last change the final answer is worked out in
+the background, as an export does it, and takes its place; until it is there, the first one without folds does. If
+something moves meanwhile both are dropped.
 """
 
 import logging
