@@ -3,19 +3,26 @@
 A pixel p of the mask lies at M(p) on the canvas. A stroke piece from a to b covers it by a profile of the distance
 d = |M(p) - [a, b]|: wholly up to hardness x radius, not at all from the radius on, smoothly between. That is what
 round stamps set infinitely close along the piece leave when each pixel keeps the most it got.
+
+Where the profile is so wide that it hardly bends from pixel to pixel, it is worked out at every few of them.
 """
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from core.arrays import Bytes, Points, Singles
+from core.blas import one_thread
 from core.mesh import Mesh
-from core.raster import Box, Raster
+from core.raster import TILE_PX, Box, Raster
 
 FULL = 255
 SHARPEST_PX = 1.0
 """The narrowest edge, in canvas pixels: a hard brush is antialiased."""
+STEPS_PX = (8, 4, 2)
+EDGE_STEPS = 20.0
+"""An edge of so many steps is half a level from the straight lines between them at most."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +49,15 @@ class Tip:
         """Distance up to which all is covered; negative for a brush finer than its edge."""
         return self.reach_px - self.edge_px
 
-    def coverage(self, distance_px: Singles) -> Bytes:
+    def profile(self, distance_px: Singles) -> Singles:
         """Return 0 to 255 at distances from the stroke."""
         share = (np.float32(self.reach_px) - distance_px) * np.float32(1 / self.edge_px)
         np.clip(share, 0, 1, out=share)
-        return np.asarray(np.rint(share * share * (3 * FULL - 2 * FULL * share)), np.uint8)
+        return np.asarray(share * share * (3 * FULL - 2 * FULL * share))
+
+    def coverage(self, distance_px: Singles) -> Bytes:
+        """Return whole numbers from 0 to 255 at distances from the stroke."""
+        return np.asarray(np.rint(self.profile(distance_px)), np.uint8)
 
 
 class Stroke:
@@ -73,14 +84,16 @@ class Stroke:
         if box is None:
             return
         before = self._covered
-        piece = _Piece(mesh, a, b, tip, goes_on)
+        step = _step_px(mesh, box, tip)
+        piece = _Piece(mesh, a, b, tip, goes_on) if step == 1 else _SoftPiece(mesh, a, b, tip, box, step)
         self._covered = before.edited(box, lambda tile, at: piece.covered(tile, at, box))
-        for at, cover in list(self._covered.changed_boxes(before)):
-            self.mask = self.mask.edited(at, lambda tile, place, cover=cover: self._blended(tile, place, cover))  # type: ignore[misc]
+        self.mask = self.mask.edited(box, lambda tile, at: self._blended(tile, at, before))
 
-    def _blended(self, tile: Bytes, place: Box, cover: Bytes) -> Bytes:
-        """Return the tile as it was at the start, with `cover` painted or taken away."""
-        start = self._start.tile_at(place)
+    def _blended(self, tile: Bytes, at: Box, before: Raster) -> Bytes:
+        """Return the tile as it was at the start, with what is covered painted or taken away, if not so `before`."""
+        cover, start = self._covered.tile_at(at), self._start.tile_at(at)
+        if cover is before.tile_at(at):
+            return tile
         return np.minimum(start, FULL - cover) if self._erase else np.maximum(start, cover)
 
 
@@ -121,6 +134,36 @@ class _Piece:
         if np.hypot(*gap) >= self.tip.reach_px:
             return True
         return self.goes_on and bool(((corners - self.a) @ (self.b - self.a)).max() <= 0)
+
+
+class _SoftPiece:
+    """A straight piece of a stroke, whose profile is known at every `step`-th pixel of the tiles under `box`."""
+
+    def __init__(self, mesh: Mesh, a: Points, b: Points, tip: Tip, box: Box, step: int) -> None:
+        self._step = step
+        self._first = tuple(side // TILE_PX * TILE_PX // step - 1 for side in box[:2])
+        ends = (-(-side // TILE_PX) * TILE_PX // step + 1 for side in box[2:])
+        x, y = ((np.arange(first, end) + 0.5) * step - 0.5 for first, end in zip(self._first, ends, strict=True))
+        with one_thread():
+            self._cover = tip.profile(_distance(mesh.canvas_of_crossings(x, y), a, b))
+
+    def covered(self, tile: Bytes, at: Box, box: Box) -> Bytes:
+        """Return `tile`, which lies at `at`, with what the piece covers."""
+        step = self._step
+        left, top = (side // step - 1 - first for side, first in zip(at[:2], self._first, strict=True))
+        height, width = tile.shape
+        cover = self._cover[top : top + 2 - (-height // step), left : left + 2 - (-width // step)]
+        if not cover.any() or (tile == FULL).all():
+            return tile
+        fine = cv2.resize(cover, None, fx=step, fy=step, interpolation=cv2.INTER_LINEAR)
+        pixels = cv2.convertScaleAbs(fine[step : step + height, step : step + width])
+        return tile if (pixels <= tile).all() else np.maximum(tile, pixels)
+
+
+def _step_px(mesh: Mesh, box: Box, tip: Tip) -> int:
+    """Return at every how many pixels of the picture the profile of `tip` is to be known."""
+    stretch = mesh.most_stretch(box)
+    return next((step for step in STEPS_PX if step * stretch * EDGE_STEPS <= tip.edge_px), 1)
 
 
 def _distance(points: Points | Singles, a: Points, b: Points) -> Singles:

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from core.arrays import Ints
+from core.arrays import Bytes, Ints
 from core.raster import TILE_PX, Raster
 
 Labels = NDArray[np.int32]
@@ -62,9 +62,7 @@ class Components:
         """Find the components of a region."""
         left, top = x * REGION_PX, y * REGION_PX
         right, bottom = min(left + REGION_PX, raster.width_px), min(top + REGION_PX, raster.height_px)
-        _, marked = cv2.threshold(raster.part((left, top, right, bottom)), MARKED, 1, cv2.THRESH_BINARY)
-        count, found = cv2.connectedComponents(marked, connectivity=8)
-        labels = np.asarray(found, np.int32)
+        labels, count = _searched(raster.part((left, top, right, bottom)))
         self._first[y][x] = _first_blocks(labels, count, (left, top), -(-raster.width_px // 2))
         self._top[y, left:right], self._bottom[y, left:right] = labels[0], labels[-1]
         self._left[x, top:bottom], self._right[x, top:bottom] = labels[:, 0], labels[:, -1]
@@ -97,10 +95,23 @@ class Components:
         return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
 
 
+def _searched(values: Bytes) -> tuple[Labels, int]:
+    """Return the numbers of components at the pixels of a region, and how many numbers there are, 0 included."""
+    if values.max() <= MARKED:
+        return np.zeros(values.shape, np.int32), 1
+    if values.min() > MARKED:
+        return np.ones(values.shape, np.int32), 2
+    _, marked = cv2.threshold(values, MARKED, 1, cv2.THRESH_BINARY)
+    count, found = cv2.connectedComponents(marked, connectivity=8)
+    return np.asarray(found, np.int32), count
+
+
 def _first_blocks(labels: Labels, count: int, corner: tuple[int, int], blocks_across: int) -> Ints:
     """Return the number of the first block of each of the components 1 … count - 1 of a region."""
     if count == 1:
         return np.empty(0, np.int64)
+    if count == 2 and labels[0, 0]:
+        return np.array([corner[1] // 2 * blocks_across + corner[0] // 2])
     height, width = labels.shape
     even = labels if height % 2 == width % 2 == 0 else np.pad(labels, ((0, height % 2), (0, width % 2)))
     blocks = np.maximum(np.maximum(even[::2, ::2], even[::2, 1::2]), np.maximum(even[1::2, ::2], even[1::2, 1::2]))

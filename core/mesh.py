@@ -9,9 +9,10 @@ clockwise from the top left, the map is bilinear in the place (u, v) within the 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from core.arrays import Floats, Ints, Points, Singles
 from core.grid import Grid
@@ -72,15 +73,34 @@ class Mesh:
 
     def canvas_of_box(self, box: Box) -> Singles:
         """Return the canvas positions (2, h, w) of the pixels of `box`, x and y."""
-        rows, down = self._shares(box[1], box[3], axis=1)
-        columns, across = self._shares(box[0], box[2], axis=0)
+        return self.canvas_of_crossings(np.arange(box[0], box[2]), np.arange(box[1], box[3]))
+
+    def canvas_of_crossings(self, x: NDArray[Any], y: NDArray[Any]) -> Singles:
+        """Return the canvas positions (2, h, w), x and y, of where columns at `x` (w,) and rows at `y` (h,) cross.
+
+        Outside the picture the nearest quad is continued.
+        """
+        rows, down = self._shares(y, axis=1)
+        columns, across = self._shares(x, axis=0)
         return np.asarray(down @ self._singles[:, rows, columns] @ across.T, np.float32)
 
     def nodes_of_box(self, box: Box) -> Points:
         """Return the canvas positions (n, 2) of the nodes whose quads cover the pixels of `box`."""
+        return self._patch(box).reshape(-1, 2)
+
+    def most_stretch(self, box: Box) -> float:
+        """Return by how much the sides of the quads that cover the pixels of `box` are longer than in the picture."""
+        nodes = self._patch(box)
+        return max(
+            float(np.sqrt(((np.diff(nodes, axis=1 - axis) / self.grid.cell[axis]) ** 2).sum(axis=-1).max()))
+            for axis in (0, 1)
+        )
+
+    def _patch(self, box: Box) -> Points:
+        """Return the canvas positions (r, c, 2) of the nodes whose quads cover the pixels of `box`."""
         left, right = (self._cell_of(pixel, axis=0) for pixel in (box[0], box[2] - 1))
         top, bottom = (self._cell_of(pixel, axis=1) for pixel in (box[1], box[3] - 1))
-        return self.warped[top : bottom + 2, left : right + 2].reshape(-1, 2)
+        return self.warped[top : bottom + 2, left : right + 2]
 
     def box_near(self, low: Points, high: Points) -> Box | None:
         """Return the pixels of the quads that come into the canvas rectangle `low` to `high`; None if none does."""
@@ -128,15 +148,14 @@ class Mesh:
         """Return the cell of a pixel column (`axis` 0) or row (1)."""
         return min(max(int((pixel + 0.5) / self.grid.cell[axis]), 0), self.grid.shape[1 - axis] - 2)
 
-    def _shares(self, first: int, end: int, *, axis: int) -> tuple[slice, Singles]:
-        """Return the nodes around pixel columns (`axis` 0) or rows (1), and the share (n, k) of each in each pixel."""
-        pixel = np.arange(end - first)
-        nodes = slice(self._cell_of(first, axis=axis), self._cell_of(end - 1, axis=axis) + 2)
-        place = (pixel + (first + 0.5)) / self.grid.cell[axis] - nodes.start
-        cell = np.minimum(place.astype(np.int64), nodes.stop - nodes.start - 2)
-        share = place - cell
-        matrix = np.zeros((end - first, nodes.stop - nodes.start), np.float32)
-        matrix[pixel, cell], matrix[pixel, cell + 1] = 1 - share, share
+    def _shares(self, places: NDArray[Any], *, axis: int) -> tuple[slice, Singles]:
+        """Return the nodes around columns (`axis` 0) or rows (1) of the picture, and the share (n, k) of each."""
+        place = (places + 0.5) / self.grid.cell[axis]
+        cell = np.clip(place.astype(np.int64), 0, self.grid.shape[1 - axis] - 2)
+        nodes = slice(int(cell[0]), int(cell[-1]) + 2)
+        number, share, inner = np.arange(len(cell)), place - cell, cell - nodes.start
+        matrix = np.zeros((len(cell), nodes.stop - nodes.start), np.float32)
+        matrix[number, inner], matrix[number, inner + 1] = 1 - share, share
         return nodes, matrix
 
     def _candidates(self, points: Points) -> tuple[Ints, Ints]:

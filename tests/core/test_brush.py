@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.arrays import Bytes, Singles
+import core.brush
+from core.arrays import Bytes, Points, Singles
 from core.brush import Stroke, Tip
 from core.grid import Grid
 from core.mesh import Mesh
@@ -88,7 +89,7 @@ def test_only_tiles_under_the_stroke_are_new() -> None:
 
 
 def test_what_lies_behind_the_last_piece_is_not_covered_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    grid, tip = Grid(1500, 1000), Tip(300, 0.5)
+    grid, tip = Grid(1500, 1000), Tip(300, 0.97)
     mesh, ends = Mesh(grid, grid.nodes), [np.array([x, 500.0]) for x in (700.0, 720.0, 740.0)]
     looked, look = [], Mesh.canvas_of_box
 
@@ -106,3 +107,45 @@ def test_what_lies_behind_the_last_piece_is_not_covered_again(monkeypatch: pytes
     anew.extend(mesh, ends[1], ends[2], tip)
     assert min(box[2] for box in looked) < 720
     assert np.array_equal(anew.mask.array, on.mask.array)
+
+
+@pytest.mark.parametrize("erase", [False, True])
+def test_a_wide_soft_edge_is_worked_out_at_few_pixels_to_the_same_level(
+    monkeypatch: pytest.MonkeyPatch, erase: bool
+) -> None:
+    grid = Grid(1300, 1101, cell_px=20.0)
+    x, y = np.moveaxis(grid.nodes, -1, 0)
+    mesh = Mesh(grid, np.stack([0.7 * x + 20 * np.sin(y / 200), 0.6 * y + 15 * np.cos(x / 150)], axis=-1))
+    start = Raster.filled(1300, 1101, 200 * erase)
+
+    def painted() -> Raster:
+        stroke = Stroke(start, erase=erase)
+        for a, b in (((100.0, 80.0), (100.0, 80.0)), ((100.0, 80.0), (420.0, 300.0)), ((420.0, 300.0), (700.0, 650.0))):
+            stroke.extend(mesh, np.array(a), np.array(b), Tip(250.0, 0.3))
+        return stroke.mask
+
+    few, look = [], Mesh.canvas_of_crossings
+
+    def counted(mesh: Mesh, x: Points, y: Points) -> Singles:
+        few.append(len(x) * len(y))
+        return look(mesh, x, y)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Mesh, "canvas_of_crossings", counted)
+        found = painted()
+    monkeypatch.setattr(core.brush, "STEPS_PX", ())
+    exact = painted()
+    assert sum(few) < 1300 * 1101 / 10
+    apart = np.abs(found.array.astype(int) - exact.array)
+    assert (exact.array != start.array).mean() > 0.4
+    assert apart.max() <= 1
+
+
+def test_a_stretched_picture_is_painted_at_every_pixel_that_needs_it() -> None:
+    grid = Grid(600, 400, cell_px=20.0)
+    stroke = Stroke(Raster.filled(600, 400))
+    mesh = Mesh(grid, grid.nodes * [1.0, 40.0])
+    stroke.extend(mesh, np.array([300.0, 8000.0]), np.array([300.0, 8000.0]), Tip(200.0, 0.0))
+    rows = stroke.mask.array[:, 300].astype(int)
+    share = np.clip(1 - np.abs(40.0 * np.arange(400) - 8000.0) / 200.0, 0, 1)
+    assert np.abs(rows - np.rint(255 * share * share * (3 - 2 * share))).max() <= 1
