@@ -20,9 +20,9 @@ from core.raster import TILE_PX, Box, Raster
 FULL = 255
 SHARPEST_PX = 1.0
 """The narrowest edge, in canvas pixels: a hard brush is antialiased."""
-STEPS_PX = (8, 4, 2)
-EDGE_STEPS = 20.0
-"""An edge of so many steps is half a level from the straight lines between them at most."""
+STEPS_PX = (8, 4)
+EDGE_STEPS = 25.0
+"""An edge of so many steps is a third of a level from the straight lines between them."""
 
 
 @dataclass(frozen=True)
