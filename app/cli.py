@@ -3,15 +3,18 @@
 import argparse
 import importlib
 import os
+import re
+import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NoReturn, Protocol, cast
+from typing import Any, NoReturn, Protocol, cast
 
 from core import tracing
 from core.arrays import WeftError
-from core.files import atomic_file
+from core.files import atomic_file, check_outputs
 
 COMMANDS = {
     "warp": "warp a picture and keep its features",
@@ -36,8 +39,21 @@ class Command(Protocol):
         """Do the work; raise `WeftError` for what the user can mend."""
 
 
+class Terminated(BaseException):
+    """The process was asked to end; `status` is the exit status that says so."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.status = 128 + number
+
+
 class OneLineParser(argparse.ArgumentParser):
     """An argument parser whose errors are one line, `weft: error: ...`."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        # What begins so is a value, not an option: -5, -.5, -1e3, and -0.5,0.25 for a pair.
+        self._negative_number_matcher = re.compile(r"-\.?\d")
 
     def error(self, message: str) -> NoReturn:
         """Raise the fault instead of printing the usage and leaving."""
@@ -45,29 +61,61 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `weft` with `arguments` (those of the process by default) and return its exit status."""
+    """Run `weft` with `arguments` (those of the process by default) and return its exit status.
+
+    An interrupt is left to `app.__main__`, which also has those that come before this file is loaded.
+    """
     try:
         command, options = parse(sys.argv[1:] if arguments is None else arguments)
-        with recorded(options.trace):
+        check_outputs([options.trace], beside=_other_paths(options))
+        with ended_by_signals(), recorded(options.trace):
             command.run(options)
         sys.stdout.flush()
     except WeftError as fault:
         return _fail(str(fault))
     except MemoryError:
         return _fail("not enough memory")
-    except KeyboardInterrupt:
-        sys.stderr.write("weft: interrupted\n")
-        return 130
+    except Terminated as end:
+        return end.status
     except BrokenPipeError:
         # Who read standard output has had enough. What is left in the buffer must not fail again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 
 
+def _other_paths(options: argparse.Namespace) -> Iterator[Path]:
+    """Yield the files and folders that options name, but for the timeline."""
+    for name, value in vars(options).items():
+        for path in value if isinstance(value, list) else [value]:
+            if isinstance(path, Path) and name != "trace":
+                yield path
+
+
 def _fail(fault: str) -> int:
     """Say what went wrong, in one line, and return the exit status of it."""
     sys.stderr.write(f"weft: error: {' '.join(fault.split())}\n")
     return 2
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Have the signals that end a process end the block as a fault does, so that nothing half done stays behind."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def end(number: int, _frame: object) -> None:
+        raise Terminated(number)
+
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    heeded = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    for number in heeded:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in heeded:
+            signal.signal(number, signal.SIG_DFL)
 
 
 @contextmanager

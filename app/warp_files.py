@@ -6,11 +6,10 @@ from core.arrays import InputError
 from core.canvas import Canvas
 from core.document import Document
 from core.document_map import settled
-from core.files import write_text
-from core.images import save
+from core.files import atomic_file
 from core.obj import obj_mesh
 from core.progress import Job, Progress, part
-from core.stmap import st_map
+from core.stmap import write_st_map
 
 SUFFIXES = ("exr", "obj")
 
@@ -27,7 +26,8 @@ def writing_warp(document: Document, path: Path) -> Job[None]:
     yield Progress(0.6, "writing")
     canvas = Canvas.around(found.warped)
     grid = found.rest, canvas.placed(found.warped), document.size_px, canvas
-    if suffix == "obj":
-        write_text(path, obj_mesh(*grid))
-    else:
-        save(st_map(*grid), path)
+    with atomic_file(path) as place:
+        if suffix == "obj":
+            place.write_text(obj_mesh(*grid), encoding="utf-8")
+        else:
+            write_st_map(*grid, place, named=path)

@@ -58,7 +58,7 @@ def as_points(values: object, name: str = "points") -> Points:
     """Return `values` as finite (n, 2) float64; raise `InputError` that names them if they are not."""
     try:
         points = np.asarray(values, np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{name}: not a list of [x, y] pairs") from None
     if points.size == 0:
         return np.empty((0, 2))

@@ -16,6 +16,7 @@ from core.arrays import InputError, Points, as_points, readonly
 from core.cloth import Cloth
 from core.images import Image
 from core.raster import Raster
+from core.retexture.defaults import VARIETY
 
 Keep: TypeAlias = Literal["similarity", "rigid", "none"]
 Method: TypeAlias = Literal["exact", "per-quad"]
@@ -70,7 +71,7 @@ class RetextureSettings:
     """How far from a target curve texture is regrown, as a share of the picture's longer side; None chooses."""
     move_within: float | None = None
     """Beyond this distance of the target curves, such a share too, nothing moves; None holds only the border."""
-    variety: float = 0.8
+    variety: float = VARIETY
     """Cost of showing a place of the picture once more."""
     mirrored: bool = False
     """Whether patches may be mirrored across the curve's normal."""

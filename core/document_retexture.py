@@ -23,6 +23,7 @@ APPLYING = 0.95
 """Share of the work after which only the picture is to be resampled."""
 SIDES = ("along_px", "across_px", "search_along_px", "search_across_px")
 """Fields of `RetextureSettings` that are sides, in the order of `PatchShape`."""
+MOST_SIDE_PX, MOST_VARIETY = 501, 100
 STILL = 1e-9
 """A target nearer to its source, in shares of the picture, has not been moved."""
 
@@ -130,8 +131,15 @@ def shape_of(document: Document) -> PatchShape:
 
 
 def settings_of(document: Document) -> Settings:
-    """Return the engine's settings."""
+    """Return the engine's settings; raise `InputError` for some that no slider gives."""
     chosen = document.retexture
+    sides = [side for side in (getattr(chosen, name) for name in SIDES) if side is not None]
+    if not all(1 <= side <= MOST_SIDE_PX for side in sides):
+        raise InputError(f"retexture: patches and searches take sides of 1 to {MOST_SIDE_PX} pixels")
+    if not 0 <= chosen.variety <= MOST_VARIETY:
+        raise InputError(f"retexture: variety {chosen.variety:g}: not from 0 to {MOST_VARIETY}")
+    if chosen.seed < 0:
+        raise InputError(f"retexture: seed {chosen.seed}: must not be negative")
     return Settings(
         patch=shape_of(document),
         reach_px=in_pixels(document, chosen.reach),

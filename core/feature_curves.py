@@ -3,7 +3,6 @@
 The file is `{"curves": [{"source": [[x, y], ...], "target": [[x, y], ...], "closed": false, "passive": false}]}`.
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 
 from core.arrays import Floats, InputError
 from core.curves import Curve, crossings, paired_parameters
+from core.json_file import read_json
 
 GAP_PX = 2.0
 """Curves that cross are cut this far from the crossing, so that the pieces stay apart."""
@@ -32,12 +32,7 @@ class FeatureCurve:
 
 def read(path: Path) -> list[FeatureCurve]:
     """Return the curves of a file; raise `InputError` that names the file, the curve and the fault."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise InputError(f"{path}: {fault.strerror or 'cannot be read'}") from None
-    except (ValueError, RecursionError):
-        raise InputError(f"{path}: not a JSON file") from None
+    data = read_json(path)
     try:
         return from_data(data)
     except InputError as fault:

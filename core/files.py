@@ -8,40 +8,67 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Self
 
 from core.arrays import InputError
 
 
+class AtomicFiles:
+    """Several files that appear together: none of them before all are whole.
+
+    As a context manager it moves what was written under `place` when its block ends without a fault. A device or a pipe
+    cannot be replaced: it is fed with the finished file, before any other is moved.
+    """
+
+    def __init__(self) -> None:
+        self._begun: list[Path] = []
+        self._whole: list[tuple[Path, Path, Path]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        try:
+            if kind is None:
+                for path, place, target in sorted(self._whole, key=lambda file: _is_replaceable(file[2])):
+                    with _faults_named(path):
+                        _move(place, target)
+        finally:
+            for place in self._begun:
+                place.unlink(missing_ok=True)
+
+    @contextmanager
+    def place(self, path: Path) -> Iterator[Path]:
+        """Yield the place to write the file `path` to, in the same folder and with the same suffix.
+
+        Raises `InputError` naming `path` for any `OSError` of the block.
+        """
+        with _faults_named(path):
+            target = _resolved(path)
+            if target.is_dir():
+                raise InputError(f"{path}: is a folder, not a file")
+            folder = target.parent if _is_replaceable(target) else None
+            handle, name = tempfile.mkstemp(dir=folder, prefix=f".{target.stem[:40]}-", suffix=target.suffix)
+            os.close(handle)
+            place = Path(name)
+            self._begun.append(place)
+            yield place
+            place.chmod(_mode(target))
+            _flush(place)
+            self._whole.append((path, place, target))
+
+
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
-    """Yield the place to write to; move it to `path` when the block ends without a fault.
+    """Yield the place to write the file `path` to; move it there when the block ends without a fault.
 
-    The place has the suffix of `path` and lies in the same folder. A device or a pipe cannot be replaced: it is fed
-    with the finished file instead. Raises `InputError` naming `path` for any `OSError` of the block.
+    Raises `InputError` naming `path` for any `OSError` of the block.
     """
-    with _faults_named(path):
-        target = path.resolve()
-        if target.is_dir():
-            raise InputError(f"{path}: is a folder, not a file")
-        replaceable = not target.exists() or target.is_file()
-        handle, name = tempfile.mkstemp(
-            dir=target.parent if replaceable else None, prefix=f".{target.stem[:40]}-", suffix=target.suffix
-        )
-        os.close(handle)
-        place = Path(name)
-        try:
-            yield place
-            if replaceable:
-                place.chmod(_mode(target))
-                _flush(place)
-                place.replace(target)
-            else:
-                _feed(place, target)
-        finally:
-            place.unlink(missing_ok=True)
+    with AtomicFiles() as files, files.place(path) as place:
+        yield place
 
 
 @contextmanager
@@ -52,7 +79,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
     `OSError` of the block.
     """
     with _faults_named(path):
-        target = path.resolve()
+        target = _resolved(path)
         if target.exists() and not target.is_dir():
             raise InputError(f"{path}: is a file, not a folder")
         place = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name[:40]}-"))
@@ -70,16 +97,37 @@ def atomic_folder(path: Path) -> Iterator[Path]:
 
 def check_place(path: Path) -> None:
     """Raise `InputError` if no file could be written at `path`: to be asked before the work that fills it."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder, not a file")
-    _try_beside(path)
+    with _faults_named(path):
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder, not a file")
+        _try_beside(path)
 
 
 def check_folder_place(path: Path) -> None:
     """Raise `InputError` if no folder could be written at `path`: to be asked before the work that fills it."""
-    if path.exists() and not path.is_dir():
-        raise InputError(f"{path}: is a file, not a folder")
-    _try_beside(path)
+    with _faults_named(path):
+        if path.exists() and not path.is_dir():
+            raise InputError(f"{path}: is a file, not a folder")
+        _try_beside(path)
+
+
+def check_outputs(outputs: Iterable[Path | None], *, beside: Iterable[Path | None] = ()) -> None:
+    """Raise `InputError` unless each of the `outputs` can be written, to a file of its own.
+
+    `beside` are files that must not be written over. None is an option that was not given.
+    """
+    read = {_identity(path) for path in beside if path is not None}
+    taken: dict[object, Path] = {}
+    for path in outputs:
+        if path is None:
+            continue
+        check_place(path)
+        identity = _identity(path)
+        if identity in read:
+            raise InputError(f"{path}: would be written over, but another option names it")
+        if identity in taken and (path.is_file() or not path.exists()):
+            raise InputError(f"{path}: two outputs go to the same file")
+        taken[identity] = path
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -95,12 +143,33 @@ def write_text(path: Path, text: str) -> None:
 
 def _try_beside(path: Path) -> None:
     """Raise `InputError` naming `path` if its folder takes no new file; a device or a pipe needs none."""
-    target = path.resolve()
+    target = _resolved(path)
     if not target.parent.is_dir():
         raise InputError(f"{path}: there is no folder {target.parent}")
     if not target.exists() or target.is_file() or target.is_dir():
-        with _faults_named(path), tempfile.TemporaryFile(dir=target.parent):
+        with tempfile.TemporaryFile(dir=target.parent):
             pass
+
+
+def _resolved(path: Path) -> Path:
+    """Return `path` without links; raise `InputError` if they lead to one another."""
+    try:
+        target = path.resolve()
+    except RuntimeError:  # before Python 3.13
+        target = path
+    if target.is_symlink():
+        raise InputError(f"{path}: too many levels of symbolic links")
+    return target
+
+
+def _identity(path: Path) -> object:
+    """Return what two paths have in common if they lead to one file, linked or not."""
+    with _faults_named(path):
+        target = _resolved(path)
+        if not target.exists():
+            return target
+        found = target.stat()
+        return found.st_dev, found.st_ino
 
 
 @contextmanager
@@ -129,7 +198,14 @@ def _flush(place: Path) -> None:
         os.fsync(file.fileno())
 
 
-def _feed(place: Path, target: Path) -> None:
-    """Copy `place` into the device or pipe `target`."""
+def _is_replaceable(target: Path) -> bool:
+    return target.is_file() or not target.exists()
+
+
+def _move(place: Path, target: Path) -> None:
+    """Move `place` to `target`, or copy it into a device or a pipe."""
+    if _is_replaceable(target):
+        place.replace(target)
+        return
     with place.open("rb") as source, target.open("wb") as sink:
         shutil.copyfileobj(source, sink)

@@ -7,7 +7,6 @@
 Every key is optional. The outline's sides are cubic Bezier segments, clockwise from the top left.
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import numpy as np
 from core import feature_curves
 from core.arrays import InputError, Points, as_points
 from core.feature_curves import FeatureCurve
+from core.json_file import read_json
 
 _SIDES = ("top", "right", "bottom", "left")
 _JOINT_PX = 1e-3
@@ -40,12 +40,7 @@ def read(path: Path, size_px: tuple[int, int]) -> HandleFile:
 
     Raises `InputError` that names the file, the handle and the fault.
     """
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or 'cannot be read').lower()}") from None
-    except (ValueError, RecursionError):
-        raise InputError(f"{path}: not a JSON file") from None
+    data = read_json(path)
     try:
         return from_data(data, size_px)
     except InputError as fault:

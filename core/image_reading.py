@@ -35,6 +35,8 @@ def load(path: Path | str) -> Image:
     fault = OpenImageIO.geterror()
     if source is None:
         raise InputError(f"{path}: {_open_fault(fault)}")
+    if source.format_name() == "null":  # OpenImageIO's own, of black pictures, whatever the file
+        raise InputError(f"{path}: not an image of a known format")
     try:
         spec = source.spec()
         pixels = source.read_image(0, 0, 0, spec.nchannels, _reading_depth(spec))
@@ -78,6 +80,8 @@ def _check_readable(path: Path) -> None:
     try:
         if path.is_dir():
             raise InputError(f"{path}: is a folder, not an image")
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: is a device or a pipe, not a file")
         with path.open("rb") as file:
             if not file.read(1):
                 raise InputError(f"{path}: the file is empty")

@@ -6,6 +6,7 @@ goes through a `Pack`.
 """
 
 import math
+import sys
 import types
 import typing
 from collections.abc import Mapping
@@ -80,7 +81,7 @@ def decode(hint: Any, data: Any, parts: Unpack, *, name: str = "") -> Any:
 def _decode_plain(hint: Any, data: Any, name: str) -> Any:
     """Return a number, text or truth value."""
     if hint is float:
-        number = isinstance(data, int | float) and not isinstance(data, bool) and math.isfinite(data)
+        number = isinstance(data, int | float) and not isinstance(data, bool) and abs(data) <= sys.float_info.max
         return float(_checked(data, number, name, "a finite number"))
     if hint in (int, str, bool):
         return _checked(data, type(data) is hint, name, f"of type {hint.__name__}")

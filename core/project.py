@@ -6,6 +6,7 @@ picture, so that they come back bit by bit. A file appears whole or not at all.
 
 import io
 import json
+import lzma
 import tempfile
 import zipfile
 import zlib
@@ -21,6 +22,7 @@ from core.arrays import InputError, readonly
 from core.document import Document
 from core.files import atomic_file
 from core.images import Attribute, Image, load, save
+from core.json_file import parse_json
 from core.plain_data import as_list, decode, encode
 from core.raster import Raster
 
@@ -33,9 +35,9 @@ _FAST_PNG = (Attribute("png:compressionLevel", "int", 3),)
 
 def save_project(document: Document, path: Path) -> None:
     """Write `document` to `path`, whole or not at all; raise `InputError` if it cannot be written."""
-    parts = _Writer()
-    data = {"format": "weft", "version": VERSION, "document": encode(document, parts)}
     with atomic_file(path) as place, zipfile.ZipFile(place, "w", zipfile.ZIP_STORED) as archive:
+        parts = _Writer()
+        data = {"format": "weft", "version": VERSION, "document": encode(document, parts)}
         archive.writestr("weft.json", json.dumps(data, indent=1, ensure_ascii=False), zipfile.ZIP_DEFLATED)
         for name, content in parts.files.items():
             archive.writestr(name, content)
@@ -52,20 +54,24 @@ def load_project(path: Path) -> Document:
     try:
         with zipfile.ZipFile(path) as archive:
             files = {name: archive.read(name) for name in archive.namelist()}
-        data = json.loads(files["weft.json"])
+        data = parse_json(files["weft.json"])
     except OSError as fault:
         raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
-    except (zipfile.BadZipFile, zlib.error, KeyError, ValueError, EOFError, NotImplementedError) as fault:
+    except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, KeyError, ValueError, EOFError, RuntimeError) as fault:
         raise InputError(f"{path}: not a Weft project, or damaged") from fault
     version = data.get("version") if isinstance(data, dict) else None
     if not isinstance(version, int) or data.get("format") != "weft":
         raise InputError(f"{path}: not a Weft project")
+    if not isinstance(data.get("document"), dict):
+        raise InputError(f"{path}: damaged project: it has no document")
     if version > VERSION:
         raise InputError(f"{path}: made by a newer Weft (format {version}; this one reads up to {VERSION})")
     try:
         document: Document = decode(Document, data.get("document"), _Reader(files))
     except InputError as fault:
         raise InputError(f"{path}: damaged project: {fault}") from fault
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be unpacked: {(fault.strerror or str(fault)).lower()}") from fault
     for name in ("mask", "matte", "source_mask"):
         mask = getattr(document, name)
         if mask is not None and (mask.width_px, mask.height_px) != document.size_px:

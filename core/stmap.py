@@ -6,12 +6,13 @@ row j from the top. A is the coverage: 1 where the picture comes, 0 elsewhere, w
 """
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 from core.arrays import Floats, Ints, Points, Singles
 from core.canvas import Canvas
-from core.images import Image
+from core.images import Image, writing_rows
 
 _BAND_ROWS = 256
 _CHUNK = 2_000_000
@@ -20,20 +21,29 @@ _SLACK = 1e-9
 """How far outside a triangle, as a share of it, a pixel's centre may lie, so that no seam stays uncovered."""
 
 
-def st_map(rest: Points, warped: Points, source_px: tuple[int, int], canvas: Canvas) -> Image:
-    """Return the ST map (R, G, B = 0, A) of a warped grid, drawn as triangles like the picture itself.
+def write_st_map(
+    rest: Points, warped: Points, source_px: tuple[int, int], canvas: Canvas, place: Path, *, named: Path
+) -> None:
+    """Write the ST map that `st_map_rows` yields to `place`; faults name the file `named`, which it is to become."""
+    sample = Image(np.zeros((1, 1, 4), np.float32), linear=True)
+    with writing_rows(sample, canvas.size, place, named=named) as append:
+        for band in st_map_rows(rest, warped, source_px, canvas):
+            append(band)
 
-    `rest` (R, C, 2) are pixels of the source of `source_px`, (width, height), `warped` those of `canvas`. Where the
-    grid lies twofold, its upright side is seen.
+
+def st_map_rows(rest: Points, warped: Points, source_px: tuple[int, int], canvas: Canvas) -> Iterator[Singles]:
+    """Yield the rows (h, W, 4) of the ST map of a warped grid from the top down, drawn as triangles like the picture.
+
+    `rest` (R, C, 2) are pixels of the source of `source_px`, (width, height), `warped` those of `canvas`. Channels are
+    R, G, B = 0 and A. Where the grid lies twofold, its upright side is seen.
     """
-    pixels: Singles = np.zeros((canvas.height_px, canvas.width_px, 4), np.float32)
     at, to = _triangles(rest), _triangles(warped)
     area = _cross(to[:, 1] - to[:, 0], to[:, 2] - to[:, 0])
     order = np.argsort(area > 0, kind="stable")
     at, to, area = at[order], to[order], area[order]
     share = (at + 0.5) / source_px
     for top in range(0, canvas.height_px, _BAND_ROWS):
-        band = pixels[top : top + _BAND_ROWS]
+        band: Singles = np.zeros((min(_BAND_ROWS, canvas.height_px - top), canvas.width_px, 4), np.float32)
         for number, p in _pixels_near(to - [0, top], area, band.shape[1], band.shape[0]):
             a, b, c = (to[number] - [0, top]).swapaxes(0, 1)
             u = _cross(p - a, c - a) / area[number]
@@ -45,7 +55,7 @@ def st_map(rest: Points, warped: Points, source_px: tuple[int, int], canvas: Can
             band[p[:, 1], p[:, 0], 0] = place[:, 0]
             band[p[:, 1], p[:, 0], 1] = 1 - place[:, 1]
             band[p[:, 1], p[:, 0], 3] = 1
-    return Image(pixels, linear=True)
+        yield band
 
 
 def _triangles(nodes: Points) -> Points:

@@ -10,7 +10,8 @@ from app.console import run_shown
 from core import color
 from core.arrays import Bools, Floats, InputError
 from core.files import atomic_folder, check_folder_place
-from core.images import Image, load, load_mask, save
+from core.images import Image, load, load_mask
+from core.images import write as write_picture
 from core.overlay.corrections import lattices_of
 from core.overlay.decomposition import decompose, shrunk
 from core.overlay.folder import read_lattice, write
@@ -44,17 +45,16 @@ def run(arguments: argparse.Namespace) -> None:
         photo,
         region=usable(image, arguments.region),
         texel_px=arguments.texel_size,
-        lattice=given_lattice(arguments.lattice),
+        lattice=given_lattice(arguments.lattice, image.size_px),
         seed=arguments.seed,
     )
     shown: list[Stage] = []
     try:
         found = run_shown(watched(job, shown))
     except NoPatternError:
+        write_stages(arguments.stages, photo, shown)
         raise NoPatternError(str(arguments.image)) from None
-    finally:
-        if arguments.stages is not None:
-            write_stages(arguments.stages, photo, shown)
+    write_stages(arguments.stages, photo, shown)
     write(found, image, arguments.output)
 
 
@@ -69,11 +69,13 @@ def check(arguments: argparse.Namespace) -> None:
         raise InputError(f"--seed {arguments.seed}: must not be negative")
 
 
-def given_lattice(path: Path | None) -> list[Lattice] | None:
-    """Return the lattice of a file in connected parts, or None."""
+def given_lattice(path: Path | None, size_px: tuple[int, int]) -> list[Lattice] | None:
+    """Return the lattice of a file in connected parts, or None; refuse one that has nothing to do with the picture."""
     if path is None:
         return None
     keys, points = read_lattice(path)
+    if not any(0 <= x < size_px[0] and 0 <= y < size_px[1] for x, y in points):
+        raise InputError(f"{path}: none of its vertices lies in the picture of {size_px[0]}x{size_px[1]} pixels")
     try:
         return lattices_of(np.array(keys, np.int64).reshape(-1, 2), np.array(points, np.float64).reshape(-1, 2))
     except InputError as fault:
@@ -93,17 +95,20 @@ def watched(job: Job[T], shown: list[Stage]) -> Job[T]:
     return stepwise(job, keep)
 
 
-def write_stages(folder: Path, photo: Floats, shown: list[Stage]) -> None:
-    """Write a numbered picture of every stage, on the photo at the working size."""
+def write_stages(folder: Path | None, photo: Floats, shown: list[Stage]) -> None:
+    """Write a numbered picture of every stage, on the photo at the working size, into `folder` if there is one."""
+    if folder is None:
+        return
     with atomic_folder(folder) as place:
         for number, stage in enumerate(shown):
             shape = stage.shape or photo.shape[:2]
             small = shrunk(photo, -(-photo.shape[0] // shape[0]))
-            picture = Image(stage_picture(small, stage))
-            save(picture, place / f"{number:02d}-{stage.name}.png")
+            pictures = {stage.name: stage_picture(small, stage)}
             if stage.texel is not None:
-                tiled = color.quantise(stage.texel.tiled(3, 3).astype(np.float32), np.uint8)
-                save(Image(tiled), place / f"{number:02d}-texel.png")
+                pictures["texel"] = color.quantise(stage.texel.tiled(3, 3).astype(np.float32), np.uint8)
+            for name, pixels in pictures.items():
+                file = f"{number:02d}-{name}.png"
+                write_picture(Image(pixels), place / file, named=folder / file)
 
 
 def usable(image: Image, mask: Path | None) -> Bools | None:

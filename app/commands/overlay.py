@@ -3,21 +3,24 @@
 import argparse
 from pathlib import Path
 
-import numpy as np
-
 from core.arrays import InputError
-from core.files import check_place
+from core.files import check_outputs
 from core.images import check_writable_format, load, save
 from core.overlay.composition import Placement
-from core.overlay.folder import read
+from core.overlay.folder import PARTS, read
 from core.overlay.laying import overlaid, texture_colours
+
+MOST_STRENGTH = 20
 
 
 def pair(text: str) -> tuple[float, float]:
     """Parse `U,V` or one number for both."""
-    values = [float(word) for word in text.split(",")]
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError:
+        values = []
     if len(values) not in (1, 2):
-        raise argparse.ArgumentTypeError(f"{text!r} is not U,V")
+        raise argparse.ArgumentTypeError(f"{text!r} is neither U,V nor a number for both")
     return values[0], values[-1]
 
 
@@ -38,9 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Compose and write the picture."""
     check_writable_format(arguments.output)
-    check_place(arguments.output)
-    if not np.isfinite([arguments.detail, arguments.shading]).all():
-        raise InputError("--detail and --shading must be finite numbers")
+    check_outputs([arguments.output], beside=[arguments.folder / name for name in PARTS])
+    for name in ("detail", "shading"):
+        if not abs(getattr(arguments, name)) <= MOST_STRENGTH:
+            raise InputError(f"--{name} {getattr(arguments, name):g}: not from {-MOST_STRENGTH} to {MOST_STRENGTH}")
     parts, texture = read(arguments.folder), texture_colours(load(arguments.texture))
     placement = Placement(
         arguments.repeat, arguments.rotate, arguments.offset, mirror=arguments.mirror, tile=not arguments.once

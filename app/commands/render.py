@@ -6,7 +6,7 @@ from pathlib import Path
 from app.console import run_shown
 from app.render.picture_file import writing
 from core.arrays import InputError
-from core.files import check_place
+from core.files import check_outputs
 from core.images import check_writable_format, load
 from core.project import load_project
 
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Read the project, map it, render and write."""
     check_writable_format(arguments.output)
-    check_place(arguments.output)
+    check_outputs([arguments.output], beside=[arguments.project])
     if not 1 <= arguments.quality <= 100:
         raise InputError(f"--quality {arguments.quality}: not from 1 to 100")
     if not 0 < arguments.scale <= 64:
@@ -50,4 +50,9 @@ def run(arguments: argparse.Namespace) -> None:
         bits=arguments.bits,
         quality=arguments.quality,
     )
-    run_shown(job)
+    try:
+        run_shown(job)
+    except InputError as fault:
+        if str(arguments.output) in str(fault):
+            raise
+        raise InputError(f"{arguments.project}: {fault}") from fault

@@ -10,8 +10,8 @@ from pathlib import Path
 from app.console import run_shown
 from core import feature_curves
 from core.arrays import Bytes, InputError
-from core.files import check_place, write_text
-from core.images import Image, check_writable_format, load, load_mask, save
+from core.files import AtomicFiles, check_outputs
+from core.images import Image, check_writable_format, load, load_mask, write
 from core.retexture.job import Settings, retexture
 from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture
@@ -101,25 +101,35 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.deformed is not None:
         pictures.append(image.with_pixels(result.deformed(image.pixels, linear=image.linear)))
         paths.append(arguments.deformed)
-    with ThreadPoolExecutor(2) as helpers:
-        list(helpers.map(save, pictures, paths))
-    if arguments.report is not None:
-        write_text(arguments.report, json.dumps(report(image, result, blend, arguments.seed), indent=1) + "\n")
+    with AtomicFiles() as files:
+
+        def keep(picture: Image, path: Path) -> None:
+            with files.place(path) as place:
+                write(picture, place, named=path)
+
+        with ThreadPoolExecutor(2) as helpers:
+            list(helpers.map(keep, pictures, paths))
+        if arguments.report is not None:
+            text = json.dumps(report(image, result, blend, arguments.seed), indent=1)
+            with files.place(arguments.report) as place:
+                place.write_text(f"{text}\n", encoding="utf-8")
 
 
 def check(arguments: argparse.Namespace) -> None:
     """Raise `InputError` for options that do not fit together."""
     if len(arguments.output) != 1 + len(arguments.also):
         raise InputError(f"{len(arguments.also)} --also need {1 + len(arguments.also)} -o, not {len(arguments.output)}")
-    outputs = [*arguments.output, *([arguments.deformed] if arguments.deformed else [])]
-    for path in outputs:
+    pictures = [*arguments.output, *([arguments.deformed] if arguments.deformed else [])]
+    for path in pictures:
         check_writable_format(path)
-    for path in (*outputs, *([arguments.report] if arguments.report else [])):
-        check_place(path)
-    if len({path.resolve() for path in outputs}) < len(outputs):
-        raise InputError("two outputs go to the same file")
+    sources = [arguments.image, *arguments.also]
+    check_outputs([*pictures, arguments.report], beside=[arguments.curves, arguments.matte, arguments.source_mask])
+    check_outputs([arguments.deformed, arguments.report], beside=sources)
+    for path, own in zip(arguments.output, sources, strict=True):
+        # A result may take the place of what it is made from, and of nothing else that is read.
+        check_outputs([path], beside=[source for source in sources if source != own])
     if arguments.seed < 0:
-        raise InputError(f"seed {arguments.seed}: must not be negative")
+        raise InputError(f"--seed {arguments.seed}: must not be negative")
 
 
 def chosen(arguments: argparse.Namespace, size_px: tuple[int, int]) -> Settings:

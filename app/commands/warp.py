@@ -8,7 +8,6 @@ import json
 import re
 import sys
 import time
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,12 +20,12 @@ from core.arrays import InputError
 from core.canvas import Canvas
 from core.document import CurvePair, Document, Outline, Pin, WarpSettings, places_from_pixels
 from core.document_map import MapSolver, grid_of, handles_of
-from core.files import atomic_file, check_place
-from core.images import Image, check_writable_format, load, load_mask, write
+from core.files import AtomicFiles, check_outputs
+from core.images import Image, check_writable_format, load, load_mask
 from core.mapping.warping import Warped
 from core.obj import obj_mesh
 from core.raster import Raster
-from core.stmap import st_map
+from core.stmap import write_st_map
 from core.warps.presets import PRESETS
 
 
@@ -134,14 +133,14 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise InputError(f"{arguments.stmap}: an ST map is an .exr file")
     if arguments.mesh is not None and arguments.mesh.suffix.lower() != ".obj":
         raise InputError(f"{arguments.mesh}: a mesh is an .obj file")
-    for path in (arguments.output, arguments.map, arguments.stmap, arguments.mesh, arguments.report):
-        if path is not None:
-            check_place(path)
+    further = arguments.map, arguments.stmap, arguments.mesh, arguments.report
+    check_outputs([arguments.output, *further], beside=[arguments.mask, arguments.handles])
+    check_outputs(further, beside=[arguments.image])
 
 
 def document_from(arguments: argparse.Namespace) -> Document:
     """Return the document that the options describe; raise `InputError` for what they cannot mean."""
-    if arguments.preset is None and (arguments.bend or arguments.settings or arguments.vertical_axis):
+    if not arguments.preset and (arguments.bend or arguments.settings or arguments.vertical_axis):
         raise InputError("--bend, --vertical-axis and --set bend a preset: choose one with --preset")
     image = load(arguments.image)
     document = Document.of(image)
@@ -196,28 +195,21 @@ def _write(arguments: argparse.Namespace, image: Image, found: Warped, canvas: C
     """Render, and write all files that were asked for; they appear together, once each is whole."""
     grid = found.rest, found.warped, image.size_px, canvas
     report = found.report()
-    with ExitStack() as files:
-        place = files.enter_context(atomic_file(arguments.output))
+    with AtomicFiles() as files:
         started = time.perf_counter()
-        run_shown(
-            rendering_file(
-                image,
-                found.rest,
-                found.warped,
-                place,
-                named=arguments.output,
-                size=canvas.size,
-                quality=arguments.quality,
-            )
-        )
+        with files.place(arguments.output) as place:
+            drawing = {"named": arguments.output, "size": canvas.size, "quality": arguments.quality}
+            run_shown(rendering_file(image, found.rest, found.warped, place, **drawing))
         report["seconds"]["render"] = time.perf_counter() - started
         if arguments.map is not None:
-            with files.enter_context(atomic_file(arguments.map)).open("wb") as file:
+            with files.place(arguments.map) as place, place.open("wb") as file:
                 np.savez(file, rest=found.rest, plain=found.plain, warped=found.warped)
         if arguments.stmap is not None:
-            write(st_map(*grid), files.enter_context(atomic_file(arguments.stmap)), named=arguments.stmap)
+            with files.place(arguments.stmap) as place:
+                write_st_map(*grid, place, named=arguments.stmap)
         if arguments.mesh is not None:
-            files.enter_context(atomic_file(arguments.mesh)).write_text(obj_mesh(*grid), encoding="utf-8")
+            with files.place(arguments.mesh) as place:
+                place.write_text(obj_mesh(*grid), encoding="utf-8")
         if arguments.report is not None:
-            text = json.dumps(report, indent=1)
-            files.enter_context(atomic_file(arguments.report)).write_text(f"{text}\n", encoding="utf-8")
+            with files.place(arguments.report) as place:
+                place.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")

@@ -20,6 +20,7 @@ from core.mapping.stopwatch import Stopwatch
 Keep = Literal["similarity", "rigid"]
 Method = Literal["exact", "per-quad"]
 
+MOST_WEIGHT, MOST_FALLOFF = 1e6, 1000
 JOINT_AT_MOST = 32
 """So many features, the largest, are placed together; each smaller one where W alone would have it."""
 
@@ -87,10 +88,10 @@ class FeatureMapping:
     ) -> None:
         if features.labels.shape != grid.shape:
             raise InputError("features: found on another grid")
-        if not weight > 0:
-            raise InputError(f"feature weight of {weight:g}: must be positive")
-        if not falloff >= 0:
-            raise InputError(f"falloff of {falloff:g} cells: must not be negative")
+        if not 0 < weight <= MOST_WEIGHT:
+            raise InputError(f"feature weight of {weight:g}: must be positive and at most {MOST_WEIGHT:g}")
+        if not 0 <= falloff <= MOST_FALLOFF:
+            raise InputError(f"falloff of {falloff:g} cells: must not be negative, nor more than {MOST_FALLOFF}")
         self.grid, self.features, self.keep, self.method = grid, features, keep, method
         self.clock = Stopwatch()
         self._rest = as_complex(grid.nodes)

@@ -22,6 +22,10 @@ TAPS = 8
 """Most samples along the direction that is shrunk most."""
 
 
+MOST = 1_000_000
+"""No number of a placement is larger, no repeat smaller than one over it."""
+
+
 @dataclass(frozen=True)
 class Placement:
     """How a texture lies on the cloth."""
@@ -39,8 +43,8 @@ class Placement:
 
     def __post_init__(self) -> None:
         values = (*self.repeat, self.rotate_deg, *self.offset)
-        if not np.isfinite(values).all() or min(abs(r) for r in self.repeat) < 1e-6:
-            raise InputError("placement: repeat must not be 0, and every value must be a finite number")
+        if not all(abs(value) <= MOST for value in values) or min(abs(r) for r in self.repeat) < 1 / MOST:
+            raise InputError(f"placement: repeat must not be 0, and no value beyond {MOST}")
 
     def matrix(self, scale: Floats) -> Floats:
         """Return the matrix (2, 2) that takes texels to copies; `scale` (2, 2) is pixels a texel."""

@@ -9,13 +9,15 @@ from core.overlay.correlation import Proposal
 from core.overlay.lattice import Lattice, neighbour_rows, parts
 
 LEAST_VERTICES = 3
+LEAST_AREA_PX = 4.0
+"""Area of the usual texel of a corrected lattice, px^2."""
 
 
 def lattices_of(keys: Ints, points: Points) -> list[Lattice]:
     """Return the connected lattices of vertices with integer coordinates (n, 2) at `points` (n, 2), largest first.
 
-    Vertices without a neighbour are left out. Raises `InputError` if a vertex comes twice, or if no part has steps in
-    both directions.
+    Vertices without a neighbour are left out. Raises `InputError` if a vertex comes twice, if no part has steps in
+    both directions, or if the usual texel is no area to speak of.
     """
     if len(np.unique(keys, axis=0)) < len(keys):
         raise InputError("lattice: a vertex comes twice")
@@ -24,7 +26,10 @@ def lattices_of(keys: Ints, points: Points) -> list[Lattice]:
     found = [whole[rows] for rows in parts(near) if len(rows) >= LEAST_VERTICES and spans(keys[rows])]
     if not found:
         raise InputError("lattice: needs vertices that are next to each other in both directions")
-    return sorted(found, key=len, reverse=True)
+    wide = [part for part in found if abs(np.linalg.det(np.median(part.frames.bases, axis=0))) > LEAST_AREA_PX]
+    if not wide:
+        raise InputError("lattice: its vertices lie on one spot or in one line of the picture")
+    return sorted(wide, key=len, reverse=True)
 
 
 def spans(keys: Ints) -> bool:

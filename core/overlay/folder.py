@@ -2,6 +2,7 @@
 
 import json
 import warnings
+from collections import Counter
 from pathlib import Path
 from typing import Any, cast
 
@@ -10,20 +11,33 @@ import numpy as np
 from core import color
 from core.arrays import Bools, Floats, InputError, Singles
 from core.files import atomic_folder
-from core.images import Image, load, save
+from core.images import Image, load
+from core.images import write as write_picture
+from core.json_file import read_json
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
 from core.overlay.lattice import Lattice
 from core.overlay.laying import Parts, texture_colours
 from core.overlay.region import feathered
 
+PARTS = (
+    *("source.png", "texel.png", "reconstruction.png", "report.json", "lattice.json"),
+    *("texture_coords.npz", "shading.npz", "detail.npz", "coverage.npz"),
+)
+"""The files of a folder."""
+MOST_STEPS, FARTHEST_PX = 10_000, 100_000
+"""Coordinates of a vertex and of its place may be so large."""
+
 
 def write(found: Decomposition, source: Image, folder: Path) -> None:
     """Write the parts into `folder`, which appears whole or stays as it was."""
     with atomic_folder(folder) as place:
-        save(source, place / "source.png")
-        save(picture(found.texel.pixels), place / "texel.png")
-        save(picture(found.reconstruction), place / "reconstruction.png")
+        for name, image in (
+            ("source.png", source),
+            ("texel.png", picture(found.texel.pixels)),
+            ("reconstruction.png", picture(found.reconstruction)),
+        ):
+            write_picture(image, place / name, named=folder / name)
         for name, key, array in (
             ("texture_coords", "uv", found.uv),
             ("shading", "shading", found.shading),
@@ -71,20 +85,20 @@ def read_lattice(path: Path) -> tuple[list[tuple[int, int]], list[tuple[float, f
     Raises `InputError` that names the file and the fault: not JSON, a vertex without numbers, a doubled vertex.
     """
     try:
-        vertices = json.loads(path.read_text(encoding="utf-8"))["vertices"]
-        rows = [(vertex["lattice"], vertex["at"]) for vertex in vertices]
-        keys = [(int(i), int(j)) for (i, j), _ in rows if (int(i), int(j)) == (i, j)]
+        rows = [(vertex["lattice"], vertex["at"]) for vertex in read_json(path)["vertices"]]
+        keys = [(float(i), float(j)) for (i, j), _ in rows]
         points = [(float(x), float(y)) for _, (x, y) in rows]
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from None
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, OverflowError):
         raise InputError(f"{path}: not a lattice: vertices with whole 'lattice' and 'at' pairs are expected") from None
-    if len(keys) != len(points) or not np.isfinite(points).all():
-        raise InputError(f"{path}: a vertex has coordinates that are not whole, or a position that is not finite")
-    doubled = next((key for key in keys if keys.count(key) > 1), None)
+    for key, point in zip(keys, points, strict=True):
+        if not all(number.is_integer() for number in key) or not np.isfinite(point).all():
+            raise InputError(f"{path}: a vertex has coordinates that are not whole, or a position that is not finite")
+        if max(map(abs, key)) > MOST_STEPS or max(map(abs, point)) > FARTHEST_PX:
+            raise InputError(f"{path}: vertex {[int(number) for number in key]} lies out of all bounds")
+    doubled = next((key for key, times in Counter(keys).items() if times > 1), None)
     if doubled is not None:
-        raise InputError(f"{path}: vertex {list(doubled)} comes twice")
-    return keys, points
+        raise InputError(f"{path}: vertex {[int(number) for number in doubled]} comes twice")
+    return [(int(i), int(j)) for i, j in keys], points
 
 
 def read(folder: Path) -> Parts:
@@ -130,11 +144,9 @@ def basis_of(uv: Singles, path: Path) -> Floats:
 def read_report(path: Path, shape: tuple[int, int]) -> Floats | None:
     """Return the basis (2, 2) that a report holds, if any, after checking that it is of a picture of that size."""
     try:
-        found = cast("dict[str, Any]", json.loads(path.read_text(encoding="utf-8")))
+        found = cast("dict[str, Any]", read_json(path))
         image, basis = found["image"], np.asarray(found.get("basis", np.eye(2)), np.float64)
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from None
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
         raise InputError(f"{path}: not the report of a decomposition") from None
     if image != list(shape):
         raise InputError(f"{path}: is of a picture of {image}, not of {list(shape)} as source.png")

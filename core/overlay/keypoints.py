@@ -21,20 +21,21 @@ FIRST_SUPPORT, LESS = 0.6, 0.05
 correlation, and seeds of both kinds are to be tried."""
 
 
-def propose_from_keypoints(
-    image: Singles, valid: Bools, rng: np.random.Generator, *, groups: int = 6
-) -> list[Proposal]:
-    """Return the proposals of the largest groups of alike keypoints in a flattened `image` (H, W, 3)."""
+def alike_keypoints(image: Singles, valid: Bools, rng: np.random.Generator, *, groups: int = 6) -> list[Points]:
+    """Return the largest groups of keypoints (n, 2) that look alike in a flattened `image` (H, W, 3)."""
     points, descriptors = detect(image, valid)
     if len(points) < LEAST_POINTS:
         return []
     labels = cluster(descriptors, rng)
-    found: list[Proposal] = []
-    for rank, label in enumerate(np.argsort(-np.bincount(labels))[:groups]):
-        members = points[labels == label]
-        if len(members) >= LEAST_POINTS:
-            found += vectors_at(members, FIRST_SUPPORT - rank * LESS)
-    return found
+    members = [points[labels == label] for label in np.argsort(-np.bincount(labels))[:groups]]
+    return [group for group in members if len(group) >= LEAST_POINTS]
+
+
+def propose_from_keypoints(groups: list[Points]) -> list[Proposal]:
+    """Return the proposals of groups of keypoints that look alike, the largest first."""
+    return [
+        proposal for rank, group in enumerate(groups) for proposal in vectors_at(group, FIRST_SUPPORT - rank * LESS)
+    ]
 
 
 def detect(image: Singles, valid: Bools) -> tuple[Points, Floats]:

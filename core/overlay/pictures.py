@@ -1,27 +1,55 @@
-"""Pictures of the stages: the lattice and the mesh on the photo."""
+"""Pictures of the stages: keypoints, seeds, the lattice and the mesh on the photo."""
+
+import itertools
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
 
-from core.arrays import Bytes, Floats
+from core.arrays import Bytes, Floats, Points
 from core.overlay.lattice import Lattice, neighbour_rows
 from core.overlay.stages import Stage
 
 LINE, DOT = (0, 255, 64), (255, 64, 0)
+COLOURS = ((255, 64, 0), (0, 255, 64), (64, 128, 255), (255, 224, 0), (255, 0, 224), (0, 240, 255))
+"""Of groups of keypoints, the largest first."""
 ZOOM = 2
+DIM = 0.7
+UNIT_BOX = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 
 
 def stage_picture(photo: Floats, stage: Stage) -> Bytes:
     """Return a picture (h, w, 3) of what a stage knows, on the photo (H, W, 3) it works on."""
     if stage.uv is not None:
         return coordinate_lines(photo, stage.uv)
-    return lattice_lines(photo, stage.lattice) if stage.lattice is not None else levels(photo)
+    if stage.lattice is not None:
+        return lattice_lines(photo, stage.lattice)
+    return seed_boxes(photo, stage.seeds) if stage.seeds else keypoint_groups(photo, stage.groups)
+
+
+def keypoint_groups(photo: Floats, groups: Sequence[Points]) -> Bytes:
+    """Return the photo, enlarged and dimmed, with keypoints (n, 2), those of a group in one colour."""
+    canvas = levels(enlarged(photo) * DIM)
+    for points, colour in zip(groups, itertools.cycle(COLOURS)):
+        for place in on_enlarged(points):
+            cv2.circle(canvas, place, 3, colour, 1, cv2.LINE_AA)
+    return canvas
+
+
+def seed_boxes(photo: Floats, seeds: Sequence[tuple[Points, Floats]]) -> Bytes:
+    """Return the photo, enlarged and dimmed, with the texel that each seed proposes, the best one's last."""
+    canvas = levels(enlarged(photo) * DIM)
+    for point, basis in reversed(seeds):
+        corners = on_enlarged(point + UNIT_BOX @ basis.T)
+        colour = DOT if point is seeds[0][0] else LINE
+        cv2.polylines(canvas, [np.array(corners)], True, colour, 1, cv2.LINE_AA)
+    return canvas
 
 
 def lattice_lines(photo: Floats, lattice: Lattice) -> Bytes:
     """Return the photo, enlarged and dimmed, with the lattice's steps and vertices."""
-    canvas = levels(enlarged(photo) * 0.7)
-    at = [(round(ZOOM * float(x + 0.5)), round(ZOOM * float(y + 0.5))) for x, y in lattice.frames.points]
+    canvas = levels(enlarged(photo) * DIM)
+    at = on_enlarged(lattice.frames.points)
     for row, near in enumerate(neighbour_rows(lattice.keys)[:, :2].tolist()):
         for other in near:
             if other >= 0:
@@ -44,6 +72,11 @@ def coordinate_lines(photo: Floats, uv: Floats) -> Bytes:
     out = levels(enlarged(photo) * np.where(shown, 1.0, 0.35)[..., None])
     out[edge & shown] = LINE
     return out
+
+
+def on_enlarged(points: Points) -> list[tuple[int, int]]:
+    """Return where points (n, 2) of the photo are in the enlarged one."""
+    return [(round(ZOOM * float(x + 0.5)), round(ZOOM * float(y + 0.5))) for x, y in points]
 
 
 def enlarged(photo: Floats) -> Floats:

@@ -5,7 +5,7 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Points
 from core.overlay.alignment import Canvas, Frames, Template, align, correlate, thinned
 from core.overlay.correlation import Proposal, propose, snapped
-from core.overlay.keypoints import propose_from_keypoints
+from core.overlay.keypoints import alike_keypoints, propose_from_keypoints
 from core.overlay.lattice import Lattice, grow, mean_template, refined, seeded
 from core.overlay.smoothing import flatten
 from core.overlay.stages import Stage
@@ -58,10 +58,13 @@ def find_lattice(
     yield Progress(0.0, "correlating patches")
     proposals = propose(canvas.image, valid, rng)
     yield Progress(0.1, "clustering keypoints")
-    proposals = of_size(proposals + propose_from_keypoints(canvas.image, valid, rng), texel_px)
+    groups = alike_keypoints(canvas.image, valid, rng)
+    yield Progress(0.2, "clustering keypoints", Stage("keypoints", groups=tuple(groups), shape=canvas.shape))
+    proposals = of_size(proposals + propose_from_keypoints(groups), texel_px)[:TRIALS]
+    seeds = tuple((proposal.point, proposal.basis) for proposal in proposals)
     lattices: list[Lattice] = []
-    for number, proposal in enumerate(proposals[:TRIALS]):
-        yield Progress(0.2 + 0.3 * number / TRIALS, "trying seeds")
+    for number, proposal in enumerate(proposals):
+        yield Progress(0.2 + 0.3 * number / TRIALS, "trying seeds", Stage("seeds", seeds=seeds, shape=canvas.shape))
         lattices.append(tried(canvas, proposal))
         if agreed(lattices):
             break

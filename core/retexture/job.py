@@ -10,6 +10,7 @@ from core.feature_curves import FeatureCurve, disjoint
 from core.progress import Job, Progress, part
 from core.retexture import diffusion
 from core.retexture.canvas import Canvas
+from core.retexture.defaults import VARIETY
 from core.retexture.layout import ordered_origins
 from core.retexture.patches import Patches, PatchShape, lay_coarsely
 from core.retexture.region import Region
@@ -37,7 +38,7 @@ class Settings:
     """How far from a target curve texture is regrown; None chooses by the picture's size."""
     diffusion_reach_px: float | None = None
     """Beyond this distance of the target curves nothing moves; None holds only the picture's border."""
-    variety: float = 0.8
+    variety: float = VARIETY
     """Cost of showing a place of the source once more."""
     refine: float = 0.35
     """Share of the patches that is done again, over the worst seams."""

@@ -2,13 +2,16 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from app.cli import main
+from app.__main__ import main
+from app.cli import parse
+from core.files import atomic_file
 from core.warps.presets import PRESETS
 
 
@@ -64,6 +67,35 @@ def test_an_interrupt_is_130(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
     assert capsys.readouterr().err == "weft: interrupted\n"
 
 
+@pytest.mark.parametrize("place", ["def f():\n    raise KeyboardInterrupt\nf()", "exec('raise KeyboardInterrupt')"])
+def test_an_interrupt_while_loading_is_130(place: str, tmp_path: Path) -> None:
+    (tmp_path / "numpy.py").write_text(place)
+    done = subprocess.run(
+        [sys.executable, "-m", "app", "presets"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "weft: interrupted\n")
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_signal_leaves_nothing_half_done(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    number = signal.Signals[name]
+    before = signal.getsignal(number)
+
+    def working(_arguments: object) -> None:
+        with atomic_file(tmp_path / "out.png") as place:
+            place.write_text("half")
+            signal.raise_signal(number)
+
+    monkeypatch.setattr("app.commands.presets.run", working)
+    assert main(["presets"]) == 128 + number
+    assert not list(tmp_path.iterdir())
+    assert signal.getsignal(number) is before
+
+
 def test_a_reader_that_leaves_is_no_fault() -> None:
     read, write = os.pipe()
     os.close(read)
@@ -74,10 +106,26 @@ def test_a_reader_that_leaves_is_no_fault() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_a_timeline_is_written_even_of_a_fault(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_timeline_is_written_even_of_a_fault(tmp_path: Path) -> None:
     trace = tmp_path / "trace.json"
     words = ["warp", str(tmp_path / "none.png"), "-o", str(tmp_path / "out.png"), "--trace", str(trace)]
     assert main(words) == 2
     assert "traceEvents" in json.loads(trace.read_text())
-    assert main([*words[:-1], str(tmp_path / "no" / "trace.json")]) == 2
-    assert "no such file or directory" in capsys.readouterr().err
+
+
+def test_a_timeline_that_cannot_be_written_is_refused_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran: list[object] = []
+    monkeypatch.setattr("app.commands.presets.run", ran.append)
+    assert main(["presets", "--trace", str(tmp_path / "no" / "trace.json")]) == 2
+    assert not ran
+    assert capsys.readouterr().err == (
+        f"weft: error: {tmp_path / 'no' / 'trace.json'}: there is no folder {tmp_path / 'no'}\n"
+    )
+
+
+@pytest.mark.parametrize("value", ["-5", "-.5", "-1e1", "-0.5,0.25"])
+def test_negative_values_are_no_options(value: str) -> None:
+    _, options = parse(["overlay", "folder", "--texture", "t.png", "-o", "o.png", "--offset", value])
+    assert options.offset == (float(value.split(",", maxsplit=1)[0]), float(value.rsplit(",", maxsplit=1)[-1]))

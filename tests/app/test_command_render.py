@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from core.document import Document, WarpSettings
+from core.document import CurvePair, Document, WarpSettings
 from core.images import Image, load, save
 from core.project import save_project
 
@@ -62,6 +62,12 @@ def test_another_picture_of_another_size_gets_the_same_warp(tmp_path: Path, monk
         (["none.weft", "-o", "a.png"], "none.weft: no such file"),
         (["photo.png", "-o", "a.png"], "photo.png: not a Weft project"),
         (["a.weft", "-o", "a.png", "--picture", "none.png"], "none.png: no such file"),
+        (["a.weft", "-o", "a.png", "--trace", "a.png"], "a.png: would be written over, but another option names it"),
+        (["a.weft", "-o", "b.png", "--trace", "a.weft"], "a.weft: would be written over, but another option names it"),
+        (["wild.weft", "-o", "a.png"], "wild.weft: bend 900: not from -100 to 100"),
+        (["seed.weft", "-o", "a.png"], "seed.weft: retexture: seed -4: must not be negative"),
+        (["wide.weft", "-o", "a.png"], "wide.weft: retexture: patches and searches take sides of 1 to 501 pixels"),
+        (["huge.weft", "-o", "a.png"], "huge.weft: retexture: variety 1e+300: not from 0 to 100"),
         (["a.weft", "-o", "a.bmp"], "a.bmp: unknown picture format '.bmp'"),
         (["a.weft", "-o", "a.png", "--scale", "0"], "--scale 0: not above 0"),
         (["a.weft", "-o", "a.jpg", "--quality", "101"], "--quality 101: not from 1 to 100"),
@@ -76,6 +82,12 @@ def test_what_cannot_be_is_named(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     save_project(document(), Path("a.weft"))
+    save_project(document().with_warp(bend=900.0), Path("wild.weft"))
+    flat, high = (np.array([[0.1, 0.5], [0.3, y], [0.6, y], [0.9, 0.5]]) for y in (0.5, 0.3))
+    moved = document().changed(mode="retexture", feature_curves=(CurvePair(flat, high),))
+    save_project(moved.with_retexture(seed=-4), Path("seed.weft"))
+    save_project(moved.with_retexture(along_px=10**12), Path("wide.weft"))
+    save_project(moved.with_retexture(variety=1e300), Path("huge.weft"))
     save(document().image, "photo.png")
     assert main(["render", *words]) == 2
     assert f"weft: error: {fault}" in capsys.readouterr().err

@@ -1,6 +1,9 @@
 """`weft decompose` and `weft overlay`, from file to file."""
 
+import errno
 import json
+import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -156,12 +159,31 @@ def test_parts_of_another_picture_are_refused(folder: Path, tmp_path: Path, caps
     assert "another picture" in line
 
 
-@pytest.mark.parametrize("words", [["--repeat", "0,1"], ["--repeat", "a,b"], ["--detail", "nan"], ["--rotate", "x"]])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--repeat", "0,1"],
+        ["--repeat", "a,b"],
+        ["--repeat", "1e7"],
+        ["--offset", "1,1e300"],
+        ["--detail", "nan"],
+        ["--shading", "-21"],
+        ["--rotate", "x"],
+    ],
+)
 def test_impossible_options_are_refused(
     words: list[str], folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     failing(capsys, "overlay", folder, "--texture", folder / "texel.png", "-o", tmp_path / "out.png", *words)
     assert not (tmp_path / "out.png").exists()
+
+
+def test_the_parts_are_not_written_over(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copy = copied(folder, tmp_path / "parts")
+    line = failing(capsys, "overlay", copy, "--texture", copy / "texel.png", "-o", copy / "source.png")
+    assert f"{copy / 'source.png'}: would be written over, but another option names it" in line
+    assert (copy / "source.png").read_bytes() == (folder / "source.png").read_bytes()
+    assert main(["overlay", str(copy), "--texture", str(copy / "texel.png"), "-o", str(copy / "out.png")]) == 0
 
 
 def test_a_corrected_lattice_gives_the_same_texel(photo: Path, folder: Path, tmp_path: Path) -> None:
@@ -179,7 +201,9 @@ def test_a_corrected_lattice_gives_the_same_texel(photo: Path, folder: Path, tmp
 @pytest.mark.parametrize(
     "text",
     ["{", "[]", '{"vertices": [{"lattice": [0, 0]}]}', '{"vertices": [{"lattice": [0.5, 0], "at": [1, 2]}]}',
-     '{"vertices": []}', '{"vertices": [{"lattice": [0, 0], "at": [1, NaN]}]}'],
+     '{"vertices": []}', '{"vertices": [{"lattice": [0, 0], "at": [1, NaN]}]}', "[" * 100_000,
+     '{"vertices": [{"lattice": [0, Infinity], "at": [1, 2]}]}', '{"vertices": [{"lattice": [0, 1e9], "at": [1, 2]}]}',
+     '{"vertices": [{"lattice": [0, 0], "at": [1, 1' + "0" * 400 + "]}]}"],
 )  # fmt: skip
 def test_a_broken_lattice_is_named(text: str, photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "lattice.json").write_text(text)
@@ -198,12 +222,71 @@ def test_a_doubled_vertex_is_named(
     assert "twice" in line
 
 
+@pytest.mark.parametrize(
+    ("moved", "fault"),
+    [
+        (lambda _x, _y: [5, 5], "on one spot or in one line"),
+        (lambda x, _y: [x, 5], "on one spot or in one line"),
+        (lambda x, y: [x + 5000, y], "none of its vertices lies in the picture"),
+    ],
+)
+def test_a_lattice_that_cannot_be_the_cloths_is_named(
+    moved: Callable[[float, float], list[float]],
+    fault: str,
+    photo: Path,
+    folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    lattice = json.loads((folder / "lattice.json").read_text())
+    for vertex in lattice["vertices"]:
+        vertex["at"] = moved(*vertex["at"])
+    (tmp_path / "lattice.json").write_text(json.dumps(lattice))
+    line = failing(capsys, "decompose", photo, "-o", tmp_path / "parts", "--lattice", tmp_path / "lattice.json")
+    assert "lattice.json" in line
+    assert fault in line
+
+
+def test_a_stage_that_cannot_be_written_is_named(
+    photo: Path, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("app.commands.decompose.write_picture", full)
+    words = ["--lattice", folder / "lattice.json", "--stages", tmp_path / "stages"]
+    line = failing(capsys, "decompose", photo, "-o", tmp_path / "parts", *words)
+    assert f"{tmp_path / 'stages'}: no space left on device" in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_interrupted_search_leaves_no_stages(photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("app.commands.decompose.run_shown", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        main(["decompose", str(photo), "-o", str(tmp_path / "parts"), "--stages", str(tmp_path / "stages")])
+    assert not list(tmp_path.iterdir())
+
+
+def test_stages_tell_why_nothing_was_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    noise = np.random.default_rng(1).integers(0, 256, (120, 150, 3), np.uint8)
+    save(Image(noise), tmp_path / "noise.png")
+    line = failing(capsys, "decompose", tmp_path / "noise.png", "-o", tmp_path / "no", "--stages", tmp_path / "stages")
+    assert line == f"weft: error: no repeating texture found in {tmp_path / 'noise.png'}"
+    assert load(tmp_path / "stages" / "00-keypoints.png").size_px == (300, 240)
+    assert not (tmp_path / "no").exists()
+
+
 def test_stages_are_written_as_pictures(photo: Path, tmp_path: Path) -> None:
     words = ["decompose", str(photo), "-o", str(tmp_path / "parts"), "--stages", str(tmp_path / "stages")]
     assert main(words) == 0
     names = [path.name for path in sorted((tmp_path / "stages").iterdir())]
-    assert any("lattice" in name for name in names)
-    assert any("mesh" in name for name in names)
+    assert names == ["00-keypoints.png", "01-seeds.png", "02-lattice.png", "03-mesh.png", "03-texel.png"]
+    seeds = load(tmp_path / "stages" / "01-seeds.png").pixels.astype(int)
+    for colour in ((0, 255, 64), (255, 64, 0)):
+        assert (np.abs(seeds - colour).max(-1) < 40).sum() > 20
     lattice = load(next(path for path in (tmp_path / "stages").iterdir() if "lattice" in path.name)).pixels
     assert (lattice[..., 1].astype(int) - lattice[..., 2] > 120).sum() > 300
 

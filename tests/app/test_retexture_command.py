@@ -98,6 +98,7 @@ LINE = [[5, 100], [60, 100], [150, 100], [210, 100]]
         ('{"curves": [{"source": [[NaN, 1], [2, 2], [3, 3], [4, 4]], "target": [[1, 1]]}]}', "NaN"),
         ({"curves": [{"source": LINE, "target": [[x, y + 500] for x, y in LINE]}]}, "outside the picture"),
         ({"curves": [{"source": [[9, 9]] * 4, "target": LINE}]}, "coincide"),
+        ({"curves": [{"source": [*LINE[:3], [10**400, 9]], "target": LINE}]}, "holds NaN or infinity"),
     ],
 )
 def test_bad_curves_touch_no_output(
@@ -123,6 +124,10 @@ def test_bad_curves_touch_no_output(
         (["-o", "out.png", "--also", "layer.png"], "1 --also need 2 -o, not 1"),
         (["-o", "out.png", "-o", "more.png"], "0 --also need 1 -o, not 2"),
         (["-o", "out.png", "--deformed", "out.png"], "same file"),
+        (["-o", "out.png", "--report", "out.png"], "out.png: two outputs go to the same file"),
+        (["-o", "out.png", "--trace", "out.png"], "out.png: would be written over, but another option names it"),
+        (["-o", "black.png", "--matte", "black.png"], "black.png: would be written over, but another option names it"),
+        (["-o", "black.png", "--also", "black.png", "-o", "more.png"], "black.png: would be written over, but"),
         (["-o", "no/out.png"], "there is no folder"),
         (["-o", "out.png", "--report", "no/report.json"], "no/report.json: there is no folder"),
         (["-o", "out.png", "--matte", "black.png"], "black.png: the mask marks nothing"),
@@ -154,6 +159,21 @@ def test_bad_options_touch_no_output(
     assert said.count("\n") == 1
     assert (tmp_path / "out.png").read_bytes() == b"kept"
     assert not (tmp_path / "more.png").exists()
+    assert load("black.png").pixels.shape == (HEIGHT, WIDTH, 1)
+
+
+def test_of_several_outputs_all_are_written_or_none(
+    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save(Image(np.zeros((HEIGHT, WIDTH, 1), np.uint8)), "layer.png")
+    Path("small.png").write_bytes(b"kept")
+    Path("full.png").symlink_to("/dev/full")
+    options = ["--also", "layer.png", "-o", "small.png", "-o", "full.png", "--report", "report.json"]
+    assert command(scene, *options) == 2
+    assert capsys.readouterr().err == "weft: error: full.png: no space left on device\n"
+    assert Path("small.png").read_bytes() == b"kept"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["full.png", "layer.png", "small.png"]
 
 
 def test_a_picture_that_is_none_is_named(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

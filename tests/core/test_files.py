@@ -1,12 +1,21 @@
 """Files and folders appear whole, or what was there stays."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from core.arrays import InputError
-from core.files import atomic_file, atomic_folder, check_folder_place, check_place, write_text
+from core.files import (
+    AtomicFiles,
+    atomic_file,
+    atomic_folder,
+    check_folder_place,
+    check_outputs,
+    check_place,
+    write_text,
+)
 
 
 def test_a_file_appears_whole(tmp_path: Path) -> None:
@@ -30,6 +39,26 @@ def test_a_fault_leaves_what_was_there(tmp_path: Path) -> None:
         fail()
     assert path.read_text() == "before"
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_files_that_belong_together_appear_together(tmp_path: Path) -> None:
+    a, b = tmp_path / "a.txt", tmp_path / "b.txt"
+    a.write_text("before")
+
+    def write(second: Path) -> None:
+        with AtomicFiles() as files:
+            with files.place(a) as place:
+                place.write_text("new")
+            with files.place(second) as place:
+                place.write_text("new")
+                assert a.read_text() == "before"
+
+    for second, fault in ((Path("/dev/full"), "/dev/full: no space left"), (tmp_path / "no" / "b", "b: no such file")):
+        with pytest.raises(InputError, match=fault):
+            write(second)
+        assert [(entry.name, entry.read_text()) for entry in tmp_path.iterdir()] == [("a.txt", "before")]
+    write(b)
+    assert {entry.name: entry.read_text() for entry in tmp_path.iterdir()} == {"a.txt": "new", "b.txt": "new"}
 
 
 def test_permissions_and_links_are_kept(tmp_path: Path) -> None:
@@ -116,3 +145,30 @@ def test_a_folder_that_takes_no_files_is_noticed_before_the_work() -> None:
         with pytest.raises(InputError, match=r"^/proc/a: "):
             check(Path("/proc/a"))
     check_place(Path("/dev/null"))
+
+
+@pytest.mark.parametrize("check", [check_place, check_folder_place, lambda path: check_outputs([path])])
+def test_names_that_lead_nowhere_are_named(check: Callable[[Path], None], tmp_path: Path) -> None:
+    circle, long = tmp_path / "circle.png", tmp_path / ("x" * 300 + ".png")
+    circle.symlink_to(circle)
+    with pytest.raises(InputError, match=r"circle\.png: .*symbolic links"):
+        check(circle)
+    with pytest.raises(InputError, match=r"x\.png: file name too long"):
+        check(long)
+
+
+def test_every_output_needs_a_file_of_its_own(tmp_path: Path) -> None:
+    a, b, link, other_name = (tmp_path / name for name in ("a", "b", "link", "other"))
+    a.write_text("mine")
+    link.symlink_to(a)
+    other_name.hardlink_to(a)
+    check_outputs([a, None, b], beside=[None, tmp_path / "c"])
+    for path in (a, link, other_name, tmp_path / "." / "a"):
+        with pytest.raises(InputError, match="two outputs go to the same file"):
+            check_outputs([a, path])
+        with pytest.raises(InputError, match=f"{path.name}: would be written over, but another option names it"):
+            check_outputs([b, path], beside=[a])
+    with pytest.raises(InputError, match="two outputs go to the same file"):
+        check_outputs([b, b])
+    check_outputs([Path("/dev/null"), Path("/dev/null")])
+    assert a.read_text() == "mine"

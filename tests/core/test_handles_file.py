@@ -47,6 +47,7 @@ def test_every_key_is_optional() -> None:
         ({"pins": [{"at": [1, 2]}]}, r'pins\[0\]: has no "to"'),
         ({"pins": [{"at": [1, 2], "to": [1, "x"]}]}, r"pins\[0\]: to: not a list of \[x, y\] pairs"),
         ({"pins": [{"at": [1, 2], "to": [1, float("inf")]}]}, r"pins\[0\]: to: holds NaN or infinity"),
+        ({"pins": [{"at": [1, 2], "to": [1, 10**400]}]}, r"pins\[0\]: to: not a list of \[x, y\] pairs"),
         ({"pins": [{"at": [31, 2], "to": [1, 2]}]}, r"pins\[0\]: lies outside the picture of 31x16 pixels"),
         ({"curves": [{"source": CURVE["source"]}]}, 'curve 1: has no "target"'),
         ({"curves": [CURVE | {"passive": True}]}, "curve 1: is passive"),

@@ -1,5 +1,6 @@
 """Pictures come back from disk as they were written, and faults are named in one line."""
 
+import os
 import struct
 import zlib
 from pathlib import Path
@@ -345,11 +346,15 @@ def test_a_header_that_asks_for_too_much_is_refused(tmp_path: Path) -> None:
 def test_what_is_no_image_is_named(tmp_path: Path) -> None:
     (tmp_path / "a.png").write_text("text")
     (tmp_path / "b.png").touch()
+    (tmp_path / "a.null").write_text("OpenImageIO takes any file of this name for a black picture")
+    os.mkfifo(tmp_path / "pipe")
     for path, fault in {
         "a.png": "not an image",
         "b.png": "the file is empty",
         "c.png": "no such file or directory",
         ".": "is a folder, not an image",
+        "pipe": "is a device or a pipe, not a file",
+        "a.null": "a.null: not an image of a known format",
     }.items():
         with pytest.raises(InputError, match=fault):
             load(tmp_path / path)

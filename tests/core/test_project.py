@@ -1,5 +1,7 @@
 import contextlib
+import errno
 import json
+import os
 import zipfile
 from dataclasses import is_dataclass
 from pathlib import Path
@@ -174,10 +176,41 @@ def test_flipped_bytes_are_refused_or_harmless(project: Path) -> None:
             load_project(project)
 
 
+@pytest.mark.parametrize("change", ["encrypted", "lzma", "deep"])
+def test_what_cannot_be_unpacked_is_refused(project: Path, change: str) -> None:
+    content = bytearray(project.read_bytes())
+    for header, flags, method in ((b"PK\1\2", 8, 10), (b"PK\3\4", 6, 8)):
+        at = content.find(header)
+        if change == "encrypted":
+            content[at + flags] |= 1
+        else:
+            content[at + method] = 14
+    project.write_bytes(content)
+    if change == "deep":
+        with zipfile.ZipFile(project, "w") as archive:
+            archive.writestr("weft.json", "[" * 100_000)
+    with pytest.raises(InputError, match=r"project\.weft: not a Weft project, or damaged"):
+        load_project(project)
+
+
+def test_no_room_to_unpack_is_named(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    document = load_project(project)
+    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr("core.project._encoded", full)
+    with pytest.raises(InputError, match=r"project\.weft: cannot be unpacked: no space left on device"):
+        load_project(project)
+    with pytest.raises(InputError, match=r"again\.weft: no space left on device"):
+        save_project(document, project.with_name("again.weft"))
+    assert [file.name for file in project.parent.iterdir()] == ["project.weft"]
+
+
 @pytest.mark.parametrize(
     ("document", "fault"),
     [
-        (None, "is not an object"),
+        (None, "it has no document"),
         ({}, "image: is missing"),
         ({"image": {"file": "no.png"}}, "image: its file is missing"),
         ({"image": {"file": "weft.json"}}, "image: holds a damaged picture"),
@@ -194,6 +227,8 @@ def test_damage_inside_is_named(project: Path, document: object, fault: str) -> 
     [
         ("warp", {"keep": "wobbly"}, "warp.keep: is not one of"),
         ("warp", {"bend": "much"}, "warp.bend: is not a finite number"),
+        ("warp", {"bend": 10**400}, "warp.bend: is not a finite number"),
+        ("outline", {"ring": [[0, 10**400]] * 12}, "outline: holds NaN or infinity"),
         ("pins", [{"at": [0.5], "to": [0.1, 0.2]}], "pins.0.at: is not a list of 2"),
         ("pins", {"at": 1}, "pins: is not a list"),
         ("outline", {"ring": [[0, 0]] * 5}, "outline: needs 12 points"),

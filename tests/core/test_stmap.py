@@ -6,9 +6,10 @@ import numpy as np
 import OpenImageIO
 import pytest
 
+from core.arrays import Singles
 from core.canvas import Canvas
-from core.images import save
-from core.stmap import st_map
+from core.images import load
+from core.stmap import st_map_rows, write_st_map
 from core.warps.presets import make_warp
 
 WIDTH, HEIGHT = 60, 40
@@ -19,39 +20,58 @@ def nodes(cells: int = 20) -> np.ndarray:
     return np.stack(np.meshgrid(x, y), axis=-1)
 
 
+def whole_map(rest: np.ndarray, warped: np.ndarray, source_px: tuple[int, int], canvas: Canvas) -> Singles:
+    return np.concatenate(list(st_map_rows(rest, warped, source_px, canvas)))
+
+
 def test_identity_is_the_pixel_centres() -> None:
-    found = st_map(nodes(), nodes(), (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT)).pixels
+    found = whole_map(nodes(), nodes(), (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT))
     np.testing.assert_allclose(found[7, :, 0], (np.arange(WIDTH) + 0.5) / WIDTH, atol=1e-6)
     np.testing.assert_allclose(found[:, 9, 1], 1 - (np.arange(HEIGHT) + 0.5) / HEIGHT, atol=1e-6)
     assert (found[..., 3] == 1).all()
 
 
 def test_where_the_picture_does_not_come_nothing_is_covered() -> None:
-    found = st_map(nodes(), nodes() + [10, 0], (WIDTH, HEIGHT), Canvas(WIDTH + 20, HEIGHT)).pixels
+    found = whole_map(nodes(), nodes() + [10, 0], (WIDTH, HEIGHT), Canvas(WIDTH + 20, HEIGHT))
     assert (found[:, :10] == 0).all()
     assert (found[:, 10:70, 3] == 1).all()
     assert (found[:, 70:] == 0).all()
 
 
 def test_no_seam_stays_open_on_pixel_centres() -> None:
-    found = st_map(nodes(), nodes() + 0.5, (WIDTH, HEIGHT), Canvas(WIDTH + 1, HEIGHT + 1)).pixels
+    found = whole_map(nodes(), nodes() + 0.5, (WIDTH, HEIGHT), Canvas(WIDTH + 1, HEIGHT + 1))
     assert (found[..., 3] == 1).all()
 
 
 def test_of_a_fold_the_upright_side_is_seen() -> None:
     folded = nodes()
     folded[..., 0] = np.minimum(folded[..., 0], 59 - folded[..., 0])
-    found = st_map(nodes(), folded, (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT)).pixels
+    found = whole_map(nodes(), folded, (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT))
     np.testing.assert_allclose(found[9, :29, 0], (np.arange(29) + 0.5) / WIDTH, atol=1e-6)
+
+
+def test_no_more_than_a_band_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.stmap._BAND_ROWS", 7)
+    bands = st_map_rows(nodes(), nodes(), (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT))
+    assert [len(band) for band in bands] == [7, 7, 7, 7, 7, 5]
 
 
 def test_many_bands_and_chunks_are_one_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     warped = make_warp("twist", WIDTH, HEIGHT, bend=80)(nodes())
-    whole = st_map(nodes(), warped, (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT)).pixels
+    whole = whole_map(nodes(), warped, (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT))
     monkeypatch.setattr("core.stmap._BAND_ROWS", 7)
     monkeypatch.setattr("core.stmap._CHUNK", 50)
-    pieces = st_map(nodes(), warped, (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT)).pixels
+    pieces = whole_map(nodes(), warped, (WIDTH, HEIGHT), Canvas(WIDTH, HEIGHT))
     np.testing.assert_allclose(pieces, whole, atol=1e-6)
+
+
+def test_the_file_holds_the_rows_of_every_band(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.stmap._BAND_ROWS", 16)
+    grid = nodes(), nodes() + 2.5, (WIDTH, HEIGHT), Canvas(WIDTH + 5, HEIGHT + 5)
+    write_st_map(*grid, tmp_path / "a.exr", named=tmp_path / "a.exr")
+    image = load(tmp_path / "a.exr")
+    assert image.linear
+    np.testing.assert_array_equal(image.pixels, whole_map(*grid))
 
 
 def test_openimageio_warps_alike(tmp_path: Path) -> None:
@@ -59,8 +79,8 @@ def test_openimageio_warps_alike(tmp_path: Path) -> None:
     source = np.stack([x, y, 0 * x], axis=-1).astype(np.float32)
     warp = make_warp("arc", WIDTH, HEIGHT, bend=30)
     canvas = Canvas.around(warp(nodes()))
-    shares = st_map(nodes(), canvas.placed(warp(nodes())), (WIDTH, HEIGHT), canvas)
-    save(shares, tmp_path / "st.exr")
+    path = tmp_path / "st.exr"
+    write_st_map(nodes(), canvas.placed(warp(nodes())), (WIDTH, HEIGHT), canvas, path, named=path)
     st = OpenImageIO.ImageBuf(str(tmp_path / "st.exr"))
     done = OpenImageIO.ImageBufAlgo.st_warp(OpenImageIO.ImageBuf(source), st, "triangle", 0, 0, 1, False, True, st.roi)
     assert not done.has_error

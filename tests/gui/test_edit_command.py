@@ -75,7 +75,7 @@ class Ended(Shell):
 
 import app.shell
 app.shell.Shell = Ended
-from app.cli import main
+from app.__main__ import main
 sys.exit(main([]))
 """
 
