@@ -12,6 +12,7 @@ already runs between them stays; when both take, none. That is a cut with the ed
 terminal of keeping. Bare pixels take the patch, and those that may not keep what they show, whatever it costs.
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import maxflow
@@ -49,16 +50,21 @@ class Canvas:
         `label` (m,), `colour` (m, c) and `place` (m, 2) are what the patches show at the pixels that they `cover`;
         `usable` (m,) is where they may be shown.
         """
-        difference = self.colour.reshape(-1, self.colour.shape[2]).take(cover.pixel, axis=0) - colour
-        size = _size(difference)
-        cost = size.take(cover.one) + size.take(cover.other)
-        cost += _size(difference.take(cover.one, axis=0) - difference.take(cover.other, axis=0))
+        shown = self.colour.reshape(-1, self.colour.shape[2]).take(cover.pixel, axis=0)
+        # Plane by plane: neighbours are looked up several times as fast as in pixels of several channels.
+        planes = list(np.ascontiguousarray((shown - colour).T))
+        size = _sum(plane * plane for plane in planes)
+        # |d|^2 + |e|^2 + |d - e|^2 = 2 (|d|^2 + |e|^2 - d e), for the differences of neighbours.
+        both = _sum(plane.take(cover.one) * plane.take(cover.other) for plane in planes)
+        cost = 2 * (size.take(cover.one) + size.take(cover.other) - both)
         edge_cost = 2 * size.take(cover.edge)
         seams = self.seams.reshape(-1)
         old, edge_old = seams.take(cover.seam), seams.take(cover.edge_seam)
-        kept = np.concatenate([old / 2, old / 2, edge_old])
-        keep = np.bincount(np.concatenate([cover.one, cover.other, cover.edge]), kept, len(label))
-        take = np.bincount(cover.edge, edge_cost, len(label))
+        seen = np.flatnonzero(old)
+        half, keep, take = old.take(seen) / 2, np.zeros(len(label)), np.zeros(len(label))
+        for pixel, cheaper in ((cover.one.take(seen), half), (cover.other.take(seen), half), (cover.edge, edge_old)):
+            keep += np.bincount(pixel, cheaper, len(label))
+        take += np.bincount(cover.edge, edge_cost, len(label))
         keep[usable & self.bare.reshape(-1).take(cover.pixel)] = DECIDED
         take[~usable] = DECIDED
         taken = _cut(cover, np.maximum(cost - old / 2, 0), keep, take)
@@ -95,9 +101,9 @@ def _cut(cover: Footprint, seam: Singles, keep: NDArray[Any], take: NDArray[Any]
     return np.asarray(~graph.get_grid_segments(nodes))
 
 
-def _size(difference: Singles) -> Singles:
-    """Return the sums of squares (m,) over the channels; adding planes is ten times as fast as a reduction."""
-    size = difference[:, 0] ** 2
-    for i in range(1, difference.shape[1]):
-        size += difference[:, i] ** 2
-    return size
+def _sum(planes: Iterator[Singles]) -> Singles:
+    """Return the sum of at least one plane (m,)."""
+    total = next(planes)
+    for plane in planes:
+        total += plane
+    return total

@@ -6,17 +6,16 @@ and a trace keeps the sense it started with. Where two sides of a bend, or two c
 jumps; there the field is diffused, held everywhere else.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves import Curve
 from core.nearest import Nearest
+from core.retexture.grids import STRIDE, as_complex, as_pairs, filled
 from core.retexture.sampling import read
 
 STEP_PX = 4.0
@@ -24,10 +23,6 @@ STEP_PX = 4.0
 JUMP = 0.85
 """Cosine of twice the angle between two neighbouring nodes, above which it is no jump but a bend that is read well."""
 DIFFUSIONS = 8
-STRIDE = 4
-"""Steps of a trace, px: a power of two."""
-AT_ONCE = 32
-"""Grids in which pixels are looked for at a time: what belongs to them stays in the processor's cache."""
 SMOOTHINGS = 6
 SMOOTHING = 0.7
 """lambda of DPD eq. 3."""
@@ -189,11 +184,6 @@ def traced(
     return _smoothed(grids)
 
 
-def filled(grids: Singles, *, spine: int, rib: int) -> Singles:
-    """Return `traced` grids with a node at every pixel's step, on cubics, as far as `rib` and `spine` only."""
-    return _interpolated(grids, _between(grids.shape[1], rib), _for_pairs(_between, grids.shape[2], spine))
-
-
 def _steps(field: DirectionField, start: Singles, along: Singles, turned: Singles) -> Iterator[tuple[Singles, Singles]]:
     """Yield positions (2, ...), step after step in either sense, and the field's directions there.
 
@@ -235,108 +225,3 @@ def _folded(grids: Singles) -> Bools:
     nodes = as_complex(grids)
     along, across = np.diff(nodes, axis=2)[:, :-1], np.diff(nodes, axis=1)[:, :, :-1]
     return np.asarray(((np.conj(along) * across).imag <= 0).any(axis=(1, 2)))
-
-
-def located(grids: Singles, corners: Ints, size: int) -> tuple[Ints, Ints, Singles]:
-    """Return which pixels of windows lie in their grids (n, K, J, 2), and where.
-
-    Window i has `size` x `size` pixels from corners[i] on. Returned are numbers of grids (m,), in order, numbers of
-    pixels (m,) in the flattened window, and their places (m, 2) as (j, k) from the grid's first node. Every pixel takes
-    the node of the grid, refined to half steps, that falls on it, and adds its own distance from there in the node's
-    frame, which is orthonormal but for the grid's bends.
-    """
-    parts = [
-        _located(grids[i : i + AT_ONCE] - corners[i : i + AT_ONCE, None, None].astype(np.float32), size)
-        for i in range(0, max(len(grids), 1), AT_ONCE)
-    ]
-    number = np.repeat(np.arange(len(grids)), np.concatenate([part[0] for part in parts]))
-    return number, np.concatenate([part[1] for part in parts]), np.concatenate([part[2] for part in parts])
-
-
-def _located(grids: Singles, size: int) -> tuple[Ints, Ints, Singles]:
-    """Return for windows at (0, 0) how many pixels (n,) lie in their grids, which, and where, see `located`."""
-    count, rows, columns = grids.shape[:3]
-    fine = _interpolated(grids, _halves(rows), _for_pairs(_halves, columns))
-    nearest = np.rint(fine)
-    number = (nearest[..., 1] * np.float32(size) + nearest[..., 0]).reshape(count, -1).astype(np.int64)
-    number += size * size * np.arange(count)[:, None]
-    beyond = count * size * size
-    if nearest.min(initial=0) < 0 or nearest.max(initial=0) >= size:
-        number[((nearest < 0) | (nearest >= size)).any(axis=-1).reshape(count, -1)] = beyond
-    node = np.full(beyond + 1, -1, np.int32)
-    node[number] = np.arange(number.shape[1], dtype=np.int32)
-    held = node[:-1].reshape(count, -1) >= 0
-    found, pixel = np.nonzero(held)
-    chosen = node[:-1][held.ravel()].astype(np.int64)
-    y, x = np.divmod(np.arange(size * size), size)
-    gap = (x + 1j * y).astype(np.complex64)[pixel]
-    gap -= as_complex(fine).ravel()[chosen + number.shape[1] * found]
-    k, j = np.divmod(np.arange(number.shape[1]), 2 * columns - 1)
-    # Turned into the node's frame.
-    way = _unit_steps(as_complex(grids))
-    gap *= way.ravel()[(k // 2 * columns + j // 2)[chosen] + rows * columns * found]
-    gap += ((j + 1j * k) / 2).astype(np.complex64)[chosen]
-    return np.count_nonzero(held, axis=1), pixel, as_pairs(gap)
-
-
-def _unit_steps(nodes: NDArray[np.complex64]) -> NDArray[np.complex64]:
-    """Return the conjugate unit tangents of rows of nodes (n, K, J)."""
-    way = np.empty_like(nodes)
-    np.subtract(nodes[..., 2:], nodes[..., :-2], out=way[..., 1:-1])
-    np.subtract(nodes[..., 1], nodes[..., 0], out=way[..., 0])
-    np.subtract(nodes[..., -1], nodes[..., -2], out=way[..., -1])
-    way /= np.maximum(np.abs(way), np.float32(1e-6))
-    return np.conj(way)
-
-
-def _interpolated(grids: Singles, down: Singles, across: Singles) -> Singles:
-    """Return grids (n, K, J, 2) at places between their nodes, by weights (K', K) and, for pairs, (2 J, 2 J')."""
-    count, rows, columns = grids.shape[:3]
-    wide = grids.reshape(count * rows, 2 * columns) @ across
-    fine: Singles = np.matmul(down, wide.reshape(count, rows, -1))
-    return fine.reshape(count, len(down), -1, 2)
-
-
-@cache
-def _for_pairs(weights: Callable[..., Singles], *sizes: int) -> Singles:
-    """Return the transpose of what `weights` makes of `sizes`, for rows of pairs."""
-    return np.asarray(np.kron(weights(*sizes).T, np.eye(2, dtype=np.float32)))
-
-
-@cache
-def _between(count: int, half: int) -> Singles:
-    """Return the weights (2 half + 1, count) of `count` nodes, `STRIDE` apart, in nodes as far as `half` px."""
-    weights, apart = np.eye(count), STRIDE
-    while apart > 1:
-        weights, apart = _halved(weights, cubic=True), apart // 2
-    first = len(weights) // 2 - half
-    return weights[first : first + 2 * half + 1].astype(np.float32)
-
-
-@cache
-def _halves(count: int) -> Singles:
-    """Return the weights (2 count - 1, count) of `count` nodes in these and those halfway between them."""
-    return _halved(np.eye(count), cubic=False).astype(np.float32)
-
-
-def _halved(weights: Floats, *, cubic: bool) -> Floats:
-    """Return rows (n, m) with another halfway between each two: the mean of both, or on a `cubic` through four."""
-    fine = np.repeat(weights, 2, axis=0)[:-1]
-    fine[1::2] = (weights[1:] + weights[:-1]) / 2
-    if cubic and len(weights) > 2:
-        bend = np.diff(weights, 2, axis=0) / 16
-        fine[1:-3:2] -= bend
-        fine[3::2] -= bend
-        fine[1] -= bend[0]
-        fine[-2] -= bend[-1]
-    return fine
-
-
-def as_complex(vectors: Singles) -> NDArray[np.complex64]:
-    """Return vectors (..., 2) as complex numbers (...), which arithmetic goes through several times as fast."""
-    return np.ascontiguousarray(vectors, np.float32).view(np.complex64)[..., 0]
-
-
-def as_pairs(numbers: NDArray[np.complex64]) -> Singles:
-    """Return complex numbers (...) as vectors (..., 2)."""
-    return np.ascontiguousarray(numbers).view(np.float32).reshape(*numbers.shape, 2)

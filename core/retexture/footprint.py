@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Ints
+from core.arrays import Bools, Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,59 +27,39 @@ class Footprint:
     """(q,) their pairs."""
 
 
-def footprints(patch: Ints, pixel: Ints, first: Ints, size: tuple[int, ...]) -> list[Footprint]:
-    """Return footprints in a picture of `size`, (H, W), of the pixels from each of `first` (n + 1,) up to the next.
+def footprint(patch: Ints, pixel: Ints, size: tuple[int, ...]) -> Footprint:
+    """Return the footprint of `pixel`s (m,), by their numbers in a picture of `size`, (H, W).
 
-    `pixel` (m,) are numbers of pixels, no two alike in one patch, `patch` (m,) the patches that cover them, in order.
+    `patch` (m,) are the patches that cover them, in order; none of these touch.
     """
-    whole = _neighbours(patch, pixel, size)
-    pairs, edges = np.searchsorted(whole.one, first), np.searchsorted(whole.edge, first)
-    parts = []
-    for i, start in enumerate(first[:-1]):
-        pair, edge = slice(pairs[i], pairs[i + 1]), slice(edges[i], edges[i + 1])
-        parts.append(
-            Footprint(
-                pixel[start : first[i + 1]],
-                whole.one[pair] - start,
-                whole.other[pair] - start,
-                whole.seam[pair],
-                whole.edge[edge] - start,
-                whole.edge_seam[edge],
-            )
-        )
-    return parts
-
-
-def _neighbours(patch: Ints, pixel: Ints, size: tuple[int, ...]) -> Footprint:
-    """Return which pixels are neighbours in the same patch, and which of others, in the pixels' order."""
     height, width = size
+    plane = height * width
     y, x = np.divmod(pixel, width)
-    number, tall, wide = _windows(patch, y, x)
-    window = np.full((int(patch.max(initial=0)) + 1) * tall * wide, -1, np.int32)
-    window[number] = np.arange(len(pixel))
-    steps = np.array([1, wide])
-    after, before = window.take(number[:, None] + steps), window.take(number[:, None] - steps)
-    pair = np.flatnonzero(after >= 0)
-    one, plane = pair // 2, height * width
-    # To the right, down, to the left and up.
-    room = np.stack([x < width - 1, y < height - 1, x > 0, y > 0], axis=-1)
-    side = np.flatnonzero(room & (np.concatenate([after, before], axis=1) < 0))
-    edge = side // 4
-    seams = np.array([0, plane, -1, plane - width])
-    return Footprint(
-        pixel,
-        one,
-        after.ravel()[pair].astype(np.int64),
-        pixel[one] + plane * (pair % 2),
-        edge,
-        pixel[edge] + seams[side % 4],
-    )
+    number, window, wide = _windowed(patch, y, x)
+    pairs, edges = [], []
+    for step, seam, inside in ((1, 0, x < width - 1), (wide, plane, y < height - 1)):
+        after = window.take(number + step)
+        one = np.flatnonzero(after >= 0)
+        pairs.append((one, after.take(one), pixel.take(one) + seam))
+        edges.append(_edge(after, inside, pixel, seam))
+    for step, seam, inside in ((-1, -1, x > 0), (-wide, plane - width, y > 0)):
+        edges.append(_edge(window.take(number + step), inside, pixel, seam))
+    one, other, between = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    edge, beyond = (np.concatenate(parts) for parts in zip(*edges, strict=True))
+    return Footprint(pixel, one, other, between, edge, beyond)
 
 
-def _windows(patch: Ints, y: Ints, x: Ints) -> tuple[Ints, int, int]:
-    """Return the pixels' numbers (m,) in windows, one a patch, with a rim of a pixel, and the windows' sides."""
-    if not len(patch):
-        return patch, 1, 1
+def _edge(beside: Ints, inside: Bools, pixel: Ints, seam: int) -> tuple[Ints, Ints]:
+    """Return which pixels have a neighbour `inside` the picture (m,) that is none `beside` them (m,), and the pairs."""
+    edge = np.flatnonzero((beside < 0) & inside)
+    return edge, pixel.take(edge) + seam
+
+
+def _windowed(patch: Ints, y: Ints, x: Ints) -> tuple[Ints, Ints, int]:
+    """Return the pixels' numbers (m,) in windows, one a patch, with a rim of a pixel; the windows; and their width.
+
+    Windows hold the pixels' places among the m, and -1 elsewhere.
+    """
     first = np.flatnonzero(np.diff(patch, prepend=-1))
     count = np.diff(first, append=len(patch))
     inner = []
@@ -87,4 +67,7 @@ def _windows(patch: Ints, y: Ints, x: Ints) -> tuple[Ints, int, int]:
         low = np.minimum.reduceat(at, first)
         inner.append((at - np.repeat(low, count) + 1, int((np.maximum.reduceat(at, first) - low).max()) + 3))
     (down, tall), (right, wide) = inner
-    return (patch * tall + down) * wide + right, tall, wide
+    number = (np.repeat(np.arange(len(first)), count) * tall + down) * wide + right
+    window = np.full(len(first) * tall * wide, -1)
+    window[number] = np.arange(len(number))
+    return number, window, wide

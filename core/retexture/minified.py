@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import Ints, Singles
-from core.retexture.coordinates import as_complex, as_pairs
+from core.retexture.grids import as_complex, as_pairs
 from core.retexture.sampling import Kernel, read
 
 PRESSED = 1.25

@@ -12,7 +12,8 @@ import numpy as np
 
 from core.arrays import Bools, Ints, Singles
 from core.retexture.ahead import ahead
-from core.retexture.coordinates import DirectionField, filled, located, trace, traced
+from core.retexture.coordinates import DirectionField, traced
+from core.retexture.grids import filled, located
 from core.retexture.layout import Correspondence, Origins
 from core.retexture.region import smoothstep
 from core.retexture.sampling import LONGEST, read
@@ -125,28 +126,34 @@ class Patches:
 def grown(origins: Origins, shape: PatchShape, fields: Fields, way: Correspondence) -> Batch:
     """Grow the patches of `origins`."""
     target, source = fields
-    here = trace(target, origins.target, origins.heading, spine=shape.spine, rib=shape.rib)
+    rough = traced(target, origins.target, origins.heading, spine=shape.spine, rib=shape.rib)
+    here = filled(rough, spine=shape.spine, rib=shape.rib)
     spine, rib = shape.spine + shape.search_along, shape.rib + shape.search_across
     there = traced(source, origins.source, origins.source_heading, spine=spine, rib=rib, turn=origins.source_turn)
     rim = np.flatnonzero(read(way.inner, here[:, :: shape.rib, :: shape.spine]).min(axis=(1, 2)) < 1)
     there[rim] = joined(there[rim], origins.taken(rim), shape, target, way)
     there = filled(there, spine=spine, rib=rib)
-    return Batch(shape, origins, here, there, covered(here, origins, shape, way.inner.shape))
+    return Batch(shape, origins, here, there, covered(rough, origins, shape, way.inner.shape))
 
 
 def covered(grids: Singles, origins: Origins, shape: PatchShape, size: tuple[int, ...]) -> Covered:
-    """Return the pixels of a picture of `size`, (H, W), that target grids (n, K, J, 2) cover."""
-    corners = np.rint(origins.target).astype(np.int64) - shape.window // 2
-    patch, pixel, at = located(grids, corners, shape.window)
-    y, x = np.divmod(np.arange(shape.window**2), shape.window)
-    x, y = x[pixel] + corners[patch, 0], y[pixel] + corners[patch, 1]
-    inside = (x >= 0) & (y >= 0) & (x < size[1]) & (y < size[0])
-    if (origins.scale > 1).any():
-        # Scale-adaptive patches: the middle half, or third, of the grid (DPD sec. 3.5).
-        half = np.array([shape.spine, shape.rib])
-        within = np.abs(at - half) <= half / origins.scale[patch, None] + 0.5
-        inside &= within.all(axis=1) | (origins.scale[patch] <= 1)
-    return Covered(patch, y * size[1] + x, at).where(inside)
+    """Return the pixels of a picture of `size`, (H, W), that `traced` target grids cover."""
+    side, width = shape.window, size[1]
+    corners = np.rint(origins.target).astype(np.int64) - side // 2
+    patch, pixel, at = located(grids, corners, side, spine=shape.spine, rib=shape.rib)
+    inside = np.ones(len(patch), bool)
+    leaving = np.asarray(((corners < 0) | (corners + side > size[::-1])).any(axis=1))
+    cut = np.flatnonzero(leaving.take(patch))
+    y, x = np.divmod(pixel[cut], side) + corners[patch[cut], ::-1].T
+    inside[cut] = (x >= 0) & (y >= 0) & (x < width) & (y < size[0])
+    # Scale-adaptive patches: the middle half, or third, of the grid (DPD sec. 3.5).
+    smaller = np.flatnonzero(origins.scale[patch] > 1)
+    half = np.array([shape.spine, shape.rib])
+    reach = half / origins.scale[patch[smaller], None] + 0.5
+    inside[smaller] &= (np.abs(at[smaller] - half) <= reach).all(axis=1)
+    number = (width * np.arange(side)[:, None] + np.arange(side)).ravel()
+    first = corners[:, 0] + width * corners[:, 1]
+    return Covered(patch, number.take(pixel) + first.take(patch), at).where(inside)
 
 
 def joined(there: Singles, origins: Origins, shape: PatchShape, target: DirectionField, way: Correspondence) -> Singles:

@@ -169,7 +169,11 @@ def ramp(x: Singles) -> Singles:
     What goes over from one map to another by these shares folds, or is stretched, where they change fast.
     """
     x = np.clip(x, 0, 1)
-    return np.asarray(x * (np.float32(0.5) + x * (np.float32(1.5) - x)), np.float32)
+    share = np.float32(1.5) - x
+    share *= x
+    share += np.float32(0.5)
+    share *= x
+    return np.asarray(share, np.float32)
 
 
 def _distance(curves: CurveSet, shape: tuple[int, int]) -> Singles:

@@ -1,6 +1,7 @@
 """What retexturing finds: for every pixel of the result its place in the source, to resample any layer once."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from dataclasses import field as default
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from core import color
 from core.arrays import Bools, Floats, InputError, Ints, Pixels, Singles
+from core.retexture.ahead import ahead
 from core.retexture.blend import correction
 from core.retexture.diffusion import Diffusion
 from core.retexture.layout import Origins
@@ -67,16 +69,15 @@ class Retexture:
         """
         mixture = across_seams(self.place, self.label) if blend else None
         kernel = Kernel.LANCZOS if blend else Kernel.CUBIC
-        result = self._resampled(layer, lambda rows: self.place[rows], mixture, kernel, linear=linear or not blend)
         box = self._box() if blend else None
-        if box is None:
-            return result
-        change = self._correction(layer, box)
-        if change is not None:
+        with ThreadPoolExecutor(1) as helper:
+            change = helper.submit(self._correction, layer, box) if box else None
+            result = self._resampled(layer, lambda rows: self.place[rows], mixture, kernel, linear=linear or not blend)
+        if box and change and (steps := change.result()) is not None:
             encoded = color.premultiply(color.unit(result[box]))
             shown = self.label[box] > 0
             low, high = (color.unit(np.asarray(limit)) for limit in (layer.min(), layer.max()))
-            corrected = color.unpremultiply(np.clip(encoded + change, low, high))
+            corrected = color.unpremultiply(np.clip(encoded + steps, low, high))
             result[box][shown] = color.quantise(corrected, layer.dtype)[shown]
         return result
 
@@ -102,13 +103,14 @@ class Retexture:
         source = color.premultiply(color.linear_light(layer, linear=linear))
         low, high = float(source.min()), float(source.max())
         result = layer.copy()
-        for start in range(0, layer.shape[0], BAND):
+
+        def resample(start: int) -> None:
             rows = slice(start, min(start + BAND, layer.shape[0]))
             at = place(rows)
             way = np.abs(at - _pixels(rows, layer.shape[1]))
             moved = np.maximum(way[..., 0], way[..., 1]) > STILL_PX
             if not moved.any():
-                continue
+                return
             light = read(source, at, kernel, mirror=True)
             if mixture is not None:
                 average(light, source, at, self._pressed(rows))
@@ -117,6 +119,9 @@ class Retexture:
             light = np.clip(light, low, high)
             stored = color.stored(color.unpremultiply(light), depth=layer.dtype, linear=linear)
             np.copyto(result[rows], stored, where=moved[..., None])
+
+        for _ in ahead(resample, range(0, layer.shape[0], BAND)):
+            pass
         return result
 
     def _pressed(self, rows: slice) -> Boxes:

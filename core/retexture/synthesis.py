@@ -84,13 +84,12 @@ class Painter:
         these = some.patches
         shown, weight = self._surroundings(stock, these, over_seams=over_seams)
         uses = self.canvas.uses.reshape(-1).take(stock.cell[these])
-        parts = stock.colours[these], uses, stock.unusable[these]
-        variance = stock.variance[these]
+        pool = Pool(stock.spectra[these], uses, stock.unusable[these], stock.variance[these])
         found = []
         for sense in (1, -1) if self.mirrored else (1,):
-            colours, used, unusable = (np.ascontiguousarray(part[:, :, ::sense]) for part in parts)
-            pool = Pool(colours, used, unusable, variance)
-            cost = costs(pool, shown, weight, stock.needed[these], self.variety) + stock.drift[these]
+            # What turns the source grids end to end turns the target grids, and the order of the candidates.
+            here, counted, needed = (part[:, :, ::sense] for part in (shown, weight, stock.needed[these]))
+            cost = costs(pool, here, counted, needed, self.variety)[:, :, ::sense] + stock.drift[these]
             cost += CHANCE * self.rng.random(cost.shape, np.float32)
             self.candidates += cost.size
             found.append(cost.reshape(len(cost), -1))
@@ -131,7 +130,7 @@ def synthesised(painter: Painter, scene: Scene, first: Iterator[Stock], count: i
     for _ in range(GAP_ROUNDS):
         gaps = scene.way.origins(gap_places(canvas.bare, int(lattice(shape).across)))
         for _ in painter.cover(stocks(gaps)):
-            yield Progress(count / whole, "closing gaps")
+            yield Progress(count / whole, "choosing patches")
     yield Progress(count / whole, "mending seams")
     with painter.watch("coordinates"):
         again = ordered_origins(scene.way, scene.area.must, lattice(shape, 0.5))

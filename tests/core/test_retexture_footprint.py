@@ -1,9 +1,10 @@
 """Which pixels of patches are neighbours."""
 
 import numpy as np
+import pytest
 
 from core.arrays import Ints
-from core.retexture.footprint import footprints
+from core.retexture.footprint import footprint
 from core.retexture.patches import Covered
 from core.retexture.stock import AT_ONCE_PX, in_parts
 
@@ -33,19 +34,18 @@ def pairs_around(pixels: Ints) -> tuple[set[tuple[int, int, int]], set[tuple[int
     return inner, outer
 
 
-def test_neighbours_within_a_round_and_beyond_its_patches() -> None:
-    # The first two patches, at the picture's corners, are one round; the last, over both, is the next.
-    patches = [blob(0, 0, 0, 8), blob(1, 14, 10, 10), blob(2, 4, 4, 14)]
-    patch = np.repeat(np.arange(3), [len(p) for p in patches])
-    first = np.array([0, len(patches[0]) + len(patches[1]), len(patch)])
-    found = footprints(patch, np.concatenate(patches), first, (HEIGHT, WIDTH))
-    assert len(found) == 2
-    for cover, pixels in zip(found, (np.concatenate(patches[:2]), patches[2]), strict=True):
-        inner, outer = pairs_around(pixels)
-        np.testing.assert_array_equal(cover.pixel, pixels)
-        one, other = cover.pixel[cover.one].tolist(), cover.pixel[cover.other].tolist()
-        assert sorted(zip(one, other, cover.seam.tolist(), strict=True)) == sorted(inner)
-        assert sorted(zip(cover.pixel[cover.edge].tolist(), cover.edge_seam.tolist(), strict=True)) == sorted(outer)
+@pytest.mark.parametrize(
+    "patches", [[blob(0, 0, 0, 8), blob(1, 14, 10, 10)], [blob(2, 4, 4, 14)]], ids=["two in the corners", "one inside"]
+)
+def test_neighbours_within_a_round_and_beyond_its_patches(patches: list[Ints]) -> None:
+    pixels = np.concatenate(patches)
+    number = np.repeat(3 + np.arange(len(patches)), [len(p) for p in patches])
+    cover = footprint(number, pixels, (HEIGHT, WIDTH))
+    inner, outer = pairs_around(pixels)
+    np.testing.assert_array_equal(cover.pixel, pixels)
+    one, other = pixels[cover.one].tolist(), pixels[cover.other].tolist()
+    assert sorted(zip(one, other, cover.seam.tolist(), strict=True)) == sorted(inner)
+    assert sorted(zip(pixels[cover.edge].tolist(), cover.edge_seam.tolist(), strict=True)) == sorted(outer)
 
 
 def test_patches_take_their_pixels_along_into_another_order() -> None:

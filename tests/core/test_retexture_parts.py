@@ -9,9 +9,10 @@ from core.arrays import Points, Singles
 from core.curves import Curve
 from core.feature_curves import FeatureCurve
 from core.retexture import coordinates
-from core.retexture.candidates import Pool, costs, drift
-from core.retexture.coordinates import CurveSet, DirectionField, located, trace
+from core.retexture.candidates import Pool, costs, drift, fast_size, spectra
+from core.retexture.coordinates import CurveSet, DirectionField, trace, traced
 from core.retexture.diffusion import Diffusion, compression, deformation, distortion
+from core.retexture.grids import filled, located
 from core.retexture.job import deformed
 from core.retexture.layout import Lattice, gap_places, ordered_origins, pace
 from core.retexture.patches import Covered, PatchShape
@@ -149,15 +150,17 @@ def test_pixels_find_their_place_in_a_bent_grid() -> None:
     curves = CurveSet([arched()])
     field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
     place, tangent = curves.place(np.zeros(1, int), np.array([100.0]), np.array([12.0]))
-    grid = trace(field, place, tangent, spine=20, rib=12)[0]
+    rough = traced(field, place, tangent, spine=20, rib=12)
+    grid = filled(rough, spine=20, rib=12)[0]
     corner = np.rint(place[0]).astype(int) - 26
     # Of two windows the second lies where only a part of the grid reaches.
-    number, pixel, at = located(np.stack([grid, grid]), np.stack([corner, corner + 30]), 53)
+    corners = np.stack([corner, corner + 30])
+    number, pixel, at = located(np.concatenate([rough, rough]), corners, 53, spine=20, rib=12)
     np.testing.assert_array_equal(number, np.sort(number))
     inside = (at > 0).all(axis=-1) & (at < [40, 24]).all(axis=-1)
     assert (inside & (number == 0)).sum() > 800
     assert 50 < (number == 1).sum() < 500
-    pixel = np.stack([pixel % 53, pixel // 53], axis=-1) + np.stack([corner, corner + 30])[number]
+    pixel = np.stack([pixel % 53, pixel // 53], axis=-1) + corners[number]
     np.testing.assert_allclose(read(grid, at[inside][:, None])[:, 0], pixel[inside], atol=0.2)
     assert len(np.unique(pixel[number == 0], axis=0)) == (number == 0).sum()
 
@@ -212,12 +215,14 @@ def test_rows_are_laid_from_the_curve_outwards_and_from_their_ends() -> None:
 
 
 def pool(colours: Singles, uses: Singles | None = None, unusable: Singles | None = None) -> Pool:
-    flat = np.zeros(colours.shape[:2], np.float32)
+    """Return what is known of candidates with `colours` (n, K', J', c)."""
+    flat = np.zeros(colours.shape[:3], np.float32)
+    planes = np.moveaxis(np.concatenate([colours, (colours**2).sum(axis=-1, keepdims=True)], axis=-1), -1, 1)
     return Pool(
-        np.dstack([colours, (colours**2).sum(axis=-1)])[None],
-        (flat if uses is None else uses)[None],
-        (flat if unusable is None else unusable)[None],
-        np.array([colours.var() + 1e-4]),
+        spectra(planes, fast_size(colours.shape[1:3])),
+        flat if uses is None else uses,
+        flat if unusable is None else unusable,
+        np.full(len(colours), colours.var() + 1e-4),
     )
 
 
@@ -225,22 +230,32 @@ def test_the_candidate_that_continues_what_is_shown_costs_nothing() -> None:
     colours = np.random.default_rng(0).random((2, 15, 31, 3)).astype(np.float32)
     shown = np.stack([colours[0, 3:10, 8:29], colours[1, 2:9, 4:25]])
     whole = np.ones((2, 7, 21), np.float32)
-    flat = np.zeros((2, 15, 31), np.float32)
-    colours = np.concatenate([colours, (colours**2).sum(axis=-1, keepdims=True)], axis=-1)
-    cost = costs(Pool(colours, flat, flat, np.array([0.25, 0.25])), shown, whole, whole, 0.3)
+    cost = costs(pool(colours), shown, whole, whole, 0.3)
     assert cost.shape == (2, 9, 11)
     assert divmod(int(cost[0].argmin()), 11) == (3, 8)
     assert divmod(int(cost[1].argmin()), 11) == (2, 4)
     np.testing.assert_allclose(cost.min(axis=(1, 2)), 0, atol=1e-4)
 
 
+def test_candidates_cost_what_their_colours_differ() -> None:
+    rng = np.random.default_rng(1)
+    colours, shown = (rng.random((1, *size, 3)).astype(np.float32) for size in ((15, 31), (7, 21)))
+    weight = rng.random((1, 7, 21)).astype(np.float32)
+    known = pool(colours)
+    cost = costs(known, shown, weight, np.ones_like(weight), 0.0)[0]
+    for k, j in ((0, 0), (8, 10), (3, 7)):
+        gap = ((shown[0] - colours[0, k : k + 7, j : j + 21]) ** 2).sum(axis=-1)
+        expected = (weight[0] ** 2 * gap).sum() / ((weight[0] ** 2).sum() * known.variance[0])
+        np.testing.assert_allclose(cost[k, j], expected, rtol=1e-4)
+
+
 def test_used_and_forbidden_places_cost_more() -> None:
-    even = np.zeros((15, 31, 3), np.float32)
+    even = np.zeros((1, 15, 31, 3), np.float32)
     whole = np.ones((1, 7, 21), np.float32)
-    left = np.zeros((15, 31), np.float32)
-    left[:, :12] = 1
+    left = np.zeros((1, 15, 31), np.float32)
+    left[..., :12] = 1
     for which in ({"uses": left}, {"unusable": left}):
-        cost = costs(pool(even + np.float32(0.5), **which), even[None, :7, :21], whole, whole, 0.5)[0]
+        cost = costs(pool(even + np.float32(0.5), **which), even[:, :7, :21], whole, whole, 0.5)[0]
         assert (np.diff(cost[4]) < 1e-6).all()
         assert cost[4, 0] > cost[4, -1] + 0.1
 

@@ -7,7 +7,7 @@ from core import poisson
 from core.arrays import Bools, Ints, Singles
 from core.retexture.blend import correction
 from core.retexture.canvas import Canvas
-from core.retexture.footprint import footprints
+from core.retexture.footprint import footprint
 from core.retexture.sampling import read
 from core.retexture.softening import SHARE, across_seams
 
@@ -25,7 +25,7 @@ def merge(canvas: Canvas, label: int, patch: Singles, reach: Bools, usable: Bool
     """
     pixel = np.flatnonzero(reach)
     labels = np.full(len(pixel), label)
-    cover = footprints(np.zeros(len(pixel), np.int64), pixel, np.array([0, len(pixel)]), reach.shape)[0]
+    cover = footprint(np.zeros(len(pixel), np.int64), pixel, reach.shape)
     place = np.full((len(pixel), 2), label, np.float32)
     return canvas.merge(
         cover, labels, patch[reach], place, np.ones(len(pixel), bool) if usable is None else usable[reach]
