@@ -128,6 +128,14 @@ def blended(w: Complexes, solution: Solution) -> Solution:
     return Solution(z, solution.alpha, solution.t)
 
 
+def placed(mapping: FeatureMapping, solution: Solution, alpha: Complexes, t: Complexes) -> Solution:
+    """Give features other similarities; free nodes stay where they are."""
+    z = solution.z.copy()
+    for body, a, b in zip(mapping.bodies, alpha, t, strict=True):
+        z.ravel()[body.nodes] = body.place(a, b)
+    return Solution(z, alpha, t)
+
+
 def window_around(mapping: FeatureMapping, solution: Solution, reach: int = REACH) -> Bools:
     """Return the nodes around folded quads, and around all features that come near them."""
     window = folds_widened(solution, reach)

@@ -1,5 +1,7 @@
 """The same mapping on a grid of larger cells, where a search takes little time, and the way back."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +10,7 @@ from core.arrays import Floats
 from core.grid import Features, Grid
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.frames import Complexes, as_complex
+from core.progress import Job, T, stepwise
 
 _CELLS = 3
 """So many cells are taken as one, along either side."""
@@ -25,6 +28,7 @@ class Coarser:
 
     def __init__(self, fine: FeatureMapping, *, covered: bool = False) -> None:
         self._fine = fine
+        self._covered = covered
         grid = fine.grid
         self.grid = Grid(grid.width_px, grid.height_px, cell_px=_CELLS * float(np.sqrt(grid.cell[0] * grid.cell[1])))
         self._nodes, self._weights = grid.weights_at(self.grid.nodes.reshape(-1, 2))
@@ -33,12 +37,17 @@ class Coarser:
 
     def _nearest(self) -> NDArray[np.int32]:
         """Return the label of the fine node nearest to each coarse one."""
+        labels = self._labels()
         nearest = np.take_along_axis(self._nodes, self._weights.argmax(axis=1)[:, None], axis=1)
-        return np.asarray(self._fine.features.labels.ravel()[nearest].reshape(self.grid.shape))
+        return np.asarray(labels[nearest].reshape(self.grid.shape))
+
+    def _labels(self) -> NDArray[np.int32]:
+        """Return the labels (N,) of the features that have a shape on the fine grid."""
+        return np.asarray(np.where(self._fine.index >= 0, self._fine.features.labels, 0).ravel())
 
     def _covering(self) -> NDArray[np.int32]:
         """Return for each coarse node the label of a fine one that lies in a cell beside it."""
-        labels = self._fine.features.labels.ravel()
+        labels = self._labels()
         inside = np.flatnonzero(labels)
         nodes, weights = self.grid.weights_at(self._fine.grid.nodes.reshape(-1, 2)[inside])
         found = np.zeros(self.grid.size, labels.dtype)
@@ -50,10 +59,21 @@ class Coarser:
         """Return a mapping of the fine grid at the coarse nodes."""
         return np.asarray((z.ravel()[self._nodes] * self._weights).sum(axis=1).reshape(self.grid.shape))
 
+    def placed(self, coarse_w: Complexes, found: Solution) -> Solution:
+        """Return on the coarse grid features where `found` has them on the fine one, and free nodes as they follow."""
+        fine = self._fine
+        number = {body.number: i for i, body in enumerate(fine.bodies)}
+        rest, coarse_rest = as_complex(fine.grid.nodes).ravel(), as_complex(self.grid.nodes).ravel()
+        same = [number[body.number] for body in self.mapping.bodies]
+        alpha, t = found.alpha[same], found.t[same]
+        for j, (i, body) in enumerate(zip(same, self.mapping.bodies, strict=True)):
+            t[j] += alpha[j] * (coarse_rest[body.nodes].mean() - rest[fine.bodies[i].nodes].mean())
+        return self.mapping.place_at(coarse_w, alpha, t)
+
     def lifted(self, w: Complexes, found: Solution, linear: Solution, *, released: bool) -> Solution:
         """Return on the fine grid what was `found` on the coarse one; features left out are as in `linear`."""
         fine, coarse = self._fine, self.mapping
-        refined = self._bilinear if released else self._bicubic
+        refined = self._bilinear if released or self._covered else self._bicubic
         z = w + refined(found.z - self.at_nodes(w))
         stays = fine.grid.outline & (np.abs(z - w) < _ROUNDING * np.ptp(w.real) if released else True)
         z[stays] = w[stays]
@@ -95,3 +115,8 @@ def _places(count: int, coarse: int) -> NDArray[np.float32]:
 def is_large(mapping: FeatureMapping) -> bool:
     """Return whether a search is to begin on a coarser grid."""
     return mapping.grid.size > _NODES_AT_LEAST
+
+
+def unseen(job: Job[T]) -> Job[T]:
+    """Run `job` without its previews, which are of another grid."""
+    return stepwise(job, lambda step: replace(step, preview=None))

@@ -20,7 +20,7 @@ from core.mapping.scenes import Scene, joined, scenes
 
 _MARGINS = (0.5, 0.25, 0.1, 0.03, 0.01)
 """Room to leave, in cells, the most that can be had."""
-_WORTH = 0.05
+WORTH = 0.05
 """Logarithm of the scale that may be given for more room."""
 _CONTACTS = 8
 _WORTH_HAVING, _FAR = 0.4, 1e3
@@ -47,12 +47,15 @@ def fit_between(mapping: FeatureMapping, w: Complexes, solution: Solution) -> So
 
 
 def fitted_places(
-    mapping: FeatureMapping, w: Complexes, alpha: Complexes, t: Complexes
+    mapping: FeatureMapping, w: Complexes, alpha: Complexes, t: Complexes, *, worth: float = WORTH
 ) -> tuple[Complexes, Complexes] | None:
-    """Return the (α, t) closest to the given ones at which features fit between outline nodes, None if all do."""
+    """Return the (α, t) closest to the given ones at which features fit between outline nodes, None if all do.
+
+    `worth` is the logarithm of a feature's scale that may be given for more room.
+    """
     found, at = alpha.copy(), t.copy()
     for i, scene in scenes(mapping, len(alpha)):
-        found[i], at[i] = _fitted(mapping, i, scene, w.ravel(), alpha[i], t[i])
+        found[i], at[i] = _fitted(mapping, i, scene, w.ravel(), alpha[i], t[i], worth)
     return None if np.array_equal(found, alpha) else (found, at)
 
 
@@ -71,20 +74,26 @@ def can_fit(mapping: FeatureMapping, w: Complexes, linear: Solution) -> bool:
 
     That is, whether each has such a similarity that is at least `_WORTH_HAVING` as large as that of `linear`.
     """
+    return bool((largest_scales(mapping, w, len(linear.alpha)) >= _WORTH_HAVING * np.abs(linear.alpha)).all())
+
+
+def largest_scales(mapping: FeatureMapping, w: Complexes, count: int) -> Floats:
+    """Return for each of the first `count` features the scale up to which some similarity folds no such corner."""
     far = _FAR * float(np.abs(w - w.mean()).max())
-    for i, scene in scenes(mapping, len(linear.alpha)):
+    scales = np.full(count, np.inf)
+    for i, scene in scenes(mapping, count):
         sides = scene.sides(w.ravel())
         if not sides.nodes.size:
             continue
         # Where it lies is all but free, so that the shortest step is the β of the largest similarity.
         largest = _least_step(sides.rows(w.ravel()) * [1, 1, far, far], _TOUCHING - sides.offsets)
-        if largest is None or np.hypot(largest[0], largest[1]) * _WORTH_HAVING * np.abs(linear.alpha[i]) > 1:
-            return False
-    return True
+        beta = np.inf if largest is None else float(np.hypot(largest[0], largest[1]))
+        scales[i] = 1 / beta if beta else np.inf
+    return scales
 
 
 def _fitted(
-    mapping: FeatureMapping, i: int, scene: Scene, w: Complexes, alpha: complex, t: complex
+    mapping: FeatureMapping, i: int, scene: Scene, w: Complexes, alpha: complex, t: complex, worth: float
 ) -> tuple[complex, complex]:
     """Return the (α, t) closest to the given one at which every corner has area and no outline node is run over."""
     sides = scene.sides(w)
@@ -115,7 +124,7 @@ def _fitted(
             break
         # Room is worth having, but not at the cost of the feature's size.
         changes = [abs(np.log(np.hypot(y[0], y[1]) / np.hypot(start[0], start[1]))) for y in places]
-        x = next(y for y, change in zip(places, changes, strict=True) if change <= min(changes) + _WORTH)
+        x = next(y for y, change in zip(places, changes, strict=True) if change <= min(changes) + worth)
     if x is start:
         return alpha, t
     beta, tau = complex(x[0], x[1]), complex(x[2], x[3])

@@ -1,8 +1,9 @@
 """Remove fold-overs from a mapping, which FAT sec. 5 leaves as future work.
 
-What folds is untangled by Newton's method in a window around the folds. Should that not succeed, sizes of features give
-way: in that window, on a coarser grid and, if need be, from W itself, which has no folds; then they grow back, behind a
-barrier that lets nothing fold, as far as there is room.
+What folds is untangled by Newton's method in a window around the folds; many folds are cleared on a coarser grid
+beforehand (`rehearsal`). Should that not succeed, sizes of features give way: in that window, on a coarser grid and, if
+need be, from W itself, which has no folds; then they grow back, behind a barrier that lets nothing fold, as far as
+there is room.
 
 There may be no mapping without folds that has the outline at W and the shapes exact. A straight side of a feature that
 the picture's edge cuts at both ends has to pass between the outline nodes beside either cut; where W bends the outline
@@ -10,8 +11,6 @@ across every such line, or leaves room for a small part of the feature's size on
 becomes half a ring, `junctions.can_fit` finds that in linear inequalities. The outline then gives way beside the cuts,
 as it does should all else fail (`reeling`).
 """
-
-from dataclasses import replace
 
 import numpy as np
 
@@ -25,22 +24,24 @@ from core.mapping.approach import (
     count_folds,
     folds_widened,
     node_counts,
+    placed,
     relaxed,
     steps_to_clear,
     widened,
     window_around,
 )
-from core.mapping.coarser import Coarser, is_large
+from core.mapping.coarser import Coarser, is_large, unseen
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes
-from core.mapping.junctions import can_fit, fit_between
+from core.mapping.junctions import can_fit, fit_between, fitted_places, folds_corners
 from core.mapping.own_sizes import EXACT, bisected, snapped
 from core.mapping.reeling import reeled
+from core.mapping.rehearsal import Rehearsal
 from core.mapping.release import around, crosses_itself, outer_nodes
 from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
-from core.progress import Job, Progress, T, part, stepwise
+from core.progress import Job, Progress, part
 
 _CLOSE, _ROOM = 5, 30
 """Cells around what folds that may move at first, and around a feature that grows."""
@@ -50,6 +51,10 @@ _BEND = 2
 """Outline nodes that go with those that left W on a coarser grid, since the outline bends there."""
 _MANY, _FEW = 32, 20
 """Features whose windows are kept small, and folds that are worth a search in size before the coarser grid's."""
+_MANY_FOLDS, _TOO_MANY = 50, 800
+"""Folds from which they are cleared on a coarser grid beforehand, and that it leaves where features do not fit."""
+_NARROW_STEPS = 24
+"""Newton steps at most in the narrowest windows, where they take little time."""
 _GROWTHS, _LAST = 14, 3
 """Steps at most: while features grow, and on the fine grid after the outline has been let go on a coarser one."""
 _FIRST, _LIGHT, _ROOMY = 1.0, 0.1, 3.0
@@ -78,15 +83,19 @@ def _searched(
     """Unfold with the outline at W, features ever freer in size; None if that does not succeed."""
     if not can_fit(mapping, w, linear):
         return None
-    solution = yield from part(_nearby(mapping, w, linear), 0.0, 0.2)
-    if not len(linear.alpha):
-        return blended(w, solution) if count_folds(solution) else solution
-    if not count_folds(solution):
-        changed = np.abs(np.log(np.abs(solution.alpha / linear.alpha))).max() > EXACT
-        if mapping.keep == "rigid" and changed:
-            solution = yield from part(bisected(mapping, w, solution), 0.2, 1.0)
+    fitted, rehearsal = fit_between(mapping, w, linear), Rehearsal(mapping, w)
+    start = linear if fitted is None else fitted
+    solution = yield from part(_nearby(mapping, w, start, rehearsal, fitted=fitted is not None), 0.0, 0.3)
+    if count_folds(solution):
+        if not len(linear.alpha):
+            return blended(w, solution)
+        return (yield from part(_resized(mapping, w, solution, linear, lightest=lightest), 0.3, 1.0))
+    changed = bool((np.abs(np.log(np.abs(solution.alpha / linear.alpha))) > EXACT).any())
+    if mapping.keep == "rigid" and changed:
+        solution = yield from part(bisected(mapping, w, solution, rehearsal), 0.3, 0.9)
+    if solution is start:
         return solution
-    return (yield from part(_resized(mapping, w, solution, linear, lightest=lightest), 0.2, 1.0))
+    return (yield from part(_relaxed_around(mapping, w, solution, linear if changed else start), 0.9, 1.0))
 
 
 def _let_go(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:
@@ -123,21 +132,24 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Jo
         return None
     coarse = coarser.mapping.place(coarse_w)
     if count_folds(coarse):
-        found = yield from part(_unseen(_searched(coarser.mapping, coarse_w, coarse, lightest=_ROOMY)), 0.0, 0.4)
+        found = yield from part(unseen(_searched(coarser.mapping, coarse_w, coarse, lightest=_ROOMY)), 0.0, 0.4)
         if found is None:
             return None
         coarse = found
     start = coarser.lifted(w, coarse, linear, released=False)
+    if folds_corners(mapping, w, start.alpha, start.t):
+        places = fitted_places(mapping, w, start.alpha, start.t)
+        start = start if places is None else placed(mapping, start, *places)
     # What is lifted folds in a few places at most, if the coarser grid shows all that matters.
-    here = Untangler(mapping, w, start, window=folds_widened(start, REACH), stiffness=None)
-    clear = yield from part(steps_to_clear(here, "barrier", STEPS), 0.4, 0.6)
-    if clear and not count_folds(here.solution):
-        return (yield from part(_grown(mapping, w, here.solution, linear), 0.6, 1.0))
-    start = here.solution
-    soft = _SOFT * node_counts(mapping, start)
-    untangler = Untangler(mapping, w, start, window=window_around(mapping, start), stiffness=soft)
-    clear = yield from part(steps_to_clear(untangler, "barrier", STEPS), 0.6, 0.8)
-    return (yield from part(_grown(mapping, w, untangler.solution, linear), 0.8, 1.0)) if clear else None
+    held, soft = np.full(len(start.alpha), np.inf), _SOFT * node_counts(mapping, start)
+    for number, stiffness in enumerate((None, held, soft)):
+        window = folds_widened(start, REACH) if stiffness is None else window_around(mapping, start)
+        untangler = Untangler(mapping, w, start, window=window, stiffness=stiffness)
+        clear = yield from part(steps_to_clear(untangler, "barrier", STEPS), 0.4 + 0.1 * number, 0.5 + 0.1 * number)
+        start = untangler.solution
+        if clear and not count_folds(start):
+            return (yield from part(_grown(mapping, w, start, linear), 0.7, 1.0))
+    return None
 
 
 def _reeled_on_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution | None]:
@@ -147,7 +159,7 @@ def _reeled_on_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) 
     if folded_quads(coarse_w).any() or not coarser.mapping.bodies:
         return None
     scales = np.abs(coarser.mapping.place(coarse_w).alpha)
-    found = yield from part(_unseen(reeled(coarser.mapping, coarse_w, scales, lightest=_ROOMY)), 0.0, 0.6)
+    found = yield from part(unseen(reeled(coarser.mapping, coarse_w, scales, lightest=_ROOMY)), 0.0, 0.6)
     start = coarser.lifted(w, found, linear, released=True)
     outer = outer_nodes(mapping)
     loose = outer & widened(outer & (start.z != w), _BEND)
@@ -175,36 +187,41 @@ def _cleared_beside(mapping: FeatureMapping, w: Complexes, start: Solution, loos
     return solution
 
 
-def _unseen(job: Job[T]) -> Job[T]:
-    """Run `job` without its previews, which are of another grid."""
-    return stepwise(job, lambda step: replace(step, preview=None))
+def _nearby(
+    mapping: FeatureMapping, w: Complexes, start: Solution, rehearsal: Rehearsal, *, fitted: bool
+) -> Job[Solution]:
+    """Unfold close to `start`, features at its sizes; what is returned may still fold.
 
-
-def _nearby(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:
-    """Unfold close to the linear answer, features at its sizes; what is returned may still fold."""
-    fitted = fit_between(mapping, w, linear)
-    solution = linear if fitted is None else fitted
+    Where they have been `fitted` between outline nodes, they stay at first.
+    """
+    solution, held = start, np.full(len(start.alpha), np.inf)
+    if count_folds(solution) >= _MANY_FOLDS:
+        solution = yield from part(rehearsal.cleared(solution), 0.0, 0.2)
+        if rehearsal.left > _TOO_MANY:
+            return solution
     # Around many features, windows would soon cover the whole picture.
-    close = _CLOSE if len(linear.alpha) > _MANY else REACH
-    attempts: list[tuple[Kind, int, int]] = [("barrier", STEPS // 2, close), ("barrier", STEPS, REACH)]
-    if fitted is None:
+    close = _CLOSE if len(start.alpha) > _MANY else REACH
+    attempts: list[tuple[Kind, int, int]] = [("barrier", _NARROW_STEPS, close), ("barrier", STEPS, REACH)]
+    if not fitted:
         attempts = [("hinge", STEPS, close), *attempts]
-    held, wide = np.full(len(solution.alpha), np.inf), window_around(mapping, solution)
     for number, (kind, steps, reach) in enumerate(attempts):
         if not count_folds(solution):
             break
-        # What has been fitted between outline nodes is to stay there at first.
-        stays = number == 0 and fitted is not None
+        stays = number == 0 and fitted
         window = folds_widened(solution, reach) if stays else window_around(mapping, solution, reach)
         untangler = Untangler(mapping, w, solution, window=window, stiffness=None if stays else held)
-        start, end = (n / len(attempts) for n in (number, number + 1))
-        clear = yield from part(steps_to_clear(untangler, kind, steps), start, end)
-        if clear:
-            again = Untangler(mapping, w, untangler.solution, window=wide, stiffness=held)
-            return (yield from part(relaxed(again), end, 1.0))
+        begin, end = (0.2 + 0.8 * n / len(attempts) for n in (number, number + 1))
+        yield from part(steps_to_clear(untangler, kind, steps), begin, end)
         if untangler.folds < count_folds(solution):
             solution = untangler.solution
     return solution
+
+
+def _relaxed_around(mapping: FeatureMapping, w: Complexes, solution: Solution, folded: Solution) -> Job[Solution]:
+    """Bring a solution without folds closer to W where `folded` folds, features at their sizes."""
+    held = np.full(len(solution.alpha), np.inf)
+    window = window_around(mapping, folded)
+    return (yield from relaxed(Untangler(mapping, w, solution, window=window, stiffness=held)))
 
 
 def _softened(
@@ -224,6 +241,8 @@ def _grown(
     yield Progress(0.0, "unfolding", clear.positions)
     wanted = np.abs(linear.alpha)
     lost = np.abs(np.log(np.abs(clear.alpha) / wanted))
+    if (lost <= EXACT).all():
+        return (yield from _relaxed_around(mapping, w, clear, linear))
     window = widened(np.isin(mapping.index, np.flatnonzero(lost > EXACT)), _ROOM)
     stiffness = np.where(lost > EXACT, _STIFF * node_counts(mapping, clear), np.inf)
     untangler = Untangler(mapping, w, clear, window=window, stiffness=stiffness, scales=wanted)

@@ -24,6 +24,8 @@ _FOLLOW_AT_MOST = 4.0
 """w₃ at most: around a feature that does not fit, the band that follows it gives way first."""
 _HALVINGS = 10
 _DESCENT = 1e-4
+_FURTHEST, _WORTH = 4.0, 1.3
+"""Length of a step at most, and that from which one more evaluation of the energy is worth it."""
 # Σ |d z|² over the four edges of a quad, on (x0, y0, ..., x3, y3).
 _RING = packed(np.kron(2 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0), np.eye(2))[None])
 
@@ -120,19 +122,37 @@ class Untangler:
 
     def step(self, penalty: Penalty, weight: float) -> bool:
         """Take one Newton step with f = `penalty` and μ = `weight`; return whether it lowered the energy."""
+        if not self._count:
+            return False
         with span("untangle", unknowns=self._count):
             gradient, values = self._model(penalty, weight)
             move = -self._assembly.solve(values, gradient)
             before, slope, length = self._energy(penalty, weight), float(gradient @ move), 1.0
-            kept, simple, clear = (self.z, self.alpha, self.t), self._is_simple, self._clear and self.worst > 0
+            kept, simple, folded = (self.z, self.alpha, self.t), self._is_simple, self.worst <= 0
             for _ in range(_HALVINGS):
                 self._move(move * length)
-                lower = self._energy(penalty, weight) <= before + _DESCENT * length * slope
-                if lower and (not clear or self.worst > 0) and (self._is_simple or not simple):
+                after = self._energy(penalty, weight)
+                lower = after <= before + _DESCENT * length * slope
+                if lower and (folded or not self._clear or self.worst > 0) and (self._is_simple or not simple):
+                    if folded and length == 1 and slope < 0:
+                        self._go_on(move, penalty, weight, after, 2 * (1 - (after - before) / slope))
                     return True
                 self.z, self.alpha, self.t = kept
                 length /= 2
         return False
+
+    def _go_on(self, move: Floats, penalty: Penalty, weight: float, energy: float, bend: float) -> None:
+        """Go on along a step that led to `energy` where it bent less than the model, as it does on deep folds.
+
+        `bend` is the energy's curvature along the step over the model's.
+        """
+        length = 1 / max(bend, 1 / _FURTHEST)
+        if length < _WORTH:
+            return
+        kept, simple = (self.z, self.alpha, self.t), self._is_simple
+        self._move(move * (length - 1))
+        if self._energy(penalty, weight) >= energy or (simple and not self._is_simple):
+            self.z, self.alpha, self.t = kept
 
     def tie(self, nodes: Bools, strength: float) -> None:
         """Tie outline nodes (R, C) that may leave W to it, in addition to what holds them all."""
