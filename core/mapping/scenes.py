@@ -19,6 +19,8 @@ _NEAR = 8
 _AROUND = 8
 """Cells around a feature in which the distance to it is known; no contact is as far."""
 _FLAT = 0.1
+_STRAIGHT = 0.1
+"""Width of a side, as a share of its length, that counts as straight."""
 
 
 _KNOWN: "WeakKeyDictionary[FeatureMapping, dict[int, Scene]]" = WeakKeyDictionary()
@@ -51,7 +53,7 @@ class Sides:
     nodes: Ints
     normals: Complexes
     offsets: Floats
-    """o, n and c (k,), in cells or as a share of the way at rest."""
+    """o, n and c (k,), in cells or as a share of the way at rest, of which a few cells count."""
 
     def outermost(self, w: Complexes) -> "Sides":
         """Return those of which one is the first not to hold where all n point the same way, for W at nodes (N,)."""
@@ -174,9 +176,8 @@ def _corners(mapping: FeatureMapping) -> Ints:
 def _passed(mapping: FeatureMapping, i: int, rest: Complexes, unit: float) -> Iterator[Sides]:
     """Yield what keeps the outline between two cuts of feature i on its side of the feature, `rest` seen from it.
 
-    The outline from one cut to the other and the feature's side enclose a part of the picture. Where that part has no
-    folds, no node lies beyond the line that is parallel to the way between the cuts and touches this side from within
-    the feature, unless W winds the outline around the cut. If the side is straight, it is this line.
+    The outline from one cut to the other and the feature's side enclose a part of the picture. If that side is straight
+    and nothing folds, none of these nodes lies beyond its line, unless W winds the outline around a cut.
     """
     ring, owner = around(mapping.grid), mapping.index.ravel()
     cuts = np.flatnonzero((owner[ring] == i) & (np.roll(owner[ring], -1) != i))
@@ -192,9 +193,12 @@ def _passed(mapping: FeatureMapping, i: int, rest: Complexes, unit: float) -> It
         side = (cv2.dilate(region, np.ones((3, 3), np.uint8)) > elsewhere).ravel()
         # Clockwise the picture lies to the right.
         inwards = 1j * (last - first) / abs(last - first)
-        line = (np.conj(inwards) * rest[side]).real.max()
+        across = (np.conj(inwards) * rest[side]).real
+        line = across.max()
+        if line - across.min() > _STRAIGHT * abs(last - first):
+            continue
         along = (np.conj(last - first) * (rest[arc] - first)).real / abs(last - first) ** 2
         held = arc[(owner[arc] < 0) & (along > 0) & (along < 1)]
         if held.size:
-            room = np.maximum(line - (np.conj(inwards) * rest[held]).real, unit)
+            room = np.clip(line - (np.conj(inwards) * rest[held]).real, unit, _NEAR * unit)
             yield Sides(held, -inwards / room, line / room)

@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 
@@ -35,16 +36,19 @@ def test_a_strip_cannot_fit_where_the_outline_between_its_ends_rises_through_it(
     assert can_fit(mapping, w, mapping.place(w)) is fits
 
 
-def test_a_feature_cut_twice_is_not_held_to_what_lies_beside_it() -> None:
-    mask = np.zeros((HEIGHT, WIDTH), np.uint8)
-    mask[60:80, 60:180] = mask[60:, 60:80] = mask[60:, 160:180] = 255
-    mapping = FeatureMapping(GRID, find_features(GRID, mask))
-    (scene,) = [scene for _, scene in scenes.scenes(mapping, 1)]
-    at = GRID.nodes.reshape(-1, 2)[np.concatenate([sides.nodes for sides in scene.passed])]
-    under = at[at[:, 1] > HEIGHT - 2]
-    assert under.size
-    assert (under[:, 0] > 80).all()
-    assert (under[:, 0] < 160).all()
+def test_only_what_lies_along_a_straight_side_between_two_cuts_is_kept_off_it() -> None:
+    gate = np.zeros((HEIGHT, WIDTH), np.uint8)
+    gate[60:80, 60:180] = gate[60:, 60:80] = gate[60:, 160:180] = 255
+    corner = np.zeros((HEIGHT, WIDTH), np.uint8)
+    cv2.line(corner, (-20, 60), (120, 200), 255, 20)
+    for mask, count in ((gate, 0), (corner, 2)):
+        mapping = FeatureMapping(GRID, find_features(GRID, mask))
+        (scene,) = [scene for _, scene in scenes.scenes(mapping, 1)]
+        assert len(scene.passed) == count
+    for sides in scene.passed:
+        along = GRID.nodes.reshape(-1, 2)[sides.nodes].sum(axis=1)
+        assert along.min() > 60
+        assert along.max() < 300
 
 
 def test_a_strip_is_moved_to_where_the_outline_does_not_rise_through_it() -> None:
