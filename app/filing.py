@@ -21,6 +21,7 @@ from app.requests import (
     SaveFile,
     Unsaved,
     Writing,
+    completed,
 )
 from app.warp_files import SUFFIXES as WARP_SUFFIXES
 from app.warp_files import writing_warp
@@ -102,7 +103,7 @@ def save_as(editor: Editor, *, then: Callable[[], None] | None = None) -> None:
     """Ask where to save the project."""
     editor.finish()
     near = editor.project_path or editor.source_path or Path("Untitled")
-    chosen = lambda path: _save_to(editor, path if is_project(path) else path.with_suffix(SUFFIX), then)  # noqa: E731
+    chosen = lambda path: _save_to(editor, completed(path, PROJECTS), then)  # noqa: E731
     editor.requests.append(SaveFile("Save project as", PROJECTS, near.with_suffix(SUFFIX), chosen))
 
 

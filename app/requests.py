@@ -20,6 +20,11 @@ PICTURES = ("png", "jpg", "jpeg", "tif", "tiff", "webp", "exr")
 PROJECTS = ("weft",)
 
 
+def completed(path: Path, extensions: tuple[str, ...]) -> Path:
+    """Return `path` with the first of `extensions`, without the dot, behind a name that ends in none of them."""
+    return path if path.suffix.lower().lstrip(".") in extensions else path.with_name(f"{path.name}.{extensions[0]}")
+
+
 @dataclass(frozen=True, eq=False)
 class OpenFile:
     """Choose a file that exists."""

@@ -109,14 +109,12 @@ def label(text: str, hint: str = "", *, beside_em: float = 0.0) -> bool:
     return reset
 
 
-def shortened(text: str, width: float) -> str:
+def shortened(text: str, width: float, *, keeps_end: bool = False) -> str:
     """Return `text`, cut and with an ellipsis where it is wider than `width` screen pixels."""
     if imgui.calc_text_size(text).x <= width:
         return text
-    kept = len(text)
-    while kept and imgui.calc_text_size(f"{text[:kept].rstrip()} …").x > width:
-        kept -= 1
-    return f"{text[:kept].rstrip()} …"
+    cuts = (f"… {text[-n:].lstrip()}" if keeps_end else f"{text[:n].rstrip()} …" for n in range(len(text) - 1, 0, -1))
+    return next((cut for cut in cuts if imgui.calc_text_size(cut).x <= width), "…")
 
 
 def icon_button(

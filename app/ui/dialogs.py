@@ -19,6 +19,7 @@ from app.requests import (
     Request,
     SaveFile,
     ShowPanel,
+    completed,
 )
 from app.ui.controls import faint, move_right, plain_button, primary_button, tip
 from app.ui.export_dialog import ExportDialog
@@ -137,10 +138,15 @@ class SystemFileDialog:
         saves: bool = False,
     ) -> None:
         self.title = title
+        self._extensions, self._saves = extensions, saves
         self._then = then
-        patterns = " ".join(f"*.{extension}" for extension in extensions)
-        kind = portable_file_dialogs.save_file if saves else portable_file_dialogs.open_file
-        self._dialog = kind(title, str(start), [f"{title} ({patterns})", patterns, "All files", "*"])
+        self._dialog = self._shown(start)
+
+    def _shown(self, start: Path) -> portable_file_dialogs.save_file | portable_file_dialogs.open_file:
+        """Show the desktop's dialog on `start`."""
+        patterns = " ".join(f"*.{extension}" for extension in self._extensions)
+        kind = portable_file_dialogs.save_file if self._saves else portable_file_dialogs.open_file
+        return kind(self.title, str(start), [f"{self.title} ({patterns})", patterns, "All files", "*"])
 
     def draw(self) -> bool:
         """Wait for the answer."""
@@ -152,9 +158,16 @@ class SystemFileDialog:
             return True
         answer = self._dialog.result()
         path = answer if isinstance(answer, str) else answer[0] if answer else ""
-        if path:
-            self._then(Path(path))
-        return False
+        return bool(path) and not self._takes(Path(path))
+
+    def _takes(self, path: Path) -> bool:
+        """Take the answer; a name that is not written out may be that of another file, which only it can ask about."""
+        whole = completed(path, self._extensions) if self._saves else path
+        if whole != path and whole.exists():
+            self._dialog = self._shown(whole)
+            return False
+        self._then(whole)
+        return True
 
 
 class UnsavedDialog:

@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 
 from app.requests import ExportPicture
 from app.ui import theme
-from app.ui.controls import colors, faint, label, move_right, plain_button, primary_button, segments, tip
+from app.ui.controls import colors, faint, label, move_right, plain_button, primary_button, segments, shortened, tip
 from app.ui.file_browser import FileBrowser
 from app.ui.modal import within
 from app.ui.sliders import slider
@@ -34,11 +34,19 @@ FRAMES = (
 MOST_PX = 32768
 
 
-def suffix_of(path: Path) -> str:
-    """Return the key of `FORMATS` for a path."""
+ALIASES = {"jpeg": "jpg", "tiff": "tif"}
+
+
+def format_of(path: Path) -> str | None:
+    """Return the key of `FORMATS` that a path ends in; None where it ends in something else."""
     suffix = path.suffix.lower().lstrip(".")
-    suffix = {"jpeg": "jpg", "tiff": "tif"}.get(suffix, suffix)
-    return suffix if suffix in FORMATS else "png"
+    suffix = ALIASES.get(suffix, suffix)
+    return suffix if suffix in FORMATS else None
+
+
+def named(path: Path, chosen: str) -> Path:
+    """Return `path` with the ending of a format in the place of another's, or behind a name that has none."""
+    return path.with_suffix(f".{chosen}") if format_of(path) else path.with_name(f"{path.name}.{chosen}")
 
 
 def _size_around(warped: Points) -> tuple[int, int]:
@@ -60,6 +68,9 @@ class ExportDialog:
         self.options = request.options
         if request.document.mode == "warp":
             self.options = replace(self.options, frame="warp", size_px=self._sizes_px["warp"])
+        self._folder = request.options.path.parent
+        """What a typed name is in."""
+        self._format = format_of(request.options.path) or "png"
         self._browser: FileBrowser | None = None
         self._asked_overwrite: Path | None = None
 
@@ -80,7 +91,8 @@ class ExportDialog:
     def _draw_browser(self, browser: FileBrowser) -> None:
         answer = browser.draw()
         if isinstance(answer, Path):
-            self.options = replace(self.options, path=answer)
+            self._folder = answer.parent
+            self.write_to(answer.name)
             self._asked_overwrite = answer
         if answer is not True:
             self._browser = None
@@ -89,19 +101,43 @@ class ExportDialog:
         path = self.options.path
         label("File", "Where the picture is written")
         imgui.set_next_item_width(imgui.get_content_region_avail().x - em(6.6) - imgui.get_style().item_spacing.x)
-        name = imgui.input_text("##file", str(path))[1]
-        if name != str(path) and name:
-            self.options = replace(self.options, path=Path(name))
+        shown = str(path.relative_to(self._folder) if path.is_relative_to(self._folder) else path)
+        name = imgui.input_text("##file", shown)[1]
+        tip(str(self.path))
+        if name != shown and name.strip():
+            self.write_to(name)
         imgui.same_line()
         if imgui.button("Browse …", ImVec2(em(6.6), 0)):
-            self._browser = FileBrowser(tuple(FORMATS), path.parent, name=path.name)
+            self._browser = FileBrowser((*FORMATS, *ALIASES), self.path.parent, name=self.path.name)
+        label("Folder")
+        faint(shortened(str(self.path.parent), imgui.get_content_region_avail().x, keeps_end=True))
+        tip(str(self.path.parent))
+
+    @property
+    def path(self) -> Path:
+        """The file that is written."""
+        path = self.options.path
+        return path if format_of(path) else named(path, self._format)
+
+    def write_to(self, name: str) -> None:
+        """Take a name, in the folder or with one of its own; its ending says which format."""
+        path = self._folder / Path(name).expanduser()
+        found = format_of(path)
+        if found and found != self._format:
+            self._format, self.options = found, replace(self.options, bits=None)
+        self.options = replace(self.options, path=path)
+
+    def choose_format(self, chosen: str) -> None:
+        """Take a format, and give the file its ending."""
+        self.options = replace(self.options, path=named(self.path, chosen), bits=None)
+        self._format = chosen
 
     def _draw_format(self) -> None:
-        options, suffix = self.options, suffix_of(self.options.path)
         label("Format")
-        if chosen := segments("format", [(key, row[0], "") for key, row in FORMATS.items()], suffix):
-            self.options = options = replace(options, path=options.path.with_suffix(f".{chosen}"), bits=None)
-        _, depths, lossy = FORMATS[suffix_of(options.path)]
+        if chosen := segments("format", [(key, row[0], "") for key, row in FORMATS.items()], self._format):
+            self.choose_format(chosen)
+        options = self.options
+        _, depths, lossy = FORMATS[self._format]
         if len(depths) > 1:
             label("Depth", "Bits of a sample")
             names = {8: "8 bit", 16: "16 bit", 32: "Float"}
@@ -158,7 +194,7 @@ class ExportDialog:
         return self._sizes_px[self.options.frame]
 
     def _draw_answers(self) -> bool:
-        path = self.options.path
+        path = self.path
         replaces = path.is_file() and self._asked_overwrite != path
         top = imgui.get_cursor_pos_y()
         imgui.set_cursor_pos_y(top + (em(2.0) - imgui.get_font_size()) / 2)
@@ -182,5 +218,5 @@ class ExportDialog:
         pressed = primary_button("Replace" if replaces else "Export", 7)
         imgui.end_disabled()
         if pressed:
-            self._request.then(self.options)
+            self._request.then(replace(self.options, path=path))
         return not pressed

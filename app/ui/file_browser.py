@@ -8,6 +8,7 @@ from pathlib import Path
 import platformdirs
 from imgui_bundle import ImVec2, imgui
 
+from app.requests import completed
 from app.ui import theme
 from app.ui.controls import colors, icon_button, plain_button, primary_button, tip
 from app.ui.modal import within, within_height
@@ -33,7 +34,7 @@ class FileBrowser:
     """Choose a file that exists, or a name to write to; `draw` it inside a popup."""
 
     def __init__(self, extensions: tuple[str, ...], folder: Path, *, name: str | None = None) -> None:
-        self._extensions = tuple(f".{extension}" for extension in extensions)
+        self._extensions = extensions
         self._saves = name is not None
         self._name = name or ""
         self._asks_overwrite: Path | None = None
@@ -136,10 +137,10 @@ class FileBrowser:
         if not pressed:
             return True
         self._takes_keys = True
-        return self._accepted(chosen)
+        return self.accepted(chosen)
 
-    def _accepted(self, chosen: Path | None) -> Path | bool:
-        """Return the file to take, True where something is to be mended first."""
+    def accepted(self, chosen: Path | None) -> Path | bool:
+        """Return the file to take, True where something is to be mended first; None stands for the typed name."""
         path = chosen or typed(self.folder, self._name)
         if not self._name.strip() and chosen is None:
             self._fault = "Type a name, or choose a file"
@@ -151,8 +152,7 @@ class FileBrowser:
         if not self._saves:
             self._fault = "" if path.is_file() else f"{path.name}: no such file here"
             return path if path.is_file() else True
-        if not path.suffix:
-            path = path.with_suffix(self._extensions[0])
+        path = completed(path, self._extensions)
         if path.exists() and self._asks_overwrite != path:
             self._asks_overwrite, self._fault = path, f"{path.name} exists already"
             return True
@@ -204,7 +204,7 @@ def listed(folder: Path, extensions: tuple[str, ...]) -> tuple[Item, ...]:
     with os.scandir(folder) as entries:
         for entry in entries:
             path = Path(entry.path)
-            shown = entry.is_dir() or path.suffix.lower() in extensions
+            shown = entry.is_dir() or path.suffix.lower().lstrip(".") in extensions
             if shown and not entry.name.startswith("."):
                 try:
                     stat = entry.stat()

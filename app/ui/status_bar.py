@@ -27,6 +27,7 @@ class StatusBar:
     def __init__(self, editor: Editor) -> None:
         self._editor = editor
         self._solve_ms = 0.0
+        """Of what moved last; 0 while nothing has."""
         self._mesh: Mesh | None = None
         self._place = ""
         """Which pixel of the picture is under the pointer."""
@@ -105,15 +106,14 @@ class StatusBar:
 
     def _warp_figures(self) -> list[Figure]:
         answer = self._editor.answer
-        if not answer.settled:
+        if not answer.settled and self._editor.is_busy:
             self._solve_ms = answer.solve_ms
         folds = "no folds" if not answer.folds else "1 fold" if answer.folds == 1 else f"{answer.folds} folds"
         about_folds = "Cells that are turned over; at rest, those that the warp itself does not fold are mended"
-        figures = [
-            (f"{answer.grid.columns} × {answer.grid.rows}", "Nodes of the grid, across and down", False),
-            (f"{self._solve_ms:.1f} ms", "The last solve while something moved took so long", False),
-            (folds, about_folds, answer.folds > 0),
-        ]
+        figures = [(f"{answer.grid.columns} × {answer.grid.rows}", "Nodes of the grid, across and down", False)]
+        if self._solve_ms:
+            figures.append((f"{self._solve_ms:.1f} ms", "The last solve while something moved took so long", False))
+        figures.append((folds, about_folds, answer.folds > 0))
         if answer.settled and answer.outline_moved_px:
             about_outline = (
                 "Features that the picture's edge cuts would fold if its outline stayed where the warp has it"

@@ -65,6 +65,16 @@ def test_what_cannot_be_opened_is_a_notice_and_nothing_changes(drive: EditorDriv
     assert "bad.weft" in drive.editor.notices[-1].text
 
 
+def test_a_project_whose_name_has_a_dot_takes_no_other_ones_place(drive: EditorDriver, tmp_path: Path) -> None:
+    (tmp_path / "work v1.weft").write_bytes(b"another")
+    bend(drive)
+    filing.save(drive.editor)
+    ask(drive, SaveFile).then(tmp_path / "work v1.2")
+    drive.frame()
+    assert drive.editor.project_path == tmp_path / "work v1.2.weft"
+    assert (tmp_path / "work v1.weft").read_bytes() == b"another"
+
+
 def test_save_asks_once_and_then_knows_where(drive: EditorDriver, tmp_path: Path) -> None:
     bend(drive)
     assert not drive.editor.history.is_saved

@@ -20,3 +20,13 @@ def test_blanks_around_a_typed_name_count_only_where_such_a_file_exists(tmp_path
     (tmp_path / "c.png ").touch()
     assert typed(tmp_path, "c.png ") == tmp_path / "c.png "
     assert typed(tmp_path, "~/d.png") == Path.home() / "d.png"
+
+
+def test_a_name_without_its_ending_is_asked_about_by_its_whole_name(tmp_path: Path) -> None:
+    (tmp_path / "horses v1.weft").write_bytes(b"another")
+    (tmp_path / "horses v1.2.weft").write_bytes(b"this")
+    browser = FileBrowser(("weft",), tmp_path, name="horses.weft")
+    assert browser.accepted(tmp_path / "horses v1.3") == tmp_path / "horses v1.3.weft"
+    assert browser.accepted(tmp_path / "horses v1.2") is True
+    assert browser.accepted(tmp_path / "horses v1.2") == tmp_path / "horses v1.2.weft"
+    assert FileBrowser(("png", "jpeg"), tmp_path, name="").accepted(tmp_path / "a.JPEG") == tmp_path / "a.JPEG"

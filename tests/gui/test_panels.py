@@ -48,15 +48,23 @@ def test_the_place_of_a_corner_is_typed(editor: Editor) -> None:
 def test_the_status_bar_says_what_is_true_in_the_mode(editor: Editor) -> None:
     said: dict[Mode, str] = {}
 
+    opened = []
+
+    def figures(window: WindowDriver) -> str:
+        return " ".join(text for text, _, _ in window.wait(2).shell.workspace.status_bar.figures())
+
     def script(window: WindowDriver) -> None:
+        opened.append(figures(window))
+        editor.choose_tool("pins")
+        window.drag((300, 200), (320, 210), (330, 220))
         modes: tuple[Mode, ...] = ("warp", "retexture", "overlay")
         for mode in modes:
             editor.choose_mode(mode)
-            window.wait(2)
-            said[mode] = " ".join(text for text, _, _ in window.shell.workspace.status_bar.figures())
+            said[mode] = figures(window)
 
     drive(editor, script)
     assert all("600 × 400 px" in text for text in said.values())
+    assert " ms" not in opened[0], "nothing has moved"
     assert [word in said["warp"] for word in (" ms", "fold")] == [True, True]
     for mode in ("retexture", "overlay"):
         assert not [word for word in (" ms", "fold") if word in said[mode]]
