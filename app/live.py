@@ -41,6 +41,7 @@ class Answer:
     settled: bool = False
     """Whether this is the final answer, the one that an export gives."""
     solve_ms: float = 0.0
+    """What working it out took, handles included."""
 
     @property
     def grid(self) -> Grid:
@@ -174,11 +175,11 @@ class LiveWarp:
                 self.answer = _untouched(document)
             if self._jobs.holds("solve"):
                 return
-            fits = grid_of(document).size <= INLINE_NODES
-            if fits and not self._solver.is_heavy(document):
-                self._show(document, self._solver.frame(document))
-            elif fits and self._solver.can_sketch(document):
-                self._show(document, self._solver.sketch(document))
+            fits, solver = grid_of(document).size <= INLINE_NODES, self._solver
+            if fits and not solver.is_heavy(document):
+                self._show(document, *self._timed(solver.frame, document))
+            elif fits and solver.can_sketch(document):
+                self._show(document, *self._timed(solver.sketch, document))
             else:
                 self._solve_beside(document)
         except Exception as fault:  # noqa: BLE001  whatever it is, the last map stays and the artist goes on
@@ -187,14 +188,14 @@ class LiveWarp:
     def _solve_beside(self, document: Document) -> None:
         """Solve in the live slot; of what changes meanwhile only the newest is answered next, by `update`."""
 
-        def steps() -> Job[Warped]:
+        def steps() -> Job[tuple[Warped, float]]:
             yield Progress(0.0, "solving")
-            return self._side_solver.frame(document)
+            return self._timed(self._side_solver.frame, document)
 
-        def deliver(result: Warped) -> None:
+        def deliver(result: tuple[Warped, float]) -> None:
             self._solver, self._side_solver = self._side_solver, self._solver
             if self._seen is not None and document.image is self._seen.image:
-                self._show(document, result)
+                self._show(document, *result)
             go_on()
 
         def fail(fault: Exception) -> None:
@@ -207,14 +208,19 @@ class LiveWarp:
 
         self._jobs.submit("solve", Task("Solve", steps, deliver, fail))
 
-    def _show(self, document: Document, result: Warped, *, final: bool = False) -> None:
+    def _timed(self, solve: Callable[[Document], Warped], document: Document) -> tuple[Warped, float]:
+        """Return the map of `document` and how many milliseconds it took."""
+        started = self._clock()
+        result = solve(document)
+        return result, 1e3 * (self._clock() - started)
+
+    def _show(self, document: Document, result: Warped, solve_ms: float = 0.0, *, final: bool = False) -> None:
         with tracing.span("answer", settled=final):
-            busy = sum(result.seconds.get(stage, 0.0) for stage in ("factor", "rhs", "solve"))
             grid = grid_of(document)
             if self.answer is not None and self.answer.grid == grid:
                 grid = self.answer.grid  # its nodes are worked out
             mesh = Mesh(grid, result.warped)
-            self.answer = Answer(document, mesh, result, settled=final, solve_ms=1e3 * busy)
+            self.answer = Answer(document, mesh, result, settled=final, solve_ms=solve_ms)
 
     def _take_settled(self, result: Warped) -> None:
         if self._seen is None:

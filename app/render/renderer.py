@@ -27,7 +27,7 @@ from core.images import Image
 CHECK_PX = 8.0
 COMPOSED_PIXELS = 1 << 18
 """So much of the canvas is composed in one piece."""
-AT_REST = 2.0
+AT_REST = 2.5
 """So much longer than while something moves a frame may take to make what rests better: nothing waits for it."""
 NO_MARKS = 1e9
 NO_FRAME = (0.0, 0.0, 0.0, 0.0)

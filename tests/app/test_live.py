@@ -6,8 +6,9 @@ from app.events import Move
 from app.jobs import InlineExecutor, Jobs
 from app.session import Brush
 from core import tracing
+from core.arrays import Points
 from core.document import Document, Outline, Pin
-from core.document_map import settled
+from core.document_map import MapSolver, settled
 from core.images import Image
 from core.progress import run
 from core.raster import Raster
@@ -207,6 +208,19 @@ def test_pins_take_the_picture_along_and_the_outline_stays() -> None:
     mesh = drive.editor.answer.mesh
     assert np.allclose(mesh.canvas_from_image(np.array([[99.5, 74.5]])), [[119.5, 82.0]], atol=1e-6)
     assert np.allclose(mesh.warped[0], mesh.grid.nodes[0])
+
+
+def test_the_time_of_a_solve_is_that_of_handles_and_features(monkeypatch: pytest.MonkeyPatch) -> None:
+    drive = EditorDriver().tool("pins")
+    work = MapSolver.plain
+
+    def slow(solver: MapSolver, document: Document) -> Points:
+        drive.clock.now += 0.012
+        return work(solver, document)
+
+    monkeypatch.setattr(MapSolver, "plain", slow)
+    drive.press(60, 50).move(80, 50)
+    assert drive.editor.answer.solve_ms == pytest.approx(12.0)
 
 
 def test_an_outline_holds_the_edge_and_a_straight_one_changes_nothing() -> None:
