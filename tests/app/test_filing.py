@@ -1,4 +1,3 @@
-import json
 from pathlib import Path
 from typing import TypeVar
 
@@ -8,12 +7,10 @@ import pytest
 from app import filing
 from app.actions.file import recent_actions
 from app.actions.table import ActionTable
-from app.commands.edit import kept_at_an_end
-from app.editor import Editor, Notice
+from app.editor import Notice
 from app.jobs import InlineExecutor, Jobs
-from app.recovery import Recovery
 from app.render.picture_file import exporting
-from app.requests import AskRecover, AskUnsaved, AskWriting, ExportOptions, ExportPicture, OpenFile, SaveFile, Writing
+from app.requests import AskUnsaved, AskWriting, ExportOptions, ExportPicture, OpenFile, SaveFile, Writing
 from app.tools.all import TOOLS
 from core.arrays import InputError
 from core.canvas import Canvas
@@ -21,7 +18,7 @@ from core.document import Document
 from core.images import load, save
 from core.progress import Job, Progress
 from core.project import load_project, save_project
-from tests.app.driver import Clock, EditorDriver, Later, document, picture
+from tests.app.driver import EditorDriver, Later, document, picture
 
 T = TypeVar("T")
 TABLE = ActionTable(TOOLS)
@@ -293,118 +290,3 @@ def test_another_picture_keeps_what_was_done(drive: EditorDriver, tmp_path: Path
     assert drive.document.warp.bend == 30
     assert drive.editor.answer.grid.width_px == 400
     assert drive.labels == ("Bend", "Replace picture")
-
-
-class Rescued:
-    """An editor that keeps unsaved work in a folder."""
-
-    def __init__(self, folder: Path) -> None:
-        self.clock = Clock()
-        jobs = Jobs.inline()
-        self.recovery = Recovery(jobs, folder=folder)
-        self.editor = Editor(document(), TOOLS, jobs=jobs, recovery=self.recovery, clock=self.clock)
-
-    def after(self, seconds: float) -> None:
-        self.editor.update()
-        self.clock.now += seconds
-        self.editor.update()
-        self.editor.update()
-
-
-def crashed(folder: Path) -> None:
-    """Make what an editor left belong to no living process."""
-    for note in folder.glob("*.json"):
-        note.write_text(json.dumps(json.loads(note.read_text()) | {"process": 2**22 + 1}))
-
-
-def test_unsaved_work_survives_a_crash(tmp_path: Path) -> None:
-    first = Rescued(tmp_path)
-    first.editor.edit("Bend", first.editor.document.with_warp(preset="arc", bend=44))
-    first.after(1)
-    assert not list(tmp_path.iterdir())
-    assert first.editor.wait_s is not None
-    first.after(20)
-    crashed(tmp_path)
-    second = Rescued(tmp_path)
-    filing.offer_rescues(second.editor)
-    request = second.editor.requests.pop()
-    assert isinstance(request, AskRecover)
-    assert request.names == ("Untitled",)
-    request.then(True)
-    second.after(0)
-    assert second.editor.document.warp.bend == 44
-    assert not second.editor.history.is_saved
-    crashed(tmp_path)
-    assert len(Rescued(tmp_path).recovery.found()) == 1
-
-
-def test_an_end_without_asking_keeps_what_is_not_kept_yet(tmp_path: Path) -> None:
-    run = Rescued(tmp_path)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
-    with pytest.raises(ZeroDivisionError), kept_at_an_end(run.editor):
-        raise ZeroDivisionError
-    crashed(tmp_path)
-    (rescue,) = Rescued(tmp_path).recovery.found()
-    assert load_project(rescue.file).warp.bend == 44
-
-
-def test_an_end_by_closing_keeps_nothing(tmp_path: Path) -> None:
-    run = Rescued(tmp_path)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
-    with kept_at_an_end(run.editor):
-        filing.quit_editor(run.editor)
-        request = run.editor.requests.pop()
-        assert isinstance(request, AskUnsaved)
-        request.then("discard")
-    assert not list(tmp_path.iterdir())
-
-
-def test_what_could_not_be_kept_is_tried_again(tmp_path: Path) -> None:
-    folder = tmp_path / "state"
-    folder.write_text("in the way")
-    run = Rescued(folder)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
-    run.after(20)
-    folder.unlink()
-    run.after(20)
-    assert len(list(folder.iterdir())) == 2
-
-
-def test_nothing_is_kept_of_saved_or_given_up_work(tmp_path: Path) -> None:
-    folder = tmp_path / "state"
-    run = Rescued(folder)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
-    run.after(20)
-    assert len(list(folder.iterdir())) == 2
-    run.editor.project_path = tmp_path / "work.weft"
-    filing.save(run.editor)
-    run.after(0)
-    assert not list(folder.iterdir())
-    run.editor.edit("Bend", run.editor.document.with_warp(bend=10))
-    run.after(20)
-    assert len(list(folder.iterdir())) == 2
-    filing.quit_editor(run.editor)
-    request = run.editor.requests.pop()
-    assert isinstance(request, AskUnsaved)
-    request.then("discard")
-    assert not list(folder.iterdir())
-
-
-def test_a_running_editor_is_not_robbed(tmp_path: Path) -> None:
-    run = Rescued(tmp_path)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
-    run.after(20)
-    assert Rescued(tmp_path).recovery.found() == []
-
-
-def test_rescues_can_be_discarded(tmp_path: Path) -> None:
-    run = Rescued(tmp_path)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
-    run.after(20)
-    crashed(tmp_path)
-    second = Rescued(tmp_path)
-    filing.offer_rescues(second.editor)
-    request = second.editor.requests.pop()
-    assert isinstance(request, AskRecover)
-    request.then(False)
-    assert not list(tmp_path.iterdir())
