@@ -6,6 +6,7 @@ gives the pool of candidates, each by a slice, in coordinates that run along the
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise, starmap
 from typing import TypeAlias
 
 import numpy as np
@@ -20,6 +21,8 @@ from core.retexture.sampling import LONGEST, read
 
 BATCH, BATCH_BYTES = 128, 40e6
 """Patches grown at a time, and what a batch of them may take."""
+FEWER = 4
+"""The first batch is so many times as small as others."""
 SMOOTH = 0.03
 """Up to this contrast stretching shows less than a seam, from twice as much it shows more."""
 Fields: TypeAlias = tuple[DirectionField, DirectionField]
@@ -103,16 +106,18 @@ class Patches:
         return len(self.origins)
 
     def __iter__(self) -> Iterator[Batch]:
-        return ahead(self.batch, self.starts)
+        return ahead(self.batch, self.parts)
 
     @property
-    def starts(self) -> range:
-        """The number of the first patch of each batch."""
-        return range(0, len(self.origins), self._size)
+    def parts(self) -> Iterator[slice]:
+        """The patches of each batch, few of them in the first, which is waited for."""
+        count, size = len(self.origins), self._size
+        starts = [start for start in (0, *range(-(-size // FEWER), count, size)) if start < count]
+        return starmap(slice, pairwise([*starts, count]))
 
-    def batch(self, start: int) -> Batch:
-        """Return the batch that begins with a patch."""
-        return grown(self.origins.taken(slice(start, start + self._size)), self.shape, self.fields, self.way)
+    def batch(self, which: slice) -> Batch:
+        """Return the batch of some patches."""
+        return grown(self.origins.taken(which), self.shape, self.fields, self.way)
 
     @property
     def _size(self) -> int:

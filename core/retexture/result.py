@@ -14,7 +14,7 @@ from core.retexture.blend import correction
 from core.retexture.diffusion import Diffusion
 from core.retexture.layout import Origins
 from core.retexture.minified import Boxes, average, boxes
-from core.retexture.sampling import Kernel, read
+from core.retexture.sampling import Kernel, read, read_stored
 from core.retexture.softening import SHARE, Mixture, across_seams
 
 BAND = 256
@@ -67,12 +67,12 @@ class Retexture:
         without, the picture is a quick one, by a smaller kernel and of values as they are stored.
         Raises `InputError` for another size.
         """
-        mixture = across_seams(self.place, self.label) if blend else None
-        kernel = Kernel.LANCZOS if blend else Kernel.CUBIC
-        box = self._box() if blend else None
+        if not blend:
+            return self._quickly(layer)
+        mixture, box = across_seams(self.place, self.label), self._box()
         with ThreadPoolExecutor(1) as helper:
             change = helper.submit(self._correction, layer, box) if box else None
-            result = self._resampled(layer, lambda rows: self.place[rows], mixture, kernel, linear=linear or not blend)
+            result = self._resampled(layer, lambda rows: self.place[rows], mixture, linear=linear)
         if box and change and (steps := change.result()) is not None:
             encoded = color.premultiply(color.unit(result[box]))
             shown = self.label[box] > 0
@@ -83,23 +83,27 @@ class Retexture:
 
     def deformed(self, layer: Pixels, *, linear: bool = False) -> Pixels:
         """Return a layer (H, W, C) under the plain deformation, at its own depth."""
-        return self._resampled(layer, self._plain, None, Kernel.LANCZOS, linear=linear)
+        return self._resampled(layer, self._plain, None, linear=linear)
+
+    def _quickly(self, layer: Pixels) -> Pixels:
+        self._check(layer)
+        if color.color_channels(layer.shape[2]) == layer.shape[2]:
+            return read_stored(layer, self.place)
+        light = read(color.premultiply(color.unit(layer)), self.place, Kernel.CUBIC, mirror=True)
+        return color.quantise(color.unpremultiply(light), layer.dtype)
+
+    def _check(self, layer: Pixels) -> None:
+        if layer.shape[:2] != self.label.shape:
+            (height, width), (h, w) = self.label.shape, layer.shape[:2]
+            raise InputError(f"a layer of {w}x{h} pixels does not fit a picture of {width}x{height}")
 
     def _plain(self, rows: slice) -> Singles:
         return plain_place(self.grid, self.field, (rows, slice(0, self.label.shape[1])))
 
     def _resampled(
-        self,
-        layer: Pixels,
-        place: Callable[[slice], Singles],
-        mixture: Mixture | None,
-        kernel: Kernel,
-        *,
-        linear: bool,
+        self, layer: Pixels, place: Callable[[slice], Singles], mixture: Mixture | None, *, linear: bool
     ) -> Pixels:
-        if layer.shape[:2] != self.label.shape:
-            (height, width), (h, w) = self.label.shape, layer.shape[:2]
-            raise InputError(f"a layer of {w}x{h} pixels does not fit a picture of {width}x{height}")
+        self._check(layer)
         source = color.premultiply(color.linear_light(layer, linear=linear))
         low, high = float(source.min()), float(source.max())
         result = layer.copy()
@@ -111,7 +115,7 @@ class Retexture:
             moved = np.maximum(way[..., 0], way[..., 1]) > STILL_PX
             if not moved.any():
                 return
-            light = read(source, at, kernel, mirror=True)
+            light = read(source, at, Kernel.LANCZOS, mirror=True)
             if mixture is not None:
                 average(light, source, at, self._pressed(rows))
                 _mix(light, source, mixture.rows(rows.start, rows.stop, layer.shape[1]))

@@ -5,7 +5,7 @@ from enum import IntEnum
 import cv2
 import numpy as np
 
-from core.arrays import Points, Singles
+from core.arrays import Pixels, Points, Singles
 
 LONGEST = 32_000
 """OpenCV reads no more places in a row or column."""
@@ -26,7 +26,17 @@ def read(picture: Singles, at: Singles | Points, kernel: Kernel = Kernel.LINEAR,
 
     Outside, its border goes on, or with `mirror` its mirror image.
     """
-    border = cv2.BORDER_REFLECT_101 if mirror else cv2.BORDER_REPLICATE
+    return np.asarray(
+        _remapped(picture, at, kernel, cv2.BORDER_REFLECT_101 if mirror else cv2.BORDER_REPLICATE), np.float32
+    )
+
+
+def read_stored(pixels: Pixels, at: Singles) -> Pixels:
+    """Return pixels (H, W, C) at places (..., 2), of their own depth, for a quick look: by a kernel of 4 x 4 pixels."""
+    return _remapped(pixels, at, Kernel.CUBIC, cv2.BORDER_REFLECT_101)
+
+
+def _remapped(picture: Pixels, at: Singles | Points, kernel: Kernel, border: int) -> Pixels:
     places = np.ascontiguousarray(at, np.float32)
     if places.ndim != 3 or max(places.shape[:2]) > LONGEST:
         places = places.reshape(1, -1, 2)
@@ -35,5 +45,5 @@ def read(picture: Singles, at: Singles | Points, kernel: Kernel = Kernel.LINEAR,
         some = np.ascontiguousarray(places[:, i : i + LONGEST])
         # The stubs know neither None for the second map nor that it must be None beside a map of pairs.
         parts.append(cv2.remap(picture, some, None, kernel.value, borderMode=border))  # type: ignore[call-overload]
-    whole = np.concatenate(parts, axis=1) if parts else np.empty(0, np.float32)
-    return np.asarray(whole, np.float32).reshape(*at.shape[:-1], *picture.shape[2:])
+    whole = np.concatenate(parts, axis=1) if parts else np.empty(0, picture.dtype)
+    return whole.reshape(*at.shape[:-1], *picture.shape[2:])

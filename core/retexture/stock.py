@@ -168,7 +168,7 @@ def _colours(picture: Singles, places: Singles) -> tuple[NDArray[np.complex64], 
 def stocked_ahead(patches: Patches, picture: Singles, bounds: Bounds) -> Iterator[Stock]:
     """Return the batches of `patches`, the first of them begun at once, see `stocked`."""
     # In one thread: patches are laid beside it, and on two cores a third would be in the way of both.
-    return ahead(lambda start: stocked(patches.batch(start), picture, bounds), patches.starts, threads=1)
+    return ahead(lambda part: stocked(patches.batch(part), picture, bounds), patches.parts, threads=1)
 
 
 def rounds(covered: Covered, count: int, size: tuple[int, ...]) -> list[Ints]:
