@@ -6,16 +6,12 @@ at the target grid, m where it shows synthesised ones, and B the source grid's c
     c(j, k) = sum m^2 |A - B(j, k)|^2 / (sum m^2  v)  +  w u(j, k)  +  drift
 
 v is the variance of B, so that the terms compare on any picture, u how often the candidate's pixels are shown already.
-Multiplied out, the first sum is sum m^2 |A|^2 and a correlation of (-2 m^2 A, m^2) with (B, |B|^2), a product of
-spectra.
 """
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import scipy.fft
-from numpy.typing import NDArray
 
 from core.arrays import Floats, Singles
 from core.retexture.patches import PatchShape
@@ -37,8 +33,8 @@ LEAST = 8
 class Pool:
     """What is known of the candidates of n patches."""
 
-    spectra: NDArray[np.complex64]
-    """(n, c + 1, ...) see `spectra`, of the source grids' colours (n, K', J', c) and the sums of their squares."""
+    colours: Singles
+    """(n, K', J', c + 1) of the source grids, with the sums of their squares for a last channel."""
     uses: Singles
     """(n, K', J') how often the source grids' places are shown."""
     unusable: Singles
@@ -55,32 +51,19 @@ def costs(pool: Pool, shown: Singles, weight: Singles, needed: Singles, variety:
     """
     rows, columns = shown.shape[1:3]
     total = variety * _means(pool.uses, rows, columns).astype(np.float64)
-    colours = np.moveaxis(shown, -1, 1)
-    template = np.empty((len(shown), shown.shape[3] + 1, rows, columns), np.float32)
-    counted, weighed = template[:, -1], template[:, :-1]
+    # The sum of m^2 |A - B|^2, multiplied out: m^2 |A|^2, and a correlation of (-2 m^2 A, m^2) with (B, |B|^2).
+    template = np.empty((*shown.shape[:3], shown.shape[3] + 1), np.float32)
+    counted, weighed = template[..., -1], template[..., :-1]
     np.multiply(weight, weight, out=counted)
-    np.multiply((-2 * counted)[:, None], colours, out=weighed)
-    own = np.einsum("nckj,nckj->n", weighed, colours) / -2
+    np.multiply((-2 * counted)[..., None], shown, out=weighed)
+    own = np.einsum("nkjc,nkjc->n", weighed, shown) / -2
     scale = counted.sum(axis=(1, 2)) * pool.variance
-    size = fast_size(pool.uses.shape[1:])
-    product = np.einsum("nckj,nckj->nkj", pool.spectra, np.conj(spectra(template, size)))
-    differing = scipy.fft.irfft2(product, size, axes=(1, 2))[:, : total.shape[1], : total.shape[2]]
-    some = np.flatnonzero(weight.sum(axis=(1, 2)) > LEAST)
-    total[some] += (own[some, None, None] + differing[some]) / scale[some, None, None]
+    for i in np.flatnonzero(weight.sum(axis=(1, 2)) > LEAST):
+        total[i] += (own[i] + cv2.matchTemplate(pool.colours[i], template[i], cv2.TM_CCORR)) / scale[i]
     for i in np.flatnonzero(pool.unusable.any(axis=(1, 2))):
-        missing = cv2.matchTemplate(pool.unusable[i], np.ascontiguousarray(needed[i]), cv2.TM_CCORR)
+        missing = cv2.matchTemplate(pool.unusable[i], needed[i], cv2.TM_CCORR)
         total[i] += MISSING * missing / max(float(needed[i].sum()), 1.0)
     return total
-
-
-def fast_size(size: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the sides of a rectangle no smaller than `size` that is transformed fast."""
-    return tuple(scipy.fft.next_fast_len(side, real=True) for side in size)
-
-
-def spectra(planes: Singles, size: tuple[int, ...]) -> NDArray[np.complex64]:
-    """Return the Fourier transforms (..., H, W / 2 + 1) of planes (..., h, w), with zeros around them, of a `size`."""
-    return np.asarray(scipy.fft.rfft2(planes, size, axes=(-2, -1)), np.complex64)
 
 
 def _means(values: Singles, rows: int, columns: int) -> Singles:

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from itertools import pairwise, starmap
 
 import numpy as np
-from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.retexture.ahead import ahead
-from core.retexture.candidates import drift, fast_size, spectra
+from core.retexture.candidates import drift
 from core.retexture.canvas import CELL
 from core.retexture.footprint import Footprint, footprint
 from core.retexture.patches import Batch, Covered, Patches
@@ -91,10 +90,10 @@ class Stock:
     """(m, 2) where the central candidates have the pixels, as (j, k) in the source grids."""
     held: Singles
     """(m, 1) how far other candidates may have them elsewhere, as a share of the patches' own freedom."""
-    spectra: NDArray[np.complex64]
-    """Of the candidates' colours, see `candidates.Pool`."""
+    colours: Singles
+    """(n, K', J', c + 1) of the candidates, with the sums of their squares for a last channel."""
     variance: Floats
-    """(n,) of these colours."""
+    """(n,) of these."""
     unusable: Singles
     """(n, K', J') 1 where no texture may be taken from."""
     cell: Ints
@@ -118,14 +117,14 @@ def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
     starts = zip(starmap(slice, pairwise(ends)), starmap(slice, pairwise(first)), strict=True)
     middle = np.array([shape.search_along, shape.search_across], np.float32)
     free = bounds.free.reshape(-1)[covered.pixel] / np.maximum(origins.free, 1e-3)[covered.patch]
-    transformed, variance = _colours(picture, batch.source)
+    colours, variance = _colours(picture, batch.source)
     pixel, inside = nearest(batch.target, size), within(batch.target, size)
     return Stock(
         batch,
         [Round(some, mine, footprint(covered.patch[mine], covered.pixel[mine], size)) for some, mine in starts],
         covered.at + middle,
         np.clip(free, 0, 1).astype(np.float32)[:, None],
-        transformed,
+        colours,
         variance,
         (~bounds.usable_at(batch.source, origins.curve)).astype(np.float32),
         nearest(batch.source / CELL, (size[0] // CELL + 1, size[1] // CELL + 1)),
@@ -154,15 +153,16 @@ def in_parts(groups: list[Ints], pixels: Ints) -> list[Ints]:
     return [part for group, count in parts for part in np.array_split(group, min(count, len(group)))]
 
 
-def _colours(picture: Singles, places: Singles) -> tuple[NDArray[np.complex64], Floats]:
-    """Return spectra of the colours of grids (n, K', J', 2), see `Stock`, and the colours' variances (n,)."""
-    colours = np.moveaxis(read(picture, places), -1, 1)
-    planes = np.empty((len(colours), colours.shape[1] + 1, *places.shape[1:3]), np.float32)
-    planes[:, :-1] = colours
-    np.einsum("nckj,nckj->nkj", planes[:, :-1], planes[:, :-1], out=planes[:, -1])
-    mean = planes.mean(axis=(2, 3), dtype=np.float32)
-    variance = mean[:, -1] - np.einsum("nc,nc->n", mean[:, :-1], mean[:, :-1])
-    return spectra(planes, fast_size(places.shape[1:3])), np.maximum(variance, 0).astype(np.float64) + 1e-4
+def _colours(picture: Singles, places: Singles) -> tuple[Singles, Floats]:
+    """Return colours of grids (n, K', J', c + 1), see `Stock`, and their variances (n,)."""
+    plain = read(picture, places)
+    colours = np.empty((*plain.shape[:3], plain.shape[3] + 1), np.float32)
+    colours[..., :-1] = plain
+    np.einsum("nkjc,nkjc->nkj", plain, plain, out=colours[..., -1])
+    flat = colours.reshape(len(colours), colours.shape[1] * colours.shape[2], colours.shape[3])
+    mean = np.full((1, flat.shape[1]), 1 / flat.shape[1], np.float32) @ flat
+    variance = mean[:, 0, -1] - np.einsum("nic,nic->n", mean[..., :-1], mean[..., :-1])
+    return colours, np.maximum(variance, 0).astype(np.float64) + 1e-4
 
 
 def stocked_ahead(patches: Patches, picture: Singles, bounds: Bounds) -> Iterator[Stock]:

@@ -84,12 +84,13 @@ class Painter:
         these = some.patches
         shown, weight = self._surroundings(stock, these, over_seams=over_seams)
         uses = self.canvas.uses.reshape(-1).take(stock.cell[these])
-        pool = Pool(stock.spectra[these], uses, stock.unusable[these], stock.variance[these])
+        parts = stock.colours[these], uses, stock.unusable[these]
+        variance = stock.variance[these]
         found = []
         for sense in (1, -1) if self.mirrored else (1,):
-            # What turns the source grids end to end turns the target grids, and the order of the candidates.
-            here, counted, needed = (part[:, :, ::sense] for part in (shown, weight, stock.needed[these]))
-            cost = costs(pool, here, counted, needed, self.variety)[:, :, ::sense] + stock.drift[these]
+            colours, used, unusable = (np.ascontiguousarray(part[:, :, ::sense]) for part in parts)
+            pool = Pool(colours, used, unusable, variance)
+            cost = costs(pool, shown, weight, stock.needed[these], self.variety) + stock.drift[these]
             cost += CHANCE * self.rng.random(cost.shape, np.float32)
             self.candidates += cost.size
             found.append(cost.reshape(len(cost), -1))

@@ -9,7 +9,7 @@ from core.arrays import Points, Singles
 from core.curves import Curve
 from core.feature_curves import FeatureCurve
 from core.retexture import coordinates
-from core.retexture.candidates import Pool, costs, drift, fast_size, spectra
+from core.retexture.candidates import Pool, costs, drift
 from core.retexture.coordinates import CurveSet, DirectionField, trace, traced
 from core.retexture.diffusion import Diffusion, compression, deformation, distortion
 from core.retexture.grids import filled, located
@@ -217,9 +217,8 @@ def test_rows_are_laid_from_the_curve_outwards_and_from_their_ends() -> None:
 def pool(colours: Singles, uses: Singles | None = None, unusable: Singles | None = None) -> Pool:
     """Return what is known of candidates with `colours` (n, K', J', c)."""
     flat = np.zeros(colours.shape[:3], np.float32)
-    planes = np.moveaxis(np.concatenate([colours, (colours**2).sum(axis=-1, keepdims=True)], axis=-1), -1, 1)
     return Pool(
-        spectra(planes, fast_size(colours.shape[1:3])),
+        np.concatenate([colours, (colours**2).sum(axis=-1, keepdims=True)], axis=-1),
         flat if uses is None else uses,
         flat if unusable is None else unusable,
         np.full(len(colours), colours.var() + 1e-4),
