@@ -139,6 +139,7 @@ def test_a_curve_moved_within_a_free_frame_is_sketched_in_the_same_frame_and_exa
     drive.editor.show(curve_side="target")
     drive.press(100, 95).move(104, 99)
     assert np.allclose(drive.screen_of(100, 91), (104, 99), atol=0.02)
+    assert np.allclose(drive.editor.answer.warped, MapSolver().frame(drive.document).warped, atol=1e-6)
     assert not later.waiting
 
 
