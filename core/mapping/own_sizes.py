@@ -22,6 +22,8 @@ _GAIN = 0.005
 """Logarithm of a scale that is worth a trial."""
 _FEW, _MORE = 20, 3
 """Folds that a rehearsal may leave, and times as many as it left of what has been cleared."""
+_CLOSE = 6
+"""Cells around features, and what folds, that move with them."""
 _TOO_DEEP = 0.5
 """Depth of folds that features, where they are held, leave so that moving will not help."""
 
@@ -94,7 +96,7 @@ def _cleared(mapping: FeatureMapping, w: Complexes, trial: Solution) -> Job[Solu
     if here.worst < -_TOO_DEEP:
         return None
     start, held = here.solution, np.full(len(trial.alpha), np.inf)
-    moved = Untangler(mapping, w, start, window=window_around(mapping, start), stiffness=held)
+    moved = Untangler(mapping, w, start, window=window_around(mapping, start, _CLOSE), stiffness=held)
     clear = yield from part(steps_to_clear(moved, "barrier", STEPS), 0.5, 1.0)
     return moved.solution if clear else None
 
