@@ -15,7 +15,7 @@ from core.retexture.diffusion import Diffusion, compression, deformation, distor
 from core.retexture.grids import filled, located
 from core.retexture.job import deformed
 from core.retexture.layout import Lattice, gap_places, ordered_origins, pace
-from core.retexture.patches import Covered, PatchShape
+from core.retexture.patches import Covered, Patches, PatchShape
 from core.retexture.sampling import Kernel, read
 from core.retexture.scene import near_curves, prepared
 from core.retexture.stock import rounds
@@ -174,6 +174,20 @@ def test_the_pace_is_how_fast_the_source_goes_by() -> None:
     slow, fast = short.curves[0].length, long.curves[0].length
     np.testing.assert_allclose(pace(short, long, long.feet(places)), slow / fast, atol=1e-6)
     np.testing.assert_allclose(pace(long, short, short.feet(places)), fast / slow, atol=1e-6)
+
+
+@pytest.mark.parametrize("count", [0, 1, 30, 400])
+def test_batches_hold_all_patches_in_order_and_the_first_few_of_them(count: int) -> None:
+    curves = bent()
+    scene = prepared(
+        curves, deformed(SHAPE, curves, None), np.zeros((HEIGHT, WIDTH, 3), np.float32), PatchShape(), 60.0, None
+    )
+    origins = scene.way.origins(np.random.default_rng(0).uniform(20, 180, (count, 2)))
+    parts = list(Patches(origins, PatchShape(), scene.fields, scene.way).parts)
+    np.testing.assert_array_equal(np.concatenate([[], *(np.arange(count)[part] for part in parts)]), np.arange(count))
+    sizes = [part.stop - part.start for part in parts]
+    assert all(sizes)
+    assert count < 400 or sizes[0] == max(sizes) // 4
 
 
 def test_patches_keep_their_size_beside_a_curve_that_only_bends() -> None:

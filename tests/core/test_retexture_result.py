@@ -75,11 +75,12 @@ def test_other_layers_take_the_same_coordinates(found: Retexture) -> None:
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16, np.float32])
-def test_every_kind_of_pixel_carries_over(found: Retexture, channels: int, depth: type) -> None:
+@pytest.mark.parametrize("blend", [True, False])
+def test_every_kind_of_pixel_carries_over(found: Retexture, channels: int, depth: type, blend: bool) -> None:
     top = 1.0 if depth is np.float32 else float(np.iinfo(depth).max)
     grey: Pixels = np.full((HEIGHT, WIDTH, channels), 0.25 * top).astype(depth)
     grey[..., -1:] = (top if channels in (2, 4) else 0.25 * top) * np.ones(1)
-    result = found.apply(grey, linear=depth is np.float32)
+    result = found.apply(grey, linear=depth is np.float32, blend=blend)
     assert result.dtype == depth
     assert result.shape == grey.shape
     np.testing.assert_allclose(result.astype(float), grey.astype(float), atol=0.002 * top)
