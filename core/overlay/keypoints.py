@@ -16,9 +16,8 @@ BANDWIDTH = 0.55
 STARTS = 200
 """Most descriptors from which a mean shift starts; the rest join the modes that these lead to."""
 LEAST_POINTS = 9
-FIRST_SUPPORT, LESS = 0.6, 0.05
-"""Support of the proposals of the largest group, and what each group after it has less: keypoints come without a
-correlation, and seeds of both kinds are to be tried."""
+SUPPORT = 0.6
+"""Of every proposal: keypoints come without a correlation, and with a middling one it is growth that decides."""
 
 
 def alike_keypoints(image: Singles, valid: Bools, rng: np.random.Generator, *, groups: int = 6) -> list[Points]:
@@ -33,9 +32,7 @@ def alike_keypoints(image: Singles, valid: Bools, rng: np.random.Generator, *, g
 
 def propose_from_keypoints(groups: list[Points]) -> list[Proposal]:
     """Return the proposals of groups of keypoints that look alike, the largest first."""
-    return [
-        proposal for rank, group in enumerate(groups) for proposal in vectors_at(group, FIRST_SUPPORT - rank * LESS)
-    ]
+    return [proposal for group in groups for proposal in vectors_at(group)]
 
 
 def detect(image: Singles, valid: Bools) -> tuple[Points, Floats]:
@@ -83,7 +80,7 @@ def distinct(modes: Singles, sizes: Ints) -> Singles:
     return np.array(kept, np.float32)
 
 
-def vectors_at(members: Points, support: float, *, places: int = 2) -> list[Proposal]:
+def vectors_at(members: Points, *, places: int = 2) -> list[Proposal]:
     """Return the most perpendicular pair of vectors to the eight nearest neighbours of points near the middle."""
     middle = np.median(members, axis=0)
     found: list[Proposal] = []
@@ -97,5 +94,5 @@ def vectors_at(members: Points, support: float, *, places: int = 2) -> list[Prop
         cosine = np.abs(near @ near.T) / np.outer(lengths, lengths)
         i, j = divmod(int(cosine.argmin()), len(near))
         if cosine[i, j] < 0.85:
-            found.append(Proposal(point, reduced(np.stack([near[i], near[j]], -1)), support))
+            found.append(Proposal(point, reduced(np.stack([near[i], near[j]], -1)), SUPPORT))
     return found

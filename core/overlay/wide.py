@@ -21,6 +21,7 @@ from core.overlay.following import followed, pruned
 from core.overlay.seeding import LEAST_VERTICES as ENOUGH
 from core.overlay.seeding import NoPatternError, full_grown, of_size, tried
 from core.overlay.smoothing import gaussian
+from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 
 NOTE = "looking for large texels"
@@ -53,6 +54,10 @@ MOST_NOISE, MOST_LIGHT = 0.2, 0.3
 """Variance that the texture leaves unexplained, over its own, and share of the pattern in the light."""
 GOOD = 0.1
 """Worth, over the area that may be cloth, with which no other texel is tried."""
+REPEATED, LEAST_PART = 0.85, 0.2
+"""Correlation of a texel with itself from which it repeats within, and the least part of a side that it is moved by."""
+AGAINST = 3
+"""Large texels that repeat within after which the finer lattice is believed."""
 NEIGHBOURS = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j], float)
 
 
@@ -61,24 +66,34 @@ def find_wide(
 ) -> Job[tuple[Cloth, Fit]]:
     """Return the cloth registered where the large texel lies that explains most of the photo (H, W, 3).
 
-    Raises `NoPatternError` if none is worth more than the `least`, over the area that may be cloth.
+    Raises `NoPatternError` if none is worth more than the `least`, over the area that may be cloth. Where there is a
+    `least`, a finer lattice is known, and a texel that repeats within speaks for that.
     """
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
     best: tuple[float, tuple[Cloth, Fit] | None] = (least * valid.sum(), None)
     yield Progress(0.0, NOTE)
-    proposals, fits = of_size(distinct(propose_wide(canvas.image, valid, rng)), texel_px), 0
+    proposals = of_size(distinct(propose_wide(canvas.image, valid, rng)), texel_px)
+    fits = several = 0
     for number, proposal in enumerate(proposals[:TRIALS]):
+        if fits == FITS or several == AGAINST or best[0] >= GOOD * valid.sum():
+            break
         step = Progress(0.1 + 0.9 * number / TRIALS, NOTE)
         yield step
         lattice = yield from full_grown(canvas, tried(canvas, proposal), step)
-        if len(lattice) >= LEAST_VERTICES and fits < FITS and best[0] < GOOD * valid.sum():
-            fits += 1
-            try:
-                cloth, found = yield from part(begun(photo, canvas, lattice, 0), step.fraction, step.fraction)
-            except NoPatternError:
-                continue
-            value = yield from worth(cloth, found, step)
-            best = max(best, (value, (cloth, found)), key=itemgetter(0))
+        if len(lattice) < LEAST_VERTICES:
+            continue
+        fits += 1
+        try:
+            cloth, begin = yield from part(begun(photo, canvas, lattice, 0), step.fraction, step.fraction)
+        except NoPatternError:
+            continue
+        found = yield from goes_on(cloth, begin, step)
+        if found is None:
+            continue
+        if least > 0 and repeats_within(found.texel):
+            several += 1
+        else:
+            best = max(best, (worth(cloth, found), (cloth, begin)), key=itemgetter(0))
     if best[1] is None:
         raise NoPatternError
     return best[1]
@@ -167,14 +182,26 @@ def supports(surface: Singles, middle: Points, pairs: Floats) -> Iterator[float]
         yield float(np.mean(values)) if len(values) >= LEAST_NEIGHBOURS else 0.0
 
 
-def worth(cloth: Cloth, begun: Fit, step: Progress) -> Job[float]:
-    """Return the pixels to which the pattern is followed, less if it explains them badly; 0 if it hardly goes on."""
+def repeats_within(texel: Texel) -> bool:
+    """Return whether a texel is several texels of a finer lattice."""
+    spectrum = np.fft.fft2(texel.pixels - texel.pixels.mean((0, 1)), axes=(0, 1))
+    likeness = np.fft.ifft2((np.abs(spectrum) ** 2).sum(-1)).real
+    v, u = (np.abs(np.fft.fftfreq(n)) for n in likeness.shape)
+    moved = np.maximum(v[:, None], u) >= LEAST_PART
+    return bool(likeness[moved].max() > REPEATED * likeness[0, 0])
+
+
+def goes_on(cloth: Cloth, begun: Fit, step: Progress) -> Job[Fit | None]:
+    """Return the pattern followed from where it begins, None if it hardly goes on."""
     found = yield from followed(cloth, pruned(cloth, begun), step)
     area = cloth.steps_of(found.cells)
-    goes_on = area > LEAST_GROWTH * cloth.steps_of(begun.cells) or len(cloth.lattice) >= ENOUGH
-    if area < LEAST_TEXELS or not goes_on:
-        return 0.0
+    further = area > LEAST_GROWTH * cloth.steps_of(begun.cells) or len(cloth.lattice) >= ENOUGH
     # A texel may look like itself only: it is that of all its copies that has to explain them.
-    found = refitted(cloth, found, rounds=3)
+    return refitted(cloth, found, rounds=3) if area >= LEAST_TEXELS and further else None
+
+
+def worth(cloth: Cloth, found: Fit) -> float:
+    """Return the pixels to which the pattern has been followed, less if it explains them badly."""
     noise, light = found.tolerance.noise / found.tolerance.own, share_in_light(cloth, found)
-    return area * cloth.step_px**2 * max(0.0, 1 - noise / MOST_NOISE) * max(0.0, 1 - light / MOST_LIGHT)
+    area = cloth.steps_of(found.cells) * cloth.step_px**2
+    return area * max(0.0, 1 - noise / MOST_NOISE) * max(0.0, 1 - light / MOST_LIGHT)

@@ -16,7 +16,7 @@ from core.overlay.fitting import begun, completed
 from core.overlay.lattice import Lattice
 from core.overlay.seeding import NoPatternError, find_lattice, flat_canvas
 from core.overlay.texel import Texel
-from core.overlay.wide import find_wide, propose_wide, share_inside
+from core.overlay.wide import find_wide, propose_wide, repeats_within, share_inside
 from core.progress import Job, Progress, run
 from tests.core.overlay_scenes import Scene, make_scene, motif
 
@@ -168,3 +168,40 @@ def test_a_lattice_that_the_registration_does_not_bear_out_is_refused_unless_the
         run(completed(larger, worse, [], 0))
     for known, fit, sure in ((larger, worse, True), (larger, found, False), (cloth, worse, False)):
         assert run(completed(known, fit, [], 0, sure=sure))[1].cells.mean() > 0.9
+
+
+def test_a_texel_of_several_repeats_within_and_one_of_its_own_does_not() -> None:
+    assert not repeats_within(motif())
+    assert not repeats_within(sett())
+    rng = np.random.default_rng(0)
+    for copies in ((2, 1), (1, 3), (2, 2)):
+        several = motif().tiled(*copies)
+        assert repeats_within(Texel(several + rng.normal(0, 0.03, several.shape)))
+
+
+def test_large_texels_that_repeat_within_speak_for_the_finer_lattice(
+    small: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cloth, found = cloth_of(small)
+    tried: list[Progress] = []
+
+    def begun_there(*_: object) -> Job[tuple[Cloth, Fit]]:
+        yield Progress(0.0, "")
+        return cloth, found
+
+    def goes_on(_: Cloth, begin: Fit, step: Progress) -> Job[Fit]:
+        tried.append(step)
+        yield step
+        return begin
+
+    proposals = [Proposal(np.array([x, 80.0]), 48.0 * np.eye(2), 1.0) for x in (60.0, 65.0, 70.0, 75.0, 80.0)]
+    for name, value in (("begun", begun_there), ("goes_on", goes_on), ("repeats_within", lambda _: True)):
+        monkeypatch.setattr(wide, name, value)
+    monkeypatch.setattr(wide, "propose_wide", lambda *_: proposals)
+    monkeypatch.setattr(wide, "worth", lambda *_: 1.0)
+    canvas = canvas_of(small.photo)
+    with pytest.raises(NoPatternError):
+        run(find_wide(small.photo, canvas, np.random.default_rng(0), least=0.01))
+    assert len(tried) == wide.AGAINST
+    run(find_wide(small.photo, canvas, np.random.default_rng(0)))
+    assert len(tried) == wide.AGAINST + len(proposals)
