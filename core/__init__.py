@@ -1,1 +1,16 @@
-"""Numerics and data of Weft: solvers, synthesis and decomposition. Never sees a window."""
+"""Numerics and data of Weft: solvers, synthesis and decomposition. Never sees a window.
+
+Where to begin, by what is wanted:
+
+- pictures: `images.load`, `images.load_mask`, `images.save`, `images.Image`
+- a warp that keeps features, once: `mapping.warping.warp_grid`, with `grid.Grid`, `grid.find_features` and
+  `warps.presets.make_warp`; many times on one grid and mask: `mapping.feature_mapping.FeatureMapping`
+- texture regrown along moved curves: `retexture.job.retexture`, with `curves.Curve` and `feature_curves.FeatureCurve`
+- a patterned cloth taken apart: `overlay.decomposition.decompose`; a new texture in its folds:
+  `overlay.composition.compose`, on a photo of any depth `overlay.laying.overlaid`
+- what the editor edits: `document.Document`; its file: `project.load_project`, `project.save_project`
+- linear systems: `factor.Factor`, factored once and solved many times
+
+Long work is a generator, which `progress.run` runs to its end. What a caller can mend is raised as `arrays.InputError`,
+every fault that can be explained as its base `arrays.WeftError`. Conventions of coordinates and arrays are in `arrays`.
+"""
