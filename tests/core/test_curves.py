@@ -226,7 +226,7 @@ def test_a_file_that_is_no_json_is_named(tmp_path: Path, text: str) -> None:
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"nothing\.json: No such file"):
+    with pytest.raises(InputError, match=r"nothing\.json: no such file"):
         read(tmp_path / "nothing.json")
 
 
