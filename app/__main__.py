@@ -11,7 +11,8 @@ def main(arguments: list[str] | None = None) -> int:
         return cli.main(arguments)
     except KeyboardInterrupt:
         sys.stderr.write("weft: interrupted\n")
-        # Python ends by the signal after an interrupt within code run from text, if this does not come after it.
+        # Having seen an interrupt leave code that was run from text, as the start is, Python would end by the signal at
+        # exit, whatever the status. Text that runs to its end takes that back.
         exec("")
         return 130
 

@@ -9,7 +9,7 @@ from app.render.picture_pass import PicturePass
 from app.render.scene import Scene
 from app.render.source import Box
 
-LEAST_SHRINK, MOST_SHRINK = 2, 4
+LEAST_SHRINK, MOST_SHRINK = 2, 3
 EASE = 0.7
 """A draft gets finer again where it would take at most this share of what it may: else it would come and go."""
 

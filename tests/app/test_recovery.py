@@ -31,6 +31,12 @@ class Rescued:
         self.editor.update()
         self.editor.update()
 
+    def close_without_saving(self) -> None:
+        filing.quit_editor(self.editor)
+        request = self.editor.requests.pop()
+        assert isinstance(request, AskUnsaved)
+        request.then("discard")
+
 
 def crashed(folder: Path) -> None:
     """Make what an editor left belong to no living process."""
@@ -73,10 +79,7 @@ def test_an_end_by_closing_keeps_nothing(tmp_path: Path) -> None:
     run = Rescued(tmp_path)
     run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
     with kept_at_an_end(run.editor):
-        filing.quit_editor(run.editor)
-        request = run.editor.requests.pop()
-        assert isinstance(request, AskUnsaved)
-        request.then("discard")
+        run.close_without_saving()
     assert not list(tmp_path.iterdir())
 
 
@@ -104,10 +107,7 @@ def test_nothing_is_kept_of_saved_or_given_up_work(tmp_path: Path) -> None:
     run.editor.edit("Bend", run.editor.document.with_warp(bend=10))
     run.after(20)
     assert len(list(folder.iterdir())) == 2
-    filing.quit_editor(run.editor)
-    request = run.editor.requests.pop()
-    assert isinstance(request, AskUnsaved)
-    request.then("discard")
+    run.close_without_saving()
     assert not list(folder.iterdir())
 
 

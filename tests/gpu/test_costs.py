@@ -14,17 +14,15 @@ def settled(costs: Costs, seconds: float) -> int:
 def test_a_draft_gets_coarser_the_longer_it_takes() -> None:
     costs = Costs(0.010)
     assert settled(costs, 0.039) == LEAST_SHRINK == 2
-    assert settled(costs, 0.085) == 3
-    assert settled(costs, 0.120) == 4
-    assert settled(costs, 9.0) == MOST_SHRINK == 4
+    assert settled(costs, 0.041) == 3
+    assert settled(costs, 9.0) == MOST_SHRINK == 3
 
 
 def test_a_draft_gets_finer_only_where_there_is_time_to_spare() -> None:
     costs = Costs(0.010)
-    assert settled(costs, 0.091) == 4
-    assert settled(costs, 0.089) == 4
-    assert settled(costs, 0.060) == 3
+    assert settled(costs, 0.041) == 3
     assert settled(costs, 0.039) == 3
+    assert settled(costs, 0.029) == 3
     assert settled(costs, 0.027) == 2
 
 
