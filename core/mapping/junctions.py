@@ -23,7 +23,7 @@ _MARGINS = (0.5, 0.25, 0.1, 0.03, 0.01)
 WORTH = 0.05
 """Logarithm of the scale that may be given for more room."""
 _CONTACTS = 8
-_WORTH_HAVING, _FAR = 0.4, 1e3
+_WORTH_HAVING, _FAR = 0.1, 1e3
 """Share of a feature's size for which the outline is not let go; weight of a place, in sizes of the picture."""
 _SAME_SIZE = 0.01
 """Logarithm of a rigid feature's scale that the free nodes can take up."""

@@ -65,6 +65,14 @@ def test_a_strip_is_moved_to_where_the_outline_does_not_rise_through_it() -> Non
     assert 0.4 < result.features[0].scale < 1
 
 
+def test_the_outline_stays_at_w_where_a_third_of_a_strip_s_size_fits() -> None:
+    plain = make_warp("arch", WIDTH, HEIGHT, bend=42)(GRID.nodes)
+    result = warp_grid(GRID, find_features(GRID, low_strip()), plain)
+    assert not result.folded.any()
+    assert result.outline_moved_px == 0
+    assert 0.1 < result.features[0].scale < 0.31
+
+
 def test_what_the_edge_cuts_is_measured_once_per_mask(monkeypatch: pytest.MonkeyPatch) -> None:
     mapping = FeatureMapping(GRID, find_features(GRID, standing()), keep="rigid")
     measured: list[FeatureMapping] = []
