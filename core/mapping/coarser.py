@@ -26,11 +26,11 @@ class Coarser:
     folds nothing when it is lifted, where features are not close to each other.
     """
 
-    def __init__(self, fine: FeatureMapping, *, covered: bool = False) -> None:
+    def __init__(self, fine: FeatureMapping, *, covered: bool = False, cells: int = _CELLS) -> None:
         self._fine = fine
         self._covered = covered
         grid = fine.grid
-        self.grid = Grid(grid.width_px, grid.height_px, cell_px=_CELLS * float(np.sqrt(grid.cell[0] * grid.cell[1])))
+        self.grid = Grid(grid.width_px, grid.height_px, cell_px=cells * float(np.sqrt(grid.cell[0] * grid.cell[1])))
         self._nodes, self._weights = grid.weights_at(self.grid.nodes.reshape(-1, 2))
         labels = self._covering() if covered else self._nearest()
         self.mapping = FeatureMapping(self.grid, Features(labels), keep=fine.keep, method=fine.method)

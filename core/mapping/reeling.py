@@ -1,8 +1,10 @@
-"""Let the outline go where no mapping without folds has it at W, and draw it back but for what cannot be there.
+"""Let the outline go where no mapping without folds has it at W, and no more of it than has to.
 
-From the one similarity of the whole picture that is closest to W, which folds nothing and keeps every shape, outline
-nodes are drawn to W by ties that grow, behind a barrier that lets nothing fold; sizes of features give way on the way.
-Loose in the end are those beside features that the edge cuts, and those that did not come near W.
+Features stiffen from W with the outline nodes loose that are beside features which the edge cuts. Where W turns a
+feature so far that this leads nowhere, the way begins at the other end: from the one similarity of the whole picture
+that is closest to W, which folds nothing and keeps every shape, outline nodes are drawn to W by ties that grow, behind
+a barrier that lets nothing fold; sizes of features give way on the way. Then those too stay loose that did not come
+near W.
 """
 
 from dataclasses import replace
@@ -16,70 +18,87 @@ from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas
 from core.mapping.frames import Complexes, as_complex
 from core.mapping.release import around, crosses_itself, outer_nodes
+from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress, part
 
-_BESIDE = 3
-"""Cells beside a cut whose outline nodes stay loose."""
-_PULLS, _GROWTHS = 28, 14
+_BESIDE, _WIDER = 1, 2
+"""Cells beside a cut whose outline nodes stay loose, at first and should that not do."""
+_PULLS, _GROWTHS = 56, 14
 """Steps at most: while the outline is drawn to W, and after that."""
-_TIE, _TIGHTEN, _AT_LAST = 1e-3, 4.0, 1.0
+_TIE, _TIGHTEN, _AT_LAST = 1e-3, 2.0, 1.0
 """The first tie, its growth, and that of nodes which cannot be at W in the end."""
-_WEIGHTS: Floats = np.array([0.85**step for step in range(_PULLS)])
-_BLUNT: Floats = np.full(_PULLS, 0.01)
-_SHARP: Floats = 0.01 * _WEIGHTS
-"""The barrier's weights on the way and its ε, which is a matter of luck: where one fails, the other may not."""
-_WIDEN, _LIGHTER = 100.0, 0.5
-"""Weight of the barrier after that, and its fall a step."""
+_BLUNT, _SHARP = (0.01, 0.92), (0.003, 0.94)
+"""ε of the barrier on the way, and the fall of its weight a step: where one fails, the other may not."""
+_WIDEN, _LIGHTER, _EPSILON = 100.0, 0.5, 0.01
+"""Weight of the barrier after that, its fall a step, and its ε."""
 _NEAR = (2.0, 0.5, 0.1, 0.02)
 """Cells from W within which nodes are set there, if that folds nothing."""
 _STIFF, _SOFT = 20.0, 0.5
 """Stiffness of a feature's scale, per node: in the end, and on the way."""
 
 
-def reeled(mapping: FeatureMapping, w: Complexes, scales: Floats, *, lightest: float) -> Job[Solution]:
+def reeled(mapping: FeatureMapping, w: Complexes, scales: Floats, *, lightest: float, fits: bool) -> Job[Solution]:
     """Return a mapping without folds that has the outline at W where it can, and features close to `scales`.
 
-    The barrier's weight falls to `lightest`.
+    The barrier's weight falls to `lightest`. `fits` says whether each feature on its own fits between outline nodes.
     """
-    drawn, loose = yield from part(_drawn(mapping, w, scales, _BLUNT), 0.0, 0.3)
-    if (loose & _far(mapping)).any():
-        again, fewer = yield from part(_drawn(mapping, w, scales, _SHARP), 0.3, 0.6)
-        if fewer.sum() < loose.sum():
+    far, further = _far(mapping, _BESIDE), _far(mapping, _WIDER)
+    none, beside = np.zeros_like(far), outer_nodes(mapping) & ~far
+    for number, loose in enumerate([none, beside] if fits else [beside]):
+        begin, middle, end = (0.1 * number + share for share in (0.0, 0.05, 0.1))
+        stiff = yield from part(stiffen(mapping, w, scales, released=loose), begin, middle)
+        if stiff is not None:
+            found = yield from part(_settled(mapping, w, stiff, loose, scales, lightest=lightest), middle, end)
+            if not (loose.any() and crosses_itself(found.z.ravel()[around(mapping.grid)])):
+                return found
+    drawn, loose = yield from part(_drawn(mapping, w, scales, far, _BLUNT), 0.2, 0.5)
+    if (loose & far).any():
+        again, fewer = yield from part(_drawn(mapping, w, scales, further, _SHARP), 0.5, 0.8)
+        if (fewer & further).sum() < (loose & further).sum():
             drawn, loose = again, fewer
-    everywhere, stiffness = np.ones(w.shape, bool), _STIFF * node_counts(mapping, drawn)
+    return (yield from part(_settled(mapping, w, drawn, loose, scales, lightest=lightest), 0.8, 1.0))
+
+
+def _settled(
+    mapping: FeatureMapping, w: Complexes, start: Solution, loose: Bools, scales: Floats, *, lightest: float
+) -> Job[Solution]:
+    """Bring a solution without folds closer to W and to `scales`, with outline nodes (R, C) that stay `loose`."""
+    everywhere, stiffness = np.ones(w.shape, bool), _STIFF * node_counts(mapping, start)
     untangler = Untangler(
-        mapping, w, drawn, window=everywhere, stiffness=stiffness, scales=scales, released=loose, clear=True
+        mapping, w, start, window=everywhere, stiffness=stiffness, scales=scales, released=loose, clear=True
     )
-    untangler.tie(loose & _far(mapping), _AT_LAST)
+    untangler.tie(loose & _far(mapping, _WIDER), _AT_LAST)
     for step in range(_GROWTHS):
         # Corners that have been pressed flat are widened first.
-        untangler.step(Barrier(_BLUNT[0]), max(_WIDEN * _LIGHTER**step, lightest))
-        yield Progress(0.6 + 0.4 * step / _GROWTHS, "unfolding")
+        untangler.step(Barrier(_EPSILON), max(_WIDEN * _LIGHTER**step, lightest))
+        yield Progress(step / _GROWTHS, "unfolding")
     return untangler.solution
 
 
-def _far(mapping: FeatureMapping) -> Bools:
-    """Return the outline nodes (R, C) that are not beside a feature which the edge cuts."""
+def _far(mapping: FeatureMapping, beside: int) -> Bools:
+    """Return the outline nodes (R, C) that are not within `beside` cells of a feature which the edge cuts."""
     outer = outer_nodes(mapping)
-    return np.asarray(outer & ~widened(mapping.grid.outline & ~outer, _BESIDE))
+    return np.asarray(outer & ~widened(mapping.grid.outline & ~outer, beside))
 
 
-def _drawn(mapping: FeatureMapping, w: Complexes, scales: Floats, epsilons: Floats) -> Job[tuple[Solution, Bools]]:
-    """Draw the outline to W behind barriers with ε = `epsilons`, one a step.
+def _drawn(
+    mapping: FeatureMapping, w: Complexes, scales: Floats, far: Bools, barrier: tuple[float, float]
+) -> Job[tuple[Solution, Bools]]:
+    """Draw outline nodes (R, C) that are `far` from cuts to W behind a `barrier` with ε and a fall of its weight.
 
     Returns what that leads to, and the outline nodes (R, C) that stay loose.
     """
-    outer, far = outer_nodes(mapping), _far(mapping)
+    outer, (epsilon, fall) = outer_nodes(mapping), barrier
     now = _as_one(mapping, w, len(scales))
     everywhere, stiffness = np.ones(w.shape, bool), _SOFT * node_counts(mapping, now)
     untangler = Untangler(
         mapping, w, now, window=everywhere, stiffness=stiffness, scales=scales, released=outer, clear=True
     )
     tie = _TIE
-    for step, (weight, epsilon) in enumerate(zip(_WEIGHTS, epsilons, strict=True)):
+    for step in range(_PULLS):
         untangler.tie(far, tie)
-        moved = untangler.step(Barrier(float(epsilon)), weight)
+        moved = untangler.step(Barrier(epsilon), fall**step)
         now = untangler.solution
         if np.abs(now.z - w)[far].max(initial=0.0) < _NEAR[0] * untangler.side:
             found = _set_at(mapping, w, now, far)

@@ -11,7 +11,7 @@ can be set exactly without a fold, they are.
 
 import numpy as np
 
-from core.arrays import Floats
+from core.arrays import Bools, Floats
 from core.mapping.assembly import Assembly, packed
 from core.mapping.distortion import Barrier, Corners
 from core.mapping.feature_mapping import FeatureMapping, Solution
@@ -31,9 +31,12 @@ _HALVINGS = 12
 
 
 class Stiffening:
-    """Newton's method from W with features that are tied ever tighter; s is `scales`, one per feature."""
+    """Newton's method from W with features that are tied ever tighter; s is `scales`, one per feature.
 
-    def __init__(self, mapping: FeatureMapping, w: Complexes, scales: Floats) -> None:
+    Outline nodes (R, C) that are `released` may leave W, none by default.
+    """
+
+    def __init__(self, mapping: FeatureMapping, w: Complexes, scales: Floats, *, released: Bools | None = None) -> None:
         self._mapping, self._scales = mapping, scales
         self.z = w.ravel().copy()
         self._index = index = mapping.index.ravel()
@@ -52,7 +55,8 @@ class Stiffening:
         self._tied = border[index[border] >= 0]
         self._owner, self._arms = index[self._tied], arms[self._tied]
         self._shares = np.bincount(self._owner, minlength=len(fits)).astype(np.float64)
-        self._free = border[(index[border] >= 0) | ~mapping.grid.outline.ravel()[border]]
+        held = mapping.grid.outline if released is None else mapping.grid.outline & ~released
+        self._free = border[(index[border] >= 0) | ~held.ravel()[border]]
         self._number_unknowns()
 
     def _number_unknowns(self) -> None:
@@ -135,9 +139,14 @@ class Stiffening:
         self.alpha, self.t = self.alpha + by[:, 0], self.t + by[:, 1]
 
 
-def stiffen(mapping: FeatureMapping, w: Complexes, scales: Floats) -> Job[Solution | None]:
-    """Return a mapping without folds whose features are close to `scales`, None if features cannot be brought to it."""
-    stiffening, tie = Stiffening(mapping, w, scales), _TIE
+def stiffen(
+    mapping: FeatureMapping, w: Complexes, scales: Floats, *, released: Bools | None = None
+) -> Job[Solution | None]:
+    """Return a mapping without folds whose features are close to `scales`, None if features cannot be brought to it.
+
+    Outline nodes (R, C) that are `released` may leave W, none by default.
+    """
+    stiffening, tie = Stiffening(mapping, w, scales, released=released), _TIE
     for step in range(_STEPS):
         moved = stiffening.step(tie)
         found = stiffening.settled(_CLEAR)

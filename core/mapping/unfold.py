@@ -9,7 +9,7 @@ There may be no mapping without folds that has the outline at W and the shapes e
 the picture's edge cuts at both ends has to pass between the outline nodes beside either cut; where W bends the outline
 across every such line, or leaves room for a small part of the feature's size only, as it does around a band that
 becomes half a ring, `junctions.can_fit` finds that in linear inequalities. The outline then gives way beside the cuts,
-as it does should all else fail (`reeling`).
+as it does should all else fail (`letting_go`).
 """
 
 import numpy as np
@@ -35,10 +35,9 @@ from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes
 from core.mapping.junctions import can_fit, fit_between, fitted_places, folds_corners
+from core.mapping.letting_go import LettingGo
 from core.mapping.own_sizes import EXACT, bisected, snapped
-from core.mapping.reeling import reeled
 from core.mapping.rehearsal import Rehearsal
-from core.mapping.release import around, crosses_itself, outer_nodes
 from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress, part
@@ -47,16 +46,14 @@ _CLOSE, _ROOM = 5, 30
 """Cells around what folds that may move at first, and around a feature that grows."""
 _STIFF, _SOFT = 20.0, 0.5
 """Stiffness of a feature's scale, per node."""
-_BEND = 2
-"""Outline nodes that go with those that left W on a coarser grid, since the outline bends there."""
 _MANY, _FEW = 32, 20
 """Features whose windows are kept small, and folds that are worth a search in size before the coarser grid's."""
 _MANY_FOLDS, _TOO_MANY = 50, 800
 """Folds from which they are cleared on a coarser grid beforehand, and that it leaves where features do not fit."""
 _NARROW_STEPS = 24
 """Newton steps at most in the narrowest windows, where they take little time."""
-_GROWTHS, _LAST = 14, 3
-"""Steps at most: while features grow, and on the fine grid after the outline has been let go on a coarser one."""
+_GROWTHS = 14
+"""Steps at most while features grow."""
 _FIRST, _LIGHT, _ROOMY = 1.0, 0.1, 3.0
 """Weight of the barrier when features begin to grow, at last, and where it has to leave room for a finer grid."""
 
@@ -70,26 +67,32 @@ def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     linear = mapping.place(w)
     if folded_quads(w).any() or not count_folds(linear):
         return linear
-    found = yield from part(_searched(mapping, w, linear), 0.0, 0.7)
-    solution = found or (yield from part(_let_go(mapping, w, linear), 0.7, 0.9))
+    fits, found = can_fit(mapping, w, linear), None
+    letting_go = LettingGo(mapping, w, linear, fits=fits)
+    if fits:
+        found = yield from part(_searched(mapping, w, linear, letting_go), 0.0, 0.7)
+    solution = found or (yield from part(letting_go.finished(), 0.7, 0.9))
     if mapping.keep == "rigid" and len(linear.alpha):
         solution = yield from part(snapped(mapping, w, solution), 0.9, 1.0)
     return solution
 
 
 def _searched(
-    mapping: FeatureMapping, w: Complexes, linear: Solution, *, lightest: float = _LIGHT
+    mapping: FeatureMapping,
+    w: Complexes,
+    linear: Solution,
+    letting_go: LettingGo | None = None,
+    *,
+    lightest: float = _LIGHT,
 ) -> Job[Solution | None]:
     """Unfold with the outline at W, features ever freer in size; None if that does not succeed."""
-    if not can_fit(mapping, w, linear):
-        return None
     fitted, rehearsal = fit_between(mapping, w, linear), Rehearsal(mapping, w)
     start = linear if fitted is None else fitted
     solution = yield from part(_nearby(mapping, w, start, rehearsal, fitted=fitted is not None), 0.0, 0.3)
     if count_folds(solution):
         if not len(linear.alpha):
             return blended(w, solution)
-        return (yield from part(_resized(mapping, w, solution, linear, lightest=lightest), 0.3, 1.0))
+        return (yield from part(_resized(mapping, w, solution, linear, letting_go, lightest=lightest), 0.3, 1.0))
     changed = bool((np.abs(np.log(np.abs(solution.alpha / linear.alpha))) > EXACT).any())
     if mapping.keep == "rigid" and changed:
         solution = yield from part(bisected(mapping, w, solution, rehearsal), 0.3, 0.9)
@@ -98,17 +101,14 @@ def _searched(
     return (yield from part(_relaxed_around(mapping, w, solution, linear if changed else start), 0.9, 1.0))
 
 
-def _let_go(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:
-    """Unfold with an outline that gives way."""
-    if is_large(mapping):
-        found = yield from part(_reeled_on_coarser(mapping, w, linear), 0.0, 0.5)
-        if found is not None:
-            return found
-    return (yield from part(reeled(mapping, w, np.abs(linear.alpha), lightest=_LIGHT), 0.5, 1.0))
-
-
 def _resized(
-    mapping: FeatureMapping, w: Complexes, solution: Solution, linear: Solution, *, lightest: float
+    mapping: FeatureMapping,
+    w: Complexes,
+    solution: Solution,
+    linear: Solution,
+    letting_go: LettingGo | None,
+    *,
+    lightest: float,
 ) -> Job[Solution | None]:
     """Let sizes of features give way: near the folds if they are few, on a coarser grid, at last from W."""
     if not is_large(mapping) or count_folds(solution) < _FEW:
@@ -117,9 +117,9 @@ def _resized(
         if not count_folds(softened):
             return (yield from part(_grown(mapping, w, softened, linear, lightest=lightest), 0.2, 1.0))
     if is_large(mapping):
-        found = yield from part(_from_coarser(mapping, w, linear), 0.2, 0.6)
-        if found is not None:
-            return found
+        if letting_go is not None:
+            yield from part(letting_go.sketched(), 0.2, 0.4)
+        return (yield from part(_from_coarser(mapping, w, linear), 0.4, 1.0))
     found = yield from part(stiffen(mapping, w, np.abs(linear.alpha)), 0.6, 0.9)
     return found and (yield from part(_grown(mapping, w, found, linear, lightest=lightest), 0.9, 1.0))
 
@@ -132,6 +132,8 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Jo
         return None
     coarse = coarser.mapping.place(coarse_w)
     if count_folds(coarse):
+        if not can_fit(coarser.mapping, coarse_w, coarse):
+            return None
         found = yield from part(unseen(_searched(coarser.mapping, coarse_w, coarse, lightest=_ROOMY)), 0.0, 0.4)
         if found is None:
             return None
@@ -150,41 +152,6 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Jo
         if clear and not count_folds(start):
             return (yield from part(_grown(mapping, w, start, linear), 0.7, 1.0))
     return None
-
-
-def _reeled_on_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution | None]:
-    """Let the outline go on a coarser grid, and take over what is found there; None if that folds."""
-    coarser = Coarser(mapping, covered=True)
-    coarse_w = coarser.at_nodes(w)
-    if folded_quads(coarse_w).any() or not coarser.mapping.bodies:
-        return None
-    scales = np.abs(coarser.mapping.place(coarse_w).alpha)
-    found = yield from part(unseen(reeled(coarser.mapping, coarse_w, scales, lightest=_ROOMY)), 0.0, 0.6)
-    start = coarser.lifted(w, found, linear, released=True)
-    outer = outer_nodes(mapping)
-    loose = outer & widened(outer & (start.z != w), _BEND)
-    cleared = yield from part(_cleared_beside(mapping, w, start, loose), 0.6, 0.8)
-    if count_folds(cleared) or crosses_itself(cleared.z.ravel()[around(mapping.grid)]):
-        return None
-    yield Progress(0.8, "unfolding", cleared.positions)
-    held = np.full(len(start.alpha), np.inf)
-    last = Untangler(mapping, w, cleared, window=np.ones(w.shape, bool), stiffness=held, released=loose)
-    return (yield from part(approached(last, cleared, _LAST, weight=_ROOMY), 0.8, 1.0))
-
-
-def _cleared_beside(mapping: FeatureMapping, w: Complexes, start: Solution, loose: Bools) -> Job[Solution]:
-    """Clear the few folds of a lifted solution whose outline is `loose`, in windows that become wider."""
-    solution, soft = start, _STIFF * node_counts(mapping, start)
-    for reach, stiffness in ((_CLOSE, None), (REACH, None), (REACH, soft)):
-        folds = count_folds(solution)
-        if not folds:
-            break
-        window = folds_widened(solution, reach)
-        untangler = Untangler(mapping, w, solution, window=window, stiffness=stiffness, released=loose)
-        yield from steps_to_clear(untangler, "barrier", STEPS)
-        if count_folds(untangler.solution) < folds:
-            solution = untangler.solution
-    return solution
 
 
 def _nearby(
