@@ -14,6 +14,7 @@ from core.retexture.blend import correction
 from core.retexture.diffusion import Diffusion
 from core.retexture.layout import Origins
 from core.retexture.minified import Boxes, average, boxes
+from core.retexture.ringing import Limits
 from core.retexture.sampling import Kernel, read, read_stored
 from core.retexture.softening import SHARE, Mixture, across_seams
 
@@ -105,7 +106,7 @@ class Retexture:
     ) -> Pixels:
         self._check(layer)
         source = color.premultiply(color.linear_light(layer, linear=linear))
-        low, high = float(source.min()), float(source.max())
+        low, high, limits = float(source.min()), float(source.max()), Limits(source, linear=linear)
         result = layer.copy()
 
         def resample(start: int) -> None:
@@ -116,6 +117,7 @@ class Retexture:
             if not moved.any():
                 return
             light = read(source, at, Kernel.LANCZOS, mirror=True)
+            limits.hold(light, at)
             if mixture is not None:
                 average(light, source, at, self._pressed(rows))
                 _mix(light, source, mixture.rows(rows.start, rows.stop, layer.shape[1]))

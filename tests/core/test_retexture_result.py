@@ -93,12 +93,13 @@ def test_sixteen_bits_are_not_cut_to_eight(found: Retexture) -> None:
 
 
 def test_the_original_is_resampled_once_and_with_the_best_kernel(found: Retexture) -> None:
-    layer = np.random.default_rng(2).random((HEIGHT, WIDTH, 3)).astype(np.float32)
+    # Faint enough that the kernel's overshoot is nowhere held.
+    layer = 0.4 + 0.2 * np.random.default_rng(2).random((HEIGHT, WIDTH, 3)).astype(np.float32)
     want = np.clip(read(layer, found.place, Kernel.LANCZOS, mirror=True), layer.min(), layer.max())
     # Beside seams patches are mixed, and steps between them are evened out.
     off = np.abs(found.apply(layer, linear=True) - want).max(axis=2)
-    assert np.median(off[found.label > 0]) < 0.01
-    assert np.abs(found.deformed(layer, linear=True) - want).max(axis=2)[found.label == 0].max() < 1e-3
+    assert np.median(off[found.label > 0]) < 0.002
+    assert np.abs(found.deformed(layer, linear=True) - want).max(axis=2)[found.label == 0].max() < 2e-4
 
 
 def test_a_layer_of_another_size_is_refused(found: Retexture) -> None:
