@@ -19,8 +19,9 @@ FARTHEST = 2.0
 """But no farther from a curve than this many reaches."""
 FINE_PX, AROUND_PX = 2.0, 15
 """Detail finer than the first is averaged over a window as wide as the second."""
-CONTRAST = 0.02
-"""Below this contrast, of 1, there is nothing to be seen stretched."""
+CONTRAST, SEEN, CLEAR = 0.02, 0.012, 0.04
+"""Below the first contrast, of 1, there is nothing to be seen stretched; above, a stretch is seen where contrast times
+strain is more than the second. Above the last any is, and texture from elsewhere fits where its source is missing."""
 JOIN = 0.3
 """Width of the band that joins both, as a share of the reach."""
 GENTLE = 1.1
@@ -30,8 +31,9 @@ NEAR = 0.65
 MILD, WILD = 0.5, 1.0
 """Where the deformation stretches by less than the first. Where it stretches by more than the second, it shows too
 little of the source too often, and begins to count one reach from the curve only."""
-GAP_PX, SPECK_PX = 8, 4
-"""The region has no gaps narrower than twice the first, and no parts narrower than twice the second."""
+GAP_PX, SPECK_PX = 16, 8
+"""The region has no gaps narrower than twice the first, and no parts narrower than twice the second, unless patches are
+small."""
 SMOOTH_PX = 6.0
 """Strain is averaged over about so far."""
 RIM_PX = 12
@@ -49,6 +51,8 @@ class Apart:
     picture and nothing stands for what is missing."""
     creased: Bools
     """(H, W) the same where the ribs of one curve meet, inside a bend."""
+    missing: Bools
+    """(H, W) where the coordinates lead out of the picture, whether or not anything stands for what is missing."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +99,9 @@ def region(
 ) -> Region:
     """Return where to regrow texture: near the target curves, as far as the deformation is not rigid.
 
-    Farther off, too, where it stretches much. And wherever the deformed picture has no `detail` (H, W), there is
-    nothing to regrow, but close to a curve. The deformation stands where it shows `landmarks` (H, W).
+    Farther off, too, where it stretches much. And wherever the deformed picture has no `detail` (H, W) that would show
+    its strain, there is nothing to regrow, but close to a curve: a seam, or an edge that is bent anew, would show more.
+    The deformation stands where it shows `landmarks` (H, W).
     """
     reach_px, edge_px = sizes.reach_px, sizes.edge_px
     strain = grid.at_pixels(_smooth(distortion(grid, field), SMOOTH_PX / grid.step)[..., None])[..., 0]
@@ -104,8 +109,9 @@ def region(
     near = (distance < reach_px) & (strain > CALM)
     far = (distance < FARTHEST * reach_px) & (strain > STRAINED)
     aside = ~_beyond_ends(curves, distance, FARTHEST * reach_px)
-    must = (near | far) & aside & (detail > CONTRAST) | (distance < edge_px) & (strain > CALM)
-    must = _cleaned(must)
+    texture = detail > np.where(apart.missing, CLEAR, np.clip(SEEN / np.maximum(strain, 1e-3), CONTRAST, CLEAR))
+    must = (near | far) & aside & texture | (distance < edge_px) & (strain > CALM)
+    must = _cleaned(must, min(SPECK_PX, edge_px / 2))
     may = _away_from(must) <= RIM_PX
     allowed = ~_kept(landmarks, strain)
     if matte is not None:
@@ -120,7 +126,9 @@ def region(
     whole = np.minimum(inside, _away_from(apart.torn))
     nearness = ramp(whole / band)
     free = ramp(whole / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
-    nearness *= share_along(distance / reach_px, strain, ramp(_away_from(apart.creased) / band))
+    # The feature itself stays on its curve, however tightly that bends.
+    uncreased = np.maximum(ramp(_away_from(apart.creased) / band), 1 - ramp(distance / edge_px - 1))
+    nearness *= share_along(distance / reach_px, strain, uncreased)
     return Region(must, may, inner, nearness, free)
 
 
@@ -216,10 +224,10 @@ def _beyond_ends(curves: CurveSet, distance: Singles, reach_px: float) -> Bools:
     return beyond
 
 
-def _cleaned(mask: Bools) -> Bools:
-    """Close gaps and drop specks narrower than a patch."""
+def _cleaned(mask: Bools, speck_px: float) -> Bools:
+    """Close gaps, and drop specks narrower than twice `speck_px`."""
     closed = _away_from(_away_from(mask) > GAP_PX) > GAP_PX
-    return _away_from(_away_from(~closed) > SPECK_PX) <= SPECK_PX
+    return _away_from(_away_from(~closed) > speck_px) <= speck_px
 
 
 def _disc(radius: int) -> Bytes:

@@ -59,7 +59,7 @@ def prepared(
         beside, paces, nearest, lost, missing = along_nodes(source, target, plain.grid, patch.rib)
         # What a place shows comes from where the deformation has it, or from where it lies along the curve.
         fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
-        between = apart(beside, nearest, lost, plain)
+        between = apart(beside, nearest, lost, missing, plain)
     sizes = Sizes(reach_px, 1.5 * patch.rib, patch.search_along)
     area = region(plain.grid, plain.field, target, fine, between, sizes, stands.result(), matte=matte)
     # Each share of a place's source compresses as its own map does.
@@ -115,10 +115,10 @@ def along_nodes(
     return place.reshape(some.shape), paces, feet.curve.reshape(size), (lost & ~far).reshape(size), far.reshape(size)
 
 
-def apart(along: Points, nearest: Ints, lost: Bools, plain: Retexture) -> Apart:
+def apart(along: Points, nearest: Ints, lost: Bools, missing: Bools, plain: Retexture) -> Apart:
     """Return how the places `along` the `nearest` curves (r, c, 2), of every second node, are off the deformation's.
 
-    None of them is where they are `lost` (r, c).
+    None of them is where they are `lost` (r, c); where they are `missing` (r, c), others stand for them.
     """
     gap = np.linalg.norm(along - (plain.grid.nodes + plain.field)[::2, ::2], axis=-1)
     torn = lost.astype(np.float64)
@@ -128,8 +128,9 @@ def apart(along: Points, nearest: Ints, lost: Bools, plain: Retexture) -> Apart:
         meets = np.diff(nearest, axis=axis) != 0
         torn += np.pad(far & meets, [(int(axis == i), 0) for i in (0, 1)])
         creased += np.pad(far & ~meets, [(int(axis == i), 0) for i in (0, 1)])
-    gap_px, *meeting = (plain.grid.at_pixels(spread(values, plain.grid))[..., 0] for values in (gap, torn, creased))
-    return Apart(gap_px, meeting[0] > 0.5, meeting[1] > 0.5)
+    wanted = gap, torn, creased, lost | missing
+    gap_px, *parts = (plain.grid.at_pixels(spread(values, plain.grid))[..., 0] for values in wanted)
+    return Apart(gap_px, *(part > 0.5 for part in parts))
 
 
 def standing(picture: Singles, source: CurveSet, plain: Retexture, patch: PatchShape, reach_px: float) -> Bools:

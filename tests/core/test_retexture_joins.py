@@ -3,6 +3,7 @@
 import numpy as np
 
 from core.arrays import Points
+from core.curve_fitting import fit
 from core.curves import Curve
 from core.feature_curves import FeatureCurve
 from core.progress import run
@@ -55,6 +56,16 @@ def test_inside_a_bend_places_go_over_from_one_side_to_the_other() -> None:
         across = upright(y, 60, WIDTH - 60)[:, ::-1]
         steps = np.diff(scene.way.origins(across).source, axis=0)
         assert np.linalg.norm(steps, axis=1).max() < 4
+
+
+def test_what_lies_on_a_curve_stays_on_it_however_tightly_that_bends() -> None:
+    x = np.array([0, 60, 85, 98, 110, 122, 135, 160, 219.0])
+    kinked = fit(np.column_stack([x, 120 - 45 * np.exp(-(((x - 110) / 14) ** 2))]), tolerance=0.2)
+    curve = FeatureCurve(straight(), kinked)
+    scene = scene_of([curve], 60.0)
+    beside = scene.way.target.points[40:-40:8] + [[0.0, 5.0]]
+    origins = scene.way.origins(beside)
+    np.testing.assert_allclose(origins.source[:, 1] - 100, origins.offset, atol=0.1)
 
 
 def test_the_deformation_counts_sooner_where_it_stretches_mildly() -> None:
