@@ -16,6 +16,9 @@ from core.retexture.membrane import Membrane
 
 NODES = 24_000
 """Of the live grid, about as many as the editor draws."""
+COARSER = 1.06
+"""Its cells may be so many times as wide, for numbers of them that sine transforms are fast for."""
+CLOSEST_PX = 2.0
 MOST_POINTS = 260
 """Curves are held at about so many points at most while they are dragged, otherwise one in a cell."""
 
@@ -54,8 +57,8 @@ class LiveDeformation:
 
     def __init__(self, shape: tuple[int, int], nodes: Points, *, reach_px: float | None = None) -> None:
         self._shape, self._reach_px = shape, reach_px
-        self._step = max(2.0, float(np.sqrt(shape[0] * shape[1] / NODES)))
-        rows, columns = (max(int(np.ceil((side - 1) / self._step)), 2) + 1 for side in shape)
+        self._step = spaced(shape)
+        rows, columns = (cells + 1 for cells in _cells(shape, self._step))
         self._membrane = Membrane(rows, columns)
         self._nodes = nodes
         self._reading = Reading((rows, columns), self._step, nodes[0, :, 0], nodes[:, 0, 1])
@@ -80,6 +83,34 @@ class LiveDeformation:
         ring = np.argwhere(_ring_around(free))[:, ::-1].astype(float)
         places, values = np.concatenate([places, ring]), np.concatenate([values, np.zeros((len(ring), 2))])
         return np.asarray(self._membrane.held(places, values, np.full(len(places), hold)) * free[..., None])
+
+
+def spaced(shape: tuple[int, int]) -> float:
+    """Return the distance in px of about `NODES` nodes over a picture of `shape`, in rows of few small prime factors.
+
+    A transform takes time for each node as the sum of these factors: many times as much if a length is prime. Nodes
+    two pixels apart, of small pictures, are those of the final deformation, and stay.
+    """
+    least = float(np.sqrt(shape[0] * shape[1] / NODES))
+    if least <= CLOSEST_PX:
+        return CLOSEST_PX
+    return float(min(np.linspace(least, COARSER * least, 31), key=lambda step: sum(map(_factors, _cells(shape, step)))))
+
+
+def _cells(shape: tuple[int, int], step: float) -> tuple[int, int]:
+    """Return how many cells of a grid are above each other, and beside each other."""
+    return max(int(np.ceil((shape[0] - 1) / step)), 2), max(int(np.ceil((shape[1] - 1) / step)), 2)
+
+
+def _factors(number: int) -> int:
+    """Return the sum of a number's prime factors."""
+    total, factor = 0, 2
+    while number > 1:
+        if number % factor:
+            factor += 1
+        else:
+            total, number = total + factor, number // factor
+    return total
 
 
 def _thinned(source: Points, target: Points, step: float) -> tuple[Points, Points, float]:

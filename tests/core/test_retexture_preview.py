@@ -9,9 +9,9 @@ from core.arrays import Points
 from core.curves import Curve
 from core.feature_curves import FeatureCurve
 from core.grid import Grid
-from core.retexture.diffusion import deformation
+from core.retexture.diffusion import Diffusion, deformation
 from core.retexture.membrane import Membrane
-from core.retexture.preview import LiveDeformation, pulled
+from core.retexture.preview import NODES, LiveDeformation, pulled, spaced
 
 HEIGHT, WIDTH = 150, 220
 
@@ -92,3 +92,17 @@ def test_a_long_curve_is_held_at_few_points_and_keeps_its_place() -> None:
     live = LiveDeformation((HEIGHT, WIDTH), nodes).solve(curves)
     at = np.rint(target.at(np.linspace(0.5, 26.5, 60))).astype(int)
     assert np.abs(live[at[:, 1], at[:, 0]] - at - [3.0, -5.0]).max() < 1.0
+
+
+@pytest.mark.parametrize("shape", [(495, 660), (356, 498), (566, 800), (692, 500), (3000, 4000), (614, 554)])
+def test_the_live_grid_has_as_many_nodes_as_usual_in_rows_that_transforms_are_fast_for(shape: tuple[int, int]) -> None:
+    """Painting, wave and pizza of DPD table 1 would have 179, 131 and 131 cells in a row or column."""
+    step = spaced(shape)
+    cells = [int(np.ceil((side - 1) / step)) for side in shape]
+    assert 0.85 * NODES < cells[0] * cells[1] < 1.05 * NODES
+    for count in cells:
+        assert max(n for n in range(2, count + 1) if count % n == 0 and all(n % k for k in range(2, n))) < 30
+
+
+def test_the_live_grid_of_a_small_picture_is_the_final_one() -> None:
+    assert spaced((HEIGHT, WIDTH)) == Diffusion((HEIGHT, WIDTH), np.array([[50.0, 50.0]])).step
