@@ -12,16 +12,16 @@ from core.overlay.cloth import Cloth, Fit
 from core.overlay.correlation import Proposal
 from core.overlay.doubt import share_in_light
 from core.overlay.fitting import begun, completed
-from core.overlay.seeding import NoPatternError, find_lattice
+from core.overlay.seeding import NoPatternError, evidence, find_lattice
 from core.overlay.stages import Stage
 from core.overlay.wide import find_wide
 from core.progress import Job, Progress, part
 
-DOUBTFUL = 0.3
-"""Share of the pattern in the light from which large texels are looked for."""
+DOUBTFUL, WEAK = 0.2, 2.5
+"""Share of the pattern in the light from which, and evidence of a lattice up to which, large texels are looked for."""
 LEAST_WORTH = 0.05
 """Worth of large texels, over the area that may be cloth, to be taken in place of a doubtful lattice."""
-FALSE = 0.5
+FALSE = 0.4
 """The same, of followed cloth, from which its lattice is none."""
 
 
@@ -40,7 +40,7 @@ def find_cloth(
         lattice = yield from part(search, 0.0, 0.4)
         yield Progress(0.4, "registering", Stage("lattice", lattice, shape=canvas.shape))
         first = yield from part(begun(photo, canvas, lattice, seed), 0.4, 0.45)
-        if sure or share_in_light(*first) < DOUBTFUL:
+        if sure or (share_in_light(*first) < DOUBTFUL and evidence(lattice) > WEAK):
             return (yield from part(completed(*first, [], seed, sure=sure), 0.45, 1.0))
     except NoPatternError:
         if sure:

@@ -20,9 +20,9 @@ LEAST_EVENNESS = 0.12
 """Change of colour along stripes over that across them, below which only one direction repeats."""
 LEAST_STEPS = 4
 """Area, in lattice steps, below which nothing was found."""
-LEAST_SHARE, CERTAIN = 1 / 3, 0.4
+LEAST_SHARE, CERTAIN, MANY = 1 / 3, 0.4, 100
 """Vertices over the area, in steps, that is followed from them: fewer are a chance likeness amid another pattern,
-unless they are as much alike as this."""
+unless they are as much alike as this, or as many."""
 
 UNLIKE, BORNE_OUT = 0.35, 0.75
 """Variance that the texture leaves unexplained, over its own, from which a lattice is none that is followed over less
@@ -74,7 +74,8 @@ def completed(
     """
     found = yield from followed(cloth, pruned(cloth, found), Progress(0.25, "following the cloth"))
     area = cloth.steps_of(found.cells)
-    chance = not sure and likeness(cloth.lattice) < CERTAIN and len(cloth.lattice) < LEAST_SHARE * area
+    few = len(cloth.lattice) < min(LEAST_SHARE * area, MANY)
+    chance = not sure and likeness(cloth.lattice) < CERTAIN and few
     unlike = not sure and found.tolerance.noise > UNLIKE * found.tolerance.own
     if area < LEAST_STEPS or chance or (unlike and area < BORNE_OUT * len(cloth.lattice)):
         raise NoPatternError

@@ -6,7 +6,7 @@ from core.arrays import Bools, Floats, InputError, Points
 from core.overlay.alignment import Canvas, Frames, Template, align, correlate, thinned
 from core.overlay.correlation import Proposal, propose, snapped
 from core.overlay.keypoints import alike_keypoints, propose_from_keypoints
-from core.overlay.lattice import Lattice, grow, mean_template, refined, seeded
+from core.overlay.lattice import Lattice, grow, mean_template, neighbour_rows, refined, seeded, step_errors
 from core.overlay.smoothing import flatten
 from core.overlay.stages import Stage
 from core.progress import Job, Progress
@@ -22,12 +22,18 @@ MOST_SAMPLES = 160
 """Samples of a texel with which places are compared before they are aligned."""
 LEAST_LIKENESS = 0.6
 """Least correlation of the first texel of a further piece."""
-TRIALS, FINALISTS = 14, 3
+TRIALS, FINALISTS = 20, 4
 TRIAL_VERTICES = 25
+SIZE_CLASS, TURN = 0.35, 3
+"""Logarithm of the sides that count as one size, and proposals of a size that are tried before other sizes' next."""
 ENOUGH = 4
 """Seeds that agree before no more are tried."""
-WORSE = 0.4
+WORSE = 0.3
 """Promise, over the best one's, below which a seed is dropped."""
+NEARLY, SAME_PHASE = 0.75, 0.35
+"""Merit, over the best one's, with which a finer lattice is preferred of which the best one's texels are several and
+that lies as evenly, and mean of the phases in which that one's vertices lie in the finer texels: 1 where all are the
+same, and of n by chance about 1 / sqrt(n)."""
 
 
 class NoPatternError(InputError):
@@ -60,7 +66,7 @@ def find_lattice(
     yield Progress(0.1, "clustering keypoints")
     groups = alike_keypoints(canvas.image, valid, rng)
     yield Progress(0.2, "clustering keypoints", Stage("keypoints", groups=tuple(groups), shape=canvas.shape))
-    proposals = of_size(proposals + propose_from_keypoints(groups), texel_px)[:TRIALS]
+    proposals = in_turn(of_size(proposals + propose_from_keypoints(groups), texel_px))[:TRIALS]
     seeds = tuple((proposal.point, proposal.basis) for proposal in proposals)
     lattices: list[Lattice] = []
     for number, proposal in enumerate(proposals):
@@ -79,7 +85,24 @@ def found_or_refused(lattices: list[Lattice], least: int) -> Lattice:
     best = max(lattices, key=merit, default=None)
     if best is None or len(best) < least:
         raise NoPatternError
-    return best
+    finer = [
+        other
+        for other in lattices
+        if merit(other) > NEARLY * merit(best) and bend_px(other) <= bend_px(best) and divides(other, best)
+    ]
+    return min(finer, key=lambda other: other.texel_area, default=best)
+
+
+def divides(fine: Lattice, coarse: Lattice) -> bool:
+    """Return whether a lattice has smaller texels than another, at whose vertices its own texels look the same."""
+    if len(fine) < LEAST_VERTICES or fine.texel_area * 1.5 > coarse.texel_area:
+        return False
+    away = coarse.frames.points[:, None] - fine.frames.points
+    nearest = (away**2).sum(-1).argmin(1)
+    rest = np.linalg.solve(fine.frames.bases[nearest], away[np.arange(len(coarse)), nearest][..., None])[..., 0]
+    rest = rest[np.abs(rest).max(1) < 1]
+    least = max(SAME_PHASE, 2 / np.sqrt(max(len(rest), 1)))
+    return len(rest) >= LEAST_VERTICES and float(np.abs(np.exp(2j * np.pi * rest).mean(0)).min()) > least
 
 
 def of_size(proposals: list[Proposal], texel_px: float | None) -> list[Proposal]:
@@ -89,6 +112,17 @@ def of_size(proposals: list[Proposal], texel_px: float | None) -> list[Proposal]
         return ordered
     sides = [float(np.sqrt(abs(np.linalg.det(proposal.basis)))) for proposal in ordered]
     return [proposal for proposal, side in zip(ordered, sides, strict=True) if 1 / 1.5 < side / texel_px < 1.5]
+
+
+def in_turn(proposals: list[Proposal]) -> list[Proposal]:
+    """Return the proposals, best first, in an order in which each size has its turn."""
+    seen: dict[int, int] = {}
+    turns: list[int] = []
+    for proposal in proposals:
+        size = round(float(np.log(abs(np.linalg.det(proposal.basis)))) / 2 / SIZE_CLASS)
+        turns.append(seen.get(size, 0) // TURN)
+        seen[size] = seen.get(size, 0) + 1
+    return [proposals[row] for row in np.argsort(turns, kind="stable").tolist()]
 
 
 def tried(canvas: Canvas, proposal: Proposal) -> Lattice:
@@ -138,7 +172,19 @@ def promise(lattice: Lattice) -> float:
 
 def merit(lattice: Lattice) -> float:
     """Return what a grown lattice is worth: the area it covers, by how alike its texels are."""
-    return likeness(lattice) ** 2 * len(lattice) * lattice.texel_area
+    return evidence(lattice) * lattice.texel_area
+
+
+def evidence(lattice: Lattice) -> float:
+    """Return how much speaks for a grown lattice, wherever it lies and however large its texels are."""
+    return likeness(lattice) ** 2 * len(lattice)
+
+
+def bend_px(lattice: Lattice) -> float:
+    """Return the usual distance of a vertex from where a neighbour's vectors and its own lead (NRT sec. 3.1)."""
+    near = neighbour_rows(lattice.keys)
+    wrong = step_errors(lattice.frames.points, lattice.frames.bases, lattice.frames, near)[near >= 0]
+    return float(np.median(wrong)) * float(np.sqrt(lattice.texel_area)) if len(wrong) else 0.0
 
 
 def scattered(valid: Bools, rng: np.random.Generator, count: int) -> Points:

@@ -50,12 +50,14 @@ TRIALS, FITS = 32, 16
 """Proposals that are tried, and how many of them are registered."""
 LEAST_TEXELS, LEAST_GROWTH = 4.0, 2.5
 """Area that has to be followed, in texels and, where it began with few vertices, over the area that they had."""
-MOST_NOISE, MOST_LIGHT = 0.2, 0.3
+MOST_NOISE, MOST_LIGHT = 0.2, 0.2
 """Variance that the texture leaves unexplained, over its own, and share of the pattern in the light."""
-GOOD = 0.1
+GOOD = 0.25
 """Worth, over the area that may be cloth, with which no other texel is tried."""
 REPEATED, LEAST_PART = 0.85, 0.2
 """Correlation of a texel with itself from which it repeats within, and the least part of a side that it is moved by."""
+PARTS, LEAST_AGAIN = 3, 0.5
+"""Parts of a texel's side, and how much of a texel has to be followed again beside itself, along each side."""
 AGAINST = 3
 """Large texels that repeat within after which the finer lattice is believed."""
 NEIGHBOURS = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j], float)
@@ -197,11 +199,22 @@ def goes_on(cloth: Cloth, begun: Fit, step: Progress) -> Job[Fit | None]:
     area = cloth.steps_of(found.cells)
     further = area > LEAST_GROWTH * cloth.steps_of(begun.cells) or len(cloth.lattice) >= ENOUGH
     # A texel may look like itself only: it is that of all its copies that has to explain them.
-    return refitted(cloth, found, rounds=3) if area >= LEAST_TEXELS and further else None
+    return refitted(cloth, found, rounds=3) if area >= LEAST_TEXELS and further and both_ways(found) else None
+
+
+def both_ways(found: Fit) -> bool:
+    """Return whether the pattern has been followed from texel to texel along both sides: a border goes on along one."""
+    corners = np.concatenate([piece.uv[:-1, :-1][piece.cells] for piece in found.pieces])
+    places = set(map(tuple, np.floor(PARTS * corners).astype(np.int64).tolist()))
+    again = [sum((i + u, j + v) in places for i, j in places) for u, v in ((PARTS, 0), (0, PARTS))]
+    return min(again) > LEAST_AGAIN * PARTS**2
 
 
 def worth(cloth: Cloth, found: Fit) -> float:
-    """Return the pixels to which the pattern has been followed, less if it explains them badly."""
+    """Return the pixels to which the pattern has been followed, less if it explains them badly.
+
+    The first texel explains itself, and little noise is as good as none.
+    """
     noise, light = found.tolerance.noise / found.tolerance.own, share_in_light(cloth, found)
-    area = cloth.steps_of(found.cells) * cloth.step_px**2
-    return area * max(0.0, 1 - noise / MOST_NOISE) * max(0.0, 1 - light / MOST_LIGHT)
+    further = (cloth.steps_of(found.cells) - 1) * cloth.step_px**2
+    return max(0.0, further) * max(0.0, 1 - (noise / MOST_NOISE) ** 2) * max(0.0, 1 - (light / MOST_LIGHT) ** 2)

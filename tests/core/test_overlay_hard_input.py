@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats, InputError
+from core.overlay import fitting
 from core.overlay.alignment import Frames
 from core.overlay.cloth import make_cloth, starting_state
 from core.overlay.corrections import lattices_of, texel_between
@@ -153,7 +154,9 @@ def with_scores(lattice: Lattice, score: float) -> Lattice:
     return replace(lattice, frames=replace(lattice.frames, scores=np.full(len(lattice), score)))
 
 
-def test_few_vertices_amid_much_that_looks_like_them_are_no_pattern_unless_they_or_the_user_are_sure() -> None:
+def test_few_vertices_amid_much_that_looks_like_them_are_no_pattern_unless_they_or_the_user_are_sure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     scene = make_scene(motif())
     whole = found_in(scene.photo).lattice
     middle = np.median(whole.keys, axis=0).astype(int)
@@ -164,6 +167,9 @@ def test_few_vertices_amid_much_that_looks_like_them_are_no_pattern_unless_they_
     for score, sure in ((0.85, True), (0.95, False)):
         cloth, found = run(fit(scene.photo, canvas, [with_scores(few, score)], 0, trusted=False, sure=sure))
         assert cloth.steps_of(found.cells) > 30
+    monkeypatch.setattr(fitting, "MANY", len(few))
+    cloth, found = run(fit(scene.photo, canvas, [with_scores(few, 0.85)], 0, trusted=False, sure=False))
+    assert cloth.steps_of(found.cells) > 30
 
 
 def test_vertices_that_lie_badly_in_every_second_column_do_not_double_the_texel() -> None:

@@ -16,7 +16,7 @@ from core.overlay.fitting import begun, completed
 from core.overlay.lattice import Lattice
 from core.overlay.seeding import NoPatternError, find_lattice, flat_canvas
 from core.overlay.texel import Texel
-from core.overlay.wide import find_wide, propose_wide, repeats_within, share_inside
+from core.overlay.wide import both_ways, find_wide, propose_wide, repeats_within, share_inside
 from core.progress import Job, Progress, run
 from tests.core.overlay_scenes import Scene, make_scene, motif
 
@@ -119,6 +119,41 @@ def test_light_that_changes_with_the_texels_has_taken_the_pattern(small: Scene) 
     assert share_in_light(cloth, taken) > finding.FALSE
     brighter = replace(found, pieces=(replace(state, rho=2 * state.rho),))
     assert share_in_light(cloth, brighter) == pytest.approx(share_in_light(cloth, found))
+
+
+def test_light_in_folds_of_several_texels_has_taken_nothing(small: Scene) -> None:
+    cloth, found = cloth_of(small)
+    state = found.pieces[0]
+    folds = np.exp(0.6 * np.sin(2 * np.pi * 0.12 * state.uv[..., 0]))
+    folded = replace(found, pieces=(replace(state, rho=state.rho * folds),))
+    assert share_in_light(cloth, folded) < finding.DOUBTFUL
+
+
+@pytest.mark.parametrize("weak", [True, False])
+def test_large_texels_are_looked_for_where_little_speaks_for_the_lattice(
+    small: Scene, monkeypatch: pytest.MonkeyPatch, weak: bool
+) -> None:
+    looked: list[Floats] = []
+
+    def none(photo: Floats, *_: object, **__: object) -> None:
+        looked.append(photo)
+        raise NoPatternError
+
+    monkeypatch.setattr(finding, "find_wide", none)
+    monkeypatch.setattr(finding, "WEAK", 1e3 if weak else 0.0)
+    photo = small.photo[:110, :120]
+    assert run(find_cloth(photo, canvas_of(photo), 0))[1].cells.mean() > 0.9
+    assert len(looked) == weak
+
+
+def test_a_border_that_goes_on_along_one_side_of_its_texel_only_is_no_pattern(small: Scene) -> None:
+    _, found = cloth_of(small)
+    state = found.pieces[0]
+    assert both_ways(found)
+    for axis in (0, 1):
+        middle = np.floor(np.median(state.uv[..., axis]))
+        row = state.cells & (np.floor(state.uv[:-1, :-1, axis]) == middle)
+        assert not both_ways(replace(found, pieces=(replace(state, cells=row),)))
 
 
 @pytest.mark.parametrize(("begins", "ends", "refused"), [(0.4, 0.4, False), (0.4, 0.6, True), (0.1, 0.6, False)])

@@ -1,0 +1,45 @@
+"""Which of several seeds are tried, and which of several grown lattices is the pattern's."""
+
+import numpy as np
+
+from core.arrays import Floats
+from core.overlay.alignment import Frames
+from core.overlay.correlation import Proposal
+from core.overlay.lattice import Lattice
+from core.overlay.seeding import LEAST_VERTICES, NEARLY, TURN, bend_px, divides, found_or_refused, in_turn, merit
+
+FINE = np.array([[15.0, 2.0], [-1.0, 12.0]])
+
+
+def lattice(basis: Floats, columns: int, rows: int, score: float, *, uneven_px: float = 0.0) -> Lattice:
+    keys = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
+    points = 30 + keys @ basis.T
+    points[:, 0] += uneven_px * np.where(keys.sum(1) % 2, 1.0, -1.0)
+    frames = Frames(points, np.tile(basis, (len(keys), 1, 1)), np.full(len(keys), score))
+    return Lattice(keys, frames)
+
+
+def test_every_size_has_its_turn_before_the_best_size_goes_on() -> None:
+    sides = [20.0] * 5 + [21.0] * 2 + [60.0] * 2
+    proposals = [Proposal(np.array([k, 0.0]), side * np.eye(2), 1 - 0.01 * k) for k, side in enumerate(sides)]
+    order = [int(proposal.point[0]) for proposal in in_turn(proposals)]
+    assert order == [*range(TURN), 7, 8, *range(TURN, 7)]
+
+
+def test_of_a_lattice_and_one_of_several_of_its_texels_the_finer_one_is_taken() -> None:
+    fine, coarse = lattice(FINE, 12, 12, 0.8), lattice(FINE @ np.diag([4, 1]), 3, 12, 0.82)
+    assert merit(fine) < merit(coarse)
+    assert found_or_refused([coarse, fine], LEAST_VERTICES) is fine
+    elsewhere = lattice(1.37 * FINE @ np.diag([2, 1]), 5, 7, 0.82)
+    assert NEARLY * merit(elsewhere) < merit(fine) < merit(elsewhere)
+    assert not divides(fine, elsewhere)
+    assert found_or_refused([elsewhere, fine], LEAST_VERTICES) is elsewhere
+
+
+def test_a_finer_lattice_that_lies_unevenly_or_is_much_less_alike_is_not_taken() -> None:
+    coarse = lattice(FINE @ np.diag([4, 1]), 3, 12, 0.82)
+    uneven, unlike = lattice(FINE, 12, 12, 0.8, uneven_px=0.8), lattice(FINE, 12, 12, 0.75)
+    assert bend_px(uneven) > 1 > bend_px(coarse)
+    for other in (uneven, unlike):
+        assert divides(other, coarse)
+        assert found_or_refused([coarse, other], LEAST_VERTICES) is coarse
