@@ -24,15 +24,19 @@ from core.mapping.coarser import Coarser, unseen
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes
-from core.mapping.reeling import reeled
+from core.mapping.reeling import count_astray, reeled, settled, ways
 from core.mapping.release import around, crosses_itself, outer_nodes
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress, part
 
 _ENOUGH, _MANY = 1500, 6000
 """Nodes of a grid that is coarse enough, and from which the next one has cells three times as large, not twice."""
+_UNCOVERED = 0.75
+"""Share of the outline outside features that stays so on a coarser grid which is like the finest."""
 _CLOSE = 5
 """Cells around what folds that may move at first."""
+_FEW = 20
+"""Folds that are worth clearing."""
 _STIFF = 20.0
 """Stiffness of a feature's scale, per node."""
 _BEND = 2
@@ -54,6 +58,7 @@ class LettingGo:
         self._sizes = {body.number: abs(a) for body, a in zip(mapping.bodies, linear.alpha, strict=False)}
         self._drawn: list[Solution] = []
         """What was found on a coarse grid and lifted, from there down to the finest."""
+        self.is_untried = True
 
     @cached_property
     def _coarser(self) -> list[tuple[Coarser, Complexes]]:
@@ -61,39 +66,63 @@ class LettingGo:
         return list(_ever_coarser(self._mapping, self._w))
 
     def sketched(self) -> Job[None]:
-        """Look for a first mapping without folds, and show it."""
-        count = len(self._coarser)
+        """Look for a first mapping without folds, on coarser grids, and show it."""
+        count, self.is_untried = len(self._coarser), False
         for first in range(count, 0, -1):
-            coarser, w = self._coarser[first - 1]
-            begin, middle, end = (1 - (first - done) / count for done in (0, 0.8, 1))
-            job = reeled(coarser.mapping, w, self._scales(coarser.mapping), lightest=_ROOMY, fits=self._fits)
-            drawn = [(yield from unseen(part(job, begin, middle)))]
+            is_like = _outer_share(self._coarser[first - 1][0].mapping) >= _UNCOVERED * _outer_share(self._mapping)
+            job = self._sketched_from(first, at_once=not is_like)
+            yield from part(job, 1 - first / count, 1 - (first - 1) / count)
+            if self._drawn and is_like:
+                return
+
+    def _sketched_from(self, first: int, *, at_once: bool) -> Job[None]:
+        """Try ways on the grid of a level, until the outline is loose only where it has to be.
+
+        What has to be found `at_once` is but shown until a finer grid, where features cover less of the outline, does.
+        """
+        coarser, w = self._coarser[first - 1]
+        mapping, scales, fewest = coarser.mapping, self._scales(coarser.mapping), np.inf
+        jobs = ways(mapping, w, scales, fits=self._fits)
+        jobs = jobs[: 1 + self._fits] if at_once else jobs
+        for number, way in enumerate(jobs):
+            begin, middle, nearly, end = ((number + done) / len(jobs) for done in (0.0, 0.6, 0.8, 1.0))
+            start, loose = yield from unseen(part(way, begin, middle))
+            astray = count_astray(mapping, loose)
+            if start is None or astray >= fewest:
+                continue
+            job = settled(mapping, w, start, loose, scales, lightest=_ROOMY)
+            drawn = [(yield from unseen(part(job, middle, nearly)))]
             for level in range(first, 0, -1):
                 drawn.append(self._lifted(level, drawn[-1]))
-            clear = yield from part(_cleared(self._mapping, self._w, drawn[-1]), middle, end)
+            # The next way may fold less.
+            attempts = 1 if number < len(jobs) - 1 else 3
+            clear = yield from part(_cleared(self._mapping, self._w, drawn[-1], attempts=attempts), nearly, end)
             if _is_clear(self._mapping, self._w, clear):
-                yield Progress(1.0, "unfolding", clear.positions)
-                self._drawn = [*drawn[:-1], clear]
+                yield Progress(end, "unfolding", clear.positions)
+                self._drawn, fewest = [*drawn[:-1], clear], astray
+            if not fewest:
                 return
 
     def finished(self) -> Job[Solution]:
         """Return a mapping without folds that has the outline at W where it can, and features close to their sizes."""
-        if not self._drawn:
+        if self.is_untried:
             yield from part(self.sketched(), 0.0, 0.4)
         if not self._drawn:
             sizes = np.abs(self._linear.alpha)
             return (yield from part(reeled(self._mapping, self._w, sizes, lightest=_LIGHT, fits=self._fits), 0.4, 1.0))
         found, clear = self._drawn[0], self._drawn[-1]
-        for level in range(len(self._drawn) - 1, 0, -1):
+        levels = len(self._drawn) - 1
+        for level in range(levels, 0, -1):
+            begin, middle, end = (0.7 - 0.3 * (level - done) / levels for done in (0.0, 0.5, 1.0))
             mapping, w, _ = self._at(level - 1)
             lifted = self._lifted(level, found)
-            lifted = yield from unseen(part(_cleared(mapping, w, lifted, attempts=1), 0.4, 0.5))
+            lifted = yield from unseen(part(_cleared(mapping, w, lifted, attempts=1), begin, middle))
             if not _is_clear(mapping, w, lifted):
                 break
             if level == 1:
                 clear = lifted
             else:
-                found = yield from unseen(part(_refined(mapping, w, lifted, self._scales(mapping)), 0.5, 0.7))
+                found = yield from unseen(part(_refined(mapping, w, lifted, self._scales(mapping)), middle, end))
         return (yield from part(_polished(self._mapping, self._w, clear), 0.7, 1.0))
 
     def _at(self, level: int) -> tuple[FeatureMapping, Complexes, Solution]:
@@ -123,6 +152,11 @@ def _ever_coarser(mapping: FeatureMapping, w: Complexes) -> Iterator[tuple[Coars
         yield coarser, w
 
 
+def _outer_share(mapping: FeatureMapping) -> float:
+    """Return the share of the outline outside features."""
+    return float(outer_nodes(mapping).sum() / mapping.grid.outline.sum())
+
+
 def _is_clear(mapping: FeatureMapping, w: Complexes, solution: Solution) -> bool:
     """Return whether nothing folds, and the outline does not cross itself unless W has it so."""
     ring = around(mapping.grid)
@@ -136,13 +170,13 @@ def _loose(mapping: FeatureMapping, w: Complexes, solution: Solution, *, bend: i
     return np.asarray(outer & widened(outer & (solution.z != w), bend))
 
 
-def _cleared(mapping: FeatureMapping, w: Complexes, start: Solution, *, attempts: int = 3) -> Job[Solution]:
+def _cleared(mapping: FeatureMapping, w: Complexes, start: Solution, *, attempts: int) -> Job[Solution]:
     """Clear the few folds of a lifted solution, in windows that become wider."""
     solution, soft = start, _STIFF * node_counts(mapping, start)
     loose = _loose(mapping, w, start, bend=_BEND)
     for reach, stiffness in ((_CLOSE, None), (REACH, None), (REACH, soft))[:attempts]:
         folds = count_folds(solution)
-        if not folds:
+        if not 0 < folds <= _FEW:
             break
         window = folds_widened(solution, reach)
         untangler = Untangler(mapping, w, solution, window=window, stiffness=stiffness, released=loose)

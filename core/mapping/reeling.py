@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.mapping.approach import count_folds, node_counts, widened
+from core.mapping.approach import count_folds, folds_widened, node_counts, widened
 from core.mapping.distortion import Barrier
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import corner_areas
@@ -32,8 +32,14 @@ _BLUNT, _SHARP = (0.01, 0.92), (0.003, 0.94)
 """ε of the barrier on the way, and the fall of its weight a step: where one fails, the other may not."""
 _WIDEN, _LIGHTER, _EPSILON = 100.0, 0.5, 0.01
 """Weight of the barrier after that, its fall a step, and its ε."""
+_PATIENCE, _NEARER = 12, 0.97
+"""It has ended where so many steps have not brought the farthest node this much nearer."""
+_ROUNDS, _FLAT = 2, 0.005
+"""Times that this is done at most; share of its area under W below which a corner has been pressed flat."""
 _NEAR = (2.0, 0.5, 0.1, 0.02)
 """Cells from W within which nodes are set there, if that folds nothing."""
+_TRIALS = 4
+"""Times that this is tried, each time without those near what folds."""
 _STIFF, _SOFT = 20.0, 0.5
 """Stiffness of a feature's scale, per node: in the end, and on the way."""
 
@@ -43,37 +49,82 @@ def reeled(mapping: FeatureMapping, w: Complexes, scales: Floats, *, lightest: f
 
     The barrier's weight falls to `lightest`. `fits` says whether each feature on its own fits between outline nodes.
     """
+    best, fewest = None, 0
+    jobs = ways(mapping, w, scales, fits=fits)
+    for number, way in enumerate(jobs):
+        begin, middle, end = ((number + done) / len(jobs) for done in (0.0, 0.8, 1.0))
+        start, loose = yield from part(way, begin, middle)
+        if start is None:
+            continue
+        found = yield from part(settled(mapping, w, start, loose, scales, lightest=lightest), middle, end)
+        astray = count_astray(mapping, loose)
+        if best is None or astray < fewest:
+            best, fewest = found, astray
+        if not fewest:
+            break
+    assert best is not None
+    return best
+
+
+def ways(
+    mapping: FeatureMapping, w: Complexes, scales: Floats, *, fits: bool
+) -> list[Job[tuple[Solution | None, Bools]]]:
+    """Return jobs that each let the outline go in another way, the quickest and best first.
+
+    They return a mapping without folds, the last ones always, and the outline nodes (R, C) that stay loose.
+    """
     far, further = _far(mapping, _BESIDE), _far(mapping, _WIDER)
-    none, beside = np.zeros_like(far), outer_nodes(mapping) & ~far
-    for number, loose in enumerate([none, beside] if fits else [beside]):
-        begin, middle, end = (0.1 * number + share for share in (0.0, 0.05, 0.1))
-        stiff = yield from part(stiffen(mapping, w, scales, released=loose), begin, middle)
-        if stiff is not None:
-            found = yield from part(_settled(mapping, w, stiff, loose, scales, lightest=lightest), middle, end)
-            if not (loose.any() and crosses_itself(found.z.ravel()[around(mapping.grid)])):
-                return found
-    drawn, loose = yield from part(_drawn(mapping, w, scales, far, _BLUNT), 0.2, 0.5)
-    if (loose & far).any():
-        again, fewer = yield from part(_drawn(mapping, w, scales, further, _SHARP), 0.5, 0.8)
-        if (fewer & further).sum() < (loose & further).sum():
-            drawn, loose = again, fewer
-    return (yield from part(_settled(mapping, w, drawn, loose, scales, lightest=lightest), 0.8, 1.0))
+    released = [np.zeros_like(far)] * fits + [outer_nodes(mapping) & ~far]
+    pulls = (far, _BLUNT), (further, _SHARP), (further, _BLUNT)
+    stiffened = [_stiffened(mapping, w, scales, loose) for loose in released]
+    return stiffened + [_drawn(mapping, w, scales, nodes, barrier) for nodes, barrier in pulls]
 
 
-def _settled(
+def count_astray(mapping: FeatureMapping, loose: Bools) -> int:
+    """Return how many of the nodes (R, C) that stay loose are not beside a cut."""
+    return int((loose & _far(mapping, _WIDER)).sum())
+
+
+def _stiffened(
+    mapping: FeatureMapping, w: Complexes, scales: Floats, loose: Bools
+) -> Job[tuple[Solution | None, Bools]]:
+    """Stiffen features from W with outline nodes (R, C) that are `loose`."""
+    return (yield from stiffen(mapping, w, scales, released=loose)), loose
+
+
+def settled(
     mapping: FeatureMapping, w: Complexes, start: Solution, loose: Bools, scales: Floats, *, lightest: float
 ) -> Job[Solution]:
-    """Bring a solution without folds closer to W and to `scales`, with outline nodes (R, C) that stay `loose`."""
-    everywhere, stiffness = np.ones(w.shape, bool), _STIFF * node_counts(mapping, start)
-    untangler = Untangler(
-        mapping, w, start, window=everywhere, stiffness=stiffness, scales=scales, released=loose, clear=True
-    )
-    untangler.tie(loose & _far(mapping, _WIDER), _AT_LAST)
-    for step in range(_GROWTHS):
-        # Corners that have been pressed flat are widened first.
-        untangler.step(Barrier(_EPSILON), max(_WIDEN * _LIGHTER**step, lightest))
-        yield Progress(step / _GROWTHS, "unfolding")
-    return untangler.solution
+    """Bring a solution without folds closer to W and to `scales`, with outline nodes (R, C) that stay `loose`.
+
+    So do those beside what the outline presses flat, since nothing else can widen that.
+    """
+    found = start
+    for number in range(_ROUNDS):
+        everywhere, stiffness = np.ones(w.shape, bool), _STIFF * node_counts(mapping, start)
+        untangler = Untangler(
+            mapping, w, found, window=everywhere, stiffness=stiffness, scales=scales, released=loose, clear=True
+        )
+        untangler.tie(loose & _far(mapping, _WIDER), _AT_LAST)
+        for step in range(_GROWTHS):
+            # Corners that have been pressed flat are widened first.
+            untangler.step(Barrier(_EPSILON), max(_WIDEN * _LIGHTER**step, lightest))
+            yield Progress((number + step / _GROWTHS) / _ROUNDS, "unfolding")
+        found = untangler.solution
+        pressed = outer_nodes(mapping) & _beside_flat(w, found)
+        if not (pressed & ~loose).any():
+            break
+        loose = loose | pressed
+    return found
+
+
+def _beside_flat(w: Complexes, solution: Solution) -> Bools:
+    """Return the nodes (R, C) of quads that have lost almost all of a corner's area under W, and those next to them."""
+    flat = ((corner_areas(solution.z) / corner_areas(w)).min(axis=0) < _FLAT).astype(np.uint8)
+    nodes = np.pad(flat, ((0, 1), (0, 1)))
+    for shift in ((0, 1), (1, 0), (1, 1)):
+        nodes |= np.pad(flat, ((shift[0], 1 - shift[0]), (shift[1], 1 - shift[1])))
+    return widened(nodes > 0, 1)
 
 
 def _far(mapping: FeatureMapping, beside: int) -> Bools:
@@ -84,7 +135,7 @@ def _far(mapping: FeatureMapping, beside: int) -> Bools:
 
 def _drawn(
     mapping: FeatureMapping, w: Complexes, scales: Floats, far: Bools, barrier: tuple[float, float]
-) -> Job[tuple[Solution, Bools]]:
+) -> Job[tuple[Solution | None, Bools]]:
     """Draw outline nodes (R, C) that are `far` from cuts to W behind a `barrier` with ε and a fall of its weight.
 
     Returns what that leads to, and the outline nodes (R, C) that stay loose.
@@ -95,22 +146,27 @@ def _drawn(
     untangler = Untangler(
         mapping, w, now, window=everywhere, stiffness=stiffness, scales=scales, released=outer, clear=True
     )
-    tie = _TIE
+    tie, distances = _TIE, list[float]()
     for step in range(_PULLS):
         untangler.tie(far, tie)
         moved = untangler.step(Barrier(epsilon), fall**step)
         now = untangler.solution
-        if np.abs(now.z - w)[far].max(initial=0.0) < _NEAR[0] * untangler.side:
+        distances.append(float(np.abs(now.z - w)[far].max(initial=0.0)))
+        if distances[-1] < _NEAR[0] * untangler.side:
             found = _set_at(mapping, w, now, far)
             if found is not None:
                 return found, outer & ~far
+        if step >= _PATIENCE and min(distances[-_PATIENCE:]) > _NEARER * min(distances[:-_PATIENCE]):
+            break
         tie *= _TIGHTEN if moved else 1 / _TIGHTEN
         yield Progress(step / _PULLS, "unfolding")
     for cells in _NEAR:
         near = far & (np.abs(now.z - w) < cells * untangler.side)
-        found = _set_at(mapping, w, now, near)
-        if found is not None:
-            return found, outer & ~near
+        for _ in range(_TRIALS):
+            found = _set_at(mapping, w, now, near)
+            if found is not None:
+                return found, outer & ~near
+            near &= ~folds_widened(replace(now, z=np.where(near, w, now.z)), 1)
     return now, outer
 
 

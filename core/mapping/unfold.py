@@ -50,6 +50,8 @@ _MANY, _FEW = 32, 20
 """Features whose windows are kept small, and folds that are worth a search in size before the coarser grid's."""
 _MANY_FOLDS, _TOO_MANY = 50, 800
 """Folds from which they are cleared on a coarser grid beforehand, and that it leaves where features do not fit."""
+_LONG = 10_000
+"""Unknowns with which an attempt takes a while."""
 _NARROW_STEPS = 24
 """Newton steps at most in the narrowest windows, where they take little time."""
 _GROWTHS = 14
@@ -88,7 +90,7 @@ def _searched(
     """Unfold with the outline at W, features ever freer in size; None if that does not succeed."""
     fitted, rehearsal = fit_between(mapping, w, linear), Rehearsal(mapping, w)
     start = linear if fitted is None else fitted
-    solution = yield from part(_nearby(mapping, w, start, rehearsal, fitted=fitted is not None), 0.0, 0.3)
+    solution = yield from part(_nearby(mapping, w, start, rehearsal, letting_go, fitted=fitted is not None), 0.0, 0.3)
     if count_folds(solution):
         if not len(linear.alpha):
             return blended(w, solution)
@@ -117,7 +119,7 @@ def _resized(
         if not count_folds(softened):
             return (yield from part(_grown(mapping, w, softened, linear, lightest=lightest), 0.2, 1.0))
     if is_large(mapping):
-        if letting_go is not None:
+        if letting_go is not None and letting_go.is_untried:
             yield from part(letting_go.sketched(), 0.2, 0.4)
         return (yield from part(_from_coarser(mapping, w, linear), 0.4, 1.0))
     found = yield from part(stiffen(mapping, w, np.abs(linear.alpha)), 0.6, 0.9)
@@ -155,11 +157,18 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Jo
 
 
 def _nearby(
-    mapping: FeatureMapping, w: Complexes, start: Solution, rehearsal: Rehearsal, *, fitted: bool
+    mapping: FeatureMapping,
+    w: Complexes,
+    start: Solution,
+    rehearsal: Rehearsal,
+    letting_go: LettingGo | None,
+    *,
+    fitted: bool,
 ) -> Job[Solution]:
     """Unfold close to `start`, features at its sizes; what is returned may still fold.
 
-    Where they have been `fitted` between outline nodes, they stay at first.
+    Where they have been `fitted` between outline nodes, they stay at first. Before a long attempt a first mapping
+    without folds is shown, found by `letting_go`.
     """
     solution, held = start, np.full(len(start.alpha), np.inf)
     if count_folds(solution) >= _MANY_FOLDS:
@@ -177,8 +186,10 @@ def _nearby(
         stays = number == 0 and fitted
         window = folds_widened(solution, reach) if stays else window_around(mapping, solution, reach)
         untangler = Untangler(mapping, w, solution, window=window, stiffness=None if stays else held)
-        begin, end = (0.2 + 0.8 * n / len(attempts) for n in (number, number + 1))
-        yield from part(steps_to_clear(untangler, kind, steps), begin, end)
+        begin, middle, end = (0.2 + 0.8 * (number + done) / len(attempts) for done in (0.0, 0.3, 1.0))
+        if number and letting_go is not None and letting_go.is_untried and untangler.size > _LONG:
+            yield from part(letting_go.sketched(), begin, middle)
+        yield from part(steps_to_clear(untangler, kind, steps), middle, end)
         if untangler.folds < count_folds(solution):
             solution = untangler.solution
     return solution

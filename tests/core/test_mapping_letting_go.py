@@ -53,6 +53,7 @@ def is_whole(mapping: FeatureMapping, z: Complexes) -> bool:
         (FOUR, "arc", -90, "similarity", 0.6),
         (FOUR, "arc", 90, "rigid", 0.6),
         (strips((131, 150)), "flag", 100, "similarity", 0.8),
+        (strips((131, 150)), "arc", -90, "similarity", 0.6),
     ],
 )
 def test_what_is_beside_the_cuts_gives_way_and_a_first_mapping_is_shown(
@@ -61,11 +62,23 @@ def test_what_is_beside_the_cuts_gives_way_and_a_first_mapping_is_shown(
     mapping, w = mapped(FINE, mask, preset, bend, keep)
     outside, shown = outer_nodes(mapping), list[Points]()
     last = run(unfold(mapping, w), lambda step: shown.append(step.preview) if step.preview is not None else None).z
-    assert len(shown) == 1
-    for z in (as_complex(shown[0]), last):
-        assert is_whole(mapping, z)
+    assert shown
+    assert all(is_whole(mapping, z) for z in [*map(as_complex, shown), last])
+    for z in (as_complex(shown[-1]), last):
         assert (z == w)[outside].mean() > stays
-    assert np.abs(last - as_complex(shown[0])).max() < 0.2 * WIDTH
+    assert np.abs(last - as_complex(shown[-1])).max() < 0.2 * WIDTH
+
+
+def test_a_first_mapping_is_shown_before_a_long_search_that_has_the_outline_at_w() -> None:
+    poles = np.zeros((HEIGHT, WIDTH), np.uint8)
+    poles[:, 47:61] = poles[:, 164:178] = 255
+    mapping, w = mapped(FINE, poles, "arc-lower", -100, "rigid")
+    outside, shown = outer_nodes(mapping), list[Complexes]()
+    job = unfold(mapping, w)
+    last = run(job, lambda step: shown.append(as_complex(step.preview)) if step.preview is not None else None).z
+    assert all(is_whole(mapping, z) for z in [*shown, last])
+    assert (shown[0] != w)[outside].any()
+    assert (last == w)[outside].all()
 
 
 def test_a_sketch_is_made_once_and_gone_on_from() -> None:
