@@ -1,6 +1,7 @@
 """From a lattice to the registered cloth: start, growth to the cloth's end, further pieces, texel and mesh in turn."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +25,8 @@ LEAST_SHARE, CERTAIN, MANY = 1 / 3, 0.4, 100
 """Vertices over the area, in steps, that is followed from them: fewer are a chance likeness amid another pattern,
 unless they are as much alike as this, or as many."""
 
+DRAWS = 3
+"""Times that the texels are drawn anew where they seem to differ."""
 UNLIKE, BORNE_OUT = 0.35, 0.75
 """Variance that the texture leaves unexplained, over its own, from which a lattice is none that is followed over less
 than this of its own area."""
@@ -100,9 +103,13 @@ def true_period(cloth: Cloth, state: State, seed: int) -> Floats:
     for count in (2, 3, 2):
         if len(cloth.lattice) < 8 * count**2 * abs(np.linalg.det(M)):
             continue
-        halves = estimate_halves(cloth.canvas.image.astype(float), at @ np.linalg.inv(M).T, weight, count, seed)
+        drawn = partial(estimate_halves, cloth.canvas.image.astype(float), at @ np.linalg.inv(M).T, weight, count)
+        steps = coarser(drawn(seed))
+        if abs(np.linalg.det(steps)) > 1.5:
+            # Few texels look different by chance: others have to agree.
+            steps = coarser(*(drawn(seed + k) for k in range(DRAWS)))
         finer = cloth.lattice.basis @ M
-        M = M @ np.rint(np.linalg.solve(finer, reduced(finer @ coarser(halves))))
+        M = M @ np.rint(np.linalg.solve(finer, reduced(finer @ steps)))
     return M
 
 

@@ -17,7 +17,7 @@ from core.overlay.basis import sublattices
 from core.overlay.lattice import Lattice, index_of
 from core.overlay.texel import estimate_texel
 
-CHANGED = 0.02
+CHANGED = 0.03
 """Share of the texture's variance over which a translation is no period."""
 MARKED = 0.25
 """The same for the worst spot of a tenth of a texel: a small mark is part of the pattern."""
@@ -81,10 +81,13 @@ def is_period(halves: Halves, shift: Floats) -> bool:
     return mean < CHANGED and worst < MARKED
 
 
-def coarser(halves: Halves) -> Ints:
-    """Return the finest sublattice (2, 2) of Z² that contains `count` Z² and has periods as steps."""
-    n = halves.count
-    periods = {(i, j) for i in range(n) for j in range(n) if is_period(halves, np.array([i, j], float))}
+def coarser(*draws: Halves) -> Ints:
+    """Return the finest sublattice (2, 2) of Z² that contains `count` Z² and has periods of most draws as steps."""
+    n = draws[0].count
+    votes = {
+        (i, j): sum(is_period(halves, np.array([i, j], float)) for halves in draws) for i in range(n) for j in range(n)
+    }
+    periods = {step for step, votes_for in votes.items() if 2 * votes_for > len(draws)}
     for index in range(1, n * n + 1):
         if (n * n) % index:
             continue

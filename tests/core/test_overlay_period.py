@@ -5,7 +5,7 @@ import pytest
 
 from core.overlay.alignment import Frames
 from core.overlay.lattice import Lattice
-from core.overlay.period import coarser, estimate_halves, far_period, is_period
+from core.overlay.period import SAMPLES, Halves, coarser, estimate_halves, far_period, is_period
 from core.overlay.seeding import flat_canvas
 from core.overlay.texel import Texel
 from tests.core.overlay_scenes import make_scene, marked_checks, motif
@@ -50,3 +50,13 @@ def test_texels_that_are_alike_repeat_after_one_step() -> None:
     keys = np.stack(np.meshgrid(np.arange(1, 15), np.arange(1, 13)), -1).reshape(-1, 2)
     frames = Frames(12.0 * keys.astype(np.float64), np.tile(12.0 * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys)))
     assert far_period(canvas, Lattice(keys, frames)).tolist() == [1, 1]
+
+
+def test_most_draws_decide_whether_texels_differ() -> None:
+    alike = motif(SAMPLES).tiled(2, 2)
+    other = alike.copy()
+    other[:, :SAMPLES] = other[:, :SAMPLES, ::-1]
+    same, differs = Halves(alike, alike, 2), Halves(other, other, 2)
+    assert round(abs(np.linalg.det(coarser(differs).astype(float)))) == 2
+    assert round(abs(np.linalg.det(coarser(differs, differs, same).astype(float)))) == 2
+    assert round(abs(np.linalg.det(coarser(differs, same, same).astype(float)))) == 1
