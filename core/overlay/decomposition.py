@@ -19,6 +19,7 @@ from core.overlay.correlation import Proposal
 from core.overlay.finding import find_cloth
 from core.overlay.fitting import fit
 from core.overlay.gauge import gauge_of
+from core.overlay.joining import joined
 from core.overlay.lattice import Lattice
 from core.overlay.layers import add_rest, explained, other_things, painted
 from core.overlay.mesh import Mesh
@@ -160,6 +161,8 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     uv[~valid], shading[~valid] = np.nan, np.nan
     off = other_things(photo, (uv, shading), texel, cloth, scale)
     uv[off], shading[off], followed[off] = np.nan, np.nan, False
+    uv, other = joined(uv, cloth.basis, cloth.step_px, scale)
+    followed &= ~other
     uv, shading = recovered(photo, (uv, shading), texel, cloth.basis * scale, followed, scale=scale)
     uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
     texel = finer_texel(cloth, photo, uv, shading, followed, scale)

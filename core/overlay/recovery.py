@@ -5,17 +5,19 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.filling import solid
+from core.overlay.light import local_light, nearer_light
 from core.overlay.mesh import around
 from core.overlay.regaining import shifts_where_lost
 from core.overlay.texel import Texel
-from core.overlay.trust import local_light, trust_in
+from core.overlay.trust import trust_in
 
-TURN = 2 * np.pi
 EVERY, SAMPLES, MARGIN = 2, 14, 4
 """Least pixels from one place to the next at which the cloth is looked at, places along the side of a texel where there
 can be as many, and places around where the pattern is lost."""
 BRIGHTEST = 99
 """Per cent of the light on cloth that is followed, over which that on the rest is not: it is ground that shines."""
+MOST_LIGHT = 1.4
+"""Light where the model is trusted, over that which the photo shows near it."""
 HALF = 0.5
 """Trust under which the pattern is lost."""
 LEAST = 0.1
@@ -39,13 +41,14 @@ def recovered(
     if trust[covered].min(initial=1) == 1:
         return layers
     own = local_light(seen, covered, texel, basis)
-    if (covered & held).any():
-        own = np.minimum(own, np.float32(np.percentile(light[covered & held], BRIGHTEST)))
+    most = np.float32(np.percentile(light[covered & held], BRIGHTEST) if (covered & held).any() else np.inf)
+    own = np.minimum(own, most)
     lost = solid(np.asarray(covered & (~held | (trust < HALF)), np.bool_), LEAST * side)
     light = trust * light + (1 - trust) * own
     uv = moved((seen, uv, light), texel, basis, lost, every)
+    own = np.minimum(nearer_light(seen, uv[few, few], own, texel, basis), most)
     trust, own = (spread(plane, shading.shape, every) for plane in (trust, own))
-    return uv, np.asarray(trust * shading + (1 - trust) * own, np.float32)
+    return uv, np.asarray(np.minimum(trust * shading + (1 - trust) * own, MOST_LIGHT * own), np.float32)
 
 
 def moved(seen: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats, lost: Bools, every: int) -> Singles:
@@ -57,13 +60,9 @@ def moved(seen: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats, l
     if not lost.any():
         return seen[1]
     box, (photo, uv, light) = around(lost, MARGIN), seen
-    shift = shifts_where_lost(photo[box], uv[::every, ::every][box], light[box], texel, basis, lost[box])
-    # A shift of nearly a texel forth is one of a little back: what is between both is neither.
-    whole = np.zeros((*lost.shape, 4), np.float32)
-    whole[box] = np.concatenate([np.cos(TURN * shift), np.sin(TURN * shift)], -1)
-    wide = spread(whole, uv.shape, every)
-    angle = np.arctan2(wide[..., 2:], wide[..., :2]) / np.float32(TURN)
-    return np.where(spread(lost.astype(np.float32), uv.shape, every)[..., None] > HALF, uv + angle, uv)
+    shift = np.zeros((*lost.shape, 2), np.float32)
+    shift[box] = shifts_where_lost(photo[box], uv[::every, ::every][box], light[box], texel, basis, lost[box])
+    return uv + spread(shift, uv.shape, every)
 
 
 def spread(plane: Singles, shape: tuple[int, ...], every: int) -> Singles:

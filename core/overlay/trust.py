@@ -1,12 +1,8 @@
-"""How far the model can be trusted, and the light on cloth where it cannot.
-
-Where the model lies beside the photo, its shading and what the detail misses of the photo are the pattern's, not the
-light's. The photo's mean brightness over a texel, over the texel's own, is the light whatever lies where.
-"""
+"""How far the model can be trusted: where the photo has other motifs, or nothing was followed, it lies beside it."""
 
 import numpy as np
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Singles
 from core.overlay.distances import distance
 from core.overlay.misplaced import misplaced
 from core.overlay.smoothing import gaussian
@@ -19,8 +15,6 @@ ELSEWHERE = (0.1, 0.3)
 FAR = (0.1, 0.4)
 """The same for the distance, over the side of a texel, from cloth that is followed."""
 LEAST_NOISE = 0.003
-WIDTH = 0.8
-"""Width of a neighbourhood that has every colour of a texel in its share, over the texel's longer side."""
 
 
 def trusted(other: Bools, covered: Bools, side_px: float) -> Singles:
@@ -46,14 +40,3 @@ def trust_in(photo: Singles, uv: Singles, shading: Singles, texel: Texel, follow
 def falling(values: Singles, between: tuple[float, float]) -> Singles:
     """Return 1 for values up to the first of two, 0 from the second one on."""
     return np.asarray(np.clip((between[1] - values) / (between[1] - between[0]), 0, 1), np.float32)
-
-
-def local_light(photo: Singles, covered: Bools, texel: Texel, basis: Floats) -> Singles:
-    """Return the light (H, W) in which the texel has the brightness that the photo (H, W, 3) has around each pixel.
-
-    Only `covered` pixels (H, W) count; `basis` (2, 2) is pixels of undeformed cloth a texel.
-    """
-    width = WIDTH * float(np.linalg.norm(basis, axis=0).max())
-    mass = np.maximum(gaussian(covered.astype(np.float32), width), 1e-3)
-    seen = gaussian(photo.mean(-1) * covered, width) / mass
-    return np.asarray(seen / max(float(texel.pixels.mean()), 1e-3), np.float32)

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats, Singles
+from core.overlay.light import local_light, nearer_light
+from core.overlay.matching import NEXT, OTHER, best_before
 from core.overlay.recovery import recovered, spread
-from core.overlay.regaining import NEXT, OTHER, best_before, evened, shifts_where_lost, torn
-from core.overlay.trust import local_light, trust_in, trusted
+from core.overlay.regaining import shifts_where_lost
+from core.overlay.trust import trust_in, trusted
 from tests.core.overlay_scenes import make_scene, motif
 
 TEXEL = motif()
@@ -90,11 +92,6 @@ def test_a_large_photo_is_recovered_from_a_share_of_its_pixels() -> None:
     assert np.median(off_px(uv[::2, ::2])[:, 150:]) < 2
 
 
-def test_shifts_of_nearly_a_texel_forth_and_of_a_little_back_are_alike() -> None:
-    shift = np.where((np.indices((20, 20)).sum(0) % 2)[..., None], 0.98, 0.02) * np.ones(2)
-    np.testing.assert_allclose(evened(shift), 0.0, atol=0.02)
-
-
 def test_beyond_the_cloth_is_nothing() -> None:
     uv, light = slipped(), LIGHT.copy()
     uv[:30], light[:30] = np.nan, np.nan
@@ -113,17 +110,12 @@ def test_a_spot_too_small_to_be_sure_of_stays_with_the_cloth_beside_it() -> None
 
 
 def test_a_path_goes_to_the_next_shift_for_little_and_to_any_for_more() -> None:
-    path = np.full((6, 5, 1), 50.0, np.float32)
+    path = np.full((6, 5, 1), 10 * OTHER, np.float32)
     path[0, 0] = 1.0
     added = best_before(path)[..., 0]
     assert added[0, 0] == 0
     np.testing.assert_allclose([added[0, 1], added[5, 0], added[1, 0], added[0, 4]], NEXT, rtol=1e-6)
     np.testing.assert_allclose([added[1, 1], added[3, 3]], OTHER, rtol=1e-6)
-
-
-def test_shifts_are_not_evened_across_a_jump() -> None:
-    shift = np.where(np.indices((20, 30))[1][..., None] < 15, 0.0, 0.35) * np.ones(2)
-    np.testing.assert_allclose(evened(shift), shift, atol=0.03)
 
 
 def test_light_where_the_cloth_was_not_followed_is_none_that_the_cloth_has_nowhere() -> None:
@@ -140,14 +132,6 @@ def test_cloth_on_which_only_pieces_would_fit_stays_as_it_is_carried_on() -> Non
     assert (np.abs(shift).max(-1)[:, 120:] < 0.1).mean() > 0.8
 
 
-def test_shifts_are_torn_where_cuts_are_many_and_not_along_one() -> None:
-    shift = np.where(RIGHT[..., None], 0.4, 0.0) * np.ones(2)
-    assert not torn(shift, FULL, SCENE.basis).any()
-    shift[:, 130:] = np.random.default_rng(0).random((SIZE[0], SIZE[1] - 130, 2))
-    assert torn(shift, FULL, SCENE.basis)[:, 135:].all()
-    assert not torn(shift, FULL, SCENE.basis)[:, :105].any()
-
-
 @pytest.mark.parametrize("every", [2, 5])
 def test_values_at_every_so_many_pixels_are_spread_to_where_they_were_taken(every: int) -> None:
     y, x = np.indices((41, 63)).astype(np.float32)
@@ -162,3 +146,35 @@ def test_cloth_is_not_shifted_for_little(share: float, moves: bool) -> None:
     photo = np.where(RIGHT[..., None], share * other + (1 - share) * model, model).astype(np.float32)
     shift = shifts_where_lost(photo, UV, LIGHT, TEXEL, SCENE.basis, RIGHT)
     assert ((np.abs(shift[:, 150:]).max(-1) > 0.2).mean() > 0.5) == moves
+
+
+def test_shifts_across_a_cut_are_independent_and_beside_it_are_not() -> None:
+    jumped = UV + np.where((RIGHT & (np.indices(SIZE)[1] > 140))[..., None], np.float32(0.5), np.float32(0.0))
+    shift = shifts_where_lost(SCENE.photo.astype(np.float32), jumped, LIGHT, TEXEL, SCENE.basis, RIGHT)
+    change = np.linalg.norm(np.diff(shift, axis=1) @ SCENE.basis.T, axis=-1)
+    assert change[:, :125].max() < 1.2
+    assert change[:, 160:].max() < 1.2
+
+
+def test_light_near_a_place_shows_a_crease_that_the_light_around_does_not() -> None:
+    crease = np.where(np.abs(np.indices(SIZE)[1] - 90) < 4, 0.6, 1.0)
+    photo = (SCENE.photo * crease[..., None]).astype(np.float32)
+    around = local_light(photo, FULL, TEXEL, SCENE.basis)
+    near = nearer_light(photo, UV, around, TEXEL, SCENE.basis)
+    middle = np.s_[20:-20, 89:92]
+    assert np.median(around[middle] / LIGHT[middle]) > 0.85
+    assert np.median(near[middle] / LIGHT[middle]) < 0.78
+    assert np.median(near[20:-20, 30:60] / LIGHT[20:-20, 30:60]) == pytest.approx(1, abs=0.05)
+
+
+def test_light_near_a_place_is_that_around_where_other_motifs_are_seen() -> None:
+    elsewhere = (UV + np.float32(0.5)).astype(np.float32)
+    near = nearer_light(SCENE.photo.astype(np.float32), elsewhere, LIGHT, TEXEL, SCENE.basis)
+    assert np.abs(near / LIGHT - 1)[20:-20, 20:-20].max() < 0.25
+
+
+def test_light_of_the_model_is_not_far_over_the_photos() -> None:
+    spot = np.hypot(*(np.indices(SIZE) - [[[80]], [[50]]])) < 20
+    bright = np.where(spot, 2.5 * LIGHT, LIGHT).astype(np.float32)
+    _, light = recovered(SCENE.photo, (UV, bright), TEXEL, SCENE.basis, ~RIGHT)
+    assert (light / LIGHT)[spot].max() < 1.7
