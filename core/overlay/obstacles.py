@@ -12,6 +12,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats
 from core.overlay.distances import distance
+from core.overlay.foreign import foreign_things
 from core.overlay.palette import from_shades, palette
 from core.overlay.texel import Texel
 
@@ -62,7 +63,7 @@ def obstacles(photo: Floats, texture: Floats, rho: Floats, texel: Texel, basis: 
                     out |= part
     kernel = np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8)
     grown = cv2.morphologyEx(cv2.dilate(out.astype(np.uint8), kernel), cv2.MORPH_CLOSE, kernel)
-    odd = odd_things(photo, texture, rho, texel, covered)
+    odd = odd_things(photo, texture, rho, texel, covered) | foreign_things(photo, rho, texel, basis, covered)
     return np.asarray(((grown > 0) | odd) & covered, np.bool_)
 
 

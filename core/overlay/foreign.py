@@ -1,0 +1,79 @@
+"""Large things of a colour near the pattern's own: a belt of the plaid's yellow, floor of the dots' grey.
+
+A pixel's colour misses the shades of the pattern's by a little, by chance or alike wherever that colour of the pattern
+is seen. Over a thing it misses them in one direction throughout, by more than is usual on the cloth.
+"""
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats
+from core.overlay.distances import within
+from core.overlay.filling import solid
+from core.overlay.palette import palette
+from core.overlay.smoothing import gaussian
+from core.overlay.texel import Texel
+
+COLOURS = 8
+"""Colours that stand for those of the pattern."""
+SHADES = (0.2, 1.5)
+"""Light on cloth of which some may be in shadow."""
+LEAST_LIGHT = 0.5
+"""Light under which what a colour misses by is no larger for it."""
+AROUND, LEAST_PX = 0.06, 1.5
+"""Width of the neighbourhood that misses in one direction, over the side of a texel, and in pixels at least."""
+UNUSUAL, LEAST = 5.0, 0.06
+"""Length of what a thing misses by, over the usual one on the cloth, and at a light of one at least."""
+WEAK, SURE = 0.5, 0.25
+"""Share of that length that all of a thing has, and share of a thing that has all of it."""
+THICK = 0.1
+"""Radius of a disc that fits into a thing, over the side of a texel."""
+TEXELS, SHARE = 0.8, 0.005
+"""Least area of a thing, in texels and over that of the cloth."""
+
+
+def foreign_things(photo: Floats, rho: Floats, texel: Texel, basis: Floats, covered: Bools) -> Bools:
+    """Return the `covered` pixels (H, W) of large things of a colour near the pattern's.
+
+    `photo` is (H, W, 3), `rho` (H, W); `basis` (2, 2) is pixels of undeformed cloth a texel.
+    """
+    out = np.zeros(covered.shape, bool)
+    if not covered.any():
+        return out
+    side = float(np.sqrt(abs(np.linalg.det(basis))))
+    missed, sigma = misses(photo, rho, texel, covered), max(LEAST_PX, AROUND * side)
+    mass = np.maximum(gaussian(covered.astype(np.float64), sigma), 1e-3)[..., None]
+    size = np.where(covered, np.linalg.norm(gaussian(missed, sigma) / mass, axis=-1), 0.0)
+    limit = max(UNUSUAL * float(np.median(size[covered])), LEAST)
+    weak = solid(np.asarray(size > WEAK * limit, np.bool_), max(2.0, THICK * side))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(weak.astype(np.uint8), connectivity=4)
+    share = np.bincount(labels.ravel(), (size > limit).ravel(), count) / stats[:, cv2.CC_STAT_AREA]
+    least = max(TEXELS * side**2, SHARE * float(covered.sum()))
+    for label in 1 + np.flatnonzero((stats[1:, cv2.CC_STAT_AREA] > least) & (share[1:] > SURE)):
+        out |= outlined(np.asarray(labels == label, np.bool_), missed, sigma)
+    return out & covered
+
+
+def misses(photo: Floats, rho: Floats, texel: Texel, covered: Bools) -> Floats:
+    """Return by what (H, W, 3), at a light of one, colours miss the nearest shade, over what they usually do there."""
+    light, seen = rho[covered][:, None], photo[covered]
+    colours = palette(texel, COLOURS).astype(np.float64)
+    missed = []
+    for colour in light * colours[:, None]:
+        share = np.einsum("nc,nc->n", seen, colour) / np.maximum(np.einsum("nc,nc->n", colour, colour), 1e-9)
+        missed.append(seen - np.clip(share, *SHADES)[:, None] * colour)
+    nearest = np.argmin([np.einsum("nc,nc->n", by, by) for by in missed], axis=0)
+    rest = np.stack(missed)[nearest, np.arange(len(nearest))] / np.maximum(light, LEAST_LIGHT)
+    for number in np.unique(nearest):
+        rest[nearest == number] -= np.median(rest[nearest == number], axis=0)
+    out = np.zeros(photo.shape)
+    out[covered] = rest
+    return out
+
+
+def outlined(part: Bools, missed: Floats, sigma_px: float) -> Bools:
+    """Return a thing (H, W) up to where single pixels miss the shades as its own part does."""
+    usual = missed[part].mean(0)
+    like = gaussian(missed @ usual / max(float(usual @ usual), 1e-9), 1.0) > WEAK
+    whole = (part | like) & within(part, 2 * sigma_px) & (like | ~within(~part, sigma_px))
+    return np.asarray(gaussian(whole.astype(np.float64), sigma_px / 2) > 0.5, np.bool_)
