@@ -14,11 +14,11 @@ from core.overlay.texel import Texel
 
 WIDTH = 0.8
 """Width of a neighbourhood that has every colour of a texel in its share, over the texel's longer side."""
-NEAR, LEAST_PX = 0.1, 1.5
+NEAR, LEAST_PX = 0.06, 1.5
 """Width of a neighbourhood that has one light, over the side of a texel, and in pixels at least."""
 SHADES = (0.4, 1.6)
 """Light at a place, over that of its surroundings."""
-USUAL = 0.2
+USUAL = 0.1
 """Weight of the light around a place, over that of a neighbourhood in which the model's colours are all seen."""
 
 

@@ -40,7 +40,7 @@ SOFT = 0.12
 """Width over which shifts are evened, over the side of a texel."""
 INSIDE = (0.6, 1.6)
 """Share of a neighbourhood that is lost, twice, up to which the cloth is not shifted, and from which it is wholly."""
-WORTH, AROUND = (0.7, 0.85), 0.4
+WORTH, AROUND = (0.75, 0.9), 0.4
 """How far shifted cloth is from the photo, over what it was, up to which the shift is believed, and from which it is
 chance; width of the neighbourhood, over the side of a texel."""
 STRETCH = 1.0
