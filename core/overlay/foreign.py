@@ -58,12 +58,12 @@ def misses(photo: Floats, rho: Floats, texel: Texel, covered: Bools) -> Floats:
     """Return by what (H, W, 3), at a light of one, colours miss the nearest shade, over what they usually do there."""
     light, seen = rho[covered][:, None], photo[covered]
     colours = palette(texel, COLOURS).astype(np.float64)
-    missed = []
-    for colour in light * colours[:, None]:
-        share = np.einsum("nc,nc->n", seen, colour) / np.maximum(np.einsum("nc,nc->n", colour, colour), 1e-9)
-        missed.append(seen - np.clip(share, *SHADES)[:, None] * colour)
-    nearest = np.argmin([np.einsum("nc,nc->n", by, by) for by in missed], axis=0)
-    rest = np.stack(missed)[nearest, np.arange(len(nearest))] / np.maximum(light, LEAST_LIGHT)
+    # How much of each colour is in a pixel (n, COLOURS), and the square of what that misses, but for the pixel's own.
+    along, squares = seen @ colours.T, (colours**2).sum(1)
+    amount = light * np.clip(light * along / np.maximum(light**2 * squares, 1e-9), *SHADES)
+    nearest = np.argmin(amount * (amount * squares - 2 * along), axis=1)
+    shade = np.take_along_axis(amount, nearest[:, None], axis=1) * colours[nearest]
+    rest = (seen - shade) / np.maximum(light, LEAST_LIGHT)
     for number in np.unique(nearest):
         rest[nearest == number] -= np.median(rest[nearest == number], axis=0)
     out = np.zeros(photo.shape)
