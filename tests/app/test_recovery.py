@@ -31,6 +31,15 @@ class Rescued:
         self.editor.update()
         self.editor.update()
 
+    def bend(self) -> None:
+        self.editor.edit("Bend", self.editor.document.with_warp(preset="arc", bend=44))
+
+    def offered(self) -> AskRecover:
+        filing.offer_rescues(self.editor)
+        request = self.editor.requests.pop()
+        assert isinstance(request, AskRecover)
+        return request
+
     def close_without_saving(self) -> None:
         filing.quit_editor(self.editor)
         request = self.editor.requests.pop()
@@ -46,16 +55,14 @@ def crashed(folder: Path) -> None:
 
 def test_unsaved_work_survives_a_crash(tmp_path: Path) -> None:
     first = Rescued(tmp_path)
-    first.editor.edit("Bend", first.editor.document.with_warp(preset="arc", bend=44))
+    first.bend()
     first.after(1)
     assert not list(tmp_path.iterdir())
     assert first.editor.wait_s is not None
     first.after(20)
     crashed(tmp_path)
     second = Rescued(tmp_path)
-    filing.offer_rescues(second.editor)
-    request = second.editor.requests.pop()
-    assert isinstance(request, AskRecover)
+    request = second.offered()
     assert request.names == ("Untitled",)
     request.then(True)
     second.after(0)
@@ -67,7 +74,7 @@ def test_unsaved_work_survives_a_crash(tmp_path: Path) -> None:
 
 def test_an_end_without_asking_keeps_what_is_not_kept_yet(tmp_path: Path) -> None:
     run = Rescued(tmp_path)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.bend()
     with pytest.raises(ZeroDivisionError), kept_at_an_end(run.editor):
         raise ZeroDivisionError
     crashed(tmp_path)
@@ -77,7 +84,7 @@ def test_an_end_without_asking_keeps_what_is_not_kept_yet(tmp_path: Path) -> Non
 
 def test_an_end_by_closing_keeps_nothing(tmp_path: Path) -> None:
     run = Rescued(tmp_path)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.bend()
     with kept_at_an_end(run.editor):
         run.close_without_saving()
     assert not list(tmp_path.iterdir())
@@ -87,7 +94,7 @@ def test_what_could_not_be_kept_is_tried_again(tmp_path: Path) -> None:
     folder = tmp_path / "state"
     folder.write_text("in the way")
     run = Rescued(folder)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.bend()
     run.after(20)
     folder.unlink()
     run.after(20)
@@ -97,7 +104,7 @@ def test_what_could_not_be_kept_is_tried_again(tmp_path: Path) -> None:
 def test_nothing_is_kept_of_saved_or_given_up_work(tmp_path: Path) -> None:
     folder = tmp_path / "state"
     run = Rescued(folder)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.bend()
     run.after(20)
     assert len(list(folder.iterdir())) == 2
     run.editor.project_path = tmp_path / "work.weft"
@@ -113,19 +120,15 @@ def test_nothing_is_kept_of_saved_or_given_up_work(tmp_path: Path) -> None:
 
 def test_a_running_editor_is_not_robbed(tmp_path: Path) -> None:
     run = Rescued(tmp_path)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.bend()
     run.after(20)
     assert Rescued(tmp_path).recovery.found() == []
 
 
 def test_rescues_can_be_discarded(tmp_path: Path) -> None:
     run = Rescued(tmp_path)
-    run.editor.edit("Bend", run.editor.document.with_warp(preset="arc", bend=44))
+    run.bend()
     run.after(20)
     crashed(tmp_path)
-    second = Rescued(tmp_path)
-    filing.offer_rescues(second.editor)
-    request = second.editor.requests.pop()
-    assert isinstance(request, AskRecover)
-    request.then(False)
+    Rescued(tmp_path).offered().then(False)
     assert not list(tmp_path.iterdir())
