@@ -35,10 +35,13 @@ def _is_hidden(editor: Editor) -> bool:
 
 
 def _handles(editor: Editor) -> list[Shape]:
-    """Return outline, curves and pins in their quiet form, as far as they are switched on."""
+    """Return outline, curves and pins in their quiet form, as far as they are switched on.
+
+    Of an outline that was not set there is only the nearest four sides; where the picture ends, its own edge shows.
+    """
     session, document = editor.session, editor.document
     shapes: list[Shape] = []
-    if session.overlays.outline and session.tool != "outline":
+    if session.overlays.outline and session.tool != "outline" and document.outline is not None:
         shapes.append(Bezier(ring_on_screen(editor), "outline"))
     if session.overlays.handles and session.tool != "curves":
         shapes.extend(Bezier(WARP_CURVES.on_screen(editor, pair, "target"), "target") for pair in document.curves)
