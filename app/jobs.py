@@ -35,6 +35,8 @@ class Task(Generic[T]):
     """Whether `deliver` changes the document, so that it must wait until no gesture is in progress."""
     writes: bool = False
     """Whether it makes a file that the artist has asked for."""
+    quiet: bool = False
+    """Whether nothing shows how far it is, so that only a step's preview is worth a frame."""
 
 
 @dataclass(eq=False)
@@ -235,7 +237,8 @@ class Jobs:
         try:
             while not ticket.cancelled:
                 ticket.progress = next(job)
-                self._wake_once()
+                if not ticket.task.quiet or ticket.progress.preview is not None:
+                    self._wake_once()
         except StopIteration as end:
             return end.value
         job.close()

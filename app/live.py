@@ -25,7 +25,7 @@ from core.progress import Job, Progress, stepwise
 log = logging.getLogger("weft")
 INLINE_NODES = 60_000
 """Up to so many nodes a solve fits into a frame; larger grids are solved beside it."""
-REST_S = 0.3
+REST_S = 0.15
 """How long nothing may change before the final answer is begun."""
 
 
@@ -137,7 +137,7 @@ class LiveWarp:
             self._solve(document)
         if not self.is_settled and self.wait_s == 0.0:
             self._unfolded = None
-            task = Task("Settle", lambda: self._settling(document), self._take_settled, self._take_fault)
+            task = Task("Settle", lambda: self._settling(document), self._take_settled, self._take_fault, quiet=True)
             self._jobs.submit("settle", task)
         self._show_unfolded()
 

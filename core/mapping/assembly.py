@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from core.arrays import Floats, Ints
-from core.factor import Factor
+from core.factor import Entries, Factor
 
 _REGULAR = 1e-9
 """Share of itself that is added to every diagonal entry: a large feature's is greater than a node's by many orders."""
@@ -40,7 +39,7 @@ class Assembly:
         self._entries = len(keys)
         column, row = np.divmod(keys, count)
         ones = (row == column).astype(np.float64)
-        self._factor = Factor(sparse.csc_array((ones, (row, column)), shape=(count, count)), pattern_only=True)
+        self._factor = Factor(Entries(row, column, ones, count), pattern_only=True)
 
     def gradient(self, parts: list[Floats]) -> Floats:
         """Return the sum (count,) of the elements' gradients, (m, k) for each kind."""

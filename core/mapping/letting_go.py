@@ -58,6 +58,7 @@ class LettingGo:
         self._sizes = {body.number: abs(a) for body, a in zip(mapping.bodies, linear.alpha, strict=False)}
         self._drawn: list[Solution] = []
         """What was found on a coarse grid and lifted, from there down to the finest."""
+        self._search = self._searched()
         self.is_untried = True
 
     @cached_property
@@ -66,8 +67,16 @@ class LettingGo:
         return list(_ever_coarser(self._mapping, self._w))
 
     def sketched(self) -> Job[None]:
-        """Look for a first mapping without folds, on coarser grids, and show it."""
-        count, self.is_untried = len(self._coarser), False
+        """Look for a first mapping without folds, on coarser grids, and show it; `finished` goes on looking."""
+        self.is_untried = False
+        for step in self._search:
+            yield step
+            if step.preview is not None:
+                return
+
+    def _searched(self) -> Job[None]:
+        """Look for mappings without folds, on ever finer grids, and show them."""
+        count = len(self._coarser)
         for first in range(count, 0, -1):
             is_like = _outer_share(self._coarser[first - 1][0].mapping) >= _UNCOVERED * _outer_share(self._mapping)
             job = self._sketched_from(first, at_once=not is_like)
@@ -105,8 +114,8 @@ class LettingGo:
 
     def finished(self) -> Job[Solution]:
         """Return a mapping without folds that has the outline at W where it can, and features close to their sizes."""
-        if self.is_untried:
-            yield from part(self.sketched(), 0.0, 0.4)
+        self.is_untried = False
+        yield from part(self._search, 0.0, 0.4)
         if not self._drawn:
             sizes = np.abs(self._linear.alpha)
             return (yield from part(reeled(self._mapping, self._w, sizes, lightest=_LIGHT, fits=self._fits), 0.4, 1.0))

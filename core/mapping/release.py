@@ -71,11 +71,13 @@ def around(grid: Grid) -> Ints:
 
 def crosses_itself(ring: Complexes) -> bool:
     """Return whether the closed line through `ring` (n,) crosses itself."""
-    along = np.roll(ring, -1) - ring
-    sides = (np.conj(along)[:, None] * (ring[None] - ring[:, None])).imag
+    along, away = np.roll(ring, -1) - ring, ring - ring[0]
     # What lies on a line is to neither side of it, whatever the rounding.
-    sides[np.abs(sides) < _ON * np.abs(along)[:, None] * np.abs(ring - ring[0]).max()] = 0
-    apart = sides * np.roll(sides, -1, axis=1) < 0
+    on = _ON * np.abs(along)[:, None] * np.abs(away).max()
+    lines = np.stack([-along.imag, along.real, -(np.conj(along) * away).imag], axis=1)
+    sides = lines @ np.stack([away.real, away.imag, np.ones(len(ring))])
+    signs = (sides > on).astype(np.int8) - (sides < -on)
+    apart = signs * np.roll(signs, -1, axis=1) < 0
     meets = apart & apart.T
     n, rows = len(ring), np.arange(len(ring))
     for shift in (-1, 0, 1):

@@ -27,6 +27,8 @@ _SIZE = 0.02
 """k, per node."""
 _CLEAR, _LEAST = 0.02, 1e-4
 """Share of its area that a corner is to have before features are set, and at the end."""
+_PRESSED = 4
+"""It has ended where in so many steps a corner with less than that has lost more in each."""
 _HALVINGS = 12
 
 
@@ -92,6 +94,11 @@ class Stiffening:
             return None
         return Solution(z.reshape(self._mapping.grid.shape), self.alpha.copy(), self.t.copy())
 
+    @property
+    def worst(self) -> float:
+        """The least area of a corner relative to W."""
+        return self._worst(self.z)
+
     def _worst(self, z: Complexes) -> float:
         return float(self._corners.determinants(z[self._quads.T]).min(initial=np.inf))
 
@@ -147,11 +154,16 @@ def stiffen(
     Outline nodes (R, C) that are `released` may leave W, none by default.
     """
     stiffening, tie = Stiffening(mapping, w, scales, released=released), _TIE
+    least, pressed = stiffening.worst, 0
     for step in range(_STEPS):
         moved = stiffening.step(tie)
         found = stiffening.settled(_CLEAR)
         if found is not None:
             return found
+        before, least = least, stiffening.worst
+        pressed = pressed + 1 if least < min(_CLEAR, before) else 0
+        if pressed == _PRESSED:
+            break
         tie *= _TIGHTEN if moved else 1 / _TIGHTEN
         yield Progress(step / _STEPS, "stiffening")
     return stiffening.settled(_LEAST)

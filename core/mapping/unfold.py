@@ -50,8 +50,8 @@ _MANY, _FEW = 32, 20
 """Features whose windows are kept small, and folds that are worth a search in size before the coarser grid's."""
 _MANY_FOLDS, _TOO_MANY = 50, 800
 """Folds from which they are cleared on a coarser grid beforehand, and that it leaves where features do not fit."""
-_LONG = 10_000
-"""Unknowns with which an attempt takes a while."""
+_LONG = 60_000
+"""Unknowns, times steps, of a search that takes a while."""
 _NARROW_STEPS = 24
 """Newton steps at most in the narrowest windows, where they take little time."""
 _GROWTHS = 14
@@ -167,10 +167,10 @@ def _nearby(
 ) -> Job[Solution]:
     """Unfold close to `start`, features at its sizes; what is returned may still fold.
 
-    Where they have been `fitted` between outline nodes, they stay at first. Before a long attempt a first mapping
-    without folds is shown, found by `letting_go`.
+    Where they have been `fitted` between outline nodes, they stay at first. When that has taken a while, a first
+    mapping without folds is shown, found by `letting_go`.
     """
-    solution, held = start, np.full(len(start.alpha), np.inf)
+    solution, held, work = start, np.full(len(start.alpha), np.inf), 0
     if count_folds(solution) >= _MANY_FOLDS:
         solution = yield from part(rehearsal.cleared(solution), 0.0, 0.2)
         if rehearsal.left > _TOO_MANY:
@@ -186,10 +186,12 @@ def _nearby(
         stays = number == 0 and fitted
         window = folds_widened(solution, reach) if stays else window_around(mapping, solution, reach)
         untangler = Untangler(mapping, w, solution, window=window, stiffness=None if stays else held)
-        begin, middle, end = (0.2 + 0.8 * (number + done) / len(attempts) for done in (0.0, 0.3, 1.0))
-        if number and letting_go is not None and letting_go.is_untried and untangler.size > _LONG:
-            yield from part(letting_go.sketched(), begin, middle)
-        yield from part(steps_to_clear(untangler, kind, steps), middle, end)
+        begin, end = (0.2 + 0.8 * (number + done) / len(attempts) for done in (0, 1))
+        for step in part(steps_to_clear(untangler, kind, steps), begin, end):
+            yield step
+            work += untangler.size
+            if work > _LONG and letting_go is not None and letting_go.is_untried:
+                yield from part(letting_go.sketched(), step.fraction, step.fraction)
         if untangler.folds < count_folds(solution):
             solution = untangler.solution
     return solution

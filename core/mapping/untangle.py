@@ -75,6 +75,7 @@ class Untangler:
         self._ring = None if released is None else around(mapping.grid)
         self._index_elements()
         self._measured = self.z, self._corners.determinants(self.z[self._places])
+        self._told: tuple[Complexes, bool] | None = None
 
     def _choose_quads(self, moving: Bools, w: Complexes) -> None:
         """Choose the quads that are not one body's all through and have a node that moves, or that follow a feature."""
@@ -160,8 +161,12 @@ class Untangler:
 
     @property
     def _is_simple(self) -> bool:
-        """Whether an outline that gives way keeps clear of itself."""
-        return self._ring is None or not crosses_itself(self.z[self._ring])
+        """Whether an outline that gives way keeps clear of itself; found out once for each z."""
+        if self._ring is None:
+            return True
+        if self._told is None or self._told[0] is not self.z:
+            self._told = self.z, not crosses_itself(self.z[self._ring])
+        return self._told[1]
 
     @property
     def size(self) -> int:

@@ -109,3 +109,17 @@ def test_threads_wake_the_ui_and_end() -> None:
         jobs.drain()
     jobs.close()
     assert sorted(map(str, got)) == ["4", "7"]
+
+
+def test_a_quiet_task_asks_for_frames_for_its_previews_and_its_end_only() -> None:
+    def steps() -> Job[int]:
+        for preview in (None, None, "first", None):
+            yield Progress(0.0, preview=preview)
+        return 1
+
+    for quiet, frames in ((False, 5), (True, 2)):
+        woken: list[int] = []
+        jobs = Jobs(live=Later(), long=InlineExecutor())
+        jobs.wake = lambda jobs=jobs, woken=woken: woken.append(jobs.drain())  # type: ignore[misc]
+        jobs.start(Task("work", steps, lambda _: None, lambda _: None, quiet=quiet))
+        assert len(woken) == frames

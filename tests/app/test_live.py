@@ -39,7 +39,7 @@ def test_at_rest_the_final_answer_comes_and_stays() -> None:
     linear = drive.editor.answer
     assert not linear.settled
     assert linear.folds > 0
-    assert drive.editor.live.wait_s == pytest.approx(0.3)
+    assert drive.editor.live.wait_s == pytest.approx(0.15)
     drive.rest()
     final = drive.editor.answer
     assert final.settled

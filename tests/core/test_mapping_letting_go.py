@@ -7,6 +7,7 @@ import pytest
 
 from core.arrays import Bools, Bytes, Points
 from core.grid import Grid, find_features
+from core.mapping.approach import widened
 from core.mapping.feature_mapping import FeatureMapping
 from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes, as_complex
@@ -89,6 +90,28 @@ def test_a_sketch_is_made_once_and_gone_on_from() -> None:
     assert len(first) == 1
     assert not then
     assert is_whole(mapping, as_complex(first[0]))
+
+
+def test_what_is_shown_first_does_not_end_the_search_for_better() -> None:
+    mapping, w = mapped(FINE, strips((5, 21)), "arc", 90, "similarity")
+    letting_go = LettingGo(mapping, w, mapping.place(w), fits=False)
+    first = [step.preview for step in letting_go.sketched() if step.preview is not None]
+    then = [step.preview for step in letting_go.finished() if step.preview is not None]
+    assert len(first) == 1
+    assert then
+    outside = outer_nodes(mapping)
+    before, after = ((as_complex(z) == w)[outside].mean() for z in (first[0], then[-1]))
+    assert all(is_whole(mapping, as_complex(z)) for z in (*first, *then))
+    assert before < after
+
+
+def test_features_that_cannot_be_brought_to_move_as_one_are_soon_given_up() -> None:
+    mapping, w = mapped(COARSE, MIDDLE, "arc", 90, "similarity")
+    outer = outer_nodes(mapping)
+    beside = outer & widened(mapping.grid.outline & ~outer, 1)
+    steps: list[Progress] = []
+    assert run(stiffen(mapping, w, np.abs(mapping.place(w).alpha), released=beside), steps.append) is None
+    assert 0 < len(steps) < 32
 
 
 def test_features_that_fit_are_stiffened_with_the_outline_at_w() -> None:

@@ -328,3 +328,16 @@ def test_a_feature_that_stands_on_the_edge_is_put_between_the_outline_nodes() ->
     decided[-1] = True
     inside = mapping.index[:-1, :-1] >= 0
     assert (folded_quads(linear.z) & decided).sum() > (folded_quads(fitted.z) & decided & inside).sum()
+
+
+def test_a_first_mapping_is_shown_before_a_search_near_the_folds_has_taken_long() -> None:
+    mapping = FeatureMapping(FINE, find_features(FINE, MASKS["hooks"]))
+    w = as_complex(make_warp("fish", WIDTH, HEIGHT, bend=-98)(FINE.nodes))
+    shown: list[tuple[float, Points]] = []
+    job = unfold(mapping, w)
+    last = run(job, lambda step: shown.append((step.fraction, step.preview)) if step.preview is not None else None).z
+    assert len(shown) == 2
+    assert all(not folded_quads(as_complex(z)).any() for _, z in shown)
+    assert shown[0][0] < 0.2
+    near = [np.abs(as_complex(z) - last).max() for _, z in shown]
+    assert near[1] < near[0]
