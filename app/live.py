@@ -26,7 +26,7 @@ log = logging.getLogger("weft")
 INLINE_NODES = 60_000
 """Up to so many nodes a solve fits into a frame; larger grids are solved beside it."""
 REST_S = 0.15
-"""How long nothing may change before the final answer is begun."""
+"""How long nothing may change, once there is an answer, before the final one is begun."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ class LiveWarp:
         self._jobs = jobs
         self._clock = clock
         self._seen: Document | None = None
-        self._changed_at = 0.0
+        self._rests_since = 0.0
         self._is_behind = False
         """Whether the document has changed since the solve that was begun last."""
         self._unfolded: tuple[Document, Points] | None = None
@@ -122,12 +122,11 @@ class LiveWarp:
         """Seconds until `update` has something to do without an event; None when that needs an event."""
         if self._seen is None or self.is_settled or self._jobs.holds("settle") or self._jobs.holds("solve"):
             return None
-        return max(0.0, self._changed_at + REST_S - self._clock())
+        return max(0.0, self._rests_since + REST_S - self._clock())
 
     def update(self, document: Document) -> None:
         """Bring the answer up to date with `document`; once per frame."""
         if self._seen is None or not _maps_alike(document, self._seen):
-            self._changed_at = self._clock()
             self._jobs.drop("settle")
             self._seen, self.fault, self._is_behind = document, None, True
         elif document is not self._seen:
@@ -135,6 +134,7 @@ class LiveWarp:
         if self._is_behind:
             self._is_behind = False
             self._solve(document)
+            self._rests_since = self._clock()
         if not self.is_settled and self.wait_s == 0.0:
             self._unfolded = None
             task = Task("Settle", lambda: self._settling(document), self._take_settled, self._take_fault, quiet=True)

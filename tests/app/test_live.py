@@ -10,6 +10,7 @@ from core.arrays import Points
 from core.document import Document, Outline, Pin
 from core.document_map import MapSolver, settled
 from core.images import Image
+from core.mapping.warping import Warped
 from core.progress import run
 from core.raster import Raster
 from tests.app.driver import EditorDriver, Later, document
@@ -46,6 +47,20 @@ def test_at_rest_the_final_answer_comes_and_stays() -> None:
     assert final.folds == 0
     assert drive.editor.live.wait_s is None
     assert drive.frame().editor.answer is final
+
+
+def test_an_answer_that_took_long_is_not_taken_for_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    drive, frame = EditorDriver(swirled()), MapSolver.frame
+
+    def slow(solver: MapSolver, asked: Document) -> Warped:
+        drive.clock.now += 1.0
+        return frame(solver, asked)
+
+    monkeypatch.setattr(MapSolver, "frame", slow)
+    drive.editor.slide("Bend", drive.start.with_warp(bend=60))
+    drive.frame()
+    assert drive.editor.answer.document is drive.document
+    assert drive.editor.live.wait_s == pytest.approx(0.15)
 
 
 def test_until_the_final_answer_is_there_the_first_without_folds_is_shown() -> None:
