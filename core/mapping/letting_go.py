@@ -59,20 +59,25 @@ class LettingGo:
         self._drawn: list[Solution] = []
         """What was found on a coarse grid and lifted, from there down to the finest."""
         self._search = self._searched()
-        self.is_untried = True
+        self.is_sketched = False
+        """Whether a first mapping has been shown, or there is none."""
 
     @cached_property
     def _coarser(self) -> list[tuple[Coarser, Complexes]]:
         """Ever coarser grids, with W at their nodes."""
         return list(_ever_coarser(self._mapping, self._w))
 
-    def sketched(self) -> Job[None]:
-        """Look for a first mapping without folds, on coarser grids, and show it; `finished` goes on looking."""
-        self.is_untried = False
-        for step in self._search:
+    def sketched(self, most: int | None = None) -> Job[None]:
+        """Look for a first mapping without folds, on coarser grids, and show it; `finished` goes on looking.
+
+        It takes `most` steps at most, if given, and goes on from there the next time.
+        """
+        for number, step in enumerate(self._search, 1):
             yield step
-            if step.preview is not None:
+            self.is_sketched = step.preview is not None
+            if self.is_sketched or number == most:
                 return
+        self.is_sketched = True
 
     def _searched(self) -> Job[None]:
         """Look for mappings without folds, on ever finer grids, and show them."""
@@ -114,7 +119,6 @@ class LettingGo:
 
     def finished(self) -> Job[Solution]:
         """Return a mapping without folds that has the outline at W where it can, and features close to their sizes."""
-        self.is_untried = False
         yield from part(self._search, 0.0, 0.4)
         if not self._drawn:
             sizes = np.abs(self._linear.alpha)

@@ -50,8 +50,8 @@ _MANY, _FEW = 32, 20
 """Features whose windows are kept small, and folds that are worth a search in size before the coarser grid's."""
 _MANY_FOLDS, _TOO_MANY = 50, 800
 """Folds from which they are cleared on a coarser grid beforehand, and that it leaves where features do not fit."""
-_LONG = 60_000
-"""Unknowns, times steps, of a search that takes a while."""
+_LONG, _GLANCE = 60_000, 60
+"""Unknowns, times steps, of a search that takes a while, and steps on coarser grids that then are taken meanwhile."""
 _NARROW_STEPS = 24
 """Newton steps at most in the narrowest windows, where they take little time."""
 _GROWTHS = 14
@@ -119,7 +119,7 @@ def _resized(
         if not count_folds(softened):
             return (yield from part(_grown(mapping, w, softened, linear, lightest=lightest), 0.2, 1.0))
     if is_large(mapping):
-        if letting_go is not None and letting_go.is_untried:
+        if letting_go is not None and not letting_go.is_sketched:
             yield from part(letting_go.sketched(), 0.2, 0.4)
         return (yield from part(_from_coarser(mapping, w, linear), 0.4, 1.0))
     found = yield from part(stiffen(mapping, w, np.abs(linear.alpha)), 0.6, 0.9)
@@ -190,8 +190,9 @@ def _nearby(
         for step in part(steps_to_clear(untangler, kind, steps), begin, end):
             yield step
             work += untangler.size
-            if work > _LONG and letting_go is not None and letting_go.is_untried:
-                yield from part(letting_go.sketched(), step.fraction, step.fraction)
+            if work > _LONG and letting_go is not None and not letting_go.is_sketched:
+                work = 0
+                yield from part(letting_go.sketched(_GLANCE), step.fraction, step.fraction)
         if untangler.folds < count_folds(solution):
             solution = untangler.solution
     return solution

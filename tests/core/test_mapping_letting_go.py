@@ -92,6 +92,17 @@ def test_a_sketch_is_made_once_and_gone_on_from() -> None:
     assert is_whole(mapping, as_complex(first[0]))
 
 
+def test_a_sketch_is_gone_on_with_where_it_was_left() -> None:
+    mapping, w = mapped(FINE, MIDDLE, "arc", 90, "similarity")
+    at_once, in_parts = (LettingGo(mapping, w, mapping.place(w), fits=False) for _ in range(2))
+    whole, first = list(at_once.sketched()), list(in_parts.sketched(5))
+    assert (at_once.is_sketched, in_parts.is_sketched) == (True, False)
+    rest = list(in_parts.sketched())
+    assert in_parts.is_sketched
+    assert (len(first), len(first) + len(rest)) == (5, len(whole))
+    assert np.array_equal(rest[-1].preview, whole[-1].preview)
+
+
 def test_what_is_shown_first_does_not_end_the_search_for_better() -> None:
     mapping, w = mapped(FINE, strips((5, 21)), "arc", 90, "similarity")
     letting_go = LettingGo(mapping, w, mapping.place(w), fits=False)
