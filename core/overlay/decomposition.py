@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
+from core.blas import on_one_thread, one_thread
 from core.overlay.alignment import Frames
 from core.overlay.bands import bands
 from core.overlay.cloth import Cloth, Fit
@@ -104,10 +105,11 @@ def decompose(
         job = find_cloth(small, canvas, seed, texel_px=side, start=marked)
     else:
         job = fit(small, canvas, [rescaled(piece, scale) for piece in lattice], seed, trusted=True, sure=True)
-    cloth, found = yield from timed(part(job, 0.0, 0.9), seconds)
+    cloth, found = yield from timed(part(on_one_thread(job), 0.0, 0.9), seconds)
     yield Progress(0.9, "splitting off the detail")
     started = time.perf_counter()
-    result = split(cloth, found, photo, whole, scale)
+    with one_thread():
+        result = split(cloth, found, photo, whole, scale)
     seconds["splitting off the detail"] = time.perf_counter() - started
     return replace(result, seconds=seconds)
 

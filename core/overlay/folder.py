@@ -3,6 +3,7 @@
 import json
 import warnings
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, cast
 
@@ -31,20 +32,24 @@ MOST_STEPS, FARTHEST_PX = 10_000, 100_000
 
 def write(found: Decomposition, source: Image, folder: Path) -> None:
     """Write the parts into `folder`, which appears whole or stays as it was."""
-    with atomic_folder(folder) as place:
-        for name, image in (
-            ("source.png", source),
-            ("texel.png", picture(found.texel.pixels)),
-            ("reconstruction.png", picture(found.reconstruction)),
-        ):
-            write_picture(image, place / name, named=folder / name)
-        for name, key, array in (
-            ("texture_coords", "uv", found.uv),
-            ("shading", "shading", found.shading),
-            ("detail", "detail", found.detail),
-            ("coverage", "coverage", found.coverage),
-        ):
-            np.savez_compressed(place / f"{name}.npz", allow_pickle=False, **{key: array})
+    pictures = {"source": source, "texel": picture(found.texel.pixels), "reconstruction": picture(found.reconstruction)}
+    arrays = {
+        "texture_coords": {"uv": found.uv},
+        "shading": {"shading": found.shading},
+        "detail": {"detail": found.detail},
+        "coverage": {"coverage": found.coverage},
+    }
+    # What takes long is packing, and that is done without Python's lock.
+    with atomic_folder(folder) as place, ThreadPoolExecutor(2) as writers:
+        packed = [
+            writers.submit(np.savez_compressed, place / f"{name}.npz", allow_pickle=False, **values)
+            for name, values in sorted(arrays.items(), key=lambda pair: -sum(a.nbytes for a in pair[1].values()))
+        ]
+        for name, image in pictures.items():
+            file = f"{name}.png"
+            packed.append(writers.submit(write_picture, image, place / file, named=folder / file))
+        for done in packed:
+            done.result()
         (place / "lattice.json").write_text(json.dumps(lattice_json(found.lattice)), encoding="utf-8")
         (place / "report.json").write_text(json.dumps(report(found), indent=1) + "\n", encoding="utf-8")
 

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from scipy.sparse import csr_array
 
-from core.arrays import Bools, Floats, Ints, Points
+from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.alignment import Canvas, Frames, Template, align, make_template, raster, search
 
 NEIGHBOURS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
@@ -59,14 +59,20 @@ def mean_template(canvas: Canvas, frames: Frames, *, reach: float | None = None)
     """Return the robust mean appearance within `reach` texels of the vertices as a template; weighs by score."""
     usual, count = window(np.median(frames.bases, axis=0))
     reach = reach or usual
-    places = raster(reach, count)
-    values, weights = canvas.patches(frames.points, frames.bases, places)
-    w = (weights * np.maximum(frames.scores, 0.05)[:, None] ** 2)[..., None]
-    mean = (values * w).sum(0) / np.maximum(w.sum(0), 1e-6)
+    values, known = canvas.patches(frames.points, frames.bases, raster(reach, count))
+    w = (np.maximum(frames.scores, 0.05)[:, None] ** 2 * (1.0 if known is None else known)).astype(np.float32)
+    mean = weighted_mean(values, w)
     spread = np.abs(values - mean).mean((1, 2))
-    w = w * (spread <= 2 * np.median(spread))[:, None, None]
-    mean = (values * w).sum(0) / np.maximum(w.sum(0), 1e-6)
-    return make_template(mean.reshape(count, count, -1).astype(np.float32), reach)
+    w = w * (spread <= 2 * np.median(spread))[:, None]
+    return make_template(weighted_mean(values, w).reshape(count, count, -1), reach)
+
+
+def weighted_mean(values: Singles, weights: Singles) -> Singles:
+    """Return the mean (M, C) of patches (K, M, C) under weights (K, M or 1)."""
+    total = np.maximum(weights.sum(0), 1e-6)
+    return np.asarray(
+        np.einsum("km,kmc->mc", np.broadcast_to(weights, values.shape[:2]), values) / total[:, None], np.float32
+    )
 
 
 def seeded(canvas: Canvas, point: Points, basis: Floats) -> tuple[Lattice, Template]:

@@ -6,6 +6,7 @@ product of what a translation changes in one half and in the other has the true 
 the noise, so that it is compared with the texture's variance without a model of the noise.
 """
 
+from collections import Counter
 from dataclasses import dataclass
 
 import cv2
@@ -17,8 +18,11 @@ from core.overlay.basis import sublattices
 from core.overlay.lattice import Lattice, index_of
 from core.overlay.texel import estimate_texel
 
-CHANGED = 0.03
-"""Share of the texture's variance over which a translation is no period."""
+CHANGED, LARGEST_CHANGE = 0.03, 0.06
+"""Share of the texture's variance over which a translation is no period, and the same where there is noise, or others
+change far more."""
+CONTRAST, NOISE = 0.25, 2.0
+"""Share of what the worst translation changes up to which they do, and times the noise up to which a change is none."""
 MARKED = 0.25
 """The same for the worst spot of a tenth of a texel: a small mark is part of the pattern."""
 SAMPLES = 24
@@ -75,25 +79,28 @@ def moved(pixels: Floats, shift: Floats) -> Floats:
     return np.asarray(np.fft.ifft2(np.fft.fft2(pixels, axes=(0, 1)) * phase[..., None], axes=(0, 1)).real)
 
 
-def is_period(halves: Halves, shift: Floats) -> bool:
-    """Return whether the texture is the same after a translation by `shift` texels."""
-    mean, worst = change(halves, np.asarray(shift, float))
-    return mean < CHANGED and worst < MARKED
+def periods(halves: Halves) -> set[tuple[int, int]]:
+    """Return the steps (i, j), in texels, within the block after which the texture is the same."""
+    n = halves.count
+    changes = {(i, j): change(halves, np.array([i, j], float)) for i in range(n) for j in range(n)}
+    means = [mean for mean, _ in changes.values()]
+    # Texels that were aligned badly never look quite the same; others must differ from them all the more. And what
+    # seems to change less than nothing is noise, which is as often positive.
+    limit = float(np.clip(max(CONTRAST * max(means), -NOISE * min(means)), CHANGED, LARGEST_CHANGE))
+    return {step for step, (mean, worst) in changes.items() if mean < limit and worst < MARKED}
 
 
 def coarser(*draws: Halves) -> Ints:
     """Return the finest sublattice (2, 2) of Z² that contains `count` Z² and has periods of most draws as steps."""
     n = draws[0].count
-    votes = {
-        (i, j): sum(is_period(halves, np.array([i, j], float)) for halves in draws) for i in range(n) for j in range(n)
-    }
-    periods = {step for step, votes_for in votes.items() if 2 * votes_for > len(draws)}
+    votes = Counter(step for halves in draws for step in periods(halves))
+    common = {step for step, votes_for in votes.items() if 2 * votes_for > len(draws)}
     for index in range(1, n * n + 1):
         if (n * n) % index:
             continue
         for basis in sublattices(index):
             steps = {tuple(int(c) % n for c in basis @ np.array([a, b])) for a in range(n) for b in range(n)}
-            if steps <= periods and index * len(steps) == n * n:
+            if steps <= common and index * len(steps) == n * n:
                 return basis
     return n * np.eye(2, dtype=np.int64)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Points
-from core.overlay.alignment import Canvas, Frames, Template, align, correlate, thinned
+from core.overlay.alignment import Canvas, Frames, Template, align, correlate
 from core.overlay.correlation import Proposal, propose, snapped
 from core.overlay.keypoints import alike_keypoints, propose_from_keypoints
 from core.overlay.lattice import Lattice, grow, mean_template, neighbour_rows, refined, seeded, step_errors
@@ -18,8 +18,8 @@ LIGHT_PX = 25.0
 """Changes of light slower than this are taken out before patches are compared."""
 PLACES, ALIGNED = 700, 120
 """Places at which a further piece is looked for, and how many of the best are aligned."""
-MOST_SAMPLES = 160
-"""Samples of a texel with which places are compared before they are aligned."""
+SAMPLES = 10
+"""Samples along a side of a texel with which places are compared before they are aligned."""
 LEAST_LIKENESS = 0.6
 """Least correlation of the first texel of a further piece."""
 TRIALS, FINALISTS = 20, 4
@@ -28,12 +28,17 @@ SIZE_CLASS, TURN = 0.35, 3
 """Logarithm of the sides that count as one size, and proposals of a size that are tried before other sizes' next."""
 ENOUGH = 4
 """Seeds that agree before no more are tried."""
+OFF, SAME_PART = 0.3, 0.6
+"""Most by which a vector of a part differs from whole ones of a lattice, and least share of its vertices, less what
+differs in their phase, that are the lattice's."""
 WORSE = 0.3
 """Promise, over the best one's, below which a seed is dropped."""
-NEARLY, SAME_PHASE = 0.75, 0.35
-"""Merit, over the best one's, with which a finer lattice is preferred of which the best one's texels are several and
-that lies as evenly, and mean of the phases in which that one's vertices lie in the finer texels: 1 where all are the
-same, and of n by chance about 1 / sqrt(n)."""
+NEARLY, UNEVEN, MORE = 0.75, 2.0, 1.05
+"""Merit, over the best one's, with which a finer lattice is preferred of which the best one's texels are several; how
+much less evenly it may lie if its texels are more alike, and by how much they have to be."""
+SAME_PHASE, COVERED = 0.35, 0.8
+"""Mean of the phases in which a lattice's vertices lie in a finer one's texels: 1 where all are the same, and of n by
+chance about 1 / sqrt(n); and share of them that the finer one reaches."""
 
 
 class NoPatternError(InputError):
@@ -76,6 +81,8 @@ def find_lattice(
             break
     grown: list[Lattice] = []
     for number, lattice in enumerate(finalists(lattices)):
+        if any(part_of(lattice, other) for other in grown):
+            continue
         grown.append((yield from full_grown(canvas, lattice, Progress(0.5 + 0.15 * number, GROWING))))
     return found_or_refused(grown, LEAST_VERTICES)
 
@@ -88,13 +95,19 @@ def found_or_refused(lattices: list[Lattice], least: int) -> Lattice:
     finer = [
         other
         for other in lattices
-        if merit(other) > NEARLY * merit(best) and bend_px(other) <= bend_px(best) and divides(other, best)
+        if merit(other) > NEARLY * merit(best) and lies_well(other, best) and divides(other, best)
     ]
     return min(finer, key=lambda other: other.texel_area, default=best)
 
 
+def lies_well(fine: Lattice, coarse: Lattice) -> bool:
+    """Return whether a lattice lies as evenly as a coarser one, or not much less and its texels are more alike."""
+    uneven = bend_px(fine) / max(bend_px(coarse), 1e-9)
+    return uneven <= 1 or (uneven < UNEVEN and likeness(fine) > MORE * likeness(coarse))
+
+
 def divides(fine: Lattice, coarse: Lattice) -> bool:
-    """Return whether a lattice has smaller texels than another, at whose vertices its own texels look the same."""
+    """Return whether a lattice has smaller texels than another that it covers, at whose vertices they look the same."""
     if len(fine) < LEAST_VERTICES or fine.texel_area * 1.5 > coarse.texel_area:
         return False
     away = coarse.frames.points[:, None] - fine.frames.points
@@ -102,7 +115,23 @@ def divides(fine: Lattice, coarse: Lattice) -> bool:
     rest = np.linalg.solve(fine.frames.bases[nearest], away[np.arange(len(coarse)), nearest][..., None])[..., 0]
     rest = rest[np.abs(rest).max(1) < 1]
     least = max(SAME_PHASE, 2 / np.sqrt(max(len(rest), 1)))
-    return len(rest) >= LEAST_VERTICES and float(np.abs(np.exp(2j * np.pi * rest).mean(0)).min()) > least
+    return (
+        len(rest) >= max(LEAST_VERTICES, COVERED * len(coarse))
+        and float(np.abs(np.exp(2j * np.pi * rest).mean(0)).min()) > least
+    )
+
+
+def part_of(small: Lattice, grown: Lattice) -> bool:
+    """Return whether a small lattice is a part of a grown one: its vectors span the same texels, at one phase."""
+    away = small.frames.points[:, None] - grown.frames.points
+    nearest = (away**2).sum(-1).argmin(1)
+    there = grown.frames.bases[nearest]
+    rest = np.linalg.solve(there, away[np.arange(len(small)), nearest][..., None])[..., 0]
+    change = np.linalg.solve(there, small.frames.bases)
+    whole = np.rint(change)
+    same = (np.abs(change - whole).max((1, 2)) < OFF) & (np.abs(np.abs(np.linalg.det(whole)) - 1) < 0.5)
+    same &= np.abs(rest).max(1) < 1
+    return float(np.abs(np.exp(2j * np.pi * rest[same]).sum(0)).min()) > SAME_PART * len(small)
 
 
 def of_size(proposals: list[Proposal], texel_px: float | None) -> list[Proposal]:
@@ -204,10 +233,7 @@ def find_texels(canvas: Canvas, known: Lattice, rng: np.random.Generator) -> Fra
     angles = np.arange(0, 2 * np.pi, np.pi / 9)
     turns = np.array([[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in angles])
     where = np.repeat(points, len(turns), 0)
-    coarse = thinned(template)
-    while len(coarse.places) > MOST_SAMPLES:
-        coarse = thinned(coarse)
-    scores = correlate(canvas, coarse, where, np.tile(turns @ known.basis, (len(points), 1, 1)))
+    scores = correlate(canvas, template.resized(SAMPLES), where, np.tile(turns @ known.basis, (len(points), 1, 1)))
     # The best direction at every place, then the best places.
     # A texel that looks alike when turned is taken as turned least.
     habit = 0.05 * np.abs((angles + np.pi) % (2 * np.pi) - np.pi) / np.pi

@@ -176,7 +176,7 @@ def test_vertices_that_lie_badly_in_every_second_column_do_not_double_the_texel(
     scene = make_scene(motif(), size=(230, 240))
     keys = np.stack(np.meshgrid(np.arange(1, 8), np.arange(1, 9)), -1).reshape(-1, 2)
     points = keys @ scene.basis.T
-    points[keys[:, 0] % 2 == 0, 1] += 3.0
+    points[keys[:, 0] % 2 == 0, 1] += 4.0
     canvas = flat_canvas(scene.photo, np.ones(scene.photo.shape[:2], bool))
     frames = Frames(points, np.tile(scene.basis, (len(keys), 1, 1)), np.full(len(keys), 0.9))
     cloth = make_cloth(scene.photo, canvas, Lattice(keys, frames), np.eye(2))

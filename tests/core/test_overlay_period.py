@@ -5,7 +5,7 @@ import pytest
 
 from core.overlay.alignment import Frames
 from core.overlay.lattice import Lattice
-from core.overlay.period import SAMPLES, Halves, coarser, estimate_halves, far_period, is_period
+from core.overlay.period import SAMPLES, Halves, change, coarser, estimate_halves, far_period, periods
 from core.overlay.seeding import flat_canvas
 from core.overlay.texel import Texel
 from tests.core.overlay_scenes import make_scene, marked_checks, motif
@@ -21,8 +21,8 @@ def test_a_mark_in_every_second_check_doubles_the_step(mark: bool, index: int) -
     flat = scene.photo / scene.shading[..., None]
     halves = estimate_halves(flat, scene.uv @ np.linalg.inv(HALF).T, np.ones(scene.shading.shape), 2, 0)
     assert round(abs(np.linalg.det(coarser(halves).astype(float)))) == index
-    assert is_period(halves, np.array([1.0, 1.0])) or not mark
-    assert is_period(halves, np.array([1.0, 0.0])) is not mark
+    assert (1, 1) in periods(halves) or not mark
+    assert ((1, 0) in periods(halves)) is not mark
 
 
 def striped(count: int) -> Texel:
@@ -60,3 +60,25 @@ def test_most_draws_decide_whether_texels_differ() -> None:
     assert round(abs(np.linalg.det(coarser(differs).astype(float)))) == 2
     assert round(abs(np.linalg.det(coarser(differs, differs, same).astype(float)))) == 2
     assert round(abs(np.linalg.det(coarser(differs, same, same).astype(float)))) == 1
+
+
+def test_texels_that_differ_a_little_are_the_same_if_others_differ_far_more() -> None:
+    first = motif(SAMPLES).pixels
+    soft = first + 0.22 * (first[::-1] - first)
+    alike = np.hstack([first, soft])
+    alone, other = np.vstack([alike, alike]), np.vstack([1 - alike, alike])
+    assert (1, 0) not in periods(Halves(alone, alone, 2))
+    assert (1, 0) in periods(Halves(other, other, 2))
+    assert (0, 1) not in periods(Halves(other, other, 2))
+
+
+def test_a_change_no_larger_than_the_noise_is_none() -> None:
+    first = motif(SAMPLES).pixels
+    other = 0.82 * first + 0.18 * first[::-1]
+    rows = np.hstack([first, other]), np.hstack([other, first])
+    noise = 0.15 * np.vstack([np.hstack([first, first]), np.hstack([1 - first, 1 - first])])
+    block = np.vstack(rows)
+    quiet, noisy = Halves(block, block, 2), Halves(block + noise, block - noise, 2)
+    assert min(change(noisy, np.array([i, j], float))[0] for i, j in ((0, 1), (1, 0), (1, 1))) < 0
+    assert (1, 0) not in periods(quiet)
+    assert (1, 0) in periods(noisy)

@@ -1,12 +1,24 @@
 """Which of several seeds are tried, and which of several grown lattices is the pattern's."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from core.arrays import Floats
 from core.overlay.alignment import Frames
 from core.overlay.correlation import Proposal
 from core.overlay.lattice import Lattice
-from core.overlay.seeding import LEAST_VERTICES, NEARLY, TURN, bend_px, divides, found_or_refused, in_turn, merit
+from core.overlay.seeding import (
+    LEAST_VERTICES,
+    NEARLY,
+    TURN,
+    bend_px,
+    divides,
+    found_or_refused,
+    in_turn,
+    merit,
+    part_of,
+)
 
 FINE = np.array([[15.0, 2.0], [-1.0, 12.0]])
 
@@ -43,3 +55,39 @@ def test_a_finer_lattice_that_lies_unevenly_or_is_much_less_alike_is_not_taken()
     for other in (uneven, unlike):
         assert divides(other, coarse)
         assert found_or_refused([coarse, other], LEAST_VERTICES) is coarse
+
+
+def test_a_finer_lattice_of_a_part_of_the_cloth_is_not_taken() -> None:
+    coarse = lattice(FINE @ np.diag([4, 1]), 6, 24, 0.8)
+    whole, half = lattice(FINE, 24, 24, 0.9), lattice(FINE, 24, 12, 0.92)
+    assert merit(coarse) > merit(half) > NEARLY * merit(coarse)
+    assert divides(whole, coarse)
+    assert not divides(half, coarse)
+    assert found_or_refused([coarse, half], LEAST_VERTICES) is coarse
+
+
+def test_a_finer_lattice_may_lie_less_evenly_if_its_texels_are_clearly_more_alike() -> None:
+    coarse = lattice(FINE @ np.diag([4, 1]), 3, 12, 0.82, uneven_px=1.0)
+    for score, uneven_px, taken in ((0.85, 0.8, True), (0.83, 0.8, False), (0.85, 1.2, False)):
+        fine = lattice(FINE, 12, 10, score, uneven_px=uneven_px)
+        assert bend_px(fine) > bend_px(coarse)
+        assert merit(fine) < merit(coarse)
+        assert (found_or_refused([coarse, fine], LEAST_VERTICES) is fine) is taken
+
+
+def test_a_small_lattice_is_part_of_a_grown_one_if_it_lies_in_it_and_spans_its_texels_at_one_phase() -> None:
+    grown = lattice(FINE, 12, 12, 0.8)
+
+    def small(basis: Floats, place: tuple[float, float]) -> Lattice:
+        found = lattice(basis, 4, 4, 0.8)
+        return Lattice(found.keys, replace(found.frames, points=found.frames.points + np.array(place)))
+
+    sheared = FINE @ np.array([[1.0, 1.0], [0.0, 1.0]])
+    assert part_of(small(FINE, (37.0, 41.0)), grown)
+    assert part_of(small(sheared, (37.0, 41.0)), grown)
+    assert part_of(small(1.1 * FINE @ np.array([[0.0, 1.0], [1.0, 0.0]]), (30.0, 30.0)), grown)
+    assert not part_of(small(FINE @ np.diag([2, 1]), (37.0, 41.0)), grown)
+    assert not part_of(small(1.5 * FINE, (30.0, 30.0)), grown)
+    assert not part_of(small(FINE, (170.0, 41.0)), grown)
+    uneven = lattice(FINE, 6, 6, 0.8, uneven_px=0.25 * FINE[0, 0])
+    assert not part_of(uneven, grown)
