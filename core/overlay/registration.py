@@ -10,6 +10,8 @@ with reweighting. The weights of a cell's pixels are the same in every cell, so 
 is the matrix Σ w g gᵀ of its pixels, g = (∂r/∂m, ∂r/∂ρ), times constant products of weights.
 """
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -30,6 +32,8 @@ LOCAL = [(i, a) for i in range(3) for a in range(4)]
 HALF = [(p, q) for n, p in enumerate(LOCAL) for q in LOCAL[n:]]
 """Pairs of them, each once: a cell's matrix is symmetric."""
 LEAST_SHADING = 0.02
+BAND = 1 << 15
+"""Pixels that are looked at together: what is known of them stays in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -207,20 +211,35 @@ class Registration:
         residual, slopes = self.linearised(state, texel, photo)
         weight = self._weight[state.cells]
         weight = weight * huber(np.sqrt((residual**2).mean(-1)), weight > 0)
-        moments = np.stack([np.einsum("kpc,kpc->kp", slopes[i], slopes[j]) * weight for i, j in SYMMETRIC])
-        gradient = np.stack([np.einsum("kpc,kpc->kp", residual, slope) * weight for slope in slopes])
+        moments, gradient = (np.empty((count, *weight.shape)) for count in (len(SYMMETRIC), len(slopes)))
+
+        def gather(band: slice) -> None:
+            for out, (i, j) in zip(moments, SYMMETRIC, strict=True):
+                out[band] = np.einsum("kpc,kpc->kp", slopes[i][band], slopes[j][band]) * weight[band]
+            for out, slope in zip(gradient, slopes, strict=True):
+                out[band] = np.einsum("kpc,kpc->kp", residual[band], slope[band]) * weight[band]
+
+        in_bands(weight.shape, gather)
         m = state.uv.reshape(-1, 2)[system.around] @ self.scale.T
         theta = np.concatenate([m.T, state.rho.ravel()[None, system.around]])
         return self._moved(system, state, system.solve(moments, gradient, theta, smoothness), turn)
 
     def linearised(self, state: State, texel: Texel, photo: Floats) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
         """Return residuals (K, cell², 3) and as large slopes by m_x, m_y and ρ in the K cells in use."""
-        at = self.mesh.weights @ state.values.reshape(-1, 3)[self.mesh.corners[state.cells]]
-        rho = at[..., 2:]
-        value, du, dv = texel.with_gradient(at[..., :2])
-        du, dv = rho * du, rho * dv
+        values, corners = state.values.reshape(-1, 3), self.mesh.corners[state.cells]
         (ux, uy), (vx, vy) = np.linalg.inv(self.scale).tolist()
-        return rho * value - photo, (ux * du + vx * dv, uy * du + vy * dv, value)
+        residual, by_x, by_y, by_rho = (np.empty(photo.shape) for _ in range(4))
+
+        def look_up(band: slice) -> None:
+            at = self.mesh.weights @ values[corners[band]]
+            rho = at[..., 2:]
+            by_rho[band], du, dv = texel.with_gradient(at[..., :2])
+            du, dv = rho * du, rho * dv
+            residual[band] = rho * by_rho[band] - photo[band]
+            by_x[band], by_y[band] = ux * du + vx * dv, uy * du + vy * dv
+
+        in_bands(photo.shape, look_up)
+        return residual, (by_x, by_y, by_rho)
 
     def _moved(self, system: System, state: State, step: Floats, turn: float) -> tuple[State, float]:
         """Return the state moved by as much of the step as folds no triangle, and the 95th percentile of the move."""
@@ -233,6 +252,18 @@ class Registration:
         rho[system.nodes] = np.maximum(rho[system.nodes] + step[2], LEAST_SHADING)
         uv = unfolded(self.mesh, state, uv.reshape(state.uv.shape), turn)
         return replace(state, uv=uv, rho=rho.reshape(state.rho.shape)), length
+
+
+def in_bands(shape: tuple[int, ...], work: Callable[[slice], None]) -> None:
+    """Do the work on bands of the K cells (K, cell², ...), two at a time where there are many."""
+    step = max(1, BAND // shape[1])
+    bands = [slice(k, min(k + step, shape[0])) for k in range(0, shape[0], step)]
+    if len(bands) < 4:
+        for band in bands:
+            work(band)
+        return
+    with ThreadPoolExecutor(2) as workers:
+        list(workers.map(work, bands))
 
 
 def unfolded(mesh: Mesh, before: State, uv: Floats, turn: float) -> Floats:
