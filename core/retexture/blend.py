@@ -132,13 +132,22 @@ def _visible_steps(seams: Ints, stretch: Ints, steps: Floats) -> Floats:
     ordered = np.where(turned[:, None], seams[:, ::-1], seams)
     labels = int(seams.max(initial=0)) + 1
     number = (stretch * labels + ordered[:, 0]) * labels + ordered[:, 1]
-    _, group, count = np.unique(number, return_inverse=True, return_counts=True)
+    group, count = _groups(number)
     mean = _grouped(steps * sign, group, len(count)) / count[:, None]
     square = _grouped(steps**2, group, len(count)) / count[:, None]
     error = np.sqrt(np.maximum((square - mean**2).sum(axis=1), 0) / count)
     size = np.maximum(np.linalg.norm(mean, axis=1), 1e-12)
     excess = np.where((count < SHORT) | (size > LARGEST), 0, np.maximum(1 - SURE * error / size, 0))
     return np.asarray((mean * excess[:, None])[group] * sign)
+
+
+def _groups(number: Ints) -> tuple[Ints, Ints]:
+    """Return which group of equal `number`s (n,) each belongs to, and how many belong to each of the groups."""
+    order = np.argsort(number, kind="stable")
+    first = np.diff(number[order], prepend=-1) != 0
+    group = np.empty_like(order)
+    group[order] = np.cumsum(first) - 1
+    return group, np.bincount(group)
 
 
 def _grouped(values: Floats, group: Ints, number: int) -> Floats:

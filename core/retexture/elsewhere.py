@@ -14,6 +14,8 @@ DEEP = 2
 """Much is missing where the source lies so many half patches outside."""
 FARTHEST = 60
 """Other parts of a curve are looked for up to so many half patches away, the nearest first."""
+TRIED = 12
+"""So many of them are looked at together."""
 
 
 def far_outside(places: Points, size: tuple[int, ...], rib: int) -> Bools:
@@ -42,13 +44,29 @@ def elsewhere(
 
     That is whether there is anything (n,), the places (n, 2), and the curves' tangents there (n, 2).
     """
+    found, places, headings = np.zeros(len(here), bool), np.empty((len(here), 2)), np.empty((len(here), 2))
     steps = rib * np.arange(1, FARTHEST + 1).repeat(2) * np.tile([1, -1], FARTHEST)
+    for some in np.split(steps, range(TRIED, len(steps), TRIED)):
+        left = np.flatnonzero(~found)
+        if not len(left):
+            break
+        at = length[left, None] + some
+        found[left], places[left], headings[left] = _first_shown(
+            source, curve[left], at, offset[left], here[left], size, rib
+        )
+    return found, places, headings
+
+
+def _first_shown(
+    source: CurveSet, curve: Ints, at: Floats, offset: Floats, here: Points, size: tuple[int, ...], rib: int
+) -> tuple[Bools, Points, Points]:
+    """Return the first of the arc lengths `at` (n, m) that has the surroundings of `here` (n, 2), see `elsewhere`."""
     whole = np.array([each.length for each in source.curves])[curve][:, None]
     closed = np.array([each.closed for each in source.curves])[curve][:, None]
-    at = length[:, None] + steps
     at = np.where(closed, at % whole, at)
-    places, headings = source.place(curve.repeat(len(steps)), at.ravel(), offset.repeat(len(steps)))
+    tries = at.shape[1]
+    places, headings = source.place(curve.repeat(tries), at.ravel(), offset.repeat(tries))
     places, headings = places.reshape(*at.shape, 2), headings.reshape(*at.shape, 2)
     good = shown(places, np.broadcast_to(here[:, None], places.shape), size, rib) & (at >= 0) & (at <= whole)
     first = np.arange(len(at)), good.argmax(axis=1)
-    return good.any(axis=1), places[first], headings[first]
+    return np.asarray(good.any(axis=1)), places[first], headings[first]

@@ -80,7 +80,8 @@ def times_as_rare(strip: Singles, side: int, *, closed: bool) -> Singles:
     chosen = (SHARE * np.isfinite(gaps).sum(axis=0)).astype(int)
     rare = np.take_along_axis(gaps, chosen[None], axis=0)[0]
     rare = np.where(np.isfinite(rare), rare, 0)
-    return np.asarray(rare / (np.quantile(rare, 0.5, axis=0) + FAINT**2), np.float32)
+    median = np.sort(rare, axis=0)[[(count - 1) // 2, count // 2]].mean(axis=0)
+    return np.asarray(rare / (median + FAINT**2), np.float32)
 
 
 def _gap(strip: Singles, shift: int, aside: int, side: int) -> Singles:

@@ -10,7 +10,6 @@ Where the source is not pressed together w is 0, and nothing is lost. A side has
 each by the steps to the neighbours that it leads to. No step leads across a seam.
 """
 
-from itertools import product
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -70,12 +69,15 @@ def average(light: Singles, source: Singles, place: Singles, found: Boxes) -> No
     middle, flat = place.reshape(-1, 2)[found.pixel], light.reshape(-1, light.shape[2])
     length = np.linalg.norm(found.halves, axis=-1).sum(axis=-1)
     counts = np.clip(np.ceil(length), 1, MOST).astype(np.int64)
-    for longer, shorter in np.unique(counts, axis=0):
-        these = np.flatnonzero((counts == [longer, shorter]).all(axis=1))
+    sides = counts @ [MOST + 1, 1]
+    for both in np.flatnonzero(np.bincount(sides)):
+        (longer, shorter), these = divmod(int(both), MOST + 1), np.flatnonzero(sides == both)
         total = np.zeros((len(these), light.shape[2]), np.float32)
-        for i, j in product(_middles(longer), _middles(shorter)):
-            one, other = (np.float32(abs(t)) * found.halves[these, n, int(t < 0)] for n, t in enumerate((i, j)))
-            total += read(source, middle[these] + one + other, Kernel.LANCZOS, mirror=True)
+        first, second = (found.halves[these, n] for n in (0, 1))
+        beside = np.stack([np.float32(abs(t)) * second[:, int(t < 0)] for t in _middles(shorter)], axis=1)
+        for t in _middles(longer):
+            at = (middle[these] + np.float32(abs(t)) * first[:, int(t < 0)])[:, None] + beside
+            total += read(source, at, Kernel.LANCZOS, mirror=True).sum(axis=1)
         flat[found.pixel[these]] = total / np.float32(longer * shorter)
 
 
