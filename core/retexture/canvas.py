@@ -22,8 +22,13 @@ from numpy.typing import NDArray
 from core.arrays import Bools, Ints, Singles
 from core.retexture.footprint import Footprint
 
+STEADY = 0.3
+"""How much the plain deformation counts where a patch overlaps it, against synthesised texture."""
 CELL = 4
 """Uses of the source are counted in cells of this many pixels a side."""
+LEAST = 1e-3
+"""Costs are counted in steps of this, about what a difference of colours by a hundredth costs. Less is not seen, and
+where many costs are equal the cut is found sooner."""
 DECIDED = 1e6
 """What it costs to choose otherwise where there is no choice."""
 
@@ -41,6 +46,8 @@ class Canvas:
         """(2, H, W) cost of the seam between a pixel and its right neighbour, and its lower one."""
         self.bare = must.copy()
         """(H, W) still shows the plain deformation, and must not."""
+        self.counts = np.where(must, np.float32(0), np.float32(STEADY))
+        """(H, W) how much what is shown counts when patches are compared with it: nothing where bare."""
         self.uses = np.zeros((may.shape[0] // CELL + 1, may.shape[1] // CELL + 1), np.float32)
         """How often each cell of the source is shown, on average over its pixels."""
 
@@ -80,6 +87,7 @@ class Canvas:
         self.place.reshape(-1, 2)[pixel] = place
         self.label.reshape(-1)[pixel] = label.take(which)
         self.bare.reshape(-1)[pixel] = False
+        self.counts.reshape(-1)[pixel] = 1
         return len(pixel)
 
     def _count(self, place: Singles, sign: int) -> None:
@@ -95,6 +103,7 @@ def _cut(cover: Footprint, seam: Singles, keep: NDArray[Any], take: NDArray[Any]
     """
     graph = maxflow.GraphFloat(len(keep), len(seam))
     nodes = graph.add_nodes(len(keep))
+    seam, keep, take = (np.rint(cost / LEAST) for cost in (seam, keep, take))
     graph.add_edges(cover.one, cover.other, seam, seam)
     graph.add_grid_tedges(nodes, keep, take)
     graph.maxflow()

@@ -1,6 +1,7 @@
 """Retexturing as a job: deformation, coordinates, a coarse result at once, patches, and the result."""
 
 from dataclasses import dataclass, replace
+from random import Random
 
 import numpy as np
 
@@ -106,8 +107,9 @@ def begun(
         first = stocked_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
     shown = read(picture, plain.place, Kernel.CUBIC)
     canvas = Canvas(shown, plain.place, must=scene.area.must, may=scene.area.may)
-    rng = np.random.default_rng(settings.seed)
-    painter = Painter(picture, bounds, canvas, patch, settings.variety, settings.mirrored, rng, watch)
+    # The generator of the standard library: loading NumPy's takes longer than all that is drawn here.
+    chance = Random(settings.seed)
+    painter = Painter(picture, bounds, canvas, patch, settings.variety, settings.mirrored, chance, watch)
     return painter, synthesised(painter, scene, first, len(origins), refine=settings.refine)
 
 

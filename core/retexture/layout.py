@@ -163,12 +163,12 @@ def ordered_origins(way: Correspondence, wanted: Bools, lattice: Lattice) -> Ori
 
     That is DPD's priority (sec. 3.4): at the ends rows are beside what stands already. But a row begins as soon as the
     one before it is two patches ahead: patches that do not touch follow each other. Where the patches are smaller, so
-    are the distances between them.
+    are the distances between them, and they come after the larger ones.
     """
     wanted = cv2.dilate(wanted.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
     sample = 8.0 * np.argwhere(wanted[::8, ::8])[:, ::-1].astype(np.float64)
     reach_px = float(way.target.distance(sample).max(initial=0.0)) + 12
-    places, orders = [], []
+    places = []
     for scale in (1, 2, 3) if way.compression.max() >= 1.5 else (1,):
         finer = Lattice(lattice.along / scale, lattice.across / scale, lattice.shift)
         place, offset, along = _rows(way.target, reach_px, finer)
@@ -176,10 +176,10 @@ def ordered_origins(way: Correspondence, wanted: Bools, lattice: Lattice) -> Ori
         fits = fits[way.scale_at(place[fits]) == scale]
         # Behind the line where a bend's ribs meet, another part of the curve is nearer.
         fits = fits[np.abs(way.target.distance(place[fits]) - np.abs(offset[fits])) < 1.0]
-        places.append(place[fits])
-        row = np.rint(np.abs(offset[fits]) / lattice.across)
-        orders.append((row, AHEAD * row + np.rint(along[fits] / lattice.along)))
-    return way.origins(np.concatenate(places)[np.lexsort(np.concatenate(orders, axis=1))])
+        row = np.rint(np.abs(offset[fits]) / finer.across)
+        order = np.lexsort((row, AHEAD * row + np.rint(along[fits] / finer.along)))
+        places.append(place[fits[order]])
+    return way.origins(np.concatenate(places))
 
 
 def _rows(curves: CurveSet, reach_px: float, lattice: Lattice) -> tuple[Points, Floats, Floats]:
@@ -218,6 +218,5 @@ def gap_places(bare: Bools, spacing: int) -> Points:
     square = (y // spacing) * (bare.shape[1] // spacing + 1) + x // spacing
     off = np.hypot(y % spacing - spacing / 2, x % spacing - spacing / 2)
     order = np.lexsort((off, square))
-    _, first = np.unique(square[order], return_index=True)
-    chosen = order[first]
+    chosen = order[np.diff(square[order], prepend=-1) > 0]
     return np.column_stack([x[chosen], y[chosen]]).astype(np.float64)

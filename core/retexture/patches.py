@@ -5,7 +5,7 @@ gives the pool of candidates, each by a slice, in coordinates that run along the
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, starmap
 from typing import TypeAlias
 
@@ -48,10 +48,18 @@ class PatchShape:
         scale = float(np.clip(np.sqrt(max(height, width) / 1000), 1, 2))
         return cls(*(round(scale * value) for value in (cls.spine, cls.rib, cls.search_along, cls.search_across)))
 
+    def smaller(self, scale: float) -> "PatchShape":
+        """Return scale-adaptive patches: the middle half, or third, of these (DPD sec. 3.5), searched for as far."""
+        return self if scale == 1 else replace(self, spine=_share(self.spine, scale), rib=_share(self.rib, scale))
+
     @property
     def window(self) -> int:
         """Side of a square of pixels that holds the patch in any direction."""
         return int(np.ceil(np.hypot(2 * self.spine + 1, 2 * self.rib + 1))) + 4
+
+
+def _share(half: int, scale: float) -> int:
+    return max(int(half / scale + 0.5), 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +106,7 @@ class Patches:
     """The patches of some origins, in batches that are grown in other threads shortly before they are asked for."""
 
     origins: Origins
+    """Those of a scale one after another."""
     shape: PatchShape
     fields: Fields
     way: Correspondence
@@ -110,18 +119,23 @@ class Patches:
 
     @property
     def parts(self) -> Iterator[slice]:
-        """The patches of each batch, few of them in the first, which is waited for."""
-        count, size = len(self.origins), self._size
-        starts = [start for start in (0, *range(-(-size // FEWER), count, size)) if start < count]
-        return starmap(slice, pairwise([*starts, count]))
+        """The patches of each batch, all of one scale; few of them in the first, which is waited for."""
+        changes = np.flatnonzero(np.diff(self.origins.scale, prepend=0, append=0)).tolist()
+        for start, stop in pairwise(changes):
+            size = self._size(start)
+            first = size if start else -(-size // FEWER)
+            starts = [at for at in (start, *range(start + first, stop, size)) if at < stop]
+            yield from starmap(slice, pairwise([*starts, stop]))
 
     def batch(self, which: slice) -> Batch:
         """Return the batch of some patches."""
-        return grown(self.origins.taken(which), self.shape, self.fields, self.way)
+        return grown(self.origins.taken(which), self._shape(which.start), self.fields, self.way)
 
-    @property
-    def _size(self) -> int:
-        shape = self.shape
+    def _shape(self, number: int) -> PatchShape:
+        return self.shape.smaller(float(self.origins.scale[number]))
+
+    def _size(self, number: int) -> int:
+        shape = self._shape(number)
         rows = 2 * (shape.rib + shape.search_across) + 1
         nodes = rows * (2 * (shape.spine + shape.search_along) + 1)
         # All source grids of a batch lie below each other in one array to read from.
@@ -151,11 +165,6 @@ def covered(grids: Singles, origins: Origins, shape: PatchShape, size: tuple[int
     cut = np.flatnonzero(leaving.take(patch))
     y, x = np.divmod(pixel[cut], side) + corners[patch[cut], ::-1].T
     inside[cut] = (x >= 0) & (y >= 0) & (x < width) & (y < size[0])
-    # Scale-adaptive patches: the middle half, or third, of the grid (DPD sec. 3.5).
-    smaller = np.flatnonzero(origins.scale[patch] > 1)
-    half = np.array([shape.spine, shape.rib])
-    reach = half / origins.scale[patch[smaller], None] + 0.5
-    inside[smaller] &= (np.abs(at[smaller] - half) <= reach).all(axis=1)
     number = (width * np.arange(side)[:, None] + np.arange(side)).ravel()
     first = corners[:, 0] + width * corners[:, 1]
     return Covered(patch, number.take(pixel) + first.take(patch), at).where(inside)

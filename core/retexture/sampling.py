@@ -31,6 +31,11 @@ def read(picture: Singles, at: Singles | Points, kernel: Kernel = Kernel.LINEAR,
     )
 
 
+def read_nearest(picture: Singles, at: Singles) -> Singles:
+    """Return the pixels of a picture (H, W) nearest to places (..., 2): (...); 0 outside."""
+    return np.asarray(_remapped(picture, at, Kernel.NEAREST, cv2.BORDER_CONSTANT), np.float32)
+
+
 def read_stored(pixels: Pixels, at: Singles) -> Pixels:
     """Return pixels (H, W, C) at places (..., 2), of their own depth, for a quick look: by a kernel of 4 x 4 pixels."""
     return _remapped(pixels, at, Kernel.CUBIC, cv2.BORDER_REFLECT_101)

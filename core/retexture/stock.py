@@ -12,7 +12,7 @@ from core.retexture.candidates import drift
 from core.retexture.canvas import CELL
 from core.retexture.footprint import Footprint, footprint
 from core.retexture.patches import Batch, Covered, Patches
-from core.retexture.sampling import read
+from core.retexture.sampling import read, read_nearest
 
 AT_ONCE_PX = 16_000
 """Pixels merged at a time: a larger graph no longer fits into the processor's cache."""
@@ -96,12 +96,8 @@ class Stock:
     """(n,) of these."""
     unusable: Singles
     """(n, K', J') 1 where no texture may be taken from."""
-    cell: Ints
-    """(n, K', J') number of the cell in which the uses of a candidate are counted."""
-    pixel: Ints
-    """(n, K, J) number of the result's pixel at a node."""
-    inside: Bools
-    """(n, K, J) whether a node lies in the picture."""
+    cells: Singles
+    """(n, K', J', 2) where the uses of candidates are counted, in cells."""
     needed: Singles
     """(n, K, J) 1 where the patch may be used."""
     drift: Floats
@@ -118,7 +114,6 @@ def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
     middle = np.array([shape.search_along, shape.search_across], np.float32)
     free = bounds.free.reshape(-1)[covered.pixel] / np.maximum(origins.free, 1e-3)[covered.patch]
     colours, variance = _colours(picture, batch.source)
-    pixel, inside = nearest(batch.target, size), within(batch.target, size)
     return Stock(
         batch,
         [Round(some, mine, footprint(covered.patch[mine], covered.pixel[mine], size)) for some, mine in starts],
@@ -127,10 +122,8 @@ def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
         colours,
         variance,
         (~bounds.usable_at(batch.source, origins.curve)).astype(np.float32),
-        nearest(batch.source / CELL, (size[0] // CELL + 1, size[1] // CELL + 1)),
-        pixel,
-        inside,
-        (inside & bounds.may.reshape(-1)[pixel]).astype(np.float32),
+        batch.source / np.float32(CELL),
+        read_nearest(bounds.may.astype(np.float32), batch.target),
         drift(shape, origins.offset, origins.free),
     )
 

@@ -1,26 +1,26 @@
 """Synthesis: grow patches in order, choose a candidate for each and merge it (DPD sec. 3.4)."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from random import Random
 
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Singles
+from core.arrays import Bools, Floats, Singles
 from core.progress import Job, Progress
 from core.retexture.candidates import CHANCE, Pool, costs
 from core.retexture.canvas import Canvas
 from core.retexture.layout import Lattice, Origins, gap_places, ordered_origins
 from core.retexture.patches import Patches, PatchShape, grid_places
-from core.retexture.sampling import Kernel, read
+from core.retexture.sampling import Kernel, read, read_nearest
 from core.retexture.scene import Scene
 from core.retexture.stock import Bounds, Round, Stock, stocked_ahead
 from core.retexture.stopwatch import Stopwatch
 
-STRIDE = 0.54
+STRIDE = 0.58
 """Distance between origins, as a share of a patch's sides: the rest is overlap."""
-STEADY = 0.3
-"""How much the plain deformation counts where a patch overlaps it, against synthesised texture."""
 CENTRE = 0.1
 """How much a patch that covers seams must look like what it covers, against its surroundings."""
 RING_PX = 4
@@ -38,7 +38,7 @@ class Painter:
     shape: PatchShape
     variety: float
     mirrored: bool
-    rng: np.random.Generator
+    chance: Random
     watch: Stopwatch
     origins: list[Origins] = field(default_factory=list)
     labels: int = 0
@@ -83,7 +83,7 @@ class Painter:
         """
         these = some.patches
         shown, weight = self._surroundings(stock, these, over_seams=over_seams)
-        uses = self.canvas.uses.reshape(-1).take(stock.cell[these])
+        uses = read(self.canvas.uses, stock.cells[these], Kernel.NEAREST)
         parts = stock.colours[these], uses, stock.unusable[these]
         variance = stock.variance[these]
         found = []
@@ -91,7 +91,7 @@ class Painter:
             colours, used, unusable = (np.ascontiguousarray(part[:, :, ::sense]) for part in parts)
             pool = Pool(colours, used, unusable, variance)
             cost = costs(pool, shown, weight, stock.needed[these], self.variety) + stock.drift[these]
-            cost += CHANCE * self.rng.random(cost.shape, np.float32)
+            cost += _noise(self.chance, cost.shape)
             self.candidates += cost.size
             found.append(cost.reshape(len(cost), -1))
         best = np.argmin(np.concatenate(found, axis=1), axis=1)
@@ -102,13 +102,17 @@ class Painter:
 
     def _surroundings(self, stock: Stock, these: slice, *, over_seams: bool) -> tuple[Singles, Singles]:
         """Return for target grids (k, K, J): colours shown, and how much each counts."""
-        pixel, canvas = stock.pixel[these], self.canvas
-        shown = read(canvas.colour, stock.batch.target[these])
-        weight = np.where(canvas.label.reshape(-1).take(pixel) > 0, np.float32(1), np.float32(STEADY))
-        weight *= stock.inside[these] & ~canvas.bare.reshape(-1).take(pixel)
+        target = stock.batch.target[these]
+        shown, weight = read(self.canvas.colour, target), read_nearest(self.canvas.counts, target)
         if over_seams:
             weight[:, RING_PX:-RING_PX, RING_PX:-RING_PX] *= np.float32(CENTRE)
         return shown, weight
+
+
+def _noise(chance: Random, shape: tuple[int, ...]) -> Floats:
+    """Return noise from 0 to `CHANCE`, to the 16 bits that are enough to decide between equals."""
+    drawn = np.frombuffer(chance.randbytes(2 * math.prod(shape)), "<u2")
+    return CHANCE / 2**16 * drawn.reshape(shape)
 
 
 def lattice(shape: PatchShape, shift: float = 0.0, *, stride: float | None = None) -> Lattice:
@@ -130,6 +134,7 @@ def synthesised(painter: Painter, scene: Scene, first: Iterator[Stock], count: i
         yield Progress(done / whole, "choosing patches")
     for _ in range(GAP_ROUNDS):
         gaps = scene.way.origins(gap_places(canvas.bare, int(lattice(shape).across)))
+        gaps = gaps.taken(np.argsort(gaps.scale, kind="stable"))
         for _ in painter.cover(stocks(gaps)):
             yield Progress(count / whole, "choosing patches")
     yield Progress(count / whole, "mending seams")
@@ -149,4 +154,5 @@ def _worst(origins: Origins, seams: Singles, shape: PatchShape, share: float) ->
     limit = np.array(seams.shape[::-1]) - 1
     x, y = np.clip(np.rint(origins.target).astype(int), 0, limit).T
     cost = around[y, x]
-    return origins.taken((cost > 0) & (cost >= np.quantile(cost, 1 - share)))
+    least = np.sort(cost)[int((1 - share) * (len(cost) - 1))]
+    return origins.taken((cost > 0) & (cost >= least))

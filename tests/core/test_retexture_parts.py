@@ -1,5 +1,7 @@
 """The parts of retexturing, each against what its definition says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -177,17 +179,35 @@ def test_the_pace_is_how_fast_the_source_goes_by() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 30, 400])
-def test_batches_hold_all_patches_in_order_and_the_first_few_of_them(count: int) -> None:
+def test_batches_hold_all_patches_of_a_scale_in_order_and_the_first_few_of_them(count: int) -> None:
     curves = bent()
     scene = prepared(
         curves, deformed(SHAPE, curves, None), np.zeros((HEIGHT, WIDTH, 3), np.float32), PatchShape(), 60.0, None
     )
     origins = scene.way.origins(np.random.default_rng(0).uniform(20, 180, (count, 2)))
+    origins = origins.taken(np.argsort(origins.scale, kind="stable"))
     parts = list(Patches(origins, PatchShape(), scene.fields, scene.way).parts)
     np.testing.assert_array_equal(np.concatenate([[], *(np.arange(count)[part] for part in parts)]), np.arange(count))
     sizes = [part.stop - part.start for part in parts]
     assert all(sizes)
+    assert all(np.ptp(origins.scale[part]) == 0 for part in parts)
+    assert count < 400 or len(np.unique(origins.scale)) == 2
     assert count < 400 or sizes[0] == max(sizes) // 4
+
+
+def test_smaller_patches_cover_the_middle_of_whole_ones_and_are_searched_for_as_far() -> None:
+    curves, shape = bent(), PatchShape()
+    picture = np.random.default_rng(0).random((HEIGHT, WIDTH, 3)).astype(np.float32)
+    scene = prepared(curves, deformed(SHAPE, curves, None), picture, shape, 60.0, None)
+    origins = scene.way.origins(np.tile([[110.0, 150.0]], (3, 1)))
+    patches = Patches(replace(origins, scale=np.array([1.0, 2.0, 3.0])), shape, scene.fields, scene.way)
+    whole, half, third = (patches.batch(slice(i, i + 1)) for i in range(3))
+    for part, scale in ((half, 2), (third, 3)):
+        assert np.isin(part.covered.pixel, whole.covered.pixel).all()
+        assert len(part.covered.pixel) == pytest.approx(len(whole.covered.pixel) / scale**2, rel=0.3)
+        assert part.shape.search_along == shape.search_along
+        middle = part.shape.rib, part.shape.spine
+        np.testing.assert_allclose(part.target[0][middle], origins.target[0], atol=1e-3)
 
 
 def test_patches_keep_their_size_beside_a_curve_that_only_bends() -> None:

@@ -6,7 +6,7 @@ import pytest
 from core import poisson
 from core.arrays import Bools, Ints, Singles
 from core.retexture.blend import correction
-from core.retexture.canvas import Canvas
+from core.retexture.canvas import STEADY, Canvas
 from core.retexture.footprint import footprint
 from core.retexture.sampling import read
 from core.retexture.softening import SHARE, across_seams
@@ -45,6 +45,20 @@ def test_the_cut_takes_many_faint_steps_for_few_that_break() -> None:
     merge(canvas, 7, patch, reach)
     assert (canvas.label[:, 17:] == 7).all()
     assert not canvas.label[:, :17].any()
+
+
+def test_only_what_a_patch_has_laid_counts_in_full_and_bare_pixels_do_not() -> None:
+    shown = np.zeros((20, 30, 3), np.float32)
+    must = np.zeros((20, 30), bool)
+    must[:, 20:] = True
+    canvas = Canvas(shown, np.zeros((20, 30, 2), np.float32), must=must, may=~np.zeros_like(must))
+    reach = np.zeros((20, 30), bool)
+    reach[:10, 18:26] = True
+    merge(canvas, 7, shown + np.float32(0.5), reach)
+    np.testing.assert_array_equal(canvas.counts == 1, canvas.label == 7)
+    np.testing.assert_array_equal(canvas.counts == 0, canvas.bare)
+    np.testing.assert_allclose(canvas.counts[:, :18], STEADY)
+    assert canvas.bare.sum() == 20 * 10 - 10 * 6
 
 
 def test_the_cut_runs_where_gradients_agree_too() -> None:
