@@ -81,8 +81,12 @@ def key_of(found: Lattice, row: int) -> Key:
 
 def is_step(found: Lattice, row: int, other: int, step: Key) -> bool:
     """Return whether one vertex lies where the mean of its and another one's vectors have it after a `step`."""
-    away = found.frames.points[other] - found.frames.points[row]
-    vectors = (found.frames.bases[row] + found.frames.bases[other]) / 2
-    if abs(np.linalg.det(vectors)) < LEAST_AREA:
+    (x, y), (x_other, y_other) = found.frames.points[row].tolist(), found.frames.points[other].tolist()
+    mean = (found.frames.bases[row] + found.frames.bases[other]) / 2
+    (a, b), (c, d) = mean.tolist()
+    area = a * d - b * c
+    if abs(area) < LEAST_AREA:
         return False
-    return bool(np.linalg.norm(np.linalg.solve(vectors, away) - step) < FURTHEST)
+    right, down = x_other - x, y_other - y
+    u, v = (d * right - b * down) / area - step[0], (a * down - c * right) / area - step[1]
+    return bool(u * u + v * v < FURTHEST**2)
