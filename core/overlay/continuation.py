@@ -5,6 +5,8 @@ the first ones from the mean slopes of the sheet around: far from it the cloth g
 the sheet's two sides would miss each other by much are left out, and there the coordinates jump.
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from scipy import sparse
@@ -17,10 +19,6 @@ from core.overlay.smoothing import gaussian
 
 LARGEST = 0.5
 """Lattice steps by which two sides miss each other from which the coordinates jump between them."""
-AROUND = 0.5
-"""Width, in lattice steps, of the neighbourhood that gives the slopes."""
-STRAIGHT = 1e-3
-"""Weight of the slopes."""
 HOLD = 1e-9
 """Weight of the guess, for pixels that nothing else holds."""
 EXTENT_PX = 3.0
@@ -29,25 +27,46 @@ REACH_PX = 3.5
 """Distance up to which the sheet holds what goes on."""
 
 
-def continuation(uv: Floats, fixed: Bools, wanted: Bools, basis: Floats, step_px: float) -> Floats:
+@dataclass(frozen=True)
+class Slopes:
+    """The slopes that hold what goes on."""
+
+    around: float = 0.5
+    """Width, in lattice steps, of the neighbourhood that gives them."""
+    weight: float = 1e-3
+    """Of the squared differences from them, over that of the second differences."""
+
+
+def continuation(
+    uv: Floats,
+    fixed: Bools,
+    wanted: Bools,
+    basis: Floats,
+    step_px: float,
+    *,
+    may_tear: Bools | None = None,
+    hold: Slopes = Slopes(),
+) -> Floats:
     """Return coordinates (n, 2) at the n `wanted` pixels (H, W) from those (H, W, 2) at `fixed` ones.
 
-    `basis` (2, 2) is pixels of undeformed cloth a texel, `step_px` the side of a lattice step.
+    `basis` (2, 2) is pixels of undeformed cloth a texel, `step_px` the side of a lattice step. The coordinates jump
+    only where they `may_tear` (H, W), anywhere if that is not given.
     """
-    slopes = mean_slopes(uv, fixed, AROUND * step_px)
+    slopes = mean_slopes(uv, fixed, hold.around * step_px)
     guess = straight_on(uv, fixed, slopes)
     flat, apart = guess.reshape(-1, 2), LARGEST * step_px + EXTENT_PX
     used, new = wanted | (fixed & (distance(wanted) < REACH_PX)), np.flatnonzero(wanted)
     values = np.where(fixed[..., None], uv, 0.0).reshape(-1, 2)
     bending = Mesh((wanted.shape[0] - 1, wanted.shape[1] - 1), 1).bending(used)
-    bending = bending[extents(bending, flat @ basis.T) < apart]
+    whole = np.zeros(used.size) if may_tear is None else (~may_tear).ravel().astype(np.float64)
+    bending = bending[(extents(bending, flat @ basis.T) < apart) | (abs(bending) @ whole > 0)]
     rows, right = [bending], [-(bending @ values)]
     for axis in (0, 1):
         steps, start = first_differences(used, wanted, axis)
-        kept = extents(steps, flat @ basis.T) < apart
+        kept = (extents(steps, flat @ basis.T) < apart) | (abs(steps) @ whole > 0)
         steps, start = steps[kept], start[kept]
-        rows.append(STRAIGHT**0.5 * steps)
-        right.append(STRAIGHT**0.5 * (slopes[..., axis].reshape(-1, 2)[start] - steps @ values))
+        rows.append(hold.weight**0.5 * steps)
+        right.append(hold.weight**0.5 * (slopes[..., axis].reshape(-1, 2)[start] - steps @ values))
     matrix = sparse.csr_array(sparse.vstack(rows))[:, new]
     normal = sparse.csc_array(matrix.T @ matrix + HOLD * sparse.eye_array(len(new)))
     return np.asarray(Factor(normal).solve(matrix.T @ np.concatenate(right) + HOLD * flat[new]), np.float64)

@@ -19,6 +19,7 @@ from core.overlay.composition import filtered
 from core.overlay.correlation import Proposal
 from core.overlay.finding import find_cloth
 from core.overlay.fitting import fit
+from core.overlay.fold_light import fold_light
 from core.overlay.gauge import gauge_of
 from core.overlay.joining import joined
 from core.overlay.lattice import Lattice
@@ -28,6 +29,7 @@ from core.overlay.phase import in_phase
 from core.overlay.recovery import recovered
 from core.overlay.refinement import refined
 from core.overlay.region import feathered
+from core.overlay.relaying import relaid
 from core.overlay.seeding import flat_canvas
 from core.overlay.texel import Texel, drawn, estimate_texel
 from core.overlay.tint import tint
@@ -167,6 +169,8 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     followed &= ~other
     uv, shading = recovered(photo, (uv, shading), texel, cloth.basis * scale, followed, scale=scale)
     uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
+    uv, other = relaid(photo, (uv, shading), texel, cloth.basis, cloth.step_px, scale)
+    followed &= ~other
     texel = finer_texel(cloth, photo, uv, shading, followed, scale)
     gauge = gauge_of(shading, texel.pixels)
     # The texel is rounded as its file is, so that the parts that are written recombine.
@@ -174,6 +178,8 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     inside, light = np.isfinite(shading), (shading * np.float32(gauge))[..., None]
     modelled = texture_at(texel, uv)
     modelled *= np.nan_to_num(light)
+    folds = fold_light(photo, modelled, uv, followed, texel, cloth.basis * scale)
+    light, modelled = light * folds, modelled * folds
     colour = coloured_light(photo, modelled, followed, scale, TINT_STEPS * cloth.step_px)
     if colour is not None:
         light, modelled = light * colour, modelled * colour

@@ -41,10 +41,18 @@ def joined(uv: Singles, basis: Floats, step_px: float, scale: int = 1) -> tuple[
     if scale > 1:
         # What is between two pixels may be torn from both.
         other = (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0) & finite(few)
-    wide = np.repeat(np.repeat(other, scale, 0), scale, 1)[: uv.shape[0], : uv.shape[1]] & finite(uv)
+    return finer(uv, found, other, scale)
+
+
+def finer(uv: Singles, found: Floats, anew: Bools, every: int) -> tuple[Singles, Bools]:
+    """Return coordinates (H, W, 2) with those `found` (h, w, 2) where they are `anew` (h, w), and where (H, W) that is.
+
+    The found ones are of every so many pixels.
+    """
+    wide = np.repeat(np.repeat(anew, every, 0), every, 1)[: uv.shape[0], : uv.shape[1]] & finite(uv)
     rows, columns = np.nonzero(wide)
-    r, c = rows // scale, columns // scale
-    away = np.stack([columns - scale * c, rows - scale * r], -1) / scale
+    r, c = rows // every, columns // every
+    away = np.stack([columns - every * c, rows - every * r], -1) / every
     slopes = np.stack([steepness(found, 1)[r, c], steepness(found, 0)[r, c]], -1)
     out = uv.copy()
     out[rows, columns] = found[r, c] + np.einsum("nij,nj->ni", slopes, away)

@@ -78,7 +78,7 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
 
 
 def recurring(detail: Singles, uv: Singles, shape: tuple[int, int], noise: float) -> Singles:
-    """Return what of the detail (n, 3) at uv (n, 2) recurs at the same place of the texels around.
+    """Return what of the detail (n, C) at uv (n, 2) recurs at the same place of the texels around.
 
     `shape` (h, w) is that of the texel, `noise` how large a detail usually is.
     """
@@ -92,14 +92,15 @@ def recurring(detail: Singles, uv: Singles, shape: tuple[int, int], noise: float
     # A stain recurs nowhere: it must not be seen in its neighbours.
     values = (*np.clip(detail[some], -4 * noise, 4 * noise).T[..., None], 1.0)
     planes = [np.bincount(index.ravel(), (shares * value).ravel(), rows * columns) for value in values]
-    by_texel: Singles = np.stack(planes, -1).astype(np.float32).reshape(int(texels[0]), h, int(texels[1]), w * 4)
+    by_texel: Singles = np.stack(planes, -1).astype(np.float32).reshape(int(texels[0]), h, int(texels[1]), -1)
     for axis in (0, 2):
         by_texel = scipy.ndimage.gaussian_filter1d(by_texel, AROUND, axis, mode="constant") * (
             AROUND * np.sqrt(2 * np.pi)
         )
-    sums = by_texel.reshape(rows, columns, 4)
+    sums = by_texel.reshape(rows, columns, -1)
     # A pixel of the photo is several samples.
-    means = sums[..., :3] / (sums[..., 3:] + DOUBT * some.sum() / max(int((sums[..., 3] > 0.1).sum()), 1))
+    mass = sums[..., -1:]
+    means = sums[..., :-1] / (mass + DOUBT * some.sum() / max(int((mass > 0.1).sum()), 1))
     return looked_up(means, (uv - low.astype(np.float32)) * np.array([w, h], np.float32) - np.float32(0.5))
 
 
