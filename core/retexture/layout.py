@@ -169,7 +169,7 @@ def ordered_origins(way: Correspondence, wanted: Bools, lattice: Lattice) -> Ori
     sample = 8.0 * np.argwhere(wanted[::8, ::8])[:, ::-1].astype(np.float64)
     reach_px = float(way.target.distance(sample).max(initial=0.0)) + 12
     places = []
-    for scale in (1, 2, 3) if way.compression.max() >= 1.5 else (1,):
+    for scale in range(1, round(float(way.compression.max())) + 1):
         finer = Lattice(lattice.along / scale, lattice.across / scale, lattice.shift)
         place, offset, along = _rows(way.target, reach_px, finer)
         fits = np.flatnonzero(_touching(place, wanted))
