@@ -79,22 +79,24 @@ def moved(pixels: Floats, shift: Floats) -> Floats:
     return np.asarray(np.fft.ifft2(np.fft.fft2(pixels, axes=(0, 1)) * phase[..., None], axes=(0, 1)).real)
 
 
-def periods(halves: Halves) -> set[tuple[int, int]]:
-    """Return the steps (i, j), in texels, within the block after which the texture is the same."""
-    n = halves.count
-    changes = {(i, j): change(halves, np.array([i, j], float)) for i in range(n) for j in range(n)}
-    means = [mean for mean, _ in changes.values()]
-    # Texels that were aligned badly never look quite the same; others must differ from them all the more. And what
-    # seems to change less than nothing is noise, which is as often positive.
-    limit = float(np.clip(max(CONTRAST * max(means), -NOISE * min(means)), CHANGED, LARGEST_CHANGE))
-    return {step for step, (mean, worst) in changes.items() if mean < limit and worst < MARKED}
+def periods(*draws: Halves) -> set[tuple[int, int]]:
+    """Return the steps (i, j), in texels, within the block after which the texture is the same in most draws."""
+    steps = [(i, j) for i in range(draws[0].count) for j in range(draws[0].count)]
+    changes = [{step: change(halves, np.array(step, float)) for step in steps} for halves in draws]
+    # What seems to change less than nothing is noise, which is as often positive.
+    noise = -min(mean for found in changes for mean, _ in found.values())
+    votes: Counter[tuple[int, int]] = Counter()
+    for found in changes:
+        # Texels that were aligned badly never look quite the same; others must differ from them all the more.
+        most = max(mean for mean, _ in found.values())
+        limit = float(np.clip(max(CONTRAST * most, NOISE * noise), CHANGED, LARGEST_CHANGE))
+        votes.update(step for step, (mean, worst) in found.items() if mean < limit and worst < MARKED)
+    return {step for step, votes_for in votes.items() if 2 * votes_for > len(draws)}
 
 
 def coarser(*draws: Halves) -> Ints:
     """Return the finest sublattice (2, 2) of Z² that contains `count` Z² and has periods of most draws as steps."""
-    n = draws[0].count
-    votes = Counter(step for halves in draws for step in periods(halves))
-    common = {step for step, votes_for in votes.items() if 2 * votes_for > len(draws)}
+    n, common = draws[0].count, periods(*draws)
     for index in range(1, n * n + 1):
         if (n * n) % index:
             continue

@@ -82,3 +82,4 @@ def test_a_change_no_larger_than_the_noise_is_none() -> None:
     assert min(change(noisy, np.array([i, j], float))[0] for i, j in ((0, 1), (1, 0), (1, 1))) < 0
     assert (1, 0) not in periods(quiet)
     assert (1, 0) in periods(noisy)
+    assert (1, 0) in periods(quiet, quiet, noisy)
