@@ -212,6 +212,8 @@ def _spec(image: Image, size_px: tuple[int, int], suffix: str, quality: int) -> 
         spec.attribute("compression", kind)
     if suffix == ".png":
         spec.attribute("png:compressionLevel", PNG_LEVEL)
+        # Colours are tagged by a profile alone: beside a gamma, libpng reads colour as grey by other weights.
+        spec.attribute("oiio:ColorSpace", "unknown")
     if suffix in (".jpg", ".jpeg"):
         spec.attribute("jpeg:subsampling", "4:4:4" if quality >= 90 else "4:2:0")
     return spec

@@ -6,6 +6,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import OpenImageIO
 import pytest
@@ -140,6 +141,19 @@ def test_a_lossless_webp_with_exif_keeps_its_pixels(tmp_path: Path) -> None:
     image = Image(picture(channels=4).pixels, metadata=EXIF)
     save(image, tmp_path / "a.webp", quality=100)
     np.testing.assert_array_equal(load(tmp_path / "a.webp").pixels, image.pixels)
+
+
+@pytest.mark.parametrize("icc", [None, icc_profile()])
+def test_a_png_tags_its_colours_by_a_profile_alone(tmp_path: Path, icc: bytes | None) -> None:
+    path = tmp_path / "a.png"
+    save(Image(picture(channels=3).pixels, icc=icc), path)
+    header = path.read_bytes().partition(b"IDAT")[0]
+    assert not any(name in header for name in (b"gAMA", b"cHRM", b"sRGB"))
+    assert (b"iCCP" in header) == (icc is not None)
+    grey, coloured = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), cv2.imread(str(path))
+    assert grey is not None
+    assert coloured is not None
+    assert np.abs(grey.astype(int) - cv2.cvtColor(coloured, cv2.COLOR_BGR2GRAY)).max() <= 1
 
 
 @pytest.mark.parametrize("damage", [b"", b"rubbish", icc_profile()[:-4], icc_profile().replace(b"acsp", b"pcsa")])
