@@ -31,6 +31,8 @@ ENOUGH = 4
 OFF, SAME_PART = 0.3, 0.6
 """Most by which a vector of a part differs from whole ones of a lattice, and least share of its vertices, less what
 differs in their phase, that are the lattice's."""
+FAR = 4 * TRIAL_VERTICES
+"""Vertices of a lattice whose parts are not grown too; those of one that ended sooner may go farther."""
 WORSE = 0.3
 """Promise, over the best one's, below which a seed is dropped."""
 NEARLY, UNEVEN, MORE = 0.75, 2.0, 1.05
@@ -80,10 +82,11 @@ def find_lattice(
         if agreed(lattices):
             break
     grown: list[Lattice] = []
-    for number, lattice in enumerate(finalists(lattices)):
-        if any(part_of(lattice, other) for other in grown):
-            continue
-        grown.append((yield from full_grown(canvas, lattice, Progress(0.5 + 0.15 * number, GROWING))))
+    for lattice in finalists(lattices):
+        if len(grown) == FINALISTS:
+            break
+        if not is_grown(lattice, grown):
+            grown.append((yield from full_grown(canvas, lattice, Progress(0.5 + 0.12 * len(grown), GROWING))))
     return found_or_refused(grown, LEAST_VERTICES)
 
 
@@ -119,6 +122,11 @@ def divides(fine: Lattice, coarse: Lattice) -> bool:
         len(rest) >= max(LEAST_VERTICES, COVERED * len(coarse))
         and float(np.abs(np.exp(2j * np.pi * rest).mean(0)).min()) > least
     )
+
+
+def is_grown(small: Lattice, grown: list[Lattice]) -> bool:
+    """Return whether a small lattice is part of one that has grown far."""
+    return any(len(other) >= FAR and part_of(small, other) for other in grown)
 
 
 def part_of(small: Lattice, grown: Lattice) -> bool:
@@ -169,14 +177,19 @@ def agreed(lattices: list[Lattice]) -> bool:
 
 
 def finalists(lattices: list[Lattice]) -> list[Lattice]:
-    """Return the most promising small lattices, of texels that differ in size."""
-    chosen: list[Lattice] = []
+    """Return the promising small lattices, the best of each size of texels before others of that size.
+
+    A lattice that ends soon from where the pattern is seen foreshortened may go far from another place.
+    """
     best = max(map(promise, lattices), default=0.0)
+    first: list[Lattice] = []
+    others: list[Lattice] = []
     for lattice in sorted(lattices, key=promise, reverse=True):
-        sizes = [abs(np.log(lattice.texel_area / other.texel_area)) for other in chosen]
-        if promise(lattice) > WORSE * best and min(sizes, default=1.0) > 0.4 and len(chosen) < FINALISTS:
-            chosen.append(lattice)
-    return chosen
+        if promise(lattice) <= WORSE * best:
+            break
+        sizes = [abs(np.log(lattice.texel_area / other.texel_area)) for other in first]
+        (first if min(sizes, default=1.0) > 0.4 else others).append(lattice)
+    return first + others
 
 
 def full_grown(canvas: Canvas, lattice: Lattice, step: Progress, *, rounds: int = 2) -> Job[Lattice]:

@@ -14,8 +14,10 @@ from core.overlay.seeding import (
     TURN,
     bend_px,
     divides,
+    finalists,
     found_or_refused,
     in_turn,
+    is_grown,
     merit,
     part_of,
 )
@@ -91,3 +93,17 @@ def test_a_small_lattice_is_part_of_a_grown_one_if_it_lies_in_it_and_spans_its_t
     assert not part_of(small(FINE, (170.0, 41.0)), grown)
     uneven = lattice(FINE, 6, 6, 0.8, uneven_px=0.25 * FINE[0, 0])
     assert not part_of(uneven, grown)
+
+
+def test_a_part_of_a_lattice_that_ended_soon_is_grown_too() -> None:
+    part, far, soon = lattice(FINE, 5, 5, 0.8), lattice(FINE, 12, 12, 0.8), lattice(FINE, 6, 6, 0.8)
+    assert part_of(part, far)
+    assert part_of(part, soon)
+    assert is_grown(part, [soon, far])
+    assert not is_grown(part, [soon])
+
+
+def test_the_best_small_lattice_of_each_size_is_grown_before_others_of_that_size() -> None:
+    scores = (0.9, 0.86, 0.84, 0.88, 0.6)
+    small = [lattice(side * np.eye(2), 5, 5, score) for side, score in zip((20, 21, 40, 20, 80), scores, strict=True)]
+    assert [round(each.frames.scores[0], 2) for each in finalists(small)] == [0.9, 0.84, 0.88, 0.86]
