@@ -37,11 +37,15 @@ def blown_up() -> Floats:
     return np.asarray(UV + np.where(DISC[..., None], np.stack([(100 - X) * 0.8, 0 * X], -1) / STEP, 0.0), np.float64)
 
 
+def crushed() -> Floats:
+    return np.asarray(UV + np.where(DISC[..., None], np.stack([(X - 100) * 2.0, 0 * X], -1) / STEP, 0.0), np.float64)
+
+
 def off_px(uv: Floats | Singles) -> Floats:
     return np.asarray(np.linalg.norm((uv - UV) @ BASIS.T, axis=-1), np.float64)
 
 
-@pytest.mark.parametrize("uv", [swirled(5.0), blown_up()], ids=["swirl", "blown up"])
+@pytest.mark.parametrize("uv", [swirled(5.0), blown_up(), crushed()], ids=["swirl", "blown up", "crushed"])
 def test_what_cannot_be_cloth_goes_on_with_the_cloth_around(uv: Floats) -> None:
     found, anew = laid(uv)
     assert off_px(uv).max() > 10
@@ -80,6 +84,17 @@ def test_sides_that_cannot_meet_without_being_blown_up_meet_in_a_jump() -> None:
     assert wild.mean() < 0.01
     sides = np.abs(X - 100) > 20
     assert np.linalg.norm(((found - hidden) @ BASIS.T)[sides], axis=-1).max() < 0.5
+
+
+def test_a_fold_that_ends_amid_the_cloth_may_tear_the_sheet_that_goes_around_it() -> None:
+    """A fold hides two texels at the top, fewer from there down, and none in the lower half."""
+    hides = 2.0 * np.clip((90 - Y) / 50, 0, 1)
+    hidden = UV + np.where(X > 100, hides, 0.0)[..., None] * [1.0, 0.0]
+    beside = (np.abs(X - 100) < 10) & (Y < 70)
+    torn = hidden + 0.4 * np.random.default_rng(0).standard_normal(UV.shape) * beside[..., None]
+    found, _ = laid(torn)
+    assert no_cloth(torn, BASIS, STEP).mean() > 0.03
+    assert no_cloth(found.astype(np.float64), BASIS, STEP).mean() < 0.01
 
 
 def test_a_small_sheet_stays_where_the_photo_shows_it_and_goes_on_with_the_cloth_where_not() -> None:
