@@ -38,9 +38,6 @@ def joined(uv: Singles, basis: Floats, step_px: float, scale: int = 1) -> tuple[
     """
     few = uv[::scale, ::scale].astype(np.float64)
     found, other = whole(few, basis, step_px)
-    if scale > 1:
-        # What is between two pixels may be torn from both.
-        other = (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0) & finite(few)
     return finer(uv, found, other, scale)
 
 
@@ -49,6 +46,9 @@ def finer(uv: Singles, found: Floats, anew: Bools, every: int) -> tuple[Singles,
 
     The found ones are of every so many pixels.
     """
+    if every > 1:
+        # What is between two pixels may be torn from both.
+        anew = (cv2.dilate(anew.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0) & finite(found)
     wide = np.repeat(np.repeat(anew, every, 0), every, 1)[: uv.shape[0], : uv.shape[1]] & finite(uv)
     rows, columns = np.nonzero(wide)
     r, c = rows // every, columns // every

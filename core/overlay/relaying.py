@@ -57,9 +57,7 @@ def relaid(
         return layers[0], np.zeros(layers[1].shape, bool)
     sure = trust_in(photo[few].astype(np.float32), uv, light, texel, np.asarray(covered, np.bool_), side) > SURE
     found, anew = _relaid(uv.astype(np.float64), wild, sure, basis / every, step_px / every)
-    # What is between two places may be torn from both.
-    wide = (cv2.dilate(anew.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0) & covered
-    return finer(layers[0], found, np.asarray(wide, np.bool_), scale * every)
+    return finer(layers[0], found, anew, scale * every)
 
 
 def _relaid(uv: Floats, wild: Bools, sure: Bools, basis: Floats, step_px: float) -> tuple[Floats, Bools]:

@@ -1,8 +1,5 @@
-"""Pictures come back from disk as they were written, and faults are named in one line."""
+"""Pictures come back from disk as they were written."""
 
-import os
-import struct
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +13,7 @@ from core.arrays import Bytes, InputError, Singles
 from core.image import usable_profile
 from core.image_reading import upright
 from core.images import Attribute, Image, load, load_mask, save, writing_rows
+from tests.core.pictures import picture
 from tests.core.profiles import icc_profile
 
 
@@ -25,13 +23,6 @@ def singles(values: object) -> Singles:
 
 def octets(values: object) -> Bytes:
     return np.array(values, np.uint8)
-
-
-def picture(depth: Any = np.uint8, channels: int = 3, height: int = 5, width: int = 7) -> Image:
-    values = np.random.default_rng(0).uniform(0.1, 1, (height, width, channels))
-    if depth is np.float32:
-        return Image(values.astype(np.float32), linear=True)
-    return Image((values * np.iinfo(depth).max).astype(depth))
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
@@ -313,73 +304,6 @@ def test_thin_pictures_are_kept(tmp_path: Path, size: tuple[int, int], suffix: s
     assert load(tmp_path / f"a{suffix}").pixels.shape == (*size, 3)
 
 
-def test_what_a_format_cannot_hold_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"a\.webp: cannot be written: "):
-        save(picture(height=1, width=20_000), tmp_path / "a.webp")
-    assert not list(tmp_path.iterdir())
-    with pytest.raises(InputError, match=r"unknown picture format '\.bmp'"):
-        save(picture(), tmp_path / "a.bmp")
-    with pytest.raises(InputError, match="quality 101: not from 1 to 100"):
-        save(picture(), tmp_path / "a.jpg", quality=101)
-
-
-@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg", ".webp"])
-@pytest.mark.parametrize("share", [0.02, 0.5, 0.9])
-def test_files_cut_short_are_named(tmp_path: Path, suffix: str, share: float) -> None:
-    path = tmp_path / f"a{suffix}"
-    save(picture(height=90, width=120), path)
-    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
-    with pytest.raises(InputError, match=rf"a\{suffix}: .*cut short|a\{suffix}: not an image"):
-        load(path)
-
-
-def test_a_png_is_judged_by_its_critical_chunks(tmp_path: Path) -> None:
-    path = tmp_path / "a.png"
-    save(picture(height=40, width=50), path)
-    data = path.read_bytes()
-    note = b"tEXt" + b"Comment\0of no weight"
-    path.write_bytes(data[:33] + struct.pack(">I", len(note) - 4) + note + bytes(4) + data[33:])
-    assert load(path).width_px == 50
-    start = data.index(b"IDAT")
-    for damaged in (data[: start + 20] + b"!!!!" + data[start + 24 :], data[:-12], data[:-2]):
-        path.write_bytes(damaged)
-        with pytest.raises(InputError, match=r"a\.png: the image is damaged or cut short"):
-            load(path)
-
-
-def test_a_header_that_asks_for_too_much_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.png"
-    save(picture(), path)
-    data = path.read_bytes()
-    header = b"IHDR" + struct.pack(">II", 60_000, 60_000) + data[24:29]
-    path.write_bytes(data[:12] + header + struct.pack(">I", zlib.crc32(header)) + data[33:])
-    with pytest.raises(InputError, match=r"a\.png: not an image, damaged or cut short"):
-        load(path)
-
-
-def test_what_is_no_image_is_named(tmp_path: Path) -> None:
-    (tmp_path / "a.png").write_text("text")
-    (tmp_path / "b.png").touch()
-    (tmp_path / "a.null").write_text("OpenImageIO takes any file of this name for a black picture")
-    os.mkfifo(tmp_path / "pipe")
-    for path, fault in {
-        "a.png": "not an image",
-        "b.png": "the file is empty",
-        "c.png": "no such file or directory",
-        ".": "is a folder, not an image",
-        "pipe": "is a device or a pipe, not a file",
-        "a.null": "a.null: not an image of a known format",
-    }.items():
-        with pytest.raises(InputError, match=fault):
-            load(tmp_path / path)
-
-
-def test_pixels_of_another_kind_are_refused() -> None:
-    for pixels in (np.zeros((4, 4), np.uint8), np.zeros((4, 4, 5), np.uint8), np.zeros((4, 4, 3)), np.zeros((0, 4, 3))):
-        with pytest.raises(InputError, match="image: pixels of"):
-            Image(pixels)
-
-
 def test_pixels_are_nobody_elses() -> None:
     pixels = np.zeros((4, 4, 3), np.uint8)
     image = Image(pixels[:, :2])
@@ -387,13 +311,6 @@ def test_pixels_are_nobody_elses() -> None:
     assert not image.pixels.any()
     with pytest.raises(ValueError, match="read-only"):
         image.pixels[:] = 1
-
-
-def test_a_mask_of_another_size_is_named(tmp_path: Path) -> None:
-    save(picture(channels=1), tmp_path / "mask.png")
-    assert load_mask(tmp_path / "mask.png", (7, 5)).shape == (5, 7)
-    with pytest.raises(InputError, match=r"mask\.png: the mask has 7x5 pixels, the image 9x5"):
-        load_mask(tmp_path / "mask.png", (9, 5))
 
 
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16, np.float32])
