@@ -20,6 +20,8 @@ DRIFT_ALONG, DRIFT_ACROSS = 0.02, 0.05
 """Costs of the outermost candidates."""
 DRIFT_RIM = 1.0
 """The same where the plain deformation takes over: there the corresponding place joins it without a seam."""
+STRETCH = 0.2
+"""Candidates that are stretched by more on their way back to the corresponding place are out of the question."""
 MISSING = 4.0
 """Cost of a candidate that lies wholly where no texture may be taken from."""
 CHANCE = 0.02
@@ -75,17 +77,19 @@ def _means(values: Singles, rows: int, columns: int) -> Singles:
     return mean[:, : high - rows + 1, : wide - columns + 1]
 
 
-def drift(shape: PatchShape, offset: Floats, free: Floats) -> Floats:
+def drift(shape: PatchShape, offset: Floats, free: Floats, slope: Floats) -> Floats:
     """Return what it costs candidates (n, 2 search_across + 1, 2 search_along + 1) to lie off the corresponding place.
 
     A patch that holds the curve keeps its distance (n,) from it, and no other may take the curve with it. `free` (n,)
-    is how far it may be chosen freely, see `region.Region`.
+    is how far it may be chosen freely, see `region.Region`, and `slope` (n,) which share of the way back to the
+    corresponding place it goes from a pixel to the next, at most.
     """
-    along = np.arange(-shape.search_along, shape.search_along + 1) / max(shape.search_along, 1)
+    along = np.arange(-shape.search_along, shape.search_along + 1)
     across = np.arange(-shape.search_across, shape.search_across + 1)[:, None]
-    beside = (across / max(shape.search_across, 1)) ** 2
+    ahead, beside = (along / max(shape.search_along, 1)) ** 2, (across / max(shape.search_across, 1)) ** 2
     rim = DRIFT_RIM * (1 - free)[:, None, None]
-    cost = DRIFT_ALONG * along**2 + DRIFT_ACROSS * beside + rim * (along**2 + beside)
+    cost = DRIFT_ALONG * ahead + DRIFT_ACROSS * beside + rim * (ahead + beside)
+    cost += FORBIDDEN * (slope[:, None, None] * np.hypot(along, across) > STRETCH)
     room = (np.abs(offset) - shape.rib - 1)[:, None, None]
     inward = -np.sign(offset)[:, None, None] * across
     return np.asarray(cost + FORBIDDEN * np.where(room < 0, across != 0, inward > room))

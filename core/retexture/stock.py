@@ -16,6 +16,8 @@ from core.retexture.sampling import read, read_nearest
 
 AT_ONCE_PX = 16_000
 """Pixels merged at a time: a larger graph no longer fits into the processor's cache."""
+EVERY = 2
+"""Freedom is looked up at every second node: the smallest patches have three."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +114,8 @@ def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
     first = np.searchsorted(covered.patch, ends)
     starts = zip(starmap(slice, pairwise(ends)), starmap(slice, pairwise(first)), strict=True)
     middle = np.array([shape.search_along, shape.search_across], np.float32)
-    free = bounds.free.reshape(-1)[covered.pixel] / np.maximum(origins.free, 1e-3)[covered.patch]
+    whole = np.maximum(origins.free, 1e-3)
+    free = bounds.free.reshape(-1)[covered.pixel] / whole[covered.patch]
     colours, variance = _colours(picture, batch.source)
     return Stock(
         batch,
@@ -124,8 +127,18 @@ def stocked(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
         (~bounds.usable_at(batch.source, origins.curve)).astype(np.float32),
         batch.source / np.float32(CELL),
         read_nearest(bounds.may.astype(np.float32), batch.target),
-        drift(shape, origins.offset, origins.free),
+        drift(shape, origins.offset, origins.free, _slope(bounds.free, batch.target, whole)),
     )
+
+
+def _slope(free: Singles, target: Singles, whole: Floats) -> Floats:
+    """Return by how much freedom, as a share of the patches' own, changes from a pixel to the next, at most (n,).
+
+    `free` (H, W) is read at `target` grids (n, K, J, 2), and is `whole` (n,) for the patches themselves.
+    """
+    shares = np.clip(read(free, target[:, ::EVERY, ::EVERY]) / whole[:, None, None], 0, 1)
+    across, along = (np.abs(np.diff(shares, axis=axis)).max(axis=(1, 2)) for axis in (1, 2))
+    return np.asarray(np.maximum(across, along) / EVERY)
 
 
 def in_rounds(batch: Batch, bounds: Bounds) -> tuple[Batch, Ints]:

@@ -148,3 +148,15 @@ def test_whatever_was_chosen_patches_meet_the_deformation_at_the_edge() -> None:
     edge = (scene_of(bent(), 60.0).area.inner == 0) & (found.label > 0)
     assert edge.sum() > 200
     assert np.linalg.norm(found.place - plain, axis=-1)[edge].max() < 1
+
+
+def test_patches_are_not_stretched_where_they_go_back_to_the_deformation() -> None:
+    """A narrow region leaves little room for that."""
+    noise = np.random.default_rng(0).integers(0, 256, (*SHAPE, 3)).astype(np.uint8)
+    found = run(retexture(noise, bent(), Settings(PATCH, reach_px=25.0)))
+    here, right, down = np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, :-1]
+    label, place = found.label, found.place
+    whole = (label[here] > 0) & (label[right] == label[here]) & (label[down] == label[here])
+    steps = np.stack([place[right] - place[here], place[down] - place[here]], axis=-1)[whole]
+    least = np.linalg.svd(steps, compute_uv=False)[:, 1]
+    assert (least < 0.4).mean() < 0.02

@@ -11,7 +11,7 @@ from core.arrays import Points, Singles
 from core.curves import Curve
 from core.feature_curves import FeatureCurve
 from core.retexture import coordinates
-from core.retexture.candidates import Pool, costs, drift
+from core.retexture.candidates import STRETCH, Pool, costs, drift
 from core.retexture.coordinates import CurveSet, DirectionField, trace, traced
 from core.retexture.diffusion import Diffusion, compression, deformation, distortion
 from core.retexture.grids import filled, located
@@ -296,11 +296,19 @@ def test_used_and_forbidden_places_cost_more() -> None:
 def test_a_patch_on_the_curve_keeps_its_distance() -> None:
     shape = PatchShape()
     offset = np.array([0.0, shape.rib + 2.0, -shape.rib - 2.0, 40.0])
-    on, inside, outside, far = drift(shape, offset, np.ones(4))[:, :, shape.search_along]
+    on, inside, outside, far = drift(shape, offset, np.ones(4), np.zeros(4))[:, :, shape.search_along]
     assert (on < 100).sum() == 1
     assert (np.flatnonzero(inside < 100) >= shape.search_across - 1).all()
     np.testing.assert_array_equal(outside, inside[::-1])
     assert (far < 100).all()
+
+
+def test_candidates_that_would_be_stretched_on_their_way_back_are_out_of_the_question() -> None:
+    shape = PatchShape()
+    flat, steep = drift(shape, np.full(2, 40.0), np.ones(2), np.array([0.0, 0.05])) < 100
+    assert flat.all()
+    across, along = np.nonzero(steep) - np.array([[shape.search_across], [shape.search_along]])
+    assert np.hypot(along, across).max() == pytest.approx(STRETCH / 0.05)
 
 
 def test_patches_of_a_round_do_not_touch_and_wait_for_earlier_ones() -> None:
