@@ -1,6 +1,11 @@
-"""One thread for BLAS: on small blocks, its threads wait for one another longer than they work."""
+"""One thread for BLAS: on small blocks, its threads wait for one another longer than they work.
 
-from contextlib import AbstractContextManager
+The limit is the whole process's. Who holds it is counted, so that it lasts until the last of several threads lets go.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Lock
 from typing import TypeVar
 
 import numpy as np  # noqa: F401  loads the library to be found
@@ -14,10 +19,36 @@ T = TypeVar("T")
 _LIBRARIES = ThreadpoolController().select(user_api="blas")
 
 
-def one_thread() -> AbstractContextManager[object]:
+class _Hold:
+    """The limit and how many hold it."""
+
+    def __init__(self) -> None:
+        self._lock, self._holders = Lock(), 0
+
+    def take(self) -> None:
+        with self._lock:
+            if self._holders == 0:
+                self._limiter = _LIBRARIES.limit(limits=1)
+            self._holders += 1
+
+    def let_go(self) -> None:
+        with self._lock:
+            self._holders -= 1
+            if self._holders == 0:
+                self._limiter.restore_original_limits()
+
+
+_hold = _Hold()
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
     """Hold BLAS to one thread, whatever the caller's process has it use, for as long as the context lasts."""
-    limited: AbstractContextManager[object] = _LIBRARIES.limit(limits=1)
-    return limited
+    _hold.take()
+    try:
+        yield
+    finally:
+        _hold.let_go()
 
 
 def on_one_thread(job: Job[T]) -> Job[T]:
