@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from threading import Lock
 from typing import TypeVar
 
-import numpy as np  # noqa: F401  loads the library to be found
+import cv2  # noqa: F401  loads its library, to be found
+import numpy as np  # noqa: F401
 import scipy.linalg  # noqa: F401
 from threadpoolctl import ThreadpoolController
 
