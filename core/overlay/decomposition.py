@@ -164,9 +164,10 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     add_rest((uv, shading), cloth, found, mesh, pieces, masks, photo)
     uv[~valid], shading[~valid] = np.nan, np.nan
     off = other_things(photo, (uv, shading), texel, cloth, scale)
-    uv[off], shading[off], followed[off] = np.nan, np.nan, False
+    # Cloth goes on under what lies on it.
     uv, other = joined(uv, cloth.basis, cloth.step_px, scale)
     followed &= ~other
+    uv[off], shading[off], followed[off] = np.nan, np.nan, False
     uv, shading = recovered(photo, (uv, shading), texel, cloth.basis * scale, followed, scale=scale)
     uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
     uv, other = relaid(photo, (uv, shading), texel, cloth.basis, cloth.step_px, scale)

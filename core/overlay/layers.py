@@ -158,7 +158,8 @@ def other_things(photo: Floats, layers: Layers, texel: Texel, cloth: Cloth, scal
     seen, rho = photo[few, few], np.nan_to_num(shading[few, few].astype(np.float64))
     texture = texel(np.nan_to_num(uv[few, few].astype(np.float64)))
     off = beside(seen, texture, rho, covered, max(RIM_PX, cloth.sigma_px))
-    off |= obstacles(seen, texture, rho, texel, cloth.basis, covered & ~off)
+    at = np.where((covered & ~off)[..., None], uv[few, few].astype(np.float64), np.nan)
+    off |= obstacles(seen, texture, (at, rho), texel, cloth.basis, covered & ~off)
     return spread_mask(off, shading.shape) & np.isfinite(shading)
 
 

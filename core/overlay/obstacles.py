@@ -1,8 +1,8 @@
 """Things that lie on the cloth: a bow, a label, a button.
 
 Those of a colour of the pattern are taken for a motif that lies elsewhere. A patch of one colour that is much larger
-than any patch of that colour in the texture, and mostly where the model has another colour, is none. A thing of a
-colour that is no shade of the pattern's may be as small as a button.
+than any patch of that colour in the texture, and mostly where the model has another colour, is none, and neither is a
+ground without motifs. A thing of a colour that is no shade of the pattern's may be as small as a button.
 """
 
 from collections.abc import Iterator
@@ -14,6 +14,7 @@ from core.arrays import Bools, Floats
 from core.overlay.distances import distance
 from core.overlay.foreign import foreign_things
 from core.overlay.palette import from_shades, palette
+from core.overlay.plain import plain_things
 from core.overlay.texel import Texel
 
 GROUPS = 3
@@ -38,33 +39,43 @@ LEAST_LIGHT = 0.5
 LEAST_PX = 12
 """Pixels of the smallest thing."""
 RIM_PX = 2
-"""Pixels around a thing that are mixed with it."""
+"""Pixels around a thing that may be mixed with it."""
 
 
-def obstacles(photo: Floats, texture: Floats, rho: Floats, texel: Texel, basis: Floats, covered: Bools) -> Bools:
+def obstacles(
+    photo: Floats, texture: Floats, layers: tuple[Floats, Floats], texel: Texel, basis: Floats, covered: Bools
+) -> Bools:
     """Return the pixels (H, W) of things that lie on the cloth.
 
-    `photo` and `texture`, which is T(uv), are (H, W, 3), `rho` and `covered` (H, W); `basis` (2, 2) is pixels of
-    undeformed cloth a texel.
+    `photo` and `texture`, which is T(uv), are (H, W, 3); `layers` are uv (H, W, 2), NaN where it is not `covered`
+    (H, W), and ρ (H, W); `basis` (2, 2) is pixels of undeformed cloth a texel.
     """
+    uv, rho = layers
     colours = patch_colours(texel, basis)
     light, side = rho[..., None], float(np.sqrt(abs(np.linalg.det(basis))))
     off = np.stack([from_shades(photo, light * colour, SHADES) for colour in colours])
     seen = off.argmin(0)
     drawn = np.linalg.norm(texture[..., None, :] - colours, axis=-1).argmin(-1)
     wrong = (seen != drawn) & (off.min(0) < NEARER * from_shades(photo, light * texture, SHADES))
-    out = np.zeros(covered.shape, bool)
-    for number, area in enumerate(largest_patches(texel, colours, basis)):
+    out, kernel = np.zeros(covered.shape, bool), np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8)
+    patches = largest_patches(texel, colours, basis)
+    for number, (area, _) in enumerate(patches):
         if np.isfinite(area):
             least = max(LARGER * area, LEAST_SHARE * side**2)
             for part in large_parts(covered & (seen == number), wrong, least):
                 around = ring(part, RIM_PX, 2 * RIM_PX + round(0.2 * side)) & covered
                 if around.any() and wrong[around].mean() < DOUBTED:
                     out |= part
-    kernel = np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8)
-    grown = cv2.morphologyEx(cv2.dilate(out.astype(np.uint8), kernel), cv2.MORPH_CLOSE, kernel)
-    odd = odd_things(photo, texture, rho, texel, covered) | foreign_things(photo, rho, texel, basis, covered)
-    return np.asarray(((grown > 0) | odd) & covered, np.bool_)
+    out = cv2.dilate(out.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))) > 0
+    out |= odd_things(photo, texture, rho, texel, covered) | foreign_things(photo, rho, texel, basis, covered)
+    # What lies beside those is told without them.
+    rest = np.asarray(covered & ~out, np.bool_)
+    for number, (area, radius) in enumerate(patches):
+        if np.isinf(area):
+            ground = np.asarray(rest & (seen == number), np.bool_)
+            motifs = np.asarray(rest & ~ground & (seen == drawn), np.bool_)
+            out |= plain_things(photo, np.where(rest[..., None], uv, np.nan), basis, ground, motifs, radius)
+    return np.asarray((cv2.morphologyEx(out.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0) & covered, np.bool_)
 
 
 def odd_things(photo: Floats, texture: Floats, rho: Floats, texel: Texel, covered: Bools) -> Bools:
@@ -96,11 +107,19 @@ def patch_colours(texel: Texel, basis: Floats) -> Floats:
     return np.asarray(colours[np.array(radii) * sample_px > RIM_PX], np.float64)
 
 
-def largest_patches(texel: Texel, colours: Floats, basis: Floats) -> list[float]:
-    """Return the area of the largest connected patch of each colour in the texture, pixels; inf for a ground."""
-    nearest = np.linalg.norm(texel.tiled(3, 3)[..., None, :] - colours, axis=-1).argmin(-1)
+def largest_patches(texel: Texel, colours: Floats, basis: Floats) -> list[tuple[float, float]]:
+    """Return the area of the largest connected patch of each colour, inf for a ground, and its largest disc's radius.
+
+    Both are in pixels of the undeformed texture, whose colours are told apart as the photo's are.
+    """
+    tiles = texel.tiled(3, 3)
+    nearest = np.argmin([from_shades(tiles, colour, SHADES) for colour in colours], axis=0)
     sample = abs(float(np.linalg.det(basis))) / (texel.shape[0] * texel.shape[1])
-    return [sample * largest_patch(nearest == number, texel.shape) for number in range(len(colours))]
+    radii = [cv2.distanceTransform((nearest == k).astype(np.uint8), cv2.DIST_L2, 5).max() for k in range(len(colours))]
+    return [
+        (sample * largest_patch(nearest == number, texel.shape), float(np.sqrt(sample)) * float(radius))
+        for number, radius in enumerate(radii)
+    ]
 
 
 def largest_patch(mask: Bools, shape: tuple[int, int]) -> float:

@@ -55,3 +55,20 @@ def test_beyond_the_cloth_is_no_thing() -> None:
     assert not things[:, 100:].any()
     assert things[:, :95][BELT[:, :95]].mean() > 0.9
     assert not foreign_things(SCENE.photo, SCENE.shading, TEXEL, SCENE.basis, ~FULL).any()
+
+
+def test_an_edge_in_the_photo_is_the_things_outline() -> None:
+    y, x = np.indices(SIZE)
+    belt = (np.abs(y - 80) < 10) & (x > 40)
+    faint = np.where(belt[..., None], SCENE.shading[..., None] * NEARLY, SCENE.photo)
+    noisy = np.clip(faint + np.random.default_rng(6).normal(0, 0.05, faint.shape), 0, 1)
+    off = found(noisy) > 0
+    assert off[belt].mean() > 0.9
+    assert off[~belt].mean() < 0.02
+
+
+def test_a_further_part_of_a_thing_may_be_small() -> None:
+    y, x = np.indices(SIZE)
+    button = np.hypot(y - 140, x - 90) < 6
+    assert not found(with_thing(button.astype(float))).any()
+    assert found(with_thing((BELT | button).astype(float)))[button].mean() > 0.9
