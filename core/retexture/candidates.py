@@ -20,8 +20,9 @@ DRIFT_ALONG, DRIFT_ACROSS = 0.02, 0.05
 """Costs of the outermost candidates."""
 DRIFT_RIM = 1.0
 """The same where the plain deformation takes over: there the corresponding place joins it without a seam."""
-STRETCH = 0.2
-"""Candidates that are stretched by more on their way back to the corresponding place are out of the question."""
+STRETCH = 4.0
+"""Cost of the square of a candidate's stretch on its way back to the corresponding place: by a half, it costs half of
+what colours that have nothing in common do."""
 MISSING = 4.0
 """Cost of a candidate that lies wholly where no texture may be taken from."""
 CHANCE = 0.02
@@ -89,7 +90,7 @@ def drift(shape: PatchShape, offset: Floats, free: Floats, slope: Floats) -> Flo
     ahead, beside = (along / max(shape.search_along, 1)) ** 2, (across / max(shape.search_across, 1)) ** 2
     rim = DRIFT_RIM * (1 - free)[:, None, None]
     cost = DRIFT_ALONG * ahead + DRIFT_ACROSS * beside + rim * (ahead + beside)
-    cost += FORBIDDEN * (slope[:, None, None] * np.hypot(along, across) > STRETCH)
+    cost += STRETCH * slope[:, None, None] ** 2 * (along**2 + across**2)
     room = (np.abs(offset) - shape.rib - 1)[:, None, None]
     inward = -np.sign(offset)[:, None, None] * across
     return np.asarray(cost + FORBIDDEN * np.where(room < 0, across != 0, inward > room))

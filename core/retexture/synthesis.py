@@ -19,8 +19,8 @@ from core.retexture.scene import Scene
 from core.retexture.stock import Bounds, Round, Stock, stocked_ahead
 from core.retexture.stopwatch import Stopwatch
 
-STRIDE = 0.58
-"""Distance between origins, as a share of a patch's sides: the rest is overlap."""
+ALONG, ACROSS = 0.62, 0.54
+"""Distances between origins, as shares of a patch's sides: the rest is overlap."""
 CENTRE = 0.1
 """How much a patch that covers seams must look like what it covers, against its surroundings."""
 RING_PX = 4
@@ -117,8 +117,8 @@ def _noise(chance: Random, shape: tuple[int, ...]) -> Floats:
 
 def lattice(shape: PatchShape, shift: float = 0.0, *, stride: float | None = None) -> Lattice:
     """Return where patches of a shape are grown."""
-    stride = stride or STRIDE
-    return Lattice(stride * (2 * shape.spine + 1), stride * (2 * shape.rib + 1), shift)
+    along, across = (stride, stride) if stride else (ALONG, ACROSS)
+    return Lattice(along * (2 * shape.spine + 1), across * (2 * shape.rib + 1), shift)
 
 
 def synthesised(painter: Painter, scene: Scene, first: Iterator[Stock], count: int, *, refine: float) -> Job[None]:
