@@ -59,7 +59,7 @@ def obstacles(
     wrong = (seen != drawn) & (off.min(0) < NEARER * from_shades(photo, light * texture, SHADES))
     out, kernel = np.zeros(covered.shape, bool), np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8)
     patches = largest_patches(texel, colours, basis)
-    for number, (area, _) in enumerate(patches):
+    for number, area in enumerate(patches):
         if np.isfinite(area):
             least = max(LARGER * area, LEAST_SHARE * side**2)
             for part in large_parts(covered & (seen == number), wrong, least):
@@ -70,11 +70,11 @@ def obstacles(
     out |= odd_things(photo, texture, rho, texel, covered) | foreign_things(photo, rho, texel, basis, covered)
     # What lies beside those is told without them.
     rest = np.asarray(covered & ~out, np.bool_)
-    for number, (area, radius) in enumerate(patches):
+    for number, area in enumerate(patches):
         if np.isinf(area):
             ground = np.asarray(rest & (seen == number), np.bool_)
             motifs = np.asarray(rest & ~ground & (seen == drawn), np.bool_)
-            out |= plain_things(photo, np.where(rest[..., None], uv, np.nan), basis, ground, motifs, radius)
+            out |= plain_things(photo, np.where(rest[..., None], uv, np.nan), basis, ground, motifs)
     return np.asarray((cv2.morphologyEx(out.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0) & covered, np.bool_)
 
 
@@ -99,27 +99,23 @@ def odd_things(photo: Floats, texture: Floats, rho: Floats, texel: Texel, covere
 
 
 def patch_colours(texel: Texel, basis: Floats) -> Floats:
-    """Return those colours (k, 3) of a texel that have patches of their own, and are not the rims of others."""
+    """Return those colours (k, 3) of a texel that have patches of their own, and are not the rims of others.
+
+    There are two at least.
+    """
     colours = np.asarray(palette(texel, GROUPS), np.float64)
     nearest = np.linalg.norm(texel.tiled(2, 2)[..., None, :] - colours, axis=-1).argmin(-1)
     sample_px = np.sqrt(abs(float(np.linalg.det(basis))) / (texel.shape[0] * texel.shape[1]))
     radii = [cv2.distanceTransform((nearest == k).astype(np.uint8), cv2.DIST_L2, 5).max() for k in range(len(colours))]
-    return np.asarray(colours[np.array(radii) * sample_px > RIM_PX], np.float64)
+    large = np.array(radii) * sample_px > RIM_PX
+    return np.asarray(colours[large] if large.sum() > 1 else palette(texel, 2), np.float64)
 
 
-def largest_patches(texel: Texel, colours: Floats, basis: Floats) -> list[tuple[float, float]]:
-    """Return the area of the largest connected patch of each colour, inf for a ground, and its largest disc's radius.
-
-    Both are in pixels of the undeformed texture, whose colours are told apart as the photo's are.
-    """
-    tiles = texel.tiled(3, 3)
-    nearest = np.argmin([from_shades(tiles, colour, SHADES) for colour in colours], axis=0)
+def largest_patches(texel: Texel, colours: Floats, basis: Floats) -> list[float]:
+    """Return the area of the largest connected patch of each colour in the texture, pixels; inf for a ground."""
+    nearest = np.linalg.norm(texel.tiled(3, 3)[..., None, :] - colours, axis=-1).argmin(-1)
     sample = abs(float(np.linalg.det(basis))) / (texel.shape[0] * texel.shape[1])
-    radii = [cv2.distanceTransform((nearest == k).astype(np.uint8), cv2.DIST_L2, 5).max() for k in range(len(colours))]
-    return [
-        (sample * largest_patch(nearest == number, texel.shape), float(np.sqrt(sample)) * float(radius))
-        for number, radius in enumerate(radii)
-    ]
+    return [sample * largest_patch(nearest == number, texel.shape) for number in range(len(colours))]
 
 
 def largest_patch(mask: Bools, shape: tuple[int, int]) -> float:

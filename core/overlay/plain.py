@@ -1,8 +1,8 @@
 """Things of a pattern's ground without its motifs: a belt, the lining of a collar.
 
-Every place on the ground of a pattern has a motif within some distance. Where the photo shows none within one that is
-clearly larger, as the cloth is stretched there, something else lies. From such a core it reaches to where motifs are
-near, or to edges in the photo.
+Every place on the ground of a pattern has a motif within some distance, which most texels of the cloth show. Where the
+photo shows none within one that is clearly larger, as the cloth is stretched there, something else lies. From such a
+core it reaches to where motifs are near, or to edges in the photo.
 """
 
 import cv2
@@ -18,14 +18,18 @@ from core.overlay.region import without_specks
 from core.overlay.relaying import parts_with
 from core.overlay.smoothing import gaussian
 
-CLEARLY = 1.25
-"""Distance from what is no ground, over the largest in the pattern, in the core of a thing."""
-FURTHER, BESIDE = (0.8, 1.1), 0.5
+USUAL = 75
+"""Per cent of the texels whose places have a motif within the usual distance."""
+WHOLE, LEAST_TEXELS = 0.7, 6
+"""Area of a texel that counts, over the median one, and how many there have to be."""
+CLEARLY = 1.6
+"""Distance from what is no ground, over the usual one, in the core of a thing."""
+FURTHER, BESIDE = (1.25, 1.6), 0.85
 """Distance from motifs, over that, from which a pixel speaks for a thing, and does so fully; and up to which it speaks
 for the cloth."""
 EVIDENCE = 0.1
 """How much one pixel counts at most."""
-WIDE, AROUND = 1.05, 1.0
+WIDE, AROUND = 1.4, 1.4
 """Radius of the discs that fit into the known part of a thing, over that distance, and how far beyond it reaches."""
 STRETCH, NEAR = (1.0, 2.5), 2.0
 """Pixels to one of undeformed cloth that are believed, and width of the neighbourhood that tells them, over the side of
@@ -36,23 +40,23 @@ LEAST, MOST_SHARE = 0.5, 1 / 3
 """Area of its known part, in texels, and share of all cloth beyond which it is the pattern that is not known well."""
 HOLE = 0.6
 """Area of a hole in a thing, in texels, that is filled: a highlight."""
-FINGERS = 0.5
+FINGERS = 0.7
 """Radius of a disc that fits into a thing, over that distance."""
 SMOOTH_PX = 1.0
 """Blur of the outline."""
 
 
-def plain_things(photo: Floats, uv: Floats, basis: Floats, ground: Bools, motifs: Bools, reach_px: float) -> Bools:
+def plain_things(photo: Floats, uv: Floats, basis: Floats, ground: Bools, motifs: Bools) -> Bools:
     """Return the pixels (H, W) of things of the colour of a pattern's `ground` (H, W) that have no motifs.
 
-    `photo` is (H, W, 3), `uv` (H, W, 2), `basis` (2, 2) pixels of undeformed cloth a texel; `motifs` (H, W) is where
-    photo and model show the rest of the pattern, `reach_px` how far from that the ground of undeformed cloth reaches.
+    `photo` is (H, W, 3), `uv` (H, W, 2), NaN outside the cloth, `basis` (2, 2) pixels of undeformed cloth a texel;
+    `motifs` (H, W) is where photo and model show the rest of the pattern.
     """
     side, out = float(np.sqrt(abs(np.linalg.det(basis)))), np.zeros(ground.shape, bool)
-    covered = np.isfinite(uv[..., 0])
-    usual = reach_px * stretch(uv, basis, motifs, NEAR * side)
+    covered, wide = np.isfinite(uv[..., 0]), stretch(uv, basis, motifs, NEAR * side)
     # Beyond the picture's edge there may be motifs.
     deep = distance(np.pad(~ground, 1, constant_values=True))[1:-1, 1:-1]
+    usual = usual_depth(deep / wide, uv, motifs) * wide
     known = parts_with(deep > CLEARLY * usual, distance(deep > WIDE * usual) < WIDE * usual)
     known = without_specks(known, round(LEAST * side**2))
     if not known.any():
@@ -65,6 +69,24 @@ def plain_things(photo: Floats, uv: Floats, basis: Floats, ground: Bools, motifs
     if out.sum() > MOST_SHARE * covered.sum():
         out[:] = False
     return out
+
+
+def usual_depth(deep: Floats, uv: Floats, motifs: Bools) -> float:
+    """Return how far places in a texel are from motifs at most, in most texels that have one; inf if that is not told.
+
+    `deep` (H, W) is that distance, `uv` (H, W, 2) NaN outside the cloth.
+    """
+    covered = np.isfinite(uv[..., 0])
+    if not covered.any():
+        return float("inf")
+    cells = np.floor(uv[covered]).astype(np.int64)
+    cells -= cells.min(0)
+    _, number = np.unique(cells[:, 0] * (cells[:, 1].max() + 1) + cells[:, 1], return_inverse=True)
+    area, marked = np.bincount(number), np.bincount(number, motifs[covered])
+    deepest = np.zeros(len(area))
+    np.maximum.at(deepest, number, deep[covered])
+    some = deepest[(area > WHOLE * np.median(area)) & (marked > 0)]
+    return float(np.percentile(some, USUAL)) if len(some) >= LEAST_TEXELS else float("inf")
 
 
 def stretch(uv: Floats, basis: Floats, sure: Bools, sigma_px: float) -> Floats:

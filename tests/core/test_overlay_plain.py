@@ -3,9 +3,10 @@
 import numpy as np
 
 from core.arrays import Bools, Floats
+from core.overlay.distances import distance
 from core.overlay.filling import solid
-from core.overlay.obstacles import obstacles
-from core.overlay.plain import plain_things, stretch, without_holes
+from core.overlay.obstacles import obstacles, patch_colours
+from core.overlay.plain import plain_things, stretch, usual_depth, without_holes
 from core.overlay.texel import Texel
 from tests.core.overlay_scenes import COLOURS, Scene, make_scene
 
@@ -61,7 +62,7 @@ def test_the_ground_of_cloth_that_is_stretched_is_none() -> None:
 
 def test_its_outline_does_not_run_between_motifs() -> None:
     off = found(with_ground(BELT))
-    assert (off & ~solid(off, 3)).sum() < 10
+    assert (off & ~solid(off, 4)).sum() < 20
 
 
 def test_holes_are_filled_and_what_is_around_is_none() -> None:
@@ -73,4 +74,20 @@ def test_holes_are_filled_and_what_is_around_is_none() -> None:
 
 def test_nothing_is_found_where_there_is_no_ground() -> None:
     none = np.zeros(SIZE, bool)
-    assert not plain_things(SCENE.photo, SCENE.uv, BASIS, none, ~none, 5.0).any()
+    assert not plain_things(SCENE.photo, SCENE.uv, BASIS, none, ~none).any()
+
+
+def test_the_usual_depth_is_that_of_most_texels_and_not_told_by_few() -> None:
+    motifs = np.hypot(*np.moveaxis(SCENE.uv - np.floor(SCENE.uv) - 0.5, -1, 0)) < 0.25
+    deep = np.asarray(distance(motifs), np.float64)
+    usual = usual_depth(deep, SCENE.uv, motifs)
+    assert 5 < usual < 8
+    assert usual_depth(np.where(BELT, 40.0, deep), SCENE.uv, motifs) < 1.2 * usual
+    few = np.where((np.abs(SCENE.uv - SCENE.uv[80, 90]) < 0.5).all(-1, keepdims=True), SCENE.uv, np.nan)
+    assert usual_depth(deep, few, motifs) == np.inf
+
+
+def test_motifs_of_a_few_pixels_are_told_from_the_ground() -> None:
+    t = (np.arange(60) + 0.5) / 60 - 0.5
+    texel = Texel(np.where((np.hypot(*np.meshgrid(t, t)) < 0.12)[..., None], COLOURS[1], COLOURS[0]))
+    assert len(patch_colours(texel, BASIS)) == 2
