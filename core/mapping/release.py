@@ -71,18 +71,32 @@ def around(grid: Grid) -> Ints:
 
 def crosses_itself(ring: Complexes) -> bool:
     """Return whether the closed line through `ring` (n,) crosses itself."""
-    along, away = np.roll(ring, -1) - ring, ring - ring[0]
-    # What lies on a line is to neither side of it, whatever the rounding.
-    on = _ON * np.abs(along)[:, None] * np.abs(away).max()
-    lines = np.stack([-along.imag, along.real, -(np.conj(along) * away).imag], axis=1)
-    sides = lines @ np.stack([away.real, away.imag, np.ones(len(ring))])
-    signs = (sides > on).astype(np.int8) - (sides < -on)
-    apart = signs * np.roll(signs, -1, axis=1) < 0
-    meets = apart & apart.T
-    n, rows = len(ring), np.arange(len(ring))
-    for shift in (-1, 0, 1):
-        meets[rows, (rows + shift) % n] = False
-    return bool(meets.any())
+    # Two edges cross where the ends of each lie to either side of the other; that takes boxes that meet.
+    one, other = _edges_whose_boxes_meet(ring)
+    on = _ON * np.abs(ring - ring[0]).max()
+    return bool((_are_parted(ring, one, other, on) & _are_parted(ring, other, one, on)).any())
+
+
+def _edges_whose_boxes_meet(ring: Complexes) -> tuple[Ints, Ints]:
+    """Return pairs of edges of the closed line that share no end, each edge by the number of its first point."""
+    meet = np.ones((len(ring), len(ring)), bool)
+    for start in (ring.real, ring.imag):
+        end = np.roll(start, -1)
+        meet &= np.minimum(start, end)[:, None] <= np.maximum(start, end)
+    one, other = np.nonzero(meet & meet.T)
+    chosen = (other > one + 1) & (other - one < len(ring) - 1)
+    return one[chosen], other[chosen]
+
+
+def _are_parted(ring: Complexes, ends: Ints, lines: Ints, on: float) -> Bools:
+    """Return whether the line through an edge parts the ends of another, for pairs of them.
+
+    What is nearer than `on` is to neither side of it, whatever the rounding.
+    """
+    after = np.roll(ring, -1)
+    along, near = after[lines] - ring[lines], on * np.abs(after[lines] - ring[lines])
+    first, second = ((np.conj(along) * (z[ends] - ring[lines])).imag for z in (ring, after))
+    return np.asarray((np.minimum(first, second) < -near) & (np.maximum(first, second) > near))
 
 
 def outer_nodes(mapping: FeatureMapping) -> Bools:

@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from core.arrays import Bools, Ints, Points
+from core.blas import on_one_thread
 from core.grid import Features, Grid
 from core.mapping.feature_mapping import FeatureMapping, Method, Pose, Solution
 from core.mapping.folds import folded_quads
@@ -247,7 +248,7 @@ class LiveWarp:
             return self._result(plain, plain, self._seconds())
         with self._mapping.clock.measure("unfold"):
             started = time.perf_counter()
-        solution = yield from unfold(self._mapping, as_complex(plain))
+        solution = yield from on_one_thread(unfold(self._mapping, as_complex(plain)))
         return self._result(plain, solution.positions, self._seconds(time.perf_counter() - started))
 
     def _result(self, plain: Points, warped: Points, seconds: dict[str, float]) -> Warped:

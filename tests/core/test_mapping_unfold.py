@@ -225,6 +225,27 @@ def test_a_line_that_crosses_itself_is_told_from_one_that_does_not() -> None:
     assert crosses_itself(z[ring])
 
 
+def test_a_line_crosses_itself_where_two_of_its_edges_do() -> None:
+    def turns(a: complex, b: complex, c: complex) -> float:
+        return float(((b - a).conjugate() * (c - a)).imag)
+
+    rng, told = np.random.default_rng(3), []
+    for _ in range(60):
+        count = int(rng.integers(4, 30))
+        radius = 1 + rng.normal(0, 0.35, count)
+        ring = radius * np.exp(1j * np.sort(rng.uniform(0, 2 * np.pi, count)))
+        ring[int(rng.integers(count))] *= rng.choice([1, 1j, -0.5])
+        edges = [(ring[i], ring[(i + 1) % count]) for i in range(count)]
+        crossed = any(
+            turns(*one, other[0]) * turns(*one, other[1]) < 0 and turns(*other, one[0]) * turns(*other, one[1]) < 0
+            for i, one in enumerate(edges)
+            for other in edges[i + 2 : count - (i == 0)]
+        )
+        assert crosses_itself(ring) == crossed
+        told.append(crossed)
+    assert 10 < sum(told) < 50
+
+
 def test_large_grids_are_searched_from_a_coarser_one() -> None:
     features = find_features(FINE, CUT["stripes"])
     plain = make_warp("squeeze", WIDTH, HEIGHT, bend=60)(FINE.nodes)

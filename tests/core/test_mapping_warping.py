@@ -2,6 +2,7 @@ import json
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from core.arrays import InputError
 from core.grid import Grid, find_features
@@ -86,3 +87,13 @@ def test_any_number_of_features_keep_their_shape(count: int) -> None:
     features = find_features(GRID, mask)
     assert len(features) == count
     assert max(f.residual for f in warp_grid(GRID, features, PLAIN, allow_folds=True).features) < 1e-10
+
+
+def test_a_map_has_the_same_bits_whatever_number_of_threads_blas_may_have() -> None:
+    grid = Grid(WIDTH, HEIGHT, cell_px=1)
+    features, plain = find_features(grid, MASK), make_warp("swirl", WIDTH, HEIGHT, bend=100)(grid.nodes)
+    found = []
+    for threads in (1, 2):
+        with threadpool_limits(threads, "blas"):
+            found.append(warp_grid(grid, features, plain, options=MappingOptions(keep="rigid")).warped)
+    assert np.array_equal(*found)
