@@ -147,27 +147,27 @@ class MapSolver:
 
     def settle(self, document: Document) -> Job[Warped]:
         """Return the answer without folds where W has none; the same bits, whatever was answered before."""
-        self._plain = None
-        if self._editing is not None:
-            # Responses are kept in the order in which handles came; their last bits depend on it.
-            self._editing.hold(_NOWHERE)
-        return (yield from self._prepared(document).settle(self.plain(document)))
+        return (yield from self._prepared(document).settle(self.plain(document, afresh=True)))
 
-    def plain(self, document: Document) -> Points:
-        """Return W at the nodes (R, C, 2), in pixels of the canvas; kept while the mask is painted."""
+    def plain(self, document: Document, *, afresh: bool = False) -> Points:
+        """Return W at the nodes (R, C, 2), in pixels of the canvas; kept while the mask is painted.
+
+        `afresh` its bits do not depend on what was answered before.
+        """
         grid = self._on_grid(document).grid
         key = (document.warp, document.size_px, document.outline, document.pins, document.curves)
-        if self._plain is None or self._plain[0] != key:
-            self._plain = key, readonly(self._with_handles(document, grid, self._base_of(document, grid)))
+        if afresh or self._plain is None or self._plain[0] != key:
+            found = self._with_handles(document, grid, self._base_of(document, grid), afresh=afresh)
+            self._plain = key, readonly(found)
         return self._plain[1]
 
-    def _with_handles(self, document: Document, grid: Grid, base: Points) -> Points:
+    def _with_handles(self, document: Document, grid: Grid, base: Points, *, afresh: bool) -> Points:
         """Return `base` edited by pins and curves."""
         if not document.pins and not document.curves:
             return base
         at, to = handles_of(document).points(grid)
         editing = self._editing_of(grid, document.warp.frame)
-        editing.hold(at)
+        editing.hold(at, afresh=afresh)
         self._held = at
         return editing.solve(to, base)
 

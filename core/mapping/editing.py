@@ -64,21 +64,28 @@ class Editing:
         elif min(grid.shape) > 2:
             self._plate = HeldPlate(grid, cell=_cell(grid), rounded=rounded)
         self._points = np.empty((0, 2))
+        self._is_afresh = True
+        """Whether all of them were declared at once."""
         self._held: Ints = np.empty(0, np.int64)
         """Which of them are held, and where."""
         self._at = np.empty((0, 2))
         self._inverse: NDArray[Any] = np.empty((0, 0))
 
-    def hold(self, points: Points) -> None:
+    def hold(self, points: Points, *, afresh: bool = False) -> None:
         """Declare the places (n, 2) of the handles, in pixels of the picture; those declared before cost nothing.
+
+        Responses depend in their last bits on the order in which handles came; `afresh` they do not.
 
         With the frame held, a place within a cell of it, or outside the picture, stands for the closest one a cell
         inside: what lies on the frame no handle can move. Of those that would come to lie close together, the one
         closest to its own place is held.
         """
         points = np.asarray(points, np.float64).reshape(-1, 2)
-        if self._plate is None or np.array_equal(points, self._points):
+        if self._plate is None or (np.array_equal(points, self._points) and (self._is_afresh or not afresh)):
             return
+        self._is_afresh = afresh or not len(self._points)
+        if afresh:
+            self._plate.hold(np.empty((0, 2)))
         with span("handles", count=len(points)):
             self._points, inside = points.copy(), self._inside(points)
             self._held = _spread(points, inside, _CLOSE * min(self.grid.cell))

@@ -96,6 +96,19 @@ def test_a_dragged_handle_costs_no_substitution(monkeypatch: pytest.MonkeyPatch)
     assert np.abs(at(PLACES, editing.solve(PLACES + [3.0, 1.0])) - PLACES - [3.0, 1.0]).max() < 1e-9
 
 
+@pytest.mark.parametrize("frame", ["held", "free"])
+def test_handles_declared_afresh_leave_the_same_bits_and_are_not_answered_twice(
+    frame: Frame, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    used, new = Editing(GRID, frame=frame), Editing(GRID, frame=frame)
+    used.hold(PLACES[::-1])
+    for editing in (used, new):
+        editing.hold(PLACES, afresh=True)
+    assert np.array_equal(used.solve(PLACES * 1.1), new.solve(PLACES * 1.1))
+    monkeypatch.setattr(type(new._plate), "hold", None)
+    new.hold(PLACES, afresh=True)
+
+
 @pytest.mark.parametrize("size", [(120, 90), (24, 300), (90, 9), (9, 9), (6, 200)])
 def test_a_held_frame_bends_as_little_as_the_handles_allow(size: tuple[int, int]) -> None:
     """The answer has the gradient of E at nodes that no handle holds, within the outline: zero."""

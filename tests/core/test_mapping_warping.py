@@ -96,4 +96,4 @@ def test_a_map_has_the_same_bits_whatever_number_of_threads_blas_may_have() -> N
     for threads in (1, 2):
         with threadpool_limits(threads, "blas"):
             found.append(warp_grid(grid, features, plain, options=MappingOptions(keep="rigid")).warped)
-    assert np.array_equal(*found)
+    assert np.array_equal(found[0], found[1])
