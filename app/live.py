@@ -159,8 +159,9 @@ class LiveWarp:
             return
         document, warped = found
         if document is self._seen and document is answer.document:
-            result = replace(answer.result, warped=warped)
-            self.answer = replace(answer, mesh=Mesh(answer.grid, warped), result=result)
+            with tracing.span("unfolded"):
+                result = replace(answer.result, warped=warped)
+                self.answer = replace(answer, mesh=Mesh(answer.grid, warped), result=result)
 
     def current(self, document: Document) -> Answer:
         """Return the answer to `document`, as far as one is there."""

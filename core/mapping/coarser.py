@@ -70,6 +70,10 @@ class Coarser:
             t[j] += alpha[j] * (coarse_rest[body.nodes].mean() - rest[fine.bodies[i].nodes].mean())
         return self.mapping.place_at(coarse_w, alpha, t)
 
+    def between(self, w: Complexes, coarse_w: Complexes, found: Solution) -> Complexes:
+        """Return where coarse nodes as in `found` take all fine ones (R, C), those of features too, given W on both."""
+        return np.asarray(w + self._bilinear(found.z - coarse_w))
+
     def lifted(self, w: Complexes, found: Solution, linear: Solution, *, released: bool) -> Solution:
         """Return on the fine grid what was `found` on the coarse one; features left out are as in `linear`."""
         fine, coarse = self._fine, self.mapping

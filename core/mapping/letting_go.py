@@ -26,6 +26,7 @@ from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes
 from core.mapping.reeling import count_astray, reeled, settled, ways
 from core.mapping.release import around, crosses_itself, outer_nodes
+from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress, part
 
@@ -35,8 +36,10 @@ _UNCOVERED = 0.75
 """Share of the outline outside features that stays so on a coarser grid which is like the finest."""
 _CLOSE = 5
 """Cells around what folds that may move at first."""
-_FEW = 20
+_FEW = 60
 """Folds that are worth clearing."""
+_FAILURES = 2
+"""Ways from a grid to the finest that end in folds, after which one begins on the next finer grid."""
 _STIFF = 20.0
 """Stiffness of a feature's scale, per node."""
 _BEND = 2
@@ -97,7 +100,7 @@ class LettingGo:
         coarser, w = self._coarser[first - 1]
         mapping, scales, fewest = coarser.mapping, self._scales(coarser.mapping), np.inf
         jobs = ways(mapping, w, scales, fits=self._fits)
-        jobs = jobs[: 1 + self._fits] if at_once else jobs
+        jobs, failures = jobs[: 1 + self._fits] if at_once else jobs, 0
         for number, way in enumerate(jobs):
             begin, middle, nearly, end = ((number + done) / len(jobs) for done in (0.0, 0.6, 0.8, 1.0))
             start, loose = yield from unseen(part(way, begin, middle))
@@ -105,17 +108,48 @@ class LettingGo:
             if start is None or astray >= fewest:
                 continue
             job = settled(mapping, w, start, loose, scales, lightest=_ROOMY)
-            drawn = [(yield from unseen(part(job, middle, nearly)))]
-            for level in range(first, 0, -1):
-                drawn.append(self._lifted(level, drawn[-1]))
-            # The next way may fold less.
-            attempts = 1 if number < len(jobs) - 1 else 3
-            clear = yield from part(_cleared(self._mapping, self._w, drawn[-1], attempts=attempts), nearly, end)
-            if _is_clear(self._mapping, self._w, clear):
-                yield Progress(end, "unfolding", clear.positions)
-                self._drawn, fewest = [*drawn[:-1], clear], astray
-            if not fewest:
+            found = yield from unseen(part(job, middle, nearly))
+            drawn = yield from part(self._brought_down(first, found), nearly, end)
+            if _is_clear(self._mapping, self._w, drawn[-1]):
+                self._drawn, fewest = drawn, astray
+                yield Progress(end, "unfolding", drawn[-1].positions)
+            else:
+                failures += 1
+            is_shown = self.is_sketched and not self._drawn
+            if not fewest or is_shown or (first > 1 and failures == _FAILURES):
                 return
+
+    def _brought_down(self, first: int, found: Solution) -> Job[list[Solution]]:
+        """Return what was `found` on the grid of a level and what becomes of it on every finer one, at last the finest.
+
+        To begin on another grid costs less than a long search after a way from one that is very coarse.
+        """
+        drawn, attempts = [found], 3 if first == 1 else 1
+        for level in range(first, 0, -1):
+            begin, end = ((first - level + done) / (first + 1) for done in (0, 1))
+            mapping, w, _ = self._at(level - 1)
+            lifted = self._lifted(level, drawn[-1])
+            drawn.append((yield from part(_cleared(mapping, w, lifted, attempts=attempts), begin, end)))
+        if first == 1 and count_folds(drawn[-1]):
+            drawn[-1] = yield from part(self._stiffened(drawn), 0.5, 1.0)
+        return drawn
+
+    def _stiffened(self, drawn: list[Solution]) -> Job[Solution]:
+        """Return the last of what was `drawn`, or what features stiffen to from where the grid before has all nodes."""
+        coarser, coarse_w = self._coarser[0]
+        lifted, nearly = drawn[-1], coarser.between(self._w, coarse_w, drawn[-2])
+        scales, loose = self._scales(self._mapping), _loose(self._mapping, self._w, lifted, bend=0)
+        for released in (np.zeros_like(loose), loose)[not self._fits :]:
+            start = np.where(outer_nodes(self._mapping) & ~released, self._w, nearly)
+            if folded_quads(start).any():
+                continue
+            found = yield from stiffen(self._mapping, self._w, scales, released=released, start=start)
+            if found is not None and not (self._fits and released.any()):
+                return found
+            if found is not None and _is_clear(self._mapping, self._w, found):
+                # Good enough to be shown, until there is one with the outline at W.
+                yield Progress(1.0, "unfolding", found.positions)
+        return lifted
 
     def finished(self) -> Job[Solution]:
         """Return a mapping without folds that has the outline at W where it can, and features close to their sizes."""
@@ -193,6 +227,8 @@ def _cleared(mapping: FeatureMapping, w: Complexes, start: Solution, *, attempts
             break
         window = folds_widened(solution, reach)
         untangler = Untangler(mapping, w, solution, window=window, stiffness=stiffness, released=loose)
+        if untangler.stuck <= 0:
+            continue
         yield from steps_to_clear(untangler, "barrier", STEPS)
         if count_folds(untangler.solution) < folds:
             solution = untangler.solution

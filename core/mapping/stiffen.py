@@ -22,6 +22,8 @@ from core.tracing import span
 
 _STEPS = 40
 _TIE, _TIGHTEN = 0.01, 2.0
+_NEARLY_STIFF = 10.0
+"""The first tie where features nearly move as one."""
 _BARRIER = Barrier(1e-4)
 _SIZE = 0.02
 """k, per node."""
@@ -35,19 +37,27 @@ _HALVINGS = 12
 class Stiffening:
     """Newton's method from W with features that are tied ever tighter; s is `scales`, one per feature.
 
-    Outline nodes (R, C) that are `released` may leave W, none by default.
+    Outline nodes (R, C) that are `released` may leave W, none by default. It begins at `start` (R, C), by default W.
     """
 
-    def __init__(self, mapping: FeatureMapping, w: Complexes, scales: Floats, *, released: Bools | None = None) -> None:
+    def __init__(
+        self,
+        mapping: FeatureMapping,
+        w: Complexes,
+        scales: Floats,
+        *,
+        released: Bools | None = None,
+        start: Complexes | None = None,
+    ) -> None:
         self._mapping, self._scales = mapping, scales
-        self.z = w.ravel().copy()
+        self.z = (w if start is None else start).ravel().copy()
         self._index = index = mapping.index.ravel()
         fits = [body.fit(self.z) for body in mapping.bodies]
         self.alpha, self.t = (np.array(part, np.complex128) for part in zip(*fits, strict=True))
         quads = mapping.grid.quads
         inside = (index[quads] == index[quads[:, :1]]).all(axis=1) & (index[quads[:, 0]] >= 0)
         self._quads = quads[~inside]
-        self._corners = Corners.of(self.z[self._quads.T])
+        self._corners = Corners.of(w.ravel()[self._quads.T])
         self._unit = float(np.sqrt(np.abs(corner_areas(w)).mean()))
         arms = np.zeros(len(index), np.complex128)
         for body in mapping.bodies:
@@ -147,13 +157,20 @@ class Stiffening:
 
 
 def stiffen(
-    mapping: FeatureMapping, w: Complexes, scales: Floats, *, released: Bools | None = None
+    mapping: FeatureMapping,
+    w: Complexes,
+    scales: Floats,
+    *,
+    released: Bools | None = None,
+    start: Complexes | None = None,
 ) -> Job[Solution | None]:
     """Return a mapping without folds whose features are close to `scales`, None if features cannot be brought to it.
 
-    Outline nodes (R, C) that are `released` may leave W, none by default.
+    Outline nodes (R, C) that are `released` may leave W, none by default. Where features nearly move as one each and
+    nothing folds, the way may begin at such a `start` (R, C).
     """
-    stiffening, tie = Stiffening(mapping, w, scales, released=released), _TIE
+    stiffening = Stiffening(mapping, w, scales, released=released, start=start)
+    tie = _TIE if start is None else _NEARLY_STIFF
     least, pressed = stiffening.worst, 0
     for step in range(_STEPS):
         moved = stiffening.step(tie)

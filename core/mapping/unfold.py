@@ -52,6 +52,8 @@ _MANY_FOLDS, _TOO_MANY = 50, 800
 """Folds from which they are cleared on a coarser grid beforehand, and that it leaves where features do not fit."""
 _LONG, _GLANCE = 60_000, 60
 """Unknowns, times steps, of a search that takes a while, and steps on coarser grids that then are taken meanwhile."""
+_NEARLY, _LONGER = 60, 240_000
+"""Folds that a search has soon cleared, and what it may take for that."""
 _NARROW_STEPS = 24
 """Newton steps at most in the narrowest windows, where they take little time."""
 _GROWTHS = 14
@@ -190,7 +192,8 @@ def _nearby(
         for step in part(steps_to_clear(untangler, kind, steps), begin, end):
             yield step
             work += untangler.size
-            if work > _LONG and letting_go is not None and not letting_go.is_sketched:
+            patience = _LONG if untangler.folds > _NEARLY else _LONGER
+            if work > patience and letting_go is not None and not letting_go.is_sketched:
                 work = 0
                 yield from part(letting_go.sketched(_GLANCE), step.fraction, step.fraction)
         if untangler.folds < count_folds(solution):

@@ -2,6 +2,7 @@
 
 from typing import Literal
 
+import cv2
 import numpy as np
 import pytest
 
@@ -101,6 +102,23 @@ def test_a_sketch_is_gone_on_with_where_it_was_left() -> None:
     assert in_parts.is_sketched
     assert (len(first), len(first) + len(rest)) == (5, len(whole))
     assert np.array_equal(rest[-1].preview, whole[-1].preview)
+
+
+def specks() -> Bytes:
+    rng, mask = np.random.default_rng(15), np.zeros((HEIGHT, WIDTH), np.uint8)
+    for _ in range(45):
+        centre = int(rng.uniform(8, WIDTH - 8)), int(rng.uniform(8, HEIGHT - 8))
+        cv2.circle(mask, centre, int(rng.uniform(2.5, 5)), 255, -1)
+    return mask
+
+
+def test_features_too_close_for_a_coarser_grid_stiffen_from_where_it_takes_them() -> None:
+    mapping, w = mapped(FINE, specks(), "swirl", 95, "rigid")
+    letting_go = LettingGo(mapping, w, mapping.place(w), fits=True)
+    steps = list(letting_go.sketched())
+    assert [step.preview is not None for step in steps] == [False] * (len(steps) - 1) + [True]
+    assert is_whole(mapping, as_complex(steps[-1].preview))
+    assert len(steps) < 150
 
 
 def test_what_is_shown_first_does_not_end_the_search_for_better() -> None:
