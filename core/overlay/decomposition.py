@@ -21,7 +21,6 @@ from core.overlay.finding import find_cloth
 from core.overlay.fitting import fit
 from core.overlay.fold_light import fold_light
 from core.overlay.gauge import gauge_of
-from core.overlay.joining import joined
 from core.overlay.lattice import Lattice
 from core.overlay.layers import add_rest, explained, other_things, painted
 from core.overlay.mesh import Mesh
@@ -29,8 +28,8 @@ from core.overlay.phase import in_phase
 from core.overlay.recovery import recovered
 from core.overlay.refinement import refined
 from core.overlay.region import feathered
-from core.overlay.relaying import relaid
 from core.overlay.seeding import flat_canvas
+from core.overlay.sewing import sewn
 from core.overlay.texel import Texel, drawn, estimate_texel
 from core.overlay.tint import tint
 from core.overlay.vertices import whole_lattice
@@ -165,13 +164,11 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     uv[~valid], shading[~valid] = np.nan, np.nan
     off = other_things(photo, (uv, shading), texel, cloth, scale)
     # Cloth goes on under what lies on it.
-    uv, other = joined(uv, cloth.basis, cloth.step_px, scale)
+    uv, other = sewn(photo, (uv, shading), followed, texel, cloth.basis, cloth.step_px, scale, hidden=off)
     followed &= ~other
     uv[off], shading[off], followed[off] = np.nan, np.nan, False
     uv, shading = recovered(photo, (uv, shading), texel, cloth.basis * scale, followed, scale=scale)
     uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
-    uv, other = relaid(photo, (uv, shading), texel, cloth.basis, cloth.step_px, scale)
-    followed &= ~other
     texel = finer_texel(cloth, photo, uv, shading, followed, scale)
     gauge = gauge_of(shading, texel.pixels)
     # The texel is rounded as its file is, so that the parts that are written recombine.

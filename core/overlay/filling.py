@@ -127,6 +127,12 @@ def small_parts(mask: Bools, most: float) -> Bools:
     return np.asarray(mask & (stats[:, cv2.CC_STAT_AREA] <= most)[labels], np.bool_)
 
 
+def parts_with(marks: Bools, mask: Bools) -> Bools:
+    """Return the connected parts of a mask (H, W) that have a mark (H, W)."""
+    _, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=4)
+    return np.asarray(mask & np.isin(labels, np.unique(labels[marks & mask])), np.bool_)
+
+
 def amid(mask: Bools, covered: Bools, most: float) -> Bools:
     """Return those parts of a mask (H, W) of at most so many pixels that have mostly what is `covered` around them."""
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)

@@ -13,6 +13,7 @@ from core.overlay.mesh import Mesh
 from core.overlay.region import continued, ring
 from core.overlay.registration import Smoothness, State
 from core.overlay.seeding import find_texels, grown_piece
+from core.overlay.turning import turned
 from core.progress import Job, Progress
 
 MOST_PIECES, MOST_CANDIDATES = 12, 16
@@ -100,15 +101,20 @@ def folded(mesh: Mesh, state: State) -> bool:
 
 
 def in_step(cloth: Cloth, state: State, found: Fit) -> State:
-    """Return a state in lattice steps registered in texels: of a texel's several steps the one that fits best."""
+    """Return a state in lattice steps registered in texels: of a texel's several steps the one that fits best.
+
+    Where the texture is alike when turned, it lies as the cloth beside it.
+    """
     count = round(abs(float(np.linalg.det(cloth.M))))
     inverse = np.linalg.inv(cloth.M)
-    tried: list[tuple[float, State]] = []
+    run, tried = cloth.registration.run, list[tuple[float, State]]()
     for shift in classes(cloth.M, count):
         moved = replace(state, uv=(state.uv + shift) @ inverse.T)
-        moved = cloth.registration.run(moved, found.texel, Smoothness(), rounds=6 if count == 1 else 4, blur_px=1.0)
+        moved = run(moved, found.texel, Smoothness(), rounds=6 if count == 1 else 4, blur_px=1.0)
         tried.append((float(misfits(cloth, moved, found)[state.cells].mean()), moved))
-    return min(tried, key=lambda pair: pair[0])[1]
+    best = min(tried, key=lambda pair: pair[0])[1]
+    lying = turned(cloth.mesh, best, found.pieces, found.texel, cloth.basis)
+    return best if lying is best else run(lying, found.texel, Smoothness(), rounds=4, blur_px=1.0)
 
 
 def classes(M: Floats, count: int) -> Floats:

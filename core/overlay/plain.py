@@ -12,10 +12,9 @@ from core.arrays import Bools, Floats
 from core.overlay.composition import steepness
 from core.overlay.cutting import MOST, cut_out
 from core.overlay.distances import distance
-from core.overlay.filling import solid
+from core.overlay.filling import parts_with, solid
 from core.overlay.mesh import around
 from core.overlay.region import without_specks
-from core.overlay.relaying import parts_with
 from core.overlay.smoothing import gaussian
 
 USUAL = 75

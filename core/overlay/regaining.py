@@ -30,7 +30,7 @@ LEAP = 6.0
 SHEET, THIN, TORN = 2.0, 0.2, 2.0
 """Least area of such a sheet, in texels; radius of a disc that fits into it, over the side of one; change of a shift,
 over the distance of two places, at which it ends."""
-SURE = 0.35
+SURE = 0.2
 """How far such a sheet is from the photo, over what it was, up to which it is believed."""
 HABIT = 0.12
 """What any shift costs at every place: the cloth lies as it is carried on unless the photo says otherwise."""
