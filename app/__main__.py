@@ -6,7 +6,10 @@ import sys
 def main(arguments: list[str] | None = None) -> int:
     """Run `weft` with `arguments` (those of the process by default) and return its exit status, 130 if interrupted."""
     try:
-        from app import cli  # loads for a while, in which an interrupt is heard as well
+        from app.loading import loading
+
+        with loading():
+            from app import cli
 
         return cli.main(arguments)
     except KeyboardInterrupt:

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn, Protocol, cast
 
+from app.loading import loading
 from core import tracing
 from core.arrays import WeftError
 from core.files import atomic_file, check_outputs
@@ -149,7 +150,8 @@ def parse(words: list[str]) -> tuple[Command, argparse.Namespace]:
             epilog=f"commands that need no display (weft COMMAND --help):\n{listing}",
         )
         parser.add_argument("--version", action="version", version=f"weft {version('weft')}")
-    command = cast("Command", importlib.import_module(f"app.commands.{name}"))
+    with loading():
+        command = cast("Command", importlib.import_module(f"app.commands.{name}"))
     parser.description = command.__doc__
     parser.add_argument("--trace", type=Path, metavar="FILE", help="write a timeline in the Chrome trace event format")
     command.add_arguments(parser)

@@ -11,6 +11,7 @@ from app.console import run_shown
 from app.editor import Editor
 from app.filing import is_project, offer_rescues, recent_files, remember, settings_file
 from app.jobs import Jobs
+from app.loading import loading
 from app.preferences import load_preferences, preferences_file
 from app.recovery import Recovery
 from app.requests import ExportOptions
@@ -36,9 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Open the window; where there is no display, render to a file and say so."""
     document = sample() if arguments.file is None else opened(arguments.file)
-    import imgui_bundle  # noqa: F401  glfw takes its library, else it starts Python once more to find one
+    with loading():
+        import imgui_bundle  # noqa: F401  glfw takes its library, else it starts Python once more to find one
 
-    from app import shell
+        from app import shell
 
     if not shell.has_display():
         render_without_window(bent(document) if arguments.file is None else document)
