@@ -16,7 +16,7 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import DENSITY
 from core.overlay.distances import distance
-from core.overlay.mesh import Mesh
+from core.overlay.mesh import Mesh, around
 from core.overlay.palette import from_shades, palette
 from core.overlay.region import cleaned, continued
 from core.overlay.registration import State
@@ -66,27 +66,30 @@ def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) ->
     open_to = cloth.valid & ~covered
     if not cloth.in_region:
         open_to &= enclosed(covered) & (gaps.min(0) < cloth.step_px)
-    height, width = covered.shape
     owner = gaps.argmin(0)
     carried, possible = [], []
+    # What is further away changes neither a pixel's colour nor the width of its patch.
+    margin = 2 * int(WIDER * max(radii(found.texel, palette(found.texel, GROUPS))) + 1) + 8
     coloured, alike = np.zeros(covered.shape, bool), np.zeros(covered.shape, bool)
     for number, piece in enumerate(pieces):
         mine = open_to & (owner == number)
         further, sound = carried_on(cloth.mesh, piece, mine, abs(float(np.linalg.det(cloth.basis))))
-        light = cloth.mesh.smooth_to_pixels(further.rho[..., None], (slice(0, height), slice(0, width)))
         carried.append(further)
         possible.append(mine & (gaussian(cloth.mesh.pixels_of(sound).astype(np.float64), cloth.mesh.cell / 2) > 0.5))
-        own, wide = colours_of(cloth, found, light)
-        coloured |= mine & own
-        alike |= mine & own & ~wide
+        rows, columns = around(mine, margin)
+        box = slice(rows.start, min(rows.stop, len(mine))), slice(columns.start, min(columns.stop, mine.shape[1]))
+        light = cloth.mesh.smooth_to_pixels(further.rho[..., None], box)
+        own, wide = colours_of(cloth.photo[box], found, light)
+        coloured[box] |= mine[box] & own
+        alike[box] |= mine[box] & own & ~wide
     # Straight on, the pattern soon lies beside what the photo shows.
     reached = np.any(possible, axis=0) & (gaps.min(0) < cloth.step_px)
     whole = covered | (alike & (reached | (gaps.min(0) < STRAIGHT * cloth.step_px)))
     if cloth.in_region:
         light = light_around(cloth, found)
-        own = coloured_as(palette(found.texel), cloth, found, light, SHADES)
-        alike |= open_to & own & ~colours_of(cloth, found, light)[1]
-        coloured |= open_to & coloured_as(palette(found.texel), cloth, found, light, (SHADES[0], GLARING))
+        own = coloured_as(palette(found.texel), cloth.photo, found, light, SHADES)
+        alike |= open_to & own & ~colours_of(cloth.photo, found, light)[1]
+        coloured |= open_to & coloured_as(palette(found.texel), cloth.photo, found, light, (SHADES[0], GLARING))
         further = solid(covered | alike, SOLID * cloth.step_px) & ~whole
         whole |= small_parts(further, PART * float(covered.sum()))
     whole = cleaned(whole, cloth.sigma_px / 2)
@@ -161,12 +164,15 @@ def light_around(cloth: Cloth, found: Fit) -> Floats:
     return np.asarray(seen[..., None] / max(float(found.texel.pixels.mean()), 1e-6), np.float64)
 
 
-def coloured_as(colours: Singles, cloth: Cloth, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:
-    """Return which pixels (H, W) have one of the colours (k, 3) in a shade of the light (H, W, 1)."""
-    near = np.zeros(cloth.valid.shape, bool)
-    for colour in colours:
-        near |= from_shades(cloth.photo, light * colour, shades) < limit_of(found) * light[..., 0]
-    return np.asarray(gaussian(near.astype(np.float64), 1.5) > 0.6, np.bool_)
+def coloured_as(colours: Singles, photo: Floats, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:
+    """Return which pixels (H, W) of a photo (H, W, 3) have one of the colours (k, 3) in a shade of light (H, W, 1)."""
+    off = np.min([from_shades(photo, light * colour, shades) for colour in colours], axis=0)
+    return mostly(off < limit_of(found) * light[..., 0])
+
+
+def mostly(marks: Bools) -> Bools:
+    """Return the pixels (H, W) around which most are marked (H, W)."""
+    return np.asarray(gaussian(marks.astype(np.float64), 1.5) > 0.6, np.bool_)
 
 
 def limit_of(found: Fit) -> float:
@@ -174,18 +180,18 @@ def limit_of(found: Fit) -> float:
     return max(OFF, 3 * float(np.sqrt(found.tolerance.noise)))
 
 
-def colours_of(cloth: Cloth, found: Fit, light: Floats) -> tuple[Bools, Bools]:
+def colours_of(photo: Floats, found: Fit, light: Floats) -> tuple[Bools, Bools]:
     """Return which pixels (H, W) have a colour of the texel, and which are in a patch wider than its are.
 
-    `light` is (H, W, 1).
+    `photo` is (H, W, 3), `light` (H, W, 1).
     """
-    colours = palette(found.texel, GROUPS)
-    off = np.stack([from_shades(cloth.photo, light * colour, SHADES) for colour in colours])
-    nearly, nearest = off.min(0) < 2 * limit_of(found) * light[..., 0], off.argmin(0)
-    wide = np.zeros(nearly.shape, bool)
+    colours, limit = palette(found.texel, GROUPS), limit_of(found) * light[..., 0]
+    off = np.stack([from_shades(photo, light * colour, SHADES) for colour in colours])
+    least, nearest = off.min(0), off.argmin(0)
+    wide = np.zeros(least.shape, bool)
     for number, radius in enumerate(radii(found.texel, colours)):
-        wide |= solid(np.asarray(nearly & (nearest == number), np.bool_), int(WIDER * radius + 1))
-    return coloured_as(colours, cloth, found, light, SHADES), wide
+        wide |= solid(np.asarray((least < 2 * limit) & (nearest == number), np.bool_), int(WIDER * radius + 1))
+    return mostly(least < limit), wide
 
 
 def radii(texel: Texel, colours: Singles) -> Floats:

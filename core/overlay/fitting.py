@@ -60,7 +60,7 @@ def begun(
         cloth = make_cloth(photo, canvas, lattice, M)
     start = replace(start, uv=start.uv @ np.linalg.inv(cloth.M).T)
     found = measured(cloth, estimated(cloth, (start,)), (start,))
-    if found.texel.blurred(0.1 * cloth.step_px, cloth.basis).evenness(cloth.basis) < LEAST_EVENNESS:
+    if evenness(cloth, found) < LEAST_EVENNESS:
         raise NoPatternError
     for number, blur_px in enumerate((1.5, 0.7)):
         yield Progress(0.05 + 0.1 * number, "registering", stage(cloth, found))
@@ -91,8 +91,16 @@ def completed(
     found = pruned(cloth, replace(found, pieces=(*found.pieces[1:], found.pieces[0])))
     found = yield from followed(cloth, found, Progress(0.85, "following the cloth"))
     found = replace(found, pieces=(found.pieces[-1], *found.pieces[:-1]))
+    if not sure and evenness(cloth, found) ** 2 < found.tolerance.noise / found.tolerance.own:
+        # What changes along stripes is less than what is not explained: a few vertices of them began by chance.
+        raise NoPatternError
     yield Progress(0.9, "registering finely", stage(cloth, found))
     return cloth, refitted(cloth, found, rounds=4)
+
+
+def evenness(cloth: Cloth, found: Fit) -> float:
+    """Return how much the texel changes along its stripes over across them, without its grain."""
+    return found.texel.blurred(0.1 * cloth.step_px, cloth.basis).evenness(cloth.basis)
 
 
 def true_period(cloth: Cloth, state: State, seed: int) -> Floats:

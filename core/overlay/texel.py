@@ -70,6 +70,17 @@ class Texel:
         """Return the texel under the blur that the photo gets by `sigma_px`; `scale` is pixels a texel (2, 2)."""
         if sigma_px <= 0:
             return self
+        key = sigma_px, scale.tobytes()
+        if key not in self._soft:
+            self._soft[key] = self._blurred(sigma_px, scale)
+        return self._soft[key]
+
+    @cached_property
+    def _soft(self) -> dict[tuple[float, bytes], "Texel"]:
+        """Blurred texels: a fit asks for the same ones in every step of its growth."""
+        return {}
+
+    def _blurred(self, sigma_px: float, scale: Floats) -> "Texel":
         h, w = self.shape
         # Covariance of the blur in texels: S⁻¹ S⁻ᵀ σ², in the frequency domain, where the texel's periods are exact.
         inverse = np.linalg.inv(scale)
