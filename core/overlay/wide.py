@@ -48,7 +48,7 @@ PLACES, EACH = 16, 2
 """Places at which an exemplar is taken, and proposals from each."""
 TRIALS, FITS = 32, 16
 """Proposals that are tried, and how many of them are registered."""
-LEAST_TEXELS, LEAST_GROWTH = 4.0, 2.5
+LEAST_TEXELS, LEAST_GROWTH = 5.0, 2.5
 """Area that has to be followed, in texels and, where it began with few vertices, over the area that they had."""
 MOST_NOISE, MOST_LIGHT = 0.2, 0.2
 """Variance that the texture leaves unexplained, over its own, and share of the pattern in the light."""

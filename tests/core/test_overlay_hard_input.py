@@ -192,3 +192,27 @@ def test_a_doubled_vertex_and_a_row_of_vertices_are_refused() -> None:
         lattices_of(keys, points)
     with pytest.raises(InputError, match="both directions"):
         lattices_of(keys[:3], points[:3])
+
+
+def test_stripes_that_begin_like_a_pattern_are_refused_unless_the_user_is_sure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fitting, "LEAST_EVENNESS", 0.0)
+    x = np.indices((150, 170))[1]
+    photo = np.where(((x // 9) % 2)[..., None] > 0, [0.8, 0.8, 0.7], [0.2, 0.3, 0.5]) + RNG.normal(
+        0, 0.05, (150, 170, 3)
+    )
+    photo = np.clip(photo, 0, 1)
+    keys = np.stack(np.meshgrid(np.arange(7), np.arange(7)), -1).reshape(-1, 2)
+    bases = np.tile(np.diag([18.0, 18.0]), (len(keys), 1, 1)).astype(np.float64)
+    lattice = Lattice(keys, Frames((18.0 * keys + 27).astype(np.float64), bases, np.ones(len(keys))))
+    canvas = flat_canvas(photo, np.ones(photo.shape[:2], bool))
+    with pytest.raises(NoPatternError):
+        run(fit(photo, canvas, [lattice], 0, trusted=False, sure=False))
+    _, found = run(fit(photo, canvas, [lattice], 0, trusted=False, sure=True))
+    assert found.cells.any()
+
+
+def test_a_blurred_texel_is_kept() -> None:
+    texel, basis = motif(), np.diag([20.0, 20.0])
+    assert texel.blurred(1.0, basis) is texel.blurred(1.0, basis.copy())
+    assert texel.blurred(1.0, basis) is not texel.blurred(1.0, 2 * basis)
+    assert texel.blurred(1.0, basis) is not texel.blurred(2.0, basis)
