@@ -7,12 +7,14 @@ surrounds the cloth, by the likelihood of both:
     |I - s ρ T(uv)|² / σ² + 3 log σ²  <  Σ (I - μ)² / τ² + log τ²,
 
 with ρ as it is further inside, s the best of a few shades, μ and τ the mean and spread of the surroundings nearby.
+Where a motif has the colour of the surroundings that tells little: the outline is the cheapest one, along edges.
 """
 
 import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
+from core.overlay.cutting import MOST, cut_out
 from core.overlay.distances import distance, within
 from core.overlay.palette import from_shades
 from core.overlay.smoothing import gaussian
@@ -27,6 +29,8 @@ SMOOTH_PX = 1.0
 """Width over which pixels are judged together."""
 NOTCH = 0.6
 """Radius of notches in the outline that are closed, over the width of the rim."""
+EVIDENCE = 1.0
+"""How much a pixel that is surely either counts beside the outline's edges."""
 LEAST_SPREAD = 0.03
 CLEARLY = 1.0
 """How much likelier a pixel beyond the rim must be cloth."""
@@ -40,7 +44,11 @@ def beside(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px
     `photo` and `texture`, which is T(uv), are (H, W, 3), `rho` (H, W).
     """
     near, doubt = doubts(photo, texture, rho, covered, width_px)
-    outer = covered & ~from_outside(near & (doubt > 0), covered)
+    if not near.any():
+        return near
+    speaks = np.where(near, EVIDENCE * doubt / SURELY, np.where(covered, -MOST, MOST))
+    other = cut_out(photo, covered, np.maximum(-speaks, 0), np.maximum(speaks, 0))
+    outer = covered & ~from_outside(near & other, covered)
     return covered & ~without_notches(outer, round(NOTCH * width_px))
 
 

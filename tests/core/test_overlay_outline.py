@@ -6,7 +6,7 @@ import pytest
 from core.arrays import Bools, Floats
 from core.overlay import outline
 from core.overlay.outline import beside, beyond, without_notches
-from tests.core.overlay_scenes import make_scene, motif
+from tests.core.overlay_scenes import COLOURS, make_scene, motif
 
 SCENE = make_scene(motif(), noise=0.01)
 TEXTURE, SIZE = motif()(SCENE.uv), SCENE.shading.shape
@@ -59,6 +59,16 @@ def test_motif_of_the_colour_of_the_ground_is_kept_where_the_edge_cuts_it(monkey
     kept = beside(photo, TEXTURE, SCENE.shading, X < EDGE, 8.0)[78:86].sum()
     monkeypatch.setattr(outline, "NOTCH", 0.1)
     assert kept < 0.5 * beside(photo, TEXTURE, SCENE.shading, X < EDGE, 8.0)[78:86].sum()
+
+
+@pytest.mark.parametrize("light", [0.45, 0.6, 0.7])
+def test_outline_follows_the_edge_where_the_ground_has_a_motifs_colour(light: float) -> None:
+    ground = light * COLOURS[1] + np.random.default_rng(1).normal(0, 0.01, (*SIZE, 3))
+    photo = np.where((X < EDGE)[..., None], SCENE.photo, ground)
+    off = beside(photo, TEXTURE, np.where(X < EDGE, SCENE.shading, 0.5), X < LOOSE, 8.0)
+    ends = np.where(off, X, LOOSE).min(1)
+    assert np.abs(ends - EDGE).max() <= 1
+    assert np.abs(np.diff(ends)).sum() < 12
 
 
 def test_whole_picture_has_nothing_beside_it() -> None:
