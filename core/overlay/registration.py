@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from scipy import sparse
 
-from core.arrays import Bools, Floats, Ints
+from core.arrays import Bools, Floats, Ints, Singles
 from core.factor import Factor
 from core.overlay.mesh import Mesh
 from core.overlay.texel import Texel
@@ -80,8 +80,8 @@ class System:
         self._bend = sparse.csr_array(L[:, self.free].T @ L)
         bend = sparse.coo_array(sparse.tril(self._bend[:, self.free]))
         self._bend_values = bend.data
-        self._products = np.stack([mesh.weights[:, a] * mesh.weights[:, b] for a, b in PAIRS], -1)
-        self._weights = mesh.weights
+        self._products = np.stack([mesh.weights[:, a] * mesh.weights[:, b] for a, b in PAIRS], -1).astype(np.float32)
+        self._weights = mesh.weights.astype(np.float32)
         self._order = (
             [SYMMETRIC.index((i, j)) for (i, _), (j, _) in HALF],
             [PAIRS.index((min(a, b), max(a, b))) for (_, a), (_, b) in HALF],
@@ -98,11 +98,17 @@ class System:
         first, second = (np.concatenate([pair[k] for pair in ends])[self._kept] for k in (0, 1))
         rows = np.concatenate([np.maximum(first, second)] + [bend.row + k * n for k in range(3)])
         columns = np.concatenate([np.minimum(first, second)] + [bend.col + k * n for k in range(3)])
-        unique, self._slot = np.unique(columns * (3 * n) + rows, return_inverse=True)
+        # The places of each pair are in order, mostly, so that a sort by merging has little to do.
+        places = columns * (3 * n) + rows
+        order = places.argsort(kind="stable")
+        ascending = places[order]
+        first = np.diff(ascending, prepend=-1) > 0
+        unique, self._slot = ascending[first], np.empty(len(places), np.int64)
+        self._slot[order] = np.cumsum(first) - 1
         self._pattern = (unique % (3 * n), unique // (3 * n))
         self._diagonal = np.flatnonzero(self._pattern[0] == self._pattern[1])
 
-    def solve(self, moments: Floats, gradient: Floats, theta: Floats, smoothness: Smoothness) -> Floats:
+    def solve(self, moments: Singles, gradient: Singles, theta: Floats, smoothness: Smoothness) -> Floats:
         """Return the change (3, n) of the unknowns, where the nodes `around` have the values `theta` (3, m).
 
         `moments` (6, K, cell²) are w g gᵀ and `gradient` (3, K, cell²) w g r of the pixels of the K cells.
@@ -122,12 +128,12 @@ class System:
             self._factor.factorise(values)
         return -np.asarray(self._factor.solve(rhs.ravel()), np.float64).reshape(3, n)
 
-    def _gathered(self, at_corners: Floats) -> Floats:
+    def _gathered(self, at_corners: Singles) -> Floats:
         """Return values (K, 4) at the corners of cells summed at the free nodes (n,)."""
         # The first sum is that of all nodes that are held.
         return np.asarray(np.bincount(self.corners.ravel() + 1, at_corners.ravel(), self.count + 1)[1:], np.float64)
 
-    def _stiffness(self, blocks: Floats, smoothness: Smoothness) -> Floats:
+    def _stiffness(self, blocks: Singles, smoothness: Smoothness) -> Floats:
         """Return the weights (3,) of the second differences of m_x, m_y and ρ, from the data's own (6, 10, K)."""
         own = [PAIRS.index((a, a)) for a in range(4)]
         x, y, rho = (self._gathered(blocks[SYMMETRIC.index((i, i))][own].T) for i in range(3))
@@ -154,6 +160,7 @@ class Registration:
         self.mesh, self.photo, self.scale = mesh, photo, scale
         self._weight = mesh.in_cells(weight[..., None])[..., 0]
         self._blurred: dict[float, Floats] = {}
+        self._room: dict[str, Singles] = {}
         self._system: tuple[Bools, Bools, System] | None = None
 
     def run(
@@ -171,7 +178,7 @@ class Registration:
         Only the nodes `free` (R, C) move, all if it is not given.
         """
         texel = texel.blurred(blur_px, self.scale)
-        photo = self._photo(blur_px)[state.cells]
+        photo = self._photo(blur_px)[state.cells].astype(np.float32)
         system = self._system_of(state.cells, np.ones(self.mesh.nodes, bool) if free is None else free)
         turn = float(np.sign(np.median(self.mesh.areas(state.uv, state.cells))))
         for _ in range(rounds):
@@ -205,38 +212,60 @@ class Registration:
         return known[2]
 
     def _step(
-        self, system: System, state: State, texel: Texel, photo: Floats, smoothness: Smoothness, turn: float
+        self, system: System, state: State, texel: Texel, photo: Singles, smoothness: Smoothness, turn: float
     ) -> tuple[State, float]:
         """Return the state after one Gauss-Newton step and how far it went, pixels; areas have the sign `turn`."""
         residual, slopes = self.linearised(state, texel, photo)
         weight = self._weight[state.cells]
-        weight = weight * huber(np.sqrt((residual**2).mean(-1)), weight > 0)
-        moments, gradient = (np.empty((count, *weight.shape)) for count in (len(SYMMETRIC), len(slopes)))
+        squares = np.einsum("kpc,kpc->kp", residual, residual)
+        weight = (weight * huber(np.sqrt(squares / residual.shape[-1]), weight > 0)).astype(np.float32)
+        moments = self._kept("moments", (len(SYMMETRIC), *weight.shape))
+        gradient = self._kept("gradient", (len(slopes), *weight.shape))
 
         def gather(band: slice) -> None:
             for out, (i, j) in zip(moments, SYMMETRIC, strict=True):
-                out[band] = np.einsum("kpc,kpc->kp", slopes[i][band], slopes[j][band]) * weight[band]
+                np.einsum("kpc,kpc->kp", slopes[i][band], slopes[j][band], out=out[band])
+                out[band] *= weight[band]
             for out, slope in zip(gradient, slopes, strict=True):
-                out[band] = np.einsum("kpc,kpc->kp", residual[band], slope[band]) * weight[band]
+                np.einsum("kpc,kpc->kp", residual[band], slope[band], out=out[band])
+                out[band] *= weight[band]
 
         in_bands(weight.shape, gather)
         m = state.uv.reshape(-1, 2)[system.around] @ self.scale.T
         theta = np.concatenate([m.T, state.rho.ravel()[None, system.around]])
         return self._moved(system, state, system.solve(moments, gradient, theta, smoothness), turn)
 
-    def linearised(self, state: State, texel: Texel, photo: Floats) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
-        """Return residuals (K, cell², 3) and as large slopes by m_x, m_y and ρ in the K cells in use."""
+    def _kept(self, name: str, shape: tuple[int, ...]) -> Singles:
+        """Return an array of that shape in the memory that a step before has used, without values."""
+        size = int(np.prod(shape))
+        if name not in self._room or self._room[name].size < size:
+            self._room[name] = np.empty(size, np.float32)
+        return self._room[name][:size].reshape(shape)
+
+    def linearised(
+        self, state: State, texel: Texel, photo: Singles
+    ) -> tuple[Singles, tuple[Singles, Singles, Singles]]:
+        """Return residuals (K, cell², 3) and as large slopes by m_x, m_y and ρ in the K cells in use.
+
+        They hold until the next step.
+        """
         values, corners = state.values.reshape(-1, 3), self.mesh.corners[state.cells]
+        # What goes through the texture's slopes is fine enough in single precision; coordinates are not.
         (ux, uy), (vx, vy) = np.linalg.inv(self.scale).tolist()
-        residual, by_x, by_y, by_rho = (np.empty(photo.shape) for _ in range(4))
+        residual, by_x, by_y, by_rho = (self._kept(name, photo.shape) for name in ("r", "x", "y", "rho"))
 
         def look_up(band: slice) -> None:
             at = self.mesh.weights @ values[corners[band]]
-            rho = at[..., 2:]
-            by_rho[band], du, dv = texel.with_gradient(at[..., :2])
-            du, dv = rho * du, rho * dv
-            residual[band] = rho * by_rho[band] - photo[band]
-            by_x[band], by_y[band] = ux * du + vx * dv, uy * du + vy * dv
+            rho = at[..., 2:].astype(np.float32)
+            by_rho[band], du, dv = texel.singles_with_gradient(at[..., :2])
+            np.multiply(rho, by_rho[band], out=residual[band])
+            residual[band] -= photo[band]
+            du *= rho
+            dv *= rho
+            np.multiply(du, ux, out=by_x[band])
+            np.multiply(du, uy, out=by_y[band])
+            by_x[band] += vx * dv
+            by_y[band] += vy * dv
 
         in_bands(photo.shape, look_up)
         return residual, (by_x, by_y, by_rho)

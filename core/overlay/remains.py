@@ -111,7 +111,7 @@ def modelled(
     at, to_uv = np.nan_to_num(uv).astype(np.float64), np.linalg.inv(basis).astype(np.float32)
     light = np.nan_to_num(shading)
     light = light if light.ndim == 3 else light[..., None]
-    value, du, dv = (field.astype(np.float32) for field in texel.with_gradient(at))
+    value, du, dv = texel.singles_with_gradient(at)
     right, down = (du * to_uv[0, k] + dv * to_uv[1, k] for k in (0, 1))
     softer = soft(at).astype(np.float32) - value
     return light, light * value, [light * effect for effect in (right, down, softer)]

@@ -61,10 +61,14 @@ class Texel:
 
     def with_gradient(self, uv: Floats) -> tuple[Floats, Floats, Floats]:
         """Return T, ∂T/∂u and ∂T/∂v (H, W, 3) at uv (H, W, 2)."""
-        x, y = self.places(uv)
-        fields = (self._padded, *self._slopes)
-        value, du, dv = (np.asarray(cv2.remap(f, x, y, cv2.INTER_LINEAR), np.float64) for f in fields)
+        value, du, dv = (field.astype(np.float64) for field in self.singles_with_gradient(uv))
         return value, du, dv
+
+    def singles_with_gradient(self, uv: Floats) -> tuple[Singles, Singles, Singles]:
+        """Return what `with_gradient` does in single precision."""
+        x, y = self.places(uv)
+        value, du, dv = (cv2.remap(f, x, y, cv2.INTER_LINEAR) for f in (self._padded, *self._slopes))
+        return np.asarray(value, np.float32), np.asarray(du, np.float32), np.asarray(dv, np.float32)
 
     def blurred(self, sigma_px: float, scale: Floats) -> "Texel":
         """Return the texel under the blur that the photo gets by `sigma_px`; `scale` is pixels a texel (2, 2)."""
