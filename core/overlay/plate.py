@@ -67,6 +67,7 @@ class Plate:
         wished = self._wanted[self._moving]
         self._right = np.concatenate([np.zeros((int(moves.sum()), 2)), wished]) - rows @ self._known
         self._rows = sparse.csr_array(rows[:, self._free])
+        self._factor: Factor | None = None
 
     def torn(self, most: float) -> tuple[Floats, Floats]:
         """Return the places (n, 2) of the free pixels and the strain (m,) of every step; t is `most`."""
@@ -83,8 +84,14 @@ class Plate:
         given = np.concatenate([weight[self._around].min(1), HELD * weight[self._moving]])
         weighted = sparse.csr_array(self._rows.T.multiply(given))
         normal = sparse.csc_array(weighted @ self._rows + 1e-9 * sparse.eye_array(len(self._free)))
+        normal.sort_indices()
+        lower = sparse.csc_array(sparse.tril(normal, format="csc"))
+        if self._factor is not None and np.array_equal(self._factor.indices, lower.indices):
+            self._factor.factorise(lower.data)
+        else:
+            self._factor = Factor(normal)
         out = self._known.copy()
-        out[self._free] = Factor(normal).solve(weighted @ self._right)
+        out[self._free] = self._factor.solve(weighted @ self._right)
         return out
 
 

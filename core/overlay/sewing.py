@@ -121,7 +121,7 @@ def between_sheets(uv: Floats, sure: Bools, hidden: Bools, basis: Floats, step_p
         places, strain = plate.torn(TEAR * step_px)
         tears = plate.ends[strain > TORN]
         chance = least_worth(sheet, tears[~hidden.ravel()[tears].all(1)], covered, step_px)
-        if chance < 0:
+        if not chance.any():
             found[free] = places @ np.linalg.inv(basis).T
             found.reshape(-1, 2)[tears[~fixed.ravel()[tears]]] = np.nan
             return Sewn(sheet, moved, found)
@@ -133,8 +133,8 @@ def numbered(labels: Ints, kept: Bools) -> Ints:
     return np.asarray(np.where(kept, np.cumsum(kept) - 1, -1)[labels], np.int64)
 
 
-def least_worth(sheet: Ints, tears: Ints, covered: Bools, step_px: float) -> int:
-    """Return the number of the sheet (H, W) that is smallest for the tears (n, 2) beside it, -1 if all are worth them.
+def least_worth(sheet: Ints, tears: Ints, covered: Bools, step_px: float) -> Bools:
+    """Return which sheets (H, W) are too small for the tears (n, 2) beside them: of those the half that is smallest.
 
     Tears are given by the numbers of the pixels on both sides; all cloth is what is `covered` (H, W). What was not sure
     beside a jump is the sheet's too.
@@ -146,7 +146,8 @@ def least_worth(sheet: Ints, tears: Ints, covered: Bools, step_px: float) -> int
         length[number] = (away.ravel()[tears].min(1) < step_px).sum()
     worth = area / np.maximum(WORTH * step_px * length, 1e-9)
     worth[(area == area.max()) | (area > min(MOST * step_px**2, LARGE * float(covered.sum())))] = np.inf
-    return int(worth.argmin()) if worth.min() < 1 else -1
+    little = worth < 1
+    return np.asarray(worth <= np.median(worth[little]) if little.any() else little, np.bool_)
 
 
 def slopes_around(places: Floats, fixed: Bools, sigma_px: float) -> Floats:
