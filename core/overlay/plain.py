@@ -21,7 +21,7 @@ USUAL = 75
 """Per cent of the texels whose places have a motif within the usual distance."""
 WHOLE, LEAST_TEXELS = 0.7, 6
 """Area of a texel that counts, over the median one, and how many there have to be."""
-CLEARLY = 1.6
+CLEARLY = 1.75
 """Distance from what is no ground, over the usual one, in the core of a thing."""
 FURTHER, BESIDE = (1.25, 1.6), 0.85
 """Distance from motifs, over that, from which a pixel speaks for a thing, and does so fully; and up to which it speaks
