@@ -158,7 +158,8 @@ class LiveWarp:
         if found is None or answer is None or answer.result is None or answer.settled:
             return
         document, warped = found
-        if document is self._seen and document is answer.document:
+        # A slider that is held, or let go, makes documents anew that have the same map.
+        if answer.document is self._seen and _maps_alike(document, answer.document):
             with tracing.span("unfolded"):
                 result = replace(answer.result, warped=warped)
                 self.answer = replace(answer, mesh=Mesh(answer.grid, warped), result=result)

@@ -77,6 +77,22 @@ def test_until_the_final_answer_is_there_the_first_without_folds_is_shown() -> N
     assert not np.array_equal(final.warped, first.warped)
 
 
+def test_a_first_map_is_shown_whatever_was_done_meanwhile_that_maps_do_not_depend_on() -> None:
+    later = Later()
+    drive = EditorDriver(swirled(), jobs=Jobs(live=later, long=InlineExecutor()))
+    later.run()
+    assert drive.frame().editor.answer.folds > 0
+    drive.clock.now += app.live.REST_S
+    drive.editor.update()
+    drive.editor.slide("Bend", drive.document.with_warp(bend=60).with_warp(bend=80))
+    drive.editor.live.update(drive.document)
+    later.run()
+    drive.editor.live.update(drive.document)
+    assert drive.document is not drive.start
+    assert drive.editor.answer.document is drive.document
+    assert drive.editor.answer.folds == 0
+
+
 def test_what_is_shown_at_rest_is_what_an_export_computes() -> None:
     drive = EditorDriver(swirled()).tool("brush")
     drive.editor.show(brush=Brush(12.0, 0.5))
