@@ -15,7 +15,7 @@ from core.document_parts import picture_of
 from core.grid import Grid
 from core.images import Image
 from core.mesh import Mesh
-from core.overlay.stages import Stage
+from core.overlay.detection.stages import Stage
 
 log = logging.getLogger("weft")
 

@@ -16,12 +16,12 @@ from core.cloth import Cloth, LatticeVertices, Laying, Search
 from core.document import Document, pixels_from_places, places_from_pixels
 from core.image import Image
 from core.overlay.composition import Placement, light_of
-from core.overlay.corrections import lattices_of, texel_between
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.lattice import Lattice
+from core.overlay.detail.remains import without_old_pattern
+from core.overlay.detection.corrections import lattices_of, texel_between
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying import Parts, encoded, overlaid, searchable, texture_colours
-from core.overlay.remains import without_old_pattern
-from core.overlay.seeding import NoPatternError
 from core.progress import Job, Progress, part
 
 KEPT = 2

@@ -12,14 +12,14 @@ from core.arrays import Bools, Floats, InputError
 from core.files import atomic_folder, check_folder_place
 from core.images import Image, load, load_mask
 from core.images import write as write_picture
-from core.overlay.corrections import lattices_of
 from core.overlay.decomposition import decompose, shrunk
+from core.overlay.detection.corrections import lattices_of
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.detection.stages import Stage
 from core.overlay.folder import read_lattice, write
-from core.overlay.lattice import Lattice
 from core.overlay.laying import encoded, searchable
 from core.overlay.pictures import stage_picture
-from core.overlay.seeding import NoPatternError
-from core.overlay.stages import Stage
 from core.progress import Job, Progress, stepwise
 
 T = TypeVar("T")

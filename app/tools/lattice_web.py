@@ -8,7 +8,7 @@ import numpy as np
 from core.arrays import Bools, Ints, Points
 from core.cloth import LatticeVertices
 from core.document import pixels_from_places
-from core.overlay.lattice import neighbour_rows
+from core.overlay.detection.lattice import neighbour_rows
 
 FAR = 2.5
 """Steps so many times as long as the usual one lie between two pieces of cloth."""

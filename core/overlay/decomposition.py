@@ -12,27 +12,27 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
 from core.blas import on_one_thread, one_thread
-from core.overlay.alignment import Frames
 from core.overlay.bands import bands
-from core.overlay.cloth import Cloth, Fit
 from core.overlay.composition import filtered
-from core.overlay.correlation import Proposal
+from core.overlay.detection.alignment import Frames
+from core.overlay.detection.correlation import Proposal
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import flat_canvas
 from core.overlay.finding import find_cloth
-from core.overlay.fitting import fit
-from core.overlay.fold_light import fold_light
 from core.overlay.gauge import gauge_of
-from core.overlay.lattice import Lattice
-from core.overlay.layers import add_rest, explained, other_things, painted
 from core.overlay.mesh import Mesh
-from core.overlay.phase import in_phase
-from core.overlay.recovery import recovered
-from core.overlay.refinement import refined
-from core.overlay.region import feathered
-from core.overlay.seeding import flat_canvas
-from core.overlay.sewing import sewn
+from core.overlay.pixels.fold_light import fold_light
+from core.overlay.pixels.layers import add_rest, explained, other_things, painted
+from core.overlay.pixels.recovery import recovered
+from core.overlay.pixels.refinement import refined
+from core.overlay.pixels.sewing import sewn
+from core.overlay.pixels.tint import tint
+from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.registration.fitting import fit
+from core.overlay.registration.phase import in_phase
+from core.overlay.registration.region import feathered
+from core.overlay.registration.vertices import whole_lattice
 from core.overlay.texel import Texel, drawn, estimate_texel
-from core.overlay.tint import tint
-from core.overlay.vertices import whole_lattice
 from core.progress import Job, Progress, part
 
 T = TypeVar("T")

@@ -7,13 +7,13 @@ Where there is reason to doubt it, and where there is no lattice, large texels a
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.alignment import Canvas
-from core.overlay.cloth import Cloth, Fit
-from core.overlay.correlation import Proposal
-from core.overlay.doubt import share_in_light
-from core.overlay.fitting import begun, completed
-from core.overlay.seeding import NoPatternError, evidence, find_lattice
-from core.overlay.stages import Stage
+from core.overlay.detection.alignment import Canvas
+from core.overlay.detection.correlation import Proposal
+from core.overlay.detection.seeding import NoPatternError, evidence, find_lattice
+from core.overlay.detection.stages import Stage
+from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.registration.doubt import share_in_light
+from core.overlay.registration.fitting import begun, completed
 from core.overlay.wide import find_wide
 from core.progress import Job, Progress, part
 

@@ -17,9 +17,9 @@ from core.images import write as write_picture
 from core.json_file import read_json
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
-from core.overlay.lattice import Lattice
+from core.overlay.detection.lattice import Lattice
 from core.overlay.laying import Parts, texture_colours
-from core.overlay.region import feathered
+from core.overlay.registration.region import feathered
 
 PARTS = (
     *("source.png", "texel.png", "reconstruction.png", "report.json", "lattice.json"),

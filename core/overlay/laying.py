@@ -9,7 +9,7 @@ from core.arrays import Bools, Floats, Singles
 from core.image import Image
 from core.overlay.bands import bands
 from core.overlay.composition import Norm, Placement, composed
-from core.overlay.remains import without_old_pattern
+from core.overlay.detail.remains import without_old_pattern
 from core.overlay.texel import Texel
 
 

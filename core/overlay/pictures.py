@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bytes, Floats, Points
-from core.overlay.lattice import Lattice, neighbour_rows
-from core.overlay.stages import Stage
+from core.overlay.detection.lattice import Lattice, neighbour_rows
+from core.overlay.detection.stages import Stage
 
 LINE, DOT = (0, 255, 64), (255, 64, 0)
 COLOURS = ((255, 64, 0), (0, 255, 64), (64, 128, 255), (255, 224, 0), (255, 0, 224), (0, 240, 255))

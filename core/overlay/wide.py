@@ -11,15 +11,15 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
-from core.overlay.alignment import Canvas
-from core.overlay.basis import reduced
-from core.overlay.cloth import Cloth, Fit
-from core.overlay.correlation import Proposal, correlation_surface, find_peaks, seeds
-from core.overlay.doubt import share_in_light
-from core.overlay.fitting import LEAST_EVENNESS, begun, refitted
-from core.overlay.following import followed, pruned
-from core.overlay.seeding import LEAST_VERTICES as ENOUGH
-from core.overlay.seeding import NoPatternError, full_grown, of_size, tried
+from core.overlay.detection.alignment import Canvas
+from core.overlay.detection.basis import reduced
+from core.overlay.detection.correlation import Proposal, correlation_surface, find_peaks, seeds
+from core.overlay.detection.seeding import LEAST_VERTICES as ENOUGH
+from core.overlay.detection.seeding import NoPatternError, full_grown, of_size, tried
+from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.registration.doubt import share_in_light
+from core.overlay.registration.fitting import LEAST_EVENNESS, begun, refitted
+from core.overlay.registration.following import followed, pruned
 from core.overlay.smoothing import gaussian
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part

@@ -4,7 +4,7 @@ import pytest
 from app.tools.lattice_web import Web, web_of
 from core.arrays import Ints
 from core.cloth import LatticeVertices
-from core.overlay.lattice import neighbour_rows
+from core.overlay.detection.lattice import neighbour_rows
 
 
 def keys(columns: int, rows: int) -> Ints:

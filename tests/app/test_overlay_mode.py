@@ -21,7 +21,7 @@ from core.cloth import Cloth, LatticeVertices, Search
 from core.document import Document
 from core.document_overlay import laid_on, layers_under, placement_of, size_of
 from core.images import Image, load, save
-from core.overlay.seeding import NoPatternError
+from core.overlay.detection.seeding import NoPatternError
 from core.project import load_project, save_project
 from tests.app.driver import EditorDriver, Later, picture
 from tests.core.overlay_scenes import make_scene, motif

@@ -3,9 +3,9 @@
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.carrying import settled
-from core.overlay.cloth import estimated, measured
-from core.overlay.registration import State
+from core.overlay.registration.carrying import settled
+from core.overlay.registration.cloth import estimated, measured
+from core.overlay.registration.registration import State
 from tests.core.test_overlay_filling import SCENE, SIZE, straight
 
 CELLS, WANTED = 8, 12

@@ -10,7 +10,7 @@ from core.image import Image
 from core.overlay import bands
 from core.overlay.composition import DENSITY, Norm, Placement, compose, composed, filtered, middle_of
 from core.overlay.laying import Parts, overlaid
-from core.overlay.region import feathered
+from core.overlay.registration.region import feathered
 from core.overlay.texel import Texel, estimate_texel
 
 RNG = np.random.default_rng(0)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Singles
-from core.overlay.contrast import contrast_of
-from core.overlay.remains import without_old_pattern
+from core.overlay.detail.contrast import contrast_of
+from core.overlay.detail.remains import without_old_pattern
 from tests.core.overlay_scenes import make_scene, motif
 
 TEXEL = motif()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay import layers
-from core.overlay.basis import reduced
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.seeding import NoPatternError
+from core.overlay.detection.basis import reduced
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.pixels import layers
 from core.progress import Progress, run
 from tests.core.overlay_scenes import Scene, make_scene, marked_checks, motif
 

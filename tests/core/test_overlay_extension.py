@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Floats, Ints
-from core.overlay.extension import extension_of
+from core.overlay.pixels.extension import extension_of
 
 SIZE = (60, 90)
 Y, X = np.indices(SIZE).astype(float)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats
-from core.overlay.alignment import Frames
-from core.overlay.cloth import Cloth, Fit, estimated, make_cloth, measured
-from core.overlay.filling import Filling, amid, carried_on, filled, small_parts, solid
-from core.overlay.lattice import Lattice
-from core.overlay.registration import State
-from core.overlay.seeding import flat_canvas
+from core.overlay.detection.alignment import Frames
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import flat_canvas
+from core.overlay.pixels.filling import Filling, amid, carried_on, filled, small_parts, solid
+from core.overlay.registration.cloth import Cloth, Fit, estimated, make_cloth, measured
+from core.overlay.registration.registration import State
 from tests.core.overlay_scenes import COLOURS, make_scene, motif
 
 SCENE = make_scene(motif(), bend=0.0, noise=0.004)

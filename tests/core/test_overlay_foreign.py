@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.foreign import foreign_things, misses
+from core.overlay.pixels.foreign import foreign_things, misses
 from tests.core.overlay_scenes import COLOURS, make_scene, motif
 
 TEXEL = motif()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Singles
-from core.overlay.grain import COARSE_PX, evened, grain_of, without_tint
+from core.overlay.detail.grain import COARSE_PX, evened, grain_of, without_tint
 from core.overlay.smoothing import gaussian, mean
 from tests.core.overlay_scenes import make_scene, motif
 

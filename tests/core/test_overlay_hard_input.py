@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats, InputError
-from core.overlay import fitting
-from core.overlay.alignment import Frames
-from core.overlay.cloth import make_cloth, starting_state
-from core.overlay.corrections import lattices_of, texel_between
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.fitting import fit, true_period
-from core.overlay.lattice import Lattice
-from core.overlay.seeding import NoPatternError, flat_canvas
+from core.overlay.detection.alignment import Frames
+from core.overlay.detection.corrections import lattices_of, texel_between
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.registration import fitting
+from core.overlay.registration.cloth import make_cloth, starting_state
+from core.overlay.registration.fitting import fit, true_period
 from core.progress import run
 from tests.core.overlay_scenes import Scene, make_scene, marked_checks, motif
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from core.overlay.keypoints import alike_keypoints, propose_from_keypoints
-from core.overlay.seeding import flat_canvas
+from core.overlay.detection.keypoints import alike_keypoints, propose_from_keypoints
+from core.overlay.detection.seeding import flat_canvas
 from tests.core.overlay_scenes import make_scene, motif
 
 

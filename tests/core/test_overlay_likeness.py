@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats, Singles
-from core.overlay.alignment import Canvas, Frames, align, make_template, raster, search
-from core.overlay.likeness import Forms, Windows
+from core.overlay.detection.alignment import Canvas, Frames, align, make_template, raster, search
+from core.overlay.detection.likeness import Forms, Windows
 
 RNG = np.random.default_rng(3)
 SIDE, CHANNELS, COUNT = 8, 3, 5

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from core.overlay.alignment import Frames
-from core.overlay.lattice import Lattice
+from core.overlay.detection.alignment import Frames
+from core.overlay.detection.lattice import Lattice
 from core.overlay.mesh import Mesh
-from core.overlay.region import Tolerance, judged, misfit, sums
+from core.overlay.registration.region import Tolerance, judged, misfit, sums
+from core.overlay.registration.thin_plate import spread
 from core.overlay.texel import drawn, estimate_texel
-from core.overlay.thin_plate import spread
 from tests.core.overlay_scenes import make_scene, motif
 
 RNG = np.random.default_rng(0)

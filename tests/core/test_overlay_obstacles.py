@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats
-from core.overlay.obstacles import obstacles
+from core.overlay.pixels.obstacles import obstacles
 from core.overlay.texel import Texel
 from tests.core.overlay_scenes import COLOURS, make_scene, motif
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Floats, Ints
-from core.overlay.offsets import offsets
+from core.overlay.pixels.offsets import offsets
 
 STEP = 12.0
 BASIS = np.diag([STEP, STEP])

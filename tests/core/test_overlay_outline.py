@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats
-from core.overlay import outline
-from core.overlay.outline import beside, beyond, without_notches
+from core.overlay.pixels import outline
+from core.overlay.pixels.outline import beside, beyond, without_notches
 from tests.core.overlay_scenes import COLOURS, make_scene, motif
 
 SCENE = make_scene(motif(), noise=0.01)

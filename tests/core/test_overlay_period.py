@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from core.overlay.alignment import Frames
-from core.overlay.lattice import Lattice
-from core.overlay.period import SAMPLES, Halves, change, coarser, estimate_halves, far_period, periods
-from core.overlay.seeding import flat_canvas
+from core.overlay.detection.alignment import Frames
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.period import SAMPLES, Halves, change, coarser, estimate_halves, far_period, periods
+from core.overlay.detection.seeding import flat_canvas
 from core.overlay.texel import Texel
 from tests.core.overlay_scenes import make_scene, marked_checks, motif
 

@@ -5,8 +5,8 @@ import pytest
 
 from core.arrays import Bools
 from core.overlay.mesh import Mesh
-from core.overlay.phase import GAP, in_phase, quads
-from core.overlay.registration import State
+from core.overlay.registration.phase import GAP, in_phase, quads
+from core.overlay.registration.registration import State
 
 MESH = Mesh((160, 400), 8)
 STEP_PX = 20.0

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats
-from core.overlay import pieces
-from core.overlay.alignment import Canvas, Frames, Template
-from core.overlay.cloth import Cloth, Fit
-from core.overlay.fitting import begun, completed
-from core.overlay.lattice import Lattice
-from core.overlay.seeding import flat_canvas, grown_piece
+from core.overlay.detection.alignment import Canvas, Frames, Template
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import flat_canvas, grown_piece
+from core.overlay.registration import pieces
+from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.registration.fitting import begun, completed
 from core.progress import run
 from tests.core.overlay_scenes import make_scene
 from tests.core.test_overlay_wide import LARGE, sett

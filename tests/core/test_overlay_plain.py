@@ -4,9 +4,9 @@ import numpy as np
 
 from core.arrays import Bools, Floats
 from core.overlay.distances import distance
-from core.overlay.filling import solid
-from core.overlay.obstacles import obstacles, patch_colours
-from core.overlay.plain import plain_things, stretch, usual_depth, without_holes
+from core.overlay.pixels.filling import solid
+from core.overlay.pixels.obstacles import obstacles, patch_colours
+from core.overlay.pixels.plain import plain_things, stretch, usual_depth, without_holes
 from core.overlay.texel import Texel
 from tests.core.overlay_scenes import COLOURS, Scene, make_scene
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats, Singles
-from core.overlay.light import local_light, nearer_light
-from core.overlay.matching import NEXT, OTHER, best_before
-from core.overlay.recovery import recovered, spread
-from core.overlay.regaining import shifts_where_lost
-from core.overlay.trust import trust_in, trusted
+from core.overlay.detail.trust import trust_in, trusted
+from core.overlay.pixels.light import local_light, nearer_light
+from core.overlay.pixels.matching import NEXT, OTHER, best_before
+from core.overlay.pixels.recovery import recovered, spread
+from core.overlay.pixels.regaining import shifts_where_lost
 from tests.core.overlay_scenes import make_scene, motif
 
 TEXEL = motif()

@@ -6,7 +6,7 @@ import pytest
 
 from core.arrays import Floats
 from core.overlay import bands
-from core.overlay.refinement import MOST_PX, refined
+from core.overlay.pixels.refinement import MOST_PX, refined
 from core.overlay.texel import Texel, estimate_texel
 from tests.core.overlay_scenes import make_scene, motif
 

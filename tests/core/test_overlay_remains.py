@@ -6,8 +6,8 @@ import pytest
 from core.arrays import Floats, Singles
 from core.overlay import bands
 from core.overlay.composition import Placement
+from core.overlay.detail.remains import without_old_pattern
 from core.overlay.laying import Parts, overlaid
-from core.overlay.remains import without_old_pattern
 from core.overlay.texel import estimate_texel
 from tests.core.overlay_scenes import COLOURS, Scene, make_scene, motif, stored
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.alignment import Frames
-from core.overlay.correlation import Proposal
-from core.overlay.lattice import Lattice
-from core.overlay.seeding import (
+from core.overlay.detection.alignment import Frames
+from core.overlay.detection.correlation import Proposal
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import (
     LEAST_VERTICES,
     NEARLY,
     TURN,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.sewing import sewn
-from core.overlay.strain import jumps, no_cloth
+from core.overlay.pixels.sewing import sewn
+from core.overlay.pixels.strain import jumps, no_cloth
 from core.overlay.texel import Texel
 
 STEP = 24.0

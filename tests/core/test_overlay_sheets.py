@@ -3,10 +3,10 @@
 import numpy as np
 
 from core.arrays import Floats, Ints
-from core.overlay.alignment import Frames
-from core.overlay.corrections import lattices_of
-from core.overlay.lattice import Lattice
-from core.overlay.sheets import laid_apart
+from core.overlay.detection.alignment import Frames
+from core.overlay.detection.corrections import lattices_of
+from core.overlay.detection.lattice import Lattice
+from core.overlay.registration.sheets import laid_apart
 
 BASIS = np.array([[20.0, 3.0], [-2.0, 22.0]])
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
+from core.overlay.pixels.tint import tint
 from core.overlay.texel import Texel
-from core.overlay.tint import tint
 from tests.core.overlay_scenes import make_scene, marked_checks
 
 RED = Texel(np.where(marked_checks(mark=False).pixels > 0.55, [0.7, 0.15, 0.16], [0.15, 0.1, 0.12]))

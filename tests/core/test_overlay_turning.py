@@ -5,9 +5,9 @@ import pytest
 
 from core.arrays import Floats
 from core.overlay.mesh import Mesh
-from core.overlay.registration import State
+from core.overlay.registration.registration import State
+from core.overlay.registration.turning import symmetry, turned
 from core.overlay.texel import Texel
-from core.overlay.turning import symmetry, turned
 from tests.core.overlay_scenes import marked_checks, motif
 
 MESH = Mesh((60, 120), 6)

@@ -7,14 +7,14 @@ import pytest
 
 from core.arrays import Floats
 from core.overlay import finding, wide
-from core.overlay.alignment import Canvas, Frames
-from core.overlay.cloth import Cloth, Fit
-from core.overlay.correlation import Proposal
-from core.overlay.doubt import share_in_light
+from core.overlay.detection.alignment import Canvas, Frames
+from core.overlay.detection.correlation import Proposal
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError, find_lattice, flat_canvas
 from core.overlay.finding import find_cloth
-from core.overlay.fitting import begun, completed
-from core.overlay.lattice import Lattice
-from core.overlay.seeding import NoPatternError, find_lattice, flat_canvas
+from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.registration.doubt import share_in_light
+from core.overlay.registration.fitting import begun, completed
 from core.overlay.texel import Texel
 from core.overlay.wide import both_ways, find_wide, propose_wide, repeats_within, share_inside
 from core.progress import Job, Progress, run

@@ -11,8 +11,8 @@ from core.arrays import Floats, Singles
 from core.cloth import Cloth, Laying
 from core.document_overlay import Layers, laid_on, layers_under, pattern_of, placement_of
 from core.images import Image
-from core.overlay.alignment import Frames
-from core.overlay.lattice import Lattice
+from core.overlay.detection.alignment import Frames
+from core.overlay.detection.lattice import Lattice
 from tests.gpu import scenes
 
 pytestmark = pytest.mark.gpu

@@ -1,0 +1,1 @@
+"""What the detail keeps of the old pattern, found and taken out of it."""

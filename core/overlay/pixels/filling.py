@@ -1,0 +1,201 @@
+"""Cloth that is seen but not followed: beside folds, between pieces and at the rim of a region that the user gave.
+
+It has the colours of the texel, in patches that are no wider. Cloth that is followed is carried on there: by the mesh,
+or from the nearest cloth alone where the mesh would be crushed. A button or a belt has others and keeps the photo's
+pixels. In a region that the user gave it may be however far from cloth that is followed, if it is as solid as cloth is
+and no large sheet of its own; where nobody said where the cloth is, only what cloth encloses is filled, and within a
+lattice step.
+"""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats, Singles
+from core.overlay.composition import DENSITY
+from core.overlay.distances import distance
+from core.overlay.mesh import Mesh, around
+from core.overlay.palette import from_shades, palette
+from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.registration.region import cleaned, continued
+from core.overlay.registration.registration import State
+from core.overlay.smoothing import gaussian
+from core.overlay.texel import Texel
+
+SHADES = (0.4, 1.3)
+"""Light on a fold, over that which the cloth beside it has."""
+GLARING = 2.2
+"""The same, over that which is usual around, for a spot amid the cloth of a region that the user gave."""
+OFF = 0.1
+"""Least distance, at a shading of one, up to which a colour is one of the texel's."""
+GROUPS = 3
+"""Colours of which the patches are measured."""
+WIDER = 1.5
+"""Radius of a patch of one colour, over that of the widest one in the texel."""
+SIZES = (0.4, 2.5)
+"""Area of cloth under a cell, over the usual, to which the mesh may carry cloth on."""
+STRAIGHT = 0.5
+"""Lattice steps by which the nearest cloth alone is carried on, but in a region that the user gave."""
+SOLID = 0.2
+"""Lattice steps of the radius of a disc that fits into cloth further away."""
+PART = 0.08
+"""Area of a part further away, over that of what is followed, up to which the cloth beside it tells how it lies."""
+SPOT = 3.5
+"""Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
+AMID = 0.6
+"""Share of the border of such a spot that it has with cloth."""
+
+
+@dataclass(frozen=True)
+class Filling:
+    """What is filled, as seen by the fit; the masks (H, W) do not overlap."""
+
+    pieces: list[State]
+    """Pieces carried on."""
+    masks: list[Bools]
+    """What each of them fills."""
+    apart: Bools
+    """(H, W), what the nearest cloth alone fills."""
+
+
+def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) -> Filling:
+    """Return what there is to fill beside the pixels (H, W) that the pieces explain."""
+    covered = np.asarray(np.any(masks, axis=0), np.bool_)
+    gaps = np.stack([distance(mask) for mask in masks])
+    open_to = cloth.valid & ~covered
+    if not cloth.in_region:
+        open_to &= enclosed(covered) & (gaps.min(0) < cloth.step_px)
+    owner = gaps.argmin(0)
+    carried, possible = [], []
+    # What is further away changes neither a pixel's colour nor the width of its patch.
+    margin = 2 * int(WIDER * max(radii(found.texel, palette(found.texel, GROUPS))) + 1) + 8
+    coloured, alike = np.zeros(covered.shape, bool), np.zeros(covered.shape, bool)
+    for number, piece in enumerate(pieces):
+        mine = open_to & (owner == number)
+        further, sound = carried_on(cloth.mesh, piece, mine, abs(float(np.linalg.det(cloth.basis))))
+        carried.append(further)
+        possible.append(mine & (gaussian(cloth.mesh.pixels_of(sound).astype(np.float64), cloth.mesh.cell / 2) > 0.5))
+        rows, columns = around(mine, margin)
+        box = slice(rows.start, min(rows.stop, len(mine))), slice(columns.start, min(columns.stop, mine.shape[1]))
+        light = cloth.mesh.smooth_to_pixels(further.rho[..., None], box)
+        own, wide = colours_of(cloth.photo[box], found, light)
+        coloured[box] |= mine[box] & own
+        alike[box] |= mine[box] & own & ~wide
+    # Straight on, the pattern soon lies beside what the photo shows.
+    reached = np.any(possible, axis=0) & (gaps.min(0) < cloth.step_px)
+    whole = covered | (alike & (reached | (gaps.min(0) < STRAIGHT * cloth.step_px)))
+    if cloth.in_region:
+        light = light_around(cloth, found)
+        own = coloured_as(palette(found.texel), cloth.photo, found, light, SHADES)
+        alike |= open_to & own & ~colours_of(cloth.photo, found, light)[1]
+        coloured |= open_to & coloured_as(palette(found.texel), cloth.photo, found, light, (SHADES[0], GLARING))
+        further = solid(covered | alike, SOLID * cloth.step_px) & ~whole
+        whole |= small_parts(further, PART * float(covered.sum()))
+    whole = cleaned(whole, cloth.sigma_px / 2)
+    # What is left amid cloth, and no larger than this, is no belt.
+    spots = amid(cloth.valid & ~whole, whole, SPOT * cloth.step_px**2) & open_to & coloured
+    whole = cleaned(whole | spots, cloth.sigma_px / 2)
+    masks = [np.asarray(mask & whole, np.bool_) for mask in possible]
+    apart = open_to & whole & ~np.any(masks, axis=0)
+    used = [number for number, mask in enumerate(masks) if mask.any()]
+    return Filling([carried[number] for number in used], [masks[number] for number in used], apart)
+
+
+def enclosed(covered: Bools) -> Bools:
+    """Return the holes (H, W) of a region, which do not reach the picture's edge."""
+    _, labels = cv2.connectedComponents((~covered).astype(np.uint8), connectivity=4)
+    outside = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
+    return np.asarray(~covered & ~np.isin(labels, outside), np.bool_)
+
+
+def carried_on(mesh: Mesh, piece: State, wanted: Bools, texel_area: float) -> tuple[State, Bools]:
+    """Return a piece with values at the nodes around wanted pixels (H, W), and the cells that have sound ones."""
+    cells = piece.cells | (mesh.cell_means(wanted.astype(float)) > 0)
+    cells = np.asarray(cv2.dilate(cells.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0, np.bool_)
+    further = continued(mesh, piece, cells)
+    low, usual, high = np.percentile(piece.rho[mesh.nodes_of(piece.cells)], [2, 50, 98])
+    rho = np.where(mesh.nodes_of(cells), np.clip(further.rho, low, high), usual)
+    further = replace(further, rho=rho)
+    areas = mesh.areas(further.uv, cells) * texel_area / mesh.cell**2
+    areas *= np.sign(np.median(mesh.areas(piece.uv, piece.cells)))
+    sound = cells.copy()
+    sound[cells] = (areas.min(1) > SIZES[0]) & (areas.max(1) < SIZES[1])
+    return replace(further, cells=piece.cells), np.asarray(sound | piece.cells, np.bool_)
+
+
+def small_parts(mask: Bools, most: float) -> Bools:
+    """Return those connected parts of a mask (H, W) that have at most so many pixels."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    return np.asarray(mask & (stats[:, cv2.CC_STAT_AREA] <= most)[labels], np.bool_)
+
+
+def parts_with(marks: Bools, mask: Bools) -> Bools:
+    """Return the connected parts of a mask (H, W) that have a mark (H, W)."""
+    _, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=4)
+    return np.asarray(mask & np.isin(labels, np.unique(labels[marks & mask])), np.bool_)
+
+
+def amid(mask: Bools, covered: Bools, most: float) -> Bools:
+    """Return those parts of a mask (H, W) of at most so many pixels that have mostly what is `covered` around them."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    sides = np.zeros((2, count))
+    around = np.pad(covered, 1, mode="edge")
+    beside = np.pad(mask, 1, mode="edge")
+    for down, across in ((0, 1), (2, 1), (1, 0), (1, 2)):
+        there = slice(down, down + mask.shape[0]), slice(across, across + mask.shape[1])
+        for plane, total in zip((around[there], ~around[there] & ~beside[there]), sides, strict=True):
+            total += np.bincount(labels[mask & plane], minlength=count)
+    share = sides[0] / np.maximum(sides.sum(0), 1)
+    return np.asarray(mask & ((stats[:, cv2.CC_STAT_AREA] <= most) & (share >= AMID))[labels], np.bool_)
+
+
+def solid(mask: Bools, radius_px: float) -> Bools:
+    """Return what discs of that radius cover of a mask (H, W)."""
+    side = 2 * round(radius_px) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc) > 0, np.bool_)
+
+
+def light_around(cloth: Cloth, found: Fit) -> Floats:
+    """Return the light (H, W, 1) in which each neighbourhood would have the texel's mean brightness."""
+    mass = gaussian(cloth.valid.astype(np.float64), cloth.step_px / 2)
+    seen = gaussian(cloth.photo.mean(-1) * cloth.valid, cloth.step_px / 2) / np.maximum(mass, 1e-6)
+    return np.asarray(seen[..., None] / max(float(found.texel.pixels.mean()), 1e-6), np.float64)
+
+
+def coloured_as(colours: Singles, photo: Floats, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:
+    """Return which pixels (H, W) of a photo (H, W, 3) have one of the colours (k, 3) in a shade of light (H, W, 1)."""
+    off = np.min([from_shades(photo, light * colour, shades) for colour in colours], axis=0)
+    return mostly(off < limit_of(found) * light[..., 0])
+
+
+def mostly(marks: Bools) -> Bools:
+    """Return the pixels (H, W) around which most are marked (H, W)."""
+    return np.asarray(gaussian(marks.astype(np.float64), 1.5) > 0.6, np.bool_)
+
+
+def limit_of(found: Fit) -> float:
+    """Return the distance, at a shading of one, of a colour from the texel's that is one of them."""
+    return max(OFF, 3 * float(np.sqrt(found.tolerance.noise)))
+
+
+def colours_of(photo: Floats, found: Fit, light: Floats) -> tuple[Bools, Bools]:
+    """Return which pixels (H, W) have a colour of the texel, and which are in a patch wider than its are.
+
+    `photo` is (H, W, 3), `light` (H, W, 1).
+    """
+    colours, limit = palette(found.texel, GROUPS), limit_of(found) * light[..., 0]
+    off = np.stack([from_shades(photo, light * colour, SHADES) for colour in colours])
+    least, nearest = off.min(0), off.argmin(0)
+    wide = np.zeros(least.shape, bool)
+    for number, radius in enumerate(radii(found.texel, colours)):
+        wide |= solid(np.asarray((least < 2 * limit) & (nearest == number), np.bool_), int(WIDER * radius + 1))
+    return mostly(least < limit), wide
+
+
+def radii(texel: Texel, colours: Singles) -> Floats:
+    """Return the radius (k,) of the largest disc in the patches of each colour of a texel, pixels of the cloth."""
+    pixels = np.linalg.norm(texel.tiled(3, 3)[..., None, :] - colours, axis=-1).argmin(-1)
+    inside = [cv2.distanceTransform((pixels == k).astype(np.uint8), cv2.DIST_L2, 5) for k in range(len(colours))]
+    return np.array([float(d.max()) for d in inside]) / DENSITY

@@ -1,0 +1,170 @@
+"""The cloth of a photo while it is fitted: what stays the same, and what has been found of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Bools, Floats
+from core.overlay.composition import DENSITY
+from core.overlay.detection.alignment import Canvas
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import LEAST_VERTICES
+from core.overlay.detection.stages import Stage
+from core.overlay.mesh import Mesh
+from core.overlay.registration.region import LIMIT, Tolerance, misfit_of_cells, sums_of_cells, tolerance_of
+from core.overlay.registration.registration import Registration, State
+from core.overlay.registration.thin_plate import spread
+from core.overlay.texel import Texel, estimate_texel
+
+IN_REGION = 1.25
+"""Leniency where a region is given: nothing but cloth should be there."""
+SIZES = (0.1, 8.0)
+"""Area of cloth under a cell, over the usual: any even patch looks like a texel blown up."""
+
+
+@dataclass(frozen=True)
+class Cloth:
+    """What stays the same while a photo is fitted."""
+
+    photo: Floats
+    """(H, W, 3), 0 to 1."""
+    canvas: Canvas
+    """The photo freed of slow changes of light, and where cloth may be."""
+    lattice: Lattice
+    """The lattice that was found, of steps that may be finer than the texel."""
+    M: Floats
+    """(2, 2), columns are the texel's sides in steps of the lattice."""
+    mesh: Mesh
+    registration: Registration
+
+    @property
+    def basis(self) -> Floats:
+        """S (2, 2), pixels a texel of the undeformed cloth."""
+        return self.lattice.basis @ self.M
+
+    @property
+    def valid(self) -> Bools:
+        """Pixels (H, W) that may be cloth."""
+        return np.asarray(self.canvas.valid[..., 0] > 0, np.bool_)
+
+    @property
+    def in_region(self) -> bool:
+        """Whether the user said where the cloth is."""
+        return not self.valid.all()
+
+    @property
+    def allowed(self) -> Bools:
+        """Cells that may be cloth."""
+        return np.asarray(self.mesh.cell_means(self.valid.astype(float)) > 0.3, np.bool_)
+
+    @property
+    def step_px(self) -> float:
+        """Side of a square of the area of one lattice step."""
+        return float(np.sqrt(self.lattice.texel_area))
+
+    @property
+    def few(self) -> bool:
+        """Whether the cloth shows so few texels that each of them says much."""
+        return len(self.lattice) < LEAST_VERTICES
+
+    @property
+    def texel_samples(self) -> tuple[int, int]:
+        """Height and width of the texel in samples."""
+        width, height = DENSITY * np.linalg.norm(self.basis, axis=0)
+        return max(4, round(float(height))), max(4, round(float(width)))
+
+    @property
+    def sigma_px(self) -> float:
+        """Width of the neighbourhood in which a fit is judged."""
+        return max(0.35 * self.step_px, 3.0)
+
+    def steps_of(self, cells: Bools) -> float:
+        """Return the area of cells in lattice steps."""
+        return float(cells.sum()) * self.mesh.cell**2 / self.step_px**2
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A texel and the pieces of cloth that it is registered with; their cells do not overlap."""
+
+    texel: Texel
+    pieces: tuple[State, ...]
+    tolerance: Tolerance
+
+    @property
+    def cells(self) -> Bools:
+        """Cells of all pieces."""
+        return np.asarray(np.any([piece.cells for piece in self.pieces], axis=0), np.bool_)
+
+
+def make_cloth(photo: Floats, canvas: Canvas, lattice: Lattice, M: Floats) -> Cloth:
+    """Return the cloth of a photo whose texel is M of a lattice's steps."""
+    # About four cells to a step (NRT sec. 3.2: finer than the lattice).
+    cell = int(np.clip(2 * round(np.sqrt(lattice.texel_area) / 8), 4, 14))
+    mesh = Mesh(photo.shape[:2], cell)
+    registration = Registration(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice.basis @ M)
+    return Cloth(photo, canvas, lattice, M, mesh, registration)
+
+
+def starting_state(cloth: Cloth, lattice: Lattice) -> State:
+    """Return coordinates spread from the lattice, in its own texels, and shading from the local brightness."""
+    uv = spread(cloth.mesh, lattice)
+    cells = near_lattice(cloth.mesh, lattice, uv) & (cloth.mesh.cell_means(cloth.valid.astype(float)) > 0.5)
+    brightness = cloth.photo.mean(-1) / np.maximum(cloth.canvas.image.mean(-1), 1e-3)
+    at = np.clip(np.rint(cloth.mesh.positions()).astype(int), 0, np.array(cloth.valid.shape[::-1]) - 1)
+    rho = np.where(cloth.valid, brightness, np.nan)[at[..., 1], at[..., 0]]
+    middle = float(np.nanmedian(rho))
+    rho = np.clip(np.nan_to_num(rho / middle, nan=1.0), 0.1, 5.0)
+    return State(np.nan_to_num(uv), rho, np.asarray(cells, np.bool_))
+
+
+def near_lattice(mesh: Mesh, lattice: Lattice, uv: Floats) -> Bools:
+    """Return the cells whose corners are nearer to a vertex of the lattice than to any place that lacks one."""
+    known = set(map(tuple, lattice.keys.tolist()))
+    spread_to = np.isfinite(uv[..., 0])
+    near = np.zeros(mesh.nodes, bool)
+    near[spread_to] = [tuple(key) in known for key in np.rint(uv[spread_to]).astype(int).tolist()]
+    return np.asarray(near[:-1, :-1] & near[1:, :-1] & near[:-1, 1:] & near[1:, 1:], np.bool_)
+
+
+def estimated(cloth: Cloth, pieces: tuple[State, ...]) -> Texel:
+    """Return the texel that the pieces show."""
+    uv, rho, weight = np.zeros((*cloth.valid.shape, 2)), np.ones(cloth.valid.shape), np.zeros(cloth.valid.shape)
+    for piece in pieces:
+        at = cloth.mesh.to_pixels(piece.values)
+        inside = cloth.mesh.pixels_of(piece.cells) & cloth.valid
+        uv[inside], rho[inside], weight[inside] = at[inside, :2], at[inside, 2], 1.0
+    return estimate_texel(cloth.photo, uv, rho, weight, cloth.texel_samples)
+
+
+def measured(cloth: Cloth, texel: Texel, pieces: tuple[State, ...]) -> Fit:
+    """Return the fit of a texel and pieces with the tolerance that they suggest."""
+    whole = cloth.registration.by_cells()
+    sums = np.concatenate([sums_of_cells(cloth.mesh, *whole, piece, texel) for piece in pieces])
+    return Fit(texel, pieces, tolerance_of(sums, texel, IN_REGION if cloth.in_region else 1.0))
+
+
+def misfits(cloth: Cloth, state: State, found: Fit) -> Floats:
+    """Return the misfit (rows, columns) of the cells in use, by the measure of what has been found."""
+    sums = sums_of_cells(cloth.mesh, *cloth.registration.by_cells(), state, found.texel)
+    strict, mild = misfit_of_cells(cloth.mesh, state.cells, sums, found.tolerance, cloth.sigma_px)
+    # Beyond the cloth, half a motif at the border would correlate well enough.
+    return mild if cloth.in_region else strict
+
+
+def fitting_cells(cloth: Cloth, state: State, found: Fit, *, limit: float = LIMIT) -> Bools:
+    """Return the cells in use in which the texture explains the photo, neither blown up nor crushed."""
+    usual = cloth.mesh.cell**2 / abs(np.linalg.det(cloth.basis))
+    sizes = np.abs(cloth.mesh.areas(state.uv, state.cells)) / usual
+    sound = state.cells.copy()
+    sound[state.cells] = (sizes.min(1) > SIZES[0]) & (sizes.max(1) < SIZES[1])
+    return np.asarray(sound & (misfits(cloth, state, found) < limit), np.bool_)
+
+
+def stage(cloth: Cloth, found: Fit) -> Stage:
+    """Return what a fit can show."""
+    uv = np.full((*cloth.valid.shape, 2), np.nan)
+    for piece in found.pieces:
+        inside = cloth.mesh.pixels_of(piece.cells) & cloth.valid
+        uv[inside] = cloth.mesh.to_pixels(piece.uv)[inside]
+    return Stage("mesh", None, found.texel, uv, cloth.mesh.shape)

@@ -1,0 +1,128 @@
+"""From a lattice to the registered cloth: start, growth to the cloth's end, further pieces, texel and mesh in turn."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from core.arrays import Floats
+from core.overlay.detection.alignment import Canvas
+from core.overlay.detection.basis import reduced
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.period import coarser, estimate_halves, far_period
+from core.overlay.detection.seeding import NoPatternError, likeness
+from core.overlay.registration.cloth import Cloth, Fit, estimated, make_cloth, measured, stage, starting_state
+from core.overlay.registration.following import followed, pruned
+from core.overlay.registration.pieces import joined_by, with_more_pieces
+from core.overlay.registration.registration import Smoothness, State
+from core.progress import Job, Progress
+
+LEAST_EVENNESS = 0.12
+"""Change of colour along stripes over that across them, below which only one direction repeats."""
+LEAST_STEPS = 4
+"""Area, in lattice steps, below which nothing was found."""
+LEAST_SHARE, CERTAIN, MANY = 1 / 3, 0.4, 100
+"""Vertices over the area, in steps, that is followed from them: fewer are a chance likeness amid another pattern,
+unless they are as much alike as this, or as many."""
+
+DRAWS = 3
+"""Times that the texels are drawn anew where they seem to differ."""
+UNLIKE, BORNE_OUT = 0.35, 0.75
+"""Variance that the texture leaves unexplained, over its own, from which a lattice is none that is followed over less
+than this of its own area."""
+
+
+def fit(
+    photo: Floats, canvas: Canvas, lattices: list[Lattice], seed: int, *, trusted: bool, sure: bool
+) -> Job[tuple[Cloth, Fit]]:
+    """Return the cloth registered from the lattice of its largest part, and of others if there are.
+
+    A `trusted` lattice is the user's: its steps are the texel. Where the user is `sure` that there is a pattern, it is
+    followed however little of it was found. Raises `NoPatternError` where it proves to be none.
+    """
+    cloth, found = yield from begun(photo, canvas, lattices[0], seed, trusted=trusted)
+    return (yield from completed(cloth, found, lattices[1:], seed, sure=sure))
+
+
+def begun(
+    photo: Floats, canvas: Canvas, lattice: Lattice, seed: int, *, trusted: bool = False
+) -> Job[tuple[Cloth, Fit]]:
+    """Return the cloth registered where its lattice lies. Raises `NoPatternError` where there are stripes only."""
+    cloth = make_cloth(photo, canvas, lattice, np.eye(2))
+    start = starting_state(cloth, lattice)
+    if not trusted:
+        M = true_period(cloth, start, seed)
+        if abs(np.linalg.det(M)) > 1.5:
+            # Vertices that lie badly make texels look different: what counts is how they look once registered.
+            found = measured(cloth, estimated(cloth, (start,)), (start,))
+            start = refitted(cloth, found, rounds=5, blur_px=1.5).pieces[0]
+            M = true_period(cloth, start, seed)
+        cloth = make_cloth(photo, canvas, lattice, M)
+    start = replace(start, uv=start.uv @ np.linalg.inv(cloth.M).T)
+    found = measured(cloth, estimated(cloth, (start,)), (start,))
+    if evenness(cloth, found) < LEAST_EVENNESS:
+        raise NoPatternError
+    for number, blur_px in enumerate((1.5, 0.7)):
+        yield Progress(0.05 + 0.1 * number, "registering", stage(cloth, found))
+        found = refitted(cloth, found, rounds=5, blur_px=blur_px)
+    return cloth, found
+
+
+def completed(
+    cloth: Cloth, found: Fit, others: list[Lattice], seed: int, *, sure: bool = False
+) -> Job[tuple[Cloth, Fit]]:
+    """Return the cloth followed to its end from where it has been registered, with its further pieces.
+
+    Raises `NoPatternError` where the pattern proves to be none.
+    """
+    found = yield from followed(cloth, pruned(cloth, found), Progress(0.25, "following the cloth"))
+    area = cloth.steps_of(found.cells)
+    few = len(cloth.lattice) < min(LEAST_SHARE * area, MANY)
+    chance = not sure and likeness(cloth.lattice) < CERTAIN and few
+    unlike = not sure and found.tolerance.noise > UNLIKE * found.tolerance.own
+    if area < LEAST_STEPS or chance or (unlike and area < BORNE_OUT * len(cloth.lattice)):
+        raise NoPatternError
+    for other in others:
+        found = yield from joined_by(cloth, found, other, Progress(0.4, "following the cloth"))
+    found = yield from with_more_pieces(cloth, found, np.random.default_rng(seed))
+    yield Progress(0.8, "registering finely", stage(cloth, found))
+    found = refitted(cloth, found, rounds=3)
+    # What is wrong shows now that the texel is sharp; the rest of the cloth may lead there another way.
+    found = pruned(cloth, replace(found, pieces=(*found.pieces[1:], found.pieces[0])))
+    found = yield from followed(cloth, found, Progress(0.85, "following the cloth"))
+    found = replace(found, pieces=(found.pieces[-1], *found.pieces[:-1]))
+    if not sure and evenness(cloth, found) ** 2 < found.tolerance.noise / found.tolerance.own:
+        # What changes along stripes is less than what is not explained: a few vertices of them began by chance.
+        raise NoPatternError
+    yield Progress(0.9, "registering finely", stage(cloth, found))
+    return cloth, refitted(cloth, found, rounds=4)
+
+
+def evenness(cloth: Cloth, found: Fit) -> float:
+    """Return how much the texel changes along its stripes over across them, without its grain."""
+    return found.texel.blurred(0.1 * cloth.step_px, cloth.basis).evenness(cloth.basis)
+
+
+def true_period(cloth: Cloth, state: State, seed: int) -> Floats:
+    """Return the sides (2, 2), in lattice steps, of the smallest texel that explains the photo in colour."""
+    M = np.diag(far_period(cloth.canvas, cloth.lattice)).astype(float)
+    weight = cloth.mesh.pixels_of(state.cells) * cloth.valid.astype(float)
+    at = cloth.mesh.to_pixels(state.uv)
+    for count in (2, 3, 2):
+        if len(cloth.lattice) < 8 * count**2 * abs(np.linalg.det(M)):
+            continue
+        drawn = partial(estimate_halves, cloth.canvas.image.astype(float), at @ np.linalg.inv(M).T, weight, count)
+        steps = coarser(drawn(seed))
+        if abs(np.linalg.det(steps)) > 1.5:
+            # Few texels look different by chance: others have to agree.
+            steps = coarser(*(drawn(seed + k) for k in range(DRAWS)))
+        finer = cloth.lattice.basis @ M
+        M = M @ np.rint(np.linalg.solve(finer, reduced(finer @ steps)))
+    return M
+
+
+def refitted(cloth: Cloth, found: Fit, *, rounds: int, blur_px: float = 0.0) -> Fit:
+    """Return the pieces registered anew and the texel estimated anew from them."""
+    run = cloth.registration.run
+    pieces = tuple(run(piece, found.texel, Smoothness(), rounds=rounds, blur_px=blur_px) for piece in found.pieces)
+    return measured(cloth, estimated(cloth, pieces), pieces)

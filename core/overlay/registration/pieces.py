@@ -1,0 +1,124 @@
+"""Further pieces of the cloth: beyond seams, sleeves, folds that hide the connection."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from core.arrays import Floats
+from core.overlay.detection.alignment import Canvas
+from core.overlay.detection.lattice import Lattice, mean_template
+from core.overlay.detection.seeding import find_texels, grown_piece
+from core.overlay.mesh import Mesh
+from core.overlay.registration.cloth import Cloth, Fit, fitting_cells, misfits, stage, starting_state
+from core.overlay.registration.following import followed
+from core.overlay.registration.region import continued, ring
+from core.overlay.registration.registration import Smoothness, State
+from core.overlay.registration.turning import turned
+from core.progress import Job, Progress
+
+MOST_PIECES, MOST_CANDIDATES = 12, 16
+LEAST_VERTICES = 3
+"""Vertices under which a likeness to the texel is one of chance."""
+LARGEST_BREAK = 0.3
+"""Lattice steps by which two pieces may miss each other and still be one."""
+LEAST_START, LEAST_PIECE = (0.5, 0.25), (3.0, 1.2)
+"""Least area with which a further piece begins and ends, in lattice steps; of texels that the cloth shows few of, one
+is unlike all else."""
+LEAST_SHARE = 0.03
+"""The same over the first piece; three times that without a region."""
+
+
+def with_more_pieces(cloth: Cloth, found: Fit, rng: np.random.Generator) -> Job[Fit]:
+    """Return the fit with further parts of the cloth: beyond seams, sleeves, folds that hide the connection."""
+    template = mean_template(cloth.canvas.everywhere(), cloth.lattice.frames)
+    for attempt in range(2):
+        rest = free(cloth, found)
+        if rest.valid.sum() < 3 * cloth.step_px**2:
+            break
+        yield Progress(0.4 + 0.2 * attempt, "looking for further pieces", stage(cloth, found))
+        candidates = find_texels(rest, cloth.lattice, rng)
+        for row in range(min(len(candidates), MOST_CANDIDATES)):
+            x, y = np.rint(candidates.points[row]).astype(int)
+            if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
+                step = Progress(0.4 + 0.2 * attempt, "following the cloth")
+                piece = grown_piece(rest, template, candidates[np.array([row])])
+                if len(piece) >= (1 if cloth.few else LEAST_VERTICES):
+                    found = yield from joined_by(cloth, found, piece, step)
+                    rest = free(cloth, found)
+    return found
+
+
+def free(cloth: Cloth, found: Fit) -> Canvas:
+    """Return the canvas limited to what no piece has."""
+    rest = cloth.valid & ~cloth.mesh.pixels_of(found.cells)
+    return Canvas(cloth.canvas.image, rest.astype(np.float32)[..., None])
+
+
+def joined_by(cloth: Cloth, found: Fit, lattice: Lattice, step: Progress) -> Job[Fit]:
+    """Return the fit with the piece that begins at another lattice, if the texture explains enough of it."""
+    start = starting_state(cloth, lattice)
+    start = replace(start, cells=start.cells & ~found.cells)
+    least = LEAST_START[cloth.few]
+    if cloth.steps_of(start.cells) < least:
+        return found
+    start = in_step(cloth, start, found)
+    start = replace(start, cells=fitting_cells(cloth, start, found))
+    if cloth.steps_of(start.cells) < least:
+        return found
+    wider = yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step)
+    new = wider.pieces[-1]
+    pieces = merged(cloth, found.pieces, new)
+    apart = len(pieces) > len(found.pieces)
+    share = LEAST_SHARE if cloth.in_region else 3 * LEAST_SHARE
+    least = max(LEAST_PIECE[cloth.few], share * cloth.steps_of(found.pieces[0].cells)) if apart else 1.0
+    return replace(found, pieces=pieces) if cloth.steps_of(new.cells) > least else found
+
+
+def merged(cloth: Cloth, pieces: tuple[State, ...], new: State) -> tuple[State, ...]:
+    """Return the pieces with a new one, made one with an old one that it continues without a break."""
+    for number, old in enumerate(pieces):
+        near = ring(old.cells, new.cells, 3)
+        if near.sum() < 4:
+            continue
+        carried = continued(cloth.mesh, old, old.cells | near)
+        nodes = cloth.mesh.nodes_of(near) & ~cloth.mesh.nodes_of(old.cells)
+        gap = (carried.uv - new.uv)[nodes]
+        step = np.rint(np.median(gap, axis=0)) if len(gap) else np.zeros(2)
+        rest = np.abs((gap - step) @ cloth.basis.T).max(1) / cloth.step_px
+        if len(gap) and np.median(rest) < LARGEST_BREAK:
+            mine = cloth.mesh.nodes_of(new.cells) & ~cloth.mesh.nodes_of(old.cells)
+            uv = np.where(mine[..., None], new.uv + step, old.uv)
+            whole = State(uv, np.where(mine, new.rho, old.rho), old.cells | new.cells)
+            if not folded(cloth.mesh, whole):
+                return (*pieces[:number], whole, *pieces[number + 1 :])
+    return (*pieces, new)
+
+
+def folded(mesh: Mesh, state: State) -> bool:
+    """Return whether the triangles of a state turn in different senses."""
+    areas = mesh.areas(state.uv, state.cells)
+    return bool(areas.min() < 0 < areas.max())
+
+
+def in_step(cloth: Cloth, state: State, found: Fit) -> State:
+    """Return a state in lattice steps registered in texels: of a texel's several steps the one that fits best.
+
+    Where the texture is alike when turned, it lies as the cloth beside it.
+    """
+    count = round(abs(float(np.linalg.det(cloth.M))))
+    inverse = np.linalg.inv(cloth.M)
+    run, tried = cloth.registration.run, list[tuple[float, State]]()
+    for shift in classes(cloth.M, count):
+        moved = replace(state, uv=(state.uv + shift) @ inverse.T)
+        moved = run(moved, found.texel, Smoothness(), rounds=6 if count == 1 else 4, blur_px=1.0)
+        tried.append((float(misfits(cloth, moved, found)[state.cells].mean()), moved))
+    best = min(tried, key=lambda pair: pair[0])[1]
+    lying = turned(cloth.mesh, best, found.pieces, found.texel, cloth.basis)
+    return best if lying is best else run(lying, found.texel, Smoothness(), rounds=4, blur_px=1.0)
+
+
+def classes(M: Floats, count: int) -> Floats:
+    """Return one integer vector (count, 2) of every class of Z² modulo the columns of M."""
+    steps = np.stack(np.meshgrid(np.arange(count), np.arange(count)), -1).reshape(-1, 2)
+    places = np.round(steps @ np.linalg.inv(M).T % 1, 6) % 1
+    return np.asarray(steps[np.unique(places, axis=0, return_index=True)[1]], np.float64)

@@ -1,0 +1,166 @@
+"""Where the cloth is: how well the registered texture explains the photo, and the mesh's growth to the cloth's end."""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from scipy import sparse
+
+from core.arrays import Bools, Floats, Singles
+from core.factor import Factor
+from core.overlay.mesh import Mesh, around
+from core.overlay.registration.registration import State
+from core.overlay.smoothing import gaussian
+from core.overlay.texel import Texel
+
+LIMIT = 0.6
+"""Misfit from which a pixel is not cloth that the texture explains."""
+UNUSUAL, LEAST_NOISE = 12.0, 2e-4
+"""Times the usual unexplained variance from which a pixel is not cloth, and what that variance is at least."""
+ALIKE = 0.75
+"""Correlation of photo and model from which a pixel is cloth whatever its colours."""
+FLOOR = 0.2
+"""Least variance that a misfit is compared with, over the texel's own: plain ground between motifs has none."""
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What an unexplained variance is compared with."""
+
+    own: float
+    """Variance of the texel's colours."""
+    noise: float
+    """Usual unexplained variance on the cloth, at a shading of one."""
+    leniency: float
+    """Times the limit that a misfit may have: more than 1 where the user says that all is cloth."""
+
+
+def sums(photo: Floats, modelled: Floats, light: Floats, weight: Floats) -> Floats:
+    """Return what `judged` needs of cells (K, 18): sums over their pixels, times the weight.
+
+    That is: the squared error, 1, the model's three colours and their squares, ρ², the photo's colours and their
+    squares, and the products of both. `photo` and `modelled` are (K, n, 3), `light` and `weight` (K, n).
+    """
+    seen, model = photo * weight[..., None], modelled * weight[..., None]
+    own, both, squares = (
+        np.einsum("kpc,kpc->kc", a, b) for a, b in ((model, modelled), (seen, modelled), (seen, photo))
+    )
+    error = (squares - 2 * both + own).sum(-1, keepdims=True)
+    count, bright = weight.sum(1)[:, None], np.einsum("kp,kp,kp->k", light, light, weight)[:, None]
+    return np.concatenate([error, count, model.sum(1), own, bright, seen.sum(1), squares, both], -1)
+
+
+def judged(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
+    """Return the misfit from smoothed `sums` (..., 18), strictly and mildly: 0 is perfect, `LIMIT` the cloth's end.
+
+    Strictly it is the unexplained variance over the texture's in the same neighbourhood. Mildly it is what the
+    correlation of photo and model lacks, if that is less: a brick of another colour is a brick.
+    """
+    means = planes / np.maximum(planes[..., 1:2], 1e-3)
+    light = means[..., 8]
+    variance = (means[..., 5:8] - means[..., 2:5] ** 2).sum(-1)
+    seen = (means[..., 12:15] - means[..., 9:12] ** 2).sum(-1)
+    common = (means[..., 15:18] - means[..., 2:5] * means[..., 9:12]).sum(-1)
+    floor, usual = FLOOR * tolerance.own * light, UNUSUAL * tolerance.noise / LIMIT * light
+    unexplained = means[..., 0] / np.maximum(np.minimum(np.maximum(variance, floor), usual), 1e-6)
+    correlation = common / np.sqrt(np.maximum(variance * (seen + LEAST_NOISE), 1e-12))
+    lacking = np.where(variance > floor, LIMIT * (1 - correlation) / (1 - ALIKE), np.inf)
+    mild = np.minimum(unexplained, lacking)
+    return np.asarray(unexplained / tolerance.leniency, np.float64), np.asarray(mild / tolerance.leniency, np.float64)
+
+
+def misfit(
+    photo: Floats, modelled: Floats, light: Floats, valid: Bools, tolerance: Tolerance, sigma_px: float
+) -> tuple[Floats, Floats]:
+    """Return the strict and the mild misfit (H, W) of the neighbourhood of each pixel.
+
+    `modelled` is ρ T(uv) (H, W, 3), `light` ρ (H, W), `valid` (H, W) the pixels that count.
+    """
+    seen, model, w = (a.astype(np.float32) for a in (photo, modelled, valid[..., None]))
+    planes = np.empty((*valid.shape, 18), np.float32)
+    planes[..., :1] = ((seen - model) ** 2).sum(-1, keepdims=True)
+    planes[..., 1] = 1
+    planes[..., 8] = light**2
+    for first, of_colours in ((2, model), (5, model**2), (9, seen), (12, seen**2), (15, seen * model)):
+        planes[..., first : first + 3] = of_colours
+    if not valid.all():
+        planes *= w
+    return judged(gaussian(planes, sigma_px), tolerance)
+
+
+def sums_of_cells(mesh: Mesh, photo: Floats, weight: Floats, state: State, texel: Texel) -> Floats:
+    """Return the `sums` (K, 18) over each of the K cells in use.
+
+    `photo` (rows, columns, cell², 3) and `weight` (rows, columns, cell²) are by cells.
+    """
+    at = mesh.weights @ state.values.reshape(-1, 3)[mesh.corners[state.cells]]
+    light = at[..., 2]
+    return sums(photo[state.cells], light[..., None] * texel(at[..., :2]), light, weight[state.cells])
+
+
+def tolerance_of(found: Floats, texel: Texel, leniency: float) -> Tolerance:
+    """Return the tolerance for cloth whose cells have these sums (K, 18)."""
+    noise = float(np.median(found[:, 0] / np.maximum(found[:, 8], 1e-6))) if len(found) else 0.0
+    return Tolerance(float(texel.pixels.var(axis=(0, 1)).sum()), max(noise, LEAST_NOISE), leniency)
+
+
+def misfit_of_cells(
+    mesh: Mesh, cells: Bools, found: Floats, tolerance: Tolerance, sigma_px: float
+) -> tuple[Floats, Floats]:
+    """Return the strict and the mild misfit (rows, columns) of the cells that the sums (K, 18) are of, 0 elsewhere."""
+    out = np.zeros((2, *mesh.cells))
+    # What is further away does not reach the cells.
+    box = around(cells, 1 + round(4 * sigma_px / mesh.cell))
+    planes = np.zeros((*cells[box].shape, found.shape[1]))
+    planes[cells[box]] = found
+    out[:, *box] = np.where(cells[box], judged(gaussian(planes, sigma_px / mesh.cell), tolerance), 0.0)
+    return out[0], out[1]
+
+
+def ring(cells: Bools, allowed: Bools, width: int) -> Bools:
+    """Return the allowed cells within `width` of the cells in use."""
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * width + 1, 2 * width + 1))
+    return np.asarray((cv2.dilate(cells.astype(np.uint8), kernel) > 0) & allowed & ~cells, np.bool_)
+
+
+def continued(mesh: Mesh, state: State, cells: Bools) -> State:
+    """Return the state on more cells, its values carried on as a thin plate that is fixed at the nodes in use."""
+    fixed = mesh.nodes_of(state.cells).ravel()
+    used = mesh.nodes_of(cells).ravel()
+    new = np.flatnonzero(used & ~fixed)
+    if not len(new):
+        return replace(state, cells=cells)
+    # Only nodes near the new ones matter.
+    near = cv2.dilate((used & ~fixed).reshape(mesh.nodes).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    L = mesh.bending(np.asarray(used.reshape(mesh.nodes) & near, np.bool_))
+    # Shading is carried on in its logarithm, so that it stays positive.
+    values = np.concatenate([state.uv, np.log(np.maximum(state.rho, 1e-3))[..., None]], -1).reshape(-1, 3)
+    inner, outer = L[:, new], L @ np.where(fixed[:, None], values, 0.0)
+    A = inner.T @ inner + 1e-9 * sparse.eye_array(len(new))
+    values[new] = -np.asarray(Factor(A).solve(inner.T @ outer), np.float64)
+    grid = values.reshape(*mesh.nodes, 3)
+    return State(grid[..., :2], np.exp(np.clip(grid[..., 2], -4, 3)), cells)
+
+
+def without_specks(cells: Bools, least: int) -> Bools:
+    """Return the cells without parts smaller than `least` cells, and holes smaller than that filled."""
+    out = cells.copy()
+    for value in (True, False):
+        _, labels, stats, _ = cv2.connectedComponentsWithStats((out == value).astype(np.uint8), connectivity=4)
+        small = stats[:, cv2.CC_STAT_AREA] < least
+        small[0] = False
+        out[small[labels]] = not value
+    return out
+
+
+def cleaned(inside: Bools, sigma_px: float) -> Bools:
+    """Return a region without specks and holes smaller than a few `sigma_px`, its outline smoothed."""
+    soft = gaussian(inside.astype(np.float64), max(1.0, sigma_px / 4))
+    return without_specks(soft > 0.5, max(4, round(4 * sigma_px**2)))
+
+
+def feathered(inside: Bools, width_px: float = 1.0) -> Singles:
+    """Return the coverage (H, W): 1 inside, falling to 0 over the last pixel before the region's border."""
+    padded = np.pad(inside.astype(np.uint8), 1, mode="edge")
+    distance = cv2.distanceTransform(padded, cv2.DIST_L2, 3)[1:-1, 1:-1]
+    return np.asarray(np.clip(distance / (width_px + 1), 0, 1), np.float32)
