@@ -57,6 +57,11 @@ def tip(text: str, key: str = "") -> None:
     """Explain the last item when the pointer rests on it, with the key that does the same."""
     if not text or not imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip | imgui.HoveredFlags_.allow_when_disabled):
         return
+    at = imgui.get_window_pos()
+    if at.x > imgui.get_main_viewport().get_center().x:
+        # Beside a panel: over it, what the panel says of a button that was pressed could not be read.
+        beside = ImVec2(at.x - em(0.5), imgui.get_item_rect_min().y)
+        imgui.set_next_window_pos(beside, imgui.Cond_.always, ImVec2(1, 0))
     if imgui.begin_tooltip():
         imgui.push_text_wrap_pos(em(22))
         imgui.text(text)

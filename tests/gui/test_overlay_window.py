@@ -22,6 +22,7 @@ from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
 WIDTH, HEIGHT = 150, 130
+POINTER_PX = 20
 SCENE = make_scene(motif(), size=(HEIGHT, WIDTH))
 PHOTO = Image(color.quantise(SCENE.photo.astype(np.float32), np.uint8))
 
@@ -143,3 +144,22 @@ def test_the_view_that_is_seen_is_the_one_that_is_lit(editor: Editor) -> None:
     drive(editor, script)
     assert lit == {"drape": ["Result"], "lattice": ["Photo"]}
     assert editor.session.tool == "drape"
+
+
+def test_what_explains_a_button_of_the_panel_stands_beside_it(editor: Editor, tmp_path: Path) -> None:
+    shots, edges = {}, []
+
+    def script(window: WindowDriver) -> None:
+        window.wait(8).move(*place(editor, 5, 5))
+        shots["away"] = window.screenshot(tmp_path / "away.png").astype(int)
+        window.context.mouse_move("//Overlay/Find pattern")
+        shots["on"] = window.wait(90).screenshot(tmp_path / "on.png").astype(int)
+        item = window.context.item_info("//Overlay/Find pattern")
+        assert item.window is not None
+        edges.extend([item.window.pos.x, item.rect_full.max.y + POINTER_PX])
+
+    drive(editor, script)
+    left, below = (int(edge) for edge in edges)
+    change = np.abs(shots["on"] - shots["away"]).max(-1)
+    assert change[below : below + 200, left:].max() < 10
+    assert change[: below + 200, left - 300 : left].max() > 50
