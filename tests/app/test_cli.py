@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -67,9 +68,20 @@ def test_an_interrupt_is_130(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
     assert capsys.readouterr().err == "weft: interrupted\n"
 
 
+@pytest.fixture
+def heeded() -> Iterator[None]:
+    """Heed the signals that whoever runs the tests may have ignored, as `nohup` does."""
+    before = [signal.signal(signal.SIGINT, signal.default_int_handler)]
+    before += [signal.signal(number, signal.SIG_DFL) for number in (signal.SIGTERM, signal.SIGHUP)]
+    yield
+    for number, handler in zip((signal.SIGINT, signal.SIGTERM, signal.SIGHUP), before, strict=True):
+        signal.signal(number, handler)
+
+
 SWALLOWED = "import os, signal\ntry:\n    os.kill(os.getpid(), signal.SIGINT)\nexcept BaseException:\n    pass"
 
 
+@pytest.mark.usefixtures("heeded")
 @pytest.mark.parametrize(
     "place", ["def f():\n    raise KeyboardInterrupt\nf()", "exec('raise KeyboardInterrupt')", SWALLOWED]
 )
@@ -85,6 +97,7 @@ def test_an_interrupt_while_loading_is_130(place: str, tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "weft: interrupted\n")
 
 
+@pytest.mark.usefixtures("heeded")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_signal_leaves_nothing_half_done(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     number = signal.Signals[name]
