@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.composition import steepness
 from core.overlay.distances import distance
 from core.overlay.mesh import around
 from core.overlay.pixels.cutting import MOST, cut_out
 from core.overlay.pixels.filling import parts_with, solid
+from core.overlay.pixels.strain import stretches
 from core.overlay.registration.region import without_specks
 from core.overlay.smoothing import gaussian
 
@@ -90,13 +90,9 @@ def usual_depth(deep: Floats, uv: Floats, motifs: Bools) -> float:
 
 def stretch(uv: Floats, basis: Floats, sure: Bools, sigma_px: float) -> Floats:
     """Return the pixels (H, W) to one of undeformed cloth in the direction of most, as where it is `sure` (H, W)."""
-    at = uv @ basis.T
-    J = np.stack([steepness(at, 1), steepness(at, 0)], -1)
-    area = np.abs(J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0])
-    squares = np.einsum("...ij,...ij", J, J) / 2
-    least = np.sqrt(np.maximum(squares - np.sqrt(np.maximum(squares**2 - area**2, 0)), 1e-6))
+    _, least, _ = stretches(uv, basis)
     weight = sure.astype(np.float64)
-    size = np.log(np.clip(1 / least, 1 / STRETCH[1], STRETCH[1])) * weight
+    size = -np.log(np.clip(least, 1 / STRETCH[1], STRETCH[1])) * weight
     return np.clip(np.exp(gaussian(size, sigma_px) / (gaussian(weight, sigma_px) + FEW)), *STRETCH)
 
 
