@@ -20,6 +20,8 @@ class Laying:
     offset: tuple[float, float] = (0.0, 0.0)
     """By how many copies the texture is moved."""
     mirror: bool = False
+    upright: bool = True
+    """Whether a copy is a rectangle, upright on the cloth; otherwise it leans as the old pattern's repeats do."""
     tile: bool = True
     """Whether the texture repeats; otherwise there is one copy."""
     detail: float = 1.0

@@ -197,7 +197,9 @@ def placement_of(layers: Layers, texture: Image | None, laying: Laying) -> Place
     shape = texture.width_px / texture.height_px
     size = size_of(layers, laying)
     repeat = 1 / size, float(shape * down / (laying.stretch * size * across))
-    return Placement(repeat, laying.rotate_deg, laying.offset, mirror=laying.mirror, tile=laying.tile)
+    return Placement(
+        repeat, laying.rotate_deg, laying.offset, mirror=laying.mirror, tile=laying.tile, upright=laying.upright
+    )
 
 
 def pattern_of(cloth: Cloth, layers: Layers) -> Image:

@@ -67,7 +67,7 @@ def load_project(path: Path) -> Document:
     if version > VERSION:
         raise InputError(f"{path}: made by a newer Weft (format {version}; this one reads up to {VERSION})")
     try:
-        document: Document = decode(Document, data.get("document"), _Reader(files))
+        document: Document = decode(Document, _up_to_date(data["document"]), _Reader(files))
     except InputError as fault:
         raise InputError(f"{path}: damaged project: {fault}") from fault
     except OSError as fault:
@@ -79,6 +79,14 @@ def load_project(path: Path) -> Document:
     region = document.cloth.region
     if region is not None and (region.width_px, region.height_px) != document.size_px:
         raise InputError(f"{path}: damaged project: the region of cloth has another size than the picture")
+    return document
+
+
+def _up_to_date(document: Any) -> object:
+    """Return a document's data with what older programs did not write, as it was with them."""
+    laying = document["cloth"].get("laying") if isinstance(document.get("cloth"), dict) else None
+    if isinstance(laying, dict):
+        laying.setdefault("upright", False)
     return document
 
 

@@ -35,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rotate", type=float, default=0.0, metavar="DEG", help="clockwise, in the cloth's plane")
     parser.add_argument("--offset", type=pair, default=(0.0, 0.0), metavar="U,V", help="shift, in copies")
     parser.add_argument("--mirror", action="store_true", help="mirror every second copy")
+    parser.add_argument("--upright", action="store_true", help="rectangular copies, where the old repeats lean")
     parser.add_argument("--once", action="store_true", help="lay a single copy on the middle of the cloth")
 
 
@@ -47,7 +48,12 @@ def run(arguments: argparse.Namespace) -> None:
             raise InputError(f"--{name} {getattr(arguments, name):g}: not from {-MOST_STRENGTH} to {MOST_STRENGTH}")
     parts, texture = read(arguments.folder), texture_colours(load(arguments.texture))
     placement = Placement(
-        arguments.repeat, arguments.rotate, arguments.offset, mirror=arguments.mirror, tile=not arguments.once
+        arguments.repeat,
+        arguments.rotate,
+        arguments.offset,
+        mirror=arguments.mirror,
+        tile=not arguments.once,
+        upright=arguments.upright,
     )
     parts = parts.under(texture, placement)
     result = overlaid(parts, texture, placement, alpha=arguments.detail, strength=arguments.shading)

@@ -1,6 +1,7 @@
 """A photo with a new texture in its folds, as a source to draw from: composed on the GPU whenever anything changes."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import cv2
 import moderngl
@@ -194,5 +195,5 @@ def _same_samples(a: Dressing, b: Dressing | None) -> bool:
     """Return whether the pattern has the same samples in both."""
     if b is None or a.texture is not b.texture or a.parts is not b.parts:
         return False
-    turns = [(worn.placement.repeat, worn.placement.rotate_deg, worn.placement.mirror) for worn in (a, b)]
-    return turns[0] == turns[1]
+    still = [replace(worn.placement, offset=(0.0, 0.0), tile=True) for worn in (a, b)]
+    return still[0] == still[1]

@@ -77,11 +77,15 @@ def _followers(editor: Editor) -> list[Shape]:
 
 
 def _lattice(editor: Editor) -> list[Shape]:
-    """Return the lattice of Overlay mode while the pattern is being found, and wherever the mesh is looked at."""
+    """Return the lattice of Overlay mode while the pattern is being found, and until a texture covers what was found.
+
+    It is also drawn wherever the photo is looked at.
+    """
     session = editor.session
     if session.tool == "lattice" or not session.overlays.handles:
         return []
-    return lattice_shapes(editor) if editor.overlay.is_running or session.shown == "photo" else []
+    is_bare = session.shown == "result" and editor.document.cloth.texture is None
+    return lattice_shapes(editor) if editor.overlay.is_running or session.shown == "photo" or is_bare else []
 
 
 def _patches(editor: Editor) -> list[Shape]:

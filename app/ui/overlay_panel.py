@@ -155,6 +155,9 @@ class OverlayPanel:
         mirrored = check("Mirror every second copy", laying.mirror, "Any picture then joins without an edge")
         if mirrored is not None:
             self._edit("Mirror texture", mirror=mirrored)
+        leaning = check("Lean as the old repeats do", not laying.upright, "A saved tile then fits in its old place")
+        if leaning is not None:
+            self._edit("Lean texture" if leaning else "Texture upright", upright=not leaning)
         imgui.end_disabled()
 
     def _whereabouts(self) -> str:

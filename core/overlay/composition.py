@@ -18,6 +18,8 @@ DENSITY = 1.5
 """Texture samples to a pixel of undeformed cloth."""
 WHOLE = 1.15
 """Times too many samples under which a texture stays as it is: the sides of a mean texel are rounded."""
+DIAGONAL_DEG = 15.0
+"""By so much more must the sides of a texel lean than its diagonals for rows to go along those."""
 TAPS = 8
 """Most samples along the direction that is shrunk most."""
 
@@ -40,6 +42,11 @@ class Placement:
     """Whether every second copy is mirrored, so that any picture joins without an edge."""
     tile: bool = True
     """Whether the texture repeats; otherwise one copy, its middle on the middle of the cloth."""
+    upright: bool = False
+    """Whether a copy is a rectangle that stands on the cloth's rows; otherwise it has the shape of a texel.
+
+    A texel whose sides are not at right angles leans, and so would a picture in its shape.
+    """
 
     def __post_init__(self) -> None:
         values = (*self.repeat, self.rotate_deg, *self.offset)
@@ -48,10 +55,10 @@ class Placement:
 
     def matrix(self, scale: Floats) -> Floats:
         """Return the matrix (2, 2) that takes texels to copies; `scale` (2, 2) is pixels a texel."""
-        angle = np.radians(self.rotate_deg)
+        angle = np.radians(self.rotate_deg + (rows_deg(scale) if self.upright else 0.0))
         turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        inner = np.linalg.inv(scale) @ turn @ scale
-        return np.asarray(np.diag(self.repeat) @ inner, np.float64)
+        texels = np.diag(1 / np.linalg.norm(scale, axis=0)) if self.upright else np.linalg.inv(scale)
+        return np.asarray(np.diag(self.repeat) @ texels @ turn @ scale, np.float64)
 
     def affine(self, scale: Floats, middle: Floats) -> tuple[Floats, Floats]:
         """Return M (2, 2) and c (2,): what is at uv, in texels, is at M uv + c, in copies of the texture.
@@ -197,6 +204,26 @@ def filtered(texture: Floats, at: Floats) -> Floats:
         total[some] += trilinear(levels, place[some] + away, level[some]) / taps[some, None]
     out[covered] = total
     return out
+
+
+def rows_deg(scale: Floats) -> float:
+    """Return the angle of the cloth's rows, clockwise in degrees from -45 to 45; `scale` (2, 2) is pixels a texel.
+
+    Rows go along the texel's sides or, where those lean and the diagonals do not, along its diagonals.
+    """
+    first, second = scale.T
+    pairs = (0.0, (first, second)), (DIAGONAL_DEG, (first + second, second - first))
+    ways: list[tuple[float, float]] = []
+    for dearer, pair in pairs:
+        one, other = (float(np.degrees(np.arctan2(side[1], side[0]))) for side in pair)
+        skew = abs((other - one) % 180 - 90)
+        ways += [(abs(from_upright(way)) + skew + dearer, from_upright(way)) for way in (one, other)]
+    return min(ways)[1]
+
+
+def from_upright(angle: float) -> float:
+    """Return by how many degrees, -45 to 45, a line at `angle` degrees misses the nearer of upright and level."""
+    return (angle + 45) % 90 - 45
 
 
 def finite(at: Floats | Singles) -> Bools:

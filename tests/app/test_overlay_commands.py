@@ -76,6 +76,30 @@ def test_a_new_texture_hides_the_old_pattern(photo: Path, folder: Path, tmp_path
     assert load(out).pixels[40:130, 40:150].std() < 6
 
 
+def test_upright_copies_do_not_lean(folder: Path, tmp_path: Path) -> None:
+    halves = np.zeros((8, 8, 3))
+    halves[:, 4:] = 1.0
+    save(stored(halves), tmp_path / "halves.png")
+    leaning = copied(folder, tmp_path / "parts")
+    report = json.loads((leaning / "report.json").read_text())
+    side = float(np.linalg.norm(np.array(report["basis"])[:, 0]))
+    across, down = np.array([side, 0.0]), np.array([0.5 * side, side])
+    (leaning / "report.json").write_text(json.dumps({**report, "basis": np.stack([across, down], 1).tolist()}))
+    y, x = np.mgrid[: load(folder / "source.png").height_px, : load(folder / "source.png").width_px]
+    uv = np.stack([x - 0.5 * y, y], -1) / side
+    uv[np.isnan(read(folder).uv)] = np.nan
+    np.savez(leaning / "texture_coords.npz", uv=uv)
+    edges = {}
+    for way in ("", "--upright"):
+        out = tmp_path / "out.png"
+        words = ["overlay", str(leaning), "--texture", str(tmp_path / "halves.png"), "-o", str(out), "--detail", "0"]
+        assert main([*words, "--shading", "0", *([way] if way else [])]) == 0
+        shown = load(out).pixels[40:120, 40:140, 0].astype(float)
+        edges[way] = np.abs(np.diff(shown, axis=0)).mean() / np.abs(np.diff(shown, axis=1)).mean()
+    assert edges[""] > 0.3
+    assert edges["--upright"] < 0.03
+
+
 def test_a_missing_photo_is_named_and_nothing_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     line = failing(capsys, "decompose", tmp_path / "none.png", "-o", tmp_path / "parts")
     assert "none.png" in line

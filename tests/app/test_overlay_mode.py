@@ -16,6 +16,7 @@ from app.requests import ExportOptions, ExportPicture, OpenFile, SaveFile
 from app.shapes import Polyline
 from app.tools.all import TOOLS
 from app.tools.lattice import free_key, lattice_shapes, on_screen, remove, vertices
+from app.tools.marks import marks
 from core import color
 from core.cloth import Cloth, LatticeVertices, Search
 from core.document import Document
@@ -111,7 +112,7 @@ def test_dropped_file_is_opened_while_no_pattern_is_found(tmp_path: Path) -> Non
 
 
 def test_texture_goes_with_the_pointer(drive: OverlayDriver) -> None:
-    drive.editor.edit("Texture", drive.document.with_cloth(texture=TEXTURE))
+    drive.editor.edit("Texture", drive.document.changed(cloth=drive.cloth.changed(texture=TEXTURE).laid(upright=False)))
     drive.tool("drape")
     layers = drive.editor.overlay.layers
     assert layers is not None
@@ -329,6 +330,20 @@ def test_rendering_a_project_finds_the_pattern_again(drive: OverlayDriver, tmp_p
     assert layers is not None
     expected = laid_on(PHOTO, layers, drive.cloth).pixels
     assert np.abs(written.astype(int) - expected).max() <= 1
+
+
+def test_what_was_found_is_seen_until_a_texture_lies_on_it(drive: OverlayDriver) -> None:
+    drive.tool("drape")
+    assert any(isinstance(shape, Polyline) and shape.role == "lattice" for shape in marks(drive.editor))
+    cloth = drive.cloth.changed(texture=TEXTURE)
+    drive.editor.edit("Texture", drive.document.changed(cloth=cloth))
+    assert marks(drive.editor) == []
+    drive.undo()
+    assert marks(drive.editor) != []
+    drive.editor.edit("Upright", drive.document.changed(cloth=cloth.laid(upright=False)))
+    layers = drive.editor.overlay.layers
+    assert layers is not None
+    assert not placement_of(layers, TEXTURE, drive.cloth.laying).upright
 
 
 def test_result_is_seen_once_there_is_something_new_to_see(drive: OverlayDriver, tmp_path: Path) -> None:

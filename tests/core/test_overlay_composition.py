@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from core.arrays import InputError
 from core.image import Image
 from core.overlay import bands
-from core.overlay.composition import DENSITY, Norm, Placement, compose, composed, filtered, middle_of
+from core.overlay.composition import DENSITY, Norm, Placement, compose, composed, filtered, middle_of, rows_deg
 from core.overlay.laying import Parts, overlaid
 from core.overlay.registration.region import feathered
 from core.overlay.texel import Texel, estimate_texel
@@ -129,6 +129,37 @@ def test_a_single_copy_lies_on_the_middle() -> None:
 def test_rotation_turns_the_texture_in_the_plane_of_the_cloth() -> None:
     turned = Placement(rotate_deg=90.0).matrix(np.diag([30.0, 10.0]))
     assert np.allclose(turned, np.array([[0.0, 1 / 3], [-3.0, 0.0]]), atol=1e-9)
+
+
+LEANING = np.array([[20.0, 19.0], [-12.0, 13.0]])
+
+
+def test_an_upright_copy_does_not_lean_where_texels_do() -> None:
+    for rotate_deg in (0.0, 33.0):
+        to_px = LEANING @ np.linalg.inv(Placement((0.2, 0.2), rotate_deg, upright=True).matrix(LEANING))
+        across, down = to_px.T
+        assert across @ down == pytest.approx(0, abs=1e-9)
+        assert np.linalg.norm(across) == pytest.approx(5 * np.linalg.norm(LEANING[:, 0]))
+        assert np.linalg.norm(down) == pytest.approx(5 * np.linalg.norm(LEANING[:, 1]))
+        assert across[0] * down[1] > across[1] * down[0]
+        rows = LEANING.sum(1)
+        angle = np.degrees(np.arctan2(across[1], across[0]) - np.arctan2(rows[1], rows[0]))
+        assert angle == pytest.approx(rotate_deg)
+
+
+@pytest.mark.parametrize(
+    ("sides", "turned", "rows"),
+    [((20, 20), 0, 0), ((20, 30), 25, 25), ((20, 20), 45, 0), ((20, 30), 80, -10), ((20, 30), 170, -10)],
+)
+def test_rows_are_nearly_level(sides: tuple[float, float], turned: float, rows: float) -> None:
+    angle = np.radians(turned)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    assert rows_deg(turn @ np.diag(sides)) == pytest.approx(rows)
+
+
+def test_upright_is_as_the_texel_where_that_is_upright() -> None:
+    scale, placed = np.diag([30.0, 10.0]), {"repeat": (0.5, 0.25), "rotate_deg": 20.0}
+    assert np.allclose(Placement(**placed, upright=True).matrix(scale), Placement(**placed).matrix(scale))  # type: ignore[arg-type]  # the two above
 
 
 def test_an_impossible_placement_is_refused() -> None:

@@ -82,7 +82,9 @@ cloths = st.builds(
     search=st.none() | searches,
     texture=st.none() | images(),
     texture_name=st.text(max_size=8),
-    laying=st.builds(Laying, size=numbers, offset=places, mirror=st.booleans(), tile=st.booleans()),
+    laying=st.builds(
+        Laying, size=numbers, offset=places, mirror=st.booleans(), tile=st.booleans(), upright=st.booleans()
+    ),
 )
 
 
@@ -159,6 +161,18 @@ def test_a_newer_version_is_refused(project: Path) -> None:
     rewritten(project, version=99)
     with pytest.raises(InputError, match=r"project\.weft: made by a newer Weft \(format 99"):
         load_project(project)
+
+
+def test_a_texture_leans_as_it_did_in_projects_that_do_not_say_how(tmp_path: Path) -> None:
+    document = Document.of(Image(np.full((6, 8, 3), 9, np.uint8)))
+    assert document.cloth.laying.upright
+    path = tmp_path / "project.weft"
+    save_project(document, path)
+    with zipfile.ZipFile(path) as archive:
+        data = json.loads(archive.read("weft.json"))
+    del data["document"]["cloth"]["laying"]["upright"]
+    rewritten(path, document=data["document"])
+    assert not load_project(path).cloth.laying.upright
 
 
 @pytest.mark.parametrize("cut", [0, 1, 100, -30])

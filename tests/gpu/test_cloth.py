@@ -85,6 +85,7 @@ def on_gpu(photo: Image, dressing: Dressing) -> Floats:
         (4, {"placement": Placement((0.5, 0.7), 30.0, (0.2, -0.4))}),
         (3, {"placement": Placement((1.3, 0.8), mirror=True)}),
         (4, {"placement": Placement((0.2, 0.2), -12.0, tile=False)}),
+        (3, {"placement": Placement((0.4, 0.6), 20.0, upright=True)}),
     ],
 )
 def test_shader_and_processor_agree(channels: int, dressing: dict[str, object]) -> None:
