@@ -58,7 +58,7 @@ FILE = (
         filing.ask_export,
         "Ctrl+E",
         "file-export",
-        "Write the warped picture to a file",
+        "Write the picture as it is now to a file",
         enabled=lambda editor: editor.exporter is not None,
     ),
     Action(
