@@ -8,7 +8,7 @@ import numpy as np
 
 from core.arrays import Bools, Bytes, InputError, Ints, Points
 from core.image import Image
-from core.progress import Job, Progress
+from core.progress import Job, Progress, part
 from core.proxy import proxy, scale_for
 
 PIXELS = 150_000
@@ -20,9 +20,10 @@ CORE = 0.7
 """What is painted belongs to the object for certain at this share of that distance from its edge."""
 LEAST_PART = 0.02
 """Parts of an object, and holes in it, that are smaller, as shares of what is painted, are taken for noise."""
-
 LEAST_KEPT = 0.5
 """Share of what is painted that an object takes up at least."""
+GROWTHS, GROWS = 4, 1.03
+"""An object grows out of a part of it so often at most, and on only while that makes it so many times as large."""
 
 
 def object_within(image: Image, low: Points, high: Points) -> Job[Bytes]:
@@ -66,14 +67,40 @@ def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
     return _enlarged(inside, image)
 
 
+def whole_object(image: Image, known: Bools) -> Job[Bools]:
+    """Return where (H, W) an object is of which a part (H, W) is known, however far that reaches.
+
+    What is known is cut out with what is near it, and so is what comes of it, until nothing much is added. Raises
+    `InputError` where that is so from the beginning.
+    """
+    inside = known
+    for number in range(GROWTHS):
+        before = inside
+        try:
+            cut = yield from part(object_under(image, as_bytes(before)), number / GROWTHS, (number + 1) / GROWTHS)
+        except InputError:  # It does not stand out from its ground, or there is no ground.
+            break
+        inside = before | (cut > 127)
+        if inside.sum() < GROWS * before.sum():
+            break
+    if inside.sum() < GROWS * known.sum():
+        raise InputError("no more stands out from the ground than is found already")
+    return inside
+
+
+def as_bytes(inside: Bools) -> Bytes:
+    """Return a mask (H, W), 0 and 255."""
+    return np.where(inside, 255, 0).astype(np.uint8)
+
+
 def _labels(marked: Bools) -> Bytes:
     """Return for GrabCut what is object or ground (h, w), for certain or probably, by what is painted (h, w)."""
     depth = cv2.distanceTransform(marked.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
     away, nearest = cv2.distanceTransformWithLabels((~marked).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
-    part: Ints = np.asarray(nearest, np.int64)
-    half_widths = np.zeros(part.max() + 1)
-    np.maximum.at(half_widths, part[marked], depth[marked])
-    half_width = np.minimum(half_widths, FAR)[part]
+    nearest_part: Ints = np.asarray(nearest, np.int64)
+    half_widths = np.zeros(nearest_part.max() + 1)
+    np.maximum.at(half_widths, nearest_part[marked], depth[marked])
+    half_width = np.minimum(half_widths, FAR)[nearest_part]
     labels = np.full(marked.shape, cv2.GC_BGD, np.uint8)
     labels[away <= np.maximum(half_width, NEAR)] = cv2.GC_PR_BGD
     labels[marked] = cv2.GC_PR_FGD
@@ -96,10 +123,11 @@ def _without_noise(inside: Bools, marked: Bools) -> Bools:
     """Leave out small parts of an object (h, w), and fill small holes, measured by what is painted (h, w)."""
     least = LEAST_PART * marked.sum()
     for side, neighbours in ((True, 8), (False, 4)):
-        _, part, found, _ = cv2.connectedComponentsWithStats((inside == side).astype(np.uint8), connectivity=neighbours)
+        is_side = (inside == side).astype(np.uint8)
+        _, pieces, found, _ = cv2.connectedComponentsWithStats(is_side, connectivity=neighbours)
         small = found[:, cv2.CC_STAT_AREA] < least
         small[0] = False
-        inside = inside ^ small[part]
+        inside = inside ^ small[pieces]
     return inside
 
 

@@ -1,6 +1,7 @@
 """Actions of Overlay mode: finding the pattern, laying a texture, and what is shown and saved of it."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from app import filing
@@ -12,7 +13,9 @@ from core.cloth import Search
 from core.document import Document
 from core.document_parts import Part, picture_of
 from core.images import Image, load, save
+from core.object_masks import as_bytes, whole_object
 from core.progress import Job, Progress
+from core.raster import Raster
 
 PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
 """Tools that work on the photo, and so show it in place of the result."""
@@ -48,6 +51,25 @@ def find(editor: Editor) -> None:
     cloth = editor.document.cloth
     show(editor, "result")
     editor.edit("Find pattern", editor.document.with_cloth(search=Search(cloth.region, seed=cloth.seed)))
+
+
+def take_whole(editor: Editor) -> None:
+    """Make all of the cloth on which the pattern was found the region, and find the pattern in that."""
+    editor.finish()
+    layers, search, image = editor.overlay.layers, editor.document.cloth.search, editor.document.image
+    assert layers is not None
+    assert search is not None
+    known = layers.covered
+
+    def steps() -> Job[Raster]:
+        return Raster.from_array(as_bytes((yield from whole_object(image, known))))
+
+    def apply(document: Document, region: Raster) -> Document | None:
+        cloth = document.cloth
+        is_same = document.image is image and cloth.search is search
+        return document.with_cloth(region=region, search=replace(search, region=region)) if is_same else None
+
+    editor.start("Whole cloth", steps, apply)
 
 
 def go_on(editor: Editor) -> None:
@@ -187,6 +209,16 @@ OVERLAY = (
         icon="play",
         tooltip="Take up the search that was stopped, from the mended lattice or the marked texel if there is one",
         enabled=lambda editor: in_mode(editor) and editor.overlay.is_stopped,
+    ),
+    Action(
+        "overlay.whole",
+        "Whole cloth",
+        "Overlay",
+        take_whole,
+        "Ctrl+Shift+R",
+        "wand-magic-sparkles",
+        "Take in all of the cloth on which the pattern was found, as far as its colours tell",
+        enabled=lambda editor: has_layers(editor) and editor.overlay.is_final,
     ),
     Action(
         "overlay.forget",

@@ -1,6 +1,8 @@
 """Split a photo of patterned cloth into its mean texel, texture coordinates, shading and detail."""
 
 import argparse
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -12,7 +14,9 @@ from core.arrays import Bools, Floats, InputError
 from core.files import atomic_folder, check_folder_place
 from core.images import Image, load, load_mask
 from core.images import write as write_picture
-from core.overlay.decomposition import decompose, shrunk
+from core.object_masks import whole_object
+from core.overlay.composition import finite
+from core.overlay.decomposition import Decomposition, decompose, shrunk
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
@@ -20,9 +24,10 @@ from core.overlay.detection.stages import Stage
 from core.overlay.folder import read_lattice, write
 from core.overlay.laying import encoded, searchable
 from core.overlay.pictures import stage_picture
-from core.progress import Job, Progress, stepwise
+from core.progress import Job, Progress, part, stepwise
 
 T = TypeVar("T")
+Finding = Callable[..., Job[Decomposition]]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,6 +35,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("image", type=Path, metavar="IMAGE", help="the photo")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FOLDER", help="where the parts go")
     parser.add_argument("--region", type=Path, metavar="MASK", help="where the cloth is: over 127, the photo's size")
+    parser.add_argument(
+        "--whole-cloth",
+        action="store_true",
+        help="look again in all of the cloth that stands out where the pattern was found",
+    )
     parser.add_argument("--texel-size", type=float, metavar="PX", help="about the side of one texel")
     parser.add_argument("--lattice", type=Path, metavar="LATTICE.json", help="a corrected lattice to go on from")
     parser.add_argument("--stages", type=Path, metavar="DIR", help="write a picture per stage")
@@ -40,14 +50,15 @@ def run(arguments: argparse.Namespace) -> None:
     """Decompose the photo and write the folder."""
     check(arguments)
     image = load(arguments.image)
-    photo = encoded(image)
-    job = decompose(
+    photo, region = encoded(image), usable(image, arguments.region)
+    finding = partial(
+        decompose,
         photo,
-        region=usable(image, arguments.region),
         texel_px=arguments.texel_size,
         lattice=given_lattice(arguments.lattice, image.size_px),
         seed=arguments.seed,
     )
+    job = on_whole_cloth(image, region, finding) if arguments.whole_cloth else finding(region=region)
     shown: list[Stage] = []
     try:
         found = run_shown(watched(job, shown))
@@ -56,6 +67,16 @@ def run(arguments: argparse.Namespace) -> None:
         raise NoPatternError(str(arguments.image)) from None
     write_stages(arguments.stages, photo, shown)
     write(found, image, arguments.output)
+
+
+def on_whole_cloth(image: Image, region: Bools | None, finding: Finding) -> Job[Decomposition]:
+    """Find the pattern within `region` (H, W), then in all of the cloth that this is part of."""
+    found = yield from part(finding(region=region), 0.0, 0.5)
+    try:
+        cloth = yield from part(whole_object(image, finite(found.uv)), 0.5, 0.55)
+    except InputError:  # It is all of the cloth.
+        return found
+    return (yield from part(finding(region=searchable(image, cloth)), 0.55, 1.0))
 
 
 def check(arguments: argparse.Namespace) -> None:

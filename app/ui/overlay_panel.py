@@ -57,9 +57,10 @@ BLEND = (
 ADVICE = "Paint the cloth (B) or drag a rectangle around it (R) and look again, or mark one repeat of it (I)."
 UNSOUGHT = "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
 STOPPED = "The search was stopped. Go on with it, or find the pattern anew."
-FOUND = "{} repeats found on {:.0f} % of the picture. To have more, paint all the cloth (B) or mend the lattice (L)."
+FOUND = "{} repeats found on {:.0f} % of the picture. {}"
+MORE = "For more, take the whole cloth, paint it (B) or mend the lattice (L)."
 EARLIER = "That was before the last change."
-STATES = (UNSOUGHT, STOPPED, f"{FOUND} {EARLIER}", f"A fault that is said in a line.\n{ADVICE}")
+STATES = (UNSOUGHT, STOPPED, f"{FOUND} {MORE}", f"A fault that is said in a line.\n{ADVICE}")
 """What can be said of the search: its place on the panel has room for any of them."""
 NO_TEXTURE = "The old pattern is shown. Choose a picture, or drop a file on the window."
 WHEREABOUTS = ("Drag it on the cloth (T).", "Waits for the pattern.", "Find the pattern.")
@@ -112,7 +113,8 @@ class OverlayPanel:
             if work.fault is not None:
                 fault(work.fault)
             faint(self._state())
-        action_buttons(self._editor, [self._table.by_name[name] for name in ("overlay.go_on", "overlay.clear_region")])
+        more = "overlay.go_on" if work.is_stopped else "overlay.whole"
+        action_buttons(self._editor, [self._table.by_name[name] for name in (more, "overlay.clear_region")])
         held = slider("Seed", self._cloth.seed, 0, 99, default=0, hint="Another number, another search")
         self._take("Seed", held, lambda new: self._cloth.changed(seed=round(new)))
 
@@ -128,8 +130,7 @@ class OverlayPanel:
             return STOPPED
         if layers is None or self._cloth.search is None:
             return UNSOUGHT
-        state = FOUND.format(len(layers.lattice), 100 * layers.covered_share)
-        return state if work.is_final else f"{state} {EARLIER}"
+        return FOUND.format(len(layers.lattice), 100 * layers.covered_share, MORE if work.is_final else EARLIER)
 
     def _draw_texture(self) -> None:
         """Draw the choice of a texture and how it lies."""

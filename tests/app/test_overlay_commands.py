@@ -11,6 +11,7 @@ import pytest
 
 from app.cli import main
 from core.images import Image, load, save
+from core.overlay.composition import finite
 from core.overlay.folder import read
 from tests.core.overlay_scenes import make_scene, motif, stored
 
@@ -98,6 +99,25 @@ def test_upright_copies_do_not_lean(folder: Path, tmp_path: Path) -> None:
         edges[way] = np.abs(np.diff(shown, axis=0)).mean() / np.abs(np.diff(shown, axis=1)).mean()
     assert edges[""] > 0.3
     assert edges["--upright"] < 0.03
+
+
+def test_the_whole_cloth_is_taken_in(photo: Path, tmp_path: Path) -> None:
+    cloth = load(photo).pixels
+    height, width = cloth.shape[:2]
+    ground = np.random.default_rng(2).normal((60, 75, 90), 3, (height + 60, width + 60, 3))
+    ground[30:-30, 30:-30] = cloth
+    save(Image(np.clip(ground, 0, 255).astype(np.uint8)), tmp_path / "table.png")
+    known = np.zeros(ground.shape[:2])
+    known[40 : 40 + height // 2, 40:-40] = 1.0
+    save(stored(known[..., None]), tmp_path / "known.png")
+    words = ["decompose", str(tmp_path / "table.png"), "--region", str(tmp_path / "known.png"), "-o"]
+    assert main([*words, str(tmp_path / "part")]) == 0
+    assert main([*words, str(tmp_path / "whole"), "--whole-cloth"]) == 0
+    part, whole = (finite(read(tmp_path / name).uv) for name in ("part", "whole"))
+    assert part.sum() < 0.6 * height * width
+    assert whole[30:-30, 30:-30].mean() > 0.9
+    whole[30:-30, 30:-30] = False
+    assert whole.sum() < 0.03 * height * width
 
 
 def test_a_missing_photo_is_named_and_nothing_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,6 +18,7 @@ from app.tools.all import TOOLS
 from app.tools.lattice import free_key, lattice_shapes, on_screen, remove, vertices
 from app.tools.marks import marks
 from core import color
+from core.arrays import Bools
 from core.cloth import Cloth, LatticeVertices, Search
 from core.document import Document
 from core.document_overlay import laid_on, layers_under, placement_of, size_of
@@ -344,6 +345,39 @@ def test_what_was_found_is_seen_until_a_texture_lies_on_it(drive: OverlayDriver)
     layers = drive.editor.overlay.layers
     assert layers is not None
     assert not placement_of(layers, TEXTURE, drive.cloth.laying).upright
+
+
+def cloth_on_a_table() -> tuple[Image, Bools]:
+    """Return a photo of cloth on something plain, and where (H, W) it is."""
+    inside = np.zeros((190, 220), bool)
+    inside[30:160, 35:185] = True
+    photo = np.random.default_rng(2).normal((60, 75, 90), 3, (190, 220, 3))
+    photo[inside] = PHOTO.pixels.reshape(-1, 3)
+    return Image(np.clip(photo, 0, 255).astype(np.uint8)), inside
+
+
+def test_whole_cloth_is_taken_in_and_undone_at_once() -> None:
+    photo, inside = cloth_on_a_table()
+    drive = OverlayDriver(Document.of(photo))
+    drive.tool("region").drag((50, 45), (80, 80), (120, 145))
+    drive.run("overlay.find")
+    part = drive.editor.overlay.layers
+    assert part is not None
+    drive.run("overlay.whole").frame()
+    region, search = drive.cloth.region, drive.cloth.search
+    assert region is not None
+    assert search is not None
+    assert search.region is region
+    taken = region.array > 127
+    assert (taken & inside).sum() / (taken | inside).sum() > 0.95
+    whole = drive.editor.overlay.layers
+    assert whole is not None
+    assert whole.covered.sum() > 1.8 * part.covered.sum()
+    drive.undo()
+    assert drive.editor.overlay.layers is part
+    drive.redo()
+    drive.run("overlay.whole")
+    assert "no more stands out" in drive.editor.notices[-1].text
 
 
 def test_result_is_seen_once_there_is_something_new_to_see(drive: OverlayDriver, tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ import pytest
 
 from core.arrays import Bytes, InputError
 from core.images import Image
-from core.object_masks import object_under
+from core.object_masks import object_under, whole_object
 from core.progress import run
 
 
@@ -45,6 +45,26 @@ def test_what_looks_alike_elsewhere_is_left_alone() -> None:
     found = run(object_under(picture_of(both), mask))
     assert overlap(found, mask) > 0.95
     assert not found[:50, :60].any()
+
+
+def test_whole_object_grows_out_of_a_part_of_it() -> None:
+    mask = np.zeros((200, 300), np.uint8)
+    cv2.rectangle(mask, (20, 60), (270, 140), (255,), -1)
+    cv2.circle(mask, (290, 20), 8, (255,), -1)
+    known = np.zeros((200, 300), bool)
+    known[75:130, 120:160] = True
+    found = run(whole_object(picture_of(mask), known))
+    wanted = mask > 0
+    wanted[:40, 280:] = False
+    assert (found & wanted).sum() / (found | wanted).sum() > 0.95
+
+
+def test_object_that_is_known_as_a_whole_is_refused() -> None:
+    mask = shape(50)
+    with pytest.raises(InputError, match="no more stands out"):
+        run(whole_object(picture_of(mask), mask > 0))
+    with pytest.raises(InputError, match="no more stands out"):
+        run(whole_object(picture_of(mask), np.ones(mask.shape, bool)))
 
 
 def test_large_pictures_are_fitted_at_their_own_size() -> None:
