@@ -21,6 +21,8 @@ class Progress:
     """What it does now, as a user would say it: "choosing patches"."""
     preview: Any = None
     """A partial result of the job's own kind, or None."""
+    work: int = 0
+    """What the step took, as the job counts it: the same on any machine."""
 
 
 Job: TypeAlias = Generator[Progress, None, T]

@@ -10,6 +10,7 @@ from core.mapping.distortion import Barrier, Hinge
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes
+from core.mapping.release import around, crosses_itself
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress
 
@@ -64,7 +65,7 @@ def steps_to_clear(untangler: Untangler, kind: Kind, steps: int) -> Job[bool]:
             moved = untangler.step(Barrier(epsilon), _BARRIER_WEIGHT)
         if not moved:
             break
-        yield Progress(step / steps, "unfolding")
+        yield Progress(step / steps, "unfolding", work=untangler.size)
     if untangler.worst <= 0 and untangler.folds <= _FEWER * few and untangler.size > _LARGE:
         return (yield from _cleared_alone(untangler))
     return untangler.worst > 0
@@ -99,7 +100,7 @@ def relaxed(untangler: Untangler) -> Job[Solution]:
         if untangler.worst <= 0 and not (yield from _cleared_alone(untangler)):
             break
         clear = untangler.solution
-        yield Progress(number / len(_LIGHTER), "unfolding")
+        yield Progress(number / len(_LIGHTER), "unfolding", work=untangler.size)
     return clear
 
 
@@ -116,7 +117,7 @@ def approached(
         if weight <= lightest and (still or not moved):
             break
         weight = max(weight * _GROWING, lightest)
-        yield Progress(step / steps, "unfolding")
+        yield Progress(step / steps, "unfolding", work=untangler.size)
     return clear
 
 
@@ -165,3 +166,10 @@ def node_counts(mapping: FeatureMapping, solution: Solution) -> Floats:
 def count_folds(solution: Solution) -> int:
     """Return the number of folded quads."""
     return int(folded_quads(solution.z).sum())
+
+
+def is_clear(mapping: FeatureMapping, w: Complexes, z: Complexes) -> bool:
+    """Return whether nothing folds, and the outline does not cross itself unless W has it so."""
+    ring = around(mapping.grid)
+    crossed = crosses_itself(z.ravel()[ring]) and not crosses_itself(w.ravel()[ring])
+    return not crossed and not folded_quads(z).any()

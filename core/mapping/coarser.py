@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from core.arrays import Floats
+from core.arrays import Floats, Ints
 from core.grid import Features, Grid
 from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.frames import Complexes, as_complex
@@ -23,16 +23,21 @@ class Coarser:
     """A mapping of the same features on fewer nodes; features that no longer have a shape there are left out.
 
     Where they are `covered`, every fine node of a feature lies between coarse ones of it. What folds nothing there then
-    folds nothing when it is lifted, where features are not close to each other.
+    folds nothing when it is lifted, where features are not close to each other. With the `same_outline`, every fine
+    outline node outside features lies between coarse ones outside.
     """
 
-    def __init__(self, fine: FeatureMapping, *, covered: bool = False, cells: int = _CELLS) -> None:
+    def __init__(
+        self, fine: FeatureMapping, *, covered: bool = False, same_outline: bool = False, cells: float = _CELLS
+    ) -> None:
         self._fine = fine
         self._covered = covered
         grid = fine.grid
         self.grid = Grid(grid.width_px, grid.height_px, cell_px=cells * float(np.sqrt(grid.cell[0] * grid.cell[1])))
         self._nodes, self._weights = grid.weights_at(self.grid.nodes.reshape(-1, 2))
         labels = self._covering() if covered else self._nearest()
+        if same_outline:
+            labels.ravel()[self._beside(np.flatnonzero(grid.outline & (fine.index < 0)))] = 0
         self.mapping = FeatureMapping(self.grid, Features(labels), keep=fine.keep, method=fine.method)
 
     def _nearest(self) -> NDArray[np.int32]:
@@ -55,6 +60,11 @@ class Coarser:
         found[nodes[beside]] = np.broadcast_to(labels[inside, None], nodes.shape)[beside]
         return found.reshape(self.grid.shape)
 
+    def _beside(self, fine: Ints) -> Ints:
+        """Return the coarse nodes between which some fine ones lie."""
+        nodes, weights = self.grid.weights_at(self._fine.grid.nodes.reshape(-1, 2)[fine])
+        return np.unique(nodes[weights > _ROUNDING])
+
     def at_nodes(self, z: Complexes) -> Complexes:
         """Return a mapping of the fine grid at the coarse nodes."""
         return np.asarray((z.ravel()[self._nodes] * self._weights).sum(axis=1).reshape(self.grid.shape))
@@ -70,9 +80,9 @@ class Coarser:
             t[j] += alpha[j] * (coarse_rest[body.nodes].mean() - rest[fine.bodies[i].nodes].mean())
         return self.mapping.place_at(coarse_w, alpha, t)
 
-    def between(self, w: Complexes, coarse_w: Complexes, found: Solution) -> Complexes:
-        """Return where coarse nodes as in `found` take all fine ones (R, C), those of features too, given W on both."""
-        return np.asarray(w + self._bilinear(found.z - coarse_w))
+    def between(self, w: Complexes, coarse_w: Complexes, z: Complexes) -> Complexes:
+        """Return where coarse nodes at z take all fine ones (R, C), those of features too, given W on both."""
+        return np.asarray(w + self._bilinear(z - coarse_w))
 
     def lifted(self, w: Complexes, found: Solution, linear: Solution, *, released: bool) -> Solution:
         """Return on the fine grid what was `found` on the coarse one; features left out are as in `linear`."""

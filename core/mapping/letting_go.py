@@ -16,6 +16,7 @@ from core.mapping.approach import (
     approached,
     count_folds,
     folds_widened,
+    is_clear,
     node_counts,
     steps_to_clear,
     widened,
@@ -25,7 +26,7 @@ from core.mapping.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes
 from core.mapping.reeling import count_astray, reeled, settled, ways
-from core.mapping.release import around, crosses_itself, outer_nodes
+from core.mapping.release import outer_nodes
 from core.mapping.stiffen import stiffen
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress, part
@@ -39,7 +40,8 @@ _CLOSE = 5
 _FEW = 60
 """Folds that are worth clearing."""
 _FAILURES = 2
-"""Ways from a grid to the finest that end in folds, after which one begins on the next finer grid."""
+"""Ways from a grid to the finest that end in folds, after which one begins on the next finer grid; where features fit,
+from W on the finest."""
 _STIFF = 20.0
 """Stiffness of a feature's scale, per node."""
 _BEND = 2
@@ -61,38 +63,23 @@ class LettingGo:
         self._sizes = {body.number: abs(a) for body, a in zip(mapping.bodies, linear.alpha, strict=False)}
         self._drawn: list[Solution] = []
         """What was found on a coarse grid and lifted, from there down to the finest."""
-        self._search = self._searched()
-        self.is_sketched = False
-        """Whether a first mapping has been shown, or there is none."""
 
     @cached_property
     def _coarser(self) -> list[tuple[Coarser, Complexes]]:
         """Ever coarser grids, with W at their nodes."""
         return list(_ever_coarser(self._mapping, self._w))
 
-    def sketched(self, most: int | None = None) -> Job[None]:
-        """Look for a first mapping without folds, on coarser grids, and show it; `finished` goes on looking.
-
-        It takes `most` steps at most, if given, and goes on from there the next time.
-        """
-        for number, step in enumerate(self._search, 1):
-            yield step
-            self.is_sketched = step.preview is not None
-            if self.is_sketched or number == most:
-                return
-        self.is_sketched = True
-
     def _searched(self) -> Job[None]:
         """Look for mappings without folds, on ever finer grids, and show them."""
         count = len(self._coarser)
         for first in range(count, 0, -1):
             is_like = _outer_share(self._coarser[first - 1][0].mapping) >= _UNCOVERED * _outer_share(self._mapping)
-            job = self._sketched_from(first, at_once=not is_like)
+            job = self._drawn_from(first, at_once=not is_like)
             yield from part(job, 1 - first / count, 1 - (first - 1) / count)
             if self._drawn and is_like:
                 return
 
-    def _sketched_from(self, first: int, *, at_once: bool) -> Job[None]:
+    def _drawn_from(self, first: int, *, at_once: bool) -> Job[None]:
         """Try ways on the grid of a level, until the outline is loose only where it has to be.
 
         What has to be found `at_once` is but shown until a finer grid, where features cover less of the outline, does.
@@ -110,13 +97,12 @@ class LettingGo:
             job = settled(mapping, w, start, loose, scales, lightest=_ROOMY)
             found = yield from unseen(part(job, middle, nearly))
             drawn = yield from part(self._brought_down(first, found), nearly, end)
-            if _is_clear(self._mapping, self._w, drawn[-1]):
+            if is_clear(self._mapping, self._w, drawn[-1].z):
                 self._drawn, fewest = drawn, astray
                 yield Progress(end, "unfolding", drawn[-1].positions)
             else:
                 failures += 1
-            is_shown = self.is_sketched and not self._drawn
-            if not fewest or is_shown or (first > 1 and failures == _FAILURES):
+            if not fewest or (failures == _FAILURES and (first > 1 or self._fits)):
                 return
 
     def _brought_down(self, first: int, found: Solution) -> Job[list[Solution]]:
@@ -137,23 +123,18 @@ class LettingGo:
     def _stiffened(self, drawn: list[Solution]) -> Job[Solution]:
         """Return the last of what was `drawn`, or what features stiffen to from where the grid before has all nodes."""
         coarser, coarse_w = self._coarser[0]
-        lifted, nearly = drawn[-1], coarser.between(self._w, coarse_w, drawn[-2])
+        lifted, nearly = drawn[-1], coarser.between(self._w, coarse_w, drawn[-2].z)
         scales, loose = self._scales(self._mapping), _loose(self._mapping, self._w, lifted, bend=0)
-        for released in (np.zeros_like(loose), loose)[not self._fits :]:
-            start = np.where(outer_nodes(self._mapping) & ~released, self._w, nearly)
-            if folded_quads(start).any():
-                continue
-            found = yield from stiffen(self._mapping, self._w, scales, released=released, start=start)
-            if found is not None and not (self._fits and released.any()):
-                return found
-            if found is not None and _is_clear(self._mapping, self._w, found):
-                # Good enough to be shown, until there is one with the outline at W.
-                yield Progress(1.0, "unfolding", found.positions)
-        return lifted
+        released = np.zeros_like(loose) if self._fits else loose
+        start = np.where(outer_nodes(self._mapping) & ~released, self._w, nearly)
+        if folded_quads(start).any():
+            return lifted
+        found = yield from stiffen(self._mapping, self._w, scales, released=released, start=start)
+        return lifted if found is None else found
 
     def finished(self) -> Job[Solution]:
         """Return a mapping without folds that has the outline at W where it can, and features close to their sizes."""
-        yield from part(self._search, 0.0, 0.4)
+        yield from part(self._searched(), 0.0, 0.4)
         if not self._drawn:
             sizes = np.abs(self._linear.alpha)
             return (yield from part(reeled(self._mapping, self._w, sizes, lightest=_LIGHT, fits=self._fits), 0.4, 1.0))
@@ -164,7 +145,7 @@ class LettingGo:
             mapping, w, _ = self._at(level - 1)
             lifted = self._lifted(level, found)
             lifted = yield from unseen(part(_cleared(mapping, w, lifted, attempts=1), begin, middle))
-            if not _is_clear(mapping, w, lifted):
+            if not is_clear(mapping, w, lifted.z):
                 break
             if level == 1:
                 clear = lifted
@@ -202,13 +183,6 @@ def _ever_coarser(mapping: FeatureMapping, w: Complexes) -> Iterator[tuple[Coars
 def _outer_share(mapping: FeatureMapping) -> float:
     """Return the share of the outline outside features."""
     return float(outer_nodes(mapping).sum() / mapping.grid.outline.sum())
-
-
-def _is_clear(mapping: FeatureMapping, w: Complexes, solution: Solution) -> bool:
-    """Return whether nothing folds, and the outline does not cross itself unless W has it so."""
-    ring = around(mapping.grid)
-    crossed = crosses_itself(solution.z.ravel()[ring]) and not crosses_itself(w.ravel()[ring])
-    return not crossed and not count_folds(solution)
 
 
 def _loose(mapping: FeatureMapping, w: Complexes, solution: Solution, *, bend: int) -> Bools:

@@ -109,7 +109,7 @@ def settled(
         for step in range(_GROWTHS):
             # Corners that have been pressed flat are widened first.
             untangler.step(Barrier(_EPSILON), max(_WIDEN * _LIGHTER**step, lightest))
-            yield Progress((number + step / _GROWTHS) / _ROUNDS, "unfolding")
+            yield Progress((number + step / _GROWTHS) / _ROUNDS, "unfolding", work=untangler.size)
         found = untangler.solution
         pressed = outer_nodes(mapping) & _beside_flat(w, found)
         if not (pressed & ~loose).any():
@@ -159,7 +159,7 @@ def _drawn(
         if step >= _PATIENCE and min(distances[-_PATIENCE:]) > _NEARER * min(distances[:-_PATIENCE]):
             break
         tie *= _TIGHTEN if moved else 1 / _TIGHTEN
-        yield Progress(step / _PULLS, "unfolding")
+        yield Progress(step / _PULLS, "unfolding", work=untangler.size)
     for cells in _NEAR:
         near = far & (np.abs(now.z - w) < cells * untangler.side)
         for _ in range(_TRIALS):

@@ -9,6 +9,8 @@ may fold anything. As κ grows, features find on their own the place, the angle 
 can be set exactly without a fold, they are.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from core.arrays import Bools, Floats
@@ -21,7 +23,8 @@ from core.progress import Job, Progress
 from core.tracing import span
 
 _STEPS = 40
-_TIE, _TIGHTEN = 0.01, 2.0
+START, _TIGHTEN = 0.01, 2.0
+"""κ at first, from W, and its growth a step."""
 _NEARLY_STIFF = 10.0
 """The first tie where features nearly move as one."""
 _BARRIER = Barrier(1e-4)
@@ -38,6 +41,7 @@ class Stiffening:
     """Newton's method from W with features that are tied ever tighter; s is `scales`, one per feature.
 
     Outline nodes (R, C) that are `released` may leave W, none by default. It begins at `start` (R, C), by default W.
+    Where the `whole` is to fold nowhere at any step, features are behind the barrier too.
     """
 
     def __init__(
@@ -48,6 +52,7 @@ class Stiffening:
         *,
         released: Bools | None = None,
         start: Complexes | None = None,
+        whole: bool = False,
     ) -> None:
         self._mapping, self._scales = mapping, scales
         self.z = (w if start is None else start).ravel().copy()
@@ -56,7 +61,7 @@ class Stiffening:
         self.alpha, self.t = (np.array(part, np.complex128) for part in zip(*fits, strict=True))
         quads = mapping.grid.quads
         inside = (index[quads] == index[quads[:, :1]]).all(axis=1) & (index[quads[:, 0]] >= 0)
-        self._quads = quads[~inside]
+        self._quads = quads if whole else quads[~inside]
         self._corners = Corners.of(w.ravel()[self._quads.T])
         self._unit = float(np.sqrt(np.abs(corner_areas(w)).mean()))
         arms = np.zeros(len(index), np.complex128)
@@ -103,6 +108,11 @@ class Stiffening:
         if self._worst(z) <= least:
             return None
         return Solution(z.reshape(self._mapping.grid.shape), self.alpha.copy(), self.t.copy())
+
+    @property
+    def size(self) -> int:
+        """The number of unknowns."""
+        return self._assembly.count
 
     @property
     def worst(self) -> float:
@@ -170,17 +180,22 @@ def stiffen(
     nothing folds, the way may begin at such a `start` (R, C).
     """
     stiffening = Stiffening(mapping, w, scales, released=released, start=start)
-    tie = _TIE if start is None else _NEARLY_STIFF
+    tie = START if start is None else _NEARLY_STIFF
     least, pressed = stiffening.worst, 0
-    for step in range(_STEPS):
-        moved = stiffening.step(tie)
-        found = stiffening.settled(_CLEAR)
+    for step, found in enumerate(tightened(stiffening, tie, _STEPS)):
         if found is not None:
             return found
         before, least = least, stiffening.worst
         pressed = pressed + 1 if least < min(_CLEAR, before) else 0
         if pressed == _PRESSED:
             break
-        tie *= _TIGHTEN if moved else 1 / _TIGHTEN
-        yield Progress(step / _STEPS, "stiffening")
+        yield Progress(step / _STEPS, "stiffening", work=stiffening.size)
     return stiffening.settled(_LEAST)
+
+
+def tightened(stiffening: Stiffening, tie: float, steps: int) -> Iterator[Solution | None]:
+    """Take steps with ties that grow from `tie`; yield after each the solution with features set, if they can be."""
+    for _ in range(steps):
+        moved = stiffening.step(tie)
+        yield stiffening.settled(_CLEAR)
+        tie *= _TIGHTEN if moved else 1 / _TIGHTEN

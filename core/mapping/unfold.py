@@ -32,6 +32,7 @@ from core.mapping.approach import (
 )
 from core.mapping.coarser import Coarser, is_large, unseen
 from core.mapping.feature_mapping import FeatureMapping, Solution
+from core.mapping.first_look import first_look, shown_in_time
 from core.mapping.folds import folded_quads
 from core.mapping.frames import Complexes
 from core.mapping.junctions import can_fit, fit_between, fitted_places, folds_corners
@@ -50,10 +51,6 @@ _MANY, _FEW = 32, 20
 """Features whose windows are kept small, and folds that are worth a search in size before the coarser grid's."""
 _MANY_FOLDS, _TOO_MANY = 50, 800
 """Folds from which they are cleared on a coarser grid beforehand, and that it leaves where features do not fit."""
-_LONG, _GLANCE = 60_000, 60
-"""Unknowns, times steps, of a search that takes a while, and steps on coarser grids that then are taken meanwhile."""
-_NEARLY, _LONGER = 60, 240_000
-"""Folds that a search has soon cleared, and what it may take for that."""
 _NARROW_STEPS = 24
 """Newton steps at most in the narrowest windows, where they take little time."""
 _GROWTHS = 14
@@ -71,32 +68,31 @@ def unfold(mapping: FeatureMapping, w: Complexes) -> Job[Solution]:
     linear = mapping.place(w)
     if folded_quads(w).any() or not count_folds(linear):
         return linear
+    return (yield from shown_in_time(_unfolded(mapping, w, linear), lambda: first_look(mapping, w, linear)))
+
+
+def _unfolded(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Solution]:
+    """Return a mapping without folds for W that has none and a linear answer that does."""
     fits, found = can_fit(mapping, w, linear), None
-    letting_go = LettingGo(mapping, w, linear, fits=fits)
     if fits:
-        found = yield from part(_searched(mapping, w, linear, letting_go), 0.0, 0.7)
-    solution = found or (yield from part(letting_go.finished(), 0.7, 0.9))
+        found = yield from part(_searched(mapping, w, linear), 0.0, 0.7)
+    solution = found or (yield from part(LettingGo(mapping, w, linear, fits=fits).finished(), 0.7, 0.9))
     if mapping.keep == "rigid" and len(linear.alpha):
         solution = yield from part(snapped(mapping, w, solution), 0.9, 1.0)
     return solution
 
 
 def _searched(
-    mapping: FeatureMapping,
-    w: Complexes,
-    linear: Solution,
-    letting_go: LettingGo | None = None,
-    *,
-    lightest: float = _LIGHT,
+    mapping: FeatureMapping, w: Complexes, linear: Solution, *, lightest: float = _LIGHT
 ) -> Job[Solution | None]:
     """Unfold with the outline at W, features ever freer in size; None if that does not succeed."""
     fitted, rehearsal = fit_between(mapping, w, linear), Rehearsal(mapping, w)
     start = linear if fitted is None else fitted
-    solution = yield from part(_nearby(mapping, w, start, rehearsal, letting_go, fitted=fitted is not None), 0.0, 0.3)
+    solution = yield from part(_nearby(mapping, w, start, rehearsal, fitted=fitted is not None), 0.0, 0.3)
     if count_folds(solution):
         if not len(linear.alpha):
             return blended(w, solution)
-        return (yield from part(_resized(mapping, w, solution, linear, letting_go, lightest=lightest), 0.3, 1.0))
+        return (yield from part(_resized(mapping, w, solution, linear, lightest=lightest), 0.3, 1.0))
     changed = bool((np.abs(np.log(np.abs(solution.alpha / linear.alpha))) > EXACT).any())
     if mapping.keep == "rigid" and changed:
         solution = yield from part(bisected(mapping, w, solution, rehearsal), 0.3, 0.9)
@@ -106,13 +102,7 @@ def _searched(
 
 
 def _resized(
-    mapping: FeatureMapping,
-    w: Complexes,
-    solution: Solution,
-    linear: Solution,
-    letting_go: LettingGo | None,
-    *,
-    lightest: float,
+    mapping: FeatureMapping, w: Complexes, solution: Solution, linear: Solution, *, lightest: float
 ) -> Job[Solution | None]:
     """Let sizes of features give way: near the folds if they are few, on a coarser grid, at last from W."""
     if not is_large(mapping) or count_folds(solution) < _FEW:
@@ -121,9 +111,7 @@ def _resized(
         if not count_folds(softened):
             return (yield from part(_grown(mapping, w, softened, linear, lightest=lightest), 0.2, 1.0))
     if is_large(mapping):
-        if letting_go is not None and not letting_go.is_sketched:
-            yield from part(letting_go.sketched(), 0.2, 0.4)
-        return (yield from part(_from_coarser(mapping, w, linear), 0.4, 1.0))
+        return (yield from part(_from_coarser(mapping, w, linear), 0.2, 1.0))
     found = yield from part(stiffen(mapping, w, np.abs(linear.alpha)), 0.6, 0.9)
     return found and (yield from part(_grown(mapping, w, found, linear, lightest=lightest), 0.9, 1.0))
 
@@ -159,20 +147,13 @@ def _from_coarser(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Jo
 
 
 def _nearby(
-    mapping: FeatureMapping,
-    w: Complexes,
-    start: Solution,
-    rehearsal: Rehearsal,
-    letting_go: LettingGo | None,
-    *,
-    fitted: bool,
+    mapping: FeatureMapping, w: Complexes, start: Solution, rehearsal: Rehearsal, *, fitted: bool
 ) -> Job[Solution]:
     """Unfold close to `start`, features at its sizes; what is returned may still fold.
 
-    Where they have been `fitted` between outline nodes, they stay at first. When that has taken a while, a first
-    mapping without folds is shown, found by `letting_go`.
+    Where they have been `fitted` between outline nodes, they stay at first.
     """
-    solution, held, work = start, np.full(len(start.alpha), np.inf), 0
+    solution, held = start, np.full(len(start.alpha), np.inf)
     if count_folds(solution) >= _MANY_FOLDS:
         solution = yield from part(rehearsal.cleared(solution), 0.0, 0.2)
         if rehearsal.left > _TOO_MANY:
@@ -189,13 +170,7 @@ def _nearby(
         window = folds_widened(solution, reach) if stays else window_around(mapping, solution, reach)
         untangler = Untangler(mapping, w, solution, window=window, stiffness=None if stays else held)
         begin, end = (0.2 + 0.8 * (number + done) / len(attempts) for done in (0, 1))
-        for step in part(steps_to_clear(untangler, kind, steps), begin, end):
-            yield step
-            work += untangler.size
-            patience = _LONG if untangler.folds > _NEARLY else _LONGER
-            if work > patience and letting_go is not None and not letting_go.is_sketched:
-                work = 0
-                yield from part(letting_go.sketched(_GLANCE), step.fraction, step.fraction)
+        yield from part(steps_to_clear(untangler, kind, steps), begin, end)
         if untangler.folds < count_folds(solution):
             solution = untangler.solution
     return solution

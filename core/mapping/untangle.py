@@ -72,7 +72,8 @@ class Untangler:
         self._choose_quads(moving, w)
         self._unit = float(np.abs(corner_areas(w)).mean())
         self._leash = Leash(mapping.grid, index < 0, moving, w, self._unit)
-        self._ring = None if released is None else around(mapping.grid)
+        gives_way = released is not None and bool(moving[mapping.grid.outline.ravel()].any())
+        self._ring = around(mapping.grid) if gives_way else None
         self._index_elements()
         self._measured = self.z, self._corners.determinants(self.z[self._places])
         self._told: tuple[Complexes, bool] | None = None
