@@ -136,3 +136,16 @@ def test_a_corner_whose_pattern_jumps_is_explained_too() -> None:
     region[:3] = False
     found = run(decompose(photo, region=region))
     assert np.sqrt((found.detail[-36:, -36:] ** 2).mean()) < 0.15
+
+
+@pytest.mark.parametrize(("side", "apart", "is_cloth"), [(12, 12, False), (12, 3, True), (24, 12, True)])
+def test_a_scrap_apart_from_the_cloth_is_left_out(scene: Scene, side: int, apart: int, is_cloth: bool) -> None:
+    inside = np.zeros(scene.shading.shape, bool)
+    inside[:, :150] = True
+    scrap = np.zeros_like(inside)
+    scrap[60 : 60 + side, 150 + apart : 150 + apart + side] = True
+    ground = np.random.default_rng(3).normal((0.25, 0.3, 0.35), 0.01, scene.photo.shape)
+    photo = np.where((inside | scrap)[..., None], scene.photo, ground)
+    found = run(decompose(photo, region=inside | scrap))
+    assert found.covered[inside].mean() > 0.95
+    assert found.covered[scrap].mean() == pytest.approx(float(is_cloth), abs=0.1)

@@ -8,7 +8,7 @@ from core.overlay.bands import bands
 from core.overlay.distances import distance, within
 from core.overlay.mesh import Mesh, around
 from core.overlay.pixels.extension import Extension, extension_of
-from core.overlay.pixels.filling import carried_on, filled
+from core.overlay.pixels.filling import carried_on, filled, parts_with, small_parts
 from core.overlay.pixels.obstacles import obstacles
 from core.overlay.pixels.outline import beside, beyond
 from core.overlay.registration.carrying import settled
@@ -27,6 +27,8 @@ GLARE = 1.8
 is not this cloth's."""
 LEAST_PART = (2.0, 0.5)
 """Least area of a part of a piece, in lattice steps; the second where the cloth shows few texels."""
+SCRAP = (0.5, 0.25)
+"""What has so little of a texel's area, and is so much of its side away from larger parts, is no cloth."""
 RIM_PX = 4.0
 """Least width of the rim that is looked at pixel by pixel."""
 
@@ -160,7 +162,15 @@ def other_things(photo: Floats, layers: Layers, texel: Texel, cloth: Cloth, scal
     off = beside(seen, texture, rho, covered, max(RIM_PX, cloth.sigma_px))
     at = np.where((covered & ~off)[..., None], uv[few, few].astype(np.float64), np.nan)
     off |= obstacles(seen, texture, (at, rho), texel, cloth.basis, covered & ~off)
+    off |= scraps(covered & ~off, abs(float(np.linalg.det(cloth.basis))))
     return spread_mask(off, shading.shape) & np.isfinite(shading)
+
+
+def scraps(covered: Bools, texel_px: float) -> Bools:
+    """Return what of the covered pixels (H, W) is small and away from the rest; a texel has `texel_px` pixels."""
+    small = small_parts(covered, SCRAP[0] * texel_px)
+    near = within(covered & ~small, SCRAP[1] * np.sqrt(texel_px))
+    return small & ~parts_with(near, small)
 
 
 def spread_mask(mask: Bools, shape: tuple[int, ...]) -> Bools:
