@@ -202,6 +202,11 @@ def placement_of(layers: Layers, texture: Image | None, laying: Laying) -> Place
     )
 
 
+def is_changed(cloth: Cloth) -> bool:
+    """Return whether what is laid on the cloth, and how, makes the photo look different."""
+    return cloth.texture is not None or (cloth.laying.detail, cloth.laying.shading) != (1.0, 1.0)
+
+
 def pattern_of(cloth: Cloth, layers: Layers) -> Image:
     """Return what is laid on the cloth: the new texture, or the pattern that was found."""
     return layers.pattern if cloth.texture is None else cloth.texture
@@ -223,6 +228,8 @@ def picture(document: Document, image: Image) -> Job[Image]:
 
 def laid_on(image: Image, layers: Layers, cloth: Cloth) -> Image:
     """Return `image` with the texture in its folds."""
+    if not is_changed(cloth):
+        return image
     worn, laying = layers_under(cloth, layers), cloth.laying
     parts = Parts(image, worn.uv, worn.shading, worn.detail, worn.coverage, worn.basis, worn.texel)
     return overlaid(

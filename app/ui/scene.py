@@ -12,7 +12,7 @@ from app.render.dressing import Dressing
 from app.render.scene import Marks, Palette, Scene
 from app.ui import theme
 from core.arrays import Bools, Points
-from core.document_overlay import layers_under, pattern_of, placement_of
+from core.document_overlay import is_changed, layers_under, pattern_of, placement_of
 from core.document_retexture import moves
 from core.raster import Raster
 
@@ -153,7 +153,8 @@ def _overlay_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
     document, session = editor.document, editor.session
     layers, cloth = editor.overlay.layers, document.cloth
     dressing = None
-    if layers is not None and session.shown == "result" and session.tool not in PHOTO_TOOLS:
+    is_worn = session.shown == "result" and session.tool not in PHOTO_TOOLS and is_changed(cloth)
+    if layers is not None and is_worn:
         laying = cloth.laying
         placement = placement_of(layers, cloth.texture, laying)
         dressing = Dressing(

@@ -228,7 +228,7 @@ def from_upright(angle: float) -> float:
 
 def finite(at: Floats | Singles) -> Bools:
     """Return which places (H, W) of (H, W, 2) are not NaN."""
-    return np.asarray(np.isfinite(at).all(-1), np.bool_)
+    return np.asarray(np.isfinite(at[..., 0]) & np.isfinite(at[..., 1]), np.bool_)
 
 
 def footprints(at: Floats, shape: tuple[int, int]) -> tuple[Floats, Floats, Floats]:

@@ -420,3 +420,11 @@ def test_lattice_that_grows_is_shown_in_place_of_the_one_before(found: Document)
     assert before > len(lines) == 4
     assert all(len(line.points) == 2 for line in lines)
     later.run()
+
+
+def test_a_photo_on_which_nothing_is_laid_stays_as_it_is(drive: OverlayDriver) -> None:
+    layers = drive.editor.overlay.layers
+    assert layers is not None
+    assert laid_on(PHOTO, layers, drive.cloth) is PHOTO
+    fainter = laid_on(PHOTO, layers, drive.cloth.laid(detail=0.0))
+    assert np.abs(fainter.pixels.astype(int) - PHOTO.pixels).max() > 10

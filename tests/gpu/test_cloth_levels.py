@@ -76,7 +76,8 @@ def composed(photo: Image, cloth: Cloth, found: Layers) -> Floats:
 def test_shader_agrees_with_the_cpu(name: str, new: bool) -> None:
     texture = scenes.picture(83, 61, seed=5) if new else None
     photo, found = scenes.picture(WIDTH, HEIGHT, depth="f4", seed=1), layers()
-    cloth = Cloth(texture=texture, laying=LAYINGS[name])
+    # The old pattern with all of its detail is the photo itself.
+    cloth = Cloth(texture=texture, laying=LAYINGS[name]).laid(**({} if new else {"detail": 0.9}))
     pixels: Singles = laid_on(photo, found, cloth).pixels
     expected = color.encode(pixels)
     seen = composed(photo, cloth, found)[..., :3]
