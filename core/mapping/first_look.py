@@ -19,7 +19,7 @@ from core.mapping.stiffen import START, Stiffening, tightened
 from core.mapping.untangle import Untangler
 from core.progress import Job, Progress, T, part
 
-_PATIENCE = 100_000
+_PATIENCE = 80_000
 """Unknowns, times steps, of a search that has shown nothing until a first look is taken: some tenths of a second."""
 _NODES = 2700
 """Nodes of the coarse grid, about: of the default one every third, either way."""
