@@ -19,6 +19,7 @@ from core.overlay.pixels.filling import solid
 from core.overlay.pixels.offsets import offsets
 from core.overlay.pixels.plate import Plate
 from core.overlay.pixels.strain import jumps, no_cloth
+from core.overlay.pixels.unwrapping import unwrapped
 from core.overlay.smoothing import gaussian
 from core.overlay.texel import Texel
 
@@ -35,7 +36,7 @@ CRUMB, SHARE = 1.5, 0.2
 """Least area of a sheet, in lattice steps or over that of all cloth, whichever is less."""
 AROUND = 1.5
 """Width, in lattice steps, of the neighbourhood whose slopes the cloth goes on with."""
-TEAR = 0.2
+TEAR = 0.1
 """Most that a strain costs, in lattice steps: a gap of w is closed where its sides miss each other by √(TEAR w)."""
 TORN = 1.5
 """Strain of a step that is torn."""
@@ -51,7 +52,7 @@ class Sewn:
     sheet: Ints
     """(h, w), the number of the sheet that a place is surely of, -1 for none."""
     moved: Floats
-    """(n, 2), whole texels by which each sheet is moved."""
+    """(h, w, 2), whole texels by which what is surely of a sheet is moved."""
     uv: Floats
     """(h, w, 2), what is found, NaN where it is torn."""
 
@@ -104,8 +105,10 @@ def between_sheets(uv: Floats, sure: Bools, hidden: Bools, basis: Floats, step_p
     Tears in what is `hidden` (H, W) do no harm.
     """
     covered = finite(uv)
-    torn = within(np.asarray(covered & (jumps(uv, basis) > STRAIN), np.bool_), max(RIM * step_px, 1.0))
-    labels = np.asarray(cv2.connectedComponents((sure & ~torn).astype(np.uint8), connectivity=4)[1], np.int64)
+    labels, torn = followed_as_one(uv, sure, basis, step_px)
+    turned, sure = unwrapped(uv, labels, torn, basis, step_px)
+    uv = uv + turned
+    labels, _ = followed_as_one(uv, sure, basis, step_px)
     large = np.bincount(labels.ravel()) >= min(CRUMB * step_px**2, SHARE * float(covered.sum()))
     large[0] = False
     while True:
@@ -113,10 +116,10 @@ def between_sheets(uv: Floats, sure: Bools, hidden: Bools, basis: Floats, step_p
         fixed: Bools = sheet >= 0
         free = covered & ~fixed
         if not fixed.any() or not free.any():
-            return Sewn(np.where(covered, 0, -1), np.zeros((1, 2)), uv)
+            return Sewn(np.where(covered, 0, -1), turned, uv)
         slopes = slopes_around(uv @ basis.T, fixed, AROUND * step_px)
-        moved = offsets(uv, sheet, slopes, basis, step_px)
-        found = uv + np.where(fixed[..., None], moved[sheet], 0.0)
+        moved = np.where(fixed[..., None], offsets(uv, sheet, slopes, basis, step_px)[sheet], 0.0)
+        found = uv + moved
         plate = Plate(found @ basis.T, fixed, free, slopes)
         places, strain = plate.torn(TEAR * step_px)
         tears = plate.ends[strain > TORN]
@@ -124,8 +127,15 @@ def between_sheets(uv: Floats, sure: Bools, hidden: Bools, basis: Floats, step_p
         if not chance.any():
             found[free] = places @ np.linalg.inv(basis).T
             found.reshape(-1, 2)[tears[~fixed.ravel()[tears]]] = np.nan
-            return Sewn(sheet, moved, found)
+            return Sewn(sheet, moved + turned, found)
         large[np.flatnonzero(large)[chance]] = False
+
+
+def followed_as_one(uv: Floats, sure: Bools, basis: Floats, step_px: float) -> tuple[Ints, Bools]:
+    """Return the number (H, W) of each connected sheet of sure cloth, from 1, 0 for none, and what is beside a jump."""
+    jumping = np.asarray(finite(uv) & (jumps(uv, basis) > STRAIN), np.bool_)
+    torn = within(jumping, max(RIM * step_px, 1.0))
+    return np.asarray(cv2.connectedComponents((sure & ~torn).astype(np.uint8), connectivity=4)[1], np.int64), torn
 
 
 def numbered(labels: Ints, kept: Bools) -> Ints:
@@ -179,6 +189,6 @@ def finer(uv: Singles, small: Sewn, every: int) -> tuple[Singles, Bools]:
     way = np.stack([rows / every - place // w, columns / every - place % w], -1)
     on = small.uv.reshape(-1, 2)[place] + np.einsum("nij,nj->ni", slopes, way)
     out, anew = uv.copy(), np.zeros(uv.shape[:2], bool)
-    out[rows, columns] = np.where(own[:, None] >= 0, uv[rows, columns] + small.moved[own], on)
+    out[rows, columns] = np.where(own[:, None] >= 0, uv[rows, columns] + small.moved.reshape(-1, 2)[place], on)
     anew[rows, columns] = own < 0
     return out, anew
