@@ -7,9 +7,11 @@ between its nodes are bent there; all others are set exactly where that folds no
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
+from core.arrays import SingularSystemError
 from core.mapping.approach import count_folds, folds_widened, is_clear, steps_to_clear
 from core.mapping.coarser import Coarser
 from core.mapping.feature_mapping import FeatureMapping, Solution
@@ -76,12 +78,14 @@ def _stiffened(coarser: Coarser, w: Complexes, sizes: dict[int, float]) -> Job[l
     scales = np.array([sizes.get(body.number, abs(body.fit(w.ravel())[0])) for body in bodies])
     stiffening = Stiffening(coarser.mapping, w, scales, whole=True)
     path = [w]
-    for step, found in enumerate(tightened(stiffening, START, _STEPS)):
-        path.append(stiffening.z.reshape(w.shape))
-        if found is not None:
-            path.append(found.z)
-            break
-        yield Progress(step / _STEPS, "stiffening", work=stiffening.size)
+    # A corner that W all but folds, on the coarse grid only, leaves no step to take.
+    with suppress(SingularSystemError):
+        for step, found in enumerate(tightened(stiffening, START, _STEPS)):
+            path.append(stiffening.z.reshape(w.shape))
+            if found is not None:
+                path.append(found.z)
+                break
+            yield Progress(step / _STEPS, "stiffening", work=stiffening.size)
     return path
 
 

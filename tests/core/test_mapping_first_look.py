@@ -144,6 +144,23 @@ def test_where_nothing_can_be_lifted_the_look_is_w(monkeypatch: pytest.MonkeyPat
     assert np.array_equal(run(look(mapping, w, linear)), w)
 
 
+@pytest.mark.parametrize("height", [1e-6, 1e-9, 1e-15])
+def test_a_corner_that_w_all_but_folds_on_the_coarse_grid_is_no_fault(
+    height: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mapping, w, linear = folding("large", "squeeze", 90)
+    at_nodes = Coarser.at_nodes
+
+    def flat(self: Coarser, z: Complexes) -> Complexes:
+        found = at_nodes(self, z)
+        side = found[20, 21] - found[20, 20]
+        found[21, 20] = found[20, 20] + (0.5 + 1j * height) * side
+        return found
+
+    monkeypatch.setattr(Coarser, "at_nodes", flat)
+    assert not folded_quads(run(look(mapping, w, linear))).any()
+
+
 def test_features_too_small_for_a_shape_on_the_coarse_grid_leave_w() -> None:
     mask = blank()
     mask[0, 100:105] = 255
