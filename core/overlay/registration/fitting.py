@@ -12,7 +12,7 @@ from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.period import coarser, estimate_halves, far_period
 from core.overlay.detection.seeding import NoPatternError, likeness
 from core.overlay.registration.cloth import Cloth, Fit, estimated, make_cloth, measured, stage, starting_state
-from core.overlay.registration.following import followed, pruned
+from core.overlay.registration.following import all_followed, doubtful, followed, pruned, surest
 from core.overlay.registration.pieces import joined_by, with_more_pieces
 from core.overlay.registration.registration import Smoothness, State
 from core.progress import Job, Progress
@@ -30,6 +30,9 @@ DRAWS = 3
 UNLIKE, BORNE_OUT = 0.35, 0.75
 """Variance that the texture leaves unexplained, over its own, from which a lattice is none that is followed over less
 than this of its own area."""
+DOUBTFUL, BEGUN = 20, 15
+"""Area, in lattice steps, of followed cloth that is doubtful, from which other pieces may belong there; vertices with
+which they begin."""
 
 
 def fit(
@@ -84,18 +87,42 @@ def completed(
         raise NoPatternError
     for other in others:
         found = yield from joined_by(cloth, found, other, Progress(0.4, "following the cloth"))
-    found = yield from with_more_pieces(cloth, found, np.random.default_rng(seed))
-    yield Progress(0.8, "registering finely", stage(cloth, found))
-    found = refitted(cloth, found, rounds=3)
-    # What is wrong shows now that the texel is sharp; the rest of the cloth may lead there another way.
-    found = pruned(cloth, replace(found, pieces=(*found.pieces[1:], found.pieces[0])))
-    found = yield from followed(cloth, found, Progress(0.85, "following the cloth"))
-    found = replace(found, pieces=(found.pieces[-1], *found.pieces[:-1]))
+    anew = (yield from from_the_surest(cloth, found, seed)) if doubtful(cloth, found) > DOUBTFUL else None
+    found = anew or (yield from with_the_rest(cloth, found, seed))
     if not sure and evenness(cloth, found) ** 2 < found.tolerance.noise / found.tolerance.own:
         # What changes along stripes is less than what is not explained: a few vertices of them began by chance.
         raise NoPatternError
     yield Progress(0.9, "registering finely", stage(cloth, found))
     return cloth, refitted(cloth, found, rounds=4)
+
+
+def with_the_rest(cloth: Cloth, found: Fit, seed: int) -> Job[Fit]:
+    """Return the cloth with its further pieces, the first one followed anew where it proves to lie wrong."""
+    rng = np.random.default_rng(seed)
+    for fraction in (0.4, 0.6):
+        found = yield from with_more_pieces(cloth, found, rng, fraction)
+    yield Progress(0.8, "registering finely", stage(cloth, found))
+    found = refitted(cloth, found, rounds=3)
+    # What is wrong shows now that the texel is sharp; the rest of the cloth may lead there another way.
+    found = pruned(cloth, replace(found, pieces=(*found.pieces[1:], found.pieces[0])))
+    found = yield from followed(cloth, found, Progress(0.85, "following the cloth"))
+    return replace(found, pieces=(found.pieces[-1], *found.pieces[:-1]))
+
+
+def from_the_surest(cloth: Cloth, found: Fit, seed: int) -> Job[Fit | None]:
+    """Return the cloth with its pieces, each followed first to where it surely lies right; None if hardly more does.
+
+    Where folds hide parts of texels one piece soon goes on beside the pattern, or in other steps of the lattice than
+    the cloth's: it would hold the place of the piece that belongs there.
+    """
+    rng = np.random.default_rng(seed)
+    yield Progress(0.4, "registering finely", stage(cloth, found))
+    sure, limit = surest(cloth, refitted(cloth, found, rounds=3))
+    more = yield from with_more_pieces(cloth, sure, rng, 0.45, limit=limit, vertices=BEGUN)
+    if cloth.steps_of(more.cells & ~sure.cells) < DOUBTFUL:
+        return None
+    whole = yield from all_followed(cloth, more, Progress(0.7, "following the cloth"))
+    return (yield from with_more_pieces(cloth, whole, rng, 0.8))
 
 
 def evenness(cloth: Cloth, found: Fit) -> float:

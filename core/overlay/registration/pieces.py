@@ -11,7 +11,7 @@ from core.overlay.detection.seeding import find_texels, grown_piece
 from core.overlay.mesh import Mesh
 from core.overlay.registration.cloth import Cloth, Fit, fitting_cells, misfits, stage, starting_state
 from core.overlay.registration.following import followed
-from core.overlay.registration.region import continued, ring
+from core.overlay.registration.region import LIMIT, continued, ring
 from core.overlay.registration.registration import Smoothness, State
 from core.overlay.registration.turning import turned
 from core.progress import Job, Progress
@@ -28,23 +28,34 @@ LEAST_SHARE = 0.03
 """The same over the first piece; three times that without a region."""
 
 
-def with_more_pieces(cloth: Cloth, found: Fit, rng: np.random.Generator) -> Job[Fit]:
-    """Return the fit with further parts of the cloth: beyond seams, sleeves, folds that hide the connection."""
+def with_more_pieces(
+    cloth: Cloth,
+    found: Fit,
+    rng: np.random.Generator,
+    fraction: float,
+    *,
+    limit: float = LIMIT,
+    vertices: int = LEAST_VERTICES,
+) -> Job[Fit]:
+    """Return the fit with further parts of the cloth: beyond seams, sleeves, folds that hide the connection.
+
+    They begin with so many `vertices` and are followed to where the misfit is the `limit`; `fraction` is the progress
+    made.
+    """
+    rest = free(cloth, found)
+    if rest.valid.sum() < 3 * cloth.step_px**2:
+        return found
+    yield Progress(fraction, "looking for further pieces", stage(cloth, found))
+    step = Progress(fraction, "following the cloth")
     template = mean_template(cloth.canvas.everywhere(), cloth.lattice.frames)
-    for attempt in range(2):
-        rest = free(cloth, found)
-        if rest.valid.sum() < 3 * cloth.step_px**2:
-            break
-        yield Progress(0.4 + 0.2 * attempt, "looking for further pieces", stage(cloth, found))
-        candidates = find_texels(rest, cloth.lattice, rng)
-        for row in range(min(len(candidates), MOST_CANDIDATES)):
-            x, y = np.rint(candidates.points[row]).astype(int)
-            if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
-                step = Progress(0.4 + 0.2 * attempt, "following the cloth")
-                piece = grown_piece(rest, template, candidates[np.array([row])])
-                if len(piece) >= (1 if cloth.few else LEAST_VERTICES):
-                    found = yield from joined_by(cloth, found, piece, step)
-                    rest = free(cloth, found)
+    candidates = find_texels(rest, cloth.lattice, rng)
+    for row in range(min(len(candidates), MOST_CANDIDATES)):
+        x, y = np.rint(candidates.points[row]).astype(int)
+        if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
+            piece = grown_piece(rest, template, candidates[np.array([row])])
+            if len(piece) >= (1 if cloth.few else vertices):
+                found = yield from joined_by(cloth, found, piece, step, limit=limit)
+                rest = free(cloth, found)
     return found
 
 
@@ -54,7 +65,7 @@ def free(cloth: Cloth, found: Fit) -> Canvas:
     return Canvas(cloth.canvas.image, rest.astype(np.float32)[..., None])
 
 
-def joined_by(cloth: Cloth, found: Fit, lattice: Lattice, step: Progress) -> Job[Fit]:
+def joined_by(cloth: Cloth, found: Fit, lattice: Lattice, step: Progress, *, limit: float = LIMIT) -> Job[Fit]:
     """Return the fit with the piece that begins at another lattice, if the texture explains enough of it."""
     start = starting_state(cloth, lattice)
     start = replace(start, cells=start.cells & ~found.cells)
@@ -62,10 +73,10 @@ def joined_by(cloth: Cloth, found: Fit, lattice: Lattice, step: Progress) -> Job
     if cloth.steps_of(start.cells) < least:
         return found
     start = in_step(cloth, start, found)
-    start = replace(start, cells=fitting_cells(cloth, start, found))
+    start = replace(start, cells=fitting_cells(cloth, start, found, limit=limit))
     if cloth.steps_of(start.cells) < least:
         return found
-    wider = yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step)
+    wider = yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step, limit=limit)
     new = wider.pieces[-1]
     pieces = merged(cloth, found.pieces, new)
     apart = len(pieces) > len(found.pieces)
