@@ -7,7 +7,7 @@ from core.overlay.smoothing import gaussian
 
 FAINT = 0.04
 """Energy of a channel, over the strongest one's, at which it is half believed."""
-NOTICED = 0.05
+NOTICED = 0.065
 """Change of a channel against the others, at the strongest tenth of the cloth, from which light counts as coloured."""
 
 
