@@ -33,6 +33,8 @@ PALETTE = Palette(
 
 REST_S = 0.12
 """When nothing has moved for so long, the canvas is drawn at its best."""
+FOLDED_S = 1.0
+"""The same for a map with folds: what the drawing leaves goes to the one without, which soon takes its place."""
 
 SAME_PX = 1e-4
 
@@ -52,7 +54,7 @@ class Motion:
         identity."""
         self.folded: Bools | None = None
         """Which quads are folded, kept likewise."""
-        self._moved_at = 0.0
+        self._moved_at, self._rest_s = 0.0, REST_S
         self._is_busy = False
         self.is_draft = False
 
@@ -69,6 +71,7 @@ class Motion:
         only_settled = answer.settled and seen[:-1] == self._seen[:-1]
         moved = seen != self._seen and not opened and not only_settled
         self._seen, self._is_busy = seen, editor.is_busy
+        self._rest_s = FOLDED_S if answer.folds and not answer.settled else REST_S
         if moved:
             self.is_draft, self._moved_at = editor.preferences.drafts, self._clock()
         elif opened or not (editor.is_busy or self.wait_s):
@@ -79,7 +82,7 @@ class Motion:
         """Seconds until the canvas is to be drawn at its best; None when that needs an event."""
         if not self.is_draft or self._is_busy:
             return None
-        return max(0.0, self._moved_at + REST_S - self._clock())
+        return max(0.0, self._moved_at + self._rest_s - self._clock())
 
 
 def _kept(before: Points, now: Points) -> Points:

@@ -1,6 +1,6 @@
 """When the canvas is drawn fast: while the picture moves, and to the end of a gesture that has moved it."""
 
-from app.ui.scene import REST_S, Motion
+from app.ui.scene import FOLDED_S, REST_S, Motion
 from tests.app.driver import Clock, EditorDriver
 
 
@@ -17,6 +17,22 @@ def test_a_moved_view_is_a_draft_until_it_rests() -> None:
     motion.update(drive.editor)
     assert not motion.is_draft
     assert motion.wait_s is None
+
+
+def test_a_map_with_folds_is_drawn_at_its_best_later() -> None:
+    clock, drive = Clock(), EditorDriver()
+    motion = Motion(clock)
+    motion.update(drive.editor)
+    drive.tool("pins").press(60, 60).release().press(90, 60).release().press(60, 60).move(130, 60).release()
+    motion.update(drive.editor)
+    assert drive.editor.answer.folds
+    assert motion.wait_s == FOLDED_S
+    clock.now += REST_S
+    motion.update(drive.editor)
+    assert motion.is_draft
+    clock.now += FOLDED_S
+    motion.update(drive.editor)
+    assert not motion.is_draft
 
 
 def test_a_gesture_that_moved_the_picture_stays_a_draft_while_it_pauses() -> None:
