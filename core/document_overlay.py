@@ -15,7 +15,7 @@ from core.arrays import Bools, Floats, InputError, Singles
 from core.cloth import Cloth, LatticeVertices, Laying, Search
 from core.document import Document, pixels_from_places, places_from_pixels
 from core.image import Image
-from core.overlay.composition import Placement, light_of
+from core.overlay.composition import Placement, finite, light_of
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detail.remains import without_old_pattern
 from core.overlay.detection.corrections import lattices_of, texel_between
@@ -80,7 +80,7 @@ class Layers:
     @property
     def covered(self) -> Bools:
         """Pixels that have texture coordinates."""
-        return np.asarray(np.isfinite(self.uv).all(-1), np.bool_)
+        return finite(self.uv)
 
     @cached_property
     def covered_share(self) -> float:

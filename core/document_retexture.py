@@ -11,7 +11,7 @@ from core.curves import Curve
 from core.document import CurvePair, Document, pixels_from_places, places_from_pixels
 from core.feature_curves import FeatureCurve, disjoint, turning
 from core.image import Image
-from core.progress import Job, Progress
+from core.progress import Job, Progress, Steps
 from core.raster import Raster
 from core.retexture import overlays
 from core.retexture.job import Settings, retexture
@@ -178,18 +178,13 @@ def found(document: Document) -> Job[Retexture]:
 
 def regrown(document: Document) -> Job[Regrown]:
     """Retexture the document's picture; every step's preview is a `Regrown`, or None before the first."""
-    image, job, stage = document.image, found(document), None
-    while True:
-        try:
-            step = next(job)
-        except StopIteration as end:
-            result: Retexture = end.value
-            break
+    image, steps, stage = document.image, Steps(found(document)), None
+    for step in steps:
         if step.preview is not None:
             stage = Regrown(step.preview, _applied(image, step.preview, blend=False), document)
         yield Progress(APPLYING * step.fraction, step.note, stage)
     yield Progress(APPLYING, "resampling", stage)
-    return Regrown(result, _applied(image, result, blend=True), document)
+    return Regrown(steps.result, _applied(image, steps.result, blend=True), document)
 
 
 def _applied(image: Image, result: Retexture, *, blend: bool) -> Image | None:

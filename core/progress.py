@@ -4,9 +4,9 @@ A generator can be stopped at any yield, shown while it runs, and run to its end
 cancelling, previews and tests.
 """
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 T = TypeVar("T")
 
@@ -28,27 +28,31 @@ class Progress:
 Job: TypeAlias = Generator[Progress, None, T]
 
 
+class Steps(Generic[T]):
+    """The steps of a job, to go through once with `for`; afterwards there is its result."""
+
+    result: T
+
+    def __init__(self, job: Job[T]) -> None:
+        self._job = job
+
+    def __iter__(self) -> Iterator[Progress]:
+        self.result = yield from self._job
+
+
 def run(job: Job[T], report: Callable[[Progress], None] | None = None) -> T:
     """Run `job` to its end and return its result, handing every step to `report`."""
-    while True:
-        try:
-            step = next(job)
-        except StopIteration as end:
-            result: T = end.value
-            return result
+    for step in (steps := Steps(job)):
         if report is not None:
             report(step)
+    return steps.result
 
 
 def stepwise(job: Job[T], change: Callable[[Progress], Progress]) -> Job[T]:
     """Run `job` with what `change` makes of each step in its place."""
-    while True:
-        try:
-            step = next(job)
-        except StopIteration as finish:
-            result: T = finish.value
-            return result
+    for step in (steps := Steps(job)):
         yield change(step)
+    return steps.result
 
 
 def part(job: Job[T], start: float, end: float) -> Job[T]:

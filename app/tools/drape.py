@@ -13,6 +13,7 @@ from app.tools.grips import NUDGES, drag_from
 from core.arrays import Floats, Points
 from core.cloth import Laying
 from core.document_overlay import Layers, placement_of, size_of
+from core.overlay.composition import finite
 
 LEAST_SIZE, MOST_SIZE = 0.1, 200.0
 NUDGE = 0.01
@@ -68,7 +69,7 @@ def texels_at(editor: Editor, layers: Layers, pos: Position) -> Floats:
     column, row = int(np.clip(round(x), 0, width - 1)), int(np.clip(round(y), 0, height - 1))
     left, top = max(column - REACH_PX, 0), max(row - REACH_PX, 0)
     part = layers.uv[top : row + REACH_PX + 1, left : column + REACH_PX + 1].astype(np.float64)
-    rows, columns = np.nonzero(np.isfinite(part).all(-1))
+    rows, columns = np.nonzero(finite(part))
     if not len(rows):
         return np.asarray(np.linalg.solve(layers.basis, [x, y]), np.float64)
     near = np.argmin(np.hypot(columns + left - x, rows + top - y))

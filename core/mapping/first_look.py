@@ -19,7 +19,7 @@ from core.mapping.frames import Complexes, as_positions
 from core.mapping.release import outer_nodes
 from core.mapping.stiffen import START, Stiffening, tightened
 from core.mapping.untangle import Untangler
-from core.progress import Job, Progress, T, part
+from core.progress import Job, Progress, Steps, T, part
 
 _PATIENCE = 80_000
 """Unknowns, times steps, of a search that has shown nothing until a first look is taken: some tenths of a second."""
@@ -40,18 +40,14 @@ _ROUNDS = 8
 def shown_in_time(job: Job[T], look: Callable[[], Job[Complexes]]) -> Job[T]:
     """Run `job`; when it has worked for long and shown nothing, show what `look` finds, (R, C)."""
     work, is_shown = 0, False
-    while True:
-        try:
-            step = next(job)
-        except StopIteration as end:
-            result: T = end.value
-            return result
+    for step in (steps := Steps(job)):
         yield step
         work, is_shown = work + step.work, is_shown or step.preview is not None
         if not is_shown and work > _PATIENCE:
             found = yield from part(look(), step.fraction, step.fraction)
             yield Progress(step.fraction, "unfolding", as_positions(found))
             is_shown = True
+    return steps.result
 
 
 def first_look(mapping: FeatureMapping, w: Complexes, linear: Solution) -> Job[Complexes]:

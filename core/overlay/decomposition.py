@@ -13,7 +13,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Points, Singles
 from core.blas import on_one_thread, one_thread
 from core.overlay.bands import bands
-from core.overlay.composition import filtered
+from core.overlay.composition import filtered, finite
 from core.overlay.detection.alignment import Frames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
@@ -74,7 +74,7 @@ class Decomposition:
     @property
     def covered(self) -> Bools:
         """Pixels that have texture coordinates."""
-        return np.asarray(np.isfinite(self.uv).all(-1), np.bool_)
+        return finite(self.uv)
 
 
 def decompose(

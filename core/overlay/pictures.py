@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bytes, Floats, Points
+from core.overlay.composition import finite
 from core.overlay.detection.lattice import Lattice, neighbour_rows
 from core.overlay.detection.stages import Stage
 
@@ -62,7 +63,7 @@ def lattice_lines(photo: Floats, lattice: Lattice) -> Bytes:
 def coordinate_lines(photo: Floats, uv: Floats) -> Bytes:
     """Return the photo, enlarged, dimmed outside, with lines where texture coordinates (H, W, 2) are whole."""
     size = photo.shape[1] * ZOOM, photo.shape[0] * ZOOM
-    covered = np.asarray(np.isfinite(uv).all(-1), np.uint8)
+    covered = finite(uv).astype(np.uint8)
     shown = cv2.resize(covered, size, interpolation=cv2.INTER_NEAREST) > 0
     fine = cv2.resize(np.nan_to_num(uv).astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
     texel = np.floor(fine)

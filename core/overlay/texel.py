@@ -195,8 +195,3 @@ def filled(sums: Floats, mass: Floats) -> Floats:
     soft = [cv2.GaussianBlur(a, (0, 0), 2.0)[8:-8, 8:-8] for a in (wide, base)]
     near = soft[0] / np.maximum(soft[1], 1e-12)[..., None]
     return np.asarray((sums + little * near) / (mass + little)[..., None], np.float64)
-
-
-def covered(uv: Floats) -> Bools:
-    """Return which pixels (H, W) have coordinates."""
-    return np.asarray(np.isfinite(uv).all(-1), np.bool_)
