@@ -16,6 +16,7 @@ from app.loading import loading
 from core import tracing
 from core.arrays import WeftError
 from core.files import atomic_file, check_outputs
+from core.notices import hearing
 
 COMMANDS = {
     "warp": "warp a picture and keep its features",
@@ -69,8 +70,10 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         command, options = parse(sys.argv[1:] if arguments is None else arguments)
         check_outputs([options.trace], beside=_other_paths(options))
-        with ended_by_signals(), recorded(options.trace):
+        with ended_by_signals(), recorded(options.trace), hearing() as heard:
             command.run(options)
+        for text in heard:
+            sys.stderr.write(f"weft: note: {' '.join(text.split())}\n")
         sys.stdout.flush()
     except WeftError as fault:
         return _fail(str(fault))

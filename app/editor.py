@@ -221,6 +221,8 @@ class Editor:
     def update(self) -> None:
         """Take what jobs have ready and bring the map up to date; once per frame, after the events."""
         self.jobs.drain(hold_edits=self.is_busy)
+        for text in self.jobs.take_notices():
+            self.notify(text)
         if self.session.mode == "retexture":
             self._update_retexture()
         elif self.session.mode == "overlay":

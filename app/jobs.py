@@ -14,6 +14,7 @@ from queue import SimpleQueue
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from core import tracing
+from core.notices import hearing
 from core.progress import Job, Progress
 
 T = TypeVar("T")
@@ -130,6 +131,7 @@ class Jobs:
         self._tickets: list[Ticket] = []
         self._outcomes: deque[Outcome] = deque()
         self._woken = False
+        self._heard: deque[str] = deque()
 
     @classmethod
     def inline(cls) -> "Jobs":
@@ -194,6 +196,10 @@ class Jobs:
         self._outcomes.extendleft(reversed(held))
         return handed
 
+    def take_notices(self) -> list[str]:
+        """Return what jobs have said of their work since the last call: no faults, but worth knowing."""
+        return [self._heard.popleft() for _ in range(len(self._heard))]
+
     def close(self) -> None:
         """Cancel everything and end the threads."""
         for slot in list(self._slots):
@@ -220,8 +226,9 @@ class Jobs:
         else:
             ticket.state = "running"
             try:
-                with tracing.span("job", job=task.name):
+                with tracing.span("job", job=task.name), hearing() as heard:
                     result = self._steps(ticket)
+                self._heard.extend(heard)
                 hand_over = lambda: task.deliver(result)  # noqa: E731
                 ticket.state = "cancelled" if ticket.cancelled else "finished"
             except Exception as fault:  # noqa: BLE001  it travels to the UI thread, which shows it

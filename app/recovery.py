@@ -45,6 +45,8 @@ class Recovery:
         self._jobs = jobs
         self.every_s = every_s
         """Changes are kept at most so much later."""
+        self.fault: str | None = None
+        """Why the last try to keep unsaved work failed; None once one succeeds, or nothing is to be kept."""
         self._kept: Document | None = None
         self._due_at: float | None = None
         self._file = self.folder / f"{os.getpid()}-{id(self):x}{SUFFIX}"
@@ -58,7 +60,7 @@ class Recovery:
         """Keep `document` from time to time while it is not saved; forget it when it is."""
         if saved or document is self._kept:
             self._due_at = None
-            if saved and self._kept is not None:
+            if saved and (self._kept is not None or self.fault is not None):
                 self.forget()
             return
         if self._due_at is None:
@@ -66,7 +68,7 @@ class Recovery:
         if now >= self._due_at and not self._jobs.holds("recovery"):
             self._due_at, self._kept = None, document
             steps = lambda: _keep(document, self._file, name, project)  # noqa: E731
-            task = Task("Keep unsaved work", steps, _ignore, lambda _: self._try_again())
+            task = Task("Keep unsaved work", steps, self._succeed, self._try_again)
             self._jobs.submit("recovery", task, beside=True)
 
     def keep(self, document: Document, *, name: str, project: Path | None) -> None:
@@ -77,14 +79,19 @@ class Recovery:
         self._jobs.drop("recovery")
         run(_keep(document, self._file, name, project))
 
-    def _try_again(self) -> None:
-        """Let the next `update` keep what could not be written now, such as on a full disk."""
+    def _succeed(self, _: None) -> None:
+        """Take back what was said of a fault."""
+        self.fault = None
+
+    def _try_again(self, fault: Exception) -> None:
+        """Let the next `update` keep what could not be written now, such as on a full disk; say so meanwhile."""
         self._kept = None
+        self.fault = str(fault) or type(fault).__name__
 
     def forget(self) -> None:
         """Remove what was kept: it is saved, or given up."""
         self._jobs.drop("recovery")
-        self._kept = self._due_at = None
+        self._kept = self._due_at = self.fault = None
         discard(Rescue(self._file, "", None))
 
     def adopt(self, rescue: Rescue, document: Document) -> None:
@@ -130,10 +137,6 @@ def _note(file: Path, name: str, project: Path | None) -> None:
     """Write beside `file` what it is and that this process owns it."""
     data = {"process": os.getpid(), "name": name, "project": None if project is None else str(project)}
     write_text(file.with_suffix(".json"), json.dumps(data))
-
-
-def _ignore(outcome: object) -> None:
-    """Let pass: the artist has not asked for it."""
 
 
 def _is_alive(process: int) -> bool:

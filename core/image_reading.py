@@ -10,6 +10,7 @@ import OpenImageIO
 from core import color, webp_exif
 from core.arrays import Bytes, InputError, Pixels, readonly
 from core.image import Attribute, Image, usable_profile
+from core.metadata import as_text, put
 from core.png_chunks import is_broken_png
 
 BAND_ROWS = 256
@@ -99,7 +100,7 @@ def _with_exif(spec: OpenImageIO.ImageSpec, path: Path) -> OpenImageIO.ImageSpec
     entries = webp_exif.read_exif(path)
     for entry in entries.extra_attribs if entries is not None else ():
         if not entry.name.startswith(_STRUCTURE):
-            spec.attribute(entry.name, entry.type, entry.value)
+            put(spec, Attribute(entry.name, str(entry.type), entry.value))
     return spec
 
 
@@ -166,7 +167,7 @@ def upright(pixels: Pixels, orientation: int) -> Pixels:
 def _kept_attributes(spec: OpenImageIO.ImageSpec) -> tuple[Attribute, ...]:
     """Return the entries that describe the picture rather than the layout of its file."""
     return tuple(
-        Attribute(entry.name, str(entry.type), entry.value)
+        Attribute(as_text(entry.name), str(entry.type), as_text(entry.value))
         for entry in spec.extra_attribs
         if not entry.name.startswith(_STRUCTURE) and entry.name not in _STRUCTURE_NAMES
     )

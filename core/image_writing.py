@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import struct
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -15,6 +17,8 @@ from core import color, webp_exif
 from core.arrays import InputError, Pixels
 from core.files import atomic_file
 from core.image import Image, usable_profile
+from core.metadata import put, sift
+from core.notices import notice
 
 _FORMATS = {
     ".png": "png",
@@ -30,7 +34,6 @@ SUFFIXES = tuple(_FORMATS)
 BAND_ROWS = 64
 PNG_LEVEL = 3
 """Of zlib: takes half the time that its usual level takes, for a twentieth more bytes."""
-_SHORT = {"uint8", "uint16", "int16", "uint"}
 
 
 def save(image: Image, path: Path | str, *, quality: int = 95) -> None:
@@ -71,7 +74,7 @@ def writing_rows(
     sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
     if sink is None:
         raise InputError(f"{named}: {_first_line(OpenImageIO.geterror())}")
-    fitted = _fit_to_format(sample.with_pixels(sample.pixels[:1, :1]), suffix)
+    fitted = _fit_to_format(_with_what_fits(sample, named, quality).with_pixels(sample.pixels[:1, :1]), suffix)
     spec = _spec(fitted, size_px, suffix, quality)
     with _staged(place, spec.image_bytes() + len(sample.icc or b"")) as name:
         rows = _Rows(sink, name, spec, sample, suffix, named)
@@ -80,7 +83,7 @@ def writing_rows(
             rows.finish()
         finally:
             sink.close()
-    if suffix == ".webp" and sample.metadata:
+    if suffix == ".webp" and fitted.metadata:
         webp_exif.add_exif(place, spec)
 
 
@@ -187,12 +190,47 @@ def _staged(place: Path, size_bytes: int) -> Iterator[str]:
             shutil.copyfileobj(memory, file, 1 << 20)
 
 
+def _with_what_fits(sample: Image, named: Path, quality: int) -> Image:
+    """Return `sample` with the metadata that the format of `named` can hold; what is left out is a notice."""
+    suffix = named.suffix.lower()
+    pixel = _fit_to_format(sample.with_pixels(sample.pixels[:1, :1]), suffix)
+    fits = lambda entries: _is_writable(replace(pixel, metadata=entries), suffix, quality)  # noqa: E731
+    kept, dropped = sift(sample.metadata, fits)
+    if not dropped:
+        return sample
+    notice(f"{named}: written without metadata that it cannot hold: {', '.join(entry.name for entry in dropped)}")
+    return replace(sample, metadata=kept)
+
+
+def _is_writable(pixel: Image, suffix: str, quality: int) -> bool:
+    """Return whether a picture of one pixel, with the metadata of `pixel`, can be written and opened again."""
+    spec = _spec(replace(pixel, metadata=()), (1, 1), suffix, quality)
+    if not all(put(spec, entry) for entry in pixel.metadata):
+        return False
+    with tempfile.NamedTemporaryFile(prefix="weft-", suffix=suffix) as place:
+        sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
+        if sink is None:
+            return False
+        try:
+            written = sink.open(place.name, spec) and sink.write_image(pixel.pixels)
+            if not (sink.close() and written):
+                return False
+            if suffix == ".webp":
+                webp_exif.add_exif(Path(place.name), spec)
+            source = OpenImageIO.ImageInput.open(place.name)
+            return source is not None and source.close()
+        except (OSError, ValueError, RuntimeError, struct.error):
+            return False
+        finally:
+            sink.geterror()
+            OpenImageIO.geterror()
+
+
 def _spec(image: Image, size_px: tuple[int, int], suffix: str, quality: int) -> OpenImageIO.ImageSpec:
     """Return OpenImageIO's description of a file of `size_px`, with samples and channels as in `image`."""
     spec = OpenImageIO.ImageSpec(*size_px, image.channels, str(image.pixels.dtype).replace("32", ""))
-    for name, kind, value in image.metadata:
-        # Short integers are left out of EXIF by OpenImageIO, plain ones are not.
-        spec.attribute(name, OpenImageIO.TypeDesc("int" if kind in _SHORT else kind), value)
+    for entry in image.metadata:
+        put(spec, entry)
     profile = usable_profile(image.icc, image.channels)
     if profile is not None:
         spec.attribute("ICCProfile", OpenImageIO.TypeDesc(f"uint8[{len(profile)}]"), np.frombuffer(profile, np.uint8))

@@ -23,6 +23,7 @@ from core.document import Document
 from core.files import atomic_file
 from core.images import Attribute, Image, load, save
 from core.json_file import parse_json
+from core.notices import notice
 from core.plain_data import as_list, decode, encode
 from core.raster import Raster
 
@@ -38,7 +39,9 @@ def save_project(document: Document, path: Path) -> None:
     with atomic_file(path) as place, zipfile.ZipFile(place, "w", zipfile.ZIP_STORED) as archive:
         parts = _Writer()
         data = {"format": "weft", "version": VERSION, "document": encode(document, parts)}
-        archive.writestr("weft.json", json.dumps(data, indent=1, ensure_ascii=False), zipfile.ZIP_DEFLATED)
+        text = json.dumps(data, indent=1, ensure_ascii=False)
+        # Bytes of a file's name that are not UTF-8 are lone surrogates; \\udc80 is what JSON writes for one, too.
+        archive.writestr("weft.json", text.encode("utf-8", "backslashreplace"), zipfile.ZIP_DEFLATED)
         for name, content in parts.files.items():
             archive.writestr(name, content)
 
@@ -119,7 +122,7 @@ class _Writer:
         if image.icc is not None:
             data["profile"] = f"{name}.icc"
             self.files[data["profile"]] = image.icc
-        data["metadata"] = [[a.name, a.kind, _plain(a.value)] for a in image.metadata]
+        data["metadata"] = [entry for a in image.metadata if (entry := _as_data(a)) is not None]
         return data
 
 
@@ -206,11 +209,16 @@ def _decoded(content: bytes, suffix: str, name: str) -> Image:
             raise InputError(f"{name}: holds a damaged picture") from None
 
 
-def _plain(value: Any) -> Any:
-    """Return a metadata value as JSON data."""
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    return list(value) if isinstance(value, tuple) else value
+def _as_data(entry: Attribute) -> list[Any] | None:
+    """Return an entry of metadata as JSON data; None, and a notice, for what JSON has no form for."""
+    value = entry.value.tolist() if isinstance(entry.value, np.ndarray | np.generic) else entry.value
+    data = [entry.name, entry.kind, list(value) if isinstance(value, tuple) else value]
+    try:
+        json.dumps(data)
+    except (TypeError, ValueError, RecursionError):
+        notice(f"saved without metadata that a project cannot hold: {entry.name}")
+        return None
+    return data
 
 
 def _frozen(value: Any) -> Any:

@@ -4,6 +4,7 @@ from queue import SimpleQueue
 import pytest
 
 from app.jobs import InlineExecutor, Jobs, Task
+from core.notices import notice
 from core.progress import Job, Progress
 from tests.app.driver import Later
 
@@ -123,3 +124,17 @@ def test_a_quiet_task_asks_for_frames_for_its_previews_and_its_end_only() -> Non
         jobs.wake = lambda jobs=jobs, woken=woken: woken.append(jobs.drain())  # type: ignore[misc]
         jobs.start(Task("work", steps, lambda _: None, lambda _: None, quiet=quiet))
         assert len(woken) == frames
+
+
+def test_what_a_job_says_of_its_work_can_be_taken_once() -> None:
+    def steps() -> Job[int]:
+        notice("left something out")
+        yield Progress(0.5)
+        notice("left something out")
+        return 1
+
+    jobs, got = Jobs.inline(), []  # type: tuple[Jobs, list[object]]
+    jobs.start(task(steps, got))
+    jobs.drain()
+    assert jobs.take_notices() == ["left something out"]
+    assert jobs.take_notices() == []

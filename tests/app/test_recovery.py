@@ -101,6 +101,32 @@ def test_what_could_not_be_kept_is_tried_again(tmp_path: Path) -> None:
     assert len(list(folder.iterdir())) == 2
 
 
+def test_a_fault_of_keeping_is_said_until_it_succeeds(tmp_path: Path) -> None:
+    folder = tmp_path / "state"
+    folder.write_text("in the way")
+    run = Rescued(folder)
+    run.bend()
+    run.after(20)
+    assert run.recovery.fault is not None
+    assert str(folder) in run.recovery.fault
+    run.after(20)
+    assert run.recovery.fault is not None
+    folder.unlink()
+    run.after(20)
+    assert run.recovery.fault is None
+
+
+def test_a_fault_of_keeping_is_forgotten_once_the_work_is_saved(tmp_path: Path) -> None:
+    folder = tmp_path / "state"
+    folder.write_text("in the way")
+    run = Rescued(folder)
+    run.bend()
+    run.after(20)
+    run.editor.history.mark_saved(run.editor.document)
+    run.after(0)
+    assert run.recovery.fault is None
+
+
 def test_nothing_is_kept_of_saved_or_given_up_work(tmp_path: Path) -> None:
     folder = tmp_path / "state"
     run = Rescued(folder)

@@ -8,6 +8,7 @@ from imgui_bundle import hello_imgui, imgui
 
 from app.editor import Editor
 from app.preferences import load_preferences
+from app.recovery import Recovery
 from app.ui import theme
 from core.arrays import Bytes
 from core.document import Mode, Pin, pixels_from_places
@@ -175,3 +176,22 @@ def test_the_place_under_the_pointer_waits_while_a_gesture_bends_the_picture(edi
     assert len(set(said[:2])) == 2
     assert said[1] == said[2] == said[3]  # a pin takes along what it is put on
     assert said[4] != said[3]
+
+
+def test_the_status_bar_says_that_unsaved_work_is_not_kept_until_it_is(editor: Editor, tmp_path: Path) -> None:
+    folder = tmp_path / "state"
+    folder.write_text("in the way")
+    editor.recovery = Recovery(editor.jobs, folder=folder, every_s=0.05)
+
+    def script(window: WindowDriver) -> None:
+        def is_said() -> bool:
+            figures = window.shell.workspace.status_bar.figures()
+            return any("unsaved work is not kept" in text for text, _, _ in figures)
+
+        editor.edit("Bend", editor.document.with_warp(preset="arc", bend=10.0))
+        window.wait_until(is_said)
+        folder.unlink()
+        window.wait_until(lambda: not is_said())
+
+    drive(editor, script)
+    assert sorted(file.suffix for file in folder.iterdir()) == [".json", ".weft"]
