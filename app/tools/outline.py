@@ -1,5 +1,6 @@
 """The outline: the picture's edge as four Bezier sides, with corners and handles to drag."""
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -34,9 +35,17 @@ class Part:
     t: float = 0.0
 
 
+def shown_outline(editor: Editor) -> Outline:
+    """Return the document's outline; while it has no map, that of the picture on the screen, which has the last one."""
+    for document in (editor.document, editor.answer.document):
+        with contextlib.suppress(InputError):
+            return outline_of(document)
+    return Outline.straight()
+
+
 def ring_on_screen(editor: Editor) -> Points:
     """Return the ring (13, 2) in screen pixels, closed."""
-    ring = screen_from_places(editor, outline_of(editor.document).ring)
+    ring = screen_from_places(editor, shown_outline(editor).ring)
     return np.concatenate([ring, ring[:1]])
 
 
@@ -172,7 +181,7 @@ def straighten(editor: Editor, part: Part) -> None:
     """Lay the handles of a corner, or those of the side, on the straight lines between corners."""
     if perspective.has_corners(editor.document):
         return
-    outline = outline_of(editor.document)
+    outline = shown_outline(editor)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     if part.kind == "corner":
         ring = curve_edit.cornered(ring, part.number // 3, closed=True)
@@ -200,7 +209,7 @@ def take_key(editor: Editor, key: Key) -> bool:
 
 def moved_by(editor: Editor, corners: frozenset[int], by_px: Points) -> Document:
     """Return the document with corners of the outline moved by canvas pixels (2,), itself where they cannot."""
-    outline = outline_of(editor.document)
+    outline = shown_outline(editor)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     moved = curve_edit.with_knots_moved(ring, corners, by_px / editor.canvas_px, closed=True)
     return laid_by_corners(editor.document, moved[:-1]) or editor.document

@@ -12,7 +12,6 @@ from app.ui.sliders import number_box
 from app.ui.theme import em
 from core.arrays import Points
 from core.document import CurvePair, Document, pixels_from_places, places_from_pixels
-from core.document_map import outline_of
 
 CORNERS = ("top left", "top right", "bottom right", "bottom left")
 MOST_PX = 1e6
@@ -58,7 +57,7 @@ class HandlesPanel:
             return
         (corner,) = corners
         heading(f"Corner at the {CORNERS[corner]}", "vector-square")
-        place = pixels_from_places(document.canvas_px, outline_of(document).ring[3 * corner])
+        place = pixels_from_places(document.canvas_px, outline.shown_outline(self._editor).ring[3 * corner])
         typed = _typed_place(f"corner {corner}", place)
         if typed is not None:
             self._editor.edit("Move corner", outline.moved_by(self._editor, corners, typed - place))
