@@ -191,7 +191,7 @@ class Jobs:
                 continue
             self._forget(ticket)
             if not ticket.cancelled:
-                hand_over()
+                _hand_over(ticket, hand_over)
                 handed += 1
         self._outcomes.extendleft(reversed(held))
         return handed
@@ -256,6 +256,14 @@ class Jobs:
         if not self._woken:
             self._woken = True
             self.wake()
+
+
+def _hand_over(ticket: Ticket, hand_over: Callable[[], None]) -> None:
+    """Hand a result over; where taking it fails, the task fails, and the results behind it are handed over still."""
+    try:
+        hand_over()
+    except Exception as fault:  # noqa: BLE001  whoever waits for the result is told
+        ticket.task.fail(fault)
 
 
 def _nothing() -> None:

@@ -49,6 +49,7 @@ class Recovery:
         """Why the last try to keep unsaved work failed; None once one succeeds, or nothing is to be kept."""
         self._kept: Document | None = None
         self._due_at: float | None = None
+        self._hurries = False
         self._file = self.folder / f"{os.getpid()}-{id(self):x}{SUFFIX}"
 
     @property
@@ -65,11 +66,15 @@ class Recovery:
             return
         if self._due_at is None:
             self._due_at = now + self.every_s
-        if now >= self._due_at and not self._jobs.holds("recovery"):
-            self._due_at, self._kept = None, document
+        if (self._hurries or now >= self._due_at) and not self._jobs.holds("recovery"):
+            self._due_at, self._kept, self._hurries = None, document, False
             steps = lambda: _keep(document, self._file, name, project)  # noqa: E731
             task = Task("Keep unsaved work", steps, self._succeed, self._try_again)
             self._jobs.submit("recovery", task, beside=True)
+
+    def hurry(self) -> None:
+        """Have the next `update` keep what is not kept yet: who knows how long the program goes on."""
+        self._hurries = True
 
     def keep(self, document: Document, *, name: str, project: Path | None) -> None:
         """Keep `document` at once, on this thread: the program is about to end without having asked.

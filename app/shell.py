@@ -7,14 +7,12 @@ by itself. Between frames the loop sleeps in GLFW.
 import gc
 import importlib
 import os
-import signal
-import socket
 import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import glfw
@@ -24,8 +22,10 @@ from imgui_bundle import glfw_utils, hello_imgui, imgui
 from app import filing
 from app.editor import Editor
 from app.events import Modifiers
+from app.interruptions import interruptions
 from app.render import gpu
 from app.render.renderer import Renderer
+from app.render.scene import Scene
 from app.ui import theme
 from app.ui.emblem import emblem
 from app.ui.scene import Motion, scene_of
@@ -35,8 +35,6 @@ from core import tracing
 ICON_PX = 64
 LEAST_PX = (640, 400)
 """The window cannot be made smaller than this."""
-ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals that end the window."""
 MODIFIERS = range(glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SUPER + 1)
 FRAMES_AFTER_INPUT = 3
 """Dear ImGui needs a frame or two to come to rest: hovering, layout and popups answer in the next one."""
@@ -59,32 +57,6 @@ LOADED_LATER = ("scipy.spatial", "scipy.ndimage", "scipy.fft", "scipy.sparse.csg
 def wake() -> None:
     """Make the loop draw a frame; may be called from any thread."""
     glfw.post_empty_event()
-
-
-@contextmanager
-def _interruptions() -> Iterator[threading.Event]:
-    """Yield an event that Ctrl+C in the terminal, a log-out or `kill` sets, in the middle of no frame.
-
-    It ends the sleep in GLFW.
-    """
-    interrupted = threading.Event()
-    heard, told = socket.socketpair()
-    told.setblocking(False)
-
-    def listen() -> None:
-        while heard.recv(1):
-            wake()
-
-    threading.Thread(target=listen, name="signals", daemon=True).start()
-    wakeup_before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
-    handlers_before = {number: signal.signal(number, lambda *_: interrupted.set()) for number in ENDS}
-    try:
-        yield interrupted
-    finally:
-        for number, handler in handlers_before.items():
-            signal.signal(number, handler)
-        signal.set_wakeup_fd(wakeup_before)
-        told.close()
 
 
 def load_rest() -> None:
@@ -127,6 +99,8 @@ class Shell:
         self.title = ""
         """What the window is called: the document, with a star while it is not saved."""
         self._motion = Motion()
+        self._scene: Scene | None = None
+        """What was drawn last."""
         self._frame = ExitStack()
         """Holds the span of the frame that is being drawn."""
 
@@ -142,7 +116,7 @@ class Shell:
         switch_before = sys.getswitchinterval()
         sys.setswitchinterval(SWITCH_S)
         try:
-            with _interruptions() as interrupted:
+            with interruptions(wake) as interrupted:
                 while not (self.params.app_shall_exit or interrupted.is_set()):
                     self._wait()
                     render.render()
@@ -241,10 +215,20 @@ class Shell:
         ratio = io.display_framebuffer_scale.y
         below = io.display_size.y - area.y - area.height
         left, bottom, width, height = (round(side * ratio) for side in (area.x, below, area.width, area.height))
+        place = left, bottom, width, height
+        barrier = self.workspace.barrier
+        if not barrier.run("draw the picture", lambda: self._draw_scene(ratio, place)) and self._scene is not None:
+            scene = replace(self._scene, view=self.editor.session.view)
+            barrier.run("draw the picture as it was", lambda: self._renderer.draw(scene, place))
+
+    def _draw_scene(self, ratio: float, place: tuple[int, int, int, int]) -> bool:
+        """Draw the present picture and keep what was drawn, for frames in which that fails; return True."""
         self._motion.update(self.editor)
-        if self.frames <= LAYOUT_FRAMES:
-            return
-        self._renderer.draw(scene_of(self.editor, ratio, self._motion), (left, bottom, width, height))
+        if self.frames > LAYOUT_FRAMES:
+            scene = scene_of(self.editor, ratio, self._motion)
+            self._renderer.draw(scene, place)
+            self._scene = scene
+        return True
 
     def _end_frame(self) -> None:
         self._frame.close()
@@ -264,7 +248,7 @@ class Shell:
 
     def may_close(self) -> bool:
         """Return whether the window may close now; otherwise ask first."""
-        filing.quit_editor(self.editor)
+        self.workspace.barrier.run("close the window", lambda: filing.quit_editor(self.editor))
         return self.editor.is_closing
 
     def _wait(self) -> None:

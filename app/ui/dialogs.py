@@ -50,6 +50,10 @@ class Dialogs:
         """Title of the open dialog."""
         return self._dialog.title if self._dialog is not None else None
 
+    def close(self) -> None:
+        """Close the open dialog without an answer."""
+        self._dialog = None
+
     def draw(self) -> float | None:
         """Draw the open dialog, or open the next; return seconds until it wants a frame."""
         while self._dialog is None and self._editor.requests:

@@ -10,8 +10,10 @@ from app.actions.table import ActionTable
 from app.editor import Editor
 from app.requests import Panel
 from app.ui import theme
+from app.ui.barrier import Barrier
 from app.ui.canvas import Canvas
 from app.ui.dialogs import Dialogs
+from app.ui.fault_message import FaultMessage
 from app.ui.handles_panel import HandlesPanel
 from app.ui.history_panel import HistoryPanel
 from app.ui.input import Area, awaits_more
@@ -47,6 +49,8 @@ class Workspace:
         self.editor = editor
         self.wait_s: float | None = None
         """Seconds until the window wants a frame without an event; None for never."""
+        self.barrier = Barrier(editor)
+        """Where faults end."""
         self.table = table = ActionTable(editor.tools)
         self.canvas = Canvas(editor, table)
         self.menus = MenuBar(editor, table)
@@ -62,6 +66,7 @@ class Workspace:
         self.palette = Palette(editor, table.actions)
         self.sheets = Sheets(editor, table.actions)
         self.toasts = Toasts(editor)
+        self.fault_message = FaultMessage(editor, self.barrier)
         self.welcome = Welcome(editor, shown=welcomes)
         self._shown_picture: object = None
         self._fits_left = 0
@@ -81,10 +86,11 @@ class Workspace:
         window.remember_status_bar_settings = False
         calls = params.callbacks
         calls.setup_imgui_style = theme.apply_style
-        calls.show_menus = self.menus.draw
-        calls.show_status = self.status_bar.draw
-        _add_bar(calls, "left", lambda: draw_toolbar(self.editor), WIDTH_EM)
-        _add_bar(calls, "top", self.options_bar.draw, HEIGHT_EM)
+        inside = self.barrier.drawing
+        calls.show_menus = inside("draw the menus", self.menus.draw)
+        calls.show_status = inside("draw the status bar", self.status_bar.draw)
+        _add_bar(calls, "left", inside("draw the toolbar", lambda: draw_toolbar(self.editor)), WIDTH_EM)
+        _add_bar(calls, "top", inside("draw the options", self.options_bar.draw), HEIGHT_EM)
         self._dock(params.docking_params)
 
     def _dock(self, docking: hello_imgui.DockingParams) -> None:
@@ -97,15 +103,20 @@ class Workspace:
             hello_imgui.DockingSplit("MainDockSpace", SIDE, right, 0.235),
             hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.21),
         ]
+        panels = (
+            ("Warp", SIDE, self.warp_panel.draw),
+            ("Retexture", SIDE, self.retexture_panel.draw),
+            ("Overlay", SIDE, self.overlay_panel.draw),
+            ("Handles", LOWER_SIDE, self.handles_panel.draw),
+            ("History", LOWER_SIDE, self.history_panel.draw),
+        )
         docking.dockable_windows = [
-            hello_imgui.DockableWindow("Warp", SIDE, self.warp_panel.draw),
-            hello_imgui.DockableWindow("Retexture", SIDE, self.retexture_panel.draw, is_visible_=False),
-            hello_imgui.DockableWindow("Overlay", SIDE, self.overlay_panel.draw, is_visible_=False),
-            hello_imgui.DockableWindow("Handles", LOWER_SIDE, self.handles_panel.draw),
-            hello_imgui.DockableWindow("History", LOWER_SIDE, self.history_panel.draw),
+            hello_imgui.DockableWindow(name, side, self.barrier.drawing(f"draw the panel {name}", draw))
+            for name, side, draw in panels
         ]
         for panel in docking.dockable_windows:
             panel.can_be_closed = False
+            panel.is_visible = panel.label not in ("Retexture", "Overlay")
 
     def show_panel(self, panel: Panel) -> None:
         """Show one of the window's own panels."""
@@ -121,19 +132,23 @@ class Workspace:
     def drop(self, paths: Sequence[Path]) -> None:
         """Open the first of the files dropped on the window, or lay it on the cloth."""
         if paths:
-            overlay.open_or_lay(self.editor, paths[0])
+            self.barrier.run("take a dropped file", lambda: overlay.open_or_lay(self.editor, paths[0]))
 
     def begin_frame(self) -> None:
         """Take the input and let the editor act on it."""
+        self.barrier.frame += 1
+        self.barrier.run("lay out the window", self._lay_out)
+        self.barrier.run("do what mouse and keys asked for", self.canvas.take_input)
+        self.barrier.run("bring the picture up to date", self.editor.update)
+        self.barrier.run("choose the panels", self._show_mode)
+        self.barrier.run("show the picture whole", self._fit_new_picture)
+        self.barrier.run("draw the small pictures", self.thumbnails.begin_frame)
+
+    def _lay_out(self) -> None:
+        """Give the panels and the canvas their places."""
         self._take_scale()
         self._widen_panels()
         self.canvas.lay_out(_central_area())
-        self.canvas.take_input()
-        self.editor.update()
-        self._show_mode()
-        _back_panels()
-        self._fit_new_picture()
-        self.thumbnails.begin_frame()
 
     def _take_scale(self) -> None:
         """Draw text and controls at the size that the artist prefers."""
@@ -163,17 +178,29 @@ class Workspace:
         handles = docking.dockable_window_of_name("Handles")
         if handles is not None:
             handles.is_visible = self.editor.session.mode == "warp"
+        _back_panels()
 
     def end_frame(self) -> None:
         """Draw what belongs to this frame's map."""
-        self.canvas.draw()
-        self.welcome.draw(self.canvas.area)
-        self.palette.draw()
-        self.sheets.draw()
-        waits = [self.dialogs.draw(), self.toasts.draw(self.canvas.area), self.editor.wait_s]
+        area, draw = self.canvas.area, self.barrier.draw
+        draw("draw what lies over the picture", self.canvas.draw)
+        draw("draw the welcome", lambda: self.welcome.draw(area))
+        draw("draw the palette", self.palette.draw, failed=_close_popups)
+        draw("draw the sheet", self.sheets.draw, failed=self._close_sheet)
+        dialog = draw("draw the dialog", self.dialogs.draw, failed=self._close_dialog)
+        draw("draw the message of a fault", lambda: self.fault_message.draw(area))
+        waits = [dialog, draw("draw the messages", lambda: self.toasts.draw(area)), self.editor.wait_s]
         waits.append(None if self.thumbnails.is_complete else 0.0)
         waits.append(0.0 if awaits_more() else None)
         self.wait_s = min((wait for wait in waits if wait is not None), default=None)
+
+    def _close_sheet(self) -> None:
+        self.sheets.shown = None
+        _close_popups()
+
+    def _close_dialog(self) -> None:
+        self.dialogs.close()
+        _close_popups()
 
     def _fit_new_picture(self) -> None:
         """Show a picture whole when it is opened; again while the panels still come to their places."""
@@ -182,6 +209,12 @@ class Workspace:
         if self._fits_left > 0:
             self._fits_left -= 1
             self.table.run("view.fit", self.editor)
+
+
+def _close_popups() -> None:
+    """Close whatever lies over the window, for nothing draws it any more."""
+    if imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id | imgui.PopupFlags_.any_popup_level):
+        imgui.internal.close_popup_to_level(0, True)
 
 
 def _back_panels() -> None:

@@ -138,3 +138,20 @@ def test_what_a_job_says_of_its_work_can_be_taken_once() -> None:
     jobs.drain()
     assert jobs.take_notices() == ["left something out"]
     assert jobs.take_notices() == []
+
+
+def test_a_result_that_cannot_be_taken_costs_no_other() -> None:
+    jobs, got, failed = Jobs.inline(), [], []  # type: tuple[Jobs, list[object], list[object]]
+
+    def refuse(_: int) -> None:
+        raise ZeroDivisionError("no")
+
+    jobs.start(Task("bad", lambda: counting(1), refuse, failed.append))
+    jobs.start(task(lambda: counting(2), got, edits=True))
+    jobs.start(task(lambda: counting(3), got))
+    jobs.drain(hold_edits=True)
+    assert [str(fault) for fault in failed] == ["no"]
+    assert got == [3]
+    jobs.drain()
+    assert got == [3, 2]
+    assert jobs.is_idle

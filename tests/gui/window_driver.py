@@ -1,6 +1,6 @@
 """Drives the window as a user would; positions are pixels of the canvas, as in `app.events`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import cv2
@@ -104,8 +104,17 @@ def _be_patient() -> None:
     limits.config_fixed_delta_time = FRAME_S
 
 
-def drive(editor: Editor, script: Callable[[WindowDriver], None], *, size: tuple[int, int] = (1440, 900)) -> Shell:
-    """Open a window of `size` on `editor`, run `script` in it and close it again."""
+def drive(
+    editor: Editor,
+    script: Callable[[WindowDriver], None],
+    *,
+    size: tuple[int, int] = (1440, 900),
+    faults: Sequence[str] = (),
+) -> Shell:
+    """Open a window of `size` on `editor`, run `script` in it and close it again.
+
+    Fails unless exactly the `faults` came up in it, which the window has caught.
+    """
     shell = Shell(editor, keeps_settings=False)
     shell.params.app_window_params.window_geometry.size = size
     shell.params.callbacks.register_tests = _be_patient
@@ -114,4 +123,6 @@ def drive(editor: Editor, script: Callable[[WindowDriver], None], *, size: tuple
     except RuntimeError:
         if not editor.is_closing:  # a script that closes the window is cut off there
             raise
+    caught = shell.workspace.barrier.faults
+    assert [fault.text for fault in caught] == list(faults), "\n".join(fault.report for fault in caught)
     return shell
