@@ -25,6 +25,7 @@ from core.arrays import WeftError
 from core.document import Document, Mode
 from core.document_retexture import moves
 from core.progress import Job
+from core.text import legible
 
 log = logging.getLogger("weft")
 T = TypeVar("T")
@@ -107,7 +108,7 @@ class Editor:
     def name(self) -> str:
         """What the document is called in the title."""
         path = self.project_path or self.source_path
-        return path.name if path is not None else "Untitled"
+        return legible(path.name) if path is not None else "Untitled"
 
     @property
     def answer(self) -> Answer:
@@ -180,7 +181,7 @@ class Editor:
 
     def notify(self, text: str, level: Literal["info", "error"] = "info") -> None:
         """Leave a message for the artist."""
-        self.notices.append(Notice(text, level))
+        self.notices.append(Notice(legible(text), level))
 
     def fail(self, fault: Exception) -> None:
         """Tell the artist what went wrong; a fault of the program itself goes to the log as well."""

@@ -27,10 +27,12 @@ from app.warp_files import SUFFIXES as WARP_SUFFIXES
 from app.warp_files import writing_warp
 from core.arrays import InputError
 from core.document import Document
+from core.document_overlay import is_changed
 from core.files import write_text
 from core.images import Image, load
 from core.progress import Job, Progress
 from core.project import SUFFIX, load_project, save_project
+from core.text import legible
 
 RECENT = 12
 
@@ -87,7 +89,7 @@ def _open(editor: Editor, path: Path) -> None:
         # What was done while the file was read is not to be lost either.
         replace_document() if editor.document is before else guarded(editor, replace_document)
 
-    editor.background(f"Open {path.name}", steps, deliver)
+    editor.background(f"Open {legible(path.name)}", steps, deliver)
 
 
 def save(editor: Editor, *, then: Callable[[], None] | None = None) -> None:
@@ -118,20 +120,29 @@ def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None) -> Non
         editor.history.mark_saved(document)
         editor.project_path = path
         remember(editor, path)
-        editor.notify(f"Saved {path.name}")
+        editor.notify(f"Saved {legible(path.name)}")
         if then is not None:
             then()
 
-    editor.background(f"Save {path.name}", steps, deliver, writes=True)
+    editor.background(f"Save {legible(path.name)}", steps, deliver, writes=True)
 
 
 def ask_export(editor: Editor) -> None:
-    """Ask how to export the picture, and do it."""
+    """Ask how to export the picture, and do it; what is laid on cloth waits until its pattern is found."""
     editor.finish()
+    if editor.session.mode == "overlay" and not editor.overlay.is_final and lays_on_cloth(editor.document):
+        why = editor.overlay.fault or "the pattern of the cloth is still being looked for"
+        editor.fail(InputError(f"Nothing to export yet: {why}"))
+        return
     document = editor.document.changed(mode=editor.session.mode)
     near = editor.project_path or editor.source_path or Path("Untitled")
     options = ExportOptions(near.with_name(f"{near.stem}-weft.png"), document.result_px)
     editor.requests.append(ExportPicture(document, options, lambda chosen: export(editor, chosen)))
+
+
+def lays_on_cloth(document: Document) -> bool:
+    """Return whether the picture of Overlay mode needs the pattern of the cloth to be found."""
+    return document.cloth.search is not None and is_changed(document.cloth)
 
 
 def export(editor: Editor, options: ExportOptions) -> None:
@@ -139,8 +150,8 @@ def export(editor: Editor, options: ExportOptions) -> None:
     exporter, document = editor.exporter, editor.document.changed(mode=editor.session.mode)
     if exporter is None:
         return
-    done = lambda _: editor.notify(f"Exported {options.path.name}")  # noqa: E731
-    editor.background(f"Export {options.path.name}", lambda: exporter(document, options), done, writes=True)
+    done = lambda _: editor.notify(f"Exported {legible(options.path.name)}")  # noqa: E731
+    editor.background(f"Export {legible(options.path.name)}", lambda: exporter(document, options), done, writes=True)
 
 
 def ask_export_warp(editor: Editor) -> None:
@@ -158,8 +169,8 @@ def ask_save_beside(
     near = editor.project_path or editor.source_path or Path("Untitled")
 
     def write(path: Path) -> None:
-        done = lambda _: editor.notify(f"Saved {path.name}")  # noqa: E731
-        editor.background(f"Save {path.name}", lambda: writing(path), done, writes=True)
+        done = lambda _: editor.notify(f"Saved {legible(path.name)}")  # noqa: E731
+        editor.background(f"Save {legible(path.name)}", lambda: writing(path), done, writes=True)
 
     editor.requests.append(SaveFile(title, suffixes, near.with_name(f"{near.stem}-{ending}"), write))
 
@@ -226,7 +237,7 @@ def offer_rescues(editor: Editor) -> None:
             for rescue in rescues:
                 discard(rescue)
 
-    editor.requests.append(AskRecover(tuple(rescue.name for rescue in rescues), answered))
+    editor.requests.append(AskRecover(tuple(legible(rescue.name) for rescue in rescues), answered))
 
 
 def _recover(editor: Editor, rescue: Rescue) -> None:
@@ -241,7 +252,7 @@ def _recover(editor: Editor, rescue: Rescue) -> None:
         if editor.recovery is not None:
             editor.recovery.adopt(rescue, document)
 
-    editor.background(f"Recover {rescue.name}", steps, deliver)
+    editor.background(f"Recover {legible(rescue.name)}", steps, deliver)
 
 
 def settings_file() -> Path:

@@ -9,7 +9,9 @@ from app.editor import Editor
 from app.painting import LAYERS, layer, painted, with_layer
 from app.requests import PICTURES, PROJECTS, OpenFile
 from core.document import Document
-from core.images import Image, load_mask, save
+from core.images import Image, load, mask_of, save
+from core.mask_files import said_of_mask
+from core.notices import notice
 from core.object_masks import object_under
 from core.progress import Job, Progress
 from core.project import load_project
@@ -29,7 +31,11 @@ def load_mask_from(editor: Editor, path: Path) -> None:
 
     def steps() -> Job[Raster]:
         yield Progress(0.0, "reading")
-        return load_project(path).mask if filing.is_project(path) else Raster.from_array(load_mask(path, size_px))
+        image = None if filing.is_project(path) else load(path)
+        mask = load_project(path).mask if image is None else Raster.from_array(mask_of(image, path, size_px))
+        array = mask.array
+        notice(said_of_mask(image or Image(array[..., None]), array))
+        return mask
 
     name = painted(editor)
     apply = lambda document, mask: with_layer(document, name, mask.resized(*document.size_px))  # noqa: E731

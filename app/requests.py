@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 from core.canvas import Framing
 from core.document import Document
 
-Panel: TypeAlias = Literal["keys", "palette", "history", "about", "preferences", "layout"]
+Panel: TypeAlias = Literal["keys", "palette", "history", "about", "preferences", "layout", "full-screen"]
 Unsaved: TypeAlias = Literal["save", "discard", "cancel"]
 Writing: TypeAlias = Literal["wait", "stop", "cancel"]
 
@@ -21,8 +21,12 @@ PROJECTS = ("weft",)
 
 
 def completed(path: Path, extensions: tuple[str, ...]) -> Path:
-    """Return `path` with the first of `extensions`, without the dot, behind a name that ends in none of them."""
-    return path if path.suffix.lower().lstrip(".") in extensions else path.with_name(f"{path.name}.{extensions[0]}")
+    """Return `path` with the first of `extensions`, without the dot, behind a name that ends in none of them.
+
+    What has no name, such as `/`, stays.
+    """
+    is_whole = path.suffix.lower().lstrip(".") in extensions
+    return path if is_whole or not path.name else path.with_name(f"{path.name}.{extensions[0]}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Literal, TypeAlias
 
 from app.spaces import View
@@ -71,6 +72,8 @@ class Session:
     compare: Compare = "result"
     split: float = 0.5
     """Place of the divider of the split view, as a share of the canvas widget's width."""
+    panels: bool = True
+    """Whether the panels beside the canvas show."""
     look: Look = "retextured"
     auto_retexture: bool = True
     """Whether texture is regrown as soon as the artist lets go."""
@@ -100,5 +103,7 @@ class Session:
     """Where the pointer is, in screen pixels; None when it is not over the canvas."""
     hover: object = None
     """What the tool finds under the pointer: whatever its `hover` returned."""
+    folder: Path | None = None
+    """Where the last file was chosen; file dialogs open on it."""
     recent: tuple[str, ...] = field(default=())
     """Paths of the files opened last, the newest first."""

@@ -1,4 +1,4 @@
-"""The window: GL context, frame loop, file drops. The only file that knows GLFW.
+"""The window: GL context, frame loop, file drops. It and `full_screen` alone know GLFW.
 
 A frame is drawn when there is a reason: input, a job's result (`wake`), or something on the screen that is to change
 by itself. Between frames the loop sleeps in GLFW.
@@ -22,6 +22,7 @@ from imgui_bundle import glfw_utils, hello_imgui, imgui
 from app import filing
 from app.editor import Editor
 from app.events import Modifiers
+from app.full_screen import FullScreen
 from app.interruptions import interruptions
 from app.render import gpu
 from app.render.renderer import Renderer
@@ -157,6 +158,7 @@ class Shell:
     def _listen(self) -> None:
         """Hear of the window's events before Dear ImGui does, which chains to what is set here."""
         self._window = glfw_utils.glfw_window_hello_imgui()
+        self.workspace.toggle_full_screen = FullScreen(self._window).toggle
         glfw.set_window_size_limits(self._window, *LEAST_PX, glfw.DONT_CARE, glfw.DONT_CARE)
         for listen in (
             glfw.set_mouse_button_callback,

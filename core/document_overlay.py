@@ -220,7 +220,7 @@ def layers_under(cloth: Cloth, layers: Layers) -> Layers:
 def picture(document: Document, image: Image) -> Job[Image]:
     """Return `image`, the document's at any depth, with the texture in its folds; itself where none is sought."""
     cloth = document.cloth
-    if cloth.search is None:
+    if cloth.search is None or not is_changed(cloth):
         return image
     layers = yield from part(found(document), 0.0, LAYING)
     return laid_on(image, layers, cloth)

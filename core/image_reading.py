@@ -57,7 +57,11 @@ def load_mask(path: Path | str, size_px: tuple[int, int]) -> Bytes:
 
     Colours count by their luma (Rec. 601), alpha not at all. Raises `InputError` as `load` does, and for another size.
     """
-    image = load(path)
+    return mask_of(load(path), path, size_px)
+
+
+def mask_of(image: Image, path: Path | str, size_px: tuple[int, int]) -> Bytes:
+    """Return what `load_mask` makes of the picture `image`, which was read from `path`."""
     if image.size_px != size_px:
         raise InputError(
             f"{path}: the mask has {image.width_px}x{image.height_px} pixels, the image {size_px[0]}x{size_px[1]}"

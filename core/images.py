@@ -15,7 +15,7 @@ Read is whatever OpenImageIO knows; written are PNG, TIFF, EXR, JPEG and WebP. W
 """
 
 from core.image import Attribute, Image
-from core.image_reading import load, load_mask
+from core.image_reading import load, load_mask, mask_of
 from core.image_writing import SUFFIXES, check_writable_format, save, write, writing_rows
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "check_writable_format",
     "load",
     "load_mask",
+    "mask_of",
     "save",
     "write",
     "writing_rows",

@@ -10,25 +10,14 @@ from typing import Any
 import OpenImageIO
 
 from core.image import Attribute
+from core.text import legible
 
 _SHORT = {"uint8", "uint16", "int16", "uint"}
 
 
 def as_text(value: Any) -> Any:
-    """Return a text with bytes in it that are not UTF-8 as the text that it is in Windows' Latin; all else as it is.
-
-    Python reads such bytes as lone surrogates, U+DC80 to U+DCFF, which no file and no window takes.
-    """
-    if not isinstance(value, str):
-        return value
-    try:
-        value.encode("utf-8")
-    except UnicodeEncodeError:
-        try:
-            return value.encode("utf-8", "surrogateescape").decode("cp1252", "replace")
-        except UnicodeEncodeError:  # surrogates that stand for no byte
-            return value.encode("utf-8", "replace").decode("utf-8")
-    return value
+    """Return a legible text for a text, all else as it is."""
+    return legible(value) if isinstance(value, str) else value
 
 
 def put(spec: OpenImageIO.ImageSpec, attribute: Attribute) -> bool:

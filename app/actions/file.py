@@ -5,6 +5,7 @@ from pathlib import Path
 from app import filing
 from app.actions import Action
 from app.editor import Editor
+from core.text import legible
 
 
 def recent_actions(editor: Editor) -> tuple[Action, ...]:
@@ -12,10 +13,10 @@ def recent_actions(editor: Editor) -> tuple[Action, ...]:
     return tuple(
         Action(
             f"file.recent.{number}",
-            Path(path).name,
+            legible(Path(path).name),
             "File/Open recent",
             lambda editor, path=path: filing.open_path(editor, Path(path)),  # type: ignore[misc]
-            tooltip=path,
+            tooltip=legible(path),
         )
         for number, path in enumerate(editor.session.recent)
     )

@@ -16,6 +16,7 @@ from core.images import Image, load, save
 from core.object_masks import as_bytes, whole_object
 from core.progress import Job, Progress
 from core.raster import Raster
+from core.text import legible
 
 PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
 """Tools that work on the photo, and so show it in place of the result."""
@@ -97,9 +98,9 @@ def lay(editor: Editor, path: Path) -> None:
 
     def laid(document: Document, image: Image) -> Document:
         show(editor, "result")
-        return document.with_cloth(texture=image, texture_name=path.name)
+        return document.with_cloth(texture=image, texture_name=legible(path.name))
 
-    editor.start(f"Texture {path.name}", steps, laid, beside=True)
+    editor.start(f"Texture {legible(path.name)}", steps, laid, beside=True)
 
 
 def open_or_lay(editor: Editor, path: Path) -> None:

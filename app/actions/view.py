@@ -8,17 +8,21 @@ from app.actions import Action
 from app.actions.panels import showing
 from app.editor import Editor
 from app.spaces import View, centred, fitted, zoomed_at
+from core.arrays import Points
 from core.document import Mode
 
 ZOOM_STEP = 1.5
 
 
+def reach(editor: Editor) -> tuple[Points, Points]:
+    """Return the lowest and the highest place of picture and canvas, (2,) each, in canvas pixels."""
+    low, high = editor.answer.mesh.bounds
+    return np.minimum(low, -0.5), np.maximum(high, np.array(editor.canvas_px) - 0.5)
+
+
 def whole(editor: Editor) -> View:
     """Return the view of the whole of picture and canvas."""
-    low, high = editor.answer.mesh.bounds
-    width, height = editor.canvas_px
-    low, high = np.minimum(low, -0.5), np.maximum(high, np.array([width, height]) - 0.5)
-    return fitted(editor.session.view, low, high)
+    return fitted(editor.session.view, *reach(editor))
 
 
 def fit(editor: Editor) -> None:
@@ -135,13 +139,32 @@ VIEW = (
     ),
     *(_overlay(name) for name in _OVERLAYS),
     Action(
+        "view.panels",
+        "Hide panels",
+        "View",
+        lambda editor: editor.show(panels=not editor.session.panels),
+        "Tab",
+        "table-columns",
+        "Leave all of the window to the picture",
+        checked=lambda editor: not editor.session.panels,
+        separated=True,
+    ),
+    Action(
+        "view.full_screen",
+        "Full screen",
+        "View",
+        showing("full-screen"),
+        "F11",
+        "expand",
+        "Give the whole screen to the window, or take it back",
+    ),
+    Action(
         "view.reset_panels",
         "Reset panel layout",
         "View",
         showing("layout"),
         icon="table-cells-large",
         tooltip="Put all panels back where they were at first",
-        separated=True,
     ),
 )
 

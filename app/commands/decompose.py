@@ -66,6 +66,8 @@ def run(arguments: argparse.Namespace) -> None:
         write_stages(arguments.stages, photo, shown)
         raise NoPatternError(str(arguments.image)) from None
     write_stages(arguments.stages, photo, shown)
+    if not np.isfinite(found.uv).any():
+        raise InputError(f"{arguments.lattice or arguments.image}: the lattice covers no pixel of the photo")
     write(found, image, arguments.output)
 
 

@@ -21,9 +21,10 @@ from app.requests import (
     ShowPanel,
     completed,
 )
+from app.typed_paths import is_folder
 from app.ui.controls import faint, move_right, plain_button, primary_button, tip
 from app.ui.export_dialog import ExportDialog
-from app.ui.file_browser import FileBrowser
+from app.ui.file_browser import FileBrowser, home
 from app.ui.modal import modal, within
 from app.ui.theme import em
 
@@ -79,12 +80,26 @@ class Dialogs:
 def dialog_for(request: Request, editor: Editor) -> Dialog:
     """Return the dialog that answers `request`."""
     folder = _folder(editor)
+
+    def remembered(then: Callable[[Path], None]) -> Callable[[Path], None]:
+        """Do `then` and remember the folder of the file that was chosen."""
+
+        def take(path: Path) -> None:
+            editor.show(folder=path.parent)
+            then(path)
+
+        return take
+
     match request:
-        case OpenFile(title, extensions, then):
+        case OpenFile(title, extensions, chosen):
+            then = remembered(chosen)
             if has_system_dialogs():
                 return SystemFileDialog(title, extensions, folder, then)
             return BrowserDialog(title, FileBrowser(extensions, folder), then)
-        case SaveFile(title, extensions, suggested, then):
+        case SaveFile(title, extensions, suggested, chosen):
+            then = remembered(chosen)
+            if editor.project_path is None and editor.session.folder is not None:
+                suggested = folder / suggested.name
             if has_system_dialogs():
                 return SystemFileDialog(title, extensions, suggested, then, saves=True)
             return BrowserDialog(title, FileBrowser(extensions, suggested.parent, name=suggested.name), then)
@@ -100,9 +115,10 @@ def dialog_for(request: Request, editor: Editor) -> Dialog:
 
 
 def _folder(editor: Editor) -> Path:
-    """Return the folder that file dialogs open on."""
+    """Return the folder that file dialogs open on: that of the last one, or of the document."""
     path = editor.project_path or editor.source_path
-    return path.parent if path is not None else Path.home()
+    last = editor.session.folder
+    return last if last is not None and is_folder(last) else path.parent if path is not None else home()
 
 
 def has_system_dialogs() -> bool:

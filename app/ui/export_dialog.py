@@ -7,6 +7,7 @@ from typing import Literal, cast
 from imgui_bundle import ImVec2, imgui
 
 from app.requests import ExportPicture
+from app.typed_paths import file_to_write, is_file, is_folder
 from app.ui import theme
 from app.ui.controls import colors, faint, label, move_right, plain_button, primary_button, segments, shortened, tip
 from app.ui.file_browser import FileBrowser
@@ -15,6 +16,7 @@ from app.ui.sliders import slider
 from app.ui.theme import em
 from core.arrays import InputError, Points
 from core.canvas import Canvas, Framing
+from core.text import legible
 
 Bits = Literal[8, 16, 32]
 
@@ -46,6 +48,8 @@ def format_of(path: Path) -> str | None:
 
 def named(path: Path, chosen: str) -> Path:
     """Return `path` with the ending of a format in the place of another's, or behind a name that has none."""
+    if not path.name:  # such as "/"
+        return path
     return path.with_suffix(f".{chosen}") if format_of(path) else path.with_name(f"{path.name}.{chosen}")
 
 
@@ -73,6 +77,12 @@ class ExportDialog:
         self._format = format_of(request.options.path) or "png"
         self._browser: FileBrowser | None = None
         self._asked_overwrite: Path | None = None
+        self._typed: str | None = None
+        """What stands in the field of the file; None while that is not typed but chosen."""
+        self._types_name = False
+        """Whether the name is being typed in this frame."""
+        self.fault = ""
+        """Why no file can be written as it is typed."""
 
     def draw(self) -> bool:
         """Draw the dialog; return whether it stays open."""
@@ -93,7 +103,7 @@ class ExportDialog:
         if isinstance(answer, Path):
             self._folder = answer.parent
             self.write_to(answer.name)
-            self._asked_overwrite = answer
+            self._typed, self._asked_overwrite = None, answer
         if answer is not True:
             self._browser = None
 
@@ -101,17 +111,26 @@ class ExportDialog:
         path = self.options.path
         label("File", "Where the picture is written")
         imgui.set_next_item_width(imgui.get_content_region_avail().x - em(6.6) - imgui.get_style().item_spacing.x)
-        shown = str(path.relative_to(self._folder) if path.is_relative_to(self._folder) else path)
+        shown = self._typed
+        if shown is None:
+            shown = legible(str(path.relative_to(self._folder) if path.is_relative_to(self._folder) else path))
         name = imgui.input_text("##file", shown)[1]
-        tip(str(self.path))
-        if name != shown and name.strip():
+        self._types_name = imgui.is_item_active() or imgui.is_item_deactivated()
+        tip(legible(str(self.path)))
+        if name != shown:
             self.write_to(name)
         imgui.same_line()
         if imgui.button("Browse …", ImVec2(em(6.6), 0)):
             self._browser = FileBrowser((*FORMATS, *ALIASES), self.path.parent, name=self.path.name)
         label("Folder")
-        faint(shortened(str(self.path.parent), imgui.get_content_region_avail().x, keeps_end=True))
-        tip(str(self.path.parent))
+        faint(shortened(legible(str(self.path.parent)), imgui.get_content_region_avail().x, keeps_end=True))
+        tip(legible(str(self.path.parent)))
+
+    @property
+    def _is_entered(self) -> bool:
+        """Whether Enter was pressed to export, rather than to end the typing of a number."""
+        entered = imgui.is_key_pressed(imgui.Key.enter) or imgui.is_key_pressed(imgui.Key.keypad_enter)
+        return entered and (self._types_name or not imgui.get_io().want_text_input)
 
     @property
     def path(self) -> Path:
@@ -120,8 +139,16 @@ class ExportDialog:
         return path if format_of(path) else named(path, self._format)
 
     def write_to(self, name: str) -> None:
-        """Take a name, in the folder or with one of its own; its ending says which format."""
-        path = self._folder / Path(name).expanduser()
+        """Take a name, in the folder or with one of its own; its ending says which format.
+
+        A name that no file can have stays in its field, and `fault` says what is wrong with it.
+        """
+        self._typed, self.fault = name, ""
+        try:
+            path = file_to_write(self._folder, name)
+        except InputError as fault:
+            self.fault = str(fault)
+            return
         found = format_of(path)
         if found and found != self._format:
             self._format, self.options = found, replace(self.options, bits=None)
@@ -129,6 +156,7 @@ class ExportDialog:
 
     def choose_format(self, chosen: str) -> None:
         """Take a format, and give the file its ending."""
+        self._typed, self.fault = None, ""
         self.options = replace(self.options, path=named(self.path, chosen), bits=None)
         self._format = chosen
 
@@ -195,16 +223,16 @@ class ExportDialog:
 
     def _draw_answers(self) -> bool:
         path = self.path
-        replaces = path.is_file() and self._asked_overwrite != path
+        replaces = is_file(path) and self._asked_overwrite != path
         top = imgui.get_cursor_pos_y()
         imgui.set_cursor_pos_y(top + (em(2.0) - imgui.get_font_size()) / 2)
         imgui.push_text_wrap_pos(imgui.get_window_width() - em(16))
-        fault = "" if path.parent.is_dir() else f"{path.parent}: no such folder"
+        fault = self.fault or ("" if is_folder(path.parent) else f"{path.parent}: no such folder")
         if fault:
             with colors(text=theme.FAULT):
-                imgui.text_wrapped(fault)
+                imgui.text_wrapped(legible(fault))
         elif replaces:
-            faint(f"{path.name} exists and will be replaced.")
+            faint(f"{legible(path.name)} exists and will be replaced.")
         else:
             faint(f"{self.options.size_px[0] * self.options.size_px[1] / 1e6:.1f} megapixels")
         imgui.pop_text_wrap_pos()
@@ -216,6 +244,7 @@ class ExportDialog:
         imgui.set_cursor_pos_y(top)
         imgui.begin_disabled(bool(fault))
         pressed = primary_button("Replace" if replaces else "Export", 7)
+        pressed = pressed or (self._is_entered and not fault and not replaces)
         imgui.end_disabled()
         if pressed:
             self._request.then(replace(self.options, path=path))

@@ -1,5 +1,6 @@
 """A file browser inside the window, for machines that have no program for system dialogs."""
 
+import contextlib
 import os
 import time
 from dataclasses import dataclass
@@ -9,10 +10,13 @@ import platformdirs
 from imgui_bundle import ImVec2, imgui
 
 from app.requests import completed
+from app.typed_paths import is_file, is_folder, is_there, resolved_name
 from app.ui import theme
 from app.ui.controls import colors, icon_button, plain_button, primary_button, tip
 from app.ui.modal import within, within_height
 from app.ui.theme import em, icon
+from core.arrays import InputError
+from core.text import legible
 
 PLACES_EM = 10.0
 """Width of the list of places to start from."""
@@ -39,18 +43,20 @@ class FileBrowser:
         self._name = name or ""
         self._asks_overwrite: Path | None = None
         self._fault = ""
+        self._picked: Path | None = None
+        """The file that was picked from the list; its name may hold bytes that cannot be typed."""
         self._takes_keys = True
         self.folder = folder
         self._items: tuple[Item, ...] = ()
-        self.enter(folder if folder.is_dir() else Path.home())
+        self.enter(folder if is_folder(folder) else home())
 
     def enter(self, folder: Path) -> None:
         """Show another folder."""
-        folder = folder.absolute()
         try:
+            folder = folder.absolute()
             self._items = listed(folder, self._extensions)
-        except OSError as fault:
-            self._fault = f"{folder}: {fault.strerror}"
+        except (OSError, ValueError) as fault:
+            self._fault = f"{folder}: {getattr(fault, 'strerror', None) or fault}"
             return
         self.folder, self._fault, self._asks_overwrite = folder, "", None
 
@@ -77,7 +83,7 @@ class FileBrowser:
         for part in parts:
             imgui.same_line(0, em(0.3))
             with colors(button=theme.RAISED):
-                if imgui.button(f"{_called(part)}##{part}"):
+                if imgui.button(f"{_called(part)}##{legible(str(part))}"):
                     self.enter(part)
             imgui.same_line(0, em(0.3))
             with colors(text=theme.DISABLED):
@@ -95,10 +101,10 @@ class FileBrowser:
             if is_wide:
                 imgui.table_setup_column("Size", imgui.TableColumnFlags_.width_fixed, em(4.5))
                 imgui.table_setup_column("Changed", imgui.TableColumnFlags_.width_fixed, em(7))
-            for item in self._items:
+            for number, item in enumerate(self._items):
                 imgui.table_next_row()
                 imgui.table_next_column()
-                if self._draw_item(item):
+                if self._draw_item(item, number):
                     chosen, entered = (None, item.path) if item.is_folder else (item.path, None)
                 if is_wide:
                     _draw_details(item)
@@ -107,14 +113,15 @@ class FileBrowser:
             self.enter(entered)
         return chosen
 
-    def _draw_item(self, item: Item) -> bool:
+    def _draw_item(self, item: Item, number: int) -> bool:
         """Draw one entry; return whether it was double-clicked."""
         glyph = "folder" if item.is_folder else "diagram-project" if item.path.suffix == ".weft" else "image"
         flags = imgui.SelectableFlags_.span_all_columns | imgui.SelectableFlags_.allow_double_click
         flags |= imgui.SelectableFlags_.no_auto_close_popups
-        pressed = imgui.selectable(f"{icon(glyph)}   {item.path.name}", item.path.name == self._name, flags)[0]
+        name = legible(item.path.name)
+        pressed = imgui.selectable(f"{icon(glyph)}   {name}##{number}", name == self._name, flags)[0]
         if pressed and not item.is_folder:
-            self._name, self._asks_overwrite = item.path.name, None
+            self._name, self._picked, self._asks_overwrite = name, item.path, None
         return pressed and imgui.is_mouse_double_clicked(0)
 
     def _draw_foot(self, chosen: Path | None) -> Path | bool:
@@ -131,7 +138,7 @@ class FileBrowser:
         imgui.same_line()
         closed = plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape)
         with colors(text=theme.FAULT):
-            imgui.text(self._fault)
+            imgui.text(legible(self._fault))
         if closed:
             return False
         if not pressed:
@@ -141,28 +148,36 @@ class FileBrowser:
 
     def accepted(self, chosen: Path | None) -> Path | bool:
         """Return the file to take, True where something is to be mended first; None stands for the typed name."""
-        path = chosen or typed(self.folder, self._name)
         if not self._name.strip() and chosen is None:
             self._fault = "Type a name, or choose a file"
             return True
-        if path.is_dir():
+        try:
+            path = chosen or self._typed()
+        except InputError as fault:
+            self._fault = f"{str(fault)[:1].upper()}{str(fault)[1:]}"
+            return True
+        if is_folder(path) or not path.name:
             self.enter(path)
             self._name = self._name if self._saves else ""
             return True
         if not self._saves:
-            self._fault = "" if path.is_file() else f"{path.name}: no such file here"
-            return path if path.is_file() else True
+            self._fault = "" if is_file(path) else f"{path.name}: no such file here"
+            return path if is_file(path) else True
         path = completed(path, self._extensions)
-        if path.exists() and self._asks_overwrite != path:
+        if not is_folder(path.parent):
+            self._fault = f"{path.parent}: no such folder"
+            return True
+        if is_there(path) and self._asks_overwrite != path:
             self._asks_overwrite, self._fault = path, f"{path.name} exists already"
             return True
         return path
 
-
-def typed(folder: Path, name: str) -> Path:
-    """Return the file that is meant by a name or a whole path; blanks around it count only where such a file exists."""
-    exact = folder / name
-    return exact if exact.exists() else folder / Path(name.strip()).expanduser()
+    def _typed(self) -> Path:
+        """Return the file whose name stands in the line."""
+        picked = self._picked
+        if picked is not None and picked.parent == self.folder and legible(picked.name) == self._name:
+            return picked
+        return resolved_name(self.folder, self._name)
 
 
 def _draw_details(item: Item) -> None:
@@ -171,12 +186,20 @@ def _draw_details(item: Item) -> None:
         imgui.table_next_column()
         imgui.text("" if item.is_folder else readable(item.size))
         imgui.table_next_column()
-        imgui.text(time.strftime("%d %b %Y", time.localtime(item.modified)))
+        imgui.text(dated(item.modified))
+
+
+def dated(modified: float) -> str:
+    """Return a time in seconds as a date; nothing for one that no calendar has."""
+    try:
+        return time.strftime("%d %b %Y", time.localtime(modified))
+    except (OverflowError, ValueError, OSError):
+        return ""
 
 
 def _called(folder: Path) -> str:
     """Return what a folder is called in the line of folders."""
-    return folder.name or folder.anchor
+    return legible(folder.name or folder.anchor)
 
 
 def _width(folder: Path) -> float:
@@ -186,16 +209,28 @@ def _width(folder: Path) -> float:
 
 def places() -> list[tuple[str, str, Path]]:
     """Return name, icon and path of the folders one starts from."""
-    named = [
-        ("Home", "house", Path.home()),
-        ("Pictures", "image", Path(platformdirs.user_pictures_dir())),
-        ("Documents", "file", Path(platformdirs.user_documents_dir())),
-        ("Downloads", "download", Path(platformdirs.user_downloads_dir())),
-        ("Desktop", "desktop", Path(platformdirs.user_desktop_dir())),
-        ("Here", "location-dot", Path.cwd()),
-        ("Computer", "hard-drive", Path(Path.home().anchor)),
-    ]
-    return [row for row in named if row[2].is_dir()]
+    named = (
+        ("Home", "house", home),
+        ("Pictures", "image", lambda: Path(platformdirs.user_pictures_dir())),
+        ("Documents", "file", lambda: Path(platformdirs.user_documents_dir())),
+        ("Downloads", "download", lambda: Path(platformdirs.user_downloads_dir())),
+        ("Desktop", "desktop", lambda: Path(platformdirs.user_desktop_dir())),
+        ("Here", "location-dot", Path.cwd),
+        ("Computer", "hard-drive", lambda: Path(home().anchor)),
+    )
+    found = []
+    for name, glyph, place in named:
+        with contextlib.suppress(OSError, RuntimeError):  # the working folder may be gone, a home unknown
+            found.append((name, glyph, place()))
+    return [row for row in found if is_folder(row[2])]
+
+
+def home() -> Path:
+    """Return the user's home, the root where there is none."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return Path("/")
 
 
 def listed(folder: Path, extensions: tuple[str, ...]) -> tuple[Item, ...]:
@@ -204,13 +239,11 @@ def listed(folder: Path, extensions: tuple[str, ...]) -> tuple[Item, ...]:
     with os.scandir(folder) as entries:
         for entry in entries:
             path = Path(entry.path)
-            shown = entry.is_dir() or path.suffix.lower().lstrip(".") in extensions
-            if shown and not entry.name.startswith("."):
-                try:
+            with contextlib.suppress(OSError):  # what cannot be looked at is not listed
+                shown = entry.is_dir() or path.suffix.lower().lstrip(".") in extensions
+                if shown and not entry.name.startswith("."):
                     stat = entry.stat()
-                except OSError:
-                    continue
-                items.append(Item(path, entry.is_dir(), stat.st_size, stat.st_mtime))
+                    items.append(Item(path, entry.is_dir(), stat.st_size, stat.st_mtime))
     return tuple(sorted(items, key=lambda item: (not item.is_folder, item.path.name.lower())))
 
 

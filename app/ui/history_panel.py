@@ -13,7 +13,8 @@ class HistoryPanel:
 
     def __init__(self, editor: Editor) -> None:
         self._editor = editor
-        self._seen = 0
+        self._seen: tuple[object, int] | None = None
+        """The history and its present step when the list was last scrolled."""
 
     def draw(self) -> None:
         """Draw the entries."""
@@ -24,6 +25,6 @@ class HistoryPanel:
                 glyph = icon("folder-open" if number == 0 else "circle" if number == history.index else "check")
                 if imgui.selectable(f"{glyph}   {entry}##{number}", number == history.index)[0]:
                     self._editor.go_to(number)
-        if len(history.labels) != self._seen:
-            self._seen = len(history.labels)
-            imgui.set_scroll_here_y(1.0)
+            if number == history.index and self._seen != (history, number):
+                self._seen = history, number
+                imgui.set_scroll_here_y(0.5)

@@ -36,6 +36,7 @@ _NAMED = {
     "delete": "delete",
     "backspace": "backspace",
     "space": "space",
+    "tab": "tab",
     "enter": "enter",
     "keypad_enter": "enter",
     "escape": "escape",

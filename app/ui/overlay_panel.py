@@ -26,6 +26,7 @@ from app.ui.controls import (
 from app.ui.sliders import Held, slider
 from app.ui.theme import em
 from core.cloth import Cloth, Laying
+from core.text import legible
 
 DEFAULTS = Laying()
 
@@ -139,7 +140,7 @@ class OverlayPanel:
             if image is None:
                 faint(NO_TEXTURE)
             else:
-                name = self._cloth.texture_name or "Texture"
+                name = legible(self._cloth.texture_name) or "Texture"
                 imgui.text(shortened(name, imgui.get_content_region_avail().x))
                 tip(name)
                 faint(f"{image.width_px} × {image.height_px} px. {self._whereabouts()}")

@@ -26,6 +26,16 @@ POINTER = (
     ("Space-drag", "Move the view; middle button too"),
     ("Wheel", "Zoom at the pointer"),
     ("Esc", "Cancel what is being dragged"),
+    ("Enter", "End the curve that is being drawn"),
+    ("Backspace", "Take its last point back"),
+    ("Arrows", "Move what is selected by a pixel, with Shift by ten"),
+    ("Delete", "Remove what is selected"),
+)
+BRUSH = (
+    ("[ ]", "Smaller, larger"),
+    ("Shift+[ ]", "Softer, harder"),
+    ("X", "Paint or erase"),
+    ("Shift-click", "A straight line from the last stroke"),
 )
 
 
@@ -67,9 +77,9 @@ class Sheets:
 
     def _groups(self) -> list[Group]:
         """Return the keys: those of the pointer, then menu by menu."""
-        groups: list[Group] = [("Pointer", list(POINTER))]
+        groups: list[Group] = [("Pointer", list(POINTER)), ("Brush", list(BRUSH))]
         for menu in dict.fromkeys(action.menu for action in self._actions):
-            rows = [(action.chord, action.label) for action in self._actions if action.menu == menu and action.chord]
+            rows = [(_keys(action), action.label) for action in self._actions if action.menu == menu and action.chord]
             if rows and menu != "Tools":
                 groups.append((menu.replace("/", " › "), rows))
         return groups + self._tool_groups()
@@ -89,6 +99,11 @@ class Sheets:
         faint(f"Version {_version()}. Free software under the GNU General Public License, version 3 or later.")
         imgui.dummy(ImVec2(within(30), em(0.3)))
         imgui.text("Bend a picture and keep its features: warp, retexture and overlay, live.")
+
+
+def _keys(action: Action) -> str:
+    """Return every key of an action."""
+    return ", ".join((action.chord, *action.more_chords))
 
 
 def balanced(groups: Sequence[Group], count: int) -> list[list[Group]]:

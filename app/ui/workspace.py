@@ -31,6 +31,7 @@ from app.ui.toasts import Toasts
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
 from app.ui.warp_panel import WarpPanel
 from app.ui.welcome import Welcome
+from app.ui.whole_view import WholeView
 from core.document import Mode
 
 SIDE, LOWER_SIDE = "Side", "LowerSide"
@@ -47,6 +48,8 @@ class Workspace:
 
     def __init__(self, editor: Editor, *, welcomes: bool = False) -> None:
         self.editor = editor
+        self.toggle_full_screen: Callable[[], None] = lambda: None
+        """Gives the window the whole screen, or takes it back; whoever has the window puts it here."""
         self.wait_s: float | None = None
         """Seconds until the window wants a frame without an event; None for never."""
         self.barrier = Barrier(editor)
@@ -68,6 +71,7 @@ class Workspace:
         self.toasts = Toasts(editor)
         self.fault_message = FaultMessage(editor, self.barrier)
         self.welcome = Welcome(editor, shown=welcomes)
+        self._whole_view = WholeView(editor)
         self._shown_picture: object = None
         self._fits_left = 0
         self._scale = 1.0
@@ -124,6 +128,8 @@ class Workspace:
             self.palette.open()
         elif panel == "history":
             hello_imgui.get_runner_params().docking_params.focus_dockable_window("History")
+        elif panel == "full-screen":
+            self.toggle_full_screen()
         elif panel == "layout":
             hello_imgui.get_runner_params().docking_params.layout_reset = True
         else:
@@ -174,10 +180,13 @@ class Workspace:
         for mode, name in PANELS.items():
             panel = docking.dockable_window_of_name(name)
             if panel is not None:
-                panel.is_visible = mode == self.editor.session.mode
+                panel.is_visible = mode == self.editor.session.mode and self.editor.session.panels
         handles = docking.dockable_window_of_name("Handles")
         if handles is not None:
-            handles.is_visible = self.editor.session.mode == "warp"
+            handles.is_visible = self.editor.session.mode == "warp" and self.editor.session.panels
+        history = docking.dockable_window_of_name("History")
+        if history is not None:
+            history.is_visible = self.editor.session.panels
         _back_panels()
 
     def end_frame(self) -> None:
@@ -209,6 +218,7 @@ class Workspace:
         if self._fits_left > 0:
             self._fits_left -= 1
             self.table.run("view.fit", self.editor)
+        self._whole_view.update()
 
 
 def _close_popups() -> None:

@@ -1,8 +1,12 @@
+import os
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
-from app.ui.file_browser import FileBrowser, typed
+from app.typed_paths import resolved_name
+from app.ui.file_browser import FileBrowser, dated, listed, places
 
 
 def test_shows_the_whole_way_to_a_relative_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -15,11 +19,11 @@ def test_shows_the_whole_way_to_a_relative_folder(tmp_path: Path, monkeypatch: p
 
 
 def test_blanks_around_a_typed_name_count_only_where_such_a_file_exists(tmp_path: Path) -> None:
-    assert typed(tmp_path, " a.png ") == tmp_path / "a.png"
-    assert typed(tmp_path, f"{tmp_path}/b.png ") == tmp_path / "b.png"
+    assert resolved_name(tmp_path, " a.png ") == tmp_path / "a.png"
+    assert resolved_name(tmp_path, f"{tmp_path}/b.png ") == tmp_path / "b.png"
     (tmp_path / "c.png ").touch()
-    assert typed(tmp_path, "c.png ") == tmp_path / "c.png "
-    assert typed(tmp_path, "~/d.png") == Path.home() / "d.png"
+    assert resolved_name(tmp_path, "c.png ") == tmp_path / "c.png "
+    assert resolved_name(tmp_path, "~/d.png") == Path.home() / "d.png"
 
 
 def test_a_name_without_its_ending_is_asked_about_by_its_whole_name(tmp_path: Path) -> None:
@@ -30,3 +34,62 @@ def test_a_name_without_its_ending_is_asked_about_by_its_whole_name(tmp_path: Pa
     assert browser.accepted(tmp_path / "horses v1.2") is True
     assert browser.accepted(tmp_path / "horses v1.2") == tmp_path / "horses v1.2.weft"
     assert FileBrowser(("png", "jpeg"), tmp_path, name="").accepted(tmp_path / "a.JPEG") == tmp_path / "a.JPEG"
+
+
+NAMES = [
+    "/",
+    "//",
+    ".",
+    "..",
+    "~",
+    "~nobody-of-that-name",
+    "~nobody-of-that-name/a",
+    "a" * 5000,
+    "a/" * 3000,
+    "\\",
+    "a\0b",
+    " ",
+    "\n",
+]
+
+
+@pytest.mark.parametrize("name", [*NAMES, "/root/../root/a", "/dev/null", "/dev/full/a", "."])
+@pytest.mark.parametrize("saves", [False, True])
+def test_whatever_is_typed_is_answered(tmp_path: Path, name: str, saves: bool) -> None:
+    browser = FileBrowser(("png",), tmp_path, name="" if saves else None)
+    browser._name = name
+    answer = browser.accepted(None)
+    assert answer is True or isinstance(answer, Path)
+
+
+@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.text(st.sampled_from("/.~ a\\é\0*\n\t\u202e名:|<>-"), max_size=12), st.booleans())
+def test_random_names_are_answered(tmp_path: Path, name: str, saves: bool) -> None:
+    browser = FileBrowser(("png",), tmp_path, name="" if saves else None)
+    browser._name = name
+    answer = browser.accepted(None)
+    assert answer is True or (isinstance(answer, Path) and answer.name)
+
+
+def test_a_name_that_is_not_utf_8_is_listed_and_taken(tmp_path: Path) -> None:
+    file = Path(os.fsdecode(os.fsencode(tmp_path) + b"/J\xfcrgen.png"))
+    file.write_bytes(b"x")
+    (item,) = listed(tmp_path, ("png",))
+    assert item.path == file
+    browser = FileBrowser(("png",), tmp_path)
+    browser._name, browser._picked = "Jürgen.png", file
+    assert browser.accepted(None) == file
+
+
+def test_places_are_listed_where_the_working_folder_is_gone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert "Here" not in [name for name, _, _ in places()]
+    assert FileBrowser(("png",), Path("pictures")).folder
+
+
+def test_a_date_beyond_the_calendar_is_left_out() -> None:
+    assert dated(1e300) == ""
+    assert dated(0.0).endswith("1970")

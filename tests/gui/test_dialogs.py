@@ -1,0 +1,178 @@
+"""The dialogs, typed into at random, and what the window does with keys of its own."""
+
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from app.actions.view import whole
+from app.editor import Editor
+from app.requests import ExportOptions
+from core.images import Image, save
+from core.progress import Job, Progress
+from tests.gui.window_driver import WindowDriver, drive
+
+pytestmark = pytest.mark.gui
+
+SCRAPS = ("/", "~", ".", "..", "~x", " ", "*", "%s", "{}", "##", "a", ".png", "é", "名", "-1", "1e99", "nan", "x" * 300)
+FIELDS = {
+    "file.export": ("Export picture", ("##file", "##width", "##height")),
+    "file.open": ("Open", ("##name",)),
+    "file.save_as": ("Save project as", ("##name",)),
+    "mask.load": ("Load mask", ("##name",)),
+    "mask.save": ("Save mask", ("##name",)),
+    "warp.export": ("Export warp: ST map (.exr) or mesh (.obj)", ("##name",)),
+}
+
+
+@pytest.mark.parametrize("action", FIELDS)
+def test_random_typing_in_a_dialog_harms_nothing(
+    editor: Editor, action: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    editor.source_path = tmp_path / "picture.png"
+    editor.edit("Mask", editor.document.changed(mask=editor.document.mask.inverted))
+    title, fields = FIELDS[action]
+    choose = random.Random(7)
+
+    def script(window: WindowDriver) -> None:
+        for _ in range(8):
+            if window.dialog is None:
+                window.shell.workspace.table.run(action, editor)
+                window.wait(4)
+            assert window.dialog == title
+            for field in fields:
+                window.item(f"//{title}/{field}")
+                window.key(imgui.Key.mod_ctrl, imgui.Key.a)
+                window.context.key_chars("".join(choose.choices(SCRAPS, k=choose.randint(1, 4))))
+                window.wait(2)
+            if action != "file.export":
+                window.key(imgui.Key.enter).wait(2)
+            editor.jobs.cancel_all()
+        while window.dialog is not None:
+            window.key(imgui.Key.escape).wait(3)
+
+    drive(editor, script)
+
+
+def test_a_slash_as_the_name_of_an_export_is_said(editor: Editor, tmp_path: Path) -> None:
+    editor.source_path = tmp_path / "picture.png"
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("file.export", editor)
+        window.wait(4).item("//Export picture/##file")
+        window.key(imgui.Key.mod_ctrl, imgui.Key.a)
+        window.context.key_chars("/")
+        window.wait(3).key(imgui.Key.enter).wait(3)
+        assert window.dialog == "Export picture"
+
+    drive(editor, script)
+
+
+def test_enter_exports(editor: Editor, tmp_path: Path) -> None:
+    chosen: list[Path] = []
+
+    def exported(_: object, options: ExportOptions) -> Job[None]:
+        chosen.append(options.path)
+        yield Progress(1.0)
+
+    editor.source_path, editor.exporter = tmp_path / "picture.png", exported
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("file.export", editor)
+        window.wait(4).key(imgui.Key.enter).wait_until(lambda: bool(chosen))
+        assert window.dialog is None
+
+    drive(editor, script)
+    assert chosen == [tmp_path / "picture-weft.png"]
+
+
+def test_file_dialogs_open_on_the_folder_of_the_last_one(editor: Editor, tmp_path: Path) -> None:
+    (tmp_path / "masks").mkdir()
+    save(Image(np.full((400, 600, 1), 255, np.uint8)), tmp_path / "masks" / "all.png")
+    save(Image(np.full((20, 30, 3), 90, np.uint8)), tmp_path / "masks" / "moor.png")
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("mask.load", editor)
+        window.wait(4).context.key_chars_append_enter(str(tmp_path / "masks" / "all.png"))
+        window.wait_until(lambda: not editor.document.mask.is_empty)
+        window.wait_until(lambda: "The mask marks the whole picture." in window.shell.workspace.toasts.texts)
+        window.shell.workspace.table.run("file.open", editor)
+        window.wait(4).context.key_chars_append_enter("moor.png")
+        window.wait(4)
+
+    drive(editor, script)
+    assert editor.session.folder == tmp_path / "masks"
+
+
+def test_tab_hides_the_panels_and_brings_them_back(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        canvas = window.shell.workspace.canvas
+        window.wait(4)
+        narrow = canvas.area.width
+        window.move(300, 300).key(imgui.Key.tab).wait(4)
+        assert canvas.area.width > narrow + 100
+        window.key(imgui.Key.tab).wait(4)
+        assert canvas.area.width == pytest.approx(narrow, abs=1)
+        window.item("//Warp/**/Arch").wait(2)
+
+    drive(editor, script)
+    assert editor.document.warp.preset == "arch"
+
+
+def test_f11_takes_the_whole_screen_and_gives_it_back(editor: Editor) -> None:
+    sizes: list[tuple[float, float]] = []
+
+    def script(window: WindowDriver) -> None:
+        def note() -> None:
+            size = imgui.get_io().display_size
+            sizes.append((size.x, size.y))
+
+        window.move(300, 300).wait(2)
+        note()
+        window.key(imgui.Key.f11).wait(12)
+        note()
+        window.key(imgui.Key.f11).wait(12)
+        note()
+
+    drive(editor, script, size=(1000, 700))
+    assert sizes[0] == sizes[2] == (1000, 700)
+    assert sizes[1] > sizes[0]
+
+
+def test_a_picture_seen_whole_stays_whole_when_a_warp_makes_it_larger(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.wait(6)
+        editor.edit("Stretch", editor.document.with_warp(preset="stretch", values={"width": 300.0}))
+        window.wait(8)
+        assert editor.session.view == whole(editor)
+        window.move(300, 300).context.mouse_wheel_y(2)
+        window.wait(3)
+        chosen = editor.session.view
+        editor.edit("Stretch", editor.document.with_warp(values={"width": 900.0}))
+        window.wait(8)
+        assert editor.session.view == chosen
+
+    drive(editor, script)
+
+
+def test_the_history_scrolls_to_its_present_step(editor: Editor) -> None:
+    for number in range(60):
+        editor.edit(f"Bend {number}", editor.document.with_warp(preset="arc", bend=float(number)))
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.show_panel("history")
+        place(window.wait(4))
+        editor.go_to(2)
+        assert place(window.wait(4)) < 60
+        editor.go_to(60)
+        assert place(window.wait(4)) > 300
+        editor.go_to(2)
+        assert place(window.wait(4)) < 60
+
+    def place(window: WindowDriver) -> float:
+        return float(imgui.internal.find_window_by_name("History").scroll.y)
+
+    drive(editor, script)
