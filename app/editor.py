@@ -231,13 +231,19 @@ class Editor:
         else:
             self.live.update(self.document)
         if self.recovery is not None and not self.is_busy:
-            saved, project = self.history.is_saved, self.project_path
-            self.recovery.update(self.document, saved=saved, name=self.name, project=project, now=self.clock())
+            self.recovery.update(
+                self.document,
+                saved=self.history.is_saved,
+                name=self.name,
+                project=self.project_path,
+                source=self.source_path,
+                now=self.clock(),
+            )
 
     def keep_unsaved(self) -> None:
         """Keep unsaved work at once, since the program ends without having asked for it."""
         if self.recovery is not None and not self.history.is_saved:
-            self.recovery.keep(self.document, name=self.name, project=self.project_path)
+            self.recovery.keep(self.document, name=self.name, project=self.project_path, source=self.source_path)
 
     def _update_retexture(self) -> None:
         """Follow the curves; who moves a target wants to see it."""

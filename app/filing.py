@@ -8,11 +8,9 @@ from pathlib import Path
 import platformdirs
 
 from app.editor import Editor
-from app.recovery import Rescue, discard
 from app.requests import (
     PICTURES,
     PROJECTS,
-    AskRecover,
     AskUnsaved,
     AskWriting,
     ExportOptions,
@@ -222,37 +220,6 @@ def replace_picture(editor: Editor, path: Path) -> None:
         return load(path)
 
     editor.start("Replace picture", steps, lambda document, image: document.with_image(image))
-
-
-def offer_rescues(editor: Editor) -> None:
-    """Offer what earlier runs left unsaved; at the start."""
-    rescues = [] if editor.recovery is None else editor.recovery.found()
-    if not rescues:
-        return
-
-    def answered(yes: bool) -> None:
-        if yes:
-            _recover(editor, rescues[0])
-        else:
-            for rescue in rescues:
-                discard(rescue)
-
-    editor.requests.append(AskRecover(tuple(legible(rescue.name) for rescue in rescues), answered))
-
-
-def _recover(editor: Editor, rescue: Rescue) -> None:
-    """Open rescued work as work that is not saved; its file goes once the editor has kept it anew."""
-
-    def steps() -> Job[Document]:
-        yield Progress(0.0, "reading")
-        return load_project(rescue.file)
-
-    def deliver(document: Document) -> None:
-        editor.replace_document(document, project=rescue.project, source=None, saved=False)
-        if editor.recovery is not None:
-            editor.recovery.adopt(rescue, document)
-
-    editor.background(f"Recover {legible(rescue.name)}", steps, deliver)
 
 
 def settings_file() -> Path:

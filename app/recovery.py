@@ -1,40 +1,19 @@
-"""Unsaved work, kept in the user's state folder while the editor runs, and found there after a crash.
+"""Unsaved work is kept while the editor runs, and found after a crash; `rescues` says in which files."""
 
-Every running editor owns one project file and, beside it, a note of what it is called and which process writes it.
-Both go when the work is saved or given up. What belongs to no living process is offered at the next start.
-"""
-
-import contextlib
-import json
-import os
-from dataclasses import dataclass
+import threading
+import time
+import uuid
 from pathlib import Path
 
-import platformdirs
-
+from app import rescues
 from app.jobs import Jobs, Task
 from app.preferences import Preferences
+from app.rescues import Drawer, Rescue, recovery_folder
 from core.arrays import InputError
 from core.document import Document
-from core.files import write_text
+from core.ownership import Claim, claim
 from core.progress import Job, Progress, run
-from core.project import SUFFIX, save_project
-
-
-def recovery_folder() -> Path:
-    """Return the folder of the user's unsaved work."""
-    return Path(platformdirs.user_state_path("weft")) / "recovery"
-
-
-@dataclass(frozen=True)
-class Rescue:
-    """Work that an editor left behind."""
-
-    file: Path
-    name: str
-    """What it was called."""
-    project: Path | None
-    """Where it was saved before."""
+from core.project import save_project
 
 
 class Recovery:
@@ -50,14 +29,26 @@ class Recovery:
         self._kept: Document | None = None
         self._due_at: float | None = None
         self._hurries = False
-        self._file = self.folder / f"{os.getpid()}-{id(self):x}{SUFFIX}"
+        self._drawer = Drawer(self.folder, uuid.uuid4().hex)
+        self._claim: Claim | None = None
+        self._writing = threading.Lock()
+        """Held while the files are written: by a job, or at the end of the program."""
 
     @property
     def due_at(self) -> float | None:
         """When the clock must read at least for `update` to keep something; None while nothing waits."""
         return self._due_at
 
-    def update(self, document: Document, *, saved: bool, name: str, project: Path | None, now: float) -> None:
+    def update(
+        self,
+        document: Document,
+        *,
+        saved: bool,
+        name: str,
+        project: Path | None,
+        now: float,
+        source: Path | None = None,
+    ) -> None:
         """Keep `document` from time to time while it is not saved; forget it when it is."""
         if saved or document is self._kept:
             self._due_at = None
@@ -68,7 +59,7 @@ class Recovery:
             self._due_at = now + self.every_s
         if (self._hurries or now >= self._due_at) and not self._jobs.holds("recovery"):
             self._due_at, self._kept, self._hurries = None, document, False
-            steps = lambda: _keep(document, self._file, name, project)  # noqa: E731
+            steps = lambda: self._keeping(document, name, project, source)  # noqa: E731
             task = Task("Keep unsaved work", steps, self._succeed, self._try_again)
             self._jobs.submit("recovery", task, beside=True)
 
@@ -76,13 +67,32 @@ class Recovery:
         """Have the next `update` keep what is not kept yet: who knows how long the program goes on."""
         self._hurries = True
 
-    def keep(self, document: Document, *, name: str, project: Path | None) -> None:
+    def keep(self, document: Document, *, name: str, project: Path | None, source: Path | None = None) -> None:
         """Keep `document` at once, on this thread: the program is about to end without having asked.
 
         Raises `InputError` if it cannot be written.
         """
         self._jobs.drop("recovery")
-        run(_keep(document, self._file, name, project))
+        run(self._keeping(document, name, project, source))
+
+    def _keeping(self, document: Document, name: str, project: Path | None, source: Path | None) -> Job[None]:
+        """Write `document` and what belongs to it."""
+        yield Progress(0.0)
+        with self._writing:
+            rescues.prepared(self.folder)
+            self._own()
+            self._drawer.age(time.time())
+            save_project(document, self._drawer.project())
+            rescues.write_note(self._drawer, name, project, source)
+            rescues.write_picture(self._drawer, document)
+
+    def _own(self) -> None:
+        """Hold the lock of the files."""
+        if self._claim is None:
+            try:
+                self._claim = claim(self._drawer.lock)
+            except OSError as fault:
+                raise InputError(f"{self._drawer.lock}: {(fault.strerror or str(fault)).lower()}") from fault
 
     def _succeed(self, _: None) -> None:
         """Take back what was said of a fault."""
@@ -97,63 +107,28 @@ class Recovery:
         """Remove what was kept: it is saved, or given up."""
         self._jobs.drop("recovery")
         self._kept = self._due_at = self.fault = None
-        discard(Rescue(self._file, "", None))
+        with self._writing:
+            if self._claim is not None:
+                self._drawer.remove()
+                self._claim.release()
+                self._claim = None
+            self._drawer = Drawer(self.folder, uuid.uuid4().hex)
 
     def adopt(self, rescue: Rescue, document: Document) -> None:
-        """Take over what was rescued as `document`, so that it stays until it is saved or given up."""
-        with contextlib.suppress(OSError, InputError):
-            rescue.file.replace(self._file)
-            _note(self._file, rescue.name, rescue.project)
-            self._kept = document
-        discard(rescue)
+        """Take over what was rescued as `document`, so that it stays until it is saved or given up.
+
+        Where another editor has taken it meanwhile, the document is kept anew, as any other.
+        """
+        self.forget()
+        try:
+            taken = claim(rescue.drawer.lock)
+            if taken is None:
+                return
+            rescue.drawer.bring_forward(rescue.generation)
+        except OSError:
+            return
+        self._claim, self._drawer, self._kept = taken, rescue.drawer, document
 
     def found(self) -> list[Rescue]:
         """Return what other editors left behind when they ended without asking, the newest first."""
-        rescues = []
-        for note in sorted(self.folder.glob("*.json"), key=lambda file: file.stat().st_mtime, reverse=True):
-            file = note.with_suffix(SUFFIX)
-            with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
-                data = json.loads(note.read_text(encoding="utf-8"))
-                if file.exists() and not _is_alive(int(data["process"])):
-                    project = None if data["project"] is None else Path(data["project"])
-                    rescues.append(Rescue(file, str(data["name"]), project))
-        return rescues
-
-
-def discard(rescue: Rescue) -> None:
-    """Remove the files of a rescue."""
-    for file in (rescue.file, rescue.file.with_suffix(".json")):
-        with contextlib.suppress(OSError):
-            file.unlink(missing_ok=True)
-
-
-def _keep(document: Document, file: Path, name: str, project: Path | None) -> Job[None]:
-    """Write `document` and the note beside it."""
-    yield Progress(0.0)
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as fault:
-        raise InputError(f"{file.parent}: {fault.strerror}") from fault
-    save_project(document, file)
-    _note(file, name, project)
-
-
-def _note(file: Path, name: str, project: Path | None) -> None:
-    """Write beside `file` what it is and that this process owns it."""
-    data = {"process": os.getpid(), "name": name, "project": None if project is None else str(project)}
-    write_text(file.with_suffix(".json"), json.dumps(data))
-
-
-def _is_alive(process: int) -> bool:
-    """Return whether another process of this number runs; where that cannot be told, that none does."""
-    if process == os.getpid():
-        return True
-    if os.name != "posix":
-        return False
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
+        return rescues.found(self.folder)

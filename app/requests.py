@@ -90,13 +90,29 @@ class AskWriting:
     then: Callable[[Writing], None]
 
 
+@dataclass(frozen=True)
+class Offer:
+    """A state of unsaved work, as the artist knows it."""
+
+    name: str
+    folder: str
+    """Where it was saved before, or where its picture lies; empty for neither."""
+    kept_at: float
+    """In seconds of the system's clock."""
+    earlier: bool = False
+    """Whether it is an earlier state of a document that is on offer, too."""
+    picture: Path | None = None
+    """A small picture's file."""
+
+
 @dataclass(frozen=True, eq=False)
 class AskRecover:
     """Offer work that an earlier run left unsaved."""
 
-    names: tuple[str, ...]
-    then: Callable[[bool], None]
-    """Takes True to open the newest and keep the others, False to discard them."""
+    offers: tuple[Offer, ...]
+    """The newest first."""
+    then: Callable[[int | None], None]
+    """Takes the number of the offer to open, the others stay; None discards them all."""
 
 
 @dataclass(frozen=True, eq=False)

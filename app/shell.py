@@ -199,7 +199,7 @@ class Shell:
 
     def _detach(self) -> None:
         """Free what is on the GPU while the context is there."""
-        self.workspace.thumbnails.release()
+        self.workspace.thumbnails.close()
         self._renderer.release()
 
     def _begin_frame(self) -> None:

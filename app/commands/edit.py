@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 from app.console import run_shown
 from app.editor import Editor
-from app.filing import is_project, offer_rescues, recent_files, remember, settings_file
+from app.filing import is_project, recent_files, remember, settings_file
 from app.jobs import Jobs
 from app.loading import loading
 from app.preferences import load_preferences, preferences_file
 from app.recovery import Recovery
 from app.requests import ExportOptions
+from app.rescue_offers import offer_rescues
 from app.tools.all import TOOLS
 from assets import asset
 from core.document import Document

@@ -22,10 +22,11 @@ from app.requests import (
     completed,
 )
 from app.typed_paths import is_folder
-from app.ui.controls import faint, move_right, plain_button, primary_button, tip
+from app.ui.controls import faint, move_right, plain_button, primary_button
 from app.ui.export_dialog import ExportDialog
 from app.ui.file_browser import FileBrowser, home
 from app.ui.modal import modal, within
+from app.ui.recover_dialog import RecoverDialog, ThumbnailOf
 from app.ui.theme import em
 
 
@@ -41,8 +42,9 @@ class Dialog(Protocol):
 class Dialogs:
     """The dialog that is open, if any."""
 
-    def __init__(self, editor: Editor, show_panel: Callable[[Panel], None]) -> None:
+    def __init__(self, editor: Editor, show_panel: Callable[[Panel], None], thumbnail: ThumbnailOf) -> None:
         self._editor = editor
+        self._thumbnail = thumbnail
         self._show_panel = show_panel
         self._dialog: Dialog | None = None
 
@@ -68,7 +70,7 @@ class Dialogs:
         if isinstance(request, ShowPanel):
             self._show_panel(request.panel)
         else:
-            self._dialog = dialog_for(request, self._editor)
+            self._dialog = dialog_for(request, self._editor, self._thumbnail)
 
     def _draw_modal(self, dialog: Dialog) -> None:
         with modal(dialog.title) as shown:
@@ -77,8 +79,8 @@ class Dialogs:
                 imgui.close_current_popup()
 
 
-def dialog_for(request: Request, editor: Editor) -> Dialog:
-    """Return the dialog that answers `request`."""
+def dialog_for(request: Request, editor: Editor, thumbnail: ThumbnailOf) -> Dialog:
+    """Return the dialog that answers `request`; `thumbnail` gives pictures to show in it."""
     folder = _folder(editor)
 
     def remembered(then: Callable[[Path], None]) -> Callable[[Path], None]:
@@ -110,7 +112,7 @@ def dialog_for(request: Request, editor: Editor) -> Dialog:
         case AskWriting():
             return WritingDialog(request)
         case AskRecover():
-            return RecoverDialog(request)
+            return RecoverDialog(request, thumbnail)
     raise TypeError(request)
 
 
@@ -241,33 +243,5 @@ class WritingDialog:
         imgui.same_line()
         if primary_button("Finish and quit", 9) or imgui.is_key_pressed(imgui.Key.enter):
             self._request.then("wait")
-            return False
-        return True
-
-
-class RecoverDialog:
-    """Offers what an earlier run left."""
-
-    title = "Recover unsaved work?"
-
-    def __init__(self, request: AskRecover) -> None:
-        self._request = request
-
-    def draw(self) -> bool:
-        """Draw the list and the answers."""
-        imgui.text("Weft did not close as it should last time. It kept your work:")
-        for name in self._request.names:
-            imgui.bullet_text(name)
-        imgui.dummy(ImVec2(within(26), em(0.4)))
-        if plain_button("Discard", 8):
-            self._request.then(False)
-            return False
-        move_right(7, 8)
-        if plain_button("Later", 7) or imgui.is_key_pressed(imgui.Key.escape):
-            return False
-        tip("It stays and is offered again at the next start")
-        imgui.same_line()
-        if primary_button("Recover", 8):
-            self._request.then(True)
             return False
         return True

@@ -189,10 +189,10 @@ def _draw_details(item: Item) -> None:
         imgui.text(dated(item.modified))
 
 
-def dated(modified: float) -> str:
+def dated(modified: float, *, with_time: bool = False) -> str:
     """Return a time in seconds as a date; nothing for one that no calendar has."""
     try:
-        return time.strftime("%d %b %Y", time.localtime(modified))
+        return time.strftime("%d %b %Y, %H:%M" if with_time else "%d %b %Y", time.localtime(modified))
     except (OverflowError, ValueError, OSError):
         return ""
 

@@ -1,18 +1,23 @@
 """Small pictures of the document's picture under each preset, drawn a few a frame so that nothing stalls."""
 
+from pathlib import Path
+
 import moderngl
 import numpy as np
 
 from app.editor import Editor
 from app.render.renderer import Renderer
 from app.ui.preset_list import Thumbnail
-from core.arrays import Points
+from core.arrays import InputError, Points
 from core.grid import Grid
-from core.images import Image
+from core.images import Image, load
+from core.proxy import proxy, scale_for
 from core.warps.presets import PRESETS, make_warp
 
 SIZE_PX = (152, 104)
 CELLS = 24
+MOST_PIXELS = 1 << 18
+"""A file's thumbnail has so many pixels at most."""
 A_FRAME = 2
 """How many are drawn in one frame at most."""
 BEND = 50.0
@@ -31,6 +36,8 @@ class Thumbnails:
         self._renderer: Renderer | None = None
         self._image: Image | None = None
         self._textures: dict[str, moderngl.Texture] = {}
+        self._files: dict[Path, moderngl.Texture | None] = {}
+        """By file, the thumbnails of pictures that were asked for."""
         self._left = 0
         self.is_complete = True
         """Whether this frame has drawn fewer than it may: else the next one goes on."""
@@ -53,6 +60,14 @@ class Thumbnails:
             texture.release()
         self._textures.clear()
 
+    def close(self) -> None:
+        """Free everything."""
+        self.release()
+        for texture in self._files.values():
+            if texture is not None:
+                texture.release()
+        self._files.clear()
+
     def of(self, name: str) -> Thumbnail | None:
         """Return the thumbnail of preset `name`, None while it is not drawn yet."""
         if name not in self._textures and self._left > 0:
@@ -62,6 +77,25 @@ class Thumbnails:
         if name not in self._textures:
             return None
         return Thumbnail(self._textures[name].glo, *SIZE_PX)
+
+    def of_file(self, path: Path) -> Thumbnail | None:
+        """Return the thumbnail in a small picture's file; None where there is none, or it cannot be read."""
+        if path not in self._files:
+            self._files[path] = self._loaded(path)
+        texture = self._files[path]
+        return None if texture is None else Thumbnail(texture.glo, *texture.size)
+
+    def _loaded(self, path: Path) -> moderngl.Texture | None:
+        try:
+            image = load(path)
+        except InputError:
+            return None
+        pixels = proxy(image, scale_for(image, MOST_PIXELS))
+        alpha = np.full((*pixels.shape[:2], 1), 255, np.uint8)
+        data = np.ascontiguousarray(np.concatenate([pixels, alpha], axis=2)).tobytes()
+        texture = self._context.texture((pixels.shape[1], pixels.shape[0]), 4, data)
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return texture
 
     def _draw(self, name: str) -> None:
         if self._renderer is None or self._image is None:

@@ -65,7 +65,7 @@ class Workspace:
         self.overlay_panel = OverlayPanel(editor, table)
         self.handles_panel = HandlesPanel(editor)
         self.history_panel = HistoryPanel(editor)
-        self.dialogs = Dialogs(editor, self.show_panel)
+        self.dialogs = Dialogs(editor, self.show_panel, self.thumbnails.of_file)
         self.palette = Palette(editor, table.actions)
         self.sheets = Sheets(editor, table.actions)
         self.toasts = Toasts(editor)

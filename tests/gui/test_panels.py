@@ -194,4 +194,4 @@ def test_the_status_bar_says_that_unsaved_work_is_not_kept_until_it_is(editor: E
         window.wait_until(lambda: not is_said())
 
     drive(editor, script)
-    assert sorted(file.suffix for file in folder.iterdir()) == [".json", ".weft"]
+    assert sorted(file.suffix for file in folder.iterdir()) == [".json", ".lock", ".png", ".weft"]

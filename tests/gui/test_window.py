@@ -8,8 +8,9 @@ import pytest
 from imgui_bundle import imgui
 
 from app.editor import Editor
-from app.requests import AskRecover, OpenFile
+from app.requests import AskRecover, Offer, OpenFile
 from app.spaces import canvas_from_screen
+from core.images import Image, save
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -208,16 +209,23 @@ def test_the_divider_of_the_split_view_is_dragged(editor: Editor) -> None:
     assert editor.history.index == 0
 
 
-def test_rescued_work_is_offered(editor: Editor) -> None:
-    answers: list[bool] = []
-    editor.requests.append(AskRecover(("portrait.weft",), answers.append))
+def test_rescued_work_is_offered(editor: Editor, tmp_path: Path) -> None:
+    answers: list[int | None] = []
+    save(Image(np.full((8, 12, 3), 90, np.uint8)), tmp_path / "small.png")
+    offers = (
+        Offer("portrait.weft", "/home/a/pictures", 1.7e9, picture=tmp_path / "small.png"),
+        Offer("portrait.weft", "", 1.6e9, earlier=True, picture=tmp_path / "gone.png"),
+        Offer("Unsaved work", "", 1e300),
+    )
+    editor.requests.append(AskRecover(offers, answers.append))
 
     def script(window: WindowDriver) -> None:
-        window.wait(3).item("//Recover unsaved work?/Recover").wait()
+        window.wait(3).item("//Recover unsaved work?/**/##offer 1").wait()
+        window.item("//Recover unsaved work?/Recover").wait()
         assert window.dialog is None
 
     drive(editor, script)
-    assert answers == [True]
+    assert answers == [1]
 
 
 def test_the_dialog_of_the_desktop_is_used_where_there_is_one(
