@@ -21,6 +21,7 @@ from app.requests import (
     Writing,
     completed,
 )
+from app.state_files import read_state
 from app.warp_files import SUFFIXES as WARP_SUFFIXES
 from app.warp_files import writing_warp
 from core.arrays import InputError
@@ -229,11 +230,8 @@ def settings_file() -> Path:
 
 def recent_files(file: Path | None = None) -> tuple[str, ...]:
     """Return the paths opened last, the newest first; none where there is no record."""
-    try:
-        data = json.loads((file or settings_file()).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return ()
-    return tuple(path for path in data if isinstance(path, str))[:RECENT] if isinstance(data, list) else ()
+    paths = read_state(file or settings_file(), list) or ()
+    return tuple(path for path in paths if isinstance(path, str) and "\0" not in path)[:RECENT]
 
 
 def remember(editor: Editor, path: Path) -> None:

@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 import platformdirs
 
+from app.state_files import read_state
 from core.arrays import InputError
 from core.files import write_text
 
@@ -45,12 +46,8 @@ def preferences_file() -> Path:
 
 def load_preferences(file: Path) -> Preferences:
     """Return what `file` says; the default in place of everything that is missing or makes no sense."""
-    try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return Preferences()
     known = asdict(Preferences())
-    said = data if isinstance(data, dict) else {}
+    said = read_state(file, dict) or {}
     return Preferences().changed(**{name: said[name] for name in known if _fits(said.get(name), known[name])})
 
 

@@ -83,6 +83,14 @@ def _ask_for_no_depth() -> None:
     glfw.window_hint(glfw.STENCIL_BITS, 0)
 
 
+def _settings_folder() -> Path | None:
+    """Return the folder of the user's settings, made at need; None where it cannot be made."""
+    try:
+        return Path(platformdirs.user_config_dir("weft", ensure_exists=True))
+    except OSError:
+        return None
+
+
 class Shell:
     """The editor in a window."""
 
@@ -136,10 +144,11 @@ class Shell:
         window.restore_previous_geometry = keeps_settings
         params.renderer_backend_options.open_gl_options.anti_aliasing_samples = 0
         params.fps_idling.enable_idling = False
-        params.ini_disable = not keeps_settings
-        if keeps_settings:
+        folder = _settings_folder() if keeps_settings else None
+        params.ini_disable = folder is None
+        if folder is not None:
             params.ini_folder_type = hello_imgui.IniFolderType.absolute_path
-            params.ini_filename = str(Path(platformdirs.user_config_dir("weft", ensure_exists=True)) / "window.ini")
+            params.ini_filename = str(folder / "window.ini")
             params.ini_filename_use_app_window_title = False
         calls = params.callbacks
         calls.default_icon_font = hello_imgui.DefaultIconFont.font_awesome6

@@ -60,7 +60,7 @@ def as_points(values: object, name: str = "points") -> Points:
         points = np.asarray(values, np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{name}: not a list of [x, y] pairs") from None
-    if points.size == 0:
+    if points.shape == (0,):
         return np.empty((0, 2))
     if points.ndim != 2 or points.shape[1] != 2:
         raise InputError(f"{name}: not a list of [x, y] pairs")

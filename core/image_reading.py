@@ -11,6 +11,7 @@ from core import color, webp_exif
 from core.arrays import Bytes, InputError, Pixels, readonly
 from core.image import Attribute, Image, usable_profile
 from core.metadata import as_text, put
+from core.oiio_faults import fault_of
 from core.png_chunks import is_broken_png
 
 BAND_ROWS = 256
@@ -30,10 +31,18 @@ def load(path: Path | str) -> Image:
     _check_readable(path)
     if is_broken_png(path):
         raise InputError(f"{path}: the image is damaged or cut short")
+    try:
+        return _read(path)
+    except UnicodeDecodeError:  # the file names its channels or entries with bytes that are no text
+        raise InputError(f"{path}: the image is damaged or cut short") from None
+
+
+def _read(path: Path) -> Image:
+    """Return the picture in a file that can be read."""
     wish = OpenImageIO.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)
     source = OpenImageIO.ImageInput.open(str(path), wish)
-    fault = OpenImageIO.geterror()
+    fault = fault_of(OpenImageIO)
     if source is None:
         raise InputError(f"{path}: {_open_fault(fault)}")
     if source.format_name() == "null":  # OpenImageIO's own, of black pictures, whatever the file
@@ -41,7 +50,7 @@ def load(path: Path | str) -> Image:
     try:
         spec = source.spec()
         pixels = source.read_image(0, 0, 0, spec.nchannels, _reading_depth(spec))
-        fault = source.geterror()
+        fault = fault_of(source)
     finally:
         source.close()
         _forget_faults(source)
@@ -76,8 +85,8 @@ def mask_of(image: Image, path: Path | str, size_px: tuple[int, int]) -> Bytes:
 
 def _forget_faults(source: OpenImageIO.ImageInput) -> None:
     """Take what OpenImageIO still has to say, which it would print at exit."""
-    source.geterror()
-    OpenImageIO.geterror()
+    fault_of(source)
+    fault_of(OpenImageIO)
 
 
 def _check_readable(path: Path) -> None:

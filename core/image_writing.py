@@ -19,6 +19,7 @@ from core.files import atomic_file
 from core.image import Image, usable_profile
 from core.metadata import put, sift
 from core.notices import notice
+from core.oiio_faults import fault_of
 
 _FORMATS = {
     ".png": "png",
@@ -73,7 +74,7 @@ def writing_rows(
     suffix = named.suffix.lower()
     sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
     if sink is None:
-        raise InputError(f"{named}: {_first_line(OpenImageIO.geterror())}")
+        raise InputError(f"{named}: {_first_line(fault_of(OpenImageIO))}")
     fitted = _fit_to_format(_with_what_fits(sample, named, quality).with_pixels(sample.pixels[:1, :1]), suffix)
     spec = _spec(fitted, size_px, suffix, quality)
     with _staged(place, spec.image_bytes() + len(sample.icc or b"")) as name:
@@ -136,7 +137,7 @@ class _Rows:
     def _expect(self, done: bool) -> None:
         """Raise `InputError` with the fault of the sink unless a step is `done`."""
         if not done:
-            raise InputError(f"{self.named}: cannot be written: {_first_line(self.sink.geterror())}")
+            raise InputError(f"{self.named}: cannot be written: {_first_line(fault_of(self.sink))}")
 
 
 def _fit_to_format(image: Image, suffix: str) -> Image:
@@ -222,8 +223,8 @@ def _is_writable(pixel: Image, suffix: str, quality: int) -> bool:
         except (OSError, ValueError, RuntimeError, struct.error):
             return False
         finally:
-            sink.geterror()
-            OpenImageIO.geterror()
+            fault_of(sink)
+            fault_of(OpenImageIO)
 
 
 def _spec(image: Image, size_px: tuple[int, int], suffix: str, quality: int) -> OpenImageIO.ImageSpec:

@@ -6,11 +6,8 @@ picture, so that they come back bit by bit. A file appears whole or not at all.
 
 import io
 import json
-import lzma
 import tempfile
 import zipfile
-import zlib
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +20,9 @@ from core.document import Document
 from core.files import atomic_file
 from core.images import Attribute, Image, load, save
 from core.json_file import parse_json
+from core.members import Members
 from core.notices import notice
+from core.npy_file import read_npy
 from core.plain_data import as_list, decode, encode
 from core.raster import Raster
 
@@ -55,12 +54,20 @@ def load_project(path: Path) -> Document:
         If the file is missing, no project, damaged, or of a newer version than this program knows.
     """
     try:
-        with zipfile.ZipFile(path) as archive:
-            files = {name: archive.read(name) for name in archive.namelist()}
-        data = parse_json(files["weft.json"])
+        archive = zipfile.ZipFile(path)
     except OSError as fault:
         raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
-    except (zipfile.BadZipFile, zlib.error, lzma.LZMAError, KeyError, ValueError, EOFError, RuntimeError) as fault:
+    except (zipfile.BadZipFile, ValueError) as fault:
+        raise InputError(f"{path}: not a Weft project, or damaged") from fault
+    with archive:
+        return _document(path, Members(archive))
+
+
+def _document(path: Path, members: Members) -> Document:
+    """Return the document of an archive that was opened."""
+    try:
+        data = parse_json(members.read("weft.json"))
+    except (InputError, ValueError) as fault:
         raise InputError(f"{path}: not a Weft project, or damaged") from fault
     version = data.get("version") if isinstance(data, dict) else None
     if not isinstance(version, int) or data.get("format") != "weft":
@@ -70,7 +77,7 @@ def load_project(path: Path) -> Document:
     if version > VERSION:
         raise InputError(f"{path}: made by a newer Weft (format {version}; this one reads up to {VERSION})")
     try:
-        document: Document = decode(Document, _up_to_date(data["document"]), _Reader(files))
+        document: Document = decode(Document, _up_to_date(data["document"]), _Reader(members))
     except InputError as fault:
         raise InputError(f"{path}: damaged project: {fault}") from fault
     except OSError as fault:
@@ -129,8 +136,8 @@ class _Writer:
 class _Reader:
     """Turns files of the zip into pictures, masks and arrays."""
 
-    def __init__(self, files: Mapping[str, bytes]) -> None:
-        self._files = files
+    def __init__(self, members: Members) -> None:
+        self._members = members
 
     def take(self, kind: type, data: object, name: str) -> object | None:
         """Return a picture, a mask or an array."""
@@ -161,16 +168,16 @@ class _Reader:
                 return readonly(np.array(data, np.float64))
             except (TypeError, ValueError):
                 raise InputError(f"{name}: is not a list of numbers") from None
-        try:
-            return readonly(np.load(io.BytesIO(self._file(data, name)), allow_pickle=False))
-        except (ValueError, EOFError):
-            raise InputError(f"{name}: holds a damaged array") from None
+        return readonly(read_npy(self._file(data, name), name))
 
     def _file(self, data: object, name: str) -> bytes:
         file = data.get("file") if isinstance(data, dict) else None
-        if not isinstance(file, str) or file not in self._files:
+        if not isinstance(file, str) or file not in self._members:
             raise InputError(f"{name}: its file is missing")
-        return self._files[file]
+        try:
+            return self._members.read(file)
+        except InputError as fault:
+            raise InputError(f"{name}: {fault}") from None
 
 
 def _suffix(image: Image) -> str:

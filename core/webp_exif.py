@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 
+from core.oiio_faults import fault_of
+
 _EXIF_FLAG, _ALPHA_FLAG = 0x08, 0x10
 _HEADER = b"Exif\0\0"
 _APP1 = b"\xff\xe1"
@@ -31,7 +33,7 @@ def read_exif(path: Path) -> OpenImageIO.ImageSpec | None:
         data = _carrier(carrier, OpenImageIO.ImageSpec(1, 1, 1, "uint8"))
         carrier.write_bytes(data[:2] + _APP1 + struct.pack(">H", len(exif) + 2) + exif + data[2:])
         found = OpenImageIO.ImageInput.open(str(carrier))
-        OpenImageIO.geterror()
+        fault_of(OpenImageIO)
         return None if found is None else found.spec()
 
 

@@ -20,6 +20,7 @@ from app.tools.all import TOOLS
 from assets import asset
 from core.document import Document
 from core.images import load, load_mask
+from core.notices import hearing
 from core.project import load_project
 from core.raster import Raster
 
@@ -79,6 +80,14 @@ def bent(document: Document) -> Document:
 
 def editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
     """Return an editor as the window wants it: it remembers what was opened and keeps what is not saved."""
+    with hearing() as heard:
+        editor = _editor_on(document, path, jobs)
+    for text in heard:
+        editor.notify(text)
+    return editor
+
+
+def _editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
     preferences = load_preferences(preferences_file())
     recovery = Recovery(jobs, every_s=preferences.keep_every_s)
     editor = Editor(document, TOOLS, jobs=jobs, recovery=recovery, exporter=_exporting, preferences=preferences)

@@ -15,6 +15,7 @@ from core.files import atomic_folder
 from core.images import Image, load
 from core.images import write as write_picture
 from core.json_file import read_json
+from core.npy_file import read_npz
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
 from core.overlay.detection.lattice import Lattice
@@ -153,6 +154,8 @@ def read_report(path: Path, shape: tuple[int, int]) -> Floats | None:
         image, basis = found["image"], np.asarray(found.get("basis", np.eye(2)), np.float64)
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
         raise InputError(f"{path}: not the report of a decomposition") from None
+    if not np.isfinite(basis).all():
+        raise InputError(f"{path}: 'basis' holds NaN or infinity")
     if image != list(shape):
         raise InputError(f"{path}: is of a picture of {image}, not of {list(shape)} as source.png")
     if basis.shape != (2, 2) or not abs(np.linalg.det(basis)) > 1e-6:
@@ -162,15 +165,8 @@ def read_report(path: Path, shape: tuple[int, int]) -> Floats | None:
 
 def array(path: Path, key: str, shapes: list[tuple[int, ...]], covered: Bools | None = None) -> Singles:
     """Return the array `key` of an .npz file, of one of the given shapes and finite where there is cloth (H, W)."""
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            values = np.asarray(arrays[key], np.float32)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file or directory") from None
-    except Exception:  # noqa: BLE001  a damaged zip fails in many ways
-        raise InputError(f"{path}: not a readable array file with '{key}'") from None
-    if values.shape not in shapes:
-        raise InputError(f"{path}: '{key}' has shape {list(values.shape)}, not {list(shapes[0])}: of another picture?")
+    with np.errstate(over="ignore"):  # what is too large for a single becomes infinite, and is refused so
+        values = read_npz(path, key, shapes).astype(np.float32)
     if covered is not None and not np.isfinite(values[covered]).all():
         raise InputError(f"{path}: '{key}' is not finite on all of the cloth that texture_coords.npz covers")
     return values

@@ -1,0 +1,63 @@
+"""Arrays in `.npy` form, read without trust: the header must describe just the bytes that follow it.
+
+`numpy.load` would unpickle, take a zip archive for an array, and ask for as much memory as a header names.
+"""
+
+import io
+import math
+import zipfile
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.arrays import InputError
+
+KINDS = "fiub"
+"""Floats, whole numbers of both kinds, and truth values; nothing else is a picture's or a curve's."""
+HEADER_BYTES = 4096
+"""No header of such an array is longer."""
+
+
+_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+
+
+def read_npy(data: bytes, name: str) -> NDArray[Any]:
+    """Return the array that `data` holds; raise `InputError` that names it unless it is a whole array of numbers."""
+    file = io.BytesIO(data)
+    try:
+        shape, by_columns, dtype = _HEADERS[np.lib.format.read_magic(file)](file, max_header_size=HEADER_BYTES)
+    except Exception:  # noqa: BLE001  a header is a Python expression, and a damaged one fails in many ways
+        raise InputError(f"{name}: is not an array") from None
+    if dtype.kind not in KINDS or dtype.itemsize > 8:
+        raise InputError(f"{name}: is an array of {dtype}, not of numbers")
+    start, count = file.tell(), math.prod(shape)
+    if min(shape, default=0) < 0 or len(data) - start != count * dtype.itemsize:
+        raise InputError(f"{name}: is cut short, or not as large as it says")
+    values = np.frombuffer(data, dtype, count, start)
+    return values.reshape(shape, order="F" if by_columns else "C")
+
+
+def read_npz(path: Path, key: str, shapes: Sequence[tuple[int, ...]]) -> NDArray[Any]:
+    """Return the array `key` of an `.npz` file, of one of the given shapes; no more is unpacked than those need.
+
+    Raises `InputError` that names the file and the fault.
+    """
+    most = max(math.prod(shape) for shape in shapes) * 8 + HEADER_BYTES
+    try:
+        with zipfile.ZipFile(path) as archive:
+            member = archive.getinfo(f"{key}.npy")
+            if member.file_size > most:
+                raise InputError(f"{path}: '{key}' is not {list(shapes[0])} numbers: of another picture?")
+            data = archive.read(member)
+    except OSError as fault:
+        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from None
+    except (zipfile.BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, NotImplementedError):
+        raise InputError(f"{path}: not a readable array file with '{key}'") from None
+    values = read_npy(data, f"{path}: '{key}'")
+    if values.shape not in shapes:
+        raise InputError(f"{path}: '{key}' has shape {list(values.shape)}, not {list(shapes[0])}: of another picture?")
+    return values
