@@ -1,6 +1,8 @@
 """Reading pictures and masks through OpenImageIO; `core.images` says what becomes of the special cases."""
 
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from core.image import Attribute, Image, usable_profile
 from core.metadata import as_text, put
 from core.oiio_faults import fault_of
 from core.png_chunks import is_broken_png
+from core.text import legible
 
 BAND_ROWS = 256
 _STRUCTURE = ("ICCProfile", "oiio:", "png:", "tiff:", "jpeg:", "openexr:", "webp:", "gif:", "thumbnail", "screenWindow")
@@ -32,16 +35,29 @@ def load(path: Path | str) -> Image:
     if is_broken_png(path):
         raise InputError(f"{path}: the image is damaged or cut short")
     try:
-        return _read(path)
+        with _named_in_text(path) as name:
+            return _read(path, name)
     except UnicodeDecodeError:  # the file names its channels or entries with bytes that are no text
         raise InputError(f"{path}: the image is damaged or cut short") from None
 
 
-def _read(path: Path) -> Image:
-    """Return the picture in a file that can be read."""
+@contextmanager
+def _named_in_text(path: Path) -> Iterator[str]:
+    """Yield a name of the file `path` that OpenImageIO takes: that of a link where its own is not UTF-8."""
+    if legible(str(path)) == str(path):
+        yield str(path)
+        return
+    with tempfile.TemporaryDirectory(prefix="weft-") as folder:
+        link = Path(folder) / f"picture{legible(path.suffix)}"
+        link.symlink_to(path.absolute())
+        yield str(link)
+
+
+def _read(path: Path, name: str) -> Image:
+    """Return the picture in a file that can be read; OpenImageIO is given its `name`."""
     wish = OpenImageIO.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)
-    source = OpenImageIO.ImageInput.open(str(path), wish)
+    source = OpenImageIO.ImageInput.open(name, wish)
     fault = fault_of(OpenImageIO)
     if source is None:
         raise InputError(f"{path}: {_open_fault(fault)}")

@@ -1,5 +1,6 @@
 """Metadata never stops a picture's or a project's save: what cannot be carried is left out, and said."""
 
+import os
 import struct
 from pathlib import Path
 from typing import Any
@@ -151,3 +152,13 @@ def test_text_is_left_alone_where_it_is_text() -> None:
     assert as_text("名前 ü") == "名前 ü"
     assert as_text(5) == 5
     assert as_text("\ud800") == "?"
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_file_whose_name_is_not_utf_8_is_written_and_read(tmp_path: Path, suffix: str) -> None:
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/J\xfcrgen" + suffix.encode()))
+    image = with_metadata(("Artist", "string", "A"))
+    save(image, path)
+    back = load(path)
+    assert back.size_px == image.size_px
+    assert "Artist" in names(back)
