@@ -76,6 +76,8 @@ class CurveSet:
         # Between two samples the tangent turns evenly.
         beside = np.clip(near + np.sign(along).astype(np.int64), 0, len(self.length) - 1)
         share = np.clip(np.abs(along) / self.step, 0, 0.5) * (self.index[beside] == self.index[near])
+        # Where a curve turns back on itself the tangent leaps to the other side; half way there is none.
+        share *= (tangent * self.tangent[beside]).sum(axis=1) > 0
         heading = tangent + share[:, None] * (self.tangent[beside] - tangent)
         heading /= np.linalg.norm(heading, axis=1, keepdims=True)
         across = tangent[:, 0] * gap[:, 1] - tangent[:, 1] * gap[:, 0]

@@ -25,6 +25,9 @@ from core.retexture.synthesis import Painter, lattice, synthesised
 REACH, REACH_PER_MOVE = 0.12, 1.25
 """Texture is regrown this far from a target curve: a share of the picture's longer side, less if nothing moves far."""
 LEAST_REACH_PX = 40.0
+FAR_SIDES = 32
+"""A control point may lie so many of the picture's longer sides from its middle; a curve that runs farther would cost
+time and memory for places that no picture has."""
 SHORTEST_PX = 4.0
 COARSE_STRIDE = 0.9
 
@@ -185,6 +188,8 @@ def check(shape: tuple[int, int], curves: list[FeatureCurve], matte: Bytes | Non
         for name, line in (("source", curve.source), ("target", curve.target)):
             if line is None:
                 continue
+            if np.abs(line.points - limit / 2).max() > FAR_SIDES * max(shape):
+                raise CurveError(i, f"its {name} has a point that lies over {FAR_SIDES} pictures away")
             points = line.at(line.parameters(step=1.0))
             if not ((points >= -0.5) & (points <= limit)).all(axis=1).any():
                 raise CurveError(i, f"its {name} lies outside the picture")

@@ -91,6 +91,8 @@ def direction_fields(way: Correspondence, area: Region, patch: PatchShape, reach
     bounds = (x[0], y[0], x[-1], y[-1]) if len(x) else (0, 0, 1, 1)
     low, high = way.source.points.min(axis=0), way.source.points.max(axis=0)
     far = 1.2 * reach_px + margin
+    height, width = way.grid.shape  # texture is taken from the picture, wherever else a curve runs
+    low, high = np.clip(low, 0, (width, height)), np.clip(high, 0, (width, height))
     return (
         DirectionField(way.target, (bounds[0] - margin, bounds[1] - margin, bounds[2] + margin, bounds[3] + margin)),
         DirectionField(way.source, (*(low - far), *(high + far))),

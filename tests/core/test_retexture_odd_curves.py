@@ -1,9 +1,11 @@
 """Curves that meet, and what is shown while one is dragged into a shape that makes no sense."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
-from core.arrays import Bytes, Points
+from core.arrays import Bytes, CurveError, Points
 from core.curves import Curve
 from core.feature_curves import FeatureCurve
 from core.grid import Grid
@@ -87,3 +89,48 @@ def test_the_live_deformation_of_an_odd_target_stays_near_the_picture(target: Po
     reach = max(float(np.abs(source.points - target).max()), 50.0)
     assert np.abs(places - nodes).max() < 1.5 * reach
     assert np.abs(places[0] - nodes[0]).max() < 1
+
+
+BACKWARD = [
+    pytest.param([(8, 24), (0, 24), (50, 24), (44, 24)], id="beyond both ends and back"),
+    pytest.param([(8, 24), (44, 24), (44, 24), (8.5, 24)], id="there and back"),
+    pytest.param([(8, 24), (40, 24), (10, 24), (44, 24)], id="handles crossed"),
+    pytest.param([(8, 24), (60, 24), (-10, 24), (44, 24)], id="handles crossed beyond the ends"),
+    pytest.param([(8, 24), (80, 60), (-30, 60), (44, 24)], id="a loop"),
+    pytest.param([(8, 24), (8, 24), (44, 24), (44, 24)], id="handles on their knots"),
+    pytest.param([(26, 4), (26, 34), (26, 34), (26, 4.5)], id="down and up"),
+]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("points", BACKWARD)
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_curve_that_runs_back_on_itself_is_followed(points: list[tuple[float, float]], turned: bool) -> None:
+    plain, odd = line((8, 20), (44, 20)), Curve(np.array(points, float))
+    curve = FeatureCurve(odd, plain) if turned else FeatureCurve(plain, odd)
+    found = run(retexture(rows()[:40, :56], [curve]))
+    assert np.isfinite(found.place).all()
+    assert np.isfinite(odd.tangent(odd.parameters())).all()
+    assert np.allclose(np.linalg.norm(odd.tangent(odd.parameters(step=0.1)), axis=1), 1)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_control_point_out_of_all_bounds_is_refused_at_once(turned: bool) -> None:
+    plain, far = line((8, 20), (44, 20)), Curve(np.array([(8, 24), (-1e5, 24), (32, -1e5), (44, 24)], float))
+    curve = FeatureCurve(far, plain) if turned else FeatureCurve(plain, far)
+    tracemalloc.start()
+    with pytest.raises(CurveError, match=r"curve 1: its (source|target) has a point that lies over 32 pictures away"):
+        run(retexture(rows()[:40, :56], [curve]))
+    assert tracemalloc.get_traced_memory()[1] < 10e6
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_control_point_far_outside_costs_no_memory_for_what_no_picture_has(turned: bool) -> None:
+    plain, far = line((8, 20), (44, 20)), Curve(np.array([(8, 24), (-1500, 24), (32, -1500), (44, 24)], float))
+    curve = FeatureCurve(far, plain) if turned else FeatureCurve(plain, far)
+    tracemalloc.start()
+    found = run(retexture(rows()[:40, :56], [curve]))
+    assert np.isfinite(found.place).all()
+    assert tracemalloc.get_traced_memory()[1] < 100e6
+    tracemalloc.stop()
