@@ -76,11 +76,14 @@ class Curve:
             chord = self.at(np.minimum(t + reach, self.segments)) - self.at(np.maximum(t - reach, 0.0))
             direction = np.where(still, chord, direction)
             reach *= 4
-        # Where a straight curve turns back, the chord over both sides is nothing, too: take one to the next place.
-        still = np.linalg.norm(direction, axis=-1, keepdims=True) < SPEEDLESS
-        if still.any():
-            later = np.minimum(t + 1e-3, self.segments)
-            direction = np.where(still, self.at(later) - self.at(later - 1e-3), direction)
+        # Where a straight curve turns back, the chord over both sides is nothing, too: take those to other places.
+        reach = 1e-3
+        while reach < 4 * self.segments and (np.linalg.norm(direction, axis=-1) < SPEEDLESS).any():
+            for side in (reach, -reach):
+                still = np.linalg.norm(direction, axis=-1, keepdims=True) < SPEEDLESS
+                chord = self.at(np.clip(t + side, 0.0, self.segments)) - self.at(t)
+                direction = np.where(still, np.sign(side) * chord, direction)
+            reach *= 4
         return cast("Points", direction / np.maximum(np.linalg.norm(direction, axis=-1, keepdims=True), SPEEDLESS))
 
     def normal(self, t: Floats | float) -> Points:

@@ -99,6 +99,8 @@ BACKWARD = [
     pytest.param([(8, 24), (80, 60), (-30, 60), (44, 24)], id="a loop"),
     pytest.param([(8, 24), (8, 24), (44, 24), (44, 24)], id="handles on their knots"),
     pytest.param([(26, 4), (26, 34), (26, 34), (26, 4.5)], id="down and up"),
+    pytest.param([(8, 24), (20, 24), (30, 24), *[(44, 24)] * 4], id="a segment that is a point"),
+    pytest.param([*[(8, 24)] * 4, (20, 24), (30, 24), (44, 24)], id="a segment that is a point at the beginning"),
 ]
 
 
