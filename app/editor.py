@@ -16,6 +16,7 @@ from app.live import Answer, LiveWarp
 from app.live_overlay import LiveOverlay
 from app.live_retexture import LiveRetexture
 from app.preferences import Preferences, save_preferences
+from app.project_file import OnDisk
 from app.recovery import Recovery
 from app.requests import ExportOptions, Request
 from app.session import Brush, Session
@@ -76,6 +77,8 @@ class Editor:
         self.overlay = LiveOverlay(self.jobs)
         self.project_path: Path | None = None
         """Where the project is saved; None while it is not."""
+        self.on_disk = OnDisk()
+        """The projects' files as this editor has seen them last."""
         self.source_path: Path | None = None
         """The picture that was opened."""
         self.recent_file: Path | None = None
@@ -211,13 +214,20 @@ class Editor:
         return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True), beside=beside)
 
     def background(
-        self, name: str, steps: Callable[[], Job[T]], deliver: Callable[[T], None], *, writes: bool = False
+        self,
+        name: str,
+        steps: Callable[[], Job[T]],
+        deliver: Callable[[T], None],
+        *,
+        failed: Callable[[Exception], None] | None = None,
+        writes: bool = False,
     ) -> Ticket:
         """Run a long job whose result is not an edit; it is handed over when no gesture is in progress.
 
-        `writes` says that it makes a file, which the window does not close upon unasked.
+        `failed` takes its fault in the place of the artist. `writes` says that it makes a file, which the window does
+        not close upon unasked.
         """
-        return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True, writes=writes))
+        return self.jobs.start(Task(name, steps, deliver, failed or self.fail, edits=True, writes=writes))
 
     def update(self) -> None:
         """Take what jobs have ready and bring the map up to date; once per frame, after the events."""

@@ -8,11 +8,14 @@ from pathlib import Path
 import platformdirs
 
 from app.editor import Editor
+from app.project_file import ChangedOnDiskError, keep_backup
 from app.requests import (
     PICTURES,
     PROJECTS,
+    AskChanged,
     AskUnsaved,
     AskWriting,
+    Changed,
     ExportOptions,
     ExportPicture,
     OpenFile,
@@ -75,6 +78,7 @@ def open_path(editor: Editor, path: Path) -> None:
 def _open(editor: Editor, path: Path) -> None:
     def steps() -> Job[Document]:
         yield Progress(0.0, "reading")
+        editor.on_disk.note(path)
         return load_project(path) if is_project(path) else Document.of(load(path))
 
     before = editor.document
@@ -108,12 +112,18 @@ def save_as(editor: Editor, *, then: Callable[[], None] | None = None) -> None:
     editor.requests.append(SaveFile("Save project as", PROJECTS, near.with_suffix(SUFFIX), chosen))
 
 
-def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None) -> None:
-    document = editor.document
+def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None, *, overwrites: bool = False) -> None:
+    """Write the project to `path`; ask first where somebody else has written it, unless it `overwrites` that."""
+    document, backups = editor.document, editor.preferences.backups
 
     def steps() -> Job[None]:
         yield Progress(0.0, "writing")
+        if not overwrites:
+            editor.on_disk.check(path)
+        if backups:
+            keep_backup(path)
         save_project(document, path)
+        editor.on_disk.note(path)
 
     def deliver(_: None) -> None:
         editor.history.mark_saved(document)
@@ -123,7 +133,21 @@ def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None) -> Non
         if then is not None:
             then()
 
-    editor.background(f"Save {legible(path.name)}", steps, deliver, writes=True)
+    def failed(fault: Exception) -> None:
+        if isinstance(fault, ChangedOnDiskError):
+            editor.requests.append(AskChanged(legible(path.name), answered))
+        else:
+            editor.fail(fault)
+
+    def answered(choice: Changed) -> None:
+        if choice == "overwrite":
+            _save_to(editor, path, then, overwrites=True)
+        elif choice == "save_as":
+            save_as(editor, then=then)
+        elif choice == "reload":
+            _open(editor, path)
+
+    editor.background(f"Save {legible(path.name)}", steps, deliver, failed=failed, writes=True)
 
 
 def ask_export(editor: Editor) -> None:

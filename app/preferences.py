@@ -25,6 +25,8 @@ class Preferences:
     """Size of text and controls, over that which the display asks for."""
     keep_every_s: float = 5.0
     """Unsaved work is kept at most so much later."""
+    backups: bool = True
+    """Whether a save keeps the version before beside the project, as `name~`."""
     drafts: bool = True
     """Whether the picture is drawn faster, at less quality, while something moves."""
 

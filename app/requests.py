@@ -12,6 +12,7 @@ from typing import Literal, TypeAlias
 from core.canvas import Framing
 from core.document import Document
 
+Changed: TypeAlias = Literal["overwrite", "reload", "save_as", "cancel"]
 Panel: TypeAlias = Literal["keys", "palette", "history", "about", "preferences", "layout", "full-screen"]
 Unsaved: TypeAlias = Literal["save", "discard", "cancel"]
 Writing: TypeAlias = Literal["wait", "stop", "cancel"]
@@ -82,6 +83,14 @@ class AskUnsaved:
 
 
 @dataclass(frozen=True, eq=False)
+class AskChanged:
+    """Ask what is to become of a project that somebody else has written since it was opened."""
+
+    name: str
+    then: Callable[[Changed], None]
+
+
+@dataclass(frozen=True, eq=False)
 class AskWriting:
     """Ask what is to become of files that are still being written while the artist wants to leave."""
 
@@ -122,4 +131,4 @@ class ShowPanel:
     panel: Panel
 
 
-Request: TypeAlias = OpenFile | SaveFile | ExportPicture | AskUnsaved | AskWriting | AskRecover | ShowPanel
+Request: TypeAlias = OpenFile | SaveFile | ExportPicture | AskUnsaved | AskChanged | AskWriting | AskRecover | ShowPanel

@@ -49,6 +49,8 @@ def _recover(editor: Editor, rescue: Rescue) -> None:
     def deliver(document: Document) -> None:
         editor.replace_document(document, project=rescue.project, source=rescue.source, saved=False)
         editor.choose_mode(document.mode)
+        if rescue.project is not None:
+            editor.on_disk.note(rescue.project)
         if editor.recovery is not None:
             editor.recovery.adopt(rescue, document)
 

@@ -96,6 +96,7 @@ def _editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
     editor.session = replace(editor.session, recent=recent_files())
     if path is not None:
         editor.project_path, editor.source_path = (path, None) if is_project(path) else (None, path)
+        editor.on_disk.note(path)
         remember(editor, path)
     offer_rescues(editor)
     return editor

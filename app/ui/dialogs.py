@@ -10,6 +10,7 @@ from imgui_bundle import ImVec2, imgui, portable_file_dialogs
 
 from app.editor import Editor
 from app.requests import (
+    AskChanged,
     AskRecover,
     AskUnsaved,
     AskWriting,
@@ -22,6 +23,7 @@ from app.requests import (
     completed,
 )
 from app.typed_paths import is_folder
+from app.ui.changed_dialog import ChangedDialog
 from app.ui.controls import faint, move_right, plain_button, primary_button
 from app.ui.export_dialog import ExportDialog
 from app.ui.file_browser import FileBrowser, home
@@ -81,39 +83,41 @@ class Dialogs:
 
 def dialog_for(request: Request, editor: Editor, thumbnail: ThumbnailOf) -> Dialog:
     """Return the dialog that answers `request`; `thumbnail` gives pictures to show in it."""
-    folder = _folder(editor)
-
-    def remembered(then: Callable[[Path], None]) -> Callable[[Path], None]:
-        """Do `then` and remember the folder of the file that was chosen."""
-
-        def take(path: Path) -> None:
-            editor.show(folder=path.parent)
-            then(path)
-
-        return take
-
     match request:
-        case OpenFile(title, extensions, chosen):
-            then = remembered(chosen)
-            if has_system_dialogs():
-                return SystemFileDialog(title, extensions, folder, then)
-            return BrowserDialog(title, FileBrowser(extensions, folder), then)
-        case SaveFile(title, extensions, suggested, chosen):
-            then = remembered(chosen)
-            if editor.project_path is None and editor.session.folder is not None:
-                suggested = folder / suggested.name
-            if has_system_dialogs():
-                return SystemFileDialog(title, extensions, suggested, then, saves=True)
-            return BrowserDialog(title, FileBrowser(extensions, suggested.parent, name=suggested.name), then)
+        case OpenFile() | SaveFile():
+            return _file_dialog(request, editor)
         case ExportPicture():
             return ExportDialog(request, editor.answer.warped)
         case AskUnsaved():
             return UnsavedDialog(request)
+        case AskChanged():
+            return ChangedDialog(request)
         case AskWriting():
             return WritingDialog(request)
         case AskRecover():
             return RecoverDialog(request, thumbnail)
     raise TypeError(request)
+
+
+def _file_dialog(request: OpenFile | SaveFile, editor: Editor) -> Dialog:
+    """Return the dialog that chooses a file, the desktop's where it has one, and remembers its folder."""
+    folder = _folder(editor)
+
+    def then(path: Path) -> None:
+        editor.show(folder=path.parent)
+        request.then(path)
+
+    if isinstance(request, OpenFile):
+        if has_system_dialogs():
+            return SystemFileDialog(request.title, request.extensions, folder, then)
+        return BrowserDialog(request.title, FileBrowser(request.extensions, folder), then)
+    suggested = request.suggested
+    if editor.project_path is None and editor.session.folder is not None:
+        suggested = folder / suggested.name
+    if has_system_dialogs():
+        return SystemFileDialog(request.title, request.extensions, suggested, then, saves=True)
+    browser = FileBrowser(request.extensions, suggested.parent, name=suggested.name)
+    return BrowserDialog(request.title, browser, then)
 
 
 def _folder(editor: Editor) -> Path:

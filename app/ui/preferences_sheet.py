@@ -34,6 +34,11 @@ class PreferencesSheet:
         drafts = check("Draw faster, less sharp", preferences.drafts, "The picture is drawn at its best once it rests")
         if drafts is not None:
             self._editor.prefer(preferences.changed(drafts=drafts))
+        label("When saving")
+        hint = "The version before stays beside the project, as its name with ~ behind it"
+        backups = check("Keep the version before", preferences.backups, hint)
+        if backups is not None:
+            self._editor.prefer(preferences.changed(backups=backups))
         imgui.dummy(ImVec2(0, em(0.2)))
         faint(
             "Kept in the user's settings."

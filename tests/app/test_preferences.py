@@ -71,6 +71,7 @@ def test_kept_preferences_reach_the_file_and_the_recovery(tmp_path: Path) -> Non
         "undo_mb": 512.0,
         "scale": 2.0,
         "keep_every_s": 60.0,
+        "backups": True,
         "drafts": True,
     }
     assert editor.recovery is not None

@@ -12,6 +12,7 @@ from app.editor import Editor
 from app.requests import ExportOptions
 from core.images import Image, save
 from core.progress import Job, Progress
+from core.project import load_project, save_project
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -176,3 +177,24 @@ def test_the_history_scrolls_to_its_present_step(editor: Editor) -> None:
         return float(imgui.internal.find_window_by_name("History").scroll.y)
 
     drive(editor, script)
+
+
+@pytest.mark.parametrize(("button", "bend"), [("Overwrite", 20.0), ("Reload", 10.0), ("Cancel", 10.0)])
+def test_a_project_that_another_window_wrote_is_asked_about(
+    editor: Editor, tmp_path: Path, button: str, bend: float
+) -> None:
+    path = tmp_path / "work.weft"
+    save_project(editor.document, path)
+    editor.project_path = path
+    editor.on_disk.note(path)
+
+    def script(window: WindowDriver) -> None:
+        save_project(editor.document.with_warp(preset="arc", bend=10.0), path)
+        editor.edit("Bend", editor.document.with_warp(preset="arc", bend=20.0))
+        window.key(imgui.Key.mod_ctrl, imgui.Key.s).wait_until(lambda: window.dialog == "Changed on disk").wait(3)
+        window.item(f"//Changed on disk/{button}").wait_until(lambda: editor.jobs.is_idle).wait(3)
+        assert window.dialog is None
+
+    drive(editor, script)
+    assert load_project(path).warp.bend == bend
+    assert editor.document.warp.bend == (10.0 if button == "Reload" else 20.0)
