@@ -9,11 +9,15 @@ import shutil
 import stat
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Self
 
 from core.arrays import InputError
+from core.exchange import exchange
+from core.journal import flush_folder, journal, tidy
+from core.litter import PREFIX
+from core.ownership import Claim, hold
 
 
 class AtomicFiles:
@@ -24,7 +28,7 @@ class AtomicFiles:
     """
 
     def __init__(self) -> None:
-        self._begun: list[Path] = []
+        self._begun: list[tuple[Path, Claim | None]] = []
         self._whole: list[tuple[Path, Path, Path]] = []
 
     def __enter__(self) -> Self:
@@ -33,12 +37,25 @@ class AtomicFiles:
     def __exit__(self, kind: object, *_: object) -> None:
         try:
             if kind is None:
-                for path, place, target in sorted(self._whole, key=lambda file: _is_replaceable(file[2])):
-                    with _faults_named(path):
-                        _move(place, target)
+                self._move_all()
         finally:
-            for place in self._begun:
+            for place, held in self._begun:
                 place.unlink(missing_ok=True)
+                if held is not None:
+                    held.release()
+
+    def _move_all(self) -> None:
+        """Feed devices and pipes, then move the files to their places."""
+        files = sorted(self._whole, key=lambda file: _is_replaceable(file[2]))
+        moved = [file for file in files if _is_replaceable(file[2])]
+        for path, place, target in files[: len(files) - len(moved)]:
+            with _faults_named(path):
+                _feed(place, target)
+        with _faults_named(moved[0][0]) if moved else nullcontext(), journal([file[1:] for file in moved]):
+            for path, place, target in moved:
+                with _faults_named(path):
+                    place.replace(target)
+                    flush_folder(target.parent)
 
     @contextmanager
     def place(self, path: Path) -> Iterator[Path]:
@@ -51,13 +68,16 @@ class AtomicFiles:
             if target.is_dir():
                 raise InputError(f"{path}: is a folder, not a file")
             folder = target.parent if _is_replaceable(target) else None
-            handle, name = tempfile.mkstemp(dir=folder, prefix=f".{target.stem[:40]}-", suffix=target.suffix)
+            if folder is not None:
+                tidy(folder)
+            handle, name = tempfile.mkstemp(dir=folder, prefix=f"{PREFIX}{target.stem[:40]}-", suffix=target.suffix)
             os.close(handle)
             place = Path(name)
-            self._begun.append(place)
+            self._begun.append((place, hold(place)))
             yield place
             place.chmod(_mode(target))
             _flush(place)
+            self._begun.append((place, hold(place)))  # whoever wrote it may have put another file there
             self._whole.append((path, place, target))
 
 
@@ -82,17 +102,37 @@ def atomic_folder(path: Path) -> Iterator[Path]:
         target = _resolved(path)
         if target.exists() and not target.is_dir():
             raise InputError(f"{path}: is a file, not a folder")
-        place = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name[:40]}-"))
+        tidy(target.parent)
+        place = Path(tempfile.mkdtemp(dir=target.parent, prefix=f"{PREFIX}{target.name[:40]}-"))
+        held = hold(place)
         try:
             yield place
-            if target.exists():
-                for file in sorted(place.iterdir()):
-                    file.replace(target / file.name)
-            else:
+            for file in place.iterdir():
+                _flush(file)
+            if not target.exists():
                 place.chmod(0o777 & ~_umask())
                 place.replace(target)
+            elif not (_takes_along(target, place) and exchange(place, target)):
+                for file in sorted(place.iterdir()):
+                    file.replace(target / file.name)
+            flush_folder(target.parent)
         finally:
             shutil.rmtree(place, ignore_errors=True)
+            if held is not None:
+                held.release()
+
+
+def _takes_along(old: Path, new: Path) -> bool:
+    """Give the folder `new` the files of `old` that it has not, and its permissions; say whether that was possible."""
+    try:
+        new.chmod(stat.S_IMODE(old.stat().st_mode))
+        for file in old.iterdir():
+            there = new / file.name
+            if not there.exists() or not file.is_file() or file.is_symlink():
+                there.hardlink_to(file)
+    except OSError:  # such as for a folder within, or a file system without links
+        return False
+    return True
 
 
 def check_place(path: Path) -> None:
@@ -202,10 +242,7 @@ def _is_replaceable(target: Path) -> bool:
     return target.is_file() or not target.exists()
 
 
-def _move(place: Path, target: Path) -> None:
-    """Move `place` to `target`, or copy it into a device or a pipe."""
-    if _is_replaceable(target):
-        place.replace(target)
-        return
+def _feed(place: Path, target: Path) -> None:
+    """Copy `place` into a device or a pipe."""
     with place.open("rb") as source, target.open("wb") as sink:
         shutil.copyfileobj(source, sink)

@@ -1,6 +1,5 @@
 """Reading pictures and masks through OpenImageIO; `core.images` says what becomes of the special cases."""
 
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +11,7 @@ import OpenImageIO
 from core import color, webp_exif
 from core.arrays import Bytes, InputError, Pixels, readonly
 from core.image import Attribute, Image, usable_profile
+from core.litter import scratch_folder
 from core.metadata import as_text, put
 from core.oiio_faults import fault_of
 from core.png_chunks import is_broken_png
@@ -47,8 +47,8 @@ def _named_in_text(path: Path) -> Iterator[str]:
     if legible(str(path)) == str(path):
         yield str(path)
         return
-    with tempfile.TemporaryDirectory(prefix="weft-") as folder:
-        link = Path(folder) / f"picture{legible(path.suffix)}"
+    with scratch_folder() as folder:
+        link = folder / f"picture{legible(path.suffix)}"
         link.symlink_to(path.absolute())
         yield str(link)
 

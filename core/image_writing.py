@@ -3,7 +3,6 @@
 import os
 import shutil
 import struct
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -17,6 +16,7 @@ from core import color, webp_exif
 from core.arrays import InputError, Pixels
 from core.files import atomic_file
 from core.image import Image, usable_profile
+from core.litter import scratch_folder
 from core.metadata import put, sift
 from core.notices import notice
 from core.oiio_faults import fault_of
@@ -208,17 +208,18 @@ def _is_writable(pixel: Image, suffix: str, quality: int) -> bool:
     spec = _spec(replace(pixel, metadata=()), (1, 1), suffix, quality)
     if not all(put(spec, entry) for entry in pixel.metadata):
         return False
-    with tempfile.NamedTemporaryFile(prefix="weft-", suffix=suffix) as place:
+    with scratch_folder() as folder:
+        place = folder / f"pixel{suffix}"
         sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
         if sink is None:
             return False
         try:
-            written = sink.open(place.name, spec) and sink.write_image(pixel.pixels)
+            written = sink.open(str(place), spec) and sink.write_image(pixel.pixels)
             if not (sink.close() and written):
                 return False
             if suffix == ".webp":
-                webp_exif.add_exif(Path(place.name), spec)
-            source = OpenImageIO.ImageInput.open(place.name)
+                webp_exif.add_exif(place, spec)
+            source = OpenImageIO.ImageInput.open(str(place))
             return source is not None and source.close()
         except (OSError, ValueError, RuntimeError, struct.error):
             return False

@@ -59,6 +59,20 @@ def claim(path: Path) -> Claim | None:
         os.close(handle)  # its owner has removed it meanwhile
 
 
+def hold(path: Path) -> Claim | None:
+    """Lock a file or folder that is there; None where somebody alive holds it, or it cannot be locked."""
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_CLOEXEC", 0))
+    except OSError:
+        return None
+    try:
+        _lock(handle)
+    except OSError:
+        os.close(handle)
+        return None
+    return Claim(path, handle)
+
+
 def is_claimed(path: Path) -> bool:
     """Return whether somebody alive holds the lock `path`; a lock without a file is held by nobody."""
     if not path.exists():

@@ -6,7 +6,6 @@ picture, so that they come back bit by bit. A file appears whole or not at all.
 
 import io
 import json
-import tempfile
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from core.document import Document
 from core.files import atomic_file
 from core.images import Attribute, Image, load, save
 from core.json_file import parse_json
+from core.litter import scratch_folder
 from core.members import Members
 from core.notices import notice
 from core.npy_file import read_npy
@@ -196,8 +196,8 @@ def _cached(image: Image) -> bytes:
 
 def _encoded(image: Image) -> bytes:
     """Return the pixels, and nothing else of `image`, as a PNG or TIFF file."""
-    with tempfile.TemporaryDirectory(prefix="weft-") as folder:
-        place = Path(folder) / f"picture{_suffix(image)}"
+    with scratch_folder() as folder:
+        place = folder / f"picture{_suffix(image)}"
         metadata = _FAST_PNG if place.suffix == ".png" else ()
         save(replace(image, icc=None, metadata=metadata), place)
         return place.read_bytes()
@@ -207,8 +207,8 @@ def _decoded(content: bytes, suffix: str, name: str) -> Image:
     """Return the picture in a file's bytes."""
     if suffix not in (".png", ".tif", ".tiff", ".exr"):
         raise InputError(f"{name}: holds a damaged picture")
-    with tempfile.TemporaryDirectory(prefix="weft-") as folder:
-        place = Path(folder) / f"picture{suffix}"
+    with scratch_folder() as folder:
+        place = folder / f"picture{suffix}"
         place.write_bytes(content)
         try:
             return load(place)

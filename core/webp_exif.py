@@ -6,13 +6,13 @@ are translated by way of a JPEG file of one pixel, which OpenImageIO does read a
 """
 
 import struct
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import OpenImageIO
 
+from core.litter import scratch_folder
 from core.oiio_faults import fault_of
 
 _EXIF_FLAG, _ALPHA_FLAG = 0x08, 0x10
@@ -28,8 +28,8 @@ def read_exif(path: Path) -> OpenImageIO.ImageSpec | None:
     if not blocks or len(blocks[0]) > _LONGEST:
         return None
     exif = _HEADER + blocks[0].removeprefix(_HEADER)
-    with tempfile.TemporaryDirectory() as folder:
-        carrier = Path(folder, "carrier.jpg")
+    with scratch_folder() as folder:
+        carrier = folder / "carrier.jpg"
         data = _carrier(carrier, OpenImageIO.ImageSpec(1, 1, 1, "uint8"))
         carrier.write_bytes(data[:2] + _APP1 + struct.pack(">H", len(exif) + 2) + exif + data[2:])
         found = OpenImageIO.ImageInput.open(str(carrier))
@@ -39,8 +39,8 @@ def read_exif(path: Path) -> OpenImageIO.ImageSpec | None:
 
 def add_exif(path: Path, entries: OpenImageIO.ImageSpec) -> None:
     """Put the EXIF of `entries` into the WebP file `path`, if there is any."""
-    with tempfile.TemporaryDirectory() as folder:
-        carrier = _carrier(Path(folder, "carrier.jpg"), entries)
+    with scratch_folder() as folder:
+        carrier = _carrier(folder / "carrier.jpg", entries)
     exif = _exif_segment(carrier)
     if exif is None:
         return

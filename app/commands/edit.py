@@ -20,6 +20,8 @@ from app.tools.all import TOOLS
 from assets import asset
 from core.document import Document
 from core.images import load, load_mask
+from core.journal import tidy
+from core.litter import sweep_scratch
 from core.notices import hearing
 from core.project import load_project
 from core.raster import Raster
@@ -80,6 +82,7 @@ def bent(document: Document) -> Document:
 
 def editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
     """Return an editor as the window wants it: it remembers what was opened and keeps what is not saved."""
+    sweep_scratch()
     with hearing() as heard:
         editor = _editor_on(document, path, jobs)
     for text in heard:
@@ -98,6 +101,7 @@ def _editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
         editor.project_path, editor.source_path = (path, None) if is_project(path) else (None, path)
         editor.on_disk.note(path)
         remember(editor, path)
+        tidy(path.absolute().parent)
     offer_rescues(editor)
     return editor
 
