@@ -1,7 +1,9 @@
 """The command line: finds the subcommand, runs it, and turns faults into one line and an exit status."""
 
 import argparse
+import errno
 import importlib
+import io
 import os
 import re
 import signal
@@ -57,6 +59,12 @@ class OneLineParser(argparse.ArgumentParser):
         # What begins so is a value, not an option: -5, -.5, -1e3, and -0.5,0.25 for a pair.
         self._negative_number_matcher = re.compile(r"-\.?\d")
 
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Write help or version, and let nothing of what goes wrong with that be lost, as argparse does."""
+        stream = file or sys.stderr
+        stream.write(message)
+        stream.flush()
+
     def error(self, message: str) -> NoReturn:
         """Raise the fault instead of printing the usage and leaving."""
         raise WeftError(message)
@@ -67,6 +75,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     An interrupt is left to `app.__main__`, which also has those that come before this file is loaded.
     """
+    _open_streams()
     try:
         command, options = parse(sys.argv[1:] if arguments is None else arguments)
         check_outputs([options.trace], beside=_other_paths(options))
@@ -81,10 +90,44 @@ def main(arguments: list[str] | None = None) -> int:
         return _fail("not enough memory")
     except Terminated as end:
         return end.status
-    except BrokenPipeError:
-        # Who read standard output has had enough. What is left in the buffer must not fail again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # who read standard output has had enough
+        _give_up_output()
+    except OSError as fault:
+        _give_up_output()
+        return _fail(f"{fault.filename or 'standard output'}: {(fault.strerror or str(fault)).lower()}")
     return 0
+
+
+class _Closed(io.TextIOBase):
+    """Standard output that was closed before the program began."""
+
+    def write(self, text: str) -> int:
+        """Refuse."""
+        raise OSError(errno.EBADF, "is closed")
+
+
+def _open_streams() -> None:
+    """Put something in the place of streams that are closed, which Python leaves None.
+
+    Their numbers are taken too: a file that is opened for writing must not get what a library prints.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    if sys.stdout is None:
+        sys.stdout = _Closed()
+    if sys.stderr is None:
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115  for as long as the program runs
+
+
+def _give_up_output() -> None:
+    """Have what is left in the buffer of standard output not fail again at exit."""
+    try:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (OSError, ValueError):  # it has no number: it was closed, or is no file
+        return
 
 
 def _other_paths(options: argparse.Namespace) -> Iterator[Path]:

@@ -10,6 +10,7 @@ import OpenImageIO
 
 from core import color, webp_exif
 from core.arrays import Bytes, InputError, Pixels, readonly
+from core.hushed import hushed
 from core.image import Attribute, Image, usable_profile
 from core.litter import scratch_folder
 from core.metadata import as_text, put
@@ -35,7 +36,7 @@ def load(path: Path | str) -> Image:
     if is_broken_png(path):
         raise InputError(f"{path}: the image is damaged or cut short")
     try:
-        with _named_in_text(path) as name:
+        with _named_in_text(path) as name, hushed():
             return _read(path, name)
     except UnicodeDecodeError:  # the file names its channels or entries with bytes that are no text
         raise InputError(f"{path}: the image is damaged or cut short") from None

@@ -1,6 +1,7 @@
 """Open the editor on a picture, a project, or the sample."""
 
 import argparse
+import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -25,6 +26,7 @@ from core.litter import sweep_scratch
 from core.notices import hearing
 from core.project import load_project
 from core.raster import Raster
+from core.text import legible
 
 if TYPE_CHECKING:
     from core.progress import Job
@@ -47,7 +49,7 @@ def run(arguments: argparse.Namespace) -> None:
         from app import shell
 
     if not shell.has_display():
-        render_without_window(bent(document) if arguments.file is None else document)
+        render_without_window(bent(document) if arguments.file is None else document, arguments.file)
         return
     editor = editor_on(document, arguments.file, Jobs(wake=shell.wake))
     with kept_at_an_end(editor):
@@ -106,6 +108,12 @@ def _editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
     return editor
 
 
+def free_name(path: Path) -> Path:
+    """Return `path`, or the first of its name with a number behind it that no file has."""
+    numbered = (path.with_name(f"{path.stem}-{number}{path.suffix}") for number in itertools.count(2))
+    return path if not path.exists() else next(name for name in numbered if not name.exists())
+
+
 def _exporting(document: Document, options: ExportOptions) -> "Job[None]":
     """Export by the renderer, which is imported only now: the window shows sooner."""
     from app.render.picture_file import exporting
@@ -113,10 +121,11 @@ def _exporting(document: Document, options: ExportOptions) -> "Job[None]":
     return exporting(document, options)
 
 
-def render_without_window(document: Document) -> None:
-    """Render `document` to a file in the working folder, and say where it is and what a window needs."""
+def render_without_window(document: Document, file: Path | None) -> None:
+    """Render `document` to a new file in the working folder, and say where it is and what a window needs."""
     from app.render.picture_file import writing
 
-    run_shown(writing(document, WITHOUT_WINDOW, frame="warp"))
-    print(f"weft: no display: rendered to {WITHOUT_WINDOW.resolve()}")  # noqa: T201
+    path = free_name(WITHOUT_WINDOW if file is None else Path(f"{file.stem}-weft.png"))
+    run_shown(writing(document, path, frame="warp"))
+    print(f"weft: no display: rendered to {legible(str(path.resolve()))}")  # noqa: T201
     print("weft: a window needs an X11 display (DISPLAY; XWayland will do) and OpenGL 3.3")  # noqa: T201

@@ -109,3 +109,17 @@ def test_the_editor_knows_what_was_opened(tmp_path: Path, monkeypatch: pytest.Mo
     assert editor.session.recent[0] == str(path.resolve())
     assert isinstance(editor.recovery, Recovery)
     assert editor.exporter is not None
+
+
+@pytest.mark.gpu
+def test_without_a_display_no_file_is_written_over(tmp_path: Path) -> None:
+    picture = tmp_path / "moor.png"
+    save(Image(np.full((20, 30, 3), 90, np.uint8)), picture)
+    (tmp_path / "weft-sample.png").write_text("mine")
+    (tmp_path / "moor-weft.png").write_text("mine")
+    assert weft(picture, cwd=tmp_path).returncode == 0
+    assert weft(cwd=tmp_path).returncode == 0
+    assert (tmp_path / "weft-sample.png").read_text() == "mine"
+    assert (tmp_path / "moor-weft.png").read_text() == "mine"
+    assert load(tmp_path / "moor-weft-2.png").size_px == (30, 20)
+    assert (tmp_path / "weft-sample-2.png").exists()
