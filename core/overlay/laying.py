@@ -35,28 +35,42 @@ class Parts:
 
 
 def overlaid(parts: Parts, texture: Floats, placement: Placement, *, alpha: float, strength: float) -> Image:
-    """Return the photo with `texture` (h, w, 3 or 4), encoded, 0 to 1, in its folds."""
+    """Return the photo with `texture` (h, w, 3 or 4), encoded, 0 to 1, in its folds: grey where both are."""
     norm = Norm.of(parts.uv, parts.shading, parts.basis)
-    out = np.empty_like(parts.source.pixels)
+    photo = parts.source if is_grey(texture) else coloured(parts.source)
+    out = np.empty_like(photo.pixels)
     for first, top, bottom, last in bands(len(out), margin=1):
         read, own = slice(first, last), slice(top - first, bottom - first)
         layers = [layer[read].astype(np.float64) for layer in (parts.uv, parts.shading, parts.detail)]
         new, opacity = composed(
             texture, (layers[0], layers[1], layers[2]), norm, placement, alpha=alpha, strength=strength
         )
-        band = parts.source.with_pixels(parts.source.pixels[top:bottom])
+        band = photo.with_pixels(photo.pixels[top:bottom])
         share = (opacity * parts.coverage[read])[own, :, None]
         colours = share * new[own] + (1 - share) * encoded(band)
         out[top:bottom] = in_place_of(band, colours, share > 0).pixels
-    return parts.source.with_pixels(out)
+    return photo.with_pixels(out)
+
+
+def is_grey(texture: Floats) -> bool:
+    """Return whether the three colours of a texture (h, w, 3 or 4) are the same everywhere."""
+    return bool((texture[..., :3] == texture[..., :1]).all())
+
+
+def coloured(image: Image) -> Image:
+    """Return a picture with three channels of colour; a grey one loses its profile, which is of grey alone."""
+    if image.channels > 2:
+        return image
+    channels = [0, 0, 0] + [1] * image.has_alpha
+    return replace(image, pixels=np.ascontiguousarray(image.pixels[..., channels]), icc=None)
 
 
 def in_place_of(source: Image, colours: Floats, changed: Bools) -> Image:
     """Return `source` with other colours (H, W, 3), on the encoded 0 to 1 scale, where `changed` (H, W, 1)."""
-    values = colours.astype(np.float32)
-    rgb = color.quantise(color.decode(values) if source.linear else values, source.pixels.dtype)
     old = source.pixels[..., : color.color_channels(source.channels)]
-    pixels = np.where(changed, rgb, np.broadcast_to(old, rgb.shape))
+    values = colours[..., : old.shape[-1]].astype(np.float32)
+    new = color.quantise(color.decode(values) if source.linear else values, source.pixels.dtype)
+    pixels = np.where(changed, new, old)
     if source.has_alpha:
         pixels = np.concatenate([pixels, source.pixels[..., -1:]], -1)
     return source.with_pixels(np.ascontiguousarray(pixels))

@@ -6,10 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.arrays import InputError
+from core.color import quantise
 from core.image import Image
 from core.overlay import bands
 from core.overlay.composition import DENSITY, Norm, Placement, compose, composed, filtered, middle_of, rows_deg
-from core.overlay.laying import Parts, overlaid
+from core.overlay.laying import Parts, encoded, overlaid, texture_colours
 from core.overlay.registration.region import feathered
 from core.overlay.texel import Texel, estimate_texel
 
@@ -234,6 +235,34 @@ def test_beside_the_cloth_every_bit_is_the_photo(dtype: type) -> None:
     assert np.array_equal(out[:, :12], source.pixels[:, :12])
     assert np.array_equal(out[..., 3], source.pixels[..., 3])
     assert (out[:, 15:, :3] != source.pixels[:, 15:, :3]).any(-1).mean() > 0.9
+
+
+KINDS = [(channels, dtype) for channels in (1, 2, 3, 4) for dtype in (np.uint8, np.uint16, np.float32)]
+
+
+def of_kind(size: tuple[int, int], channels: int, dtype: type) -> Image:
+    """Return a picture of random colours, opaque where it has alpha."""
+    values = RNG.random((*size, channels), np.float32)
+    values[..., 1 if channels == 2 else 3 :] = 1.0
+    return Image(quantise(values, dtype), linear=dtype is np.float32)
+
+
+@pytest.mark.parametrize("photo_kind", KINDS)
+@pytest.mark.parametrize("texture_kind", KINDS)
+def test_any_kind_of_texture_goes_on_any_kind_of_photo(
+    photo_kind: tuple[int, type], texture_kind: tuple[int, type]
+) -> None:
+    source, new = of_kind((40, 50), *photo_kind), of_kind((8, 8), *texture_kind)
+    cloth, texture = parts(source), texture_colours(new)
+    image = overlaid(cloth, texture, Placement(), alpha=0.0, strength=0.0)
+    is_grey = max(source.channels, new.channels) <= 2
+    assert image.channels == (1 if is_grey else 3) + source.has_alpha
+    assert image.pixels.dtype == source.pixels.dtype
+    assert np.allclose(encoded(image)[:, :12], encoded(source)[:, :12], atol=1e-6)
+    if source.has_alpha:
+        assert np.array_equal(image.pixels[..., -1], source.pixels[..., -1])
+    expected = compose(texture, *(cloth.uv, cloth.shading, 0 * cloth.detail), SCALE, strength=0.0)[0]
+    assert np.allclose(encoded(image)[:, 16:], np.clip(expected, 0, 1)[:, 16:], atol=1 / 255)
 
 
 def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
