@@ -1,7 +1,7 @@
 """From a document to its photo with a new texture in the folds: what is found once, and what is laid on it.
 
-The layers belong to the picture and to `Cloth.search`, which are what they are found from. The last ones are kept, so
-that undo, export and the window do not find them twice.
+The layers belong to the picture and to `Cloth.search`, which are what they are found from. What the last searches came
+to is kept, layers or a refusal, so that undo, export and the window do not search twice.
 """
 
 import threading
@@ -25,7 +25,7 @@ from core.overlay.laying import Parts, encoded, overlaid, searchable, texture_co
 from core.progress import Job, Progress, part
 
 KEPT = 2
-"""Decompositions that are kept."""
+"""Decompositions that are kept, and refusals."""
 FIRST_TRIAL = 0.3
 """Share of the work that growing a lattice from a marked texel takes."""
 FINDING = 0.96
@@ -90,18 +90,21 @@ class Layers:
 
 @dataclass
 class _Kept:
-    """The layers found last, by the objects that they were found from; used from several threads."""
+    """What the last searches came to, by the objects that they began from; used from several threads."""
 
-    entries: list[tuple[Image, Search, Layers]] = field(default_factory=list)
+    entries: list[tuple[Image, Search, Layers | NoPatternError]] = field(default_factory=list)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def get(self, image: Image, search: Search) -> Layers | None:
+    def get(self, image: Image, search: Search) -> Layers | NoPatternError | None:
         with self.lock:
             return next((found for a, b, found in self.entries if a is image and b is search), None)
 
-    def put(self, image: Image, search: Search, found: Layers) -> None:
+    def put(self, image: Image, search: Search, found: Layers | NoPatternError) -> None:
         with self.lock:
-            self.entries = [(image, search, found), *self.entries][:KEPT]
+            kinds: tuple[list[tuple[Image, Search, Layers | NoPatternError]], ...] = ([], [])
+            for entry in [(image, search, found), *self.entries]:
+                kinds[isinstance(entry[2], Layers)].append(entry)
+            self.entries = [entry for kind in kinds for entry in kind[:KEPT]]
 
 
 _kept = _Kept()
@@ -110,7 +113,8 @@ _kept = _Kept()
 def known(document: Document) -> Layers | None:
     """Return the document's layers if they are found already."""
     search = document.cloth.search
-    return None if search is None else _kept.get(document.image, search)
+    outcome = None if search is None else _kept.get(document.image, search)
+    return outcome if isinstance(outcome, Layers) else None
 
 
 def found(document: Document) -> Job[Layers]:
@@ -118,13 +122,19 @@ def found(document: Document) -> Job[Layers]:
     search = document.cloth.search
     if search is None:
         raise InputError("no pattern was found yet")
-    layers = known(document)
-    if layers is None:
-        result = yield from part(_decomposed(document, search), 0.0, FINDING)
+    outcome = _kept.get(document.image, search)
+    if outcome is None:
+        try:
+            result = yield from part(_decomposed(document, search), 0.0, FINDING)
+        except NoPatternError as refusal:
+            _kept.put(document.image, search, refusal)
+            raise
         yield Progress(FINDING, "freeing the detail of the old pattern")
-        layers = layers_of(result)
-        _kept.put(document.image, search, layers)
-    return layers
+        outcome = layers_of(result)
+        _kept.put(document.image, search, outcome)
+    if isinstance(outcome, NoPatternError):
+        raise outcome
+    return outcome
 
 
 def _decomposed(document: Document, search: Search) -> Job[Decomposition]:
@@ -218,12 +228,14 @@ def layers_under(cloth: Cloth, layers: Layers) -> Layers:
 
 
 def picture(document: Document, image: Image) -> Job[Image]:
-    """Return `image`, the document's at any depth, with the texture in its folds; itself where none is sought."""
-    cloth = document.cloth
-    if cloth.search is None or not is_changed(cloth):
+    """Return `image`, the document's at any depth, with the texture in its folds; itself where none is chosen.
+
+    Raises `InputError` where a texture is chosen, and no pattern is there to lay it in place of.
+    """
+    if not is_changed(document.cloth):
         return image
     layers = yield from part(found(document), 0.0, LAYING)
-    return laid_on(image, layers, cloth)
+    return laid_on(image, layers, document.cloth)
 
 
 def laid_on(image: Image, layers: Layers, cloth: Cloth) -> Image:

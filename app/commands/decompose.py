@@ -64,7 +64,8 @@ def run(arguments: argparse.Namespace) -> None:
         found = run_shown(watched(job, shown))
     except NoPatternError:
         write_stages(arguments.stages, photo, shown)
-        raise NoPatternError(str(arguments.image)) from None
+        along = "" if arguments.lattice is None else f" along {arguments.lattice}"
+        raise NoPatternError(f"{arguments.image}{along}") from None
     write_stages(arguments.stages, photo, shown)
     if not np.isfinite(found.uv).any():
         raise InputError(f"{arguments.lattice or arguments.image}: the lattice covers no pixel of the photo")

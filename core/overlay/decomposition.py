@@ -17,7 +17,7 @@ from core.overlay.composition import filtered, finite
 from core.overlay.detection.alignment import Frames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
-from core.overlay.detection.seeding import flat_canvas
+from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.finding import find_cloth
 from core.overlay.gauge import gauge_of
 from core.overlay.mesh import Mesh
@@ -90,7 +90,7 @@ def decompose(
 
     `region` (H, W) says where cloth may be, `texel_px` about how large the side of a texel is. The search begins at
     `start` alone if it is given, and is left out if the `lattice` is, in connected parts. Raises `NoPatternError`
-    where no lattice is found.
+    where no lattice is found, and where one explains no pixel of the photo.
     """
     seconds: dict[str, float] = {}
     whole = np.ones(photo.shape[:2], bool) if region is None else region
@@ -112,6 +112,8 @@ def decompose(
     with one_thread():
         result = split(cloth, found, photo, whole, scale)
     seconds["splitting off the detail"] = time.perf_counter() - started
+    if not result.covered.any():
+        raise NoPatternError
     return replace(result, seconds=seconds)
 
 

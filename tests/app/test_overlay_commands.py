@@ -291,6 +291,31 @@ def test_a_lattice_that_cannot_be_the_cloths_is_named(
     assert fault in line
 
 
+@pytest.mark.parametrize("contrast", [0.0, 0.02, 1.0])
+def test_a_lattice_on_a_photo_without_its_pattern_is_refused(
+    contrast: float, photo: Path, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    noise = np.random.default_rng(3).random((*load(photo).pixels.shape[:2], 3))
+    save(stored(0.5 + contrast * (noise - 0.5)), tmp_path / "plain.png")
+    words = ["-o", tmp_path / "parts", "--lattice", folder / "lattice.json"]
+    line = failing(capsys, "decompose", tmp_path / "plain.png", *words)
+    assert line.endswith(f"no repeating texture found in {tmp_path / 'plain.png'} along {folder / 'lattice.json'}")
+    assert not (tmp_path / "parts").exists()
+
+
+def test_a_lattice_beside_the_region_is_refused(
+    photo: Path, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lattice = json.loads((folder / "lattice.json").read_text())
+    lattice["vertices"] = [vertex for vertex in lattice["vertices"] if min(vertex["at"]) > 60]
+    (tmp_path / "lattice.json").write_text(json.dumps(lattice))
+    corner = np.zeros((*load(photo).pixels.shape[:2], 1))
+    corner[:10, :10] = 1.0
+    save(stored(corner), tmp_path / "corner.png")
+    words = ["--lattice", tmp_path / "lattice.json", "--region", tmp_path / "corner.png"]
+    assert "no repeating texture found" in failing(capsys, "decompose", photo, "-o", tmp_path / "parts", *words)
+
+
 def test_a_stage_that_cannot_be_written_is_named(
     photo: Path, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,10 +13,13 @@ from app.render.picture_file import exporting
 from app.requests import ExportOptions, ExportPicture, OpenFile, SaveFile
 from app.shapes import Polyline
 from app.tools.marks import marks
+from core import document_overlay
+from core.arrays import InputError
 from core.cloth import Search
 from core.document import Document
 from core.document_overlay import laid_on, layers_under, placement_of, size_of
-from core.images import load, save
+from core.images import Image, load, save
+from core.progress import run
 from core.project import load_project, save_project
 from tests.app.driver import EditorDriver, Later
 from tests.app.overlay_driver import PHOTO, TEXTURE, OverlayDriver
@@ -219,3 +222,19 @@ def test_a_photo_on_which_nothing_is_laid_stays_as_it_is(drive: OverlayDriver) -
     assert laid_on(PHOTO, layers, drive.cloth) is PHOTO
     fainter = laid_on(PHOTO, layers, drive.cloth.laid(detail=0.0))
     assert np.abs(fainter.pixels.astype(int) - PHOTO.pixels).max() > 10
+
+
+def test_an_export_without_a_pattern_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    noise = Image(np.random.default_rng(5).integers(0, 256, (90, 110, 3), np.uint8))
+    document = Document.of(noise).changed(mode="overlay")
+    options = ExportOptions(tmp_path / "out.png", noise.size_px)
+    run(exporting(document, options))
+    textured = document.with_cloth(texture=TEXTURE, texture_name="new.png")
+    with pytest.raises(InputError, match="no pattern was found yet"):
+        run(exporting(textured, options))
+    drive = OverlayDriver(textured.with_cloth(search=Search()))
+    assert drive.editor.overlay.fault == "no repeating texture found in the picture"
+    # It is known by now, and nothing is looked for again.
+    monkeypatch.setattr(document_overlay, "decompose", lambda *_, **__: pytest.fail("a search of its own"))
+    with pytest.raises(InputError, match="no repeating texture found in the picture"):
+        run(exporting(drive.document, options))

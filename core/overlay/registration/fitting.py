@@ -50,9 +50,14 @@ def fit(
 def begun(
     photo: Floats, canvas: Canvas, lattice: Lattice, seed: int, *, trusted: bool = False
 ) -> Job[tuple[Cloth, Fit]]:
-    """Return the cloth registered where its lattice lies. Raises `NoPatternError` where there are stripes only."""
+    """Return the cloth registered where its lattice lies.
+
+    Raises `NoPatternError` where there are stripes only, and where no texel lies on what may be cloth.
+    """
     cloth = make_cloth(photo, canvas, lattice, np.eye(2))
     start = starting_state(cloth, lattice)
+    if not start.cells.any():
+        raise NoPatternError
     if not trusted:
         M = true_period(cloth, start, seed)
         if abs(np.linalg.det(M)) > 1.5:
