@@ -1,12 +1,14 @@
-"""Time the engines beside the bare solvers and the papers' own figures: medians of several runs."""
+"""Time the engines beside the bare solvers and the papers' own figures; judge Overlay by a folder of photographs."""
 
 import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeAlias
 
-from app.bench import export, machine, mapping, overlay, retexture
+from app.bench import export, machine, mapping, overlay, photographs, retexture
+from core.arrays import InputError
 
 Record: TypeAlias = dict[str, Any]
 
@@ -17,28 +19,54 @@ ENGINES: Mapping[str, tuple[Callable[[], list[Record]], Callable[[], list[Record
     "export": (export.measure, lambda: export.measure(export.SIZES[:1], runs=1)),
 }
 """What measures each engine, in full and quickly."""
+PHOTOGRAPHS = "photographs"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `weft bench`."""
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
     parser.add_argument("--quick", action="store_true", help="small sizes and single runs only")
-    parser.add_argument("--only", nargs="+", choices=ENGINES, default=list(ENGINES), help="some of the engines")
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        metavar="NAME",
+        default=list(ENGINES),
+        help=f"some of the engines, {', '.join(ENGINES)}; or {PHOTOGRAPHS} DIR: how many of a folder are decomposed",
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Measure and print."""
+    engines, folders = chosen(arguments.only)
     found: dict[str, Any] = {"machine": machine.describe()}
-    for name in arguments.only:
+    for name in engines:
         if sys.stderr.isatty():
             sys.stderr.write(f"timing {name} ...\n")
         found[name] = ENGINES[name][arguments.quick]()
+    for folder in folders:
+        found[PHOTOGRAPHS] = photographs.measure(folder)
+        found[f"{PHOTOGRAPHS}_by_half"] = photographs.summarise(found[PHOTOGRAPHS])
     if arguments.json:
         sys.stdout.write(json.dumps(found, indent=1) + "\n")
         return
     sys.stdout.write(found.pop("machine") + "\n")
     for name, records in found.items():
         sys.stdout.write("\n".join(["", name, *table(records), ""]))
+
+
+def chosen(words: Sequence[str]) -> tuple[list[str], list[Path]]:
+    """Return the engines that `--only` names, and the folder of photographs, if any, in a list."""
+    engines, folders = list(words), []
+    if PHOTOGRAPHS in engines:
+        place = engines.index(PHOTOGRAPHS)
+        folders = [Path(word) for word in engines[place + 1 : place + 2]]
+        del engines[place : place + 2]
+        if not folders or not folders[0].is_dir():
+            raise InputError(f"--only {PHOTOGRAPHS}: needs a folder of photographs")
+    unknown = next((name for name in engines if name not in ENGINES), None)
+    if unknown is not None:
+        raise InputError(f"--only {unknown}: not one of {', '.join(ENGINES)}, {PHOTOGRAPHS}")
+    return engines, folders
 
 
 def table(records: Sequence[Record]) -> Iterator[str]:

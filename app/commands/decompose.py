@@ -1,7 +1,6 @@
 """Split a photo of patterned cloth into its mean texel, texture coordinates, shading and detail."""
 
 import argparse
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -14,9 +13,7 @@ from core.arrays import Bools, Floats, InputError
 from core.files import atomic_folder, check_folder_place
 from core.images import Image, load, load_mask
 from core.images import write as write_picture
-from core.object_masks import whole_object
-from core.overlay.composition import finite
-from core.overlay.decomposition import Decomposition, decompose, shrunk
+from core.overlay.decomposition import decompose, shrunk
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
@@ -24,10 +21,10 @@ from core.overlay.detection.stages import Stage
 from core.overlay.folder import read_lattice, write
 from core.overlay.laying import encoded, searchable
 from core.overlay.pictures import stage_picture
-from core.progress import Job, Progress, part, stepwise
+from core.overlay.whole_cloth import decompose_whole_cloth
+from core.progress import Job, Progress, stepwise
 
 T = TypeVar("T")
-Finding = Callable[..., Job[Decomposition]]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,7 +55,7 @@ def run(arguments: argparse.Namespace) -> None:
         lattice=given_lattice(arguments.lattice, image.size_px),
         seed=arguments.seed,
     )
-    job = on_whole_cloth(image, region, finding) if arguments.whole_cloth else finding(region=region)
+    job = decompose_whole_cloth(image, region, finding) if arguments.whole_cloth else finding(region=region)
     shown: list[Stage] = []
     try:
         found = run_shown(watched(job, shown))
@@ -70,16 +67,6 @@ def run(arguments: argparse.Namespace) -> None:
     if not np.isfinite(found.uv).any():
         raise InputError(f"{arguments.lattice or arguments.image}: the lattice covers no pixel of the photo")
     write(found, image, arguments.output)
-
-
-def on_whole_cloth(image: Image, region: Bools | None, finding: Finding) -> Job[Decomposition]:
-    """Find the pattern within `region` (H, W), then in all of the cloth that this is part of."""
-    found = yield from part(finding(region=region), 0.0, 0.5)
-    try:
-        cloth = yield from part(whole_object(image, finite(found.uv)), 0.5, 0.55)
-    except InputError:  # It is all of the cloth.
-        return found
-    return (yield from part(finding(region=searchable(image, cloth)), 0.55, 1.0))
 
 
 def check(arguments: argparse.Namespace) -> None:

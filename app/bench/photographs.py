@@ -1,0 +1,143 @@
+"""How many photographs of patterned cloth are decomposed: the `photographs` lists of `weft bench`, by picture and half.
+
+A folder holds photos, and for each a matte of its cloth, NAME_mask.png. Those named `refuse_...` show no pattern that
+repeats in two directions and have to be refused; `new_...` are textures, of which the first is laid on every cloth;
+`plain_...` are left out. The photos are split into two fixed halves, so that what was tuned on one is judged by the
+other.
+"""
+
+import sys
+import time
+import traceback
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import cv2
+import numpy as np
+
+from core import color
+from core.arrays import Bools, Floats, InputError, Singles
+from core.image import Image
+from core.images import load, load_mask
+from core.overlay.composition import Placement
+from core.overlay.decomposition import Decomposition, decompose
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.laying import Parts, encoded, overlaid, searchable, texture_colours
+from core.overlay.whole_cloth import decompose_whole_cloth
+from core.progress import run
+
+Record: TypeAlias = dict[str, Any]
+Task: TypeAlias = Literal["painted", "whole_cloth", "refused"]
+
+LEAST_COVERED, MOST_SPILT, LEAST_LIKENESS = 0.6, 0.1, 0.75
+"""Share of the cloth that counts as decomposed, share beside it that whole cloth may cover, and least likeness."""
+SLOW_PX = 12.0
+"""Changes slower than this are no evidence of a pattern: shading alone gives them."""
+BESIDE_PX = 4
+"""A matte is right to so many pixels."""
+LEAST_PIXELS = 500
+
+
+def measure(folder: Path) -> list[Record]:
+    """Return one record per photo and task: its half, 0 or 1, scores, whether it holds, and processor seconds."""
+    named = [file for file in sorted(folder.glob("*.*")) if not file.stem.endswith("_mask")]
+    textures = [file for file in named if file.stem.startswith("new_")]
+    photos = [file for file in named if not file.stem.startswith(("new_", "plain_", "refuse_"))]
+    refusals = [file for file in named if file.stem.startswith("refuse_")]
+    if not photos:
+        raise InputError(f"{folder}: holds no photographs")
+    texture = texture_colours(load(textures[0])) if textures else np.full((8, 8, 3), 0.5)
+    plan: list[tuple[list[Path], tuple[Task, ...]]] = [(photos, ("painted", "whole_cloth")), (refusals, ("refused",))]
+    return [
+        record
+        for files, tasks in plan
+        for number, file in enumerate(files)
+        for record in _records(file, number % 2, tasks, texture)
+    ]
+
+
+def summarise(records: list[Record]) -> list[Record]:
+    """Return the share of the photos that hold, by task, of each half and of both, and the number of faults."""
+    rows: list[Record] = []
+    for half in (0, 1, None):
+        own = [record for record in records if half is None or record["half"] == half]
+        shares: Record = {"half": "both" if half is None else half}
+        for task in ("painted", "whole_cloth", "refused"):
+            holds = [record["holds"] for record in own if record["task"] == task]
+            shares |= {task: float(np.mean(holds)) if holds else None, f"{task}_of": len(holds)}
+        rows.append(shares | {"faults": sum(record["outcome"] == "fault" for record in own)})
+    return rows
+
+
+def _records(file: Path, half: int, tasks: tuple[Task, ...], texture: Floats) -> Iterator[Record]:
+    image, matte = load(file), file.with_name(f"{file.stem}_mask.png")
+    cloth = np.asarray(load_mask(matte, image.size_px) > 127, np.bool_) if matte.exists() else None
+    for task in tasks:
+        if task == "whole_cloth" and cloth is None:
+            continue
+        record = {"name": file.stem, "half": half, "task": task, **_tried(image, cloth, task, texture)}
+        if sys.stderr.isatty():
+            sys.stderr.write(f"{record['name']} {task}: {record['outcome']}\n")
+        yield record
+
+
+def _tried(image: Image, cloth: Bools | None, task: Task, texture: Floats) -> Record:
+    """Return what came of one photo: an outcome, scores, whether they are enough, and processor seconds."""
+    finding = partial(decompose, encoded(image))
+    region = searchable(image, cloth if task == "painted" else None)
+    job = decompose_whole_cloth(image, region, finding) if task == "whole_cloth" else finding(region=region)
+    scores = {"covers": 0.0, "spills": 0.0, "likeness": 0.0}
+    began = time.process_time()
+    try:
+        found = run(job)
+        lay(image, found, texture)
+        outcome, scores = "found", score(image, cloth, found)
+    except NoPatternError:
+        outcome = "refused"
+    except Exception:  # noqa: BLE001  a fault is counted, and the other photos are looked at
+        traceback.print_exc()
+        outcome = "fault"
+    return {"outcome": outcome, **scores, "holds": _holds(task, outcome, scores), "cpu_s": time.process_time() - began}
+
+
+def _holds(task: Task, outcome: str, scores: dict[str, float]) -> bool:
+    if task == "refused":
+        return outcome == "refused"
+    is_found = scores["covers"] >= LEAST_COVERED and scores["likeness"] >= LEAST_LIKENESS
+    return is_found and (task == "painted" or scores["spills"] <= MOST_SPILT)
+
+
+def lay(image: Image, found: Decomposition, texture: Floats) -> Image:
+    """Return the photo with the texture in its folds."""
+    parts = Parts(image, found.uv, found.shading, found.detail, found.coverage, found.basis, found.texel.pixels)
+    return overlaid(parts.under(texture, Placement()), texture, Placement(), alpha=1.0, strength=1.0)
+
+
+def score(image: Image, cloth: Bools | None, found: Decomposition) -> dict[str, float]:
+    """Return how much of the `cloth` (H, W) is covered, what share of the covered pixels is not cloth, and a likeness.
+
+    That is the correlation of the photo with Wp T(Wg) on the cloth, both without their slow changes: a wrong lattice
+    blurs the texel, and only the shading is left to agree.
+    """
+    cloth = np.ones(found.covered.shape, np.bool_) if cloth is None else cloth
+    near = cv2.dilate(cloth.astype(np.uint8), np.ones((2 * BESIDE_PX + 1, 2 * BESIDE_PX + 1), np.uint8)) > 0
+    covered = found.covered & cloth
+    spills = float((found.covered & ~near).sum() / max(found.covered.sum(), 1))
+    if covered.sum() < LEAST_PIXELS:
+        return {"covers": 0.0, "spills": spills, "likeness": 0.0}
+    share = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), SLOW_PX) + 1e-6
+    seen, model = (_without_slow(_grey(part), covered, share) for part in (encoded(image), found.reconstruction))
+    likeness = np.corrcoef(seen, model)[0, 1] if min(seen.std(), model.std()) > 1e-3 else 0.0
+    return {"covers": float(covered.sum() / cloth.sum()), "spills": spills, "likeness": float(likeness)}
+
+
+def _grey(colours: Floats | Singles) -> Singles:
+    levels = color.quantise(colours.astype(np.float32), np.uint8)
+    return np.asarray(cv2.cvtColor(np.ascontiguousarray(levels), cv2.COLOR_RGB2GRAY), np.float32)
+
+
+def _without_slow(grey: Singles, covered: Bools, share: Singles) -> Singles:
+    slow = cv2.GaussianBlur(np.where(covered, grey, np.float32(0)), (0, 0), SLOW_PX) / share
+    return np.asarray((grey - slow)[covered], np.float32)

@@ -1,0 +1,28 @@
+"""From a part of a cloth to all of it: the pattern is looked for again in what stands out where it was found."""
+
+from collections.abc import Callable
+
+from core.arrays import Bools, InputError
+from core.image import Image
+from core.object_masks import whole_object
+from core.overlay.composition import finite
+from core.overlay.decomposition import Decomposition
+from core.overlay.laying import searchable
+from core.progress import Job, part
+
+Finding = Callable[..., Job[Decomposition]]
+"""`decompose` of a photo, but for its region."""
+
+
+def decompose_whole_cloth(image: Image, region: Bools | None, finding: Finding) -> Job[Decomposition]:
+    """Return the decomposition of all of the cloth of which the pattern is found in `region` (H, W).
+
+    `finding` is called with a region: first the given one, then the object that was cut out of the `image` around what
+    the first call covered.
+    """
+    found = yield from part(finding(region=region), 0.0, 0.5)
+    try:
+        cloth = yield from part(whole_object(image, finite(found.uv)), 0.5, 0.55)
+    except InputError:  # It is all of the cloth.
+        return found
+    return (yield from part(finding(region=searchable(image, cloth)), 0.55, 1.0))
