@@ -1,9 +1,8 @@
 """The map on the screen: follows the document by one solve a frame, and settles when the artist rests.
 
-While something moves, the answer is the linear one, which may fold; where handles of a free frame come to new places,
-and it takes longer than a frame, a sketch of it. A short while after the last change the final answer is worked out in
-the background, as an export does it, and takes its place; until it is there, the first one without folds does. If
-something moves meanwhile both are dropped.
+While something moves, the answer is the linear one, which may fold. A short while after the last change the final
+answer is worked out in the background, as an export does it, and takes its place; until it is there, the first one
+without folds does. If something moves meanwhile both are dropped.
 """
 
 import logging
@@ -18,7 +17,7 @@ from core.arrays import Bools, Points, WeftError
 from core.document import Document
 from core.document_map import MapSolver, grid_of, preset_of
 from core.grid import Features, Grid
-from core.mapping.warping import Warped
+from core.mapping.result import PinReport, Warped
 from core.mesh import Mesh
 from core.progress import Job, Progress, stepwise
 
@@ -82,6 +81,11 @@ class Answer:
     def outline_moved_px(self) -> float:
         """How far the outline gave way so that nothing folds."""
         return 0.0 if self.result is None else self.result.outline_moved_px
+
+    @property
+    def pins(self) -> list[PinReport]:
+        """What became of the document's pins, in their order; nothing while they are newer than the answer."""
+        return [] if self.result is None else self.result.pin_reports
 
     @cached_property
     def base_mesh(self) -> Mesh:
@@ -180,8 +184,6 @@ class LiveWarp:
             fits, solver = grid_of(document).size <= INLINE_NODES, self._solver
             if fits and not solver.is_heavy(document):
                 self._show(document, *self._timed(solver.frame, document))
-            elif fits and solver.can_sketch(document):
-                self._show(document, *self._timed(solver.sketch, document))
             else:
                 self._solve_beside(document)
         except Exception as fault:  # noqa: BLE001  whatever it is, the last map stays and the artist goes on
@@ -230,6 +232,8 @@ class LiveWarp:
         self._show(self._seen, result, final=True)
         if self._solver.is_heavy(self._seen):  # what the final answer has built need not be built again
             self._solver, self._final_solver = self._final_solver, self._solver
+        else:
+            self._solver.learn(self._seen, result)
 
     def _take_fault(self, fault: Exception) -> None:
         if not isinstance(fault, WeftError):

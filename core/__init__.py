@@ -4,7 +4,7 @@ Where to begin, by what is wanted:
 
 - pictures: `images.load`, `images.load_mask`, `images.save`, `images.Image`
 - a warp that keeps features, once: `mapping.warping.warp_grid`, with `grid.Grid`, `grid.find_features` and
-  `warps.presets.make_warp`; many times on one grid and mask: `mapping.feature_mapping.FeatureMapping`
+  `warps.presets.make_warp`; many times on one grid and mask: `mapping.features.feature_mapping.FeatureMapping`
 - texture regrown along moved curves: `retexture.job.retexture`, with `curves.Curve` and `feature_curves.FeatureCurve`
 - a patterned cloth taken apart: `overlay.decomposition.decompose`; a new texture in its folds:
   `overlay.composition.compose`, on a photo of any depth `overlay.laying.overlaid`

@@ -15,19 +15,15 @@ from core.curve_edit import through
 from core.curves import Curve
 from core.document import Document, Outline, WarpSettings, pixels_from_places, places_from_pixels
 from core.grid import Features, Grid
-from core.mapping.editing import Editing, Frame
-from core.mapping.handles import Handles
-from core.mapping.sketch import Sketch, worth_sketching
-from core.mapping.warping import LiveWarp, MappingOptions, Warped
+from core.mapping.handles.handles import Handles
+from core.mapping.result import Warped
+from core.mapping.warping import LiveWarp, MappingOptions
 from core.progress import Job
 from core.raster import Raster
 from core.warps.outline import follow_outline
 from core.warps.presets import make_warp
 from core.warps.warp import Warp, compose, resize
 
-_NOWHERE: Points = np.empty((0, 2))
-NEW_HANDLES_AT_ONCE = 4
-"""With a free frame each new handle costs a solve; so many fit into a frame."""
 _EDGE_SAMPLES = 65
 """Points of a side at which a cubic is fitted to it."""
 
@@ -90,7 +86,9 @@ def _outline_of_preset(warp: WarpSettings, size_px: tuple[int, int], canvas_px: 
 
 def options_of(warp: WarpSettings) -> MappingOptions:
     """Return what the settings say about features."""
-    return MappingOptions(keep=warp.keep, method=warp.method, weight=warp.weight, falloff=warp.falloff)
+    return MappingOptions(
+        keep=warp.keep, method=warp.method, weight=warp.weight, falloff=warp.falloff, frame=warp.frame
+    )
 
 
 def settled(document: Document) -> Job[Warped]:
@@ -106,75 +104,35 @@ class MapSolver:
 
     def __init__(self) -> None:
         self._live: LiveWarp | None = None
-        self._editing: Editing | None = None
-        self._sketch: Sketch | None = None
         self._mask: Raster | None = None
         self._features: Features | None = None
         self._components: Components | None = None
         self._base: tuple[object, Points] | None = None
-        self._plain: tuple[object, Points] | None = None
-        self._held = _NOWHERE
-        """The places that the editing system has responses for."""
 
     def is_heavy(self, document: Document) -> bool:
-        """Return whether the next answer needs more than a frame's time: another grid, or a free one's new handles."""
-        if self._live is None or self._live.grid != grid_of(document):
-            return True
-        if document.warp.frame == "held" or not (document.pins or document.curves):
-            return False
-        if self._editing is None or self._editing.frame != document.warp.frame:
-            return True
-        held = set(map(tuple, self._held.tolist()))
-        at, _ = handles_of(document).points(self._live.grid)
-        return sum(tuple(place) not in held for place in at.tolist()) > NEW_HANDLES_AT_ONCE
-
-    def can_sketch(self, document: Document) -> bool:
-        """Return whether `sketch` answers within a frame's time what is heavy to answer exactly."""
-        if self._live is None or self._live.grid != grid_of(document):
-            return False
-        return document.warp.frame == "free" and worth_sketching(self._live.grid)
-
-    def sketch(self, document: Document) -> Warped:
-        """Return nearly the linear answer to a document whose handles are at new places."""
-        live = self._prepared(document)
-        if self._sketch is None or (self._sketch.grid, self._sketch.frame) != (live.grid, document.warp.frame):
-            self._sketch = Sketch(live.grid, frame=document.warp.frame)
-        return live.frame(self._sketch.solve(handles_of(document), self._base_of(document, live.grid)))
+        """Return whether the next answer needs more than a frame's time: another grid."""
+        return self._live is None or self._live.grid != grid_of(document)
 
     def frame(self, document: Document) -> Warped:
         """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""
-        return self._prepared(document).frame(self.plain(document))
+        live = self._prepared(document)
+        return live.frame(self._base_of(document, live.grid), handles_of(document))
 
     def settle(self, document: Document) -> Job[Warped]:
         """Return the answer without folds where W has none; the same bits, whatever was answered before."""
-        return (yield from self._prepared(document).settle(self.plain(document, afresh=True)))
+        live = self._prepared(document)
+        return (yield from live.settle(self._base_of(document, live.grid), handles_of(document)))
 
-    def plain(self, document: Document, *, afresh: bool = False) -> Points:
-        """Return W at the nodes (R, C, 2), in pixels of the canvas; kept while the mask is painted.
-
-        `afresh` its bits do not depend on what was answered before.
-        """
-        grid = self._on_grid(document).grid
-        key = (document.warp, document.size_px, document.outline, document.pins, document.curves)
-        if afresh or self._plain is None or self._plain[0] != key:
-            found = self._with_handles(document, grid, self._base_of(document, grid), afresh=afresh)
-            self._plain = key, readonly(found)
-        return self._plain[1]
-
-    def _with_handles(self, document: Document, grid: Grid, base: Points, *, afresh: bool) -> Points:
-        """Return `base` edited by pins and curves."""
-        if not document.pins and not document.curves:
-            return base
-        at, to = handles_of(document).points(grid)
-        editing = self._editing_of(grid, document.warp.frame)
-        editing.hold(at, afresh=afresh)
-        self._held = at
-        return editing.solve(to, base)
+    def learn(self, document: Document, settled: Warped) -> None:
+        """Take the picture without handles from an answer at rest to the same document."""
+        live = self._prepared(document)
+        if settled.reference is not None:
+            live.learn(self._base_of(document, live.grid), settled.reference)
 
     def _base_of(self, document: Document, grid: Grid) -> Points:
         """Return where preset and outline take the nodes, kept while pins and curves are dragged."""
         key = (document.warp, document.size_px, document.outline)
-        if self._base is None or self._base[0] != key:
+        if self._base is None or self._base[0] != key or self._base[1].shape[:2] != grid.shape:
             base = preset_of(document)(grid.nodes)
             if document.outline is not None:
                 base = follow_outline(base, pixels_from_places(document.canvas_px, document.outline.ring))
@@ -190,7 +148,7 @@ class MapSolver:
         grid = grid_of(document)
         if self._live is None or self._live.grid != grid:
             self._live = LiveWarp(grid)
-            self._editing = self._mask = self._features = self._components = None
+            self._mask = self._features = self._components = None
         return self._live
 
     def _features_of(self, grid: Grid, mask: Raster) -> Features:
@@ -203,8 +161,3 @@ class MapSolver:
                 self._features = found
             self._mask = mask
         return self._features
-
-    def _editing_of(self, grid: Grid, frame: Frame) -> Editing:
-        if self._editing is None or self._editing.frame != frame:
-            self._editing, self._held = Editing(grid, frame=frame), _NOWHERE
-        return self._editing

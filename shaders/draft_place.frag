@@ -11,5 +11,5 @@ void main() {
     vec2 offset = from_corner();
     vec2 cell = cell_position(offset), rate = cells_per_pixel();
     place = vec4(rest_corner.zw + rest_corner.xy + to_source * offset, cell);
-    shape = vec4(rate, float(level), 1.0 + coverage(cell, rate));
+    shape = vec4(rate, float(level), 1.0 + share_inside(cell, rate));
 }

@@ -8,7 +8,7 @@ out vec4 colour;
 
 void main() {
     vec2 offset = from_corner();
-    float share = coverage(cell_position(offset), cells_per_pixel());
+    float share = share_inside(cell_position(offset), cells_per_pixel());
     if (share <= 0.0 || share >= INSIDE) discard;
     colour = share * filtered(rest_corner.zw, rest_corner.xy + to_source * offset, kernel, level);
 }

@@ -7,6 +7,6 @@ out vec4 cell;
 
 void main() {
     vec2 at = cell_position(from_corner()), rate = cells_per_pixel();
-    if (coverage(at, rate) >= INSIDE) discard;
+    if (share_inside(at, rate) >= INSIDE) discard;
     cell = vec4(at, rate);
 }

@@ -11,7 +11,7 @@ layout(location = 2) out vec4 cell;        // xy = grid coordinates, zw = their 
 void main() {
     vec2 offset = from_corner();
     vec2 at = cell_position(offset), rate = cells_per_pixel();
-    if (coverage(at, rate) < INSIDE) discard;
+    if (share_inside(at, rate) < INSIDE) discard;
     vec2 fraction = rest_corner.xy + to_source * offset;
     vec2 whole = floor(fraction);
     place = vec4(fraction - whole, rest_corner.zw + whole);

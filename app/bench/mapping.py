@@ -14,14 +14,13 @@ from core.arrays import Bytes, Floats, Points
 from core.cholmod import cholmod
 from core.factor import Factor
 from core.grid import Features, Grid, find_features
-from core.mapping.editing import Editing
-from core.mapping.feature_mapping import FeatureMapping
+from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.folds import folded_quads
-from core.mapping.frames import as_complex
-from core.mapping.stencil import edge_weights, node_values, pattern, stored_values
-from core.mapping.unfold import unfold
-from core.mapping.warping import DEFAULT_OPTIONS, LiveWarp
-from core.progress import run
+from core.mapping.handles.handles import Handles
+from core.mapping.jacobians import as_complex, as_positions
+from core.mapping.linear.laplacian import edge_weights, node_values, pattern, stored_values
+from core.mapping.linear.multifrontal import WholeFactor
+from core.mapping.warping import DEFAULT_OPTIONS, LiveWarp, MappingOptions, warp_grid
 from core.warps.presets import make_warp
 
 SIZES = ((50, 100), (100, 100), (100, 200), (200, 200), (500, 500), (1000, 1000))
@@ -34,6 +33,7 @@ PAPER = {
 """Seconds for setup, factor, right-hand side and solve  [FAT table 1, on a Pentium 4 at 3.2 GHz]."""
 
 CELL_PX = 4
+_RIGID = MappingOptions(keep="rigid")
 _LARGE = 300_000
 """Nodes of a grid on which half as many repeats do."""
 _UNFOLD_AT_MOST = 50_000
@@ -59,7 +59,11 @@ def _record(rows: int, columns: int, repeats: int) -> dict[str, Any]:
         **_stages(grid, features, plain, repeats),
         **_interaction(grid, mask, repeats),
         "unfold_ms": _unfold_ms(grid, features) if grid.size <= _UNFOLD_AT_MOST else None,
-        "bare": {**_bare(grid, features, repeats), "libigl_arap_ms": _arap_ms(grid, plain, repeats)},
+        "bare": {
+            **_bare(grid, features, repeats),
+            "cholmod_stroke_ms": _whole_stroke_ms(grid, mask, repeats),
+            "libigl_arap_ms": _arap_ms(grid, plain, repeats),
+        },
         "paper": _paper(rows, columns),
     }
 
@@ -107,12 +111,12 @@ def _interaction(grid: Grid, mask: Bytes, repeats: int) -> dict[str, float]:
     """Time what an artist waits for: from an input to positions that can be uploaded."""
     live = LiveWarp(grid)
     live.use(find_features(grid, mask), DEFAULT_OPTIONS)
-    editing = Editing(grid)
-    pins = np.array([[0.2, 0.5], [0.5, 0.5], [0.8, 0.6]]) * [grid.width_px, grid.height_px]
-    editing.hold(pins)
+    pins = np.array([[0.2, 0.5], [0.5, 0.5], [0.8, 0.6], [0.7, 0.3]]) * [grid.width_px, grid.height_px]
+    live.frame(grid.nodes, Handles(pins, pins + 1.0))
+    moved = iter(np.linspace(2.0, 5.0, repeats))
     return {
         "drag_preset_ms": _median_ms(lambda: _shown(live, _swirled(grid)), repeats),
-        "drag_handles_ms": _median_ms(lambda: _shown(live, editing.solve(pins + [5.0, 3.0])), repeats),
+        "drag_handles_ms": _median_ms(lambda: _dragged(live, Handles(pins, pins + next(moved))), repeats),
         "stroke_ms": _stroke_ms(live, mask.copy(), repeats),
     }
 
@@ -134,6 +138,13 @@ def _stroke_ms(live: LiveWarp, mask: Bytes, repeats: int) -> float:
     return _median_ms(stroke, repeats)
 
 
+def _whole_stroke_ms(grid: Grid, mask: Bytes, repeats: int) -> float:
+    """Time the same stroke with all of the system factorised anew by CHOLMOD, in place of what changes."""
+    live = LiveWarp(grid, analyse=WholeFactor)
+    live.use(find_features(grid, mask), DEFAULT_OPTIONS)
+    return _stroke_ms(live, mask.copy(), repeats)
+
+
 def _swirled(grid: Grid) -> Points:
     return make_warp("swirl", grid.width_px, grid.height_px, bend=30)(grid.nodes)
 
@@ -142,13 +153,18 @@ def _shown(live: LiveWarp, plain: Points) -> Points:
     return live.frame(plain).warped.astype(np.float32)
 
 
+def _dragged(live: LiveWarp, handles: Handles) -> Points:
+    """Drag pins, one of them in a feature."""
+    return live.frame(live.grid.nodes, handles).warped.astype(np.float32)
+
+
 def _unfold_ms(grid: Grid, features: Features) -> float | None:
     """Time unfolding rigid features under a wave that folds them; None when it does not."""
     mapping = FeatureMapping(grid, features, keep="rigid")
     for bend in (40, 60, 80, 100):
         w = as_complex(make_warp("arc", grid.width_px, grid.height_px, bend=bend)(grid.nodes))
         if folded_quads(mapping.place(w).z).any() and not folded_quads(w).any():
-            return _median_ms(lambda w=w: run(unfold(mapping, w)), 1)  # type: ignore[misc]
+            return _median_ms(lambda w=w: warp_grid(grid, features, as_positions(w), options=_RIGID), 1)  # type: ignore[misc]
     return None
 
 

@@ -6,7 +6,6 @@ Places in HANDLES.json are pixels of the picture; with --frame warp the canvas i
 import argparse
 import json
 import re
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +21,8 @@ from core.document import CurvePair, Document, Outline, Pin, WarpSettings, place
 from core.document_map import MapSolver, grid_of, handles_of
 from core.files import AtomicFiles, check_outputs
 from core.images import Image, check_writable_format, load, load_mask
-from core.mapping.warping import Warped
+from core.mapping.result import Warped
+from core.notices import notice
 from core.obj import obj_mesh
 from core.raster import Raster
 from core.stmap import write_st_map
@@ -109,13 +109,11 @@ def run(arguments: argparse.Namespace) -> None:
     document = document_from(arguments)
     found = _solved(document, allow_folds=arguments.allow_folds)
     canvas = Canvas.of(arguments.frame, found.warped, document.canvas_px)
-    found = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped))
+    pins = replace(found.pins, to=canvas.placed(found.pins.to))
+    found = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped), pins=pins)
     _write(arguments, document.image, found, canvas)
-    if not arguments.allow_folds and found.outline_moved_px:
-        sys.stderr.write(
-            f"weft: {arguments.output}: the outline gives way by up to {found.outline_moved_px:.1f} px, "
-            "or features that the picture's edge cuts would fold\n"
-        )
+    for complaint in [] if arguments.allow_folds else found.complaints():
+        notice(f"{arguments.output}: {complaint}")
 
 
 def _solved(document: Document, *, allow_folds: bool) -> Warped:

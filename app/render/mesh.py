@@ -24,6 +24,8 @@ NODE_UNITS = {"rest_nodes": 0, "moved_nodes": 1, "cell_nodes": 8}
 EDGE_PX = 1.5
 """The outline cuts pixels so far inside it."""
 MOST_EDGE_LAYERS = 24
+STRAIGHT_PX = 1e-6
+"""An outline that misses a rectangle by less is one."""
 
 
 class Mesh:
@@ -66,6 +68,7 @@ class Mesh:
             self._nodes["cell_nodes"].write(cells.astype(np.float32))
         self._low, self._high = _block_bounds(moved_nodes)
         self._thinnest = _thinnest_border(drawn)
+        self._straight = _rectangle_of(drawn)
 
     def blocks_in(self, box: Box) -> Bools:
         """Return which blocks may meet the output pixels of `box`."""
@@ -109,7 +112,8 @@ class Mesh:
             self._arrays[key] = self._context.vertex_array(program, [], index_buffer=indices)
         for name, texture in self._nodes.items():
             texture.use(NODE_UNITS[name])
-        set_uniforms(program, last_cell=(self.shape[1] - 1, self.shape[0] - 1), **NODE_UNITS, **uniforms)
+        last_cell = self.shape[1] - 1, self.shape[0] - 1
+        set_uniforms(program, last_cell=last_cell, straight=self._straight, **NODE_UNITS, **uniforms)
         return self._arrays[key]
 
     def release(self) -> None:
@@ -120,6 +124,14 @@ class Mesh:
         self._edge_indices.release()
         for texture in self._nodes.values():
             texture.release()
+
+
+def _rectangle_of(points: Points) -> tuple[float, float, float, float]:
+    """Return left, top, right and bottom of the rectangle that the outline of nodes (R, C, 2) is; zeros for none."""
+    (left, top), (right, bottom) = points[0, 0], points[-1, -1]
+    off = points[:, 0, 0] - left, points[0, :, 1] - top, points[:, -1, 0] - right, points[-1, :, 1] - bottom
+    is_straight = min(right - left, bottom - top) > 0 and max(np.abs(side).max() for side in off) < STRAIGHT_PX
+    return (float(left), float(top), float(right), float(bottom)) if is_straight else (0.0, 0.0, 0.0, 0.0)
 
 
 def _every(stride: int, size: int) -> Ints:

@@ -14,6 +14,7 @@ from core.document_map import settled
 from core.files import atomic_file
 from core.grid import Grid
 from core.images import Image, save
+from core.notices import notice
 from core.progress import Job, Progress, part
 
 Bits: TypeAlias = Literal[8, 16, 32]
@@ -46,6 +47,8 @@ def writing(
     """
     if document.mode == "warp":
         found = yield from part(settled(document), 0.0, 0.3)
+        for complaint in found.complaints():
+            notice(f"{path.name}: {complaint}")
         canvas = Canvas.of(frame, found.warped, document.canvas_px)
         scale = scale if width_px is None else width_px / canvas.width_px
         grid, drawn = (found.rest, canvas.placed(found.warped)), 0.3

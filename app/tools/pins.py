@@ -1,6 +1,6 @@
 """Pins: points of the picture that are held or moved."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,8 +8,8 @@ import numpy as np
 from app.editor import Editor
 from app.events import Event, Key, Move, Position, Press
 from app.gestures import Gesture
-from app.shapes import Circle, Role, Shape
-from app.spaces import canvas_from_screen
+from app.shapes import Circle, Polyline, Role, Shape
+from app.spaces import canvas_from_screen, screen_from_canvas
 from app.tool import Tool
 from app.tools import band
 from app.tools.box import Box, Grip, applied
@@ -24,6 +24,7 @@ from app.tools.grips import (
 from app.tools.selection import Selection
 from core.arrays import Points
 from core.document import Document, Pin, Place, places_from_pixels
+from core.mapping.result import MISSED_PX
 
 PIN_PX = 5.0
 
@@ -156,12 +157,31 @@ def overlay(editor: Editor) -> Sequence[Shape]:
     """Draw the box, the pins and the rubber band."""
     chosen, box = selected(editor), box_of(editor)
     shapes: list[Shape] = [] if box is None else list(box.shapes())
-    for number, (x, y) in enumerate(targets_on_screen(editor)):
+    targets = targets_on_screen(editor)
+    shapes.extend(_misses(editor, targets))
+    for number, (x, y) in enumerate(targets):
         if number == editor.session.hover:
             shapes.append(Circle((float(x), float(y)), PIN_PX + 3, "hover"))
         role: Role = "pin-selected" if number in chosen else "pin"
         shapes.append(Circle((float(x), float(y)), PIN_PX, role, filled=True))
     return [*shapes, *band.shapes(editor)]
+
+
+def missed_px(editor: Editor, number: int) -> float:
+    """Return how far a pin is from where it was dragged, in pixels of the canvas; 0 where it holds."""
+    reports = editor.answer.pins
+    error = reports[number].error_px if len(reports) == len(editor.document.pins) else 0.0
+    return error if error > MISSED_PX else 0.0
+
+
+def _misses(editor: Editor, targets: Points) -> Iterator[Shape]:
+    """Yield a line from every pin that could not be met, in screen pixels, to where its point is."""
+    for number, target in enumerate(targets):
+        if missed_px(editor, number):
+            reached = np.array([editor.answer.pins[number].reached])
+            there = screen_from_canvas(editor.session.view, reached)[0]
+            yield Polyline(np.stack([target, there]), "faulty", dashed=True)
+            yield Circle((float(there[0]), float(there[1])), PIN_PX - 2, "faulty")
 
 
 def _picture_place(editor: Editor, pos: Position) -> Place | None:

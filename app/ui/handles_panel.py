@@ -1,5 +1,7 @@
 """Lists of what was put on the picture: pins, inner curves, the outline."""
 
+from contextlib import nullcontext
+
 import numpy as np
 from imgui_bundle import imgui
 
@@ -71,13 +73,21 @@ class HandlesPanel:
             moved = "" if np.abs(to - at).max() < 0.5 else f"  →  {to[0]:.0f}, {to[1]:.0f}"
             text = f"{number + 1}    {at[0]:.0f}, {at[1]:.0f}{moved}##pin {number}"
             flags = imgui.SelectableFlags_.allow_overlap
-            if imgui.selectable(text, number in selected, flags)[0]:
+            missed = pins.missed_px(self._editor, number)
+            with colors(text=theme.FAULT) if missed else nullcontext():
+                pressed = imgui.selectable(text, number in selected, flags)[0]
+            if missed:
+                tip(f"Its point is {missed:.1f} px from here: closer, the picture would fold")
+            if pressed:
                 chosen = selected ^ {number} if imgui.get_io().key_shift else {number}
                 self._editor.show(selected=frozenset(chosen))
             if _cross(f"pin {number + 1}", "Remove this pin"):
                 pins.remove(self._editor, (number,))
-            elif selected == {number}:
-                self._draw_place(document, number)
+            else:
+                if missed:
+                    faint(f"misses by {missed:.1f} px")
+                if selected == {number}:
+                    self._draw_place(document, number)
 
     def _draw_place(self, document: Document, number: int) -> None:
         """Draw where a pin goes, to be typed."""

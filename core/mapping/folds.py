@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.mapping.frames import Complexes
+from core.mapping.jacobians import Complexes
 
 _ROWS = 64
 """Rows of quads at a time: their edges stay in the processor's cache."""

@@ -5,21 +5,25 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from functools import cached_property
-from typing import Any, Literal, TypeAlias
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
-from core.arrays import Bools, Ints, Points
-from core.blas import on_one_thread
+from core.arrays import InputError, Ints, Points
+from core.blas import on_one_thread, one_thread
 from core.grid import Features, Grid
-from core.mapping.feature_mapping import FeatureMapping, Method, Pose, Solution
-from core.mapping.folds import folded_quads
-from core.mapping.frames import as_complex
-from core.mapping.junctions import fitted_places, folds_corners
-from core.mapping.similarity import bodies_of, fit_residual
-from core.mapping.unfold import unfold
+from core.mapping.features.feature_mapping import FeatureMapping, Method, Solution
+from core.mapping.features.pose import Pose
+from core.mapping.handles.frame_glide import FrameGlide
+from core.mapping.handles.handles import Handles
+from core.mapping.handles.plate import Frame
+from core.mapping.handles.solver import HandleSolver, Moved
+from core.mapping.handles.straight_frame import Placed, Rectangle, constrain_frame, place_cut
+from core.mapping.injective.unfold import unfold
+from core.mapping.jacobians import as_complex, as_positions
+from core.mapping.linear.multifrontal import MappingFactor, grid_factor
+from core.mapping.result import NO_PINS, Pins, Warped
 from core.progress import Job, run
 
 Keep = Literal["similarity", "rigid", "none"]
@@ -35,81 +39,16 @@ class MappingOptions:
     """w_F of FAT sec. 2.1."""
     falloff: float = 2.0
     """ρ, in cells."""
+    frame: Frame = "held"
+    """Whether handles leave the outline where W has it, or draw it along."""
 
 
 DEFAULT_OPTIONS = MappingOptions()
+_NO_POSES = np.empty(0, np.complex128), np.empty(0, np.complex128)
 _NEAR = 12
 """Cells from a stroke within which features are placed with the one that it changes."""
 _FRAMES_PER_TURN = 2
 """Under a brush, one of the features that it leaves alone is placed anew once in so many frames."""
-
-
-@dataclass(frozen=True)
-class FeatureReport:
-    """What became of a feature."""
-
-    id: int
-    nodes: int
-    residual: float
-    """RMS distance of its nodes from their best-fit similarity (rigid: rotation), over the fit's RMS radius."""
-    scale: float
-    angle_deg: float
-
-
-@dataclass(frozen=True, eq=False)
-class Warped:
-    """A warped grid; positions are (R, C, 2), `rest` in pixels of the picture, the others in output pixels."""
-
-    rest: Points
-    plain: Points
-    """Where W takes the nodes."""
-    warped: Points
-    """Where they end."""
-    marked: Features
-    rigid: bool
-    seconds: dict[str, float]
-    """Per stage: setup, factor, rhs, solve, and unfold, which holds the solves that it asks for."""
-
-    @cached_property
-    def folded(self) -> Bools:
-        """Which quads (R-1, C-1) of `warped` are folded."""
-        return folded_quads(as_complex(self.warped))
-
-    @cached_property
-    def folded_plain(self) -> Bools:
-        """Which quads (R-1, C-1) of `plain` are folded."""
-        return folded_quads(as_complex(self.plain))
-
-    @cached_property
-    def outline_moved_px(self) -> float:
-        """How far outline nodes outside features are from W at most: 0 unless there is no other way without folds."""
-        edge = self.marked.labels == 0
-        edge[1:-1, 1:-1] = False
-        away = np.abs(as_complex(self.warped) - as_complex(self.plain))
-        return float(away[edge].max(initial=0.0))
-
-    @cached_property
-    def features(self) -> list[FeatureReport]:
-        """What became of every feature that has a shape, by component number."""
-        rest, z = as_complex(self.rest), as_complex(self.warped).ravel()
-        found = []
-        for body in bodies_of(self.marked, rest):
-            alpha, _ = body.fit(z)
-            residual = fit_residual(body.arms, z[body.nodes], rigid=self.rigid)
-            angle = float(np.degrees(np.angle(alpha)))
-            found.append(FeatureReport(body.number, len(body.nodes), residual, abs(alpha), angle))
-        return found
-
-    def report(self) -> dict[str, Any]:
-        """Return grid, features, folds, seconds and how far the outline gave way, if it did, as plain data for JSON."""
-        moved = {"outline_moved_px": self.outline_moved_px} if self.outline_moved_px > 0 else {}
-        return {
-            "grid": list(self.rest.shape[:2]),
-            "features": [asdict(feature) for feature in self.features],
-            "folds": {"plain": int(self.folded_plain.sum()), "warped": int(self.folded.sum())},
-            "seconds": self.seconds,
-            **moved,
-        }
 
 
 def warp_grid(
@@ -118,13 +57,14 @@ def warp_grid(
     plain: Points,
     *,
     options: MappingOptions = DEFAULT_OPTIONS,
+    handles: Handles | None = None,
     allow_folds: bool = False,
 ) -> Warped:
-    """Map a grid as close to W as its features allow, without folds where W has none.
+    """Map a grid as close to W as its features and handles allow, without folds where W has none.
 
     `plain` (R, C, 2) is where W takes the grid's nodes.
     """
-    return run(warp_job(grid, features, plain, options=options, allow_folds=allow_folds))
+    return run(warp_job(grid, features, plain, options=options, handles=handles, allow_folds=allow_folds))
 
 
 def warp_job(
@@ -133,29 +73,33 @@ def warp_job(
     plain: Points,
     *,
     options: MappingOptions = DEFAULT_OPTIONS,
+    handles: Handles | None = None,
     allow_folds: bool = False,
 ) -> Job[Warped]:
     """Do what `warp_grid` does, step by step; a step's preview is a first (R, C, 2) without folds."""
     live = LiveWarp(grid)
     live.use(features, options)
     if not allow_folds:
-        return (yield from live.settle(plain))
-    return live.frame(plain)
+        return (yield from live.settle(plain, handles))
+    return live.frame(plain, handles)
 
 
 class LiveWarp:
     """What an editor keeps between frames: the analysis of the grid and the factor of the mask.
 
     `use` costs a factorisation when features or options are others than before, `frame` one right-hand side and one
-    solve. `settle` is the answer at rest. One thread at a time; a background thread has its own.
+    solve, and as much again where there are handles. `settle` is the answer at rest. One thread at a time; a background
+    thread has its own.
+
+    Handles are applied to the picture as it is without them: at rest, that has no folds where W has none.
 
     Under a brush, when nothing but one feature changes from one frame to the next, each frame places that one and those
     close by; the others stay where they are, but for one of them in turn every few frames. So a stroke costs the same
     beside many features as beside few.
     """
 
-    def __init__(self, grid: Grid) -> None:
-        self.grid = grid
+    def __init__(self, grid: Grid, *, analyse: Callable[[Grid], MappingFactor] = grid_factor) -> None:
+        self.grid, self._analyse = grid, analyse
         self._features = Features(np.zeros(grid.shape, np.int32))
         self._options = MappingOptions(keep="none")
         self._mapping: FeatureMapping | None = None
@@ -163,96 +107,193 @@ class LiveWarp:
         """The last mapping there was, which the next one starts from."""
         self._last: _Frame | None = None
         self._turn = 0
+        self._handles: HandleSolver | None = None
+        self._glide: tuple[FeatureMapping, FrameGlide] | None = None
+        self._known: tuple[FeatureMapping, Points, Solution] | None = None
+        """The picture without handles and without folds, for a mapping and a W."""
+        self._shown: tuple[FeatureMapping, Points, Solution] | None = None
+        """The linear answer to them."""
 
     def use(self, features: Features, options: MappingOptions) -> None:
         """Prepare for the given features and options; cheap when they are the same objects as before."""
-        if features is self._features and options == self._options:
-            return
-        if options != self._options:
-            self._last = None
-        self._mapping = None
-        if options.keep != "none":
-            self._mapping = FeatureMapping(
-                self.grid,
-                features,
-                keep=options.keep,
-                method=options.method,
-                weight=options.weight,
-                falloff=options.falloff,
-                previous=self._newest,
-            )
-            self._newest = self._mapping
+        alike = replace(options, frame=self._options.frame) == self._options
+        if features is not self._features or not alike:
+            self._last = self._last if alike else None
+            self._mapping = None
+            if options.keep != "none":
+                self._mapping = self._newest = self._map(features, options, self._newest)
         self._features, self._options = features, options
 
-    def frame(self, plain: Points) -> Warped:
-        """Return the linear answer, which may fold, for W at the nodes (R, C, 2).
+    def _map(self, features: Features, options: MappingOptions, previous: FeatureMapping | None) -> FeatureMapping:
+        return FeatureMapping(
+            self.grid,
+            features,
+            keep="rigid" if options.keep == "rigid" else "similarity",
+            method=options.method,
+            weight=options.weight,
+            falloff=options.falloff,
+            previous=previous,
+            analyse=self._analyse,
+        )
 
-        Features that the picture's edge cuts are fitted between its nodes, as they are at rest, so that they need not
-        jump then.
-        """
-        mapping = self._mapping
+    def frame(self, plain: Points, handles: Handles | None = None) -> Warped:
+        """Return the linear answer, which may fold, for W at the nodes (R, C, 2)."""
+        _check_finite(plain)
+        seconds: dict[str, float] = {}
+        reference = self._reference(plain)
+        moved = self._moved(reference, handles)
+        seconds |= self._seconds()
+        return self._result(plain, reference, moved, handles, seconds)
+
+    def learn(self, plain: Points, reference: Solution) -> None:
+        """Take it that W at the nodes (R, C, 2) leads to the `reference` at rest, without handles."""
+        if self._mapping is not None and len(reference.alpha) == len(self._mapping.bodies):
+            self._known = self._mapping, plain, reference
+
+    def _reference(self, plain: Points) -> Solution:
+        """Return the picture without handles: without folds if that is known, else the linear answer."""
+        mapping, w = self._mapping, as_complex(plain)
         if mapping is None or not mapping.has_poses:
             self._last = None
-            return self._result(plain, plain if mapping is None else mapping.solve(plain), self._seconds())
-        pose = self._pose(mapping, plain)
-        is_new, self._last = self._last is None or self._last.mapping is not mapping, _Frame(mapping, plain, pose)
-        # What is tried on the way takes its time as well.
-        seconds: dict[str, float] = {}
-        result: _Result = lambda found: self._result(plain, found.positions, seconds)  # noqa: E731
-        shown = self._fitted(mapping, pose, result, foresees=not is_new)
-        seconds |= self._seconds()
-        return shown
+            return Solution(w, *_NO_POSES) if mapping is None else mapping.place(w)
+        for known in (self._known, self._shown):
+            if known is not None and known[0] is mapping and known[1] is plain:
+                return known[2]
+        found = self._linear(mapping, plain)
+        self._shown = mapping, plain, found
+        return found
 
-    def _fitted(self, mapping: FeatureMapping, pose: Pose, result: "_Result", *, foresees: bool) -> Warped:
-        """Return the answer with features that the picture's edge cuts fitted to it, where that folds less.
+    def _linear(self, mapping: FeatureMapping, plain: Points) -> Solution:
+        """Return the linear answer without handles.
 
-        Corners that a feature and the outline decide tell in advance that it will not do without. With `foresees` they
-        are asked: which they are takes a moment to find out, so that it pays while features stay and W changes.
+        Where W keeps the frame a rectangle, features that it cuts slide along its sides, and where it stretches the
+        picture, all of the frame glides with what the features do.
         """
-        shown = None
-        if not (foresees and folds_corners(mapping, pose.w, pose.alpha, pose.t)):
-            shown = result(mapping.follow(pose))
-            if not _rim(shown.folded).any():
-                return shown
-        if not folded_quads(pose.w).any():
-            places = fitted_places(mapping, pose.w, pose.alpha, pose.t)
-            fitted = None if places is None else result(mapping.follow(pose, *places))
-            if fitted is not None and not fitted.folded.any():
-                return fitted
-            shown = shown or result(mapping.follow(pose))
-            if fitted is not None and fitted.folded.sum() < shown.folded.sum():
-                return fitted
-        return shown or result(mapping.follow(pose))
+        w = as_complex(plain)
+        rectangle = Rectangle.of(w)
+        placed = None if rectangle is None else place_cut(mapping, w, rectangle)
+        pose = self._pose(mapping, plain, placed)
+        self._last = _Frame(mapping, plain, pose)
+        found = mapping.follow(pose)
+        if rectangle is None or not rectangle.stretches(self.grid):
+            return found
+        if self._glide is None or self._glide[0] is not mapping:
+            self._glide = mapping, FrameGlide(mapping)
+        placed = replace(placed or Placed.none(mapping), frame=self._glide[1].glide(found.z, w))
+        self._last = None
+        return mapping.follow(self._pose(mapping, plain, placed))
 
-    def _pose(self, mapping: FeatureMapping, plain: Points) -> Pose:
+    def _moved(self, reference: Solution, handles: Handles | None) -> "Moved | None":
+        """Return what the handles make of the reference, None without handles."""
+        if handles is None or not handles.any:
+            return None
+        mapping = self._mapping
+        if mapping is None:
+            mapping = self._newest = self._bare()
+        if self._handles is None or self._handles.frame != self._options.frame:
+            self._handles = HandleSolver(mapping, self._options.frame)
+        with mapping.clock.measure("rhs"):
+            at, to = handles.points(self.grid)
+        with one_thread():
+            return self._handles.solve(mapping, reference, at, to)
+
+    def _bare(self) -> FeatureMapping:
+        """Return the mapping without features."""
+        newest = self._newest
+        if newest is not None and not newest.bodies:
+            return newest
+        return self._map(Features(np.zeros(self.grid.shape, np.int32)), MappingOptions(), newest)
+
+    def _pose(self, mapping: FeatureMapping, plain: Points, placed: Placed | None) -> Pose:
+        """Return where features are; those that are `placed` are given."""
         last, w = self._last, as_complex(plain)
+        alpha, t, moving, frame = None, None, None, None
+        if placed is not None:
+            alpha, t, moving, frame = placed.alpha, placed.t, ~placed.bodies, placed.frame
         if last is None or last.mapping is mapping or last.plain is not plain:
-            return mapping.pose(w)
+            return mapping.pose(w, alpha, t, moving=moving, frame=frame)
         before = last.places_in(mapping)
         same = np.flatnonzero(before >= 0)
         came, gone = len(before) - same.size, len(last.mapping.bodies) - same.size
         if came > 1 or gone > came:
-            return mapping.pose(w)
-        alpha, t = np.zeros((2, len(before)), np.complex128)
-        alpha[same], t[same] = last.pose.alpha[before[same]], last.pose.t[before[same]]
-        moving = before < 0
-        moving[last.bodies_near_change(mapping)] = True
+            return mapping.pose(w, alpha, t, moving=moving, frame=frame)
+        stay = np.zeros(len(before), bool) if placed is None else placed.bodies
+        alpha, t = (
+            np.zeros((2, len(before)), np.complex128) if placed is None else (placed.alpha.copy(), placed.t.copy())
+        )
+        known = same[~stay[same]]
+        alpha[known], t[known] = last.pose.alpha[before[known]], last.pose.t[before[known]]
+        moves = before < 0
+        moves[last.bodies_near_change(mapping)] = True
         turn, self._turn = self._turn, self._turn + 1
         if same.size and turn % _FRAMES_PER_TURN == 0:
-            moving[same[turn // _FRAMES_PER_TURN % same.size]] = True
-        return mapping.pose(w, alpha, t, moving=moving)
+            moves[same[turn // _FRAMES_PER_TURN % same.size]] = True
+        return mapping.pose(w, alpha, t, moving=moves & ~stay, frame=frame)
 
-    def settle(self, plain: Points) -> Job[Warped]:
+    def settle(self, plain: Points, handles: Handles | None = None) -> Job[Warped]:
         """Return the answer without folds where W has none."""
-        if self._mapping is None:
-            return self._result(plain, plain, self._seconds())
-        with self._mapping.clock.measure("unfold"):
-            started = time.perf_counter()
-        solution = yield from on_one_thread(unfold(self._mapping, as_complex(plain)))
-        return self._result(plain, solution.positions, self._seconds(time.perf_counter() - started))
+        _check_finite(plain)
+        seconds: dict[str, float] = {}
+        started = time.perf_counter()
+        reference = yield from on_one_thread(self._unfolded(plain))
+        if self._handles is not None:
+            self._handles.forget()
+        moved = self._moved(reference, handles)
+        if moved is not None:
+            moved = yield from on_one_thread(self._unfolded_handles(reference, moved))
+        seconds |= self._seconds(time.perf_counter() - started)
+        return self._result(plain, reference, moved, handles, seconds)
 
-    def _result(self, plain: Points, warped: Points, seconds: dict[str, float]) -> Warped:
-        return Warped(self.grid.nodes, plain, warped, self._features, self._options.keep == "rigid", seconds)
+    def _unfolded(self, plain: Points) -> Job[Solution]:
+        """Return the picture without handles and, where W has none, without folds."""
+        mapping = self._mapping
+        if mapping is None:
+            return self._reference(plain)
+        if self._known is not None and self._known[0] is mapping and self._known[1] is plain:
+            return self._known[2]
+        linear, w = self._linear_afresh(mapping, plain), as_complex(plain)
+        constraints = constrain_frame(mapping, linear.z)
+        solution = yield from unfold(mapping, w, linear, shape=w, scales=np.abs(linear.alpha), constraints=constraints)
+        self._known = mapping, plain, solution
+        return solution
+
+    def _linear_afresh(self, mapping: FeatureMapping, plain: Points) -> Solution:
+        """Return the linear answer without handles, whatever was answered before."""
+        if not mapping.has_poses:
+            return mapping.place(as_complex(plain))
+        self._last = None
+        return self._linear(mapping, plain)
+
+    def _unfolded_handles(self, reference: Solution, moved: Moved) -> Job[Moved]:
+        """Return a picture that handles have moved, without folds where there were none without them."""
+        mapping = self._mapping or self._bare()
+        assert self._handles is not None
+        solution = yield from unfold(
+            mapping,
+            reference.z + moved.field,
+            moved.solution,
+            shape=reference.z,
+            scales=np.abs(moved.solution.alpha),
+            constraints=self._handles.constrain(reference, moved),
+            safe=reference,
+        )
+        return replace(moved, solution=solution)
+
+    def _result(
+        self,
+        plain: Points,
+        reference: Solution,
+        moved: Moved | None,
+        handles: Handles | None,
+        seconds: dict[str, float],
+    ) -> Warped:
+        solution = reference if moved is None else moved.solution
+        w = plain if moved is None or not moved.field.any() else plain + as_positions(moved.field)
+        pins = NO_PINS if handles is None else Pins(handles.pins_at, handles.pins_to)
+        rigid = self._options.keep == "rigid"
+        return Warped(
+            self.grid.nodes, w, solution.positions, self._features, rigid, seconds, pins=pins, reference=reference
+        )
 
     def _seconds(self, settling: float = 0.0) -> dict[str, float]:
         """Return what the stages took since the last call."""
@@ -264,12 +305,10 @@ class LiveWarp:
         return seconds
 
 
-_Result: TypeAlias = Callable[[Solution], Warped]
-
-
-def _rim(quads: Bools) -> Bools:
-    """Return the values of the quads along the picture's edge."""
-    return np.concatenate([quads[0], quads[-1], quads[:, 0], quads[:, -1]])
+def _check_finite(plain: Points) -> None:
+    """Raise `InputError` where W does not take every node (R, C, 2) to a finite position."""
+    if not np.isfinite(plain).all():
+        raise InputError("warp: does not take every grid node to a finite position")
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,13 +3,23 @@ import pytest
 
 from app.shapes import Circle, Polyline
 from app.tools.box import Box, Grip, applied
-from core.document import pixels_from_places
-from tests.app.driver import EditorDriver
+from app.tools.pins import missed_px, targets_on_screen
+from core.document import Document, pixels_from_places
+from core.raster import Raster
+from tests.app.driver import EditorDriver, document
 
 
 @pytest.fixture
 def drive() -> EditorDriver:
     return EditorDriver().tool("pins")
+
+
+def bent() -> Document:
+    """Return a document with two features whose linear answer folds."""
+    mask = np.zeros((150, 200), np.uint8)
+    mask[40:110, 60:95] = mask[40:110, 105:140] = 255
+    start = document(cell_px=4.0).changed(mask=Raster.from_array(mask))
+    return start.with_warp(preset="twist", bend=80, keep="rigid")
 
 
 def targets(drive: EditorDriver) -> list[tuple[float, float]]:
@@ -148,3 +158,26 @@ def test_a_grip_of_the_box_in_numbers() -> None:
     assert np.allclose(applied(scaled, np.array([[0.0, 0.0], [50.0, 50.0]])), [[0, 0], [100, 50]])
     turned = box.transform(Grip("turn", 1), (100, 25), (50, 75), held=False)
     assert np.allclose(applied(turned, np.array([[100.0, 25.0]])), [[50, 75]])
+
+
+def test_a_line_leads_from_a_pin_that_cannot_be_met_to_its_point() -> None:
+    drive = EditorDriver().tool("pins").click(60, 50).drag((60, 50), (400, 50)).rest()
+    found = drive.editor.answer
+    assert found.settled
+    assert not found.folds
+    ((line,),) = ([s for s in drive.editor.tool.overlay(drive.editor) if isinstance(s, Polyline)],)
+    assert line.role == "faulty"
+    assert line.points[0] == pytest.approx(targets_on_screen(drive.editor)[0])
+    assert line.points[1] == pytest.approx(drive.screen_of(60, 50), abs=1e-6)
+    assert missed_px(drive.editor, 0) > 200
+    drive.drag((400, 50), (70, 55)).rest()
+    assert missed_px(drive.editor, 0) == 0
+    assert not any(isinstance(s, Polyline) for s in drive.editor.tool.overlay(drive.editor))
+
+
+def test_a_pin_that_is_set_on_a_bent_picture_with_features_changes_no_bit() -> None:
+    drive = EditorDriver(bent()).rest()
+    before = drive.editor.answer.warped
+    drive.tool("pins").click(70, 60).click(120, 80).rest()
+    assert len(drive.document.pins) == 2
+    assert np.array_equal(drive.editor.answer.warped, before)

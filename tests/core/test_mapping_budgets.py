@@ -7,7 +7,7 @@ import pytest
 from core.arrays import Bytes, Floats
 from core.grid import Grid, find_features
 from core.mapping.folds import folded_quads
-from core.mapping.frames import Complexes, as_complex, linear_parts
+from core.mapping.jacobians import Complexes, as_complex, linear_parts
 from core.mapping.warping import Keep, MappingOptions, warp_grid
 from core.warps.presets import make_warp
 

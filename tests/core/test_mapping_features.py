@@ -8,9 +8,9 @@ from threadpoolctl import threadpool_info
 from core.arrays import Bytes, Floats, Points
 from core.blas import one_thread
 from core.grid import Grid, find_features
-from core.mapping.feature_mapping import FeatureMapping, Keep, Method, map_features
-from core.mapping.frames import Complexes, as_complex, linear_parts
-from core.mapping.similarity import fit_residual
+from core.mapping.features.feature_mapping import FeatureMapping, Keep, Method, map_features
+from core.mapping.features.similarity import fit_residual
+from core.mapping.jacobians import Complexes, as_complex, linear_parts
 
 WIDTH, HEIGHT = 300, 200
 

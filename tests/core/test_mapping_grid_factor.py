@@ -6,10 +6,10 @@ from scipy import sparse
 
 from core.arrays import Bools, Floats, SingularSystemError
 from core.grid import Grid
-from core.mapping import dissection, grid_factor
-from core.mapping.dissection import dissect
-from core.mapping.grid_factor import GridFactor, WholeFactor
-from core.mapping.stencil import edge_weights, node_values, pattern, stored_values
+from core.mapping.linear import dissection, multifrontal
+from core.mapping.linear.dissection import dissect
+from core.mapping.linear.laplacian import edge_weights, node_values, pattern, stored_values
+from core.mapping.linear.multifrontal import GridFactor, WholeFactor
 
 SHAPES = [(3, 3), (3, 40), (9, 9), (25, 31), (70, 41)]
 
@@ -126,10 +126,10 @@ def test_what_has_no_unique_solution_is_refused_and_can_be_mended() -> None:
 
 
 def test_large_grids_are_factorised_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(grid_factor, "_IN_PARTS_AT_MOST", 100)
+    monkeypatch.setattr(multifrontal, "_IN_PARTS_AT_MOST", 100)
     grid = Grid(30, 20, cell_px=1)
     values, free = system(grid.shape, 14)
-    factor, b = grid_factor.grid_factor(grid).factorise(values), load(free, 15)
+    factor, b = multifrontal.grid_factor(grid).factorise(values), load(free, 15)
     assert isinstance(factor, WholeFactor)
     parts = GridFactor(grid.shape).factorise(values)
     assert np.allclose(factor.solve(b), parts.solve(b))

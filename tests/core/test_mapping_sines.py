@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from core.mapping.sines import Sines
+from core.mapping.linear.sine_transform import Sines
 
 
 @pytest.mark.parametrize("count", [2, 30, 701, 720])

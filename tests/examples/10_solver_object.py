@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from core.grid import Grid, find_features
-from core.mapping.feature_mapping import FeatureMapping
+from core.mapping.features.feature_mapping import FeatureMapping
 from core.warps.presets import make_warp
 
 WIDTH, HEIGHT = 640, 480

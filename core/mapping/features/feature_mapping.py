@@ -1,0 +1,299 @@
+"""The feature-aware mapping: as close to W as its features allow  [FAT sec. 2]."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from core.arrays import Bools, Floats, InputError, Ints, Points
+from core.blas import one_thread
+from core.grid import Features, Grid
+from core.mapping.features.columns import fields_of
+from core.mapping.features.pose import HeldPoints, Pose
+from core.mapping.features.quad_weights import assign_roles
+from core.mapping.features.reduced_system import Placement, as_one, as_two
+from core.mapping.features.similarity import Body, bodies_of, body_index
+from core.mapping.jacobians import Complexes, Frames, as_complex, as_positions, corner_frames, linear_parts
+from core.mapping.linear.laplacian import divergence, edge_weights, laplacian, node_values
+from core.mapping.linear.multifrontal import MappingFactor, grid_factor
+from core.mapping.stopwatch import Stopwatch
+
+Keep = Literal["similarity", "rigid"]
+Method = Literal["exact", "per-quad"]
+
+MOST_WEIGHT, MOST_FALLOFF = 1e6, 1000
+JOINT_AT_MOST = 32
+"""So many features, the largest, are placed together; each smaller one where W alone would have it."""
+_SAME = 1e-12
+"""Points whose responses differ by no more than this share are held as one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A mapped grid with the similarity of each of its bodies."""
+
+    z: Complexes
+    """Node positions (R, C)."""
+    alpha: Complexes
+    t: Complexes
+    """Body i lies at alpha[i] * arms + t[i]; both are empty for the per-quad method."""
+
+    @property
+    def positions(self) -> Points:
+        """Node positions (R, C, 2)."""
+        return as_positions(self.z)
+
+
+class FeatureMapping:
+    """Map a grid as close to W as its features allow; factor once per grid and mask, solve once per frame.
+
+    Parameters
+    ----------
+    keep
+        "similarity": every feature is turned, moved and scaled by its λ, the smaller singular value of W in it;
+        "rigid": turned and moved.
+    method
+        "exact": a feature's nodes move as one; "per-quad": FAT eqs. 1-7 as printed.
+    weight
+        w_F: what the equations of a feature's quads are multiplied by.
+    falloff
+        ρ: over so many cells around a feature the weight returns to 1.
+    previous
+        A mapping of the same grid that nobody solves with any more: what is the same is taken from it, and its factor
+        is renewed where this one differs.
+    analyse
+        What makes the factor of the grid.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        features: Features,
+        *,
+        keep: Keep = "similarity",
+        method: Method = "exact",
+        weight: float = 10.0,
+        falloff: float = 2.0,
+        previous: "FeatureMapping | None" = None,
+        analyse: Callable[[Grid], MappingFactor] = grid_factor,
+    ) -> None:
+        if features.labels.shape != grid.shape:
+            raise InputError("features: found on another grid")
+        if not 0 < weight <= MOST_WEIGHT:
+            raise InputError(f"feature weight of {weight:g}: must be positive and at most {MOST_WEIGHT:g}")
+        if not 0 <= falloff <= MOST_FALLOFF:
+            raise InputError(f"falloff of {falloff:g} cells: must not be negative, nor more than {MOST_FALLOFF}")
+        self.grid, self.features, self.keep, self.method = grid, features, keep, method
+        self.clock = Stopwatch()
+        self._rest = as_complex(grid.nodes)
+        with self.clock.measure("setup"):
+            self.factor: MappingFactor = analyse(grid) if previous is None else previous.factor
+            self.bodies = sorted(bodies_of(features, self._rest), key=lambda body: -len(body.nodes))
+            self.index = body_index(self.bodies, grid.shape)
+            self._roles = assign_roles(self.index, weight=weight, falloff=falloff)
+            self.owner = np.where(self._roles.owner < self.joint_count, self._roles.owner, -1)
+            self.follow_feature = np.where(self.owner >= 0, self._roles.weight**2, 0.0)
+            self.follow_w = np.where(self.owner >= 0, 0.0, 1.0)
+            self._edges = edge_weights(self.follow_w + self.follow_feature)
+            fixed = self.grid.outline if self.method == "per-quad" else self.grid.outline | (self.index >= 0)
+            self.free = ~fixed
+            values = node_values(self._edges, self.free)
+        with one_thread(), self.clock.measure("factor"):
+            self.factor.factorise(values)
+            self._placement = self._place_features(previous) if self.method == "exact" and self.bodies else None
+
+    @property
+    def joint_count(self) -> int:
+        """How many bodies, the first, are placed together."""
+        return min(len(self.bodies), JOINT_AT_MOST) if self.method == "exact" else len(self.bodies)
+
+    def _place_features(self, previous: "FeatureMapping | None") -> Placement:
+        known = previous._placement.fields if previous is not None and previous._placement is not None else []
+        fields = fields_of(
+            self.bodies[: self.joint_count],
+            self._rest,
+            owner=self.owner,
+            follow=self.follow_feature,
+            weights=self._edges,
+            reach=self._roles.reach,
+            known=known,
+        )
+        return Placement(fields, free=self.free, factor=self.factor)
+
+    def solve(self, warped: Points) -> Points:
+        """Return where the nodes (R, C, 2) end, given where W takes them."""
+        return self.place(as_complex(warped)).positions
+
+    def place(self, w: Complexes) -> Solution:
+        """Return where nodes and features end, given where W takes the nodes, as x + iy (R, C)."""
+        if w.shape != self.grid.shape or not np.isfinite(w.view(np.float64)).all():
+            raise InputError("warp: does not take every grid node to a finite position")
+        return self._per_quad(w) if self._placement is None else self.follow(self.pose(w))
+
+    def place_at(self, w: Complexes, alpha: Complexes, t: Complexes) -> Solution:
+        """Return where free nodes end, given W and the similarity of every body."""
+        if self._placement is None:
+            return self.place(w)
+        return self.follow(self.pose(w, alpha, t, moving=np.zeros(len(alpha), bool)))
+
+    def hold_points(self, at: Points) -> HeldPoints:
+        """Return what holding the points `at` (k, 2) of the picture takes; it costs half a solve for each."""
+        nodes, weights = self.grid.weights_at(at)
+        free = np.where(self.free.ravel()[nodes], weights, 0.0)
+        load = np.zeros((self.grid.size, len(at)))
+        np.add.at(load, (nodes, np.arange(len(at))[:, None]), free)
+        with one_thread(), self.clock.measure("factor"):
+            half = self.factor.forward(load, np.unique(nodes))
+            inverse = np.linalg.pinv(half.T @ half, rcond=_SAME, hermitian=True)
+            return HeldPoints(nodes, weights, half, np.asarray(inverse, np.float64))
+
+    def place_held(
+        self, w: Complexes, alpha: Complexes, t: Complexes, frame: Complexes, points: HeldPoints, to: Complexes
+    ) -> Complexes:
+        """Return where the nodes (R, C) end with bodies at (α, t), the outline at `frame` and `points` at `to` (k,).
+
+        The points are met by forces λ on them: K_ff v = r_f + Cᵀ λ, a system as small as their number.
+        """
+        if self._placement is None:
+            z, y = np.where(self.grid.outline, frame, w), np.zeros((0, 2))
+            r = laplacian(self._edges, w - z)
+            with one_thread(), self.clock.measure("solve"):
+                y = self.factor.forward_again(as_two(np.where(self.free, r, 0).ravel()))
+        else:
+            pose = self.pose(w, alpha, t, moving=np.zeros(len(alpha), bool), frame=frame)
+            z, y = pose.start.copy(), pose.load
+            for body, a, b in zip(self.bodies, alpha, t, strict=True):
+                z.ravel()[body.nodes] = body.place(a, b)
+        with one_thread(), self.clock.measure("solve"):
+            rest = as_two(to - points.places(z)) - points.half.T @ y
+            v = as_one(self.factor.backward(y + points.half @ (points.inverse @ rest)))
+        return np.asarray(z + v.reshape(z.shape))
+
+    @property
+    def has_poses(self) -> bool:
+        """Whether there are bodies that move as one each, so that they have a pose."""
+        return self._placement is not None
+
+    def pose(
+        self,
+        w: Complexes,
+        alpha: Complexes | None = None,
+        t: Complexes | None = None,
+        *,
+        moving: Bools | None = None,
+        frame: Complexes | None = None,
+    ) -> Pose:
+        """Return where the bodies `moving`, by default all, find their place, given W and the similarity of the others.
+
+        Bodies that are not placed together never move from a similarity that is given. Nodes of the outline outside
+        bodies are where W has them, or where `frame` (R, C) has them.
+        """
+        assert self._placement is not None
+        joint = self.joint_count
+        alpha, t = (np.zeros(len(self.bodies), np.complex128) if c is None else c.copy() for c in (alpha, t))
+        moves = np.ones(len(self.bodies), bool) if moving is None else moving
+        together = np.flatnonzero(moves[:joint])
+        with self.clock.measure("rhs"):
+            scales = self._scales(w, together) if together.size else None
+            z = w.copy() if frame is None else np.where(self.grid.outline, frame, w)
+            for body in self.bodies[:joint]:
+                z.ravel()[body.nodes] = 0
+            for i, body in enumerate(self.bodies[joint:], joint):
+                if moves[i]:
+                    alpha[i], t[i] = self._alone(body, w)
+                z.ravel()[body.nodes] = body.place(alpha[i], t[i])
+            r = self._load(w, z, self._placement, glides=frame is not None)
+        if not self._placement.is_ready(together):
+            with one_thread(), self.clock.measure("factor"):
+                self._placement.prepare(together)
+        with one_thread(), self.clock.measure("solve"):
+            given = np.concatenate([alpha[:joint], t[:joint]])
+            c, load = self._placement.find(w, z, r, scales, given=given, moving=together)
+            alpha[:joint], t[:joint] = c[:joint], c[joint:]
+        return Pose(alpha, t, w, z, load, together)
+
+    def follow(self, pose: Pose, alpha: Complexes | None = None, t: Complexes | None = None) -> Solution:
+        """Return where free nodes end, with the bodies where the pose has them, or elsewhere."""
+        assert self._placement is not None
+        joint = self.joint_count
+        alpha, t = pose.alpha if alpha is None else alpha, pose.t if t is None else t
+        held = np.isin(np.arange(len(alpha)), pose.moving, invert=True)
+        if (alpha[held] != pose.alpha[held]).any() or (t[held] != pose.t[held]).any():
+            return self.place_at(pose.w, alpha, t)
+        with one_thread(), self.clock.measure("solve"):
+            c = np.concatenate([alpha[:joint], t[:joint]])
+            z = pose.start + self._placement.follow(c, pose.load, pose.moving).reshape(pose.w.shape)
+            for body, a, b in zip(self.bodies[:joint], alpha, t, strict=False):
+                z.ravel()[body.nodes] = body.place(a, b)
+        return Solution(z, alpha, t)
+
+    def _load(self, w: Complexes, z: Complexes, placement: Placement, *, glides: bool) -> Complexes:
+        """Return b - K z⁰ (R, C): 0 but around features, and along a frame that `glides`."""
+        apart = self.index >= self.joint_count
+        if glides:
+            apart |= self.grid.outline & (self.index < 0)
+        r = laplacian(self._edges, np.where(apart, w - z, 0)) if apart.any() else np.zeros_like(w)
+        for field in placement.fields:
+            r[field.window] += field.pull(w)
+        return r
+
+    def scale_alone(self, body: int, w: Complexes) -> float:
+        """Return the size that W alone gives a body: λ of FAT eq. 3, or 1 for a rigid one."""
+        if body >= self.joint_count:
+            return abs(self._alone(self.bodies[body], w)[0])
+        scales = self._scales(w, np.array([body]))
+        return abs(self.bodies[body].fit(w.ravel())[0]) if scales is None else float(scales[0])
+
+    def _alone(self, body: Body, w: Complexes) -> tuple[complex, complex]:
+        """Place a body where W has it."""
+        alpha, t = body.fit(w.ravel())
+        return (alpha / abs(alpha) if self.keep == "rigid" and alpha else alpha), t
+
+    def _scales(self, w: Complexes, chosen: Ints) -> Floats | None:
+        """Return the scale of each `chosen` feature; None leaves it to the best fit where there are only features.
+
+        The linear part of W in a feature is taken as a whole, as the feature moves: of a swirl, which shears every quad
+        a different way, little is left.
+        """
+        if self.keep == "rigid":
+            return np.ones(len(chosen))
+        if not self.free.any():
+            return None
+        inside = self._roles.inside_of(chosen)
+        frames = corner_frames(self.grid, tuple(w.ravel()[self.grid.quads[inside].T]))
+        parts = frames.similar.real, frames.similar.imag, frames.opposite.real, frames.opposite.imag
+        means = [self._roles.means(part, inside, len(self.bodies))[chosen] for part in parts]
+        found = Frames(means[0] + 1j * means[1], means[2] + 1j * means[3]).smaller_singular_values
+        return np.where(found > 0, found, [abs(self.bodies[i].fit(w.ravel())[0]) for i in chosen])
+
+    def _per_quad(self, w: Complexes) -> Solution:
+        """Solve FAT eqs. 3-5: quads of a feature turn and scale, each by its own rotation and the feature's λ."""
+        none = np.empty(0, np.complex128)
+        if not self.bodies:
+            # W itself has no energy: b - K w = 0.
+            with self.clock.measure("rhs"), self.clock.measure("solve"):
+                return Solution(w.copy(), none, none)
+        with self.clock.measure("rhs"):
+            frames = linear_parts(self.grid, w)
+            turn = np.where(self.owner >= 0, frames.rotations, 0) * self.follow_feature
+            if self.keep == "similarity" and self.bodies:
+                inside = self._roles.inside
+                sizes = frames.smaller_singular_values.ravel()[inside]
+                turn *= self._roles.means(sizes, inside, len(self.bodies))[self.owner]
+            width, height = self.grid.cell
+            turn_across, turn_down = edge_weights(turn)
+            weights = edge_weights(self.follow_w)
+            across = turn_across * width + weights[0] * np.diff(w, axis=1)
+            down = turn_down * (1j * height) + weights[1] * np.diff(w, axis=0)
+            r = np.where(self.free, divergence(across, down) - laplacian(self._edges, w), 0)
+        with one_thread(), self.clock.measure("solve"):
+            v = as_one(self.factor.solve(as_two(r.ravel())))
+        return Solution(w + v.reshape(w.shape), none, none)
+
+
+def map_features(
+    grid: Grid, features: Features, warped: Points, *, keep: Keep = "similarity", method: Method = "exact"
+) -> Points:
+    """Return where the nodes (R, C, 2) end: one-off form of `FeatureMapping`."""
+    return FeatureMapping(grid, features, keep=keep, method=method).solve(warped)

@@ -1,0 +1,69 @@
+"""Similarities of the plane as complex numbers: p -> α (p - centre) + t."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Ints
+from core.grid import Features
+from core.mapping.jacobians import Complexes
+
+LEAST_NODES = 2
+"""A single node has no shape to keep."""
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """The nodes of a feature that move as one."""
+
+    number: int
+    """The mask component."""
+    nodes: Ints
+    arms: Complexes
+    """Rest positions from their centre."""
+
+    @property
+    def radius(self) -> float:
+        """Distance of the node that is furthest from the centre."""
+        return float(np.abs(self.arms).max())
+
+    def fit(self, z: Complexes) -> tuple[complex, complex]:
+        """Return the (α, t) that brings the body closest to z (N,) in the least-squares sense."""
+        there = z[self.nodes]
+        return complex(np.vdot(self.arms, there) / np.vdot(self.arms, self.arms)), complex(there.mean())
+
+    def place(self, alpha: complex, t: complex) -> Complexes:
+        """Return where (α, t) takes the nodes."""
+        return alpha * self.arms + t
+
+
+def bodies_of(features: Features, rest: Complexes) -> list[Body]:
+    """Return a body for every feature that has a shape, by component number; rest is (R, C)."""
+    labels = features.labels.ravel()
+    marked = np.flatnonzero(labels)
+    marked = marked[np.argsort(labels[marked], kind="stable")]
+    numbers, first = np.unique(labels[marked], return_index=True)
+    bodies = []
+    for number, nodes in zip(numbers, np.split(marked, first[1:]), strict=False):
+        if len(nodes) >= LEAST_NODES:
+            p = rest.ravel()[nodes]
+            bodies.append(Body(int(number), nodes, p - p.mean()))
+    return bodies
+
+
+def body_index(bodies: list[Body], shape: tuple[int, int]) -> Ints:
+    """Return the index into `bodies` of every node (R, C), -1 for none."""
+    index = np.full(shape, -1)
+    for i, body in enumerate(bodies):
+        index.ravel()[body.nodes] = i
+    return index
+
+
+def fit_residual(rest: Complexes, moved: Complexes, *, rigid: bool) -> float:
+    """Return the RMS distance from the best-fit similarity (or rigid motion) over the RMS radius of the fit."""
+    p, q = rest - rest.mean(), moved - moved.mean()
+    alpha = np.vdot(p, q) / np.vdot(p, p)
+    if rigid and alpha:
+        alpha /= abs(alpha)
+    radius = np.sqrt(np.mean(np.abs(alpha * p) ** 2))
+    return float(np.sqrt(np.mean(np.abs(q - alpha * p) ** 2)) / radius) if radius else float("inf")

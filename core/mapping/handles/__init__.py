@@ -1,0 +1,1 @@
+"""What the hand and the frame ask for: pins, inner curves, a straight frame  [FAT sec. 3]."""

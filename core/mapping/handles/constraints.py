@@ -1,0 +1,52 @@
+"""What the hand and the frame fix of a mapping, as every solver of it takes it.
+
+Three kinds of constraints, all hard:
+
+- points of the background: the bilinear place of a point of the picture is where the hand has it;
+- freedoms of bodies: a body moves by z = t + α (p - pivot), where α = s exp(ρ + iφ); each of ρ, φ, Re t and Im t is
+  either unknown or stays. A body with one pin turns and scales about it; one with two has none of the four left; one
+  that a straight frame cuts neither turns nor leaves its side;
+- gliding nodes of the frame: they move along the outline that W draws, and only along it. All others stay.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.arrays import Bools, Points
+from core.mapping.features.similarity import Body
+from core.mapping.jacobians import Complexes, as_complex
+
+SCALE, TURN, ALONG_X, ALONG_Y = range(4)
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """The constraints of a mapping of n bodies on a grid of R x C nodes."""
+
+    at: Points
+    """Points of the picture (k, 2), each in a quad that has a free node."""
+    to: Complexes
+    """Where they are to be (k,)."""
+    pivots: Complexes
+    """Point of the picture that each body (n,) turns and scales about."""
+    free: Bools
+    """Which of ρ, φ, Re t and Im t of each body are unknown (n, 4)."""
+    glide: Bools
+    """Nodes of the frame (R, C) that glide."""
+
+    @classmethod
+    def none(cls, bodies: list[Body], rest: Complexes) -> "Constraints":
+        """Return those of a mapping without handles whose frame is held; rest is (R, C)."""
+        pivots = np.array([rest.ravel()[body.nodes].mean() for body in bodies], np.complex128)
+        return cls(
+            np.empty((0, 2)),
+            np.empty(0, np.complex128),
+            pivots,
+            np.ones((len(bodies), 4), bool),
+            np.zeros(rest.shape, bool),
+        )
+
+    def with_points(self, at: Points, to: Points) -> "Constraints":
+        """Return the constraints with other points of the background, (k, 2) each."""
+        return replace(self, at=at, to=as_complex(to))

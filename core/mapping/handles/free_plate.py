@@ -1,0 +1,133 @@
+"""How a grid that nothing holds answers forces: the energy of `handle_field` with its frame free.
+
+What handles do is smooth over a tenth of the picture, so that it is worked out on a grid of a few thousand nodes, whose
+matrix A is factorised once, and interpolated by cubics: d = U A⁻¹ (C U)ᵀ forces, with C the bilinear weights of the
+places on the fine grid. So what the places are to do they do exactly. A response is a substitution: a column of
+A⁻¹ (C U)ᵀ.
+"""
+
+import numpy as np
+from scipy import sparse
+
+from core.arrays import Floats, Ints, Points
+from core.blas import one_thread
+from core.factor import Factor
+from core.grid import Grid
+from core.mapping.handles.dirichlet_plate import known_responses
+from core.mapping.jacobians import Complexes
+
+_NODES = 2500
+"""About so many the plate has: a response then takes some tenths of a millisecond."""
+_RIDGE = 1e-7
+"""Makes A definite; similarities, which it would hold back, are added to d outside."""
+
+
+class FreePlate:
+    """Responses of a grid to forces at any places of the picture, but for similarities of the whole.
+
+    Parameters
+    ----------
+    smoothness
+        ℓ as a share of the grid's diagonal.
+    """
+
+    def __init__(self, grid: Grid, *, smoothness: float) -> None:
+        self._grid = grid
+        size = max(1.0, grid.size / _NODES)
+        coarse = Grid(grid.width_px, grid.height_px, cell_px=float(np.sqrt(grid.cell[0] * grid.cell[1] * size)))
+        self._coarse = coarse if coarse.size < grid.size else grid
+        self._down, self._across = (_between(n, m) for n, m in zip(grid.shape, self._coarse.shape, strict=True))
+        unit = float(np.sqrt(self._coarse.cell[0] * self._coarse.cell[1]))
+        cell = self._coarse.cell[0] / unit, self._coarse.cell[1] / unit
+        rounded = smoothness * float(np.hypot(*self._coarse.shape))
+        A = _opposite_part(self._coarse, cell) + rounded**2 * _bending(self._coarse, cell)
+        self._factor = Factor(A + _RIDGE * sparse.eye_array(self._coarse.size))
+        self._points: Points = np.empty((0, 2))
+        self._S: Complexes = np.empty((0, 0), np.complex128)
+        self._columns: Complexes = np.empty((0, self._coarse.size), np.complex128)
+        """A⁻¹ (C U)ᵀ, a row per place."""
+
+    def hold(self, points: Points) -> Complexes:
+        """Declare the places (n, 2) of the forces and return S (n, n): what a force at one moves another."""
+        before, S = known_responses(points, self._points, self._S)
+        old, new = np.flatnonzero(before >= 0), np.flatnonzero(before < 0)
+        columns = np.empty((len(points), self._coarse.size), np.complex128)
+        columns[old] = self._columns[before[old]]
+        if new.size:
+            weights = self._weights_at(points)
+            columns[new] = self._factor.solve(weights[new].T.astype(np.complex128)).T
+            S[:, new] = weights @ columns[new].T
+            S[new, :] = S[:, new].conj().T
+        self._points, self._S, self._columns = points.copy(), S, columns
+        return S
+
+    def answer(self, forces: Complexes) -> Complexes:
+        """Return d (N,) for the forces (n,) at the places."""
+        d = (self._columns.T @ forces).reshape(self._coarse.shape)
+        with one_thread():
+            parts = [self._down @ part @ self._across.T for part in (d.real, d.imag)]
+        return np.asarray(parts[0] + 1j * parts[1]).ravel()
+
+    def _weights_at(self, points: Points) -> Floats:
+        """Return C U (n, nodes of the coarse grid)."""
+        found = []
+        for axis, matrix in ((1, self._down), (0, self._across)):
+            place = (points[:, axis] + 0.5) / self._grid.cell[axis]
+            cell = np.clip(place.astype(np.int64), 0, len(matrix) - 2)
+            share = (place - cell)[:, None]
+            found.append((1 - share) * matrix[cell] + share * matrix[cell + 1])
+        return np.asarray((found[0][:, :, None] * found[1][:, None, :]).reshape(len(points), -1))
+
+
+def _between(count: int, coarse: int) -> Floats:
+    """Return the weights (count, coarse) of cubic convolution from evenly spaced nodes to others on the same length.
+
+    Beyond its ends what is interpolated goes on straight.
+    """
+    place = np.linspace(0, coarse - 1, count)
+    first: Ints = np.minimum(place.astype(np.int64), coarse - 2)
+    t = place - first
+    weights = np.stack(
+        [
+            ((-0.5 * t + 1) * t - 0.5) * t,
+            (1.5 * t - 2.5) * t * t + 1,
+            ((-1.5 * t + 2) * t + 0.5) * t,
+            (0.5 * t - 0.5) * t * t,
+        ],
+        axis=1,
+    )
+    wide = np.zeros((count, coarse + 2))
+    np.put_along_axis(wide, first[:, None] + np.arange(4), weights, axis=1)
+    for beyond, inner, step in ((0, 1, 1), (-1, -2, -1)):
+        wide[:, inner] += 2 * wide[:, beyond]
+        wide[:, inner + step] -= wide[:, beyond]
+    return wide[:, 1:-1]
+
+
+def _steps(count: int, cell: float) -> sparse.csr_array:
+    """Return first differences over `count` nodes, per unit length."""
+    return sparse.csr_array(sparse.diags_array([-1 / cell, 1 / cell], offsets=[0, 1], shape=(count - 1, count)))
+
+
+def _means(count: int) -> sparse.csr_array:
+    return sparse.csr_array(sparse.diags_array([0.5, 0.5], offsets=[0, 1], shape=(count - 1, count)))
+
+
+def _opposite_part(grid: Grid, cell: tuple[float, float]) -> sparse.csr_array:
+    """Return the matrix of Σ |d_x + i d_y|², which vanishes for similarities."""
+    across = sparse.kron(_means(grid.rows), _steps(grid.columns, cell[0]))
+    down = sparse.kron(_steps(grid.rows, cell[1]), _means(grid.columns))
+    total = sparse.csr_array(across + 1j * down)
+    return sparse.csr_array(total.conj().T @ total)
+
+
+def _bending(grid: Grid, cell: tuple[float, float]) -> sparse.csr_array:
+    """Return the matrix of Σ |d_xx|² + 2 |d_xy|² + |d_yy|², which vanishes for affine maps."""
+    x, y = _steps(grid.columns, cell[0]), _steps(grid.rows, cell[1])
+    rows, columns = sparse.eye_array(grid.rows), sparse.eye_array(grid.columns)
+    parts = [np.sqrt(2) * sparse.kron(y, x)]
+    if grid.columns > 2:
+        parts.append(sparse.kron(rows, _steps(grid.columns - 1, cell[0]) @ x))
+    if grid.rows > 2:
+        parts.append(sparse.kron(_steps(grid.rows - 1, cell[1]) @ y, columns))
+    return sparse.csr_array(sum(part.T @ part for part in parts))

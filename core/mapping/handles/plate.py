@@ -1,0 +1,205 @@
+"""How handles deform the plane around them: a thin plate with rigid inclusions  [FAT sec. 3; Bookstein 1989].
+
+Handles displace the picture that is there without them, z⁰. The displacement d of the nodes minimises
+
+    E(d) = Σ |∂d|² + ℓ² Σ (|d_xx|² + 2 |d_xy|² + |d_yy|²),
+
+where d is as asked for at every point of the background that a handle holds, and where every feature moves by a
+similarity, d = a (p - pivot) + b at sampled points p of its rim: a and b are known of a feature that handles place,
+and else whatever costs least, so that no force and no torque is left on the feature. ∂ is the gradient where the frame
+is held, d = 0 there; where it is free, the part of the derivative that is no similarity. ℓ is the distance over which
+handles are rounded: without it they would draw the picture into spikes.
+
+With A the matrix of E and C the bilinear weights of the points, d = A⁻¹ Cᵀ λ with S λ = g + Q c, S = C A⁻¹ Cᵀ, g what
+is known of the points' displacements, Q c what the unknown a, b make of the others, and Q* λ = 0. So
+
+    c = -(Q* S⁻¹ Q)⁻¹ Q* S⁻¹ g:
+
+one small dense system for each set of points, and two products in every frame.
+
+A displacement is linear, so that it would shear what is turned far. Therefore the local rotation r of z⁰ + d against
+z⁰ is taken from it, quad by quad, and the gradient of z⁰ turned by it is integrated [as-rigid-as-possible; Sorkine and
+Alexa 2007]: y minimises Σ |d y - (r - 1) d z⁰|², y = 0 on the frame. Then d makes up for the rest.
+"""
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from core.arrays import InputError, Points
+from core.blas import one_thread
+from core.grid import Grid
+from core.mapping.handles.dirichlet_plate import HeldPlate
+from core.mapping.handles.free_plate import FreePlate
+from core.mapping.jacobians import Complexes, as_complex, linear_parts
+from core.mapping.linear.laplacian import divergence, edge_weights, laplacian
+from core.tracing import span
+
+Frame = Literal["held", "free"]
+
+_REFINEMENTS = 3
+_EXACT = 1e-12
+_TOGETHER = 1e-12
+"""Points whose responses differ by no more than this share are taken as one."""
+_APART = 1e-5
+"""Pivots down to this share of the largest one, squared, tell of points that are surely apart."""
+
+
+class HandleField:
+    """Displacements of a grid by points at any places of the picture; prepare once per set, solve once per frame.
+
+    Parameters
+    ----------
+    frame
+        "held": the outline stays where it is; "free": nothing but the handles holds the picture.
+    smoothness
+        ℓ as a share of the grid's diagonal.
+    """
+
+    def __init__(self, grid: Grid, *, frame: Frame = "held", smoothness: float = 0.1) -> None:
+        if not smoothness > 0:
+            raise InputError(f"smoothness of {smoothness:g}: must be positive")
+        self.grid, self.frame = grid, frame
+        self._length = float(np.hypot(grid.width_px, grid.height_px))
+        rounded = smoothness * float(np.hypot(*grid.shape))
+        self._plate: HeldPlate | FreePlate | None = None
+        """None where no node can move."""
+        if frame == "free":
+            self._plate = FreePlate(grid, smoothness=smoothness)
+        elif min(grid.shape) > 2:
+            self._plate = HeldPlate(grid, cell=_cell(grid), rounded=rounded)
+        self._points = np.empty((0, 2))
+        self._Q: Complexes = np.empty((0, 0), np.complex128)
+        self._motions: Complexes = np.empty((0, 0), np.complex128)
+        self._spare = 0
+
+    def hold(self, points: Points, Q: Complexes, *, spare: int) -> None:
+        """Declare the places (n, 2) of the points, in pixels of the picture, and how unknown motions (u,) move them.
+
+        With the frame free, `spare` says how many columns similarities of the whole have: one handle alone moves the
+        picture, two turn and scale it too.
+        """
+        if np.array_equal(points, self._points) and np.array_equal(Q, self._Q):
+            return
+        if self._plate is None:
+            self._points, self._Q = points.copy(), Q.copy()
+            return
+        with span("handles", count=len(points)), one_thread():
+            self._points, self._Q = points.copy(), Q.copy()
+            self._spare = spare if self.frame == "free" else 0
+            self._at = self._inside(points)
+            S = self._plate.hold(self._at)
+            if self._spare:
+                whole = self._similarities()
+                S = np.block([[S, whole], [whole.conj().T, np.zeros((self._spare,) * 2)]])
+            self._inverse = _inverse(S)
+            # Rows of the motions: Q* S⁻¹, and with it -(Q* S⁻¹ Q)⁻¹ Q* S⁻¹.
+            n = len(points)
+            forces = Q.conj().T @ self._inverse[:n, :n]
+            self._motions = -np.linalg.pinv(forces @ Q, rcond=_TOGETHER, hermitian=True) @ forces
+
+    def forget(self) -> None:
+        """Forget all points: the last bits of what is prepared do not depend on points that were held before."""
+        if self._plate is not None:
+            self._plate.hold(np.empty((0, 2)))
+        self._points, self._Q = np.empty((0, 2)), np.empty((0, 0), np.complex128)
+
+    def find_motions(self, known: Complexes) -> Complexes:
+        """Return the unknown motions c (u,) for what is known of the points' displacements g (n,)."""
+        if self._plate is None:
+            return np.zeros(self._Q.shape[1], np.complex128)
+        return np.asarray(self._motions @ known, np.complex128)
+
+    def displace(self, asked: Complexes) -> Complexes:
+        """Return the nodes' displacements d (R, C) that have the points' ones (n,)."""
+        d = np.zeros(self.grid.size, np.complex128)
+        if self._plate is not None and len(self._points):
+            rest = asked
+            for _ in range(_REFINEMENTS):
+                d += self._answer(rest)
+                rest = asked - self._moved(d)
+                if np.abs(rest).max() < _EXACT * np.abs(asked).max():
+                    break
+        return d.reshape(self.grid.shape)
+
+    def turn(self, z0: Complexes, d: Complexes, sides: Complexes) -> Complexes:
+        """Return y (R, C): the displacement of z⁰ whose gradient z⁰ + d turns, locally, with that of z⁰.
+
+        On the frame y is `sides` (R, C). With the frame free there is none: similarities cost nothing there.
+        """
+        if self.frame == "free" or not isinstance(self._plate, HeldPlate):
+            return np.zeros_like(z0)
+        turned = _rotations(self.grid, z0, z0 + d) - 1
+        across, down = edge_weights(turned)
+        load = divergence(across * np.diff(z0, axis=1), down * np.diff(z0, axis=0))
+        held = np.where(self.grid.outline, sides, 0)
+        ones = edge_weights(np.ones(turned.shape))
+        if held.any():
+            load -= laplacian(ones, held)
+        with one_thread():
+            return self._plate.solve_poisson(load) + held
+
+    def at_points(self, d: Complexes) -> Complexes:
+        """Return what displacements d (R, C) of the nodes are at the points (n,)."""
+        if self._plate is None or not len(self._points):
+            return np.zeros(len(self._Q), np.complex128)
+        return self._moved(d.ravel())
+
+    def _answer(self, asked: Complexes) -> Complexes:
+        assert self._plate is not None
+        n = len(asked)
+        found = self._inverse @ np.concatenate([asked, np.zeros(self._spare)])
+        d = self._plate.answer(found[:n])
+        if self._spare:
+            d += found[-1]
+        if self._spare > 1:
+            d += as_complex(self.grid.nodes).ravel() / self._length * found[-2]
+        return d
+
+    def _similarities(self) -> Complexes:
+        """Return the points' displacements (n, spare) by the similarities of the whole."""
+        here = as_complex(self._at)[:, None] / self._length
+        return np.concatenate([here, np.ones_like(here)], axis=1)[:, 2 - self._spare :]
+
+    def _inside(self, points: Points) -> Points:
+        """Return the points, those less than a cell from a held frame a cell inside it: on it nothing moves."""
+        if self.frame == "free":
+            return points
+        margin = np.minimum(self.grid.cell, np.array([self.grid.width_px, self.grid.height_px]) / 2)
+        return np.clip(points, margin - 0.5, [self.grid.width_px, self.grid.height_px] - margin - 0.5)
+
+    def _moved(self, d: Complexes) -> Complexes:
+        """Return C d for d (N,)."""
+        nodes, weights = self.grid.weights_at(self._at)
+        return np.asarray((d[nodes] * weights).sum(axis=1))
+
+
+def _rotations(grid: Grid, z0: Complexes, z: Complexes) -> Complexes:
+    """Return the local rotation (R-1, C-1) of z against z⁰ on every quad, as unit complex numbers."""
+    # J = L L0⁻¹ with L u = a u + b conj(u); its similarity part is (a conj(a0) - b conj(b0)) / det L0.
+    before, after = linear_parts(grid, z0), linear_parts(grid, z)
+    part = after.similar * before.similar.conj() - after.opposite * before.opposite.conj()
+    size = np.abs(part)
+    return np.divide(part, size, out=np.ones_like(part), where=size > 0)
+
+
+def _cell(grid: Grid) -> tuple[float, float]:
+    """Return width and height of a cell in units of their mean."""
+    width, height = grid.cell
+    unit = float(np.sqrt(width * height))
+    return width / unit, height / unit
+
+
+def _inverse(system: NDArray[Any]) -> NDArray[Any]:
+    """Return the inverse of a symmetric matrix; one that is not regular has a pseudoinverse.
+
+    Where the pivots say that a matrix is definite and all points are apart, its inverse costs little.
+    """
+    if len(system) and not np.iscomplexobj(system):
+        L, fault = lapack.dpotrf(system, lower=True)
+        if not fault and (np.diag(L) > _APART * np.diag(L).max(initial=0)).all():
+            half, _ = lapack.dpotri(L, lower=True)
+            return np.asarray(np.tril(half) + np.tril(half, -1).T)
+    return np.linalg.pinv(system, rcond=_TOGETHER, hermitian=True)

@@ -1,0 +1,130 @@
+"""What the hand says about features: which points they hold, and the similarity that these ask for.
+
+A feature with one point has its place there, and turns about it; with two or more it has the similarity that is closest
+to them in the least-squares sense; a rigid one keeps its size. One that a straight frame cuts does so as far as it can
+slide.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Ints, Points
+from core.grid import Grid
+from core.mapping.features.similarity import Body
+from core.mapping.jacobians import Complexes, as_complex
+
+_MOSTLY = 0.25
+"""A point is a feature's when nodes of it have this share of the point's bilinear weight."""
+_ONE_PLACE_PX = 0.5
+"""Points of a feature closer than this say where it is, but not how it is turned."""
+_AS_FAR = 1e-9
+"""Nodes whose distances differ by a smaller share are equally far: their mean is taken."""
+_SMALLEST = 0.05
+"""Share of its size to which two points shrink a feature at most."""
+
+
+def find_owners(index: Ints, grid: Grid, at: Points) -> Ints:
+    """Return the body (k,) that holds each point of the picture (k, 2), -1 for the background.
+
+    `index` (R, C) is the body of each node, -1 for none.
+    """
+    nodes, weights = grid.weights_at(at)
+    bodies = index.ravel()[nodes]
+    share = np.stack([np.where(bodies == bodies[:, [k]], weights, 0).sum(axis=1) for k in range(4)], axis=1)
+    share[bodies < 0] = 0
+    best = share.argmax(axis=1)
+    found = np.take_along_axis(bodies, best[:, None], axis=1)[:, 0]
+    return np.where(share.max(axis=1, initial=0) >= _MOSTLY, found, -1)
+
+
+@dataclass(frozen=True)
+class Hold:
+    """The points that hold one body."""
+
+    body: int
+    points: Ints
+    """Their numbers."""
+    arms: Complexes
+    """Where they are on the picture, from the body's centroid."""
+
+    @property
+    def is_one_place(self) -> bool:
+        """Whether they say where the body is, but not how it is turned."""
+        return bool(np.abs(self.arms - self.arms[0]).max() < _ONE_PLACE_PX)
+
+    @property
+    def arm(self) -> complex:
+        """The middle of the points."""
+        return complex(self.arms.mean())
+
+    def fit(self, places: Complexes, alpha: complex, *, rigid: bool) -> tuple[complex, complex]:
+        """Return the (α, t) of the body that brings its points closest to `places` (k,); α is now `alpha`."""
+        p, q = self.arms - self.arms.mean(), places - places.mean()
+        found = complex(np.vdot(p, q) / np.vdot(p, p))
+        size = abs(alpha) if rigid else max(abs(found), _SMALLEST * abs(alpha))
+        found = size * found / abs(found) if found else alpha
+        return found, complex(places.mean() - found * self.arms.mean())
+
+    def slide(
+        self, places: Complexes, alpha: complex, t: complex, free: Bools, pivot: complex
+    ) -> tuple[complex, complex]:
+        """Return the (α, t) closest to `places` (k,) of a body with few freedoms: size, turn, move along x, y.
+
+        It turns and scales about the arm `pivot`. Its size changes only where two points ask for it.
+        """
+        size = free[0] and not self.is_one_place
+        columns = [alpha * (self.arms - pivot), np.ones_like(self.arms), 1j * np.ones_like(self.arms)]
+        open_ = [bool(size), bool(free[2]), bool(free[3])]
+        rest = places - (alpha * self.arms + t)
+        chosen = [as_column(c) for c, is_open in zip(columns, open_, strict=True) if is_open]
+        if not chosen:
+            return alpha, t
+        found = np.zeros(3)
+        found[open_] = np.linalg.lstsq(np.stack(chosen, axis=1), as_column(rest), rcond=None)[0]
+        grown = max(1 + found[0], _SMALLEST)
+        return alpha * grown, t + alpha * pivot * (1 - grown) + complex(found[1], found[2])
+
+
+def as_column(z: Complexes) -> Floats:
+    """Return complex numbers (k,) as a real column (2 k,)."""
+    return np.concatenate([z.real, z.imag])
+
+
+def find_holds(bodies: list[Body], rest: Complexes, owners: Ints, at: Points) -> list[Hold]:
+    """Return the holds of all bodies that points (k, 2) with these `owners` (k,) hold; rest is (R, C)."""
+    places = as_complex(at)
+    found = []
+    for i in np.unique(owners[owners >= 0]):
+        points = np.flatnonzero(owners == i)
+        middle = rest.ravel()[bodies[i].nodes].mean()
+        found.append(Hold(int(i), points, places[points] - middle))
+    return found
+
+
+def sample_rim(body: Body, index: Ints, blocks: float) -> Complexes:
+    """Return points (k,) spread over the rim of a body, from its centroid: of each block the furthest node of the rim.
+
+    Blocks are squares around the centroid, `blocks` of them along the body's diameter: mirrored or turned by a right
+    angle, a body has the mirrored or turned points. `index` (R, C) is the body of each node; nodes of the frame are
+    left out, if others are left.
+    """
+    rows, columns = index.shape
+    row, column = np.divmod(body.nodes, columns)
+    inner = (row > 0) & (column > 0) & (row < rows - 1) & (column < columns - 1)
+    own = index.ravel()[body.nodes]
+    rim = np.zeros(len(row), bool)
+    for down, right in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        beside = np.clip(row + down, 0, rows - 1) * columns + np.clip(column + right, 0, columns - 1)
+        rim |= index.ravel()[beside] != own
+    chosen = rim & inner
+    arms = body.arms[chosen if chosen.any() else slice(None)]
+    side = 2 * np.abs(body.arms).max() / blocks
+    block = np.stack([np.rint(arms.real / side), np.rint(arms.imag / side)], axis=1)
+    number = np.unique(block, axis=0, return_inverse=True)[1].ravel()
+    furthest = np.zeros(number.max() + 1)
+    np.maximum.at(furthest, number, np.abs(arms))
+    out = np.abs(arms) >= (1 - _AS_FAR) * furthest[number]
+    count = np.bincount(number[out])
+    x, y = (np.bincount(number[out], part[out]) for part in (arms.real, arms.imag))
+    return np.asarray((x + 1j * y) / count, np.complex128)

@@ -1,0 +1,208 @@
+"""The linear answer to handles: the picture as it is without them, displaced so that every handle holds.
+
+The picture without handles, z⁰ with features at (α⁰, t⁰), costs nothing; handles cost what they displace. In turn:
+
+1. features that handles place get the similarity that these ask for (`poses`);
+2. a plate with rigid inclusions gives all others theirs, and the background its displacement D (`plate`);
+   sizes stay, unless two handles in a feature change its size;
+3. free nodes follow D and the features as FAT eqs. 3 and 4 have it for displacements, with every point of the
+   background that a handle holds as a hard constraint (`FeatureMapping.place_held`).
+
+Whatever does not move at all is therefore left as it is to the last bit.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Points
+from core.mapping.features.feature_mapping import FeatureMapping, Solution
+from core.mapping.handles.constraints import Constraints
+from core.mapping.handles.frame_glide import Knots, glide_beside
+from core.mapping.handles.plate import Frame, HandleField
+from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
+from core.mapping.handles.structure import Structure, prepare
+from core.mapping.jacobians import Complexes, as_complex
+
+_IDLE_PX = 1e-6
+"""A handle that is no further from its point has not been moved."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A picture that handles have moved."""
+
+    solution: Solution
+    field: Complexes
+    """D (R, C), the displacement of the background."""
+    goal: Complexes
+    """By how much each handle is to move its point (k,)."""
+
+
+class HandleSolver:
+    """Answers handles on a grid; prepared anew when features or handles are others, or at other places.
+
+    Parameters
+    ----------
+    frame
+        "held": the outline stays; "free": handles draw it along.
+    """
+
+    def __init__(self, mapping: FeatureMapping, frame: Frame) -> None:
+        self.frame = frame
+        self.field = HandleField(mapping.grid, frame=frame)
+        self._structure: Structure | None = None
+
+    def forget(self) -> None:
+        """Prepare all anew: the last bits of the next answer do not depend on those before it."""
+        self._structure = None
+        self.field.forget()
+
+    def solve(self, mapping: FeatureMapping, reference: Solution, at: Points, to: Points) -> Moved:
+        """Return where handles at points of the picture (k, 2) that go `to` (k, 2) move the `reference`."""
+        s = self._prepare(mapping, len(reference.alpha), at)
+        is_straight = _is_straight(reference.z, self.frame)
+        z0 = reference.z
+        nodes, weights = mapping.grid.weights_at(at)
+        if self.frame == "held":
+            to = _inside(to, reference.z)
+        goal = as_complex(to) - (z0.ravel()[nodes] * weights).sum(axis=1)
+        goal[np.abs(goal) < _IDLE_PX] = 0
+        if not goal.any():
+            return Moved(reference, np.zeros_like(z0), goal)
+        poses = self._pose_held(s, reference, goal, is_straight=is_straight)
+        known = self._know(s, reference, poses, goal)
+        sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
+        # Once as if nothing turned far, then beside what the turning does.
+        motions = self.field.find_motions(known)
+        asked = known + s.Q @ motions
+        turned = self.field.turn(z0, self.field.displace(asked), sides)
+        already = self.field.at_points(turned)
+        motions = self.field.find_motions(known - already)
+        self._pose_free(s, reference, poses, motions)
+        asked = self._know(s, reference, poses, goal)
+        D = turned + self.field.displace(asked - already)
+        self._pose_small(s, reference, poses, D)
+        alpha, t = poses.alpha - reference.alpha, poses.t - reference.t
+        sides = D if self.frame == "free" else sides
+        to_rows = np.where(s.owners < 0, goal, 0)
+        for hold in s.holds.values():
+            to_rows[hold.points] = alpha[hold.body] * hold.arms + t[hold.body]
+        found = mapping.place_held(D, alpha, t, sides, s.held, to_rows[s.rows])
+        z = z0 + found
+        for body, a, b in zip(mapping.bodies, poses.alpha, poses.t, strict=False):
+            z.ravel()[body.nodes] = body.place(a, b)
+        return Moved(Solution(z, poses.alpha, poses.t), D, goal)
+
+    def _prepare(self, mapping: FeatureMapping, count: int, at: Points) -> Structure:
+        """Return the structure; what was prepared for the same handles and features is taken again."""
+        s = self._structure
+        if s is None or s.mapping is not mapping or not np.array_equal(s.at, at):
+            s = self._structure = prepare(mapping, count, at, frame_is_held=self.frame == "held")
+            self.field.hold(s.points, s.Q, spare=s.whole)
+        return s
+
+    def constrain(self, reference: Solution, moved: Moved) -> Constraints:
+        """Return the constraints that the handles of the last answer, `moved`, and the frame are."""
+        s = self._structure
+        assert s is not None
+        mapping, bodies = s.mapping, s.mapping.bodies[: len(reference.alpha)]
+        rest = as_complex(mapping.grid.nodes)
+        none = constrain_frame(mapping, reference.z) if self.frame == "held" else Constraints.none(bodies, rest)
+        pivots, free = none.pivots.copy(), none.free.copy()
+        for i, hold in s.holds.items():
+            if _is_straight(reference.z, self.frame) and s.cut[i].any():
+                free[i] = False
+            elif hold.is_one_place:
+                pivots[i], free[i, 2:] = rest.ravel()[bodies[i].nodes].mean() + hold.arm, False
+            else:
+                free[i] = False
+        to = s.held.places(reference.z) + moved.goal[s.rows]
+        return Constraints(s.at[s.rows], to, pivots, free, none.glide)
+
+    def _pose_held(self, s: Structure, reference: Solution, goal: Complexes, *, is_straight: bool) -> "_Poses":
+        """Return the similarities of the bodies that handles place; those of the others as they are."""
+        poses = _Poses(reference.alpha.copy(), reference.t.copy(), {})
+        rest = as_complex(s.mapping.grid.nodes)
+        for i, hold in s.holds.items():
+            alpha, t = complex(reference.alpha[i]), complex(reference.t[i])
+            places = alpha * hold.arms + t + goal[hold.points]
+            if is_straight and s.cut[i].any():
+                middle = complex(rest.ravel()[s.mapping.bodies[i].nodes].mean())
+                pivot = pivot_of(s.cut[i], rest, middle) - middle
+                free = freedom_of(s.cut[i])
+                free[0] &= s.mapping.keep != "rigid"
+                poses.alpha[i], poses.t[i] = hold.slide(places, alpha, t, free, pivot)
+            elif hold.is_one_place:
+                poses.pivots[i] = complex(places.mean())
+                poses.t[i] = poses.pivots[i] - alpha * hold.arm
+            else:
+                poses.alpha[i], poses.t[i] = hold.fit(places, alpha, rigid=s.mapping.keep == "rigid")
+        return poses
+
+    def _know(self, s: Structure, reference: Solution, poses: "_Poses", goal: Complexes) -> Complexes:
+        """Return what is known of the displacements of the plate's points."""
+        known = np.zeros(len(s.Q), np.complex128)
+        known[: len(s.outside)] = goal[s.outside]
+        for i, arms, points in s.samples:
+            known[points] = (poses.alpha[i] - reference.alpha[i]) * arms + poses.t[i] - reference.t[i]
+        return known
+
+    def _pose_free(self, s: Structure, reference: Solution, poses: "_Poses", motions: Complexes) -> None:
+        """Give the bodies that the plate moves their similarities, at the sizes that they have."""
+        for i, columns in s.columns.items():
+            found = motions[columns] / s.mapping.bodies[i].radius
+            alpha = reference.alpha[i] + found[0]
+            poses.alpha[i] = alpha * (abs(reference.alpha[i]) / abs(alpha)) if alpha else reference.alpha[i]
+            if i in poses.pivots:
+                poses.t[i] = poses.pivots[i] - poses.alpha[i] * s.holds[i].arm
+            else:
+                poses.t[i] = reference.t[i] + motions[columns][1]
+
+    def _pose_small(self, s: Structure, reference: Solution, poses: "_Poses", D: Complexes) -> None:
+        """Place the bodies that are too many for the plate where D has them, at the sizes that they have."""
+        sampled = {i for i, *_ in s.samples}
+        for i in range(len(reference.alpha)):
+            if i not in sampled:
+                turned, moved = s.mapping.bodies[i].fit(D.ravel())
+                alpha = reference.alpha[i] + turned
+                poses.alpha[i] = alpha * (abs(reference.alpha[i]) / abs(alpha)) if alpha else reference.alpha[i]
+                poses.t[i] = reference.t[i] + moved
+
+    def _move_frame(
+        self, s: Structure, reference: Solution, poses: "_Poses", goal: Complexes, *, is_straight: bool
+    ) -> Complexes:
+        """Return the displacements (R, C) of a straight frame: of cut bodies, of points on it, and between them.
+
+        Points that lie on the frame slide along their side; where W bends it, they stay.
+        """
+        found = np.zeros_like(reference.z)
+        if not is_straight or not (s.at_frame.size or any(s.cut[i].any() for i in s.holds)):
+            return found
+        for i in np.flatnonzero(s.cut.any(axis=1)):
+            body = s.mapping.bodies[i]
+            moved = (poses.alpha[i] - reference.alpha[i]) * body.arms + poses.t[i] - reference.t[i]
+            found.ravel()[body.nodes] = moved
+        knots = Knots.of(s.mapping.grid, s.at[s.at_frame], goal[s.at_frame])
+        frame = glide_beside(found, np.zeros_like(found), s.mapping.index, knots)
+        return np.where(s.mapping.grid.outline, frame, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Poses:
+    """Similarities of all bodies, and where the points are that some of them turn about."""
+
+    alpha: Complexes
+    t: Complexes
+    pivots: dict[int, complex]
+
+
+def _is_straight(z: Complexes, frame: Frame) -> bool:
+    """Return whether a frame at z (R, C) is held, and a rectangle."""
+    return frame == "held" and Rectangle.of(z) is not None
+
+
+def _inside(to: Points, z: Complexes) -> Points:
+    """Return targets (k, 2), those outside the box around a held frame, z (R, C), at its edge: none gets further."""
+    frame = np.concatenate([z[0], z[-1], z[:, 0], z[:, -1]]).view(np.float64).reshape(-1, 2)
+    return np.clip(to, frame.min(axis=0), frame.max(axis=0))

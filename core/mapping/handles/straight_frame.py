@@ -1,0 +1,230 @@
+"""A frame that stays a rectangle: where the features go that it cuts, and how its nodes glide beside them.
+
+Where W takes the frame to a rectangle, the picture fills it to the last pixel. A feature that a side cuts keeps its
+shape exactly and stays on that side: it does not turn (α is real and positive), it slides along the side, and two
+opposite sides give it its size. The other nodes of the frame glide along their side so that they keep their order.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from core.arrays import Bools, Ints, Points
+from core.grid import Grid
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.similarity import Body
+from core.mapping.handles.constraints import Constraints
+from core.mapping.handles.frame_glide import glide_beside
+from core.mapping.jacobians import Complexes, as_complex
+
+LEFT, TOP, RIGHT, BOTTOM = range(4)
+_STRAIGHT = 1e-9
+"""Frame nodes may miss their side by this share of the rectangle's size."""
+_AT_ONCE = 256
+"""Points whose distances from a line are worked out together."""
+_LEAST_GAP = 0.1
+"""Share of their distance under W that frame nodes beside a cut feature keep at least."""
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """The sides that W takes the frame to, in output pixels."""
+
+    sides: tuple[float, float, float, float]
+    """x of the left, y of the top, x of the right and y of the bottom side."""
+
+    @classmethod
+    def of(cls, w: Complexes) -> "Rectangle | None":
+        """Return the rectangle that W takes the frame of a grid (R, C) to, or None if it is another shape."""
+        left, top, right, bottom = (float(x) for x in (w[0, 0].real, w[0, 0].imag, w[-1, -1].real, w[-1, -1].imag))
+        size = max(right - left, bottom - top)
+        off = (w[:, 0].real - left, w[0].imag - top, w[:, -1].real - right, w[-1].imag - bottom)
+        if min(right - left, bottom - top) <= 0 or max(np.abs(side).max() for side in off) > _STRAIGHT * size:
+            return None
+        return cls((left, top, right, bottom))
+
+    def stretches(self, grid: Grid) -> bool:
+        """Return whether its sides are not in the proportion of the picture's."""
+        left, top, right, bottom = self.sides
+        return abs((right - left) * grid.height_px / ((bottom - top) * grid.width_px) - 1) > _STRAIGHT
+
+
+def sides_cut(body: Body, shape: tuple[int, int]) -> Bools:
+    """Return which of the four sides of the frame cut a body."""
+    row, column = np.divmod(body.nodes, shape[1])
+    last_row, last_column = shape[0] - 1, shape[1] - 1
+    return np.array([(column == 0).any(), (row == 0).any(), (column == last_column).any(), (row == last_row).any()])
+
+
+def pivot_of(cut: Bools, rest: Complexes, middle: complex) -> complex:
+    """Return a point (of the picture) that a body with its centroid at `middle` may keep on the sides that cut it."""
+    x = rest[0, 0].real if cut[LEFT] else rest[-1, -1].real if cut[RIGHT] else middle.real
+    y = rest[0, 0].imag if cut[TOP] else rest[-1, -1].imag if cut[BOTTOM] else middle.imag
+    return complex(x, y)
+
+
+def freedom_of(cut: Bools) -> Bools:
+    """Return which of a body's size, turn, move along x and move along y the sides that cut it leave open."""
+    across, down = cut[LEFT] | cut[RIGHT], cut[TOP] | cut[BOTTOM]
+    opposite = (cut[LEFT] & cut[RIGHT]) | (cut[TOP] & cut[BOTTOM])
+    return np.array([not opposite, not cut.any(), not across, not down])
+
+
+def slide(
+    body: Body, cut: Bools, rest: Complexes, rectangle: Rectangle, scale: float, near: complex
+) -> tuple[complex, complex]:
+    """Return the (α, t) of a cut body that lies on its sides, with its centroid as near as may be to `near`.
+
+    Opposite sides that cut it give its size in place of `scale`; where both pairs do, and ask for different sizes, it
+    takes the larger one and lies in the middle: it covers the rectangle.
+    """
+    low, high = rest[0, 0], rest[-1, -1]
+    left, top, right, bottom = rectangle.sides
+    asked = []
+    if cut[LEFT] and cut[RIGHT]:
+        asked.append((right - left) / (high - low).real)
+    if cut[TOP] and cut[BOTTOM]:
+        asked.append((bottom - top) / (high - low).imag)
+    scale = max(asked, default=scale)
+    middle = rest.ravel()[body.nodes].mean()
+    x = _beside(cut[LEFT], cut[RIGHT], (low.real, high.real), (left, right), middle.real, scale, near.real)
+    y = _beside(cut[TOP], cut[BOTTOM], (low.imag, high.imag), (top, bottom), middle.imag, scale, near.imag)
+    return complex(scale), complex(x, y)
+
+
+def _beside(
+    first: bool,
+    last: bool,
+    rest: tuple[float, float],
+    there: tuple[float, float],
+    middle: float,
+    scale: float,
+    near: float,
+) -> float:
+    """Return one coordinate of the centroid of a body that the first or the last of two opposite sides cuts."""
+    from_first, from_last = there[0] + scale * (middle - rest[0]), there[1] - scale * (rest[1] - middle)
+    if first and last:
+        return (from_first + from_last) / 2
+    return from_first if first else from_last if last else near
+
+
+def make_room(
+    bodies: list[Body], cut: Bools, alpha: Complexes, t: Complexes, w: Complexes
+) -> tuple[Complexes, Complexes]:
+    """Return (α, t) of all bodies (n,) with those apart, and inside the frame, that slide along the same side.
+
+    `cut` (n, 4) says which sides cut which bodies. Along a side, bodies keep their order and leave room for the frame
+    nodes between them; they are moved as little as possible in the least-squares sense (isotonic regression). Those
+    that are too long together become smaller, if no opposite side gives them their size.
+    """
+    alpha, t = alpha.copy(), t.copy()
+    rows, columns = w.shape
+    number = np.arange(rows * columns).reshape(rows, columns)
+    for side, line in ((TOP, number[0]), (BOTTOM, number[-1]), (LEFT, number[:, 0]), (RIGHT, number[:, -1])):
+        part = np.real if side in (TOP, BOTTOM) else np.imag
+        unit = 1.0 if side in (TOP, BOTTOM) else 1j
+        ends = _ends_along(line, [body if c[side] else None for body, c in zip(bodies, cut, strict=True)])
+        if not ends:
+            continue
+        order = np.array([i for i, *_ in ends])
+        first, last = (np.array([end[k] for end in ends]) for k in (1, 2))
+        fixed = np.array([bool(freedom_of(cut[i])[2 if side in (TOP, BOTTOM) else 3]) for i in order]) == 0
+        places = part(w.ravel()[line])
+        arms = [[part(bodies[i].arms[bodies[i].nodes == line[k]][0]) for k in pair] for i, *pair in ends]
+        reach = np.array(arms) * np.abs(alpha[order])[:, None]
+        gap = _LEAST_GAP * np.diff(places[np.stack([np.append(0, last), np.append(first, len(line) - 1)])], axis=0)[0]
+        room = places[-1] - places[0] - gap.sum()
+        length = (reach[:, 1] - reach[:, 0]).sum()
+        if length > room and not fixed.any():
+            alpha[order] *= room / length
+            reach = reach * (room / length)
+        start = part(t[order]) + reach[:, 0]
+        shift = np.cumsum(gap[:-1] + np.append(0, reach[:-1, 1] - reach[:-1, 0])) + places[0]
+        most = np.full(len(order), places[-1] - places[0] - gap.sum() - (reach[:, 1] - reach[:, 0]).sum())
+        weights = np.where(fixed, 1e6, 1.0)
+        found = scipy.optimize.isotonic_regression(start - shift, weights=weights).x
+        found = np.clip(found, 0, np.maximum(most, 0)) + shift
+        t[order] += unit * np.where(fixed, 0.0, found - start)
+    return alpha, t
+
+
+def _ends_along(line: Ints, bodies: list[Body | None]) -> list[tuple[int, int, int]]:
+    """Return (index, first, last) of the bodies that have nodes on a side (k,), in the order of their middles there."""
+    found = []
+    for i, body in enumerate(bodies):
+        if body is not None:
+            there = np.flatnonzero(np.isin(line, body.nodes))
+            found.append((i, int(there[0]), int(there[-1])))
+    return sorted(found, key=lambda end: end[1] + end[2])
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """What a straight frame decides before all else."""
+
+    alpha: Complexes
+    t: Complexes
+    bodies: Bools
+    """Which bodies it cuts: their (α, t) are given."""
+    frame: Complexes | None
+    """Where the nodes of the frame are (R, C), if not where W has them."""
+
+    @classmethod
+    def none(cls, mapping: FeatureMapping) -> "Placed":
+        """Return that no body is cut."""
+        alpha, t = np.zeros((2, len(mapping.bodies)), np.complex128)
+        return cls(alpha, t, np.zeros(len(alpha), bool), None)
+
+
+def place_cut(mapping: FeatureMapping, w: Complexes, rectangle: Rectangle) -> Placed | None:
+    """Return where the bodies are that a straight frame cuts; None if there are none.
+
+    A body has the size that W alone would give it, and lies as near to where W has it as its sides, and the other
+    bodies there, allow.
+    """
+    if not (mapping.index[mapping.grid.outline] >= 0).any():
+        return None
+    rest = as_complex(mapping.grid.nodes)
+    cut = np.array([sides_cut(body, mapping.grid.shape) for body in mapping.bodies])
+    is_cut = np.asarray(cut.any(axis=1))
+    alpha, t = np.ones((2, len(cut)), np.complex128)
+    for i in np.flatnonzero(is_cut):
+        body = mapping.bodies[i]
+        near = complex(w.ravel()[body.nodes].mean())
+        alpha[i], t[i] = slide(body, cut[i], rest, rectangle, mapping.scale_alone(int(i), w), near)
+    alpha, t = make_room(mapping.bodies, cut, alpha, t, w)
+    z = w.copy()
+    for i in np.flatnonzero(is_cut):
+        z.ravel()[mapping.bodies[i].nodes] = mapping.bodies[i].place(alpha[i], t[i])
+    return Placed(alpha, t, is_cut, glide_beside(z, w, mapping.index))
+
+
+def constrain_frame(mapping: FeatureMapping, z: Complexes) -> Constraints:
+    """Return what a held frame asks of a mapping that has it at z (R, C): straight sides let features slide."""
+    rest = as_complex(mapping.grid.nodes)
+    none = Constraints.none(mapping.bodies, rest)
+    if Rectangle.of(z) is None:
+        return none
+    pivots, free = none.pivots.copy(), none.free.copy()
+    for i, body in enumerate(mapping.bodies):
+        cut = sides_cut(body, mapping.grid.shape)
+        pivots[i], free[i] = pivot_of(cut, rest, complex(pivots[i])), freedom_of(cut)
+    glide = mapping.grid.outline & (mapping.index < 0)
+    glide[[0, 0, -1, -1], [0, -1, -1, 0]] = False
+    return Constraints(none.at, none.to, pivots, free, glide)
+
+
+def distance_to_line(points: Points, line: Points) -> float:
+    """Return how far the furthest of some points (n, 2) is from the line through others (m, 2); rounding is 0."""
+    if not len(points):
+        return 0.0
+    start, along = line[:-1], np.diff(line, axis=0)
+    squared = (along**2).sum(axis=1)
+    worst = 0.0
+    for begin in range(0, len(points), _AT_ONCE):
+        apart = points[begin : begin + _AT_ONCE, None] - start
+        share = np.clip((apart * along).sum(axis=2) / np.where(squared > 0, squared, 1), 0, 1)
+        far = np.sqrt(((apart - share[..., None] * along) ** 2).sum(axis=2)).min(axis=1)
+        worst = max(worst, float(far.max()))
+    return worst if worst > _STRAIGHT * float(np.ptp(line, axis=0).max()) else 0.0

@@ -1,0 +1,123 @@
+"""What handles hold, and how: all that depends on where handles and features are, but not on where they go."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Bools, Ints, Points
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.pose import HeldPoints
+from core.mapping.features.similarity import Body
+from core.mapping.handles.poses import Hold, find_holds, find_owners, sample_rim
+from core.mapping.handles.straight_frame import sides_cut
+from core.mapping.jacobians import Complexes, as_complex, as_positions
+
+_LEAST_WEIGHT = 1e-6
+"""Less of a point's weight on free nodes is rounding."""
+_SAMPLED, _FEW = 32, 12
+"""Features, the largest, that are rigid for the plate, and so many of which have many samples."""
+_MANY_BLOCKS, _FEW_BLOCKS = 5.7, 2.3
+"""Blocks along a feature's diameter: some twenty samples on its rim, or some six."""
+_HOLDS = 0.25
+"""Share of its weight that a point of the background needs on free nodes: on the frame nothing can be held."""
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """The points that handles hold on a mapping, and those that the plate knows."""
+
+    mapping: FeatureMapping
+    at: Points
+    """Where the handles are on the picture (k, 2)."""
+    owners: Ints
+    """The body that each is in, -1 for none."""
+    holds: dict[int, Hold]
+    """Of the bodies that have some."""
+    cut: Bools
+    """Which of the four sides cut which body (n, 4); none where the frame is free."""
+    outside: Ints
+    """The handles that no body holds and that lie inside the frame."""
+    at_frame: Ints
+    """The handles that no body holds and that lie on a held frame."""
+    points: Points
+    """The plate's: handles outside bodies, then the samples of bodies."""
+    samples: list[tuple[int, Complexes, slice]]
+    """Body, points sampled on it, from its centroid, and which of the plate's points they are."""
+    columns: dict[int, slice]
+    """The unknown motions of those bodies that have any."""
+    Q: Complexes
+    """How the motions move the plate's points."""
+    held: HeldPoints
+    rows: Ints
+    """The handles that free nodes hold."""
+
+    @property
+    def whole(self) -> int:
+        """How many of moving and turning the whole picture the handles decide."""
+        return min(len(self.outside) + sum(2 - hold.is_one_place for hold in self.holds.values()), 2)
+
+
+def prepare(mapping: FeatureMapping, count: int, at: Points, *, frame_is_held: bool) -> Structure:
+    """Return the structure of handles at points of the picture (k, 2), for a mapping that moves its first bodies."""
+    bodies = mapping.bodies[:count]
+    rest = as_complex(mapping.grid.nodes)
+    owners = find_owners(mapping.index, mapping.grid, at) if bodies else np.full(len(at), -1)
+    holds = {hold.body: hold for hold in find_holds(bodies, rest, owners, at)}
+    cut = np.zeros((len(bodies), 4), bool)
+    if frame_is_held and bodies:
+        cut = np.array([sides_cut(body, mapping.grid.shape) for body in bodies])
+    nodes, weights = mapping.grid.weights_at(at)
+    share = np.where(mapping.free.ravel()[nodes], weights, 0).sum(axis=1)
+    on_frame = (owners < 0) & (share < _HOLDS) & frame_is_held
+    outside, at_frame = np.flatnonzero((owners < 0) & ~on_frame), np.flatnonzero(on_frame)
+    sampled = [i for i in range(len(bodies)) if i < _SAMPLED or i in holds or cut[i].any()]
+    blocks = _MANY_BLOCKS if len(sampled) <= _FEW else _FEW_BLOCKS
+    samples, points, end = [], [at[outside]], len(outside)
+    for i in sampled:
+        arms = sample_rim(bodies[i], mapping.index, blocks)
+        samples.append((i, arms, slice(end, end + len(arms))))
+        points.append(as_positions(arms + rest.ravel()[bodies[i].nodes].mean()))
+        end += len(arms)
+    columns, Q = _number_motions(samples, holds, cut, bodies, end)
+    rows = np.flatnonzero(np.where(owners < 0, share >= _HOLDS, share > _LEAST_WEIGHT))
+    held = mapping.hold_points(at[rows])
+    return Structure(
+        mapping,
+        at.copy(),
+        owners,
+        holds,
+        cut,
+        outside,
+        at_frame,
+        np.concatenate(points),
+        samples,
+        columns,
+        Q,
+        held,
+        rows,
+    )
+
+
+def _number_motions(
+    samples: list[tuple[int, Complexes, slice]],
+    holds: dict[int, Hold],
+    cut: Bools,
+    bodies: list[Body],
+    count: int,
+) -> tuple[dict[int, slice], Complexes]:
+    """Return the columns of the unknown motions of bodies, and how those move the plate's points Q (count, u).
+
+    A body without a hold turns, and moves; one held at one place turns about it. Bodies that the frame cuts stay.
+    """
+    numbered: dict[int, slice] = {}
+    Q: list[Complexes] = []
+    for i, arms, points in samples:
+        hold = holds.get(i)
+        if cut[i].any() or (hold is not None and not hold.is_one_place):
+            continue
+        turning, moving = np.zeros((2, count), np.complex128)
+        turning[points] = (arms - (hold.arm if hold is not None else 0)) / bodies[i].radius
+        moving[points] = 1
+        numbered[i] = slice(len(Q), len(Q) + (1 if hold is not None else 2))
+        Q.extend([turning] if hold is not None else [turning, moving])
+    return numbered, np.stack(Q, axis=1) if Q else np.zeros((count, 0), np.complex128)

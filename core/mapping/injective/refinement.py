@@ -1,0 +1,193 @@
+"""From a map of the coarse grid without folds to the best one of the fine grid."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from core.arrays import Bools, Ints
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
+from core.mapping.injective.continuation import FEW_STEPS, HEAVY, ROOMY, clear_folds, is_met, relax
+from core.mapping.injective.junctions import Junctions
+from core.mapping.injective.levels import Level, Map, Transfer
+from core.mapping.injective.problem import Goal, Problem
+from core.mapping.injective.springs import SLACK
+from core.mapping.injective.unknowns import Freedoms, State
+from core.mapping.injective.windows import (
+    MET,
+    count_folds,
+    nearness,
+    widened,
+    window_around,
+    with_points_at,
+    wrong_nodes,
+)
+from core.mapping.jacobians import Complexes, as_positions
+from core.progress import Job, Progress
+
+CLOSE, REACH = 5, 12
+"""Cells around folds that may move first, and around folds, and bodies there, that may move then."""
+_NEAR = 0.1
+"""Logarithm of a size that is made up for, if that folds nothing."""
+_BLENDS = (9, 36, 72)
+"""Cells around folds of the smooth map over which what was found goes over into it."""
+_FOLDS, _MANY = 20, 200
+"""Folds of that, beyond which it goes over further away; and that are worth clearing."""
+_LAST_STEPS, _GROWING_STEPS = 4, 16
+"""Steps to the least of E on the fine grid, and where sizes that gave way have to grow back."""
+
+
+class Refinement:
+    """The way back from a coarse grid for `linear`, the fine grid's map that folds; `centres` (n,) are of bodies."""
+
+    def __init__(self, mapping: FeatureMapping, linear: Map, goal: Goal, centres: Complexes) -> None:
+        self._mapping, self._linear, self._goal, self._centres = mapping, linear, goal, centres
+
+    def finish(self, way: Transfer, problem: Problem, junctions: Junctions) -> Job[Map | None]:
+        """Set exactly what friction held, lift the map, clear what folds then, and bring it to its best.
+
+        None if folds are left.
+        """
+        level = way.fine
+        if problem.is_driven:
+            problem = yield from self._hold(problem, junctions)
+            level = self._with_reached(way, problem)
+        problem, yields = yield from self._settle(problem, junctions)
+        found = way.lifted(problem.found)
+        loose = level.off_outline(found.z)
+        for reach, moves in ((CLOSE, False), (REACH, False), (REACH, True)):
+            if not wrong_nodes(level, found.z).any():
+                break
+            found = yield from self._clear(level, found, reach, Freedoms(yields, moves, loose))
+        if count_folds(level, found.z):
+            return None
+        yield preview(level, found)
+        return (yield from self._improve(way, level, found, problem.found, Freedoms(yields, loose=loose)))
+
+    def _with_reached(self, way: Transfer, problem: Problem) -> Level:
+        """Return the fine level with targets of points of the coarse one as they are there."""
+        to = way.fine.constraints.to.copy()
+        to[way.kept] = problem.level.constraints.to
+        return replace(way.fine, constraints=replace(way.fine.constraints, to=to))
+
+    def _hold(self, p: Problem, junctions: Junctions) -> Job[Problem]:
+        """Return the problem with points, and poses of bodies, that have been drawn to their goals held there.
+
+        Those that did not get there are held where they are.
+        """
+        goal, driven = self._goal, p.unknowns.driven
+        alpha, place = p.state.alpha.copy(), p.state.place.copy()
+        away = np.log(alpha / goal.alpha)
+        scale = driven[:, SCALE] & (np.abs(away.real) < SLACK)
+        turn = driven[:, TURN] & (np.abs(away.imag) < SLACK)
+        alpha *= np.exp(-np.where(scale, away.real, 0) - 1j * np.where(turn, away.imag, 0))
+        along = driven[:, [ALONG_X, ALONG_Y]].any(axis=1) & (np.abs(place - goal.place) < SLACK * p.side)
+        place[along] = goal.place[along]
+        loose = np.isin(np.arange(p.level.grid.size), p.unknowns.loose)
+        freedoms = Freedoms(p.unknowns.yields, loose=loose)
+        start = p.level.placed(p.found.z, alpha, place)
+        start = start if not count_folds(p.level, start.z) else p.found
+        level = with_points_at(p.level, start.z, SLACK * p.side)
+        q = Problem(level, start, np.ones(len(loose), bool), goal, freedoms, junctions)
+        yield from relax(q, ROOMY, end=ROOMY, steps=1)
+        if not is_met(q):
+            level = with_points_at(level, q.found.z, MET)
+            q = Problem(level, q.found, np.ones(len(loose), bool), goal, freedoms, junctions)
+        return q
+
+    def _settle(self, p: Problem, junctions: Junctions) -> Job[tuple[Problem, Bools]]:
+        """Set exactly, and hold, what friction held, if that folds nothing; return the problem and what gave way."""
+        loose = p.unknowns.loose
+        back = loose[np.abs(p.outline_changes(p.state)) < SLACK]
+        for limit in (_NEAR, SLACK):
+            start, gave = _set_exactly(p, limit, back)
+            if _is_allowed(p, start):
+                p.state = start
+                return p, gave
+            left = np.isin(np.arange(p.level.grid.size), np.setdiff1d(loose, back))
+            begin = Map(start.z[: len(left)], start.alpha, start.place)
+            q = Problem(p.level, begin, np.ones(len(left), bool), self._goal, Freedoms(gave, loose=left), junctions)
+            if (yield from clear_folds(q, FEW_STEPS)):
+                yield from relax(q, HEAVY / 10)
+                return q, gave
+        return p, p.unknowns.yields
+
+    def _clear(self, level: Level, found: Map, reach: int, freedoms: Freedoms) -> Job[Map]:
+        """Return the map with fewer folds, from windows around them and around points off their targets."""
+        window = window_around(level, found.z, reach, bodies=freedoms.moves)
+        if freedoms.moves:
+            freedoms = replace(freedoms, yields=level.constraints.free[:, SCALE])
+        problem = Problem(level, found, window, self._goal, freedoms)
+        before = problem.count_folds()
+        yield from clear_folds(problem)
+        return problem.found if problem.count_folds() <= before else found
+
+    def _improve(self, way: Transfer, level: Level, found: Map, coarse: Map, freedoms: Freedoms) -> Job[Map]:
+        """Bring a map without folds to the least of E, near where the smooth map with its poses folds.
+
+        Where that cannot be told, everywhere.
+        """
+        window, mu = np.ones(level.grid.size, bool), HEAVY / 100
+        loose = np.zeros_like(window) if freedoms.loose is None else freedoms.loose
+        smooth = self._smooth(way, level, found, coarse, leaves=bool(loose.any()))
+        wrong = wrong_nodes(level, smooth.z) | loose
+        for reach in _BLENDS:
+            share = nearness(level, wrong, reach) if wrong.any() else np.zeros(len(wrong))
+            mixed = replace(smooth, z=smooth.z + share * (found.z - smooth.z))
+            if count_folds(level, mixed.z) < _FOLDS:
+                break
+        if 0 < count_folds(level, mixed.z) < _MANY:
+            mixed = yield from self._clear(level, mixed, CLOSE, replace(freedoms, moves=False))
+        if not count_folds(level, mixed.z):
+            near = window_around(level, smooth.z, REACH) | widened(level, loose, REACH) | (share > 0)
+            found, window, mu = mixed, near | widened(level, wrong_nodes(level, mixed.z), CLOSE), HEAVY / 10
+        problem = Problem(level, found, window, self._goal, freedoms)
+        if not problem.unknowns.yields.any():
+            yield from relax(problem, mu, steps=_LAST_STEPS)
+            return problem.found
+        yield from relax(problem, mu, steps=_GROWING_STEPS)
+        for limit in (_NEAR, SLACK):
+            exact, _ = _set_exactly(problem, limit, problem.unknowns.loose[:0])
+            if _is_allowed(problem, exact):
+                problem.state = exact
+                break
+        return problem.found
+
+    def _smooth(self, way: Transfer, level: Level, found: Map, coarse: Map, *, leaves: bool) -> Map:
+        """Return the map that the poses found would have if nothing kept it from folding.
+
+        Without handles and with the outline where it was, it is the linear answer for these poses; else the linear
+        answer for its own, with what the coarse grid changed of that.
+        """
+        held = level.constraints
+        if len(held.at) or held.glide.any() or leaves or not np.array_equal(level.wanted, level.shape):
+            change = way.prolong(coarse.z - way.restrict(self._linear.z))
+            z = np.where(level.grid.outline.ravel(), found.z, self._linear.z + change)
+            return level.placed(z, found.alpha, found.place)
+        solution = level.solution_of(found, self._centres)
+        return replace(found, z=self._mapping.place_at(level.wanted, solution.alpha, solution.t).z.ravel())
+
+
+def _set_exactly(p: Problem, limit: float, back: Ints) -> tuple[State, Bools]:
+    """Return the state with sizes exact that changed by less than `limit`, `back` on the outline; and who yields."""
+    bodies, change = p.size_changes(p.state)
+    near = bodies[np.abs(change) < limit]
+    z, alpha = p.state.z.copy(), p.state.alpha.copy()
+    alpha[near] *= p.goal.scales[near] / np.abs(alpha[near])
+    z[back] = p.level.shape.ravel()[back]
+    gave = p.unknowns.yields.copy()
+    gave[near] = False
+    return p.unknowns.moved(replace(p.state, z=z, alpha=alpha), np.zeros(p.unknowns.count)), gave
+
+
+def _is_allowed(p: Problem, state: State) -> bool:
+    """Return whether a state folds nothing and has all held points on their targets."""
+    kept, p.state = p.state, state
+    allowed = p.worst() > 0 and is_met(p)
+    p.state = kept
+    return allowed
+
+
+def preview(level: Level, found: Map) -> Progress:
+    """Return the step that shows a map without folds."""
+    return Progress(0.0, "unfolding", as_positions(found.z.reshape(level.grid.shape)))

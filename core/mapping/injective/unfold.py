@@ -1,0 +1,289 @@
+"""A map without folds, as close to what is wanted as its features, handles and frame allow.
+
+FAT sec. 5 leaves fold-overs as future work. Here one problem is solved, by one stepper, along one continuation.
+
+**Unknowns.** Nodes of the grid lie at z, complex, in pixels. Nodes of body i lie at z = t + α (p - pivot), where p is
+their place in the picture and α = α⁰ exp(ρ + iφ): they are eliminated, so that bodies keep their shape exactly. Unknown
+are inner nodes (2 each), of every body those of ρ, φ, Re t and Im t that the constraints leave free, and by their arc
+length nodes of the outline that glide along it (`unknowns`).
+
+**Energy**, in units of a cell:
+
+    E = ½ Σ_quads Σ_edges w_W² |dz - dW|² + w_F² |dz - α dp|²      FAT eq. 4 for the background, eq. 3 around bodies
+      + μ Σ_corners [|J|² + 1 + D²] / (2 χ_ε(D))                   against folds, Garanzha et al. 2021 (`barrier`)
+      + Σ_bodies k n_i δ h(log(|α_i| / s_i) / δ)                   sizes s_i, by n_i nodes
+      + Σ_loose τ δ h(|z - S| / δ)                                 the outline of S, where it may be left
+      + Σ_driven ν δ h(distance / δ)                               handles, where they cannot be held
+
+J is a corner's linear map against the same corner of S (`shape`), a map without folds, and D its determinant. W is what
+is `wanted`; it may fold. h grows like a line (`springs`): sizes, outline and handles behave as with friction. They stay
+where the force on them is below their strength, and what stayed is then set exactly. Strengths say what yields first:
+the background, then sizes, then the outline, at last handles, those first that are farthest from what can be had. The
+shape of a body never yields, and nothing ever folds.
+
+**Constraints**, hard: the bilinear places of points of the background lie on their targets, C z = to. A step satisfies
+them to first order, C step = to - C z, and the line search minds how far they are from being met (`newton`).
+
+**Continuation** (`continuation`). Folds are cleared from the linear answer, which meets all constraints but folds in
+places: ε falls from the depth of the folds with μ large, until every corner has room. Where they do not become
+shallower, friction falls; then μ rises. After that μ falls, and with it ε, while the line search keeps D positive.
+
+**Coarse to fine** (`levels`, `refinement`). Both run first on a grid of larger cells, on all of it. Corners of the fine
+grid that poses alone decide stand behind the coarse barrier as well (`junctions`). What friction held is set exactly;
+the result is lifted, and the few folds that come of it are cleared in narrow windows: the first map without folds.
+Elsewhere the linear answer for these poses takes its place, and near folds E is brought to its least.
+
+**Order of ways.** Few folds are cleared on the fine grid at once, outline and sizes held. Then the coarse grid has its
+turn with the outline where it is; then with outline nodes beside cut bodies gliding along it, or, failing that, leaving
+it; then a finer coarse grid. At last the way begins at a map without folds (`safe`: the picture before a handle moved,
+else the one similarity of all closest to S, or S with small bodies in it) and handles, sizes and outline are drawn to
+their goals; what does not get there stays where it came to. All loops are bounded by counts of steps.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import count
+
+import numpy as np
+
+from core.arrays import Floats
+from core.mapping.features.feature_mapping import FeatureMapping, Solution
+from core.mapping.folds import folded_quads
+from core.mapping.handles.constraints import ALONG_X, SCALE, Constraints
+from core.mapping.injective.continuation import (
+    FEW_STEPS,
+    GENTLE_FALL,
+    GENTLE_STEPS,
+    LIGHT,
+    ROOMY,
+    clear_folds,
+    relax,
+)
+from core.mapping.injective.junctions import Junctions
+from core.mapping.injective.levels import Level, Map, Transfer
+from core.mapping.injective.outline import CORNERS, nodes_beside_cuts
+from core.mapping.injective.problem import Goal, Problem
+from core.mapping.injective.refinement import REACH, Refinement, preview
+from core.mapping.injective.unknowns import Freedoms
+from core.mapping.injective.windows import MET, count_folds, misses, window_around
+from core.mapping.jacobians import Complexes, as_complex
+from core.progress import Job, T, stepwise
+
+_FEW = 20
+"""Folds that are cleared on the fine grid at once."""
+_COARSE, _FINER = 17.0, 0.67
+"""Nodes of the coarse grid over the root of those of the fine one; its cells in a second attempt, over the first."""
+_BESIDE = 40
+"""Outline nodes either side of a cut that may glide or leave the outline."""
+_WORTH = 0.1
+"""Share of its size that a body is to keep before the outline gives way."""
+_SEED = 0.2
+"""Share of its size that a body begins with where nothing else is known not to fold."""
+_SAME = 1e-9
+"""Logarithm of a scale, angle, or pixels that a held freedom may be off without being drawn to its goal."""
+_PACE = 0.98
+"""What a step leaves of the work that is said to be left."""
+
+
+def unfold(
+    mapping: FeatureMapping,
+    wanted: Complexes,
+    start: Solution,
+    *,
+    shape: Complexes,
+    scales: Floats,
+    constraints: Constraints,
+    safe: Solution | None = None,
+) -> Job[Solution]:
+    """Return a map without folded quads that is as close to what is wanted as that allows.
+
+    Parameters
+    ----------
+    mapping
+        The grid with its bodies and the roles of its quads; it is left as it was.
+    wanted
+        W (R, C), which background quads follow.
+    start
+        The linear answer, which meets all constraints but may fold.
+    shape
+        S (R, C), a map without folds that corners are measured against, and whose outline is kept.
+    scales
+        Size (n,) that each body is to have.
+    safe
+        A map without folds with exact bodies, from which handles can be drawn to their goals.
+
+    A step's preview is a first map without folds, (R, C, 2), on which the rest of the work improves. Where `shape`
+    folds, or no way succeeds and there is nothing safe, the linear answer is returned.
+    """
+    if folded_quads(shape).any() or not folded_quads(start.z).any():
+        return start
+    n, rest = len(start.alpha), as_complex(mapping.grid.nodes).ravel()
+    centres = np.array([rest[body.nodes].mean() for body in mapping.bodies[:n]], np.complex128)
+    order = np.lexsort((constraints.to.imag, constraints.to.real, *constraints.at.T))
+    held = replace(constraints, at=constraints.at[order], to=constraints.to[order])
+    if not n:
+        held = replace(held, pivots=held.pivots[:0], free=held.free[:0])
+    level = Level.of(mapping, wanted, start, shape, held)
+    linear = level.of_solution(start, centres)
+    begin = None if safe is None else level.of_solution(safe, centres)
+    ways = Ways(mapping, level, linear, Goal(scales[:n], linear.alpha, linear.place), centres)
+    found = yield from _counted(ways.find(begin))
+    return start if found is None else level.solution_of(found, centres)
+
+
+def _counted(job: Job[T]) -> Job[T]:
+    """Run `job` with fractions that grow with every step, since nobody knows how many there will be."""
+    counter = count(1)
+    return stepwise(job, lambda step: replace(step, fraction=1 - _PACE ** next(counter)))
+
+
+class Ways:
+    """The ways from a linear answer that folds to a map that does not."""
+
+    def __init__(self, mapping: FeatureMapping, level: Level, linear: Map, goal: Goal, centres: Complexes) -> None:
+        self._level, self._linear, self._goal = level, linear, goal
+        self._refinement = Refinement(mapping, linear, goal, centres)
+
+    def find(self, safe: Map | None) -> Job[Map | None]:
+        """Try one way after the other; of those that do not bring all points to their targets, the closest counts."""
+        best, least = safe, np.inf
+        if safe is None and not self._level.constraints.glide.any():
+            best = self._similar()
+        for way in self._in_order(safe):
+            found = yield from way
+            if found is None or count_folds(self._level, found.z):
+                continue
+            miss = float(misses(self._level, found.z).max(initial=0))
+            if miss < least:
+                best, least = found, miss
+            if least < MET:
+                break
+        return best
+
+    def _in_order(self, safe: Map | None) -> Iterator[Job[Map | None]]:
+        level = self._level
+        cells = max(1.0, level.grid.size**0.25 / _COARSE**0.5)
+        finer = max(1.0, _FINER * cells)
+        if count_folds(level, self._linear.z) <= _FEW:
+            yield self._nearby()
+        yield self._from_coarse(level, cells)
+        yield self._beside_cuts(cells, safe)
+        yield self._from_coarse(level, finer)
+        begin = self._small() if safe is None and level.constraints.glide.any() else safe
+        for size in (cells, finer):
+            yield self._from_safe(begin, size)
+
+    def _beside_cuts(self, cells: float, safe: Map | None) -> Job[Map | None]:
+        """Let the outline beside cut bodies glide, or go.
+
+        A map that has left the outline is shown, and kept unless there is one that has not.
+        """
+        level, gliding = self._level, self._gliding_beside_cuts()
+        if gliding is None:
+            return None
+        left = yield from self._from_coarse(level, cells, leaves=True)
+        if left is None and safe is None:
+            left = yield from self._from_safe(None, cells)
+        start = self._linear
+        for begin in (start, level.placed(level.shape.ravel(), start.alpha, start.place)):
+            found = yield from self._from_coarse(gliding, cells, begin=begin)
+            if found is not None:
+                return found
+        if left is None:
+            return None
+        found = yield from self._from_coarse(level, max(1.0, _FINER * cells))
+        return left if found is None else found
+
+    def _gliding_beside_cuts(self) -> Level | None:
+        """Return the level with outline nodes that glide beside cut bodies; None where there are none, or all glide."""
+        level = self._level
+        beside = nodes_beside_cuts(level.grid, level.index, _BESIDE)
+        beside[CORNERS] = False
+        if level.constraints.glide.any() or not beside.any():
+            return None
+        return replace(level, constraints=replace(level.constraints, glide=beside))
+
+    def _nearby(self) -> Job[Map | None]:
+        """Clear few folds in windows on the fine grid, outline and sizes held."""
+        level, start = self._level, self._linear
+        window = window_around(level, start.z, REACH)
+        problem = Problem(level, start, window, self._goal, Freedoms(np.zeros(len(start.alpha), bool)))
+        if not (yield from clear_folds(problem, FEW_STEPS)):
+            return None
+        yield preview(level, problem.found)
+        yield from relax(problem)
+        return problem.found
+
+    def _from_coarse(
+        self, level: Level, cells: float, *, leaves: bool = False, begin: Map | None = None
+    ) -> Job[Map | None]:
+        """Clear folds on a grid of larger cells, with outline nodes beside cuts that may leave it, and refine that."""
+        way = Transfer(level, cells, held_outline=not leaves)
+        coarse = way.coarse
+        if not coarse.is_fit():
+            return None
+        junctions = Junctions.of(level, coarse, held_outline=not leaves)
+        yields = level.constraints.free[:, SCALE] & (coarse.counts() > 0)
+        beside = nodes_beside_cuts(coarse.grid, coarse.index, int(_BESIDE / cells)).ravel() if leaves else None
+        everywhere = np.ones(coarse.grid.size, bool)
+        freedoms = Freedoms(yields, loose=beside)
+        start = way.restricted(self._linear if begin is None else begin)
+        problem = Problem(coarse, start, everywhere, self._goal, freedoms, junctions)
+        if not (yield from clear_folds(problem)):
+            return None
+        yield from relax(problem)
+        is_small = (np.abs(problem.state.alpha) < _WORTH * self._goal.scales).any()
+        if is_small and not leaves and not level.constraints.glide.any():
+            return None
+        return (yield from self._refinement.finish(way, problem, junctions))
+
+    def _from_safe(self, safe: Map | None, cells: float) -> Job[Map | None]:
+        """Draw handles, sizes and outline to their goals from a map without folds."""
+        level, goal, leaves = self._level, self._goal, safe is None
+        start = self._similar() if safe is None else safe
+        way = Transfer(level, cells, held_outline=not leaves)
+        coarse, held = way.coarse, level.constraints
+        if not coarse.is_fit():
+            return None
+        turned, shifted = np.log(start.alpha / goal.alpha), start.place - goal.place
+        away = np.stack([turned.real, turned.imag, shifted.real, shifted.imag], axis=1)
+        driven = ~held.free & (np.abs(away) > _SAME)
+        yields = (held.free | driven)[:, SCALE] & (coarse.counts() > 0)
+        everywhere, outline = np.ones(coarse.grid.size, bool), coarse.grid.outline.ravel()
+        junctions = Junctions.of(level, coarse, held_outline=not leaves)
+        freedoms = Freedoms(yields, loose=outline if leaves else None, driven=driven)
+        begin = way.restricted(start, held_outline=not leaves)
+        alone = replace(coarse, constraints=replace(coarse.constraints, at=held.at[:0], to=held.to[:0]))
+        cleared = Problem(alone, begin, everywhere, goal, Freedoms(np.zeros_like(yields)), junctions)
+        if not (yield from clear_folds(cleared)):
+            return None
+        problem = Problem(coarse, cleared.found, everywhere, goal, freedoms, junctions)
+        end = ROOMY if len(held.at) or driven.any() else LIGHT
+        yield from relax(problem, end=end, steps=GENTLE_STEPS, fall=GENTLE_FALL)
+        return (yield from self._refinement.finish(way, problem, junctions))
+
+    def _similar(self) -> Map:
+        """Return the one similarity of the whole that is closest to S: it folds nothing and keeps every body."""
+        level = self._level
+        rest, shape, pivots = level.rest, level.shape.ravel(), level.constraints.pivots
+        arms = rest - rest.mean()
+        alpha = np.vdot(arms, shape) / np.vdot(arms, arms)
+        place = shape.mean() + alpha * (pivots - rest.mean())
+        return Map(shape.mean() + alpha * arms, np.full(len(place), alpha), place)
+
+    def _small(self) -> Map:
+        """Return S with small bodies in it, those that the outline cuts where it does: it hardly ever folds."""
+        level, goal, held = self._level, self._goal, self._level.constraints
+        inside = level.index >= 0
+        cut = inside & level.grid.outline.ravel()
+        chosen = cut | (inside & ~np.isin(level.index, level.index[cut]))
+        body, n = level.index[chosen], len(goal.scales)
+        counts = np.maximum(np.bincount(body, minlength=n), 1)
+        anchor, there = (
+            (np.bincount(body, z.real[chosen], n) + 1j * np.bincount(body, z.imag[chosen], n)) / counts
+            for z in (level.rest, level.shape.ravel())
+        )
+        alpha = goal.alpha * np.where(held.free[:, SCALE], _SEED, 1)
+        stays = ~held.free[:, ALONG_X:].all(axis=1)
+        place = np.where(stays, goal.place, there + alpha * (held.pivots - anchor))
+        return level.placed(level.shape.ravel(), alpha, place)
