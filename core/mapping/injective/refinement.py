@@ -29,6 +29,8 @@ CLOSE, REACH = 5, 12
 """Cells around folds that may move first, and around folds, and bodies there, that may move then."""
 _NEAR = 0.1
 """Logarithm of a size that is made up for, if that folds nothing."""
+_LEAST = 1e-3
+"""Share of its area that a corner is to have when sizes are set exactly, if it has twice that before."""
 _BLENDS = (9, 36, 72)
 """Cells around folds of the smooth map over which what was found goes over into it."""
 _FOLDS, _MANY = 20, 200
@@ -181,9 +183,10 @@ def _set_exactly(p: Problem, limit: float, back: Ints) -> tuple[State, Bools]:
 
 
 def _is_allowed(p: Problem, state: State) -> bool:
-    """Return whether a state folds nothing and has all held points on their targets."""
+    """Return whether a state folds nothing, nor all but folds it, and has all held points on their targets."""
+    least = min(_LEAST, p.worst() / 2)
     kept, p.state = p.state, state
-    allowed = p.worst() > 0 and is_met(p)
+    allowed = p.worst() > max(least, 0.0) and is_met(p)
     p.state = kept
     return allowed
 
