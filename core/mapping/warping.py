@@ -192,10 +192,8 @@ class LiveWarp:
             mapping = self._newest = self._bare()
         if self._handles is None or self._handles.frame != self._options.frame:
             self._handles = HandleSolver(mapping, self._options.frame)
-        with mapping.clock.measure("rhs"):
-            at, to = handles.points(self.grid)
         with one_thread():
-            return self._handles.solve(mapping, reference, at, to)
+            return self._handles.solve(mapping, reference, handles)
 
     def _bare(self) -> FeatureMapping:
         """Return the mapping without features."""

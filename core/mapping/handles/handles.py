@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from core.arrays import InputError, Ints, Points, as_points
+from core.arrays import Bools, InputError, Ints, Points, as_points
 from core.curves import Curve
 from core.grid import Grid
 
@@ -45,6 +45,11 @@ class Handles:
     def any(self) -> bool:
         """Whether there are any."""
         return bool(len(self.pins_at) or self.curves)
+
+    def are_pins(self, at: Points) -> Bools:
+        """Return which of the places (n, 2) that `points` gives are pins; the others are samples of curves."""
+        pins = set(map(tuple, self.pins_at.tolist()))
+        return np.array([tuple(place) in pins for place in at.tolist()], bool)
 
     def points(self, grid: Grid) -> tuple[Points, Points]:
         """Return places and targets (n, 2) of pins and curve samples, each spot once, in an order of their own.

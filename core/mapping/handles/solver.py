@@ -15,10 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Points
+from core.arrays import Bools, Points
 from core.mapping.features.feature_mapping import FeatureMapping, Solution
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
+from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame, HandleField
 from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
 from core.mapping.handles.structure import Structure, prepare
@@ -58,9 +59,10 @@ class HandleSolver:
         self._structure = None
         self.field.forget()
 
-    def solve(self, mapping: FeatureMapping, reference: Solution, at: Points, to: Points) -> Moved:
-        """Return where handles at points of the picture (k, 2) that go `to` (k, 2) move the `reference`."""
-        s = self._prepare(mapping, len(reference.alpha), at)
+    def solve(self, mapping: FeatureMapping, reference: Solution, handles: Handles) -> Moved:
+        """Return where handles move the `reference`."""
+        at, to = handles.points(mapping.grid)
+        s = self._prepare(mapping, len(reference.alpha), at, handles.are_pins(at))
         is_straight = _is_straight(reference.z, self.frame)
         z0 = reference.z
         nodes, weights = mapping.grid.weights_at(at)
@@ -94,11 +96,11 @@ class HandleSolver:
             z.ravel()[body.nodes] = body.place(a, b)
         return Moved(Solution(z, poses.alpha, poses.t), D, goal)
 
-    def _prepare(self, mapping: FeatureMapping, count: int, at: Points) -> Structure:
+    def _prepare(self, mapping: FeatureMapping, count: int, at: Points, pins: Bools) -> Structure:
         """Return the structure; what was prepared for the same handles and features is taken again."""
         s = self._structure
         if s is None or s.mapping is not mapping or not np.array_equal(s.at, at):
-            s = self._structure = prepare(mapping, count, at, frame_is_held=self.frame == "held")
+            s = self._structure = prepare(mapping, count, at, pins, frame_is_held=self.frame == "held")
             self.field.hold(s.points, s.Q, spare=s.whole)
         return s
 

@@ -14,6 +14,8 @@ from core.mapping.jacobians import Complexes, as_complex, as_positions
 
 _LEAST_WEIGHT = 1e-6
 """Less of a point's weight on free nodes is rounding."""
+_MOST_NUMBERS = 4_000_000
+"""Numbers in the responses of the points that free nodes hold, beside those of pins."""
 _SAMPLED, _FEW = 32, 12
 """Features, the largest, that are rigid for the plate, and so many of which have many samples."""
 _MANY_BLOCKS, _FEW_BLOCKS = 5.7, 2.3
@@ -57,8 +59,11 @@ class Structure:
         return min(len(self.outside) + sum(2 - hold.is_one_place for hold in self.holds.values()), 2)
 
 
-def prepare(mapping: FeatureMapping, count: int, at: Points, *, frame_is_held: bool) -> Structure:
-    """Return the structure of handles at points of the picture (k, 2), for a mapping that moves its first bodies."""
+def prepare(mapping: FeatureMapping, count: int, at: Points, pins: Bools, *, frame_is_held: bool) -> Structure:
+    """Return the structure of handles at points of the picture (k, 2), for a mapping that moves its first bodies.
+
+    Free nodes hold all `pins`; of the samples of curves, which the plate holds closely, as many as cost little.
+    """
     bodies = mapping.bodies[:count]
     rest = as_complex(mapping.grid.nodes)
     owners = find_owners(mapping.index, mapping.grid, at) if bodies else np.full(len(at), -1)
@@ -79,7 +84,7 @@ def prepare(mapping: FeatureMapping, count: int, at: Points, *, frame_is_held: b
         points.append(as_positions(arms + rest.ravel()[bodies[i].nodes].mean()))
         end += len(arms)
     columns, Q = _number_motions(samples, holds, cut, bodies, end)
-    rows = np.flatnonzero(np.where(owners < 0, share >= _HOLDS, share > _LEAST_WEIGHT))
+    rows = _thin_out(np.flatnonzero(np.where(owners < 0, share >= _HOLDS, share > _LEAST_WEIGHT)), pins, mapping)
     held = mapping.hold_points(at[rows])
     return Structure(
         mapping,
@@ -96,6 +101,13 @@ def prepare(mapping: FeatureMapping, count: int, at: Points, *, frame_is_held: b
         held,
         rows,
     )
+
+
+def _thin_out(rows: Ints, pins: Bools, mapping: FeatureMapping) -> Ints:
+    """Return those of the handles `rows` that free nodes hold: all pins, and every so manieth of the others."""
+    others = rows[~pins[rows]]
+    room = max(_MOST_NUMBERS // mapping.grid.size - int(pins[rows].sum()), 1)
+    return np.sort(np.concatenate([rows[pins[rows]], others[:: max(-(-len(others) // room), 1)]]))
 
 
 def _number_motions(
