@@ -121,20 +121,26 @@ class LiveWarp:
             self._last = self._last if alike else None
             self._mapping = None
             if options.keep != "none":
-                self._mapping = self._newest = self._map(features, options, self._newest)
+                self._mapping = self._map(features, options)
         self._features, self._options = features, options
 
-    def _map(self, features: Features, options: MappingOptions, previous: FeatureMapping | None) -> FeatureMapping:
-        return FeatureMapping(
-            self.grid,
-            features,
-            keep="rigid" if options.keep == "rigid" else "similarity",
-            method=options.method,
-            weight=options.weight,
-            falloff=options.falloff,
-            previous=previous,
-            analyse=self._analyse,
-        )
+    def _map(self, features: Features, options: MappingOptions) -> FeatureMapping:
+        """Return the mapping of other features or options, by way of the last one there was."""
+        keep: Literal["similarity", "rigid"] = "rigid" if options.keep == "rigid" else "similarity"
+        method, weight, falloff = options.method, options.weight, options.falloff
+        if self._newest is None:
+            self._newest = FeatureMapping(
+                self.grid,
+                features,
+                keep=keep,
+                method=method,
+                weight=weight,
+                falloff=falloff,
+                analyse=self._analyse,
+            )
+        else:
+            self._newest = self._newest.update(features, keep=keep, method=method, weight=weight, falloff=falloff)
+        return self._newest
 
     def frame(self, plain: Points, handles: Handles | None = None) -> Warped:
         """Return the linear answer, which may fold, for W at the nodes (R, C, 2)."""
@@ -189,7 +195,7 @@ class LiveWarp:
             return None
         mapping = self._mapping
         if mapping is None:
-            mapping = self._newest = self._bare()
+            mapping = self._bare()
         if self._handles is None or self._handles.frame != self._options.frame:
             self._handles = HandleSolver(mapping, self._options.frame)
         with one_thread():
@@ -200,7 +206,7 @@ class LiveWarp:
         newest = self._newest
         if newest is not None and not newest.bodies:
             return newest
-        return self._map(Features(np.zeros(self.grid.shape, np.int32)), MappingOptions(), newest)
+        return self._map(Features(np.zeros(self.grid.shape, np.int32)), MappingOptions())
 
     def _pose(self, mapping: FeatureMapping, plain: Points, placed: Placed | None) -> Pose:
         """Return where features are; those that are `placed` are given."""

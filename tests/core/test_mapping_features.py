@@ -135,17 +135,19 @@ def test_per_quad_frames_agree_with_the_singular_value_decomposition() -> None:
 
 
 @pytest.mark.parametrize("method", ["exact", "per-quad"])
-def test_a_mapping_that_starts_from_another_is_the_one_made_afresh(method: Method) -> None:
+def test_a_mapping_that_another_is_updated_to_is_the_one_made_afresh(method: Method) -> None:
     w = swirl(GRID.nodes)
     before = FeatureMapping(GRID, FEATURES, method=method)
     before.solve(w)
     more = find_features(GRID, np.maximum(MASK, discs((90, 150, 20), (70, 95, 12))))
-    after = FeatureMapping(GRID, more, method=method, previous=before)
+    after = before.update(more, method=method)
     assert np.array_equal(after.solve(w), FeatureMapping(GRID, more, method=method).solve(w))
     assert after.factor is before.factor
     if before._placement is not None and after._placement is not None:
         kept = [field for field in after._placement.fields if field in before._placement.fields]
         assert len(kept) == 2
+    with pytest.raises(RuntimeError, match="updated"):
+        before.solve(w)
 
 
 def test_solving_leaves_blas_as_many_threads_as_it_had() -> None:

@@ -59,9 +59,6 @@ class FeatureMapping:
         w_F: what the equations of a feature's quads are multiplied by.
     falloff
         ρ: over so many cells around a feature the weight returns to 1.
-    previous
-        A mapping of the same grid that nobody solves with any more: what is the same is taken from it, and its factor
-        is renewed where this one differs.
     analyse
         What makes the factor of the grid.
     """
@@ -75,8 +72,8 @@ class FeatureMapping:
         method: Method = "exact",
         weight: float = 10.0,
         falloff: float = 2.0,
-        previous: "FeatureMapping | None" = None,
         analyse: Callable[[Grid], MappingFactor] = grid_factor,
+        _taken: "FeatureMapping | None" = None,
     ) -> None:
         if features.labels.shape != grid.shape:
             raise InputError("features: found on another grid")
@@ -85,10 +82,11 @@ class FeatureMapping:
         if not 0 <= falloff <= MOST_FALLOFF:
             raise InputError(f"falloff of {falloff:g} cells: must not be negative, nor more than {MOST_FALLOFF}")
         self.grid, self.features, self.keep, self.method = grid, features, keep, method
+        self._is_spent = False
         self.clock = Stopwatch()
         self._rest = as_complex(grid.nodes)
         with self.clock.measure("setup"):
-            self.factor: MappingFactor = analyse(grid) if previous is None else previous.factor
+            self.factor: MappingFactor = analyse(grid) if _taken is None else _taken.factor
             self.bodies = sorted(bodies_of(features, self._rest), key=lambda body: -len(body.nodes))
             self.index = body_index(self.bodies, grid.shape)
             self._roles = assign_roles(self.index, weight=weight, falloff=falloff)
@@ -101,7 +99,30 @@ class FeatureMapping:
             values = node_values(self._edges, self.free)
         with one_thread(), self.clock.measure("factor"):
             self.factor.factorise(values)
-            self._placement = self._place_features(previous) if self.method == "exact" and self.bodies else None
+            self._placement = self._place_features(_taken) if self.method == "exact" and self.bodies else None
+
+    def update(
+        self,
+        features: Features,
+        *,
+        keep: Keep = "similarity",
+        method: Method = "exact",
+        weight: float = 10.0,
+        falloff: float = 2.0,
+    ) -> "FeatureMapping":
+        """Return the mapping of other features on the same grid, with this one's factor, renewed where it differs.
+
+        This one is spent: it raises `RuntimeError` when it is solved with again.
+        """
+        self._check_fresh()
+        self._is_spent = True
+        return FeatureMapping(
+            self.grid, features, keep=keep, method=method, weight=weight, falloff=falloff, _taken=self
+        )
+
+    def _check_fresh(self) -> None:
+        if self._is_spent:
+            raise RuntimeError("this mapping was updated: only the one that `update` returned can be solved with")
 
     @property
     def joint_count(self) -> int:
@@ -127,6 +148,7 @@ class FeatureMapping:
 
     def place(self, w: Complexes) -> Solution:
         """Return where nodes and features end, given where W takes the nodes, as x + iy (R, C)."""
+        self._check_fresh()
         if w.shape != self.grid.shape or not np.isfinite(w.view(np.float64)).all():
             raise InputError("warp: does not take every grid node to a finite position")
         return self._per_quad(w) if self._placement is None else self.follow(self.pose(w))
@@ -139,6 +161,7 @@ class FeatureMapping:
 
     def hold_points(self, at: Points) -> HeldPoints:
         """Return what holding the points `at` (k, 2) of the picture takes; it costs half a solve for each."""
+        self._check_fresh()
         nodes, weights = self.grid.weights_at(at)
         free = np.where(self.free.ravel()[nodes], weights, 0.0)
         load = np.zeros((self.grid.size, len(at)))
@@ -189,6 +212,7 @@ class FeatureMapping:
         Bodies that are not placed together never move from a similarity that is given. Nodes of the outline outside
         bodies are where W has them, or where `frame` (R, C) has them.
         """
+        self._check_fresh()
         assert self._placement is not None
         joint = self.joint_count
         alpha, t = (np.zeros(len(self.bodies), np.complex128) if c is None else c.copy() for c in (alpha, t))
