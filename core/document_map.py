@@ -16,8 +16,9 @@ from core.curves import Curve
 from core.document import Document, Outline, WarpSettings, pixels_from_places, places_from_pixels
 from core.grid import Features, Grid
 from core.mapping.handles.handles import Handles
+from core.mapping.options import MappingOptions
 from core.mapping.result import Warped
-from core.mapping.warping import LiveWarp, MappingOptions
+from core.mapping.warper import Warper
 from core.progress import Job
 from core.raster import Raster
 from core.warps.outline import follow_outline
@@ -103,7 +104,7 @@ class MapSolver:
     """
 
     def __init__(self) -> None:
-        self._live: LiveWarp | None = None
+        self._live: Warper | None = None
         self._mask: Raster | None = None
         self._features: Features | None = None
         self._components: Components | None = None
@@ -139,15 +140,15 @@ class MapSolver:
             self._base = key, readonly(base)
         return self._base[1]
 
-    def _prepared(self, document: Document) -> LiveWarp:
+    def _prepared(self, document: Document) -> Warper:
         live = self._on_grid(document)
         live.use(self._features_of(live.grid, document.mask), options_of(document.warp))
         return live
 
-    def _on_grid(self, document: Document) -> LiveWarp:
+    def _on_grid(self, document: Document) -> Warper:
         grid = grid_of(document)
         if self._live is None or self._live.grid != grid:
-            self._live = LiveWarp(grid)
+            self._live = Warper(grid)
             self._mask = self._features = self._components = None
         return self._live
 

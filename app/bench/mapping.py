@@ -20,7 +20,9 @@ from core.mapping.handles.handles import Handles
 from core.mapping.jacobians import as_complex, as_positions
 from core.mapping.linear.laplacian import edge_weights, node_values, pattern, stored_values
 from core.mapping.linear.multifrontal import WholeFactor
-from core.mapping.warping import DEFAULT_OPTIONS, LiveWarp, MappingOptions, warp_grid
+from core.mapping.options import DEFAULT_OPTIONS, MappingOptions
+from core.mapping.warper import Warper
+from core.mapping.warping import warp_grid
 from core.warps.presets import make_warp
 
 SIZES = ((50, 100), (100, 100), (100, 200), (200, 200), (500, 500), (1000, 1000))
@@ -109,7 +111,7 @@ def _stages(grid: Grid, features: Features, plain: Points, repeats: int) -> dict
 
 def _interaction(grid: Grid, mask: Bytes, repeats: int) -> dict[str, float]:
     """Time what an artist waits for: from an input to positions that can be uploaded."""
-    live = LiveWarp(grid)
+    live = Warper(grid)
     live.use(find_features(grid, mask), DEFAULT_OPTIONS)
     pins = np.array([[0.2, 0.5], [0.5, 0.5], [0.8, 0.6], [0.7, 0.3]]) * [grid.width_px, grid.height_px]
     live.frame(grid.nodes, Handles(pins, pins + 1.0))
@@ -121,7 +123,7 @@ def _interaction(grid: Grid, mask: Bytes, repeats: int) -> dict[str, float]:
     }
 
 
-def _stroke_ms(live: LiveWarp, mask: Bytes, repeats: int) -> float:
+def _stroke_ms(live: Warper, mask: Bytes, repeats: int) -> float:
     """Time a stroke along the edge of the first feature, which grows by a dab in every frame."""
     grid, plain = live.grid, _swirled(live.grid)
     x, y, radius = (value * side for value, side in zip(_DISCS[0], _sides(grid), strict=True))
@@ -140,7 +142,7 @@ def _stroke_ms(live: LiveWarp, mask: Bytes, repeats: int) -> float:
 
 def _whole_stroke_ms(grid: Grid, mask: Bytes, repeats: int) -> float:
     """Time the same stroke with all of the system factorised anew by CHOLMOD, in place of what changes."""
-    live = LiveWarp(grid, analyse=WholeFactor)
+    live = Warper(grid, analyse=WholeFactor)
     live.use(find_features(grid, mask), DEFAULT_OPTIONS)
     return _stroke_ms(live, mask.copy(), repeats)
 
@@ -149,11 +151,11 @@ def _swirled(grid: Grid) -> Points:
     return make_warp("swirl", grid.width_px, grid.height_px, bend=30)(grid.nodes)
 
 
-def _shown(live: LiveWarp, plain: Points) -> Points:
+def _shown(live: Warper, plain: Points) -> Points:
     return live.frame(plain).warped.astype(np.float32)
 
 
-def _dragged(live: LiveWarp, handles: Handles) -> Points:
+def _dragged(live: Warper, handles: Handles) -> Points:
     """Drag pins, one of them in a feature."""
     return live.frame(live.grid.nodes, handles).warped.astype(np.float32)
 

@@ -34,5 +34,6 @@ The rooms, each of which knows only those before it:
 - `features`: the problem without handles and barrier; features are eliminated, so that the factor knows the mask only
 - `handles`: what pins, curves and a straight frame ask for, and the linear answer to it
 - `injective`: the barrier and its continuation, from a linear answer that folds to a map that does not
-- `result`, `warping`: what came of it all; the one call, and what an editor keeps from frame to frame
+- `options`, `result`, `warper`, `warping`: what is chosen, what came of it; what an editor keeps from frame to frame,
+  and the one call
 """

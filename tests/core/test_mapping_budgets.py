@@ -8,7 +8,8 @@ from core.arrays import Bytes, Floats
 from core.grid import Grid, find_features
 from core.mapping.folds import folded_quads
 from core.mapping.jacobians import Complexes, as_complex, linear_parts
-from core.mapping.warping import Keep, MappingOptions, warp_grid
+from core.mapping.options import Keep, MappingOptions
+from core.mapping.warping import warp_grid
 from core.warps.presets import make_warp
 
 WIDTH, HEIGHT = 240, 180

@@ -14,8 +14,10 @@ from core.mapping.handles.dirichlet_plate import HeldPlate
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame, HandleField
 from core.mapping.jacobians import Complexes, as_complex, as_positions
+from core.mapping.options import Keep, MappingOptions
 from core.mapping.result import FeatureReport, Warped
-from core.mapping.warping import Keep, LiveWarp, MappingOptions, warp_grid
+from core.mapping.warper import Warper
+from core.mapping.warping import warp_grid
 from core.warps.presets import make_warp
 
 SIZE = 242, 182
@@ -141,7 +143,7 @@ def test_a_feature_turned_far_shears_nothing_beside_it() -> None:
     middle = np.array([70.0, 100.0])
     at = middle + [[-15.0, 0], [15, 0]]
     to = as_positions(as_complex(at - middle) * np.exp(1j * np.radians(45))) + middle
-    live = LiveWarp(GRID)
+    live = Warper(GRID)
     live.use(find_features(GRID, mask()), MappingOptions())
     found = live.frame(GRID.nodes, Handles(at, to))
     assert turned(found).angle_deg == pytest.approx(45, abs=1e-6)

@@ -9,7 +9,8 @@ from core.grid import Grid, find_features
 from core.mapping.features.feature_mapping import FeatureMapping, Keep
 from core.mapping.jacobians import as_complex
 from core.mapping.linear.multifrontal import GridFactor
-from core.mapping.warping import LiveWarp, MappingOptions
+from core.mapping.options import MappingOptions
+from core.mapping.warper import Warper
 from core.progress import run
 from core.warps.presets import make_warp
 
@@ -43,7 +44,7 @@ def cells_apart(a: Points, b: Points) -> Floats:
 @pytest.mark.parametrize("keep", KEEPS)
 @pytest.mark.parametrize(("preset", "bend"), [("swirl", 20), ("arc", 30), ("flag", 30), ("bulge", 40), ("squeeze", 30)])
 def test_live_and_at_rest_are_the_same_where_nothing_folds(preset: str, bend: float, keep: Keep) -> None:
-    live, plain = LiveWarp(GRID), bent(preset, bend)
+    live, plain = Warper(GRID), bent(preset, bend)
     live.use(find_features(GRID, three_discs()), MappingOptions(keep=keep))
     shown = live.frame(plain)
     assert not shown.folded.any()
@@ -52,7 +53,7 @@ def test_live_and_at_rest_are_the_same_where_nothing_folds(preset: str, bend: fl
 
 @pytest.mark.parametrize(("preset", "bend"), [("arc", 5), ("arc", 60), ("swirl", 30)])
 def test_a_frame_costs_one_substitution_back(preset: str, bend: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    live = LiveWarp(GRID)
+    live = Warper(GRID)
     live.use(find_features(GRID, cut_by_the_edge()), MappingOptions())
     live.frame(bent(preset, bend / 2))
     backward, calls = GridFactor.backward, []
@@ -69,7 +70,7 @@ def test_a_frame_costs_one_substitution_back(preset: str, bend: float, monkeypat
 @pytest.mark.parametrize("keep", KEEPS)
 def test_a_stroke_beside_other_features_shows_what_stays_when_all_rests(keep: Keep) -> None:
     mask, plain = three_discs(), bent("swirl", 25)
-    live, options = LiveWarp(GRID), MappingOptions(keep=keep)
+    live, options = Warper(GRID), MappingOptions(keep=keep)
     live.use(find_features(GRID, mask), options)
     live.frame(plain)
     for angle in np.linspace(-1, 2, 12):
@@ -83,7 +84,7 @@ def test_a_stroke_beside_other_features_shows_what_stays_when_all_rests(keep: Ke
 
 def test_a_stroke_that_makes_joins_and_removes_features_shows_all_of_them() -> None:
     mask, plain = three_discs(), bent("arc", 25)
-    live = LiveWarp(GRID)
+    live = Warper(GRID)
     dabs = [((160, 40), 10, 255), ((140, 60), 20, 255), ((110, 65), 20, 255), ((230, 80), 60, 0), ((40, 200), 15, 255)]
     for place, radius, value in dabs:
         live.use(find_features(GRID, mask), MappingOptions())
@@ -100,7 +101,7 @@ def test_a_stroke_that_makes_joins_and_removes_features_shows_all_of_them() -> N
 def test_features_that_a_stroke_leaves_alone_find_their_place_in_turn() -> None:
     before, after = three_discs(), three_discs()
     cv2.circle(after, (95, 80), 40, 255, -1)
-    plain, live = bent("swirl", 40), LiveWarp(GRID)
+    plain, live = bent("swirl", 40), Warper(GRID)
     live.use(find_features(GRID, before), MappingOptions())
     live.frame(plain)
     apart = []
@@ -117,7 +118,7 @@ def test_features_that_a_stroke_leaves_alone_find_their_place_in_turn() -> None:
 
 def test_all_features_are_placed_when_one_goes_or_two_come() -> None:
     grid = Grid(WIDTH, HEIGHT, cell_px=2)
-    live, plain = LiveWarp(grid), make_warp("swirl", WIDTH, HEIGHT, bend=40)(grid.nodes)
+    live, plain = Warper(grid), make_warp("swirl", WIDTH, HEIGHT, bend=40)(grid.nodes)
     fewer = np.where(np.arange(HEIGHT)[:, None] > 130, 0, three_discs()).astype(np.uint8)
     for mask in (three_discs(), fewer, np.zeros_like(fewer), fewer):
         features = find_features(grid, mask)
@@ -126,7 +127,7 @@ def test_all_features_are_placed_when_one_goes_or_two_come() -> None:
 
 
 def test_another_w_places_all_features_at_once() -> None:
-    live = LiveWarp(GRID)
+    live = Warper(GRID)
     mask = three_discs()
     for bend in (10, 40):
         plain = bent("swirl", bend)

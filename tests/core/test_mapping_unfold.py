@@ -14,7 +14,8 @@ from core.mapping.handles.straight_frame import distance_to_line
 from core.mapping.injective.outline import crosses_itself, ring_of
 from core.mapping.injective.unfold import unfold
 from core.mapping.jacobians import Complexes, as_complex
-from core.mapping.warping import Keep, MappingOptions, warp_grid
+from core.mapping.options import Keep, MappingOptions
+from core.mapping.warping import warp_grid
 from core.progress import Job, Progress, run
 from core.warps.presets import make_warp
 

@@ -7,7 +7,9 @@ from threadpoolctl import threadpool_limits
 from core.arrays import InputError
 from core.grid import Grid, find_features
 from core.mapping.features.feature_mapping import FeatureMapping
-from core.mapping.warping import LiveWarp, MappingOptions, warp_grid
+from core.mapping.options import MappingOptions
+from core.mapping.warper import Warper
+from core.mapping.warping import warp_grid
 from core.progress import run
 from core.warps.presets import make_warp
 
@@ -43,7 +45,7 @@ def test_keep_none_gives_the_plain_warp() -> None:
 
 
 def test_a_live_warp_gives_what_one_call_gives() -> None:
-    live = LiveWarp(GRID)
+    live = Warper(GRID)
     live.use(find_features(GRID, None), MappingOptions(keep="rigid"))
     live.frame(PLAIN)
     live.use(FEATURES, MappingOptions())
@@ -51,7 +53,7 @@ def test_a_live_warp_gives_what_one_call_gives() -> None:
 
 
 def test_the_same_mask_is_not_factorised_again() -> None:
-    live = LiveWarp(GRID)
+    live = Warper(GRID)
     live.use(FEATURES, MappingOptions())
     live.frame(PLAIN)
     live.use(FEATURES, MappingOptions())

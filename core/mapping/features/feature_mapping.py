@@ -10,12 +10,13 @@ from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.blas import one_thread
 from core.grid import Features, Grid
 from core.mapping.features.columns import fields_of
+from core.mapping.features.per_quad import load_per_quad
 from core.mapping.features.pose import HeldPoints, Pose
 from core.mapping.features.quad_weights import assign_roles
 from core.mapping.features.reduced_system import Placement, as_one, as_two
 from core.mapping.features.similarity import Body, bodies_of, body_index
-from core.mapping.jacobians import Complexes, Frames, as_complex, as_positions, corner_frames, linear_parts
-from core.mapping.linear.laplacian import divergence, edge_weights, laplacian, node_values
+from core.mapping.jacobians import Complexes, Frames, as_complex, as_positions, corner_frames
+from core.mapping.linear.laplacian import edge_weights, laplacian, node_values
 from core.mapping.linear.multifrontal import MappingFactor, grid_factor
 from core.mapping.stopwatch import Stopwatch
 
@@ -299,18 +300,8 @@ class FeatureMapping:
             with self.clock.measure("rhs"), self.clock.measure("solve"):
                 return Solution(w.copy(), none, none)
         with self.clock.measure("rhs"):
-            frames = linear_parts(self.grid, w)
-            turn = np.where(self.owner >= 0, frames.rotations, 0) * self.follow_feature
-            if self.keep == "similarity" and self.bodies:
-                inside = self._roles.inside
-                sizes = frames.smaller_singular_values.ravel()[inside]
-                turn *= self._roles.means(sizes, inside, len(self.bodies))[self.owner]
-            width, height = self.grid.cell
-            turn_across, turn_down = edge_weights(turn)
-            weights = edge_weights(self.follow_w)
-            across = turn_across * width + weights[0] * np.diff(w, axis=1)
-            down = turn_down * (1j * height) + weights[1] * np.diff(w, axis=0)
-            r = np.where(self.free, divergence(across, down) - laplacian(self._edges, w), 0)
+            b = load_per_quad(self.grid, w, self._roles, self.owner, len(self.bodies), keeps_size=self.keep == "rigid")
+            r = np.where(self.free, b - laplacian(self._edges, w), 0)
         with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.solve(as_two(r.ravel())))
         return Solution(w + v.reshape(w.shape), none, none)

@@ -1,0 +1,26 @@
+"""What an artist chooses about a mapping."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from core.mapping.features.feature_mapping import Method
+from core.mapping.handles.plate import Frame
+
+Keep = Literal["similarity", "rigid", "none"]
+
+
+@dataclass(frozen=True)
+class MappingOptions:
+    """What an artist chooses about the mapping."""
+
+    keep: Keep = "similarity"
+    method: Method = "exact"
+    weight: float = 10.0
+    """w_F of FAT sec. 2.1."""
+    falloff: float = 2.0
+    """ρ, in cells."""
+    frame: Frame = "held"
+    """Whether handles leave the outline where W has it, or draw it along."""
+
+
+DEFAULT_OPTIONS = MappingOptions()
