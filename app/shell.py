@@ -4,8 +4,6 @@ A frame is drawn when there is a reason: input, a job's result (`wake`), or some
 by itself. Between frames the loop sleeps in GLFW.
 """
 
-import gc
-import importlib
 import os
 import sys
 import threading
@@ -24,6 +22,7 @@ from app.editor import Editor
 from app.events import Modifiers
 from app.full_screen import FullScreen
 from app.interruptions import interruptions
+from app.late_imports import load_rest
 from app.render import gpu
 from app.render.renderer import Renderer
 from app.render.scene import Scene
@@ -32,8 +31,14 @@ from app.ui.emblem import emblem
 from app.ui.scene import Motion, scene_of
 from app.ui.workspace import Workspace
 from core import tracing
+from core.arrays import WeftError
+from core.hushed import hushed
 
 ICON_PX = 64
+NO_OPENGL = (
+    "no window: it needs OpenGL 3.3, and this display offers less; "
+    "newer graphics drivers help, or LIBGL_ALWAYS_SOFTWARE=1, which draws without them"
+)
 LEAST_PX = (640, 400)
 """The window cannot be made smaller than this."""
 MODIFIERS = range(glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SUPER + 1)
@@ -51,20 +56,11 @@ DOUBLE_CLICK_S = 0.45
 """Two clicks make a double click up to so far apart; a slow machine needs a frame between them."""
 BLINK_S = 0.3
 """How often the caret of a text field wants a frame."""
-LOADED_LATER = ("scipy.spatial", "scipy.ndimage", "scipy.fft", "scipy.sparse.csgraph")
-"""What only the tools need: SciPy imports its parts where they are first used."""
 
 
 def wake() -> None:
     """Make the loop draw a frame; may be called from any thread."""
     glfw.post_empty_event()
-
-
-def load_rest() -> None:
-    """Import what the first frame does without, and exempt what is there by now from garbage collection."""
-    for name in LOADED_LATER:
-        importlib.import_module(name)
-    gc.freeze()
 
 
 def has_display() -> bool:
@@ -119,9 +115,16 @@ class Shell:
         return not self._renderer.is_refining and self._motion.wait_s is None
 
     def run(self) -> None:
-        """Show the window until it is closed; raise `KeyboardInterrupt` when a signal ended it."""
+        """Show the window until it is closed; raise `KeyboardInterrupt` when a signal ended it.
+
+        Raises `WeftError` where the display has not the OpenGL that a window needs.
+        """
         render = hello_imgui.manual_render
-        render.setup_from_runner_params(self.params)
+        try:
+            with hushed():  # GLFW says to the terminal what the message says
+                render.setup_from_runner_params(self.params)
+        except Exception as fault:
+            raise WeftError(NO_OPENGL) from fault
         switch_before = sys.getswitchinterval()
         sys.setswitchinterval(SWITCH_S)
         try:

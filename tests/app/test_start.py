@@ -15,7 +15,7 @@ picture = np.random.default_rng(0).integers(0, 255, (100, 120, 3), np.uint8)
 run(retexture(picture, [FeatureCurve(*bend)])).apply(picture)
 assert "scipy" not in sys.modules
 """
-LATER = "import sys; from app.shell import LOADED_LATER, load_rest; later = set(LOADED_LATER)"
+LATER = "import sys; from app.late_imports import LOADED_LATER, load_rest; later = set(LOADED_LATER)"
 
 
 def run(code: str) -> None:

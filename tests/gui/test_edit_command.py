@@ -123,3 +123,13 @@ def test_without_a_display_no_file_is_written_over(tmp_path: Path) -> None:
     assert (tmp_path / "moor-weft.png").read_text() == "mine"
     assert load(tmp_path / "moor-weft-2.png").size_px == (30, 20)
     assert (tmp_path / "weft-sample-2.png").exists()
+
+
+def test_too_little_opengl_is_said_in_one_line(tmp_path: Path) -> None:
+    picture = tmp_path / "moor.png"
+    save(Image(np.full((20, 30, 3), 90, np.uint8)), picture)
+    env = surroundings(tmp_path) | {"MESA_GL_VERSION_OVERRIDE": "3.0", "LIBGL_ALWAYS_SOFTWARE": "1"}
+    done = python("-m", "app", picture, cwd=tmp_path, env=env)
+    assert done.returncode == 2
+    assert done.stderr.startswith("weft: error: no window: it needs OpenGL 3.3")
+    assert done.stderr.count("\n") == 1

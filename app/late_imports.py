@@ -1,0 +1,14 @@
+"""Modules that the first frame does without, imported once it shows."""
+
+import gc
+import importlib
+
+LOADED_LATER = ("scipy.spatial", "scipy.ndimage", "scipy.fft", "scipy.sparse.csgraph")
+"""What only the tools need: SciPy imports its parts where they are first used."""
+
+
+def load_rest() -> None:
+    """Import them, and exempt what is there by now from garbage collection."""
+    for name in LOADED_LATER:
+        importlib.import_module(name)
+    gc.freeze()
