@@ -4,7 +4,11 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 BIN := .venv/bin
 
-.PHONY: run test check format install bench lock samples pictures
+SECONDS := 300
+MINUTES := 5
+SEED := 0
+
+.PHONY: run test check format install bench fuzz soak lock samples pictures
 
 run: install
 	@$(BIN)/weft
@@ -35,6 +39,15 @@ install: .venv/installed
 
 bench: install
 	$(BIN)/weft bench
+
+# Malformed files for every reader, then kills in the middle of writing; each follows from its number, from SEED on.
+fuzz: install
+	$(BIN)/python -m tests.fuzz --seconds $(SECONDS) --seed $(SEED)
+	$(BIN)/python -m tests.fuzz.kills --seed $(SEED)
+
+# The real window under a hand without a plan.
+soak: install
+	$(BIN)/python -m tests.fuzz.soak --minutes $(MINUTES) --seed $(SEED)
 
 samples: install
 	$(BIN)/python assets/make_samples.py
