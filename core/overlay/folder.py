@@ -1,7 +1,9 @@
 """The parts of a decomposition as a folder of files."""
 
+import contextlib
 import json
 import warnings
+import zlib
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -40,10 +42,11 @@ def write(found: Decomposition, source: Image, folder: Path) -> None:
         "detail": {"detail": found.detail},
         "coverage": {"coverage": found.coverage},
     }
+    run = np.uint32(zlib.crc32(found.detail.tobytes(), zlib.crc32(found.uv.tobytes())))
     # What takes long is packing, and that is done without Python's lock.
     with atomic_folder(folder) as place, ThreadPoolExecutor(2) as writers:
         packed = [
-            writers.submit(np.savez_compressed, place / f"{name}.npz", allow_pickle=False, **values)
+            writers.submit(np.savez_compressed, place / f"{name}.npz", allow_pickle=False, run=run, **values)
             for name, values in sorted(arrays.items(), key=lambda pair: -sum(a.nbytes for a in pair[1].values()))
         ]
         for name, image in pictures.items():
@@ -116,6 +119,7 @@ def read(folder: Path) -> Parts:
         raise InputError(f"{folder}: not a folder of a decomposition")
     source = load(folder / "source.png")
     shape = (source.height_px, source.width_px)
+    check_one_run(folder)
     uv = array(folder / "texture_coords.npz", "uv", [(*shape, 2)])
     covered = finite(uv)
     if not covered.any():
@@ -134,6 +138,16 @@ def read(folder: Path) -> Parts:
         basis=basis_of(uv, folder / "texture_coords.npz") if basis is None else basis,
         texel=texture_colours(load(folder / "texel.png"))[..., :3],
     )
+
+
+def check_one_run(folder: Path) -> None:
+    """Raise `InputError` if arrays in `folder` say that they come from different runs; those of others say nothing."""
+    runs: dict[int, str] = {}
+    for name in sorted(name for name in PARTS if name.endswith(".npz")):
+        with contextlib.suppress(InputError):
+            runs.setdefault(int(read_npz(folder / name, "run", [()])), name)
+    if len(runs) > 1:
+        raise InputError(f"{folder}: mixed: {' and '.join(runs.values())} come from different decompositions")
 
 
 def basis_of(uv: Singles, path: Path) -> Floats:
