@@ -190,7 +190,9 @@ class Editor:
         """Tell the artist what went wrong; a fault of the program itself goes to the log as well."""
         if not isinstance(fault, WeftError | OSError):
             log.error("a job failed", exc_info=fault)
-        self.notify(str(fault) or type(fault).__name__, "error")
+        self.notify(
+            "not enough memory" if isinstance(fault, MemoryError) else str(fault) or type(fault).__name__, "error"
+        )
 
     def start(
         self,
