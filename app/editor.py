@@ -85,6 +85,8 @@ class Editor:
         """Where `Session.recent` is kept from run to run; None keeps it nowhere."""
         self.is_closing = False
         """Whether the artist has asked to leave and nothing stands against it."""
+        self.take_fault: Callable[[Exception], None] | None = None
+        """Takes faults of the program itself in the place of a notice; the window puts it here."""
         self.notices: list[Notice] = []
         self.requests: list[Request] = []
         """What the window is to ask the artist, the oldest first; whoever shows one takes it out."""
@@ -187,12 +189,15 @@ class Editor:
         self.notices.append(Notice(legible(text), level))
 
     def fail(self, fault: Exception) -> None:
-        """Tell the artist what went wrong; a fault of the program itself goes to the log as well."""
-        if not isinstance(fault, WeftError | OSError):
-            log.error("a job failed", exc_info=fault)
-        self.notify(
-            "not enough memory" if isinstance(fault, MemoryError) else str(fault) or type(fault).__name__, "error"
-        )
+        """Tell the artist what went wrong; a fault of the program itself goes to `take_fault` and to the log."""
+        if isinstance(fault, WeftError | OSError | MemoryError):
+            self.notify("not enough memory" if isinstance(fault, MemoryError) else str(fault), "error")
+            return
+        log.error("a job failed", exc_info=fault)
+        if self.take_fault is not None:
+            self.take_fault(fault)
+        else:
+            self.notify(str(fault) or type(fault).__name__, "error")
 
     def start(
         self,

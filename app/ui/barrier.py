@@ -51,6 +51,7 @@ class Barrier:
         """Number of the frame that is being drawn."""
         self._last_seen: dict[str, int] = {}
         """By place in the program, the frame in which a fault came up last."""
+        editor.take_fault = lambda error: self._tell("work in the background", error)
 
     def run(self, part: str, work: Callable[[], T]) -> T | None:
         """Return what `work` returns, None where it fails; for what draws nothing, also outside of a frame."""
@@ -81,9 +82,13 @@ class Barrier:
         return lambda: self.draw(part, work)
 
     def _take(self, part: str, error: Exception) -> None:
-        """Give up what is in progress; tell of the fault unless it comes up frame after frame."""
+        """Give up what is in progress, and tell of the fault."""
         with contextlib.suppress(Exception):
             self._editor.cancel()
+        self._tell(part, error)
+
+    def _tell(self, part: str, error: Exception) -> None:
+        """Tell of a fault unless it comes up frame after frame."""
         place = f"{part} {place_of(error)}"
         is_new = self.frame - self._last_seen.get(place, -GONE_FRAMES) >= GONE_FRAMES
         if len(self._last_seen) < MOST_KNOWN or place in self._last_seen:

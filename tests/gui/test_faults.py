@@ -14,6 +14,7 @@ from app.recovery import Recovery
 from app.requests import AskUnsaved
 from app.ui import export_dialog
 from core.document import Document
+from core.progress import Job, Progress
 from core.project import load_project
 from tests.gui.window_driver import WindowDriver, drive
 
@@ -232,3 +233,19 @@ def test_every_setting_at_its_end_leaves_the_window_standing(editor: Editor) -> 
                 window.wait(2)
 
     drive(editor, script)
+
+
+def test_a_fault_in_the_background_is_told_too(editor: Editor) -> None:
+    def steps() -> Job[None]:
+        yield Progress(0.5)
+        failing()
+
+    def script(window: WindowDriver) -> None:
+        editor.background("Fail", steps, failing)
+        barrier = window.shell.workspace.barrier
+        window.wait_until(lambda: barrier.shown is not None)
+        assert barrier.shown is not None
+        assert "in steps" in barrier.shown.report
+        window.item("//##fault/Go on").wait(2)
+
+    drive(editor, script, faults=["a fault"])
