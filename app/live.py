@@ -122,11 +122,29 @@ class LiveWarp:
         )
 
     @property
+    def _is_rough(self) -> bool:
+        """Whether another live answer to the same document is nearer to the final one: it glides there."""
+        answer = self.answer
+        return (
+            answer is not None
+            and answer.document is self._seen
+            and answer.result is not None
+            and answer.result.is_rough
+        )
+
+    @property
     def wait_s(self) -> float | None:
         """Seconds until `update` has something to do without an event; None when that needs an event."""
         if self._seen is None or self.is_settled or self._jobs.holds("settle") or self._jobs.holds("solve"):
             return None
-        return max(0.0, self._rests_since + REST_S - self._clock())
+        return 0.0 if self._is_rough else max(0.0, self._rests_since + REST_S - self._clock())
+
+    @property
+    def _has_rested(self) -> bool:
+        """Whether nothing has changed for so long that the final answer is begun."""
+        if self._jobs.holds("settle") or self._jobs.holds("solve"):
+            return False
+        return self._clock() >= self._rests_since + REST_S
 
     def update(self, document: Document) -> None:
         """Bring the answer up to date with `document`; once per frame."""
@@ -139,7 +157,9 @@ class LiveWarp:
             self._is_behind = False
             self._solve(document)
             self._rests_since = self._clock()
-        if not self.is_settled and self.wait_s == 0.0:
+        elif self._is_rough and not self._jobs.holds("settle"):
+            self._solve(document)
+        if not self.is_settled and self._has_rested:
             self._unfolded = None
             task = Task("Settle", lambda: self._settling(document), self._take_settled, self._take_fault, quiet=True)
             self._jobs.submit("settle", task)

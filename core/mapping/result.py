@@ -65,6 +65,8 @@ class Warped:
     seconds: dict[str, float]
     """Per stage: setup, factor, rhs, solve, and unfold, which holds the solves that it asks for."""
     pins: Pins = NO_PINS
+    is_rough: bool = False
+    """Whether the same solver's next answer to the same handles is nearer to that at rest."""
     reference: Solution | None = None
     """The picture without handles that they were applied to."""
 

@@ -24,6 +24,8 @@ from core.mapping.result import NO_PINS, Pins, Warped
 from core.progress import Job
 
 _NO_POSES = np.empty(0, np.complex128), np.empty(0, np.complex128)
+_LIVE_ROUNDS, _ROUNDS = 1, 20
+"""How often at most what handles miss is asked for as well, while something moves and at rest."""
 _NEAR = 12
 """Cells from a stroke within which features are placed with the one that it changes."""
 _FRAMES_PER_TURN = 2
@@ -93,9 +95,10 @@ class Warper:
         _check_finite(plain)
         seconds: dict[str, float] = {}
         reference = self._reference(plain)
-        moved = self._moved(reference, handles)
+        moved = self._moved(reference, handles, rounds=_LIVE_ROUNDS)
         seconds |= self._seconds()
-        return self._result(plain, reference, moved, handles, seconds)
+        found = self._result(plain, reference, moved, handles, seconds)
+        return found if moved is None or moved.is_final else replace(found, is_rough=True)
 
     def learn(self, plain: Points, reference: Solution) -> None:
         """Take it that W at the nodes (R, C, 2) leads to the `reference` at rest, without handles."""
@@ -135,7 +138,7 @@ class Warper:
         self._last = None
         return mapping.follow(self._pose(mapping, plain, placed))
 
-    def _moved(self, reference: Solution, handles: Handles | None) -> "Moved | None":
+    def _moved(self, reference: Solution, handles: Handles | None, *, rounds: int) -> "Moved | None":
         """Return what the handles make of the reference, None without handles."""
         if handles is None or not handles.any:
             return None
@@ -145,7 +148,7 @@ class Warper:
         if self._handles is None or self._handles.frame != self._options.frame:
             self._handles = HandleSolver(mapping, self._options.frame)
         with one_thread():
-            return self._handles.solve(mapping, reference, handles)
+            return self._handles.solve(mapping, reference, handles, rounds=rounds)
 
     def _bare(self) -> FeatureMapping:
         """Return the mapping without features."""
@@ -188,7 +191,7 @@ class Warper:
         reference = yield from on_one_thread(self._unfolded(plain))
         if self._handles is not None:
             self._handles.forget()
-        moved = self._moved(reference, handles)
+        moved = self._moved(reference, handles, rounds=_ROUNDS)
         if moved is not None:
             moved = yield from on_one_thread(self._unfolded_handles(reference, moved))
         seconds |= self._seconds(time.perf_counter() - started)

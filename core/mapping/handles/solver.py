@@ -15,18 +15,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Points
+from core.arrays import Bools, Floats, Points
 from core.mapping.features.feature_mapping import FeatureMapping, Solution
+from core.mapping.features.pose import Approach
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame, HandleField
+from core.mapping.handles.secants import Secants
 from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
 from core.mapping.handles.structure import Structure, prepare
 from core.mapping.jacobians import Complexes, as_complex
 
 _IDLE_PX = 1e-6
 """A handle that is no further from its point has not been moved."""
+_POSE_STEPS = 2
+"""Newton steps by which bodies are placed, in every round."""
+_ROUNDS_PER_TURN = 4
+"""So many rounds to each time that the local rotation is taken anew; fewer take that of the last answer."""
+_WORSE = 4.0
+"""Rounds end when they miss so many times as much as the best one."""
+_CLOSE_PX, _LIVE_CLOSE_PX = 1e-4, 0.05
+"""What the plate alone misses by less need not be asked for, at rest and while something moves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +48,8 @@ class Moved:
     """D (R, C), the displacement of the background."""
     goal: Complexes
     """By how much each handle is to move its point (k,)."""
+    is_final: bool = True
+    """Whether another answer to the same handles would not be nearer to that at rest, but for what does not show."""
 
 
 class HandleSolver:
@@ -53,55 +65,116 @@ class HandleSolver:
         self.frame = frame
         self.field = HandleField(mapping.grid, frame=frame)
         self._structure: Structure | None = None
+        self._secants = Secants()
+        self._last: tuple[Complexes, Complexes] | None = None
+        """The z⁰ and the D of the last answer."""
 
     def forget(self) -> None:
         """Prepare all anew: the last bits of the next answer do not depend on those before it."""
-        self._structure = None
+        self._structure, self._secants, self._last = None, Secants(), None
         self.field.forget()
 
-    def solve(self, mapping: FeatureMapping, reference: Solution, handles: Handles) -> Moved:
-        """Return where handles move the `reference`."""
+    def solve(self, mapping: FeatureMapping, reference: Solution, handles: Handles, *, rounds: int) -> Moved:
+        """Return where handles move the `reference`.
+
+        So many times, if need be, what the features around make pins of the background miss is asked for as well: then
+        the plate alone holds them, smoothly, and one that is set later where it is already changes nothing.
+        """
         at, to = handles.points(mapping.grid)
         s = self._prepare(mapping, len(reference.alpha), at, handles.are_pins(at))
+        goal = self._find_goal(mapping, reference, at, to)
+        if not goal.any():
+            return Moved(reference, np.zeros_like(reference.z), goal)
         is_straight = _is_straight(reference.z, self.frame)
-        z0 = reference.z
+        poses = self._pose_held(s, reference, goal, is_straight=is_straight)
+        sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
+        turned = self._first_turned(s, reference, poses, goal, sides)
+        for _ in range(max(rounds // _ROUNDS_PER_TURN, 1)):
+            found = self._converge(s, reference, poses, goal, sides, turned, rounds)
+            again = self.field.turn(reference.z, found.D, sides) if rounds >= _ROUNDS_PER_TURN else turned
+            if np.abs(again - turned).max() < _CLOSE_PX:
+                break
+            turned = again
+        last, self._last = self._last, (reference.z, found.D)
+        moves = last is None or last[0] is not reference.z or np.abs(found.D - last[1]).max() > _LIVE_CLOSE_PX
+        z = reference.z + mapping.hold(found.approach, s.held)
+        for body, a, b in zip(mapping.bodies, found.alpha, found.t, strict=False):
+            z.ravel()[body.nodes] = body.place(a, b)
+        return Moved(Solution(z, found.alpha, found.t), found.D, goal, is_final=not moves)
+
+    def _first_turned(
+        self, s: Structure, reference: Solution, poses: "_Poses", goal: Complexes, sides: Complexes
+    ) -> Complexes:
+        """Return what turning does to the background (R, C): as in the last frame, or as if nothing turned far."""
+        if self._last is not None and self._last[0] is reference.z:
+            return self.field.turn(reference.z, self._last[1], sides)
+        first = self._displace(s, reference, poses, goal, np.zeros_like(reference.z))
+        return self.field.turn(reference.z, first, sides)
+
+    def _converge(
+        self,
+        s: Structure,
+        reference: Solution,
+        poses: "_Poses",
+        goal: Complexes,
+        sides: Complexes,
+        turned: Complexes,
+        rounds: int,
+    ) -> "_Found":
+        """Return the displacement of the background for which the plate alone holds handles, as nearly as it comes."""
+        close_px = _CLOSE_PX if rounds >= _ROUNDS_PER_TURN else _LIVE_CLOSE_PX
+        pins = s.rows[s.alone]
+        asked = goal.copy()
+        asked[pins] += self._secants.offset
+        self._secants.begin()
+        best: _Found | None = None
+        for number in range(rounds + 1):
+            D = self._displace(s, reference, poses, asked, turned)
+            alpha, t = poses.alpha - reference.alpha, poses.t - reference.t
+            to_rows = np.where(s.owners < 0, goal, 0)
+            for hold in s.holds.values():
+                to_rows[hold.points] = alpha[hold.body] * hold.arms + t[hold.body]
+            frame = D if self.frame == "free" else sides
+            approach = s.mapping.approach(D, alpha, t, frame, s.held, to_rows[s.rows])
+            misses = approach.missed[s.alone]
+            missed = float(np.abs(misses).max(initial=0))
+            if best is None or missed < best.missed:
+                best = _Found(missed, approach, D, poses.alpha.copy(), poses.t.copy())
+            better = self._secants.improve(asked[pins], misses, goal[pins])
+            if number == rounds or missed > _WORSE * best.missed or missed < close_px:
+                break
+            asked[pins] = better
+        assert best is not None
+        return best
+
+    def _find_goal(self, mapping: FeatureMapping, reference: Solution, at: Points, to: Points) -> Complexes:
+        """Return by how much each handle (k,) is to move its point; exactly 0 where it is there already."""
         nodes, weights = mapping.grid.weights_at(at)
         if self.frame == "held":
             to = _inside(to, reference.z)
-        goal = as_complex(to) - (z0.ravel()[nodes] * weights).sum(axis=1)
+        goal = as_complex(to) - (reference.z.ravel()[nodes] * weights).sum(axis=1)
         goal[np.abs(goal) < _IDLE_PX] = 0
-        if not goal.any():
-            return Moved(reference, np.zeros_like(z0), goal)
-        poses = self._pose_held(s, reference, goal, is_straight=is_straight)
-        known = self._know(s, reference, poses, goal)
-        sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
-        # Once as if nothing turned far, then beside what the turning does.
-        motions = self.field.find_motions(known)
-        asked = known + s.Q @ motions
-        turned = self.field.turn(z0, self.field.displace(asked), sides)
+        return np.asarray(goal)
+
+    def _displace(
+        self, s: Structure, reference: Solution, poses: "_Poses", asked: Complexes, turned: Complexes
+    ) -> Complexes:
+        """Return D (R, C) for the displacements `asked` of handles (k,), beside `turned`; place the other bodies."""
         already = self.field.at_points(turned)
-        motions = self.field.find_motions(known - already)
-        self._pose_free(s, reference, poses, motions)
-        asked = self._know(s, reference, poses, goal)
-        D = turned + self.field.displace(asked - already)
+        for _ in range(_POSE_STEPS):
+            known = self._know(s, reference, poses, asked) - already
+            self._move_bodies(s, poses, self.field.find_motions(known, s.moving(poses.alpha)))
+        D = turned + self.field.displace(self._know(s, reference, poses, asked) - already)
         self._pose_small(s, reference, poses, D)
-        alpha, t = poses.alpha - reference.alpha, poses.t - reference.t
-        sides = D if self.frame == "free" else sides
-        to_rows = np.where(s.owners < 0, goal, 0)
-        for hold in s.holds.values():
-            to_rows[hold.points] = alpha[hold.body] * hold.arms + t[hold.body]
-        found = mapping.place_held(D, alpha, t, sides, s.held, to_rows[s.rows])
-        z = z0 + found
-        for body, a, b in zip(mapping.bodies, poses.alpha, poses.t, strict=False):
-            z.ravel()[body.nodes] = body.place(a, b)
-        return Moved(Solution(z, poses.alpha, poses.t), D, goal)
+        return D
 
     def _prepare(self, mapping: FeatureMapping, count: int, at: Points, pins: Bools) -> Structure:
         """Return the structure; what was prepared for the same handles and features is taken again."""
         s = self._structure
         if s is None or s.mapping is not mapping or not np.array_equal(s.at, at):
             s = self._structure = prepare(mapping, count, at, pins, frame_is_held=self.frame == "held")
-            self.field.hold(s.points, s.Q, spare=s.whole)
+            self.field.hold(s.points, spare=s.whole)
+            self._secants, self._last = Secants(), None
         return s
 
     def constrain(self, reference: Solution, moved: Moved) -> Constraints:
@@ -142,24 +215,23 @@ class HandleSolver:
                 poses.alpha[i], poses.t[i] = hold.fit(places, alpha, rigid=s.mapping.keep == "rigid")
         return poses
 
-    def _know(self, s: Structure, reference: Solution, poses: "_Poses", goal: Complexes) -> Complexes:
-        """Return what is known of the displacements of the plate's points."""
-        known = np.zeros(len(s.Q), np.complex128)
-        known[: len(s.outside)] = goal[s.outside]
+    def _know(self, s: Structure, reference: Solution, poses: "_Poses", asked: Complexes) -> Complexes:
+        """Return the displacements of the plate's points, for what is `asked` of handles (k,) and bodies at `poses`."""
+        known = np.zeros(len(s.points), np.complex128)
+        known[: len(s.outside)] = asked[s.outside]
         for i, arms, points in s.samples:
             known[points] = (poses.alpha[i] - reference.alpha[i]) * arms + poses.t[i] - reference.t[i]
         return known
 
-    def _pose_free(self, s: Structure, reference: Solution, poses: "_Poses", motions: Complexes) -> None:
-        """Give the bodies that the plate moves their similarities, at the sizes that they have."""
+    def _move_bodies(self, s: Structure, poses: "_Poses", motions: Floats) -> None:
+        """Turn and move the bodies that the plate moves; their sizes stay."""
         for i, columns in s.columns.items():
-            found = motions[columns] / s.mapping.bodies[i].radius
-            alpha = reference.alpha[i] + found[0]
-            poses.alpha[i] = alpha * (abs(reference.alpha[i]) / abs(alpha)) if alpha else reference.alpha[i]
+            turn = motions[columns.start]
+            poses.alpha[i] *= np.exp(1j * turn)
             if i in poses.pivots:
                 poses.t[i] = poses.pivots[i] - poses.alpha[i] * s.holds[i].arm
             else:
-                poses.t[i] = reference.t[i] + motions[columns][1]
+                poses.t[i] += motions[columns.start + 1] + 1j * motions[columns.start + 2]
 
     def _pose_small(self, s: Structure, reference: Solution, poses: "_Poses", D: Complexes) -> None:
         """Place the bodies that are too many for the plate where D has them, at the sizes that they have."""
@@ -188,6 +260,18 @@ class HandleSolver:
         knots = Knots.of(s.mapping.grid, s.at[s.at_frame], goal[s.at_frame])
         frame = glide_beside(found, np.zeros_like(found), s.mapping.index, knots)
         return np.where(s.mapping.grid.outline, frame, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """The best displacement of the background so far."""
+
+    missed: float
+    """By how much pins in the background miss, in output pixels, where nothing but the plate holds them."""
+    approach: Approach
+    D: Complexes
+    alpha: Complexes
+    t: Complexes
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ import numpy as np
 from core.arrays import Bools, Ints, Points
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import HeldPoints
-from core.mapping.features.similarity import Body
 from core.mapping.handles.poses import Hold, find_holds, find_owners, sample_rim
 from core.mapping.handles.straight_frame import sides_cut
 from core.mapping.jacobians import Complexes, as_complex, as_positions
@@ -46,12 +45,23 @@ class Structure:
     samples: list[tuple[int, Complexes, slice]]
     """Body, points sampled on it, from its centroid, and which of the plate's points they are."""
     columns: dict[int, slice]
-    """The unknown motions of those bodies that have any."""
-    Q: Complexes
-    """How the motions move the plate's points."""
+    """The unknown motions of those bodies that have any: a turn and, without a hold, moves along x and y."""
     held: HeldPoints
     rows: Ints
     """The handles that free nodes hold."""
+    alone: Bools
+    """Which of the rows are pins in the background: held by free nodes only, each would draw out a spike."""
+
+    def moving(self, alpha: Complexes) -> Complexes:
+        """Return Q (n, u): how the unknown motions move the plate's points where bodies are turned by `alpha`."""
+        Q = np.zeros((len(self.points), max((c.stop for c in self.columns.values()), default=0)), np.complex128)
+        for i, arms, points in self.samples:
+            if i in self.columns:
+                first, hold = self.columns[i].start, self.holds.get(i)
+                Q[points, first] = 1j * alpha[i] * (arms - (hold.arm if hold is not None else 0))
+                if hold is None:
+                    Q[points, first + 1], Q[points, first + 2] = 1, 1j
+        return Q
 
     @property
     def whole(self) -> int:
@@ -83,7 +93,7 @@ def prepare(mapping: FeatureMapping, count: int, at: Points, pins: Bools, *, fra
         samples.append((i, arms, slice(end, end + len(arms))))
         points.append(as_positions(arms + rest.ravel()[bodies[i].nodes].mean()))
         end += len(arms)
-    columns, Q = _number_motions(samples, holds, cut, bodies, end)
+    columns = _number_motions(samples, holds, cut)
     rows = _thin_out(np.flatnonzero(np.where(owners < 0, share >= _HOLDS, share > _LEAST_WEIGHT)), pins, mapping)
     held = mapping.hold_points(at[rows])
     return Structure(
@@ -97,9 +107,9 @@ def prepare(mapping: FeatureMapping, count: int, at: Points, pins: Bools, *, fra
         np.concatenate(points),
         samples,
         columns,
-        Q,
         held,
         rows,
+        (pins & (owners < 0))[rows],
     )
 
 
@@ -111,25 +121,17 @@ def _thin_out(rows: Ints, pins: Bools, mapping: FeatureMapping) -> Ints:
 
 
 def _number_motions(
-    samples: list[tuple[int, Complexes, slice]],
-    holds: dict[int, Hold],
-    cut: Bools,
-    bodies: list[Body],
-    count: int,
-) -> tuple[dict[int, slice], Complexes]:
-    """Return the columns of the unknown motions of bodies, and how those move the plate's points Q (count, u).
+    samples: list[tuple[int, Complexes, slice]], holds: dict[int, Hold], cut: Bools
+) -> dict[int, slice]:
+    """Return the columns of the unknown motions of bodies.
 
     A body without a hold turns, and moves; one held at one place turns about it. Bodies that the frame cuts stay.
     """
     numbered: dict[int, slice] = {}
-    Q: list[Complexes] = []
-    for i, arms, points in samples:
+    end = 0
+    for i, _, _ in samples:
         hold = holds.get(i)
-        if cut[i].any() or (hold is not None and not hold.is_one_place):
-            continue
-        turning, moving = np.zeros((2, count), np.complex128)
-        turning[points] = (arms - (hold.arm if hold is not None else 0)) / bodies[i].radius
-        moving[points] = 1
-        numbered[i] = slice(len(Q), len(Q) + (1 if hold is not None else 2))
-        Q.extend([turning] if hold is not None else [turning, moving])
-    return numbered, np.stack(Q, axis=1) if Q else np.zeros((count, 0), np.complex128)
+        if not cut[i].any() and (hold is None or hold.is_one_place):
+            numbered[i] = slice(end, end + (3 if hold is None else 1))
+            end = numbered[i].stop
+    return numbered
