@@ -158,16 +158,15 @@ def _decomposed(document: Document, search: Search) -> Job[Decomposition]:
         raise _refusal(inside) from None
 
 
-def _refusal(inside: Bools | None) -> NoPatternError:
+def _refusal(inside: Singles | None) -> NoPatternError:
     return NoPatternError("the picture" if inside is None else "the painted region")
 
 
-def _marked(search: Search) -> Bools | None:
-    """Return where cloth may be; None for everywhere."""
+def _marked(search: Search) -> Singles | None:
+    """Return the opacity (H, W) of what is laid on cloth, 0 where there is none; None for 1 everywhere."""
     if search.region is None or search.region.is_empty:
         return None
-    inside: Bools = search.region.array > 127
-    return inside if inside.any() else None
+    return color.unit(search.region.array)
 
 
 def _lattices(size_px: tuple[int, int], vertices: LatticeVertices) -> list[Lattice]:

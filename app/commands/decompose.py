@@ -9,7 +9,7 @@ import numpy as np
 
 from app.console import run_shown
 from core import color
-from core.arrays import Bools, Floats, InputError
+from core.arrays import Bools, Floats, InputError, Singles
 from core.files import atomic_folder, check_folder_place
 from core.images import Image, load, load_mask
 from core.images import write as write_picture
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("image", type=Path, metavar="IMAGE", help="the photo")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FOLDER", help="where the parts go")
-    parser.add_argument("--region", type=Path, metavar="MASK", help="where the cloth is: over 127, the photo's size")
+    parser.add_argument("--region", type=Path, metavar="MASK", help="where the cloth is: grey levels are opacity")
     parser.add_argument(
         "--whole-cloth",
         action="store_true",
@@ -122,11 +122,11 @@ def write_stages(folder: Path | None, photo: Floats, shown: list[Stage]) -> None
                 write_picture(Image(pixels), place / file, named=folder / file)
 
 
-def usable(image: Image, mask: Path | None) -> Bools | None:
-    """Return the pixels that may be cloth, or None for all of them."""
+def usable(image: Image, mask: Path | None) -> Bools | Singles | None:
+    """Return the opacity of what is laid at each pixel (H, W), 0 where there is no cloth, or None for 1 everywhere."""
     if mask is None:
         return searchable(image, None)
-    inside = np.asarray(load_mask(mask, image.size_px) > 127, np.bool_)
-    if not inside.any():
+    opacity = color.unit(load_mask(mask, image.size_px))
+    if not opacity.any():
         raise InputError(f"{mask}: the mask marks nothing")
-    return searchable(image, inside)
+    return searchable(image, opacity)

@@ -28,6 +28,7 @@ from core.overlay.pixels.refinement import refined
 from core.overlay.pixels.sewing import sewn
 from core.overlay.pixels.tint import tint
 from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.registration.evidence import weigh
 from core.overlay.registration.fitting import fit
 from core.overlay.registration.phase import in_phase
 from core.overlay.registration.region import feathered
@@ -68,6 +69,8 @@ class Decomposition:
     """Its scores are the confidence of the quad to the lower right of each vertex, 0 to 1."""
     basis: Floats
     """S (2, 2), pixels of the undeformed cloth a texel."""
+    explained: float = 0.0
+    """What speaks for it beside another one of the same photo (`Evidence`)."""
     seconds: dict[str, float] = field(default_factory=dict)
     """Time by stage."""
 
@@ -80,7 +83,7 @@ class Decomposition:
 def decompose(
     photo: Floats,
     *,
-    region: Bools | None = None,
+    region: Bools | Singles | None = None,
     texel_px: float | None = None,
     start: Proposal | None = None,
     lattice: list[Lattice] | None = None,
@@ -88,12 +91,13 @@ def decompose(
 ) -> Job[Decomposition]:
     """Split a photo (H, W, 3), 0 to 1, into texel, mesh, shading and detail.
 
-    `region` (H, W) says where cloth may be, `texel_px` about how large the side of a texel is. The search begins at
+    `region` (H, W) is the opacity, 0 to 1, of what is to be laid there: cloth is looked for, and covered, where it is
+    not 0. `texel_px` says about how large the side of a texel is. The search begins at
     `start` alone if it is given, and is left out if the `lattice` is, in connected parts. Raises `NoPatternError`
     where no lattice is found, and where one explains no pixel of the photo.
     """
     seconds: dict[str, float] = {}
-    whole = np.ones(photo.shape[:2], bool) if region is None else region
+    whole = np.ones(photo.shape[:2], bool) if region is None else np.asarray(region > 0, np.bool_)
     scale = -(-max(photo.shape[:2]) // WORKING_PX)
     small, valid = (
         shrunk(photo, scale),
@@ -105,7 +109,7 @@ def decompose(
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
         job = find_cloth(small, canvas, seed, texel_px=side, start=marked)
     else:
-        job = fit(small, canvas, [rescaled(piece, scale) for piece in lattice], seed, trusted=True, sure=True)
+        job = fit(small, canvas, [rescaled(piece, scale) for piece in lattice], seed, trusted=True)
     cloth, found = yield from timed(part(on_one_thread(job), 0.0, 0.9), seconds)
     yield Progress(0.9, "splitting off the detail")
     started = time.perf_counter()
@@ -114,7 +118,9 @@ def decompose(
     seconds["splitting off the detail"] = time.perf_counter() - started
     if not result.covered.any():
         raise NoPatternError
-    return replace(result, seconds=seconds)
+    opacity = np.float32(1) if region is None else region.astype(np.float32)
+    explained = weigh(cloth, found).explained
+    return replace(result, coverage=result.coverage * opacity, explained=explained, seconds=seconds)
 
 
 def shrunk(image: Floats, scale: int) -> Floats:

@@ -90,9 +90,9 @@ def texture_colours(image: Image) -> Floats:
     return np.concatenate([colours, color.unit(image.pixels[..., -1:])], -1) if image.has_alpha else colours
 
 
-def searchable(image: Image, inside: Bools | None) -> Bools | None:
-    """Return the pixels (H, W) that may be cloth: those `inside` that are not transparent; None for all of them."""
+def searchable(image: Image, region: Bools | Singles | None) -> Bools | Singles | None:
+    """Return the `region` (H, W), opacities from 0 to 1, without what is transparent; None for the whole picture."""
     if not image.has_alpha:
-        return inside
-    opaque = image.pixels[..., -1] > 0.5 * (1 if image.linear else np.iinfo(image.pixels.dtype).max)
-    return np.asarray(opaque if inside is None else inside & opaque, np.bool_)
+        return region
+    opaque = np.asarray(image.pixels[..., -1] > 0.5 * (1 if image.linear else np.iinfo(image.pixels.dtype).max))
+    return opaque if region is None else np.asarray(region * opaque.astype(np.float32), np.float32)

@@ -95,6 +95,23 @@ class Texel:
         spectrum = np.fft.fft2(self.pixels, axes=(0, 1)) * np.exp(-2 * np.pi**2 * power)[..., None]
         return Texel(np.fft.ifft2(spectrum, axes=(0, 1)).real)
 
+    def striped(self) -> "Texel":
+        """Return the texel with those of its harmonics alone that change in one direction: the direction of most power.
+
+        Stripes stay as they are; of any other texel a part goes.
+        """
+        h, w = self.shape
+        spectrum = np.fft.fft2(self.pixels, axes=(0, 1))
+        u, v = np.meshgrid(*((np.fft.fftfreq(n) * n).astype(np.int64) for n in (w, h)))
+        steps = np.maximum(np.gcd(u, v), 1) * np.where((u < 0) | ((u == 0) & (v < 0)), -1, 1)
+        direction = np.stack([u // steps, v // steps], -1).reshape(-1, 2)
+        _, group = np.unique(direction, axis=0, return_inverse=True)
+        power = np.bincount(group, (np.abs(spectrum) ** 2).sum(-1).ravel())
+        mean = group[0]
+        power[mean] = 0
+        kept = ((group == power.argmax()) | (group == mean)).reshape(h, w, 1)
+        return Texel(np.fft.ifft2(spectrum * kept, axes=(0, 1)).real)
+
     def evenness(self, scale: Floats) -> float:
         """Return how much the colours change along the direction of least change over that of most, 0 to 1.
 

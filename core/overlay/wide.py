@@ -17,7 +17,7 @@ from core.overlay.detection.correlation import Proposal, correlation_surface, fi
 from core.overlay.detection.seeding import LEAST_VERTICES as ENOUGH
 from core.overlay.detection.seeding import NoPatternError, full_grown, of_size, tried
 from core.overlay.registration.cloth import Cloth, Fit
-from core.overlay.registration.doubt import share_in_light
+from core.overlay.registration.evidence import weigh
 from core.overlay.registration.fitting import LEAST_EVENNESS, begun, refitted
 from core.overlay.registration.following import followed, pruned
 from core.overlay.smoothing import gaussian
@@ -50,34 +50,35 @@ TRIALS, FITS = 32, 16
 """Proposals that are tried, and how many of them are registered."""
 LEAST_TEXELS, LEAST_GROWTH = 5.0, 2.5
 """Area that has to be followed, in texels and, where it began with few vertices, over the area that they had."""
-MOST_NOISE, MOST_LIGHT = 0.2, 0.2
-"""Variance that the texture leaves unexplained, over its own, and share of the pattern in the light."""
 GOOD = 0.25
-"""Worth, over the area that may be cloth, with which no other texel is tried."""
+"""Share of what may be cloth over which the pattern is followed, with which no other texel is tried."""
 REPEATED, LEAST_PART = 0.85, 0.2
 """Correlation of a texel with itself from which it repeats within, and the least part of a side that it is moved by."""
-PARTS, LEAST_AGAIN = 3, 0.5
-"""Parts of a texel's side, and how much of a texel has to be followed again beside itself, along each side."""
 AGAINST = 3
 """Large texels that repeat within after which the finer lattice is believed."""
 NEIGHBOURS = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j], float)
 
 
 def find_wide(
-    photo: Floats, canvas: Canvas, rng: np.random.Generator, *, texel_px: float | None = None, least: float = 0.0
+    photo: Floats,
+    canvas: Canvas,
+    rng: np.random.Generator,
+    *,
+    texel_px: float | None = None,
+    is_finer_known: bool = False,
 ) -> Job[tuple[Cloth, Fit]]:
-    """Return the cloth registered where the large texel lies that explains most of the photo (H, W, 3).
+    """Return the cloth followed from where the large texel lies that explains most of the photo (H, W, 3).
 
-    Raises `NoPatternError` if none is worth more than the `least`, over the area that may be cloth. Where there is a
-    `least`, a finer lattice is known, and a texel that repeats within speaks for that.
+    Raises `NoPatternError` if there is none. Where a finer lattice is known, a texel that repeats within speaks for
+    that.
     """
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
-    best: tuple[float, tuple[Cloth, Fit] | None] = (least * valid.sum(), None)
+    best: tuple[float, tuple[Cloth, Fit] | None] = (0.0, None)
     yield Progress(0.0, NOTE)
     proposals = of_size(distinct(propose_wide(canvas.image, valid, rng)), texel_px)
     fits = several = 0
     for number, proposal in enumerate(proposals[:TRIALS]):
-        if fits == FITS or several == AGAINST or best[0] >= GOOD * valid.sum():
+        if fits == FITS or several == AGAINST or is_good(best[1], valid):
             break
         step = Progress(0.1 + 0.9 * number / TRIALS, NOTE)
         yield step
@@ -92,13 +93,19 @@ def find_wide(
         found = yield from goes_on(cloth, begin, step)
         if found is None:
             continue
-        if least > 0 and repeats_within(found.texel):
+        weight = weigh(cloth, found)
+        if is_finer_known and repeats_within(found.texel):
             several += 1
-        else:
-            best = max(best, (worth(cloth, found), (cloth, begin)), key=itemgetter(0))
+        elif weight.is_credible:
+            best = max(best, (weight.explained, (cloth, found)), key=itemgetter(0))
     if best[1] is None:
         raise NoPatternError
     return best[1]
+
+
+def is_good(best: tuple[Cloth, Fit] | None, valid: Bools) -> bool:
+    """Return whether a pattern is followed over so much of what may be cloth (H, W) that it surely is the cloth's."""
+    return best is not None and best[1].cells.sum() * best[0].mesh.cell ** 2 > GOOD * valid.sum()
 
 
 def propose_wide(image: Singles, valid: Bools, rng: np.random.Generator) -> list[Proposal]:
@@ -199,22 +206,4 @@ def goes_on(cloth: Cloth, begun: Fit, step: Progress) -> Job[Fit | None]:
     area = cloth.steps_of(found.cells)
     further = area > LEAST_GROWTH * cloth.steps_of(begun.cells) or len(cloth.lattice) >= ENOUGH
     # A texel may look like itself only: it is that of all its copies that has to explain them.
-    return refitted(cloth, found, rounds=3) if area >= LEAST_TEXELS and further and both_ways(found) else None
-
-
-def both_ways(found: Fit) -> bool:
-    """Return whether the pattern has been followed from texel to texel along both sides: a border goes on along one."""
-    corners = np.concatenate([piece.uv[:-1, :-1][piece.cells] for piece in found.pieces])
-    places = set(map(tuple, np.floor(PARTS * corners).astype(np.int64).tolist()))
-    again = [sum((i + u, j + v) in places for i, j in places) for u, v in ((PARTS, 0), (0, PARTS))]
-    return min(again) > LEAST_AGAIN * PARTS**2
-
-
-def worth(cloth: Cloth, found: Fit) -> float:
-    """Return the pixels to which the pattern has been followed, less if it explains them badly.
-
-    The first texel explains itself, and little noise is as good as none.
-    """
-    noise, light = found.tolerance.noise / found.tolerance.own, share_in_light(cloth, found)
-    further = (cloth.steps_of(found.cells) - 1) * cloth.step_px**2
-    return max(0.0, further) * max(0.0, 1 - (noise / MOST_NOISE) ** 2) * max(0.0, 1 - (light / MOST_LIGHT) ** 2)
+    return refitted(cloth, found, rounds=3) if area >= LEAST_TEXELS and further else None

@@ -135,7 +135,7 @@ def cloth_on_a_table() -> tuple[Image, Bools]:
 def test_whole_cloth_is_taken_in_and_undone_at_once() -> None:
     photo, inside = cloth_on_a_table()
     drive = OverlayDriver(Document.of(photo))
-    drive.tool("region").drag((50, 45), (80, 80), (120, 145))
+    drive.tool("region").drag((48, 43), (80, 80), (125, 150))
     drive.run("overlay.find")
     part = drive.editor.overlay.layers
     assert part is not None

@@ -261,8 +261,8 @@ def test_any_kind_of_texture_goes_on_any_kind_of_photo(
     assert np.allclose(encoded(image)[:, :12], encoded(source)[:, :12], atol=1e-6)
     if source.has_alpha:
         assert np.array_equal(image.pixels[..., -1], source.pixels[..., -1])
-    uv, shading, detail = (np.asarray(part, np.float64) for part in (cloth.uv, cloth.shading, 0 * cloth.detail))
-    expected = compose(texture, uv, shading, detail, SCALE, strength=0.0)[0]
+    uv, shading, detail = (layer.astype(np.float64) for layer in (cloth.uv, cloth.shading, cloth.detail))
+    expected = compose(texture, uv, shading, detail, SCALE, alpha=0.0, strength=0.0)[0]
     assert np.allclose(encoded(image)[:, 16:], np.clip(expected, 0, 1)[:, 16:], atol=1 / 255)
 
 

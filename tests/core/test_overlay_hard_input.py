@@ -1,7 +1,5 @@
 """What is hard, unusual or no pattern at all: a sensible result or a refusal, never a hang."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ from core.overlay.detection.alignment import Frames
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
-from core.overlay.registration import fitting
 from core.overlay.registration.cloth import make_cloth, starting_state
 from core.overlay.registration.fitting import fit, true_period
 from core.progress import run
@@ -150,28 +147,6 @@ def test_a_corrected_lattice_is_gone_on_from() -> None:
     assert_true_lattice(again, scene)
 
 
-def with_scores(lattice: Lattice, score: float) -> Lattice:
-    return replace(lattice, frames=replace(lattice.frames, scores=np.full(len(lattice), score)))
-
-
-def test_few_vertices_amid_much_that_looks_like_them_are_no_pattern_unless_they_or_the_user_are_sure(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    scene = make_scene(motif())
-    whole = found_in(scene.photo).lattice
-    middle = np.median(whole.keys, axis=0).astype(int)
-    few = whole[(np.abs(whole.keys - middle) <= 1).all(1)]
-    canvas = flat_canvas(scene.photo, np.ones(scene.photo.shape[:2], bool))
-    with pytest.raises(NoPatternError):
-        run(fit(scene.photo, canvas, [with_scores(few, 0.85)], 0, trusted=False, sure=False))
-    for score, sure in ((0.85, True), (0.95, False)):
-        cloth, found = run(fit(scene.photo, canvas, [with_scores(few, score)], 0, trusted=False, sure=sure))
-        assert cloth.steps_of(found.cells) > 30
-    monkeypatch.setattr(fitting, "MANY", len(few))
-    cloth, found = run(fit(scene.photo, canvas, [with_scores(few, 0.85)], 0, trusted=False, sure=False))
-    assert cloth.steps_of(found.cells) > 30
-
-
 def test_vertices_that_lie_badly_in_every_second_column_do_not_double_the_texel() -> None:
     scene = make_scene(motif(), size=(230, 240))
     keys = np.stack(np.meshgrid(np.arange(1, 8), np.arange(1, 9)), -1).reshape(-1, 2)
@@ -181,7 +156,7 @@ def test_vertices_that_lie_badly_in_every_second_column_do_not_double_the_texel(
     frames = Frames(points, np.tile(scene.basis, (len(keys), 1, 1)), np.full(len(keys), 0.9))
     cloth = make_cloth(scene.photo, canvas, Lattice(keys, frames), np.eye(2))
     assert abs(np.linalg.det(true_period(cloth, starting_state(cloth, cloth.lattice), 0))) == pytest.approx(2)
-    cloth, _ = run(fit(scene.photo, canvas, [cloth.lattice], 0, trusted=False, sure=False))
+    cloth, _ = run(fit(scene.photo, canvas, [cloth.lattice], 0, trusted=False))
     assert abs(np.linalg.det(cloth.M)) == pytest.approx(1)
 
 
@@ -192,23 +167,6 @@ def test_a_doubled_vertex_and_a_row_of_vertices_are_refused() -> None:
         lattices_of(keys, points)
     with pytest.raises(InputError, match="both directions"):
         lattices_of(keys[:3], points[:3])
-
-
-def test_stripes_that_begin_like_a_pattern_are_refused_unless_the_user_is_sure(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fitting, "LEAST_EVENNESS", 0.0)
-    x = np.indices((150, 170))[1]
-    photo = np.where(((x // 9) % 2)[..., None] > 0, [0.8, 0.8, 0.7], [0.2, 0.3, 0.5]) + RNG.normal(
-        0, 0.05, (150, 170, 3)
-    )
-    photo = np.clip(photo, 0, 1)
-    keys = np.stack(np.meshgrid(np.arange(7), np.arange(7)), -1).reshape(-1, 2)
-    bases = np.tile(np.diag([18.0, 18.0]), (len(keys), 1, 1)).astype(np.float64)
-    lattice = Lattice(keys, Frames((18.0 * keys + 27).astype(np.float64), bases, np.ones(len(keys))))
-    canvas = flat_canvas(photo, np.ones(photo.shape[:2], bool))
-    with pytest.raises(NoPatternError):
-        run(fit(photo, canvas, [lattice], 0, trusted=False, sure=False))
-    _, found = run(fit(photo, canvas, [lattice], 0, trusted=False, sure=True))
-    assert found.cells.any()
 
 
 def test_a_blurred_texel_is_kept() -> None:

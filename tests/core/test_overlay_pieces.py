@@ -42,7 +42,7 @@ def found() -> tuple[Cloth, Fit]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pieces, "grown_piece", single)
-        return run(completed(cloth, fit, [], 0, sure=True))
+        return run(completed(cloth, fit, [], 0))
 
 
 def test_of_few_texels_one_is_enough_to_go_on_from_beyond_a_belt(found: tuple[Cloth, Fit]) -> None:

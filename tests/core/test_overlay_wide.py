@@ -1,7 +1,5 @@
 """Texels of which a photo shows a few only, and lattices that are none of the cloth's."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -10,13 +8,13 @@ from core.overlay import finding, wide
 from core.overlay.detection.alignment import Canvas, Frames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
-from core.overlay.detection.seeding import NoPatternError, find_lattice, flat_canvas
+from core.overlay.detection.seeding import NoPatternError, find_lattices, flat_canvas
 from core.overlay.finding import find_cloth
 from core.overlay.registration.cloth import Cloth, Fit
-from core.overlay.registration.doubt import share_in_light
-from core.overlay.registration.fitting import begun, completed
+from core.overlay.registration.evidence import Evidence
+from core.overlay.registration.fitting import begun
 from core.overlay.texel import Texel
-from core.overlay.wide import both_ways, find_wide, propose_wide, repeats_within, share_inside
+from core.overlay.wide import find_wide, propose_wide, repeats_within, share_inside
 from core.progress import Job, Progress, run
 from tests.core.overlay_scenes import Scene, make_scene, motif
 
@@ -67,7 +65,7 @@ def test_large_texels_are_looked_for_where_no_lattice_is_found(
         yield Progress(0.0, "")
         return followed
 
-    monkeypatch.setattr(finding, "find_lattice", none)
+    monkeypatch.setattr(finding, "find_lattices", none)
     monkeypatch.setattr(finding, "find_wide", found_wide)
     cloth, found = run(find_cloth(tartan.photo, canvas_of(tartan.photo), 0))
     assert found.cells.mean() > 0.9
@@ -110,28 +108,9 @@ def small() -> Scene:
     return make_scene(motif(), basis=24.0 * np.eye(2), bend=0.0)
 
 
-def test_light_that_changes_with_the_texels_has_taken_the_pattern(small: Scene) -> None:
-    cloth, found = cloth_of(small)
-    assert share_in_light(cloth, found) < finding.DOUBTFUL
-    state = found.pieces[0]
-    odd = np.floor(state.uv).sum(-1) % 2
-    taken = replace(found, pieces=(replace(state, rho=state.rho * np.where(odd > 0, 1.0, 0.5)),))
-    assert share_in_light(cloth, taken) > finding.FALSE
-    brighter = replace(found, pieces=(replace(state, rho=2 * state.rho),))
-    assert share_in_light(cloth, brighter) == pytest.approx(share_in_light(cloth, found))
-
-
-def test_light_in_folds_of_several_texels_has_taken_nothing(small: Scene) -> None:
-    cloth, found = cloth_of(small)
-    state = found.pieces[0]
-    folds = np.exp(0.6 * np.sin(2 * np.pi * 0.12 * state.uv[..., 0]))
-    folded = replace(found, pieces=(replace(state, rho=state.rho * folds),))
-    assert share_in_light(cloth, folded) < finding.DOUBTFUL
-
-
-@pytest.mark.parametrize("weak", [True, False])
-def test_large_texels_are_looked_for_where_little_speaks_for_the_lattice(
-    small: Scene, monkeypatch: pytest.MonkeyPatch, weak: bool
+@pytest.mark.parametrize(("share", "tried", "refused"), [(0.9, 0, False), (0.35, 1, False), (0.2, 1, True)])
+def test_large_texels_are_looked_for_where_a_lattice_explains_little_and_what_explains_less_is_refused(
+    small: Scene, monkeypatch: pytest.MonkeyPatch, share: float, tried: int, refused: bool
 ) -> None:
     looked: list[Floats] = []
 
@@ -140,32 +119,7 @@ def test_large_texels_are_looked_for_where_little_speaks_for_the_lattice(
         raise NoPatternError
 
     monkeypatch.setattr(finding, "find_wide", none)
-    monkeypatch.setattr(finding, "WEAK", 1e3 if weak else 0.0)
-    photo = small.photo[:110, :120]
-    assert run(find_cloth(photo, canvas_of(photo), 0))[1].cells.mean() > 0.9
-    assert len(looked) == weak
-
-
-def test_a_border_that_goes_on_along_one_side_of_its_texel_only_is_no_pattern(small: Scene) -> None:
-    _, found = cloth_of(small)
-    state = found.pieces[0]
-    assert both_ways(found)
-    for axis in (0, 1):
-        middle = np.floor(np.median(state.uv[..., axis]))
-        row = state.cells & (np.floor(state.uv[:-1, :-1, axis]) == middle)
-        assert not both_ways(replace(found, pieces=(replace(state, cells=row),)))
-
-
-@pytest.mark.parametrize(("begins", "ends", "refused"), [(0.4, 0.4, False), (0.4, 0.6, True), (0.1, 0.6, False)])
-def test_a_lattice_whose_pattern_is_in_the_light_is_refused(
-    small: Scene, monkeypatch: pytest.MonkeyPatch, begins: float, ends: float, refused: bool
-) -> None:
-    def none(*_: object, **__: object) -> None:
-        raise NoPatternError
-
-    shares = iter([begins, ends])
-    monkeypatch.setattr(finding, "find_wide", none)
-    monkeypatch.setattr(finding, "share_in_light", lambda *_: next(shares))
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, share))
     photo = small.photo[:110, :120]
     job = find_cloth(photo, canvas_of(photo), 0)
     if refused:
@@ -173,6 +127,7 @@ def test_a_lattice_whose_pattern_is_in_the_light_is_refused(
             run(job)
     else:
         assert run(job)[1].cells.mean() > 0.9
+    assert len(looked) == tried
 
 
 def test_an_exemplar_of_stripes_proposes_nothing() -> None:
@@ -187,22 +142,10 @@ def test_a_marked_texel_is_enough_where_there_are_few() -> None:
     scene = make_scene(sett(), size=(150, 160), basis=LARGE)
     marked = Proposal(np.array([75.0, 70.0]), scene.basis, 1.0)
     canvas, rng = canvas_of(scene.photo), np.random.default_rng(0)
-    assert len(run(find_lattice(canvas, rng, start=marked))) < 9
+    assert len(run(find_lattices(canvas, rng, start=marked))[0]) < 9
     one = canvas_of(np.clip(0.6 + rng.normal(0, 0.02, scene.photo.shape), 0, 1))
     with pytest.raises(NoPatternError):
-        run(find_lattice(one, rng, start=marked))
-
-
-def test_a_lattice_that_the_registration_does_not_bear_out_is_refused_unless_the_user_is_sure(small: Scene) -> None:
-    cloth, found = cloth_of(small)
-    lattice = cloth.lattice
-    large = Lattice(np.concatenate([lattice.keys + [0, 20 * k] for k in range(4)]), lattice.frames[np.arange(120) % 30])
-    larger, poor = replace(cloth, lattice=large), replace(found.tolerance, noise=0.5 * found.tolerance.own)
-    worse = replace(found, tolerance=poor)
-    with pytest.raises(NoPatternError):
-        run(completed(larger, worse, [], 0))
-    for known, fit, sure in ((larger, worse, True), (larger, found, False), (cloth, worse, False)):
-        assert run(completed(known, fit, [], 0, sure=sure))[1].cells.mean() > 0.9
+        run(find_lattices(one, rng, start=marked))
 
 
 def test_a_texel_of_several_repeats_within_and_one_of_its_own_does_not() -> None:
@@ -233,10 +176,11 @@ def test_large_texels_that_repeat_within_speak_for_the_finer_lattice(
     for name, value in (("begun", begun_there), ("goes_on", goes_on), ("repeats_within", lambda _: True)):
         monkeypatch.setattr(wide, name, value)
     monkeypatch.setattr(wide, "propose_wide", lambda *_: proposals)
-    monkeypatch.setattr(wide, "worth", lambda *_: 1.0)
+    monkeypatch.setattr(wide, "weigh", lambda *_: Evidence(1.0, 1.0))
+    monkeypatch.setattr(wide, "GOOD", 2.0)
     canvas = canvas_of(small.photo)
     with pytest.raises(NoPatternError):
-        run(find_wide(small.photo, canvas, np.random.default_rng(0), least=0.01))
+        run(find_wide(small.photo, canvas, np.random.default_rng(0), is_finer_known=True))
     assert len(tried) == wide.AGAINST
     run(find_wide(small.photo, canvas, np.random.default_rng(0)))
     assert len(tried) == wide.AGAINST + len(proposals)

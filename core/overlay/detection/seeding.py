@@ -22,7 +22,7 @@ SAMPLES = 10
 """Samples along a side of a texel with which places are compared before they are aligned."""
 LEAST_LIKENESS = 0.6
 """Least correlation of the first texel of a further piece."""
-TRIALS, FINALISTS = 20, 4
+TRIALS, FINALISTS = 60, 4
 TRIAL_VERTICES = 25
 SIZE_CLASS, TURN = 0.35, 3
 """Logarithm of the sides that count as one size, and proposals of a size that are tried before other sizes' next."""
@@ -55,10 +55,10 @@ def flat_canvas(photo: Floats, valid: Bools) -> Canvas:
     return Canvas(flatten(photo.astype(np.float32), valid, LIGHT_PX), valid.astype(np.float32)[..., None])
 
 
-def find_lattice(
+def find_lattices(
     canvas: Canvas, rng: np.random.Generator, *, texel_px: float | None = None, start: Proposal | None = None
-) -> Job[Lattice]:
-    """Return the best of the lattices that grow from several seeds and detectors.
+) -> Job[list[Lattice]]:
+    """Return the lattices that grow from several seeds and detectors, the most likely one first.
 
     `texel_px` is the side of a texel where the user knows it; a `start` is the only seed if it is given, its vectors
     those that it has or others of about its size, whichever fit. Raises `NoPatternError` if there is no lattice.
@@ -66,7 +66,7 @@ def find_lattice(
     if start is not None:
         marked = [tried(canvas, proposal) for proposal in (start, *snapped(canvas.image, start))]
         best = max(marked, key=promise)
-        return found_or_refused([(yield from full_grown(canvas, best, Progress(0.3, GROWING)))], LEAST_MARKED)
+        return ranked([(yield from full_grown(canvas, best, Progress(0.3, GROWING)))], LEAST_MARKED)
     valid = canvas.valid[..., 0] > 0
     yield Progress(0.0, "correlating patches")
     proposals = propose(canvas.image, valid, rng)
@@ -87,20 +87,25 @@ def find_lattice(
             break
         if not is_grown(lattice, grown):
             grown.append((yield from full_grown(canvas, lattice, Progress(0.5 + 0.12 * len(grown), GROWING))))
-    return found_or_refused(grown, LEAST_VERTICES)
+    return ranked(grown, LEAST_VERTICES)
 
 
-def found_or_refused(lattices: list[Lattice], least: int) -> Lattice:
-    """Return the best lattice; raise `NoPatternError` if it has fewer than the `least` vertices."""
-    best = max(lattices, key=merit, default=None)
-    if best is None or len(best) < least:
+def ranked(lattices: list[Lattice], least: int) -> list[Lattice]:
+    """Return the lattices of the `least` vertices or more, the most likely one first, the others by their merit.
+
+    Raises `NoPatternError` if there are none.
+    """
+    large = sorted((lattice for lattice in lattices if len(lattice) >= least), key=merit, reverse=True)
+    if not large:
         raise NoPatternError
+    best = large[0]
     finer = [
         other
-        for other in lattices
+        for other in large
         if merit(other) > NEARLY * merit(best) and lies_well(other, best) and divides(other, best)
     ]
-    return min(finer, key=lambda other: other.texel_area, default=best)
+    first = min(finer, key=lambda other: other.texel_area, default=best)
+    return [first, *(lattice for lattice in large if lattice is not first)]
 
 
 def lies_well(fine: Lattice, coarse: Lattice) -> bool:

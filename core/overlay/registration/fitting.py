@@ -10,7 +10,7 @@ from core.overlay.detection.alignment import Canvas
 from core.overlay.detection.basis import reduced
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.period import coarser, estimate_halves, far_period
-from core.overlay.detection.seeding import NoPatternError, likeness
+from core.overlay.detection.seeding import NoPatternError
 from core.overlay.registration.cloth import Cloth, Fit, estimated, make_cloth, measured, stage, starting_state
 from core.overlay.registration.following import all_followed, doubtful, followed, pruned, surest
 from core.overlay.registration.pieces import joined_by, with_more_pieces
@@ -21,30 +21,20 @@ LEAST_EVENNESS = 0.12
 """Change of colour along stripes over that across them, below which only one direction repeats."""
 LEAST_STEPS = 4
 """Area, in lattice steps, below which nothing was found."""
-LEAST_SHARE, CERTAIN, MANY = 1 / 3, 0.4, 100
-"""Vertices over the area, in steps, that is followed from them: fewer are a chance likeness amid another pattern,
-unless they are as much alike as this, or as many."""
-
 DRAWS = 3
 """Times that the texels are drawn anew where they seem to differ."""
-UNLIKE, BORNE_OUT = 0.35, 0.75
-"""Variance that the texture leaves unexplained, over its own, from which a lattice is none that is followed over less
-than this of its own area."""
 DOUBTFUL, BEGUN = 20, 15
 """Area, in lattice steps, of followed cloth that is doubtful, from which other pieces may belong there; vertices with
 which they begin."""
 
 
-def fit(
-    photo: Floats, canvas: Canvas, lattices: list[Lattice], seed: int, *, trusted: bool, sure: bool
-) -> Job[tuple[Cloth, Fit]]:
+def fit(photo: Floats, canvas: Canvas, lattices: list[Lattice], seed: int, *, trusted: bool) -> Job[tuple[Cloth, Fit]]:
     """Return the cloth registered from the lattice of its largest part, and of others if there are.
 
-    A `trusted` lattice is the user's: its steps are the texel. Where the user is `sure` that there is a pattern, it is
-    followed however little of it was found. Raises `NoPatternError` where it proves to be none.
+    A `trusted` lattice is the user's: its steps are the texel. Raises `NoPatternError` where nothing can be followed.
     """
     cloth, found = yield from begun(photo, canvas, lattices[0], seed, trusted=trusted)
-    return (yield from completed(cloth, found, lattices[1:], seed, sure=sure))
+    return (yield from completed(cloth, found, lattices[1:], seed))
 
 
 def begun(
@@ -76,27 +66,18 @@ def begun(
     return cloth, found
 
 
-def completed(
-    cloth: Cloth, found: Fit, others: list[Lattice], seed: int, *, sure: bool = False
-) -> Job[tuple[Cloth, Fit]]:
+def completed(cloth: Cloth, found: Fit, others: list[Lattice], seed: int) -> Job[tuple[Cloth, Fit]]:
     """Return the cloth followed to its end from where it has been registered, with its further pieces.
 
-    Raises `NoPatternError` where the pattern proves to be none.
+    Raises `NoPatternError` where hardly anything can be followed.
     """
     found = yield from followed(cloth, pruned(cloth, found), Progress(0.25, "following the cloth"))
-    area = cloth.steps_of(found.cells)
-    few = len(cloth.lattice) < min(LEAST_SHARE * area, MANY)
-    chance = not sure and likeness(cloth.lattice) < CERTAIN and few
-    unlike = not sure and found.tolerance.noise > UNLIKE * found.tolerance.own
-    if area < LEAST_STEPS or chance or (unlike and area < BORNE_OUT * len(cloth.lattice)):
+    if cloth.steps_of(found.cells) < LEAST_STEPS:
         raise NoPatternError
     for other in others:
         found = yield from joined_by(cloth, found, other, Progress(0.4, "following the cloth"))
     anew = (yield from from_the_surest(cloth, found, seed)) if doubtful(cloth, found) > DOUBTFUL else None
     found = anew or (yield from with_the_rest(cloth, found, seed))
-    if not sure and evenness(cloth, found) ** 2 < found.tolerance.noise / found.tolerance.own:
-        # What changes along stripes is less than what is not explained: a few vertices of them began by chance.
-        raise NoPatternError
     yield Progress(0.9, "registering finely", stage(cloth, found))
     return cloth, refitted(cloth, found, rounds=4)
 
