@@ -127,6 +127,11 @@ class Warper:
         w = as_complex(plain)
         rectangle = Rectangle.of(w)
         placed = None if rectangle is None else place_cut(mapping, w, rectangle)
+        if rectangle is not None and placed is not None and placed.frame is not None:
+            cut = np.isin(mapping.index, np.flatnonzero(placed.bodies))
+            if not rectangle.holds(placed.frame[cut]):
+                self._last = None
+                return rectangle.cover(mapping)
         pose = self._pose(mapping, plain, placed)
         self._last = _Frame(mapping, plain, pose)
         found = mapping.follow(pose)

@@ -202,6 +202,34 @@ def test_a_band_across_the_picture_has_the_size_of_the_new_width() -> None:
     assert not found.folded.any()
 
 
+def test_a_feature_from_side_to_side_that_is_too_tall_at_its_new_size_covers_the_canvas() -> None:
+    painted = np.zeros(SIZE[::-1], np.uint8)
+    painted[20:170] = 255
+    found = moved(Handles(NONE, NONE), painted=painted, base=(GRID.nodes + 0.5) * [1.5, 1.0] - 0.5)
+    low, high = found.warped.reshape(-1, 2).min(axis=0), found.warped.reshape(-1, 2).max(axis=0)
+    assert (low <= -0.5 + 1e-9).all()
+    assert (high >= np.array(SIZE) * [1.5, 1.0] - 0.5 - 1e-9).all()
+    assert max(residuals(found)) < 1e-12
+    assert not found.folded.any()
+    assert found.outline_moved_px > 1
+
+
+def test_a_rigid_feature_at_one_side_is_no_larger_than_the_new_width() -> None:
+    painted = np.zeros(SIZE[::-1], np.uint8)
+    painted[60:120, :200] = 255
+    found = moved(Handles(NONE, NONE), painted=painted, base=(GRID.nodes + 0.5) * [0.6, 1.0] - 0.5, keep="rigid")
+    assert 0.6 < found.features[0].scale < 0.75
+    assert fit(found) < 1e-9
+    assert not found.folded.any()
+    assert found.outline_moved_px == 0
+
+
+def fit(found: Warped) -> float:
+    """Return the residual of the largest feature from its best-fit similarity."""
+    inside = found.marked.labels == found.features[0].id
+    return fit_residual(as_complex(found.rest)[inside], as_complex(found.warped)[inside], rigid=False)
+
+
 def test_a_pin_on_a_straight_frame_slides_along_it() -> None:
     pin = np.array([[120.0, -0.5]])
     found = moved(Handles(pin, pin + [12.0, 7.0]))

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from core.arrays import Bools, Ints, Points
+from core.arrays import Bools, Floats, Ints, Points
 from core.grid import Grid
-from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.feature_mapping import FeatureMapping, Solution
 from core.mapping.features.similarity import Body
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.frame_glide import glide_beside
@@ -43,6 +43,27 @@ class Rectangle:
         if min(right - left, bottom - top) <= 0 or max(np.abs(side).max() for side in off) > _STRAIGHT * size:
             return None
         return cls((left, top, right, bottom))
+
+    def holds(self, z: Complexes) -> bool:
+        """Return whether positions (n,) lie within the sides."""
+        left, top, right, bottom = self.sides
+        slack = _STRAIGHT * max(right - left, bottom - top)
+        across, down = (z.real - left, right - z.real), (z.imag - top, bottom - z.imag)
+        return bool(min(part.min(initial=np.inf) for part in (*across, *down)) >= -slack)
+
+    def cover(self, mapping: FeatureMapping) -> Solution:
+        """Return the picture scaled as a whole so that it covers the rectangle, and reaches beyond it at two sides.
+
+        That is left where a feature between two opposite sides, which give it its size, is larger than the rectangle
+        the other way: its shape and the full canvas are kept, the frame is not.
+        """
+        left, top, right, bottom = self.sides
+        rest = as_complex(mapping.grid.nodes)
+        size = rest[-1, -1] - rest[0, 0]
+        alpha = max((right - left) / size.real, (bottom - top) / size.imag)
+        z = alpha * (rest - rest.mean()) + complex(left + right, top + bottom) / 2
+        t = np.array([z.ravel()[body.nodes].mean() for body in mapping.bodies], np.complex128)
+        return Solution(z, np.full(len(t), complex(alpha)), t)
 
     def stretches(self, grid: Grid) -> bool:
         """Return whether its sides are not in the proportion of the picture's."""
@@ -77,36 +98,63 @@ def slide(
     """Return the (α, t) of a cut body that lies on its sides, with its centroid as near as may be to `near`.
 
     Opposite sides that cut it give its size in place of `scale`; where both pairs do, and ask for different sizes, it
-    takes the larger one and lies in the middle: it covers the rectangle.
+    takes the larger one and lies in the middle. Else it is no larger than what fits between the sides.
     """
-    low, high = rest[0, 0], rest[-1, -1]
     left, top, right, bottom = rectangle.sides
-    asked = []
-    if cut[LEFT] and cut[RIGHT]:
-        asked.append((right - left) / (high - low).real)
-    if cut[TOP] and cut[BOTTOM]:
-        asked.append((bottom - top) / (high - low).imag)
-    scale = max(asked, default=scale)
     middle = rest.ravel()[body.nodes].mean()
-    x = _beside(cut[LEFT], cut[RIGHT], (low.real, high.real), (left, right), middle.real, scale, near.real)
-    y = _beside(cut[TOP], cut[BOTTOM], (low.imag, high.imag), (top, bottom), middle.imag, scale, near.imag)
-    return complex(scale), complex(x, y)
+    axes = [
+        _Axis(cut[LEFT], cut[RIGHT], rest[0, 0].real, rest[-1, -1].real, left, right, middle.real, body.arms.real),
+        _Axis(cut[TOP], cut[BOTTOM], rest[0, 0].imag, rest[-1, -1].imag, top, bottom, middle.imag, body.arms.imag),
+    ]
+    forced = [axis.stretch for axis in axes if axis.first and axis.last]
+    scale = max(forced) if forced else min(scale, *(axis.most for axis in axes))
+    return complex(scale), complex(axes[0].place(scale, near.real), axes[1].place(scale, near.imag))
 
 
-def _beside(
-    first: bool,
-    last: bool,
-    rest: tuple[float, float],
-    there: tuple[float, float],
-    middle: float,
-    scale: float,
-    near: float,
-) -> float:
-    """Return one coordinate of the centroid of a body that the first or the last of two opposite sides cuts."""
-    from_first, from_last = there[0] + scale * (middle - rest[0]), there[1] - scale * (rest[1] - middle)
-    if first and last:
-        return (from_first + from_last) / 2
-    return from_first if first else from_last if last else near
+@dataclass(frozen=True)
+class _Axis:
+    """A body between two opposite sides of a rectangle, along one axis."""
+
+    first: bool
+    last: bool
+    """Which of them cut it."""
+    rest_first: float
+    rest_last: float
+    """The sides on the picture."""
+    there_first: float
+    there_last: float
+    """And where they go."""
+    middle: float
+    """The body's centroid on the picture."""
+    arms: Floats
+    """Its nodes, from there."""
+
+    @property
+    def stretch(self) -> float:
+        """The size of a body that both sides cut."""
+        return (self.there_last - self.there_first) / (self.rest_last - self.rest_first)
+
+    @property
+    def _gaps(self) -> tuple[float, float]:
+        """What is left free at least, before and behind the body, in output pixels."""
+        before = self.middle + self.arms.min() - self.rest_first
+        behind = self.rest_last - self.middle - self.arms.max()
+        return _LEAST_GAP * self.stretch * float(before), _LEAST_GAP * self.stretch * float(behind)
+
+    @property
+    def most(self) -> float:
+        """The largest size that fits."""
+        return (self.there_last - self.there_first - sum(self._gaps)) / float(np.ptp(self.arms) or 1)
+
+    def place(self, scale: float, near: float) -> float:
+        """Return where the centroid lies: on the side that cuts the body, or as near as fits to `near`."""
+        from_first = self.there_first + scale * (self.middle - self.rest_first)
+        from_last = self.there_last - scale * (self.rest_last - self.middle)
+        if self.first or self.last:
+            return (from_first + from_last) / 2 if self.first and self.last else from_first if self.first else from_last
+        low, high = self._gaps
+        least, most = self.there_first + low - scale * self.arms.min(), self.there_last - high - scale * self.arms.max()
+        return float(np.clip(near, least, max(least, most)))
 
 
 def make_room(
@@ -136,7 +184,7 @@ def make_room(
         gap = _LEAST_GAP * np.diff(places[np.stack([np.append(0, last), np.append(first, len(line) - 1)])], axis=0)[0]
         room = places[-1] - places[0] - gap.sum()
         length = (reach[:, 1] - reach[:, 0]).sum()
-        if length > room and not fixed.any():
+        if length > room and not fixed.any() and all(freedom_of(cut[i])[0] for i in order):
             alpha[order] *= room / length
             reach = reach * (room / length)
         start = part(t[order]) + reach[:, 0]
