@@ -1,4 +1,4 @@
-"""Use the real window at random: `python -m tests.fuzz.soak [--minutes M] [--seed N]`.
+"""Use the real window at random: `python -m tests.fuzz.soak [--minutes M | --deeds D] [--seed N]`.
 
 A hand without a plan drags on the canvas and over the panels, presses keys and chords, runs actions, sets sliders to
 their ends, types into fields and answers dialogs. No fault may come up, and memory must stay bounded.
@@ -30,7 +30,9 @@ from tests.gui.window_driver import WindowDriver, drive
 
 SIZE = (1280, 800)
 GROWTH_MB = 400
-"""Memory may grow by so much after the first third of the time, when all modes have been seen."""
+"""Memory may grow by so much after the first third of the soak, when all modes have been seen."""
+LOOKS = 24
+"""So often memory is looked at."""
 LEFT_OUT = ("file.quit", "file.open", "file.new", "file.replace_picture", "view.full_screen")
 SCRAPS = ("a", "/", "12", "-5", "1e9", ".", "~", "é")
 KEYS = tuple("bpochxgmk[]\\") + ("escape", "delete", "enter", "left", "up", "tab", "f1", "space")
@@ -136,9 +138,9 @@ def memory_mb() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
-def soak(minutes: float, seed: int) -> int:
-    """Use the window for so long; return 1 where memory grew without bounds."""
-    grown: list[tuple[float, float]] = []
+def soak(share: Callable[[int], float], seed: int) -> int:
+    """Use the window until `share`, which is told how many deeds are done, is 1; return 1 where memory ran away."""
+    grown: list[float] = []
     jobs = Jobs()
     with tempfile.TemporaryDirectory() as folder:
         start = Document.of(picture()).with_warp(cell_px=16.0)
@@ -152,34 +154,36 @@ def soak(minutes: float, seed: int) -> int:
         os.chdir(folder)
 
         def script(window: WindowDriver) -> None:
-            hand, begun = Hand(window, random.Random(seed)), time.monotonic()
-            ends, said = begun + 60 * minutes, begun
-            while time.monotonic() < ends:
-                hand.act()
-                if time.monotonic() >= said:
-                    grown.append((time.monotonic() - begun, memory_mb()))
-                    sys.stdout.write(f"{grown[-1][0]:6.0f} s  {hand.done:7d} deeds  {grown[-1][1]:6.0f} MiB\n")
+            hand = Hand(window, random.Random(seed))
+            while (done := share(hand.done)) < 1:
+                if done * LOOKS >= len(grown):
+                    grown.append(memory_mb())
+                    sys.stdout.write(f"{done:4.0%}  {hand.done:7d} deeds  {grown[-1]:6.0f} MiB\n")
                     sys.stdout.flush()
-                    said += 15
+                hand.act()
 
         drive(editor, script, size=SIZE)
         jobs.close()
         os.chdir("/")
-    settled = [used for at, used in grown if at >= 20 * minutes]
-    return 1 if settled and max(settled) - settled[0] > GROWTH_MB else 0
+    settled = [*grown[LOOKS // 3 :], memory_mb()]
+    return 1 if max(settled) - settled[0] > GROWTH_MB else 0
 
 
 def main() -> int:
     """Run from the command line, under a display of its own where there is none."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=5.0)
+    parser.add_argument("--deeds", type=int, help="end after so many deeds, however long they take")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         screen = f"-screen 0 {SIZE[0]}x{SIZE[1]}x24"
         command = ["xvfb-run", "-a", "-s", screen, sys.executable, "-m", "tests.fuzz.soak", *sys.argv[1:]]
         return subprocess.run(command, check=False).returncode
-    return soak(arguments.minutes, arguments.seed)
+    begun, seconds = time.monotonic(), 60 * arguments.minutes
+    if arguments.deeds:
+        return soak(lambda done: done / arguments.deeds, arguments.seed)
+    return soak(lambda _: (time.monotonic() - begun) / seconds, arguments.seed)
 
 
 if __name__ == "__main__":
