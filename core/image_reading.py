@@ -15,6 +15,7 @@ from core.image import Attribute, Image, usable_profile
 from core.litter import scratch_folder
 from core.metadata import as_text, put
 from core.oiio_faults import fault_of
+from core.picture_bounds import TooLargeError, check_size
 from core.png_chunks import is_broken_png
 from core.text import legible
 
@@ -29,7 +30,8 @@ def load(path: Path | str) -> Image:
     Raises
     ------
     InputError
-        If the file is missing, not an image, or cut short.
+        If the file is missing, not an image, cut short, or larger than `core.picture_bounds` lets a picture be; that is
+        known before its pixels are read.
     """
     path = Path(path)
     _check_readable(path)
@@ -61,12 +63,15 @@ def _read(path: Path, name: str) -> Image:
     source = OpenImageIO.ImageInput.open(name, wish)
     fault = fault_of(OpenImageIO)
     if source is None:
-        raise InputError(f"{path}: {_open_fault(fault)}")
+        raise _open_fault(path, fault)
     if source.format_name() == "null":  # OpenImageIO's own, of black pictures, whatever the file
         raise InputError(f"{path}: not an image of a known format")
     try:
-        spec = source.spec()
-        pixels = source.read_image(0, 0, 0, spec.nchannels, _reading_depth(spec))
+        spec, depth = source.spec(), _reading_depth(source.spec())
+        check_size(
+            (spec.width, spec.height), max(spec.depth, 1) * spec.nchannels * OpenImageIO.TypeDesc(depth).size(), path
+        )
+        pixels = source.read_image(0, 0, 0, spec.nchannels, depth)
         fault = fault_of(source)
     finally:
         source.close()
@@ -120,9 +125,12 @@ def _check_readable(path: Path) -> None:
         raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
 
 
-def _open_fault(fault: str) -> str:
-    """Say in one line why OpenImageIO cannot open a file."""
-    return "not an image of a known format" if "format reader" in fault else "not an image, damaged or cut short"
+def _open_fault(path: Path, fault: str) -> InputError:
+    """Return in one line why OpenImageIO cannot open a file."""
+    if "may not exceed" in fault or "limits:imagesize_MB" in fault:
+        return TooLargeError(f"{path}: has more pixels than a picture may have, or the machine can hold")
+    known = "not an image of a known format" if "format reader" in fault else "not an image, damaged or cut short"
+    return InputError(f"{path}: {known}")
 
 
 def _with_exif(spec: OpenImageIO.ImageSpec, path: Path) -> OpenImageIO.ImageSpec:

@@ -23,6 +23,7 @@ from core.litter import scratch_folder
 from core.members import Members
 from core.notices import notice
 from core.npy_file import read_npy
+from core.picture_bounds import TooLargeError
 from core.plain_data import as_list, decode, encode
 from core.raster import Raster
 
@@ -212,6 +213,8 @@ def _decoded(content: bytes, suffix: str, name: str) -> Image:
         place.write_bytes(content)
         try:
             return load(place)
+        except TooLargeError as fault:
+            raise InputError(str(fault).replace(str(place), name)) from None
         except InputError:
             raise InputError(f"{name}: holds a damaged picture") from None
 
