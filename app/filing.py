@@ -29,7 +29,7 @@ from app.warp_files import SUFFIXES as WARP_SUFFIXES
 from app.warp_files import writing_warp
 from core.arrays import InputError
 from core.document import Document
-from core.document_overlay import is_changed
+from core.document_overlay import UNSOUGHT, is_changed
 from core.files import write_text
 from core.images import Image, load
 from core.progress import Job, Progress
@@ -153,19 +153,15 @@ def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None, *, ove
 def ask_export(editor: Editor) -> None:
     """Ask how to export the picture, and do it; what is laid on cloth waits until its pattern is found."""
     editor.finish()
-    if editor.session.mode == "overlay" and not editor.overlay.is_final and lays_on_cloth(editor.document):
-        why = editor.overlay.fault or "the pattern of the cloth is still being looked for"
+    if editor.session.mode == "overlay" and not editor.overlay.is_final and is_changed(editor.document.cloth):
+        is_sought = editor.document.cloth.search is not None
+        why = editor.overlay.fault or ("the pattern of the cloth is still being looked for" if is_sought else UNSOUGHT)
         editor.fail(InputError(f"Nothing to export yet: {why}"))
         return
     document = editor.document.changed(mode=editor.session.mode)
     near = editor.project_path or editor.source_path or Path("Untitled")
     options = ExportOptions(near.with_name(f"{near.stem}-weft.png"), document.result_px)
     editor.requests.append(ExportPicture(document, options, lambda chosen: export(editor, chosen)))
-
-
-def lays_on_cloth(document: Document) -> bool:
-    """Return whether the picture of Overlay mode needs the pattern of the cloth to be found."""
-    return document.cloth.search is not None and is_changed(document.cloth)
 
 
 def export(editor: Editor, options: ExportOptions) -> None:

@@ -32,6 +32,8 @@ FINDING = 0.96
 """Share of the work that is not freeing the detail of the old pattern."""
 LAYING = 0.95
 """Share of an export's work that finding the pattern takes."""
+UNSOUGHT = "no pattern was found yet that a texture could take the place of: find the pattern first"
+"""Why nothing can be laid on the cloth of a document in which no search was begun."""
 COPIES = 2.5
 """How many copies of a new texture go across the cloth unless the artist says otherwise."""
 
@@ -121,7 +123,7 @@ def found(document: Document) -> Job[Layers]:
     """Return the document's layers, found now or before; raise `NoPatternError` where there are none."""
     search = document.cloth.search
     if search is None:
-        raise InputError("no pattern was found yet")
+        raise InputError(UNSOUGHT)
     outcome = _kept.get(document.image, search)
     if outcome is None:
         try:

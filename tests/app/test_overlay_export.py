@@ -12,9 +12,10 @@ from app.commands import decompose
 from app.jobs import Jobs
 from app.requests import ExportPicture
 from core.cloth import Search
-from core.document_overlay import picture
+from core.document_overlay import UNSOUGHT, picture
 from core.images import save
 from core.progress import Job, Progress, run
+from core.project import save_project
 from tests.app.driver import EditorDriver, Later, document
 from tests.core.pictures import picture as small
 
@@ -37,6 +38,22 @@ def test_what_is_laid_on_cloth_is_not_exported_before_its_pattern_is_found() -> 
     filing.ask_export(drive.editor)
     assert drive.editor.requests == []
     assert drive.editor.notices[-1].text == "Nothing to export yet: the pattern of the cloth is still being looked for"
+
+
+def test_a_texture_without_a_search_is_not_exported_as_the_bare_photo(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drive = begun()
+    drive.editor.edit("Texture", drive.document.with_cloth(texture=drive.document.image))
+    drive.frame()
+    filing.ask_export(drive.editor)
+    assert drive.editor.requests == []
+    assert drive.editor.notices[-1].text == f"Nothing to export yet: {UNSOUGHT}"
+    monkeypatch.chdir(tmp_path)
+    save_project(drive.document, Path("a.weft"))
+    assert main(["render", "a.weft", "-o", "a.png"]) == 2
+    assert capsys.readouterr().err == f"weft: error: a.weft: {UNSOUGHT}\n"
+    assert not Path("a.png").exists()
 
 
 def test_a_photo_with_nothing_on_its_cloth_is_exported_as_it_is_without_a_search() -> None:

@@ -230,7 +230,7 @@ def test_an_export_without_a_pattern_says_so(monkeypatch: pytest.MonkeyPatch, tm
     options = ExportOptions(tmp_path / "out.png", noise.size_px)
     run(exporting(document, options))
     textured = document.with_cloth(texture=TEXTURE, texture_name="new.png")
-    with pytest.raises(InputError, match="no pattern was found yet"):
+    with pytest.raises(InputError, match="no pattern was found yet that a texture could take the place of"):
         run(exporting(textured, options))
     drive = OverlayDriver(textured.with_cloth(search=Search()))
     assert drive.editor.overlay.fault == "no repeating texture found in the picture"
