@@ -1,17 +1,17 @@
 """The editor: a document with its history, a session, and what is in progress. It knows no GL and no ImGui."""
 
-import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal, TypeAlias, TypeVar
+from typing import TypeAlias
 
+from app.errands import Errands
 from app.events import Event
 from app.history import History
 from app.interaction import Interaction
-from app.jobs import Jobs, Task, Ticket
+from app.jobs import Jobs
 from app.live import Answer, LiveWarp
 from app.live_overlay import LiveOverlay
 from app.live_retexture import LiveRetexture
@@ -28,17 +28,7 @@ from core.document_retexture import moves
 from core.progress import Job
 from core.text import legible
 
-log = logging.getLogger("weft")
-T = TypeVar("T")
 Exporter: TypeAlias = Callable[[Document, ExportOptions], Job[None]]
-
-
-@dataclass(frozen=True)
-class Notice:
-    """A message for the artist."""
-
-    text: str
-    level: Literal["info", "error"] = "info"
 
 
 def _bytes(preferences: Preferences) -> int:
@@ -46,7 +36,7 @@ def _bytes(preferences: Preferences) -> int:
     return int(preferences.undo_mb * 2**20)
 
 
-class Editor:
+class Editor(Errands):
     """Everything the window shows; events and actions go in, the document and the session come out."""
 
     def __init__(
@@ -60,13 +50,13 @@ class Editor:
         preferences: Preferences | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        super().__init__(jobs or Jobs())
         self.preferences = preferences or Preferences()
         self.preferences_file: Path | None = None
         """Where the preferences are kept from run to run; None keeps them nowhere."""
         self.history = self._history(document)
         self.session = Session(brush=Brush.of(document.size_px))
         self.tools = tools
-        self.jobs = jobs or Jobs()
         self.recovery = recovery
         """Keeps unsaved work; None keeps nothing."""
         self.exporter = exporter
@@ -85,9 +75,6 @@ class Editor:
         """Where `Session.recent` is kept from run to run; None keeps it nowhere."""
         self.is_closing = False
         """Whether the artist has asked to leave and nothing stands against it."""
-        self.take_fault: Callable[[Exception], None] | None = None
-        """Takes faults of the program itself in the place of a notice; the window puts it here."""
-        self.notices: list[Notice] = []
         self.requests: list[Request] = []
         """What the window is to ask the artist, the oldest first; whoever shows one takes it out."""
         self._hand = Interaction(self, tools)
@@ -183,58 +170,6 @@ class Editor:
     def show(self, **changes: object) -> None:
         """Change the session."""
         self.session = replace(self.session, **changes)  # type: ignore[arg-type]
-
-    def notify(self, text: str, level: Literal["info", "error"] = "info") -> None:
-        """Leave a message for the artist."""
-        self.notices.append(Notice(legible(text), level))
-
-    def fail(self, fault: Exception) -> None:
-        """Tell the artist what went wrong; a fault of the program itself goes to `take_fault` and to the log."""
-        if isinstance(fault, WeftError | OSError | MemoryError):
-            self.notify("not enough memory" if isinstance(fault, MemoryError) else str(fault), "error")
-            return
-        log.error("a job failed", exc_info=fault)
-        if self.take_fault is not None:
-            self.take_fault(fault)
-        else:
-            self.notify(str(fault) or type(fault).__name__, "error")
-
-    def start(
-        self,
-        name: str,
-        steps: Callable[[], Job[T]],
-        apply: Callable[[Document, T], Document | None],
-        *,
-        beside: bool = False,
-    ) -> Ticket:
-        """Run a long job and make what `apply` returns one undo entry called `name`.
-
-        `apply` gets the document of that moment, and returns None where the job's result no longer fits it. A job
-        `beside` waits for none of the others.
-        """
-
-        def deliver(result: T) -> None:
-            document = apply(self.document, result)
-            if document is not None:
-                self.edit(name, document)
-
-        return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True), beside=beside)
-
-    def background(
-        self,
-        name: str,
-        steps: Callable[[], Job[T]],
-        deliver: Callable[[T], None],
-        *,
-        failed: Callable[[Exception], None] | None = None,
-        writes: bool = False,
-    ) -> Ticket:
-        """Run a long job whose result is not an edit; it is handed over when no gesture is in progress.
-
-        `failed` takes its fault in the place of the artist. `writes` says that it makes a file, which the window does
-        not close upon unasked.
-        """
-        return self.jobs.start(Task(name, steps, deliver, failed or self.fail, edits=True, writes=writes))
 
     def update(self) -> None:
         """Take what jobs have ready and bring the map up to date; once per frame, after the events."""

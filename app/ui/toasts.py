@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from imgui_bundle import ImVec2, imgui
 
-from app.editor import Editor, Notice
+from app.editor import Editor
+from app.errands import Notice
 from app.ui import theme
 from app.ui.controls import colors, icon_button
 from app.ui.input import Area

@@ -7,7 +7,7 @@ import pytest
 from app import filing
 from app.actions.file import recent_actions
 from app.actions.table import ActionTable
-from app.editor import Notice
+from app.errands import Notice
 from app.jobs import InlineExecutor, Jobs
 from app.render.picture_file import exporting
 from app.requests import AskUnsaved, AskWriting, ExportOptions, ExportPicture, OpenFile, SaveFile, Writing

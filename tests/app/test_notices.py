@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from app.__main__ import main
-from app.editor import Notice
+from app.errands import Notice
 from app.filing import export
 from app.render.picture_file import exporting
 from app.requests import ExportOptions
