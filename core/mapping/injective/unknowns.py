@@ -15,6 +15,9 @@ from core.mapping.injective.levels import Level, Map
 from core.mapping.injective.outline import Gliders
 from core.mapping.jacobians import Complexes
 
+_MOST_GROWTH = 20.0
+"""Logarithm of a change of size that a step is cut to: a trial step far too long stays a number, and is refused."""
+
 
 @dataclass(frozen=True, eq=False)
 class Freedoms:
@@ -116,7 +119,8 @@ class Unknowns:
         z, alpha, place = state.z.copy(), state.alpha.copy(), state.place.copy()
         z[self._free] += step[self.of_nodes[self._free, :2]].view(np.complex128)[:, 0]
         by = step[self.of_bodies[self.active]]
-        alpha[self.active] *= np.exp(by[:, SCALE] + 1j * by[:, TURN])
+        grown = np.clip(by[:, SCALE], -_MOST_GROWTH, _MOST_GROWTH)
+        alpha[self.active] *= np.exp(grown + 1j * by[:, TURN])
         place[self.active] += by[:, ALONG_X] + 1j * by[:, ALONG_Y]
         return self._placed(State(z, alpha, place, state.arcs + step[self.of_nodes[self._gliders.nodes, 0]]))
 
