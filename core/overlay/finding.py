@@ -5,6 +5,7 @@ Where there is reason to doubt a find, the pattern is looked for in the whole pi
 search, and then among large texels.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from core.arrays import Floats
 from core.overlay.detection.alignment import Canvas
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice, connected
-from core.overlay.detection.seeding import LEAST_VERTICES, NoPatternError, find_lattices, flat_canvas
+from core.overlay.detection.seeding import LEAST_VERTICES, NoPatternError, divides, find_lattices, flat_canvas
 from core.overlay.detection.stages import Stage
 from core.overlay.registration.cloth import Cloth, Fit
 from core.overlay.registration.evidence import Evidence, weigh
@@ -21,6 +22,9 @@ from core.overlay.registration.fitting import begun, completed
 from core.overlay.registration.following import followed, pruned
 from core.overlay.wide import find_wide
 from core.progress import Job, Progress, part
+
+AS_MUCH = 0.9
+"""Share of what a lattice explains that a finer one of the same pattern explains at least: the rest is noise."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +79,22 @@ def found_by_lattice(
         except NoPatternError:
             continue
         if finds[-1].weight.is_clear:
+            finer = (other for other in lattices if divides(other, lattice))
+            finds[-1] = yield from least_texel(photo, canvas, finds[-1], finer, seed)
             break
     return finds
+
+
+def least_texel(photo: Floats, canvas: Canvas, found: Find, finer: Iterator[Lattice], seed: int) -> Job[Find]:
+    """Return the find, or the one of a `finer` lattice that explains as much: several texels explain what one does."""
+    for lattice in finer:
+        try:
+            other = yield from registered(photo, canvas, inside(lattice, canvas), seed)
+        except NoPatternError:
+            continue
+        if other.weight.share > AS_MUCH * found.weight.share:
+            return other
+    return found
 
 
 def inside(lattice: Lattice, canvas: Canvas) -> Lattice:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.bench.overlay import cloth
 from core.arrays import Bools, Floats, Singles
 from core.image import Image
 from core.overlay import finding, whole_cloth
@@ -137,3 +138,9 @@ def test_whole_cloth_keeps_the_better_find(
     monkeypatch.setattr(whole_cloth, "whole_object", whole)
     photo = Image(np.zeros((*scene.photo.shape[:2], 3), np.uint8))
     assert run(decompose_whole_cloth(photo, None, found_in)).explained == kept
+
+
+def test_of_lattices_that_explain_as_much_the_one_with_the_least_texel_is_taken() -> None:
+    found = run(decompose(cloth((512, 512))))
+    texels = float(found.covered.sum()) / abs(float(np.linalg.det(found.basis)))
+    assert 135 < texels < 160
