@@ -9,13 +9,13 @@ Three kinds of constraints, all hard:
 - gliding nodes of the frame: they move along the outline that W draws, and only along it. All others stay.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from core.arrays import Bools, Points
 from core.mapping.features.similarity import Body
-from core.mapping.jacobians import Complexes, as_complex
+from core.mapping.jacobians import Complexes
 
 SCALE, TURN, ALONG_X, ALONG_Y = range(4)
 
@@ -46,7 +46,3 @@ class Constraints:
             np.ones((len(bodies), 4), bool),
             np.zeros(rest.shape, bool),
         )
-
-    def with_points(self, at: Points, to: Points) -> "Constraints":
-        """Return the constraints with other points of the background, (k, 2) each."""
-        return replace(self, at=at, to=as_complex(to))
