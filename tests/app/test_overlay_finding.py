@@ -132,10 +132,18 @@ def cloth_on_a_table() -> tuple[Image, Bools]:
     return Image(np.clip(photo, 0, 255).astype(np.uint8)), inside
 
 
-def test_whole_cloth_is_taken_in_and_undone_at_once() -> None:
+SHORT = pytest.mark.xfail(reason="what is cut out around this find is 0.70 of the cloth", strict=True)
+STROKES = [
+    pytest.param([(50, 45), (80, 80), (120, 145)], marks=SHORT, id="shorter"),
+    pytest.param([(48, 43), (80, 80), (125, 150)], id="longer"),
+]
+
+
+@pytest.mark.parametrize("stroke", STROKES)
+def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, float]]) -> None:
     photo, inside = cloth_on_a_table()
     drive = OverlayDriver(Document.of(photo))
-    drive.tool("region").drag((48, 43), (80, 80), (125, 150))
+    drive.tool("region").drag(*stroke)
     drive.run("overlay.find")
     part = drive.editor.overlay.layers
     assert part is not None

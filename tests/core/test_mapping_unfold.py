@@ -15,6 +15,7 @@ from core.mapping.injective.outline import crosses_itself, ring_of
 from core.mapping.injective.unfold import unfold
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.options import Keep, MappingOptions
+from core.mapping.result import Warped
 from core.mapping.warping import warp_grid
 from core.progress import Job, Progress, run
 from core.warps.presets import make_warp
@@ -152,32 +153,94 @@ def stripes() -> Bytes:
 CUT = {mask.__name__: mask() for mask in (low_band, cross, stripes)}
 
 
-@pytest.mark.parametrize(
-    ("name", "preset", "bend", "keep"),
-    [
-        ("low_band", "arc", 90, "similarity"),
-        ("low_band", "arc", 90, "rigid"),
-        ("cross", "arc", 90, "rigid"),
-        ("stripes", "squeeze", 60, "similarity"),
-    ],
-)
-def test_features_that_the_edge_cuts_at_both_ends_are_unfolded(name: str, preset: str, bend: float, keep: Keep) -> None:
+Cut = tuple[str, str, float, Keep]
+BETWEEN_SIDES: list[Cut] = [
+    ("low_band", "arc", 90, "similarity"),
+    ("low_band", "arc", 90, "rigid"),
+    ("cross", "arc", 90, "rigid"),
+    ("stripes", "squeeze", 60, "similarity"),
+]
+LETS_GO = pytest.mark.xfail(reason="where a rigid band is bent far, all of the outline leaves W", strict=True)
+
+
+def unfolded_cut(cut: Cut) -> tuple[Features, Points, Warped]:
+    name, preset, bend, keep = cut
     features = find_features(GRID, CUT[name])
     plain = make_warp(preset, WIDTH, HEIGHT, bend=bend)(GRID.nodes)
-    result = warp_grid(GRID, features, plain, options=MappingOptions(keep=keep))
-    z = as_complex(result.warped)
+    return features, plain, warp_grid(GRID, features, plain, options=MappingOptions(keep=keep))
+
+
+@pytest.mark.parametrize("cut", BETWEEN_SIDES, ids=str)
+def test_features_that_the_edge_cuts_at_both_ends_are_unfolded(cut: Cut) -> None:
+    features, plain, result = unfolded_cut(cut)
     assert not folded_quads(as_complex(plain)).any()
-    assert not folded_quads(z).any()
+    assert not result.folded.any()
     assert residuals(features, result.warped, rigid=False).max() < 1e-6
-    # Beside the cut of a rigid band the outline may curl in on itself, within a cell or two.
-    assert keep == "rigid" or not crosses_itself(z.ravel()[ring_of(GRID)])
-    outside = GRID.outline & (features.labels == 0)
-    moved = off_its_side(result.warped, plain, outside)
-    assert moved.max() < 0.6 * WIDTH
-    assert result.report().get("outline_moved_px", 0.0) == moved.max()
-    # Size gives way before more of the outline than what is beside the cuts leaves W; a rigid band's does not.
-    assert keep == "rigid" or (moved == 0).mean() > 0.5
     assert all(0.4 < feature["scale"] < 1.1 for feature in result.report()["features"])
+
+
+@pytest.mark.parametrize(
+    "cut",
+    [
+        BETWEEN_SIDES[0],
+        pytest.param(BETWEEN_SIDES[1], marks=LETS_GO),
+        pytest.param(BETWEEN_SIDES[2], marks=LETS_GO),
+        BETWEEN_SIDES[3],
+    ],
+    ids=str,
+)
+def test_only_what_is_beside_the_cuts_leaves_the_outline(cut: Cut) -> None:
+    features, plain, result = unfolded_cut(cut)
+    assert not crosses_itself(as_complex(result.warped).ravel()[ring_of(GRID)])
+    moved = off_its_side(result.warped, plain, GRID.outline & (features.labels == 0))
+    assert moved.max() < 0.5 * WIDTH
+    assert result.report().get("outline_moved_px", 0.0) == moved.max()
+    # Size gives way before more of the outline than what is beside the cuts leaves W.
+    assert (moved == 0).mean() > 0.5
+
+
+@pytest.mark.parametrize("keep", ["similarity", pytest.param("rigid", marks=LETS_GO)])
+def test_on_a_large_grid_too_only_what_is_beside_the_cuts_leaves_the_outline(keep: Keep) -> None:
+    features = find_features(FINE, CUT["low_band"])
+    plain = make_warp("arc", WIDTH, HEIGHT, bend=90)(FINE.nodes)
+    result = warp_grid(FINE, features, plain, options=MappingOptions(keep=keep))
+    z, inside = as_complex(result.warped), features.labels > 0
+    assert not result.folded.any()
+    assert fit_residual(as_complex(FINE.nodes)[inside], z[inside], rigid=False) < 1e-9
+    assert not crosses_itself(z.ravel()[ring_of(FINE)])
+    assert (off_its_side(result.warped, plain, FINE.outline & ~inside) == 0).mean() > 0.8
+
+
+def test_a_line_that_crosses_itself_is_told_from_one_that_does_not() -> None:
+    ring = ring_of(GRID)
+    z = as_complex(GRID.nodes).ravel().copy()
+    assert len(ring) == GRID.outline.sum()
+    assert np.abs(np.diff(z[ring])).max() <= max(GRID.cell) + 1e-9
+    for angle in (0.0, 0.3, 1.1):
+        assert not crosses_itself(np.exp(1j * angle) * z[ring])
+    z[ring[5]] += HEIGHT * 1.5j
+    assert crosses_itself(z[ring])
+
+
+def test_a_line_crosses_itself_where_two_of_its_edges_do() -> None:
+    def turns(a: complex, b: complex, c: complex) -> float:
+        return float(((b - a).conjugate() * (c - a)).imag)
+
+    rng, told = np.random.default_rng(3), []
+    for _ in range(60):
+        count = int(rng.integers(4, 30))
+        radius = 1 + rng.normal(0, 0.35, count)
+        ring = radius * np.exp(1j * np.sort(rng.uniform(0, 2 * np.pi, count)))
+        ring[int(rng.integers(count))] *= rng.choice([1, 1j, -0.5])
+        edges = [(ring[i], ring[(i + 1) % count]) for i in range(count)]
+        crossed = any(
+            turns(*one, other[0]) * turns(*one, other[1]) < 0 and turns(*other, one[0]) * turns(*other, one[1]) < 0
+            for i, one in enumerate(edges)
+            for other in edges[i + 2 : count - (i == 0)]
+        )
+        assert crosses_itself(ring) == crossed
+        told.append(crossed)
+    assert 10 < sum(told) < 50
 
 
 def test_an_outline_that_stays_is_not_reported() -> None:
