@@ -132,7 +132,9 @@ def cloth_on_a_table() -> tuple[Image, Bools]:
     return Image(np.clip(photo, 0, 255).astype(np.uint8)), inside
 
 
-SHORT = pytest.mark.xfail(reason="what is cut out around this find is 0.70 of the cloth", strict=True)
+SHORT = pytest.mark.xfail(
+    reason="what is cut out around this find is 0.70 of the cloth", raises=AssertionError, strict=True
+)
 STROKES = [
     pytest.param([(50, 45), (80, 80), (120, 145)], marks=SHORT, id="shorter"),
     pytest.param([(48, 43), (80, 80), (125, 150)], id="longer"),
