@@ -6,7 +6,7 @@ import sys
 def main(arguments: list[str] | None = None) -> int:
     """Run `weft` with `arguments` (those of the process by default) and return its exit status, 130 if interrupted."""
     try:
-        from app.loading import loading
+        from app.window.loading import loading
 
         with loading():
             from app import cli

@@ -14,10 +14,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn, Protocol, cast
 
-from app.loading import loading
+from app.window.loading import loading
 from core import tracing
 from core.arrays import WeftError
-from core.files import atomic_file, check_outputs
+from core.files.atomic import atomic_file, check_outputs
 from core.notices import hearing
 
 COMMANDS = {

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from core.arrays import Floats, Ints, Points, Singles
 from core.grid import Grid
-from core.raster import Box
+from core.rasters.raster import Box
 
 Boxes: TypeAlias = tuple[Points, Points]
 """Low and high corners, (..., 2) each."""

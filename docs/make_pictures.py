@@ -9,10 +9,10 @@ import numpy as np
 
 from app.cli import main as run
 from app.commands.edit import sample
-from app.editor import Editor
-from app.jobs import Jobs
+from app.editor.editor import Editor
+from app.model.jobs import Jobs
 from app.tools.all import TOOLS
-from core.images import Image, load, save
+from core.imaging.images import Image, load, save
 from tests.gui.window_driver import WindowDriver, drive
 
 HERE = Path(__file__).parent

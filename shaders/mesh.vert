@@ -1,5 +1,5 @@
 #version 330
-// The deformed grid with its ring, two triangles a quad (app/render/ring.py).
+// The deformed grid with its ring, two triangles a quad (app/render/passes/ring.py).
 //
 // Vertex 2 n + k is node n. It is the last corner of the two triangles of the quad above and left of it, and hands
 // triangle k (0: top left, top right, bottom right; 1: bottom left, top left, bottom right) its affine maps as flat

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from app.editor import Editor
-from app.events import Key
+from app.editor.editor import Editor
+from app.model.events import Key
 
 
 def _always(editor: Editor) -> bool:

@@ -2,7 +2,7 @@
 
 from app.actions import Action
 from app.actions.panels import showing
-from app.editor import Editor
+from app.editor.editor import Editor
 
 EDIT = (
     Action(

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from app import filing
 from app.actions import Action
-from app.editor import Editor
-from core.text import legible
+from app.editor.editor import Editor
+from app.files import filing
+from core.files.text import legible
 
 
 def recent_actions(editor: Editor) -> tuple[Action, ...]:

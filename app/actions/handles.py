@@ -4,10 +4,10 @@ from dataclasses import replace
 
 from app.actions import Action
 from app.actions.removal import removal
-from app.curve_kinds import INNER
-from app.editor import Editor
-from core import curve_edit
-from core.document import pixels_from_places, places_from_pixels
+from app.editor.curve_kinds import INNER
+from app.editor.editor import Editor
+from core.curves import curve_edit
+from core.document.document import pixels_from_places, places_from_pixels
 
 
 def _toggle_frame(editor: Editor) -> None:

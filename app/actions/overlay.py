@@ -4,19 +4,19 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from app import filing
 from app.actions import Action
-from app.editor import Editor
-from app.requests import PICTURES, OpenFile
-from app.session import Shown
-from core.cloth import Search
-from core.document import Document
-from core.document_parts import Part, picture_of
-from core.images import Image, load, save
-from core.object_masks import as_bytes, whole_object
+from app.editor.editor import Editor
+from app.files import filing
+from app.model.requests import PICTURES, OpenFile
+from app.model.session import Shown
+from core.document.document import Document
+from core.document.overlay_settings import Search
+from core.document.parts import Part, picture_of
+from core.files.text import legible
+from core.imaging.images import Image, load, save
+from core.masks.object_masks import as_bytes, whole_object
 from core.progress import Job, Progress
-from core.raster import Raster
-from core.text import legible
+from core.rasters.raster import Raster
 
 PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
 """Tools that work on the photo, and so show it in place of the result."""

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from app.editor import Editor
-from app.requests import Panel, ShowPanel
+from app.editor.editor import Editor
+from app.model.requests import Panel, ShowPanel
 
 
 def showing(panel: Panel) -> Callable[[Editor], None]:

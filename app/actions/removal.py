@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from app.actions import Action
-from app.editor import Editor
-from core.document import Mode
+from app.editor.editor import Editor
+from core.document.document import Mode
 
 
 def removal(

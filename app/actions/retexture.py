@@ -5,16 +5,16 @@ from dataclasses import replace
 
 from app.actions import Action
 from app.actions.removal import removal
-from app.curve_kinds import FEATURE, with_found_curve
-from app.editor import Editor
-from app.session import Look, Painted
-from core import curve_pairs
-from core.curve_simplifying import simplified
-from core.curves import Curve
-from core.document import places_from_pixels
-from core.document_retexture import moves
-from core.edge_tracing import outlines, suggestions
-from core.raster import Raster
+from app.editor.curve_kinds import FEATURE, with_found_curve
+from app.editor.editor import Editor
+from app.model.session import Look, Painted
+from core.curves.bezier import Curve
+from core.curves.edge_tracing import outlines, suggestions
+from core.document import curve_pairs
+from core.document.curve_simplifying import simplified
+from core.document.document import places_from_pixels
+from core.document.retexture import moves
+from core.rasters.raster import Raster
 
 SIMPLER_PX = 2.0
 """Simplified curves keep so close to what they were, in pixels as they are seen, and in the picture's at least."""

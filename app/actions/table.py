@@ -11,9 +11,9 @@ from app.actions.overlay import OVERLAY
 from app.actions.retexture import RETEXTURE
 from app.actions.view import MODES, VIEW
 from app.actions.warp import MASK, WARP
-from app.editor import Editor
-from app.events import Key
-from app.tool import Tool
+from app.editor.editor import Editor
+from app.editor.tool import Tool
+from app.model.events import Key
 
 
 class ActionTable:

@@ -6,10 +6,10 @@ import numpy as np
 
 from app.actions import Action
 from app.actions.panels import showing
-from app.editor import Editor
-from app.spaces import View, centred, fitted, zoomed_at
+from app.editor.editor import Editor
+from app.model.spaces import View, centred, fitted, zoomed_at
 from core.arrays import Points
-from core.document import Mode
+from core.document.document import Mode
 
 ZOOM_STEP = 1.5
 

@@ -2,12 +2,12 @@
 
 from typing import get_args
 
-from app import filing, masks
 from app.actions import Action
-from app.editor import Editor
-from app.painting import LAYERS, layer, painted, with_layer
-from core.document import Keep, WarpSettings
-from core.raster import Raster
+from app.editor.editor import Editor
+from app.editor.painting import LAYERS, layer, painted, with_layer
+from app.files import filing, masks
+from core.document.document import Keep, WarpSettings
+from core.rasters.raster import Raster
 from core.warps.presets import PRESETS
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from app.render.export import render_mesh
 from core.arrays import Points
 from core.grid import Grid
-from core.images import Image
+from core.imaging.images import Image
 
 SIZES = ((1600, 1200), (4000, 3000))
 RUNS = 3

@@ -11,15 +11,15 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from core.arrays import Bytes, Floats, Points
-from core.cholmod import cholmod
-from core.factor import Factor
 from core.grid import Features, Grid, find_features
+from core.linalg.cholmod import cholmod
+from core.linalg.factor import Factor
+from core.linalg.laplacian import edge_weights, node_values, pattern, stored_values
+from core.linalg.multifrontal import WholeFactor
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.folds import folded_quads
 from core.mapping.handles.handles import Handles
 from core.mapping.jacobians import as_complex, as_positions
-from core.mapping.linear.laplacian import edge_weights, node_values, pattern, stored_values
-from core.mapping.linear.multifrontal import WholeFactor
 from core.mapping.options import DEFAULT_OPTIONS, MappingOptions
 from core.mapping.warper import Warper
 from core.mapping.warping import warp_grid

@@ -17,10 +17,10 @@ from typing import Any, Literal, TypeAlias
 import cv2
 import numpy as np
 
-from core import color
 from core.arrays import Bools, Floats, InputError, Singles
-from core.image import Image
-from core.images import load, load_mask
+from core.imaging import color
+from core.imaging.image import Image
+from core.imaging.images import load, load_mask
 from core.overlay.composition import Placement
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detection.seeding import NoPatternError

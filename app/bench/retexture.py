@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bytes
-from core.curve_fitting import fit
-from core.feature_curves import FeatureCurve
+from core.curves.feature_curves import FeatureCurve
+from core.curves.fitting import fit
 from core.grid import Grid
 from core.progress import Progress, run
 from core.retexture.job import Settings, retexture

@@ -8,11 +8,11 @@ from typing import TypeVar
 import numpy as np
 
 from app.console import run_shown
-from core import color
 from core.arrays import Bools, Floats, InputError, Singles
-from core.files import atomic_folder, check_folder_place
-from core.images import Image, load, load_mask
-from core.images import write as write_picture
+from core.files.atomic import atomic_folder, check_folder_place
+from core.imaging import color
+from core.imaging.images import Image, load, load_mask
+from core.imaging.images import write as write_picture
 from core.overlay.decomposition import decompose, shrunk
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.detection.lattice import Lattice

@@ -9,24 +9,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.console import run_shown
-from app.editor import Editor
-from app.filing import is_project, recent_files, remember, settings_file
-from app.jobs import Jobs
-from app.loading import loading
-from app.preferences import load_preferences, preferences_file
-from app.recovery import Recovery
-from app.requests import ExportOptions
-from app.rescue_offers import offer_rescues
+from app.editor.editor import Editor
+from app.files.filing import is_project, recent_files, remember, settings_file
+from app.files.rescue_offers import offer_rescues
+from app.model.jobs import Jobs
+from app.model.requests import ExportOptions
+from app.state.preferences import load_preferences, preferences_file
+from app.state.recovery import Recovery
 from app.tools.all import TOOLS
+from app.window.loading import loading
 from assets import asset
-from core.document import Document
-from core.images import load, load_mask
-from core.journal import tidy
-from core.litter import sweep_scratch
+from core.document.document import Document
+from core.document.project import load_project
+from core.files.journal import tidy
+from core.files.litter import sweep_scratch
+from core.files.text import legible
+from core.imaging.images import load, load_mask
 from core.notices import hearing
-from core.project import load_project
-from core.raster import Raster
-from core.text import legible
+from core.rasters.raster import Raster
 
 if TYPE_CHECKING:
     from core.progress import Job
@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> None:
     with loading():
         import imgui_bundle  # noqa: F401  glfw takes its library, else it starts Python once more to find one
 
-        from app import shell
+        from app.window import shell
 
     if not shell.has_display():
         render_without_window(bent(document) if arguments.file is None else document, arguments.file)

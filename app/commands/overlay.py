@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from core.arrays import InputError
-from core.files import check_outputs
-from core.images import check_writable_format, load, save
+from core.files.atomic import check_outputs
+from core.imaging.images import check_writable_format, load, save
 from core.overlay.composition import Placement
 from core.overlay.folder import PARTS, read
 from core.overlay.laying import overlaid, texture_colours

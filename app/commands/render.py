@@ -6,9 +6,9 @@ from pathlib import Path
 from app.console import run_shown
 from app.render.picture_file import writing
 from core.arrays import InputError
-from core.files import check_outputs
-from core.images import check_writable_format, load
-from core.project import load_project
+from core.document.project import load_project
+from core.files.atomic import check_outputs
+from core.imaging.images import check_writable_format, load
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

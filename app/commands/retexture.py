@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.console import run_shown
-from core import feature_curves
 from core.arrays import Bytes, InputError
-from core.files import AtomicFiles, check_outputs
-from core.images import Image, check_writable_format, load, load_mask, write
+from core.curves import feature_curves
+from core.files.atomic import AtomicFiles, check_outputs
+from core.imaging.images import Image, check_writable_format, load, load_mask, write
 from core.retexture.job import Settings, retexture
 from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture

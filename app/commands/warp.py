@@ -14,18 +14,18 @@ import numpy as np
 
 from app.console import run_shown
 from app.render.export import rendering_file
-from core import handles_file
 from core.arrays import InputError
 from core.canvas import Canvas
-from core.document import CurvePair, Document, Outline, Pin, WarpSettings, places_from_pixels
-from core.document_map import MapSolver, grid_of, handles_of
-from core.files import AtomicFiles, check_outputs
-from core.images import Image, check_writable_format, load, load_mask
+from core.document import handles_file
+from core.document.document import CurvePair, Document, Outline, Pin, WarpSettings, places_from_pixels
+from core.document.map import MapSolver, grid_of, handles_of
+from core.files.atomic import AtomicFiles, check_outputs
+from core.imaging.images import Image, check_writable_format, load, load_mask
+from core.interchange.obj import obj_mesh
+from core.interchange.stmap import write_st_map
 from core.mapping.result import Warped
 from core.notices import notice
-from core.obj import obj_mesh
-from core.raster import Raster
-from core.stmap import write_st_map
+from core.rasters.raster import Raster
 from core.warps.presets import PRESETS
 
 

@@ -8,14 +8,14 @@ import moderngl
 import numpy as np
 
 from app.render import gpu
-from app.render.mesh import Mesh
-from app.render.picture_pass import LEAST_STRETCH, PicturePass
+from app.render.passes.mesh import Mesh
+from app.render.passes.picture_pass import LEAST_STRETCH, PicturePass
 from app.render.programs import programs_of
-from app.render.source import DEFAULT_LIMITS, Box, Limits, Source
+from app.render.sources.source import DEFAULT_LIMITS, Box, Limits, Source
 from core import tracing
 from core.arrays import InputError, Pixels, Points
 from core.canvas import has_gaps
-from core.images import Image, writing_rows
+from core.imaging.images import Image, writing_rows
 from core.progress import Job, Progress, part, run
 
 TILE_PX = 512
@@ -97,7 +97,7 @@ def rendering_file(
     scale: float = 1.0,
     quality: int = 95,
 ) -> Job[None]:
-    """Write to `place` the file that `rendering` and `core.images.write` make, with one row of tiles in memory.
+    """Write to `place` the file that `rendering` and `core.imaging.images.write` make, with one row of tiles in memory.
 
     Whether it needs alpha is known when all is drawn. Where no gap is plain it is begun without, and anew at the first
     row of tiles that is not opaque.

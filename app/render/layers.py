@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import moderngl
 
 from app.render import gpu
-from app.render.picture_pass import PicturePass
+from app.render.passes.picture_pass import PicturePass
 from app.render.scene import Scene
-from app.render.source import Box
+from app.render.sources.source import Box
 
 LEAST_SHRINK, MOST_SHRINK = 2, 3
 EASE = 0.7

@@ -5,15 +5,17 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from app.model.requests import ExportOptions
 from app.render.export import rendering_file
-from app.requests import ExportOptions
-from core import color, document_overlay, document_retexture
 from core.canvas import Canvas, Framing
-from core.document import Document
-from core.document_map import settled
-from core.files import atomic_file
+from core.document import overlay as document_overlay
+from core.document import retexture as document_retexture
+from core.document.document import Document
+from core.document.map import settled
+from core.files.atomic import atomic_file
 from core.grid import Grid
-from core.images import Image, save
+from core.imaging import color
+from core.imaging.images import Image, save
 from core.notices import notice
 from core.progress import Job, Progress, part
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.render.source import Box
+from app.render.sources.source import Box
 from core.arrays import Floats, Points
 
 MOST_ANISOTROPY = 16.0

@@ -8,21 +8,22 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
-from app.render.draft import Draft, draft_stride
 from app.render.gpu import Offscreen, Rectangle, around
 from app.render.layers import Costs, Layers
-from app.render.marks_layer import MarksLayer, names_of
-from app.render.mesh import Mesh
-from app.render.picture_pass import LEAST_STRETCH, strips, what_is_read
+from app.render.passes.draft import Draft, draft_stride
+from app.render.passes.marks_layer import MarksLayer, names_of
+from app.render.passes.mesh import Mesh
+from app.render.passes.picture_pass import LEAST_STRETCH, strips, what_is_read
+from app.render.passes.thumbnails import draw_thumbnails
 from app.render.programs import programs_of
 from app.render.scene import Color, Scene
-from app.render.source import Box, Source
-from app.render.sources import Sources
-from app.render.thumbnails import draw_thumbnails
+from app.render.sources.source import Box, Source
+from app.render.sources.sources import Sources
 from app.render.touched import touched_by_painting
-from core import color, tracing
+from core import tracing
 from core.arrays import Bytes, Points
-from core.images import Image
+from core.imaging import color
+from core.imaging.images import Image
 
 CHECK_PX = 8.0
 COMPOSED_PIXELS = 1 << 18

@@ -5,12 +5,12 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from app.render.dressing import Dressing
-from app.render.source import Box
-from app.spaces import View
+from app.model.spaces import View
+from app.render.sources.dressing import Dressing
+from app.render.sources.source import Box
 from core.arrays import Bools, Points
-from core.images import Image
-from core.raster import Raster
+from core.imaging.images import Image
+from core.rasters.raster import Raster
 
 EDGE_PX = 3.0
 """So far outside the picture its edge is blended and its outline drawn, in framebuffer pixels."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from app.render.scene import Scene
-from app.render.source import Box
+from app.render.sources.source import Box
 from core.arrays import Bools
 
 MARGIN_PX = 2.0

@@ -3,16 +3,16 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from app.tool import Tool
+from app.editor.tool import Tool
 from app.tools.brush import BRUSH
-from app.tools.cloth_region import REGION, TEXEL
-from app.tools.curves import CURVES, FEATURE_CURVE_TOOL
-from app.tools.drape import DRAPE
-from app.tools.lattice import LATTICE
+from app.tools.cloth.cloth_region import REGION, TEXEL
+from app.tools.cloth.drape import DRAPE
+from app.tools.cloth.lattice import LATTICE
+from app.tools.curves.curves import CURVES, FEATURE_CURVE_TOOL
+from app.tools.curves.trace import TRACE
 from app.tools.navigate import HAND
 from app.tools.outline import OUTLINE
 from app.tools.pins import PINS
-from app.tools.trace import TRACE
 from app.tools.zoom import ZOOM
 
 TOOLS: Mapping[str, Tool] = MappingProxyType(

@@ -9,17 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.editor import Editor
-from app.events import Key, Move, Position, Press
-from app.gestures import Gesture
-from app.painting import LAYERS, layer, painted, with_layer
-from app.session import Brush
-from app.shapes import Circle, Shape
-from app.spaces import canvas_from_screen
-from app.tool import Tool
+from app.editor.editor import Editor
+from app.editor.painting import LAYERS, layer, painted, with_layer
+from app.editor.tool import Tool
+from app.model.events import Key, Move, Position, Press
+from app.model.gestures import Gesture
+from app.model.session import Brush
+from app.model.shapes import Circle, Shape
+from app.model.spaces import canvas_from_screen
 from core.arrays import Points
-from core.brush import Stroke, Tip
-from core.document_retexture import moves
+from core.document.retexture import moves
+from core.masks.brush import Stroke, Tip
 
 LEAST_PX, MOST_PX = 1.0, 4000.0
 """Diameters that the brush may have, in canvas pixels."""

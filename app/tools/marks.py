@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from app.editor import Editor
-from app.shapes import Bezier, Circle, Polyline, Shape
-from app.spaces import screen_from_canvas
-from app.tools.curves import FEATURE_CURVES, WARP_CURVES
-from app.tools.lattice import lattice_shapes
+from app.editor.editor import Editor
+from app.model.shapes import Bezier, Circle, Polyline, Shape
+from app.model.spaces import screen_from_canvas
+from app.tools.cloth.lattice import lattice_shapes
+from app.tools.curves.curves import FEATURE_CURVES, WARP_CURVES
 from app.tools.outline import ring_on_screen
 from app.tools.pins import targets_on_screen
 

@@ -1,10 +1,10 @@
 """The hand: drags the view."""
 
-from app.editor import Editor
-from app.events import Move, Press
-from app.gestures import Gesture
-from app.spaces import moved
-from app.tool import Tool
+from app.editor.editor import Editor
+from app.editor.tool import Tool
+from app.model.events import Move, Press
+from app.model.gestures import Gesture
+from app.model.spaces import moved
 
 
 def drag_view(editor: Editor, press: Press) -> Gesture:

@@ -7,21 +7,22 @@ from typing import Literal
 
 import numpy as np
 
-from app.editor import Editor
-from app.events import Event, Key, Move, Position, Press
-from app.gestures import Gesture
-from app.shapes import Bezier, Circle, Polyline, Shape, Square
-from app.spaces import canvas_from_screen, screen_from_canvas
-from app.tool import Tool
-from app.tools import band
-from app.tools.box import Box, Grip, applied
-from app.tools.curve_set import place_on_line
-from app.tools.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
-from app.tools.selection import Selection
-from core import curve_edit, perspective
+from app.editor.editor import Editor
+from app.editor.tool import Tool
+from app.model.events import Event, Key, Move, Position, Press
+from app.model.gestures import Gesture
+from app.model.shapes import Bezier, Circle, Polyline, Shape, Square
+from app.model.spaces import canvas_from_screen, screen_from_canvas
+from app.tools.curves.curve_set import place_on_line
+from app.tools.points import band
+from app.tools.points.box import Box, Grip, applied
+from app.tools.points.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
+from app.tools.points.selection import Selection
 from core.arrays import InputError, Points
-from core.document import Document, Outline
-from core.document_map import outline_of
+from core.curves import curve_edit
+from core.document import perspective
+from core.document.document import Document, Outline
+from core.document.map import outline_of
 
 CORNERS = 4
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.editor import Editor
-from app.events import Event, Key, Move, Position, Press
-from app.gestures import Gesture
-from app.shapes import Circle, Polyline, Role, Shape
-from app.spaces import canvas_from_screen, screen_from_canvas
-from app.tool import Tool
-from app.tools import band
-from app.tools.box import Box, Grip, applied
-from app.tools.grips import (
+from app.editor.editor import Editor
+from app.editor.tool import Tool
+from app.model.events import Event, Key, Move, Position, Press
+from app.model.gestures import Gesture
+from app.model.shapes import Circle, Polyline, Role, Shape
+from app.model.spaces import canvas_from_screen, screen_from_canvas
+from app.tools.points import band
+from app.tools.points.box import Box, Grip, applied
+from app.tools.points.grips import (
     aimed,
     drag_from,
     nearest,
@@ -21,9 +21,9 @@ from app.tools.grips import (
     places_from_screen,
     screen_from_places,
 )
-from app.tools.selection import Selection
+from app.tools.points.selection import Selection
 from core.arrays import Points
-from core.document import Document, Pin, Place, places_from_pixels
+from core.document.document import Document, Pin, Place, places_from_pixels
 from core.mapping.result import MISSED_PX
 
 PIN_PX = 5.0

@@ -1,10 +1,10 @@
 """The magnifier: a click zooms in, with Alt out; a drag up and down zooms smoothly."""
 
-from app.editor import Editor
-from app.events import Move, Press
-from app.gestures import Gesture
-from app.spaces import zoomed_at
-from app.tool import Tool
+from app.editor.editor import Editor
+from app.editor.tool import Tool
+from app.model.events import Move, Press
+from app.model.gestures import Gesture
+from app.model.spaces import zoomed_at
 
 CLICK_ZOOM = 2.0
 DRAG_PX = 100.0

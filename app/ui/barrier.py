@@ -13,8 +13,8 @@ from typing import TypeVar
 
 from imgui_bundle import imgui
 
-from app.editor import Editor
-from app.fault_reports import place_of, report_of
+from app.editor.editor import Editor
+from app.ui.fault_reports import place_of, report_of
 from core.arrays import WeftError
 
 T = TypeVar("T")

@@ -8,10 +8,10 @@ from imgui_bundle import ImVec2, imgui
 from app.actions import Action
 from app.actions.file import recent_actions
 from app.actions.table import ActionTable
-from app.editor import Editor
-from app.ui import theme
-from app.ui.controls import colors, tip
-from app.ui.theme import em, icon
+from app.editor.editor import Editor
+from app.ui.widgets import theme
+from app.ui.widgets.controls import colors, tip
+from app.ui.widgets.theme import em, icon
 
 MODE_EM = 6.4
 """Width of a mode's button where there is room."""

@@ -7,14 +7,14 @@ from imgui_bundle import ImVec2, imgui
 
 from app.actions import Action
 from app.actions.table import ActionTable
-from app.editor import Editor
+from app.editor.editor import Editor
 from app.tools.brush import hardened, sized
-from app.ui import theme
-from app.ui.controls import colors, icon_button
 from app.ui.menus import draw_item
-from app.ui.overflow import BUTTON_EM, Part, draw_menu, draw_parts, extent, fitting
-from app.ui.sliders import bar_slider, bar_slider_width
-from app.ui.theme import em, icon
+from app.ui.widgets import theme
+from app.ui.widgets.controls import colors, icon_button
+from app.ui.widgets.overflow import BUTTON_EM, Part, draw_menu, draw_parts, extent, fitting
+from app.ui.widgets.sliders import bar_slider, bar_slider_width
+from app.ui.widgets.theme import em, icon
 
 HEIGHT_EM = 2.7
 SIDE_EM = 1.9

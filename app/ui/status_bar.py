@@ -5,12 +5,12 @@ from typing import TypeAlias
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from app.editor import Editor
-from app.jobs import Ticket
-from app.spaces import canvas_from_screen
-from app.ui import theme
-from app.ui.controls import colors, icon_button, shortened, tip
-from app.ui.theme import em, icon
+from app.editor.editor import Editor
+from app.model.jobs import Ticket
+from app.model.spaces import canvas_from_screen
+from app.ui.widgets import theme
+from app.ui.widgets.controls import colors, icon_button, shortened, tip
+from app.ui.widgets.theme import em, icon
 from core.mesh import Mesh
 
 Figure: TypeAlias = tuple[str, str, bool]

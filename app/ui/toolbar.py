@@ -2,11 +2,11 @@
 
 from imgui_bundle import imgui
 
-from app.editor import Editor
-from app.tool import Tool
-from app.ui.controls import icon_button
-from app.ui.overflow import BUTTON_EM, Part, draw_menu, draw_parts, extent, fitting
-from app.ui.theme import em, icon
+from app.editor.editor import Editor
+from app.editor.tool import Tool
+from app.ui.widgets.controls import icon_button
+from app.ui.widgets.overflow import BUTTON_EM, Part, draw_menu, draw_parts, extent, fitting
+from app.ui.widgets.theme import em, icon
 
 WIDTH_EM = 3.0
 SIDES_EM = (2.3, 2.0, 1.7)

@@ -7,32 +7,32 @@ from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from app.actions import overlay
 from app.actions.table import ActionTable
-from app.editor import Editor
-from app.requests import Panel
-from app.ui import theme
+from app.editor.editor import Editor
+from app.model.requests import Panel
 from app.ui.barrier import Barrier
-from app.ui.canvas import Canvas
-from app.ui.dialogs import Dialogs
-from app.ui.fault_message import FaultMessage
-from app.ui.handles_panel import HandlesPanel
-from app.ui.history_panel import HistoryPanel
-from app.ui.input import Area, awaits_more
+from app.ui.canvas.canvas import Canvas
+from app.ui.canvas.input import Area, awaits_more
+from app.ui.canvas.welcome import Welcome
+from app.ui.canvas.whole_view import WholeView
+from app.ui.dialogs.fault import FaultMessage
+from app.ui.dialogs.palette import Palette
+from app.ui.dialogs.requested import Dialogs
+from app.ui.dialogs.sheets import Sheets
 from app.ui.menus import MenuBar
 from app.ui.options_bar import HEIGHT_EM, OptionsBar
-from app.ui.overlay_panel import OverlayPanel
-from app.ui.palette import Palette
-from app.ui.preset_list import PresetList
-from app.ui.retexture_panel import RetexturePanel
-from app.ui.sheets import Sheets
+from app.ui.panels.handles import HandlesPanel
+from app.ui.panels.history import HistoryPanel
+from app.ui.panels.overlay import OverlayPanel
+from app.ui.panels.preset_list import PresetList
+from app.ui.panels.retexture import RetexturePanel
+from app.ui.panels.thumbnails import Thumbnails
+from app.ui.panels.warp import WarpPanel
 from app.ui.status_bar import StatusBar
-from app.ui.theme import em
-from app.ui.thumbnails import Thumbnails
-from app.ui.toasts import Toasts
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
-from app.ui.warp_panel import WarpPanel
-from app.ui.welcome import Welcome
-from app.ui.whole_view import WholeView
-from core.document import Mode
+from app.ui.widgets import theme
+from app.ui.widgets.theme import em
+from app.ui.widgets.toasts import Toasts
+from core.document.document import Mode
 
 SIDE, LOWER_SIDE = "Side", "LowerSide"
 PANELS_EM, PANELS_SHARE = 19.0, 0.45

@@ -8,8 +8,9 @@ from typing import Literal
 import numpy as np
 
 from core.arrays import InputError, Ints, Points
-from core.blas import on_one_thread, one_thread
 from core.grid import Features, Grid
+from core.linalg.blas import on_one_thread, one_thread
+from core.linalg.multifrontal import MappingFactor, grid_factor
 from core.mapping.features.feature_mapping import FeatureMapping, Solution
 from core.mapping.features.pose import Pose
 from core.mapping.handles.frame_glide import FrameGlide
@@ -18,7 +19,6 @@ from core.mapping.handles.solver import HandleSolver, Moved
 from core.mapping.handles.straight_frame import Placed, Rectangle, constrain_frame, place_cut
 from core.mapping.injective.unfold import unfold
 from core.mapping.jacobians import as_complex, as_positions
-from core.mapping.linear.multifrontal import MappingFactor, grid_factor
 from core.mapping.options import MappingOptions
 from core.mapping.result import NO_PINS, Pins, Warped
 from core.progress import Job

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
-from core.blas import on_one_thread, one_thread
+from core.linalg.blas import on_one_thread, one_thread
 from core.overlay.bands import bands
 from core.overlay.composition import filtered, finite
 from core.overlay.detection.alignment import Frames

@@ -11,13 +11,13 @@ from typing import Any, cast
 
 import numpy as np
 
-from core import color
 from core.arrays import Bools, Floats, InputError, Singles
-from core.files import atomic_folder
-from core.images import Image, load
-from core.images import write as write_picture
-from core.json_file import read_json
-from core.npy_file import read_npz
+from core.files.atomic import atomic_folder
+from core.files.json_file import read_json
+from core.files.npy_file import read_npz
+from core.imaging import color
+from core.imaging.images import Image, load
+from core.imaging.images import write as write_picture
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
 from core.overlay.detection.lattice import Lattice

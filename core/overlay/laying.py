@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core import color
 from core.arrays import Bools, Floats, Singles
-from core.image import Image
+from core.imaging import color
+from core.imaging.image import Image
 from core.overlay.bands import bands
 from core.overlay.composition import Norm, Placement, composed
 from core.overlay.detail.remains import without_old_pattern

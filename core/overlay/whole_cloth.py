@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 from core.arrays import Bools, InputError, Singles
-from core.image import Image
-from core.object_masks import whole_object
+from core.imaging.image import Image
+from core.masks.object_masks import whole_object
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
 from core.overlay.laying import searchable

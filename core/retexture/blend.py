@@ -11,8 +11,8 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from core import poisson
 from core.arrays import Floats, Ints, Singles
+from core.linalg import poisson
 from core.retexture.sampling import Kernel, read
 from core.retexture.softening import SHARE
 

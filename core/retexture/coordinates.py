@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.curves import Curve
-from core.nearest import Nearest
+from core.curves.bezier import Curve
+from core.linalg.nearest import Nearest
 from core.retexture.grids import STRIDE, as_complex, as_pairs, filled
 from core.retexture.sampling import read
 

@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.curves import paired_parameters
-from core.factor import Entries, Factor
-from core.feature_curves import FeatureCurve
-from core.nearest import Nearest
+from core.curves.bezier import paired_parameters
+from core.curves.feature_curves import FeatureCurve
+from core.linalg.factor import Entries, Factor
+from core.linalg.nearest import Nearest
 from core.tracing import span
 
 NODES = 40_000

@@ -5,9 +5,9 @@ from random import Random
 
 import numpy as np
 
-from core import color
 from core.arrays import Bools, Bytes, CurveError, InputError, Pixels, Singles
-from core.feature_curves import FeatureCurve, disjoint
+from core.curves.feature_curves import FeatureCurve, disjoint
+from core.imaging import color
 from core.progress import Job, Progress, part
 from core.retexture import diffusion
 from core.retexture.canvas import Canvas

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bytes, Points
-from core.curves import Curve
+from core.curves.bezier import Curve
 from core.retexture.coordinates import CurveSet, DirectionField, trace
 from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture

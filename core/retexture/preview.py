@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from core import tracing
 from core.arrays import Bools, Floats, Points
-from core.feature_curves import FeatureCurve
+from core.curves.feature_curves import FeatureCurve
 from core.retexture.diffusion import HOLD, Diffusion, motion
 from core.retexture.membrane import Membrane
 

@@ -7,8 +7,8 @@ from dataclasses import field as default
 
 import numpy as np
 
-from core import color
 from core.arrays import Bools, Floats, InputError, Ints, Pixels, Singles
+from core.imaging import color
 from core.retexture.ahead import ahead
 from core.retexture.blend import correction
 from core.retexture.diffusion import Diffusion

@@ -7,8 +7,8 @@ duller without. It is seldom so by much; what goes farther is ringing, and is he
 import cv2
 import numpy as np
 
-from core import color
 from core.arrays import Singles
+from core.imaging import color
 from core.retexture.sampling import Kernel, read
 
 OVERSHOOT = 0.1

@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Bytes, Floats, Ints, Points, Singles
-from core.curve_fitting import fit
-from core.curves import Curve
-from core.feature_curves import FeatureCurve
-from core.nearest import Nearest
+from core.curves.bezier import Curve
+from core.curves.feature_curves import FeatureCurve
+from core.curves.fitting import fit
+from core.linalg.nearest import Nearest
 from core.retexture import diffusion
 from core.retexture.coordinates import CurveSet, DirectionField
 from core.retexture.diffusion import Diffusion

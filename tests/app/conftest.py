@@ -2,8 +2,8 @@
 
 import pytest
 
-from core.document import Document
-from tests.app.overlay_driver import PHOTO, OverlayDriver
+from core.document.document import Document
+from tests.app.overlay.driver import PHOTO, OverlayDriver
 
 
 @pytest.fixture(scope="session")

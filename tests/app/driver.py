@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.editor import Editor
-from app.events import Button, Key, KeyUp, Modifiers, Move, Position, Press, Release, Wheel
-from app.jobs import Jobs
-from app.live import REST_S
-from app.spaces import View, canvas_from_screen, screen_from_canvas
+from app.editor.editor import Editor
+from app.live.warp import REST_S
+from app.model.events import Button, Key, KeyUp, Modifiers, Move, Position, Press, Release, Wheel
+from app.model.jobs import Jobs
+from app.model.spaces import View, canvas_from_screen, screen_from_canvas
 from app.tools.all import TOOLS
 from core.arrays import Points
-from core.document import Document
-from core.images import Image
+from core.document.document import Document
+from core.imaging.images import Image
 
 PLAIN = Modifiers()
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from core.images import Image
+from core.imaging.images import Image
 
 
 def picture(depth: Any = np.uint8, channels: int = 3, height: int = 5, width: int = 7) -> Image:

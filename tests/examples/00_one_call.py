@@ -5,7 +5,7 @@ Reads the sample picture's mask, arches the picture by 60 %, and prints what bec
 
 from assets import asset
 from core.grid import Grid, find_features
-from core.images import load_mask
+from core.imaging.images import load_mask
 from core.mapping.warping import warp_grid
 from core.warps.presets import make_warp
 

@@ -6,8 +6,8 @@ What comes back is a place of the source for every pixel, so that a further laye
 import numpy as np
 
 from assets import asset
-from core import feature_curves
-from core.images import load
+from core.curves import feature_curves
+from core.imaging.images import load
 from core.progress import run
 from core.retexture.job import Settings, retexture
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from assets import asset
-from core.color import unit
-from core.images import load
+from core.imaging.color import unit
+from core.imaging.images import load
 from core.overlay.composition import compose
 from core.overlay.decomposition import decompose
 from core.progress import run

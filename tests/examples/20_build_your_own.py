@@ -8,8 +8,8 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Points
-from core.factor import Factor
 from core.grid import Grid
+from core.linalg.factor import Factor
 
 WIDTH, HEIGHT = 320, 240
 

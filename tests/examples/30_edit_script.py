@@ -6,12 +6,12 @@ from pathlib import Path
 
 from app.render.export import render_mesh
 from assets import asset
-from core.document import Document, Pin
-from core.document_map import settled
-from core.images import load, load_mask, save
+from core.document.document import Document, Pin
+from core.document.map import settled
+from core.document.project import load_project, save_project
+from core.imaging.images import load, load_mask, save
 from core.progress import run
-from core.project import load_project, save_project
-from core.raster import Raster
+from core.rasters.raster import Raster
 
 picture = load(asset("balloons.png"))
 

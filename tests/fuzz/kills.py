@@ -18,13 +18,13 @@ import cv2
 import numpy as np
 import OpenImageIO
 
-from core import litter
 from core.arrays import InputError
-from core.document import Document
-from core.files import AtomicFiles, atomic_folder
-from core.images import Image, load, save
-from core.journal import tidy
-from core.project import load_project, save_project
+from core.document.document import Document
+from core.document.project import load_project, save_project
+from core.files import litter
+from core.files.atomic import AtomicFiles, atomic_folder
+from core.files.journal import tidy
+from core.imaging.images import Image, load, save
 from tests.fuzz.readers import scratch
 
 SIZE = (160, 120)

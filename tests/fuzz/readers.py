@@ -14,17 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from app.filing import recent_files
-from app.preferences import load_preferences
-from app.rescues import found
-from core import feature_curves, handles_file
+from app.files.filing import recent_files
+from app.state.preferences import load_preferences
+from app.state.rescues import found
 from core.arrays import WeftError
-from core.document import CurvePair, Document, Outline, Pin
-from core.document_map import MapSolver
-from core.images import Attribute, Image, load, load_mask, save
+from core.curves import feature_curves
+from core.document import handles_file
+from core.document.document import CurvePair, Document, Outline, Pin
+from core.document.map import MapSolver
+from core.document.project import load_project, save_project
+from core.imaging.images import Attribute, Image, load, load_mask, save
 from core.notices import hearing
 from core.overlay import folder as parts_folder
-from core.project import load_project, save_project
 from tests.fuzz.mutations import damaged_bytes, damaged_npy, damaged_tree, npy, written, zipped
 
 SIZE = (24, 18)

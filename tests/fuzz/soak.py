@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from app.editor import Editor
-from app.jobs import Jobs
-from app.recovery import Recovery
-from app.requests import ExportOptions
+from app.editor.editor import Editor
+from app.model.jobs import Jobs
+from app.model.requests import ExportOptions
+from app.state.recovery import Recovery
 from app.tools.all import TOOLS
-from core.document import Document
-from core.images import Image
+from core.document.document import Document
+from core.imaging.images import Image
 from core.progress import Job, Progress
 from core.warps.presets import PRESETS
 from tests.gui.window_driver import WindowDriver, drive

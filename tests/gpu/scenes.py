@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Pixels, Points
-from core.images import Image
+from core.imaging.images import Image
 
 
 def grid(width: int, height: int, *, cells: int = 12) -> Points:

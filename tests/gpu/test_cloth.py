@@ -5,15 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from app.model.spaces import View
 from app.render import gpu
-from app.render.cloth import DressedSource
-from app.render.dressing import Dressing
 from app.render.renderer import Renderer
 from app.render.scene import Scene
-from app.spaces import View
-from core import color
+from app.render.sources.cloth import DressedSource
+from app.render.sources.dressing import Dressing
 from core.arrays import Floats, Singles
-from core.images import Image
+from core.imaging import color
+from core.imaging.images import Image
 from core.overlay.composition import Placement, compose
 from core.overlay.laying import encoded
 from tests.gpu import scenes

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from app.render import gpu
-from app.render.cloth import DressedSource
-from app.render.dressing import Dressing
-from core import color
+from app.render.sources.cloth import DressedSource
+from app.render.sources.dressing import Dressing
 from core.arrays import Floats, Singles
-from core.cloth import Cloth, Laying
-from core.document_overlay import Layers, laid_on, layers_under, pattern_of, placement_of
-from core.images import Image
+from core.document.overlay import Layers, laid_on, layers_under, pattern_of, placement_of
+from core.document.overlay_settings import Cloth, Laying
+from core.imaging import color
+from core.imaging.images import Image
 from core.overlay.detection.alignment import Frames
 from core.overlay.detection.lattice import Lattice
 from tests.gpu import scenes

@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 import pytest
 
+from app.model.spaces import View
 from app.render.scene import Marks, Scene
-from app.spaces import View
 from core.arrays import Bytes, Ints
-from core.images import Image
-from core.raster import Raster
+from core.imaging.images import Image
+from core.rasters.raster import Raster
 from tests.gpu import scenes
 from tests.gpu.surface import Surface
 

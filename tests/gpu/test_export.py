@@ -10,10 +10,10 @@ import pytest
 
 from app.render import gpu
 from app.render.export import render_mesh, rendering, rendering_file
-from app.render.source import Limits, Source
+from app.render.sources.source import Limits, Source
 from core.arrays import Points
 from core.canvas import has_gaps
-from core.images import Attribute, Image, load, write
+from core.imaging.images import Attribute, Image, load, write
 from core.progress import run
 from tests.gpu import scenes
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from app.render.export import render_mesh
-from core import color
 from core.arrays import Floats, Pixels, Points, Singles
-from core.images import Image
+from core.imaging import color
+from core.imaging.images import Image
 from tests.gpu import scenes
 
 pytestmark = pytest.mark.gpu

@@ -7,11 +7,13 @@ import moderngl
 import numpy as np
 import pytest
 
-from app.render import draft, gpu, source
+from app.model.spaces import View
+from app.render import gpu
+from app.render.passes import draft
 from app.render.scene import Scene
-from app.render.source import Limits, Source
-from app.spaces import View
-from core.images import Image
+from app.render.sources import source
+from app.render.sources.source import Limits, Source
+from core.imaging.images import Image
 from tests.gpu import scenes
 from tests.gpu.surface import Surface
 

@@ -7,15 +7,15 @@ import moderngl
 import numpy as np
 import pytest
 
+from app.model.spaces import View
 from app.render import gpu
 from app.render.export import render_mesh
 from app.render.renderer import Renderer
 from app.render.scene import Marks, Palette, Scene
-from app.spaces import View
-from core import color
 from core.arrays import Bytes
-from core.images import Image
-from core.raster import Raster
+from core.imaging import color
+from core.imaging.images import Image
+from core.rasters.raster import Raster
 from tests.gpu import scenes
 
 pytestmark = pytest.mark.gpu

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import pytest
 from imgui_bundle import imgui
 
-from app.editor import Editor
-from app.jobs import Jobs
+from app.editor.editor import Editor
+from app.model.jobs import Jobs
 from app.tools.all import TOOLS
 from core.progress import Job, Progress
 from tests.app.driver import document

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from app.editor import Editor
+from app.editor.editor import Editor
+from app.ui.dialogs.palette import matches
+from app.ui.dialogs.sheets import balanced
 from app.ui.menus import menu_tree
-from app.ui.palette import matches
-from app.ui.sheets import balanced
-from core.images import Image, save
+from core.imaging.images import Image, save
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui

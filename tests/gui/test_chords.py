@@ -3,8 +3,8 @@
 import pytest
 from imgui_bundle import imgui
 
-from app.events import Key, Modifiers
-from app.ui.input import Chords, awaits_more, key_events
+from app.model.events import Key, Modifiers
+from app.ui.canvas.input import Chords, awaits_more, key_events
 
 CTRL = (imgui.Key.left_ctrl, imgui.Key.mod_ctrl)
 

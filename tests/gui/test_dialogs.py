@@ -8,11 +8,11 @@ import pytest
 from imgui_bundle import imgui
 
 from app.actions.view import whole
-from app.editor import Editor
-from app.requests import ExportOptions
-from core.images import Image, save
+from app.editor.editor import Editor
+from app.model.requests import ExportOptions
+from core.document.project import load_project, save_project
+from core.imaging.images import Image, save
 from core.progress import Job, Progress
-from core.project import load_project, save_project
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui

@@ -7,8 +7,8 @@ import glfw
 import pytest
 from imgui_bundle import glfw_utils
 
-from app.editor import Editor
-from core.images import save
+from app.editor.editor import Editor
+from core.imaging.images import save
 from tests.gui.window_driver import WindowDriver, drive
 from tests.gui.x11_drop import Source
 

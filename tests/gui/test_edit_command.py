@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from app.commands.edit import editor_on, opened, sample
-from app.jobs import Jobs
-from app.recovery import Recovery
-from core.images import Image, load, save
-from core.project import load_project, save_project
+from app.model.jobs import Jobs
+from app.state.recovery import Recovery
+from core.document.project import load_project, save_project
+from core.imaging.images import Image, load, save
 from tests.app.driver import document
 
 
@@ -64,7 +64,7 @@ BENT_AND_ENDED = """
 import os, signal, sys, threading
 from pathlib import Path
 from app.commands import edit
-from app.shell import Shell
+from app.window.shell import Shell
 
 class Ended(Shell):
     def _end_frame(self):
@@ -73,8 +73,8 @@ class Ended(Shell):
             self.editor.edit("Bend", self.editor.document.with_warp(bend=44.0))
             os.kill(os.getpid(), getattr(signal, sys.argv[1]))
 
-import app.shell
-app.shell.Shell = Ended
+import app.window.shell
+app.window.shell.Shell = Ended
 from app.__main__ import main
 sys.exit(main([]))
 """

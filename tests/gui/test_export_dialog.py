@@ -7,8 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.requests import ExportOptions, ExportPicture
-from app.ui.export_dialog import ExportDialog
+from app.model.requests import ExportOptions, ExportPicture
+from app.ui.dialogs.export import ExportDialog
 from tests.app.driver import document
 
 

@@ -9,13 +9,13 @@ import pytest
 from imgui_bundle import imgui
 
 from app.actions import Action
-from app.editor import Editor
-from app.recovery import Recovery
-from app.requests import AskUnsaved
-from app.ui import export_dialog
-from core.document import Document
+from app.editor.editor import Editor
+from app.model.requests import AskUnsaved
+from app.state.recovery import Recovery
+from app.ui.dialogs import export as export_dialog
+from core.document.document import Document
+from core.document.project import load_project
 from core.progress import Job, Progress
-from core.project import load_project
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = [pytest.mark.gui, pytest.mark.filterwarnings("ignore::UserWarning")]
@@ -44,10 +44,10 @@ def bend(editor: Editor, value: float = 30.0) -> None:
 
 PARTS: dict[str, Callable[[WindowDriver, pytest.MonkeyPatch], None]] = {
     "menus": lambda window, patch: patch.setattr(window.shell.workspace.menus, "_draw_modes", failing),
-    "marks": lambda window, patch: patch.setattr("app.ui.canvas.marks", failing),
+    "marks": lambda window, patch: patch.setattr("app.ui.canvas.canvas.marks", failing),
     "input": lambda window, patch: patch.setattr(window.shell.workspace.canvas, "take_input", failing),
     "update": lambda window, patch: patch.setattr(window.editor, "update", failing),
-    "scene": lambda window, patch: patch.setattr("app.shell.scene_of", failing),
+    "scene": lambda window, patch: patch.setattr("app.window.shell.scene_of", failing),
     "renderer": lambda window, patch: patch.setattr(window.shell._renderer, "draw", failing),
     "toasts": lambda window, patch: patch.setattr(window.shell.workspace.toasts, "draw", failing),
     "palette": lambda window, patch: patch.setattr(window.shell.workspace.palette, "draw", half_drawn),
@@ -183,7 +183,7 @@ def test_work_is_kept_at_once_when_something_fails(
     def script(window: WindowDriver) -> None:
         bend(editor, 44.0)
         with monkeypatch.context() as patch:
-            patch.setattr("app.ui.canvas.marks", failing)
+            patch.setattr("app.ui.canvas.canvas.marks", failing)
             window.wait_until(lambda: bool(list(tmp_path.glob("*.json"))))
 
     drive(editor, script, faults=["a fault"])
@@ -200,7 +200,7 @@ def test_the_last_good_picture_stays_where_drawing_fails(
         columns = slice(int(area.x + area.width * 0.3), int(area.x + area.width * 0.7))
         good = window.screenshot(tmp_path / "good.png")[rows, columns]
         with monkeypatch.context() as patch:
-            patch.setattr("app.shell.scene_of", failing)
+            patch.setattr("app.window.shell.scene_of", failing)
             window.wait(4)
             stays = window.screenshot(tmp_path / "stays.png")[rows, columns]
         assert np.array_equal(good, stays)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.typed_paths import resolved_name
-from app.ui.file_browser import FileBrowser, dated, listed, places
+from app.files.typed_paths import resolved_name
+from app.ui.dialogs.file_browser import FileBrowser, dated, listed, places
 
 
 def test_shows_the_whole_way_to_a_relative_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

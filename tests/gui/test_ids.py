@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from app.editor import Editor
+from app.editor.editor import Editor
 from app.ui.menus import menu_tree
-from core.document import CurvePair, Document, Mode, Outline, Pin
+from core.document.document import CurvePair, Document, Mode, Outline, Pin
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui

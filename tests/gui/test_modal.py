@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from imgui_bundle import imgui
 
-from app.editor import Editor
-from app.ui.dialogs import BrowserDialog
-from app.ui.export_dialog import ExportDialog
+from app.editor.editor import Editor
+from app.ui.dialogs.export import ExportDialog
+from app.ui.dialogs.requested import BrowserDialog
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui

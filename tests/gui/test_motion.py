@@ -1,6 +1,6 @@
 """When the canvas is drawn fast: while the picture moves, and to the end of a gesture that has moved it."""
 
-from app.ui.scene import FOLDED_S, REST_S, Motion
+from app.ui.canvas.scene import FOLDED_S, REST_S, Motion
 from tests.app.driver import Clock, EditorDriver
 
 

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from app.editor import Editor
-from app.jobs import Jobs
-from app.spaces import screen_from_canvas
+from app.editor.editor import Editor
+from app.model.jobs import Jobs
+from app.model.spaces import screen_from_canvas
 from app.tools.all import TOOLS
-from app.tools.lattice import on_screen, vertices
-from core import color
+from app.tools.cloth.lattice import on_screen, vertices
 from core.arrays import Bytes
-from core.document import Document
-from core.images import Image, save
+from core.document.document import Document
+from core.imaging import color
+from core.imaging.images import Image, save
 from tests.app.driver import picture
-from tests.core.overlay_scenes import make_scene, motif
+from tests.core.overlay.overlay_scenes import make_scene, motif
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from imgui_bundle import hello_imgui, imgui
 
-from app.editor import Editor
-from app.preferences import load_preferences
-from app.recovery import Recovery
-from app.ui import theme
+from app.editor.editor import Editor
+from app.state.preferences import load_preferences
+from app.state.recovery import Recovery
+from app.ui.widgets import theme
 from core.arrays import Bytes
-from core.document import Mode, Pin, pixels_from_places
-from core.document_map import outline_of
-from core.raster import Raster
+from core.document.document import Mode, Pin, pixels_from_places
+from core.document.map import outline_of
+from core.rasters.raster import Raster
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui

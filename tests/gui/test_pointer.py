@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from app.events import Move, Press
-from app.ui.input import MOST_WAY, WAY_PX, WAY_S, Area, Pointer, spaced
+from app.model.events import Move, Press
+from app.ui.canvas.input import MOST_WAY, WAY_PX, WAY_S, Area, Pointer, spaced
 
 
 def test_places_too_close_to_one_another_are_left_out() -> None:

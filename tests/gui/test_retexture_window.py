@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from app.editor import Editor
-from app.spaces import screen_from_canvas
+from app.editor.editor import Editor
+from app.model.spaces import screen_from_canvas
 from core.arrays import Points
-from core.document import CurvePair, places_from_pixels
+from core.document.document import CurvePair, places_from_pixels
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui

@@ -6,11 +6,11 @@ import pytest
 from imgui_bundle import glfw_utils, imgui
 
 from app.actions.view import whole
-from app.editor import Editor
-from app.jobs import Jobs
+from app.editor.editor import Editor
+from app.model.jobs import Jobs
 from app.tools.all import TOOLS
 from app.ui.options_bar import SWITCHES, TOOL_ACTIONS
-from core.document import Mode
+from core.document.document import Mode
 from core.progress import Job
 from tests.app.driver import document
 from tests.gui.conftest import endless
@@ -219,7 +219,7 @@ def resize(window: WindowDriver, width: int, height: int) -> None:
 
 
 def test_a_chord_that_is_let_go_within_a_frame_is_the_chord(editor: Editor) -> None:
-    from app.events import Modifiers
+    from app.model.events import Modifiers
 
     def script(window: WindowDriver) -> None:
         editor.edit("Invert", editor.document.with_warp(bend=3.0))

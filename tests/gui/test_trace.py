@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.editor import Editor
+from app.editor.editor import Editor
 from core import tracing
 from tests.gui.window_driver import WindowDriver, drive
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from app.editor import Editor
-from app.requests import AskRecover, Offer, OpenFile
-from app.spaces import canvas_from_screen
-from core.images import Image, save
+from app.editor.editor import Editor
+from app.model.requests import AskRecover, Offer, OpenFile
+from app.model.spaces import canvas_from_screen
+from core.imaging.images import Image, save
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -122,7 +122,7 @@ def test_a_job_shows_in_the_status_bar_and_is_cancelled_there(editor: Editor, tm
 
 
 def test_a_file_dropped_on_the_window_opens(editor: Editor, tmp_path: Path) -> None:
-    from core.images import save
+    from core.imaging.images import save
 
     picture = tmp_path / "dropped.png"
     save(editor.document.image.with_pixels(editor.document.image.pixels[:100]), picture)

@@ -1,4 +1,4 @@
-"""Drives the window as a user would; positions are pixels of the canvas, as in `app.events`."""
+"""Drives the window as a user would; positions are pixels of the canvas, as in `app.model.events`."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -8,8 +8,8 @@ import numpy as np
 from imgui_bundle import ImVec2, hello_imgui, imgui
 from imgui_bundle.immapp import testing
 
-from app.editor import Editor
-from app.shell import Shell
+from app.editor.editor import Editor
+from app.window.shell import Shell
 from core.arrays import Bytes
 
 Context = imgui.test_engine.TestContext

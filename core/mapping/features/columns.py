@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Floats, Ints
+from core.linalg.laplacian import EdgeWeights, divergence, edge_weights, laplacian
 from core.mapping.features.similarity import Body
 from core.mapping.jacobians import Complexes
-from core.mapping.linear.laplacian import EdgeWeights, divergence, edge_weights, laplacian
 
 Window = tuple[slice, slice]
 

@@ -7,8 +7,10 @@ from typing import Literal
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Ints, Points
-from core.blas import one_thread
 from core.grid import Features, Grid
+from core.linalg.blas import one_thread
+from core.linalg.laplacian import edge_weights, laplacian, node_values
+from core.linalg.multifrontal import MappingFactor, grid_factor
 from core.mapping.features.columns import fields_of
 from core.mapping.features.per_quad import load_per_quad
 from core.mapping.features.pose import Approach, HeldPoints, Pose
@@ -16,8 +18,6 @@ from core.mapping.features.quad_weights import assign_roles
 from core.mapping.features.reduced_system import Placement, as_one, as_two
 from core.mapping.features.similarity import Body, bodies_of, body_index
 from core.mapping.jacobians import Complexes, Frames, as_complex, as_positions, corner_frames
-from core.mapping.linear.laplacian import edge_weights, laplacian, node_values
-from core.mapping.linear.multifrontal import MappingFactor, grid_factor
 from core.mapping.stopwatch import Stopwatch
 
 Keep = Literal["similarity", "rigid"]

@@ -4,9 +4,9 @@ import numpy as np
 
 from core.arrays import Ints
 from core.grid import Grid
+from core.linalg.laplacian import divergence, edge_weights
 from core.mapping.features.quad_weights import Roles
 from core.mapping.jacobians import Complexes, linear_parts
-from core.mapping.linear.laplacian import divergence, edge_weights
 
 
 def load_per_quad(grid: Grid, w: Complexes, roles: Roles, owner: Ints, count: int, *, keeps_size: bool) -> Complexes:

@@ -27,9 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints
+from core.linalg.multifrontal import MappingFactor
 from core.mapping.features.columns import Field
 from core.mapping.jacobians import Complexes
-from core.mapping.linear.multifrontal import MappingFactor
 
 _TIE = 1e-7
 """Weight of a tie of feature nodes to W; it decides only where no free node does."""

@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import Floats, Ints, Points
-from core.blas import one_thread
 from core.grid import Grid
+from core.linalg.blas import one_thread
+from core.linalg.sine_transform import Sines
 from core.mapping.features.reduced_system import as_one
 from core.mapping.jacobians import Complexes
-from core.mapping.linear.sine_transform import Sines
 
 _PAIRS_AT_ONCE = 1 << 16
 Scalar = TypeVar("Scalar", np.float64, np.complex128)

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from core.arrays import Floats, Ints, Points
-from core.factor import Factor
 from core.grid import Grid
+from core.linalg.factor import Factor
+from core.linalg.laplacian import edge_weights, laplacian, node_values, pattern, stored_values
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.jacobians import Complexes
-from core.mapping.linear.laplacian import edge_weights, laplacian, node_values, pattern, stored_values
 
 SIDES: list[Any] = [np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]]
 """Top, bottom, left and right side of what a grid has at its nodes."""

@@ -10,9 +10,9 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Floats, Ints, Points
-from core.blas import one_thread
-from core.factor import Factor
 from core.grid import Grid
+from core.linalg.blas import one_thread
+from core.linalg.factor import Factor
 from core.mapping.handles.dirichlet_plate import known_responses
 from core.mapping.jacobians import Complexes
 

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 
 from core.arrays import Bools, InputError, Ints, Points, as_points
-from core.curves import Curve
+from core.curves.bezier import Curve
 from core.grid import Grid
 
 _SPACING = 1.5

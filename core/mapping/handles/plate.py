@@ -29,12 +29,12 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from core.arrays import Floats, InputError, Points
-from core.blas import one_thread
 from core.grid import Grid
+from core.linalg.blas import one_thread
+from core.linalg.laplacian import divergence, edge_weights, laplacian
 from core.mapping.handles.dirichlet_plate import HeldPlate
 from core.mapping.handles.free_plate import FreePlate
 from core.mapping.jacobians import Complexes, as_complex, linear_parts
-from core.mapping.linear.laplacian import divergence, edge_weights, laplacian
 from core.tracing import span
 
 Frame = Literal["held", "free"]

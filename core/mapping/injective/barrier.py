@@ -19,8 +19,8 @@ Corners come first: what there is of m quads is (4, m), clockwise, so that the s
 import numpy as np
 
 from core.arrays import Bools, Floats
+from core.linalg.assembly import packed
 from core.mapping.jacobians import Complexes
-from core.mapping.linear.assembly import packed
 
 _THIN = 0.1
 """Share of the mean of its quad's corners below which the area of a corner is no measure for others."""

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints
-from core.factor import Factor
+from core.linalg.assembly import Assembly, packed, triangle
+from core.linalg.factor import Factor
 from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
 from core.mapping.injective.barrier import Barrier, edges_of
 from core.mapping.injective.junctions import Junctions
@@ -14,7 +15,6 @@ from core.mapping.injective.outline import crosses_itself, ring_of
 from core.mapping.injective.springs import Springs
 from core.mapping.injective.unknowns import Freedoms, State, Unknowns
 from core.mapping.jacobians import Complexes
-from core.mapping.linear.assembly import Assembly, packed, triangle
 
 _SIZE_FRICTION, _OUTLINE_FRICTION, _HANDLE_FRICTION = 200.0, 20.0, 3e4
 """Strengths: of a size, by its logarithm and per node of the body; of a node's hold on the outline; of a point's or a

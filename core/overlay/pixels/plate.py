@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Bools, Floats, Ints
-from core.factor import Factor
+from core.linalg.factor import Factor
 from core.overlay.distances import within
 
 FIRST, ROUNDS, LAST = 8.0, 8, 3

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Floats, Ints
-from core.factor import Factor
+from core.linalg.factor import Factor
 from core.overlay.registration.cloth import Cloth, Fit
 from core.overlay.registration.region import LEAST_NOISE, sums_of_cells
 from core.overlay.registration.registration import LEAST_SHADING, Smoothness, State, huber

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Bools, Floats, Singles
-from core.factor import Factor
+from core.linalg.factor import Factor
 from core.overlay.mesh import Mesh, around
 from core.overlay.registration.registration import State
 from core.overlay.smoothing import gaussian

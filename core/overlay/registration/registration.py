@@ -20,7 +20,7 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Bools, Floats, Ints, Singles
-from core.factor import Factor
+from core.linalg.factor import Factor
 from core.overlay.mesh import Mesh
 from core.overlay.texel import Texel
 from core.tracing import span

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Bools, Floats, Points
-from core.factor import Factor
+from core.linalg.factor import Factor
 from core.overlay.detection.lattice import Lattice
 from core.overlay.mesh import Mesh
 

@@ -1,0 +1,28 @@
+"""Which raster of the document the brush paints, by mode."""
+
+from typing import Literal, TypeAlias
+
+from app.editor.editor import Editor
+from core.document.document import Document
+from core.rasters.raster import Raster
+
+Layer: TypeAlias = Literal["mask", "matte", "source_mask", "region"]
+LAYERS: dict[Layer, str] = {"mask": "mask", "matte": "matte", "source_mask": "source mask", "region": "region"}
+"""What the brush can paint, by its part of the document."""
+
+
+def painted(editor: Editor) -> Layer:
+    """Return which raster of the document the brush paints."""
+    mode = editor.session.mode
+    return editor.session.painted if mode == "retexture" else "region" if mode == "overlay" else "mask"
+
+
+def layer(document: Document, name: Layer) -> Raster:
+    """Return a raster of the document; an empty one where it has none yet."""
+    raster: Raster | None = getattr(document.cloth if name == "region" else document, name)
+    return raster or Raster.filled(*document.size_px)
+
+
+def with_layer(document: Document, name: Layer, raster: Raster) -> Document:
+    """Return the document with a raster exchanged."""
+    return document.with_cloth(region=raster) if name == "region" else document.changed(**{name: raster})

@@ -1,0 +1,1 @@
+"""Between the editor and the disk: opening, saving, exporting, masks."""

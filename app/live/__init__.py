@@ -1,0 +1,1 @@
+"""What follows the document frame by frame."""

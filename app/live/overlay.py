@@ -1,0 +1,138 @@
+"""Overlay mode's layers: found by a job whenever the document asks for others, kept beside it."""
+
+import logging
+
+import numpy as np
+
+from app.live.warp import Answer
+from app.model.jobs import Jobs, Task, Ticket
+from app.model.session import Shown
+from core.arrays import Ints, Points, WeftError
+from core.document.document import Document
+from core.document.overlay import Layers, found, known
+from core.document.overlay_settings import Search
+from core.document.parts import picture_of
+from core.grid import Grid
+from core.imaging.images import Image
+from core.mesh import Mesh
+from core.overlay.detection.stages import Stage
+
+log = logging.getLogger("weft")
+
+
+class LiveOverlay:
+    """Keeps the layers to the document it is shown; everything but the job on the UI thread."""
+
+    def __init__(self, jobs: Jobs) -> None:
+        self.fault: str | None = None
+        """Why the present document has no layers."""
+        self.ticket: Ticket | None = None
+        """The job for the present document, whatever became of it; None before it was begun."""
+        self.stage_lattice: tuple[Ints, Points] | None = None
+        """Coordinates (n, 2) and positions (n, 2) of the lattice that the job under way has found so far."""
+        self._jobs = jobs
+        self._image: Image | None = None
+        self._search: Search | None = None
+        self._layers: Layers | None = None
+        self._is_final = False
+        self._flat: Answer | None = None
+        self._part: tuple[Layers, Shown, Image] | None = None
+        """The picture that was made last."""
+
+    @property
+    def layers(self) -> Layers | None:
+        """What is shown: the present document's layers, or while those are being found, the ones before."""
+        return self._layers
+
+    @property
+    def is_final(self) -> bool:
+        """Whether the layers are the present document's."""
+        return self._is_final
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the pattern is being looked for."""
+        return self.ticket is not None and self.ticket.state in ("waiting", "running") and not self.ticket.cancelled
+
+    def answer(self, document: Document) -> Answer:
+        """Return the editor's map, which leaves the picture as it is."""
+        if self._flat is None or self._flat.document.image is not document.image:
+            grid = Grid(*document.size_px)
+            self._flat = Answer(document, Mesh(grid, grid.nodes), None, settled=True)
+        return self._flat
+
+    def update(self, document: Document, *, held: bool) -> None:
+        """Bring the layers up to date with `document`, once per frame.
+
+        The job that this needs begins when nothing is `held`, neither a gesture nor a slider.
+        """
+        if document.image is not self._image or document.cloth.search is not self._search:
+            self._follow(document)
+        is_open = self._search is not None and not self._is_final and self.fault is None and self.ticket is None
+        if is_open and not held:
+            self._start(document)
+        self._take_stage()
+
+    def _follow(self, document: Document) -> None:
+        """Forget what belongs to other inputs."""
+        image, search = document.image, document.cloth.search
+        self.cancel()
+        if image is not self._image or search is None:
+            self._layers = None
+        self._image, self._search = image, search
+        self.fault = self.ticket = self.stage_lattice = None
+        layers = known(document)
+        self._is_final = layers is not None
+        self._layers = layers or self._layers
+
+    def part(self, document: Document, shown: Shown) -> Image | None:
+        """Return the picture of a part of what was found; None for what is no part, and while nothing is found."""
+        if self._layers is None or shown == "result" or shown == "photo":
+            return None
+        if self._part is None or self._part[:2] != (self._layers, shown):
+            self._part = self._layers, shown, picture_of(self._layers, document.image, shown)
+        return self._part[2]
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the present document's layers are not there and nothing is looking for them."""
+        return self._search is not None and not self._is_final and not self.is_running
+
+    def go_on(self) -> None:
+        """Begin the job anew that was cancelled or failed."""
+        if self.is_stopped:
+            self.ticket = self.fault = None
+
+    def cancel(self) -> None:
+        """Stop the job under way."""
+        if self.ticket is not None:
+            self.ticket.cancel()
+
+    def _start(self, document: Document) -> None:
+        def is_present() -> bool:
+            return document.image is self._image and document.cloth.search is self._search
+
+        def deliver(layers: Layers) -> None:
+            if is_present():
+                self._layers, self._is_final = layers, True
+
+        def fail(fault: Exception) -> None:
+            if is_present():
+                self._take_fault(fault)
+
+        self.ticket = self._jobs.start(Task("Find pattern", lambda: found(document), deliver, fail))
+
+    def _take_stage(self) -> None:
+        """Take the newest lattice that the job has to show."""
+        stage = self.ticket.progress.preview if self.ticket is not None and self.is_running else None
+        if isinstance(stage, Stage) and stage.lattice is not None and stage.shape is not None:
+            assert self._image is not None
+            scale = -(-self._image.height_px // stage.shape[0])
+            points = scale * stage.lattice.frames.points + (scale - 1) / 2
+            self.stage_lattice = stage.lattice.keys, np.asarray(points, np.float64)
+
+    def _take_fault(self, fault: Exception) -> None:
+        if not isinstance(fault, WeftError):
+            log.error("finding the pattern failed", exc_info=fault)
+        self.fault = str(fault) or type(fault).__name__
+        self._layers = None

@@ -1,0 +1,295 @@
+"""The map on the screen: follows the document by one solve a frame, and settles when the artist rests.
+
+While something moves, the answer is the linear one, which may fold. A short while after the last change the final
+answer is worked out in the background, as an export does it, and takes its place; until it is there, the first one
+without folds does. If something moves meanwhile both are dropped.
+"""
+
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from app.model.jobs import Jobs, Task
+from core import tracing
+from core.arrays import Bools, Points, WeftError
+from core.document.document import Document
+from core.document.map import MapSolver, grid_of, preset_of
+from core.grid import Features, Grid
+from core.mapping.result import PinReport, Warped
+from core.mesh import Mesh
+from core.progress import Job, Progress, stepwise
+
+log = logging.getLogger("weft")
+INLINE_NODES = 60_000
+"""Up to so many nodes a solve fits into a frame; larger grids are solved beside it."""
+REST_S = 0.15
+"""How long nothing may change, once there is an answer, before the final one is begun."""
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A map and the document that it belongs to."""
+
+    document: Document
+    mesh: Mesh
+    """Where the picture is; for finding places on it."""
+    result: Warped | None
+    """None for what is shown before the first solve."""
+    settled: bool = False
+    """Whether this is the final answer, the one that an export gives."""
+    solve_ms: float = 0.0
+    """What working it out took, handles included."""
+
+    @property
+    def grid(self) -> Grid:
+        """The grid over the picture."""
+        return self.mesh.grid
+
+    @property
+    def rest(self) -> Points:
+        """Nodes (R, C, 2) in pixels of the picture."""
+        return self.mesh.grid.nodes
+
+    @property
+    def warped(self) -> Points:
+        """Where the nodes (R, C, 2) are, in pixels of the canvas."""
+        return self.mesh.warped
+
+    @property
+    def plain(self) -> Points:
+        """Where W alone takes the nodes (R, C, 2)."""
+        return self.warped if self.result is None else self.result.plain
+
+    @property
+    def features(self) -> Features | None:
+        """The features that keep their shape."""
+        return None if self.result is None else self.result.marked
+
+    @property
+    def folded(self) -> Bools | None:
+        """Which quads (R - 1, C - 1) are folded."""
+        return None if self.result is None else self.result.folded
+
+    @cached_property
+    def folds(self) -> int:
+        """How many quads are folded."""
+        return 0 if self.folded is None else int(self.folded.sum())
+
+    @property
+    def outline_moved_px(self) -> float:
+        """How far the outline gave way so that nothing folds."""
+        return 0.0 if self.result is None else self.result.outline_moved_px
+
+    @property
+    def pins(self) -> list[PinReport]:
+        """What became of the document's pins, in their order; nothing while they are newer than the answer."""
+        return [] if self.result is None else self.result.pin_reports
+
+    @cached_property
+    def base_mesh(self) -> Mesh:
+        """Where the preset has the picture, without handles."""
+        return Mesh(self.grid, preset_of(self.document)(self.rest))
+
+
+class LiveWarp:
+    """Keeps `answer` to the document it is shown; everything runs on the UI thread but the jobs."""
+
+    def __init__(self, jobs: Jobs, *, clock: Callable[[], float] = time.monotonic) -> None:
+        self.answer: Answer | None = None
+        self.fault: str | None = None
+        """Why the present document has no map of its own; the last one stays on the screen."""
+        self._jobs = jobs
+        self._clock = clock
+        self._seen: Document | None = None
+        self._rests_since = 0.0
+        self._is_behind = False
+        """Whether the document has changed since the solve that was begun last."""
+        self._unfolded: tuple[Document, Points] | None = None
+        """An answer without folds that the present settling has come by, and its document."""
+        self._solver = MapSolver()
+        self._side_solver = MapSolver()
+        """The live thread's; what it has built is taken over with its answer."""
+        self._final_solver = MapSolver()
+        """The live thread's, for final answers."""
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the answer is the final one of the present document, or there is none."""
+        return self.fault is not None or (
+            self.answer is not None and self.answer.settled and self.answer.document is self._seen
+        )
+
+    @property
+    def _is_rough(self) -> bool:
+        """Whether another live answer to the same document is nearer to the final one: it glides there."""
+        answer = self.answer
+        return (
+            answer is not None
+            and answer.document is self._seen
+            and answer.result is not None
+            and answer.result.is_rough
+        )
+
+    @property
+    def wait_s(self) -> float | None:
+        """Seconds until `update` has something to do without an event; None when that needs an event."""
+        if self._seen is None or self.is_settled or self._jobs.holds("settle") or self._jobs.holds("solve"):
+            return None
+        return 0.0 if self._is_rough else max(0.0, self._rests_since + REST_S - self._clock())
+
+    @property
+    def _has_rested(self) -> bool:
+        """Whether nothing has changed for so long that the final answer is begun."""
+        if self._jobs.holds("settle") or self._jobs.holds("solve"):
+            return False
+        return self._clock() >= self._rests_since + REST_S
+
+    def update(self, document: Document) -> None:
+        """Bring the answer up to date with `document`; once per frame."""
+        if self._seen is None or not _maps_alike(document, self._seen):
+            self._jobs.drop("settle")
+            self._seen, self.fault, self._is_behind = document, None, True
+        elif document is not self._seen:
+            self._rename(document)
+        if self._is_behind:
+            self._is_behind = False
+            self._solve(document)
+            self._rests_since = self._clock()
+        elif self._is_rough and not self._jobs.holds("settle"):
+            self._solve(document)
+        if not self.is_settled and self._has_rested:
+            self._unfolded = None
+            task = Task("Settle", lambda: self._settling(document), self._take_settled, self._take_fault, quiet=True)
+            self._jobs.submit("settle", task)
+        self._show_unfolded()
+
+    def _settling(self, document: Document) -> Job[Warped]:
+        """Work out the final answer, and put the first one without folds where `update` finds it."""
+
+        def keep(step: Progress) -> Progress:
+            if step.preview is not None:
+                self._unfolded = document, step.preview
+            return step
+
+        return stepwise(self._final_solver.settle(document), keep)
+
+    def _show_unfolded(self) -> None:
+        """Show the newest answer without folds on the way to the final one."""
+        found, self._unfolded = self._unfolded, None
+        answer = self.answer
+        if found is None or answer is None or answer.result is None or answer.settled:
+            return
+        document, warped = found
+        # A slider that is held, or let go, makes documents anew that have the same map.
+        if answer.document is self._seen and _maps_alike(document, answer.document):
+            with tracing.span("unfolded"):
+                result = replace(answer.result, warped=warped)
+                self.answer = replace(answer, mesh=Mesh(answer.grid, warped), result=result)
+
+    def current(self, document: Document) -> Answer:
+        """Return the answer to `document`, as far as one is there."""
+        if self.answer is None:
+            self.update(document)
+        return self.answer if self.answer is not None else _untouched(document)
+
+    def _solve(self, document: Document) -> None:
+        """Answer now if that fits into a frame; else show the last answer until the live thread has one."""
+        try:
+            if self.answer is None or self.answer.document.image is not document.image:
+                self.answer = _untouched(document)
+            if self._jobs.holds("solve"):
+                return
+            fits, solver = grid_of(document).size <= INLINE_NODES, self._solver
+            if fits and not solver.is_heavy(document):
+                self._show(document, *self._timed(solver.frame, document))
+            else:
+                self._solve_beside(document)
+        except Exception as fault:  # noqa: BLE001  whatever it is, the last map stays and the artist goes on
+            self._take_fault(fault)
+
+    def _solve_beside(self, document: Document) -> None:
+        """Solve in the live slot; of what changes meanwhile only the newest is answered next, by `update`."""
+
+        def steps() -> Job[tuple[Warped, float]]:
+            yield Progress(0.0, "solving")
+            return self._timed(self._side_solver.frame, document)
+
+        def deliver(result: tuple[Warped, float]) -> None:
+            self._solver, self._side_solver = self._side_solver, self._solver
+            if self._seen is not None and document.image is self._seen.image:
+                self._show(document, *result)
+            go_on()
+
+        def fail(fault: Exception) -> None:
+            if document is self._seen:
+                self._take_fault(fault)
+            go_on()
+
+        def go_on() -> None:
+            self._is_behind = self._seen is not None and not _maps_alike(document, self._seen)
+
+        self._jobs.submit("solve", Task("Solve", steps, deliver, fail))
+
+    def _timed(self, solve: Callable[[Document], Warped], document: Document) -> tuple[Warped, float]:
+        """Return the map of `document` and how many milliseconds it took."""
+        started = self._clock()
+        result = solve(document)
+        return result, 1e3 * (self._clock() - started)
+
+    def _show(self, document: Document, result: Warped, solve_ms: float = 0.0, *, final: bool = False) -> None:
+        with tracing.span("answer", settled=final):
+            grid = grid_of(document)
+            if self.answer is not None and self.answer.grid == grid:
+                grid = self.answer.grid  # its nodes are worked out
+            mesh = Mesh(grid, result.warped)
+            self.answer = Answer(document, mesh, result, settled=final, solve_ms=solve_ms)
+
+    def _take_settled(self, result: Warped) -> None:
+        if self._seen is None:
+            return
+        self._show(self._seen, result, final=True)
+        if self._solver.is_heavy(self._seen):  # what the final answer has built need not be built again
+            self._solver, self._final_solver = self._final_solver, self._solver
+        else:
+            self._solver.learn(self._seen, result)
+
+    def _take_fault(self, fault: Exception) -> None:
+        if not isinstance(fault, WeftError):
+            log.error("the map failed", exc_info=fault)
+        self.fault = str(fault) or type(fault).__name__
+
+    def _rename(self, document: Document) -> None:
+        """Keep the answer for a document that differs only in what the map does not depend on."""
+        if self.answer is not None and self.answer.document is self._seen:
+            self.answer = Answer(
+                document,
+                self.answer.mesh,
+                self.answer.result,
+                settled=self.answer.settled,
+                solve_ms=self.answer.solve_ms,
+            )
+        self._seen = document
+
+
+def _maps_alike(a: Document, b: Document) -> bool:
+    """Return whether two documents have the same map because what it depends on is the same."""
+    return (
+        a.image is b.image
+        and a.mask is b.mask
+        and a.warp == b.warp
+        and a.outline is b.outline
+        and a.pins == b.pins
+        and a.curves == b.curves
+    )
+
+
+def _untouched(document: Document) -> Answer:
+    """Return the answer by preset alone, or by nothing where even that fails."""
+    try:
+        grid = grid_of(document)
+        return Answer(document, Mesh(grid, preset_of(document)(grid.nodes)), None)
+    except WeftError:
+        grid = Grid(*document.size_px)
+        return Answer(document, Mesh(grid, grid.nodes), None)

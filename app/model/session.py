@@ -1,0 +1,109 @@
+"""The session: what the window shows and how the tools are set. Nothing in it is undone or saved."""
+
+import math
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from app.model.spaces import View
+from core.arrays import Points
+from core.document.document import Mode
+
+Compare: TypeAlias = Literal["result", "before", "split"]
+Look: TypeAlias = Literal["original", "deformed", "retextured"]
+"""What Retexture mode shows."""
+Shown: TypeAlias = Literal["result", "photo", "pattern", "mesh", "shading", "detail", "reconstruction", "residual"]
+"""What Overlay mode shows: the result, or a part of what was found."""
+Painted: TypeAlias = Literal["matte", "source_mask"]
+"""What the brush paints in Retexture mode: where the result may differ, or where texture is taken from."""
+
+
+SHARE_OF_SIDE = 0.08
+"""Diameter of the brush to begin with, of the side of a square as large as the picture."""
+LEAST_FIRST_PX = 8
+
+
+@dataclass(frozen=True)
+class Brush:
+    """How the mask brush paints."""
+
+    diameter_px: float = 60.0
+    """In screen pixels at 100 %, that is in canvas pixels."""
+    hardness: float = 0.8
+    """Share of the radius that is fully painted, 0 to 1."""
+    erase: bool = False
+
+    @classmethod
+    def of(cls, size_px: tuple[int, int]) -> "Brush":
+        """Return the brush to begin with on a picture of this size."""
+        return cls(diameter_px=max(round(SHARE_OF_SIDE * math.sqrt(size_px[0] * size_px[1])), LEAST_FIRST_PX))
+
+    def carried(self, before_px: tuple[int, int], after_px: tuple[int, int]) -> "Brush":
+        """Return the brush for a picture of another size: as large beside it as it was beside the one before."""
+        factor = math.sqrt(after_px[0] * after_px[1] / (before_px[0] * before_px[1]))
+        return replace(self, diameter_px=max(round(self.diameter_px * factor), 1))
+
+
+@dataclass(frozen=True)
+class Overlays:
+    """What is drawn over the picture."""
+
+    grid: bool = False
+    mask: bool = True
+    handles: bool = True
+    outline: bool = True
+    folds: bool = True
+    scale: bool = False
+    patches: bool = False
+    spines: bool = False
+    seams: bool = False
+    compression: bool = False
+
+
+@dataclass(frozen=True)
+class Session:
+    """View, tool, options and selection."""
+
+    mode: Mode = "warp"
+    tool: str = "brush"
+    view: View = field(default_factory=View)
+    brush: Brush = field(default_factory=Brush)
+    overlays: Overlays = field(default_factory=Overlays)
+    compare: Compare = "result"
+    split: float = 0.5
+    """Place of the divider of the split view, as a share of the canvas widget's width."""
+    panels: bool = True
+    """Whether the panels beside the canvas show."""
+    look: Look = "retextured"
+    auto_retexture: bool = True
+    """Whether texture is regrown as soon as the artist lets go."""
+    painted: Painted = "matte"
+    shown: Shown = "result"
+    selected: frozenset[int] = frozenset()
+    """Numbers of the selected pins."""
+    selected_corners: frozenset[int] = frozenset()
+    """Numbers of the outline's selected corners, 0 to 3 clockwise from the top left."""
+    selected_curve: int | None = None
+    """Number of the curve that is being edited."""
+    selected_knots: frozenset[int] = frozenset()
+    """Numbers of its selected knots."""
+    curve_side: Literal["target", "source"] = "target"
+    """Which of a curve's sides is edited where they coincide."""
+    draft: Points | None = field(default=None, compare=False)
+    """Control points (3k + 1, 2) of the curve that is being drawn, in canvas pixels."""
+    draft_handles: Points | None = field(default=None, compare=False)
+    """Handle, knot and handle (3, 2) of it that the pen pulls out, in canvas pixels."""
+    suggestions: tuple[Points, ...] = field(default=(), compare=False)
+    """Curves on offer, (3k + 1, 2) each, in places of the picture."""
+    band: tuple[tuple[float, float], tuple[float, float]] | None = None
+    """Corners of the rectangle that is being drawn to select, in screen pixels."""
+    last_dab: tuple[float, float] | None = None
+    """Where the last stroke ended, in canvas pixels; a straight line begins there."""
+    pointer: tuple[float, float] | None = None
+    """Where the pointer is, in screen pixels; None when it is not over the canvas."""
+    hover: object = None
+    """What the tool finds under the pointer: whatever its `hover` returned."""
+    folder: Path | None = None
+    """Where the last file was chosen; file dialogs open on it."""
+    recent: tuple[str, ...] = field(default=())
+    """Paths of the files opened last, the newest first."""

@@ -1,0 +1,1 @@
+"""Passes: the picture, the marks over it, drafts and thumbnails."""

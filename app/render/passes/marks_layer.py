@@ -1,0 +1,123 @@
+"""What lies over the picture and bends with it: scale, mask, grid, folds, outline (marks.glsl)."""
+
+import math
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from app.render.scene import Color, Marks, Scene
+from app.render.sources.mask_texture import MaskTexture
+from core.arrays import Floats, Points, Singles
+from core.rasters.raster import Raster
+
+GRID_LINE_PX = 14.0
+"""Grid lines are at least so far apart on the screen, at pixel ratio 1."""
+MASK_UNIT, FOLDED_UNIT, GROWTH_UNIT = 5, 6, 7
+NO_MASK = Raster.filled(1, 1)
+NO_FOLDS = np.zeros((1, 1), bool)
+
+
+class MarksLayer:
+    """Keeps on the GPU what the marks show."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._mask: MaskTexture | None = None
+        self._textures: dict[str, moderngl.Texture] = {}
+        self._seen: dict[str, object] = {}
+
+    def uniforms(self, scene: Scene) -> dict[str, object]:
+        """Bind the textures that marks.glsl reads, and return its uniforms for `scene`."""
+        self._mask_texture(scene.mask or NO_MASK).use(MASK_UNIT)
+        folded = NO_FOLDS if scene.folded is None else scene.folded
+        self._texture("folded", folded, folded, "u1").use(FOLDED_UNIT)
+        if scene.marks.scale:
+            self._growth_texture(scene.rest, scene.warped).use(GROWTH_UNIT)
+        return {"mask": MASK_UNIT, "folded": FOLDED_UNIT, "growth": GROWTH_UNIT, **_look(scene)}
+
+    def _growth_texture(self, rest: Points, shown: Points) -> moderngl.Texture:
+        if self._seen.get("growth") is shown:
+            return self._textures["growth"]
+        texture = self._texture("growth", shown, _growth(rest, shown), "f4")
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return texture
+
+    def _texture(self, name: str, key: object, values: NDArray[np.generic], dtype: str) -> moderngl.Texture:
+        """Return the texture called `name` of `values`, (h, w), made anew when `key` is another."""
+        if self._seen.get(name) is not key:
+            if name in self._textures:
+                self._textures[name].release()
+            data = np.ascontiguousarray(values, {"u1": np.uint8, "f4": np.float32}[dtype]).tobytes()
+            texture = self._context.texture((values.shape[1], values.shape[0]), 1, data, dtype=dtype, alignment=1)
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            texture.repeat_x = texture.repeat_y = False
+            self._textures[name], self._seen[name] = texture, key
+        return self._textures[name]
+
+    def _mask_texture(self, mask: Raster) -> moderngl.Texture:
+        if self._mask is None or self._mask.size_px != (mask.width_px, mask.height_px):
+            if self._mask is not None:
+                self._mask.release()
+            self._mask = MaskTexture(self._context, mask)
+        self._mask.update(mask)
+        return self._mask.texture
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        for held in (self._mask, *self._textures.values()):
+            if held is not None:
+                held.release()
+        self._mask, self._textures, self._seen = None, {}, {}
+
+
+def names_of(marks: Marks) -> tuple[str, ...]:
+    """Return what marks.glsl must have defined to show `marks`."""
+    return ("SCALE",) * marks.scale + ("GRID",) * marks.grid
+
+
+def _look(scene: Scene) -> dict[str, object]:
+    """Return the uniforms of marks.glsl that say what is shown and how."""
+    marks, palette = scene.marks, scene.palette
+    step, fade = _grid_step(scene)
+    return {
+        "last_cell": (scene.rest.shape[1] - 1.0, scene.rest.shape[0] - 1.0),
+        "mask_color": _shown(marks.mask and scene.mask is not None, palette.mask),
+        "grid_color": _shown(marks.grid, palette.grid),
+        "outline_color": _shown(marks.outline, palette.outline),
+        "fold_color": _shown(marks.folds and scene.folded is not None, palette.fold),
+        "shrunk_color": _shown(marks.scale, palette.shrunk),
+        "grown_color": _shown(marks.scale, palette.grown),
+        "grid_step": step,
+        "grid_fade": fade,
+        "line_px": max(1.0, scene.pixel_ratio),
+    }
+
+
+def _shown(switch: bool, color: Color) -> Color:
+    return color if switch else (0.0, 0.0, 0.0, 0.0)
+
+
+def _growth(rest: Points, shown: Points) -> Singles:
+    """Return per quad the binary logarithm of how its lengths change, the root of its area: (R - 1, C - 1)."""
+    ratio = np.abs(_doubled_areas(shown)) / np.maximum(np.abs(_doubled_areas(rest)), 1e-12)
+    growth: Singles = (0.5 * np.log2(np.maximum(ratio, 1e-6))).astype(np.float32)
+    return growth
+
+
+def _doubled_areas(nodes: Points) -> Floats:
+    """Return twice the signed area of every quad, from its diagonals."""
+    falling, rising = nodes[1:, 1:] - nodes[:-1, :-1], nodes[1:, :-1] - nodes[:-1, 1:]
+    areas: Floats = falling[..., 0] * rising[..., 1] - falling[..., 1] * rising[..., 0]
+    return areas
+
+
+def _grid_step(scene: Scene) -> tuple[float, float]:
+    """Return how many cells lie between grid lines, a power of two, and how strong the lines halfway between are.
+
+    Zooming out, every second line fades before it goes: `fade` falls from 1 to 0 while lines close in from twice the
+    least distance to it.
+    """
+    cell_px = float(np.linalg.norm(scene.rest[1, 1] - scene.rest[0, 0]) / math.sqrt(2)) * scene.view.zoom
+    level = max(math.log2(GRID_LINE_PX / max(cell_px, 1e-6)), 0.0)
+    return float(2 ** math.ceil(level)), math.ceil(level) - level

@@ -1,0 +1,222 @@
+"""The deformed grid on the GPU: an index buffer per grid shape, small textures of node positions.
+
+The vertex shader reads nodes by number (shaders/mesh.vert), so that moving the grid is one upload of its positions.
+Quads are ordered in blocks; only blocks that meet the target are drawn.
+"""
+
+import math
+from functools import cache
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from app.render.passes.ring import with_ring
+from app.render.programs import Names, programs_of, set_uniforms
+from app.render.reach import Reach
+from app.render.sources.source import Box
+from core import tracing
+from core.arrays import Bools, Floats, Ints, Points, Singles
+
+BLOCK = 16
+NODE_UNITS = {"rest_nodes": 0, "moved_nodes": 1, "cell_nodes": 8}
+"""Texture units."""
+EDGE_PX = 1.5
+"""The outline cuts pixels so far inside it."""
+MOST_EDGE_LAYERS = 24
+STRAIGHT_PX = 1e-6
+"""An outline that misses a rectangle by less is one."""
+
+
+class Mesh:
+    """A grid of R x C nodes, R and C at least 2, with source and output positions.
+
+    With a `stride` only every so manieth node of a row and a column is drawn, and the last ones.
+    """
+
+    def __init__(self, context: moderngl.Context, shape: tuple[int, int], *, stride: int = 1) -> None:
+        self.shape = shape
+        self.stride = stride
+        self._programs = programs_of(context)
+        self._context = context
+        self._drawn = np.ix_(*(_every(stride, size) for size in shape))
+        rows, columns = shape = self._drawn[0].size, self._drawn[1].size
+        self._cells = np.stack(np.meshgrid(self._drawn[1].ravel(), self._drawn[0].ravel()), axis=-1).astype(float)
+        sizes = {"rest_nodes": 4, "moved_nodes": 4, "cell_nodes": 2}
+        self._nodes = {
+            name: context.texture((columns + 2, rows + 2), channels, dtype="f4") for name, channels in sizes.items()
+        }
+        self._indices = context.buffer(_indices(shape).tobytes())
+        self._edge_indices = context.buffer(_edge_indices(shape)[0].tobytes())
+        self._edge_counts = _edge_indices(shape)[1]
+        self._arrays: dict[tuple[str, Names, int], moderngl.VertexArray] = {}
+        self._first, self._count = _block_ranges(shape)
+        self._rest: Points | None = None
+        self._moved: Points | None = None
+        self._reach: Reach | None = None
+
+    def place(self, rest: Points, moved: Points) -> None:
+        """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
+        if rest is self._rest and moved is self._moved:
+            return
+        self._rest, self._moved, self._reach = rest, moved, None
+        drawn = moved[self._drawn]
+        with tracing.span("upload", what="nodes"):
+            moved_nodes, rest_nodes, cells = with_ring(drawn, rest[self._drawn], self._cells)
+            self._nodes["moved_nodes"].write(_whole_and_fraction(moved_nodes))
+            self._nodes["rest_nodes"].write(_whole_and_fraction(rest_nodes))
+            self._nodes["cell_nodes"].write(cells.astype(np.float32))
+        self._low, self._high = _block_bounds(moved_nodes)
+        self._thinnest = _thinnest_border(drawn)
+        self._straight = _rectangle_of(drawn)
+
+    def blocks_in(self, box: Box) -> Bools:
+        """Return which blocks may meet the output pixels of `box`."""
+        return np.asarray(
+            (self._low < [box[2], box[3]]).all(axis=-1) & (self._high > [box[0] - 1, box[1] - 1]).all(axis=-1)
+        )
+
+    def bounds_in(self, box: Box) -> Box:
+        """Return the part of the output pixels of `box` outside which the mesh does not come."""
+        left, top = np.maximum(np.floor(self._low.min(axis=(0, 1))), box[:2]).astype(int).tolist()
+        right, bottom = np.minimum(np.ceil(self._high.max(axis=(0, 1))), box[2:]).astype(int).tolist()
+        return left, top, max(right, left), max(bottom, top)
+
+    def source_of(self, box: Box, *, least_stretch: float) -> tuple[Box, int]:
+        """Return what drawing the output pixels of `box` reads (see `Reach.read_for`)."""
+        if self._reach is None:
+            assert self._rest is not None
+            assert self._moved is not None
+            self._reach = Reach.of(self._rest[self._drawn], self._moved[self._drawn])
+        return self._reach.read_for(box, least_stretch=least_stretch)
+
+    def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:
+        """Draw `blocks` with the shader `fragment` into the bound framebuffer."""
+        array = self._array(fragment, (), self._indices, uniforms)
+        for first, count in _runs(blocks, self._first, self._count):
+            array.render(moderngl.TRIANGLES, vertices=count, first=first)
+
+    def draw_edge(self, fragment: str, defined: Names = (), /, **uniforms: object) -> None:
+        """Draw the ring and the cells that may reach into the last pixel before the outline."""
+        layers = min(math.ceil(EDGE_PX / max(self._thinnest, EDGE_PX / MOST_EDGE_LAYERS)), len(self._edge_counts) - 1)
+        array = self._array(fragment, defined, self._edge_indices, uniforms)
+        array.render(moderngl.TRIANGLES, vertices=int(self._edge_counts[layers]))
+
+    def _array(
+        self, fragment: str, defined: Names, indices: moderngl.Buffer, uniforms: dict[str, object]
+    ) -> moderngl.VertexArray:
+        """Return what to render, with its program and textures set."""
+        program = self._programs.get("mesh.vert", fragment, defined)
+        key = fragment, defined, indices.glo
+        if key not in self._arrays:
+            self._arrays[key] = self._context.vertex_array(program, [], index_buffer=indices)
+        for name, texture in self._nodes.items():
+            texture.use(NODE_UNITS[name])
+        last_cell = self.shape[1] - 1, self.shape[0] - 1
+        set_uniforms(program, last_cell=last_cell, straight=self._straight, **NODE_UNITS, **uniforms)
+        return self._arrays[key]
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        for array in self._arrays.values():
+            array.release()
+        self._indices.release()
+        self._edge_indices.release()
+        for texture in self._nodes.values():
+            texture.release()
+
+
+def _rectangle_of(points: Points) -> tuple[float, float, float, float]:
+    """Return left, top, right and bottom of the rectangle that the outline of nodes (R, C, 2) is; zeros for none."""
+    (left, top), (right, bottom) = points[0, 0], points[-1, -1]
+    off = points[:, 0, 0] - left, points[0, :, 1] - top, points[:, -1, 0] - right, points[-1, :, 1] - bottom
+    is_straight = min(right - left, bottom - top) > 0 and max(np.abs(side).max() for side in off) < STRAIGHT_PX
+    return (float(left), float(top), float(right), float(bottom)) if is_straight else (0.0, 0.0, 0.0, 0.0)
+
+
+def _every(stride: int, size: int) -> Ints:
+    """Return every `stride`-th of `size` numbers, and the last one."""
+    return np.append(np.arange(0, size - 1, stride), size - 1)
+
+
+def _whole_and_fraction(points: Points) -> Singles:
+    """Split positions, so that float32 keeps them to 1e-7 pixel in any picture: (R, C, 4), fraction then whole."""
+    whole = np.floor(points)
+    return np.concatenate([points - whole, whole], axis=-1).astype(np.float32)
+
+
+@cache
+def _indices(shape: tuple[int, int]) -> NDArray[np.uint32]:
+    """Return the vertex numbers of all triangles, ring included, in blocks."""
+    return np.concatenate([_triangles(shape, rows[:, None], columns[None, :]) for rows, columns in _blocks(shape)])
+
+
+@cache
+def _edge_indices(shape: tuple[int, int]) -> tuple[NDArray[np.uint32], Ints]:
+    """Return the vertex numbers of the ring and the layers of cells inside it, and how many ring and k layers have."""
+    rows, columns = np.indices((shape[0] + 1, shape[1] + 1))
+    depth = np.minimum(np.minimum(rows, shape[0] - rows), np.minimum(columns, shape[1] - columns)).ravel()
+    chosen = np.flatnonzero(depth <= MOST_EDGE_LAYERS)
+    chosen = chosen[np.argsort(depth[chosen], kind="stable")]
+    counts = 6 * np.cumsum(np.bincount(depth[chosen]))
+    return _triangles(shape, rows.ravel()[chosen], columns.ravel()[chosen]), counts
+
+
+def _triangles(shape: tuple[int, int], rows: Ints, columns: Ints) -> NDArray[np.uint32]:
+    """Return the vertex numbers of the two triangles of ring quads (see mesh.vert)."""
+    width = shape[1] + 2
+    last = ((rows + 1) * width + columns + 1).ravel()
+    first, above, left = last - width - 1, last - width, last - 1
+    corners = np.stack([2 * first, 2 * above, 2 * last, 2 * left, 2 * first, 2 * last + 1], axis=1)
+    return corners.ravel().astype(np.uint32)
+
+
+def _blocks(shape: tuple[int, int]) -> list[tuple[Ints, Ints]]:
+    """Return rows and columns of the ring's quads, block by block."""
+    return [
+        (np.arange(y, min(y + BLOCK, shape[0] + 1)), np.arange(x, min(x + BLOCK, shape[1] + 1)))
+        for y in range(0, shape[0] + 1, BLOCK)
+        for x in range(0, shape[1] + 1, BLOCK)
+    ]
+
+
+@cache
+def _block_ranges(shape: tuple[int, int]) -> tuple[Ints, Ints]:
+    """Return first index and number of indices of every block."""
+    counts = np.array([6 * len(rows) * len(columns) for rows, columns in _blocks(shape)])
+    return np.concatenate([[0], np.cumsum(counts)[:-1]]), counts
+
+
+def _runs(blocks: Bools, first: Ints, count: Ints) -> list[tuple[int, int]]:
+    """Return (first index, number of indices) of every run of neighbouring blocks."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], blocks.ravel(), [False]]).astype(np.int8)))
+    return [
+        (int(first[start]), int(first[end - 1] + count[end - 1] - first[start]))
+        for start, end in zip(edges[::2], edges[1::2], strict=True)
+    ]
+
+
+def _block_bounds(ring: Points) -> tuple[Points, Points]:
+    """Return the least and the greatest position of every block's nodes: two arrays (blocks down, blocks across, 2)."""
+    corners = ring[:-1, :-1], ring[:-1, 1:], ring[1:, :-1], ring[1:, 1:]
+    return (
+        _reduce_blocks(np.minimum, np.minimum.reduce(corners)),
+        _reduce_blocks(np.maximum, np.maximum.reduce(corners)),
+    )
+
+
+def _reduce_blocks(operation: np.ufunc, quads: Floats) -> Floats:
+    down, across = (np.arange(0, size, BLOCK) for size in quads.shape[:2])
+    reduced: Floats = operation.reduceat(operation.reduceat(quads, down, axis=0), across, axis=1)
+    return reduced
+
+
+def _thinnest_border(points: Points) -> float:
+    """Return the least distance between the outline and the nodes next to it."""
+    sides = (
+        (points[0], points[1]),
+        (points[-1], points[-2]),
+        (points[:, 0], points[:, 1]),
+        (points[:, -1], points[:, -2]),
+    )
+    return float(min(np.linalg.norm(inner - outer, axis=-1).min() for outer, inner in sides))

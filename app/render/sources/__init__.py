@@ -1,0 +1,1 @@
+"""What the canvas is drawn from: pictures, cloth and masks on the GPU."""

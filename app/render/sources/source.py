@@ -1,0 +1,255 @@
+"""The source picture on the GPU: linear light, premultiplied, as a mip-mapped window of the picture's pyramid.
+
+Level L of the pyramid averages blocks of 2^L x 2^L pixels, aligned at the picture's first pixel, its border repeated
+outwards to whole blocks. A texture holds a window of it: the levels from `base` up, over a box of the picture that is
+aligned to the coarsest block. The base level lies at the left, the coarser ones below one another at its right: one
+plain texture, half as wide again, filled from means taken in float32. Because blocks are aligned, every window has the
+same texels as the whole; so a picture too large for a texture or for the memory is drawn window by window, with the
+same result.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import moderngl
+import numpy as np
+
+from app.render.sources.texels import halves, light_of, reduced, texels_of
+from core import tracing
+from core.imaging.images import Image
+
+LEVELS = 6
+"""Levels above the base, where the picture is large enough to have them."""
+PART_PIXELS = 1 << 18
+GLIMPSE_TEXELS = 1 << 18
+GLIMPSE_SIDE_PX = 1 << 12
+"""A picture is shown by so many texels at most until it is loaded."""
+
+Box = tuple[int, int, int, int]
+"""left, top, right, bottom in source pixels; right and bottom are outside."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a texture may take at most."""
+
+    side_px: int = 1 << 16
+    budget_bytes: int = 132_000_000
+    """A whole picture may take so much; a window half, since drivers let go of the one before late."""
+
+
+DEFAULT_LIMITS = Limits()
+
+
+@dataclass(frozen=True)
+class Window:
+    """A part of the pyramid in a texture."""
+
+    texture: moderngl.Texture
+    box: Box
+    base: int
+    top: int
+    """The coarsest level."""
+
+    @property
+    def base_size(self) -> tuple[int, int]:
+        """Width and height of the base level, in texels."""
+        return (self.box[2] - self.box[0]) >> self.base, (self.box[3] - self.box[1]) >> self.base
+
+    def holds(self, box: Box, base: int) -> bool:
+        """Return whether the window covers `box` from level `base` or finer."""
+        inside = self.box[0] <= box[0] and self.box[1] <= box[1] and self.box[2] >= box[2] and self.box[3] >= box[3]
+        return inside and self.base <= base
+
+
+@dataclass(frozen=True)
+class _Coming:
+    """A window, and what sends its pieces to the GPU."""
+
+    window: Window
+    pieces: Iterator[int]
+    """Counts what is left."""
+
+
+class Source:
+    """A picture for drawing from: gives the window that a draw needs, and keeps the last one.
+
+    `exact` keeps 16-bit and float pictures in float32. `margin` is by how much a window reaches beyond what is asked
+    for, on each side, as a share of its size: for a view that moves about.
+    """
+
+    def __init__(
+        self,
+        context: moderngl.Context,
+        image: Image,
+        *,
+        exact: bool = False,
+        limits: Limits = DEFAULT_LIMITS,
+        margin: float = 0.0,
+    ) -> None:
+        self._context = context
+        self.image = image
+        self.dtype = "f4" if exact and image.pixels.dtype != np.uint8 else "f2"
+        self._budget_bytes = limits.budget_bytes
+        self._max_side_px = min(limits.side_px, int(context.info["GL_MAX_TEXTURE_SIZE"]))
+        self._margin = margin
+        self._window: Window | None = None
+        self._texture: moderngl.Texture | None = None
+        self._coming: _Coming | None = None
+        self._glimpse: Window | None = None
+
+    @cached_property
+    def levels(self) -> int:
+        """Number of levels above the base, whatever the base is."""
+        return min(LEVELS, max(self.image.width_px, self.image.height_px).bit_length() - 1)
+
+    @property
+    def whole(self) -> Box:
+        """The box of the whole picture."""
+        return 0, 0, self.image.width_px, self.image.height_px
+
+    def fits(self, box: Box, base: int) -> bool:
+        """Return whether a window over `box` from level `base` is within the budget and the texture limit."""
+        left, top, right, bottom = self._aligned(box, base)
+        width, height = (right - left) >> base, (bottom - top) >> base
+        texel_bytes = 16 if self.dtype == "f4" else 8
+        sides_fit = max(_texture_width(width), height) <= self._max_side_px
+        budget = self._budget_bytes // (1 if box == self.whole else 2)
+        return sides_fit and width * height * texel_bytes * 4 // 3 <= budget
+
+    @property
+    def is_small(self) -> bool:
+        """Whether all of the picture fits, so that nobody need ask what is read."""
+        return self.fits(self.whole, 0)
+
+    def window(self, box: Box, base: int) -> Window:
+        """Return a window over `box` with levels from `base` up; the whole picture where that fits.
+
+        A base that does not fit is raised to the least one that does: the drawing is then less sharp.
+        """
+        for _ in self.loading(box, base):
+            pass
+        assert self._window is not None
+        return self._window
+
+    def loading(self, box: Box, base: int) -> Iterator[None]:
+        """Load what `window` needs, piece by piece with a stop after each; what was begun for it goes on."""
+        box, base = self._attainable(box, base)
+        if self._window is not None and self._window.holds(box, base):
+            return
+        coming = self._coming
+        if coming is None or not coming.window.holds(box, base):
+            wishes = [(self.whole, 0), (self.whole, base), (self._with_margin(box), base), (box, base)]
+            coming = self._coming = self._begun(*next(wish for wish in wishes if self.fits(*wish)))
+            yield  # making the texture may take as long as many pieces
+        while self._coming is coming:
+            if next(coming.pieces) == 0:
+                self._window, self._coming = coming.window, None
+            yield
+
+    def glimpse(self, box: Box, base: int) -> Window:
+        """Return the window over `box` if it is loaded, else one of the whole picture with few texels."""
+        if self._window is not None and self._window.holds(*self._attainable(box, base)):
+            return self._window
+        if self._glimpse is None:
+            self._glimpse = self._few_texels()
+        return self._glimpse
+
+    def _attainable(self, box: Box, base: int) -> tuple[Box, int]:
+        """Return what there is of `box`, and the least level from `base` up that fits."""
+        box = self._clipped(box)
+        while not (self.fits(box, base) or self.fits(self.whole, base)):
+            base += 1
+        return box, base
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        self._free_texture()
+        if self._glimpse is not None:
+            self._glimpse.texture.release()
+            self._glimpse = None
+
+    def _free_texture(self) -> None:
+        if self._texture is not None:
+            self._texture.release()
+        self._texture = self._window = self._coming = None
+
+    def _with_margin(self, box: Box) -> Box:
+        across, down = round((box[2] - box[0]) * self._margin), round((box[3] - box[1]) * self._margin)
+        return self._clipped((box[0] - across, box[1] - down, box[2] + across, box[3] + down))
+
+    def _clipped(self, box: Box) -> Box:
+        left, top = max(box[0], 0), max(box[1], 0)
+        left, top = min(left, self.image.width_px - 1), min(top, self.image.height_px - 1)
+        return (
+            left,
+            top,
+            max(min(box[2], self.image.width_px), left + 1),
+            max(min(box[3], self.image.height_px), top + 1),
+        )
+
+    def _aligned(self, box: Box, base: int) -> Box:
+        block = 1 << (base + self.levels)
+        left, top = box[0] // block * block, box[1] // block * block
+        return left, top, -(-box[2] // block) * block, -(-box[3] // block) * block
+
+    def _begun(self, box: Box, base: int) -> "_Coming":
+        """Begin to load a window, in the place of the present one."""
+        left, top, right, bottom = box = self._aligned(box, base)
+        size = ((right - left) >> base, (bottom - top) >> base)
+        texture = self._texture_of(_texture_width(size[0]), size[1])
+        self._window = None
+        return _Coming(Window(texture, box, base, base + self.levels), self._pieces(texture, box, base, size))
+
+    def _pieces(self, texture: moderngl.Texture, box: Box, base: int, size: tuple[int, int]) -> Iterator[int]:
+        """Send the pyramid over `box` to `texture`, its base level of `size`; count the pieces that are left."""
+        parts = list(_parts(box, 1 << (base + self.levels)))
+        for left, part in zip(reversed(range(len(parts))), parts, strict=True):
+            with tracing.span("upload", what="picture"):
+                texels = reduced(texels_of(self.image, part), 1 << base)
+                x, y = (part[0] - box[0]) >> base, (part[1] - box[1]) >> base
+                for level in range(self.levels + 1):
+                    texels = reduced(texels, 2) if level else texels
+                    shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
+                    corner = ((x >> level) + shift[0], (y >> level) + shift[1])
+                    sent = texels if self.dtype == "f4" else halves(texels)
+                    texture.write(sent, viewport=(*corner, texels.shape[1], texels.shape[0]))
+            yield left
+
+    def _few_texels(self) -> Window:
+        """Return a window of one level that takes single pixels of the picture, at the middle of its texels."""
+        width, height = self.image.size_px
+        base = 0
+        while (width >> base) * (height >> base) > GLIMPSE_TEXELS or max(width, height) >> base > GLIMPSE_SIDE_PX:
+            base += 1
+        step = 1 << base
+        first_row, first_column = min(step // 2, height - 1), min(step // 2, width - 1)
+        light = light_of(self.image, np.ascontiguousarray(self.image.pixels[first_row::step, first_column::step]))
+        size = light.shape[1], light.shape[0]
+        texture = self._context.texture(size, 4, np.ascontiguousarray(halves(light)), dtype="f2")
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return Window(texture, (0, 0, size[0] << base, size[1] << base), base, base)
+
+    def _texture_of(self, width: int, height: int) -> moderngl.Texture:
+        """Return a texture of at least this size: the present one if that will do, since drivers free late."""
+        if self._texture is not None and (self._texture.width < width or self._texture.height < height):
+            self._free_texture()
+        if self._texture is None:
+            self._texture = self._context.texture((width, height), 4, dtype=self.dtype)
+            self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return self._texture
+
+
+def _texture_width(width: int) -> int:
+    return width + max(width // 2, 1)
+
+
+def _parts(box: Box, block: int) -> Iterator[Box]:
+    """Cut `box` into parts of whole blocks, small enough to work on."""
+    left, top, right, bottom = box
+    width = max(PART_PIXELS // block // block, 1) * block
+    height = max(PART_PIXELS // min(width, right - left) // block, 1) * block
+    for y in range(top, bottom, height):
+        for x in range(left, right, width):
+            yield x, y, min(x + width, right), min(y + height, bottom)

@@ -1,0 +1,51 @@
+"""The pictures that the canvas is drawn from, kept on the GPU from frame to frame."""
+
+import moderngl
+
+from app.render.scene import Scene
+from app.render.sources.cloth import DressedSource
+from app.render.sources.source import Source
+from core.imaging.images import Image
+
+MARGIN = 0.25
+MOST_KEPT = 2
+"""A picture and what was made of it can be looked at in turn, or side by side."""
+
+
+class Sources:
+    """A source for each of the pictures drawn last, and one for the cloth that has a texture laid on."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._plain: list[Source] = []
+        """The newest first."""
+        self._cloth: DressedSource | None = None
+
+    def of(self, image: Image) -> Source:
+        """Return the source of `image`."""
+        held = next((source for source in self._plain if source.image is image), None)
+        held = held or Source(self._context, image, margin=MARGIN)
+        sources = [held, *(source for source in self._plain if source is not held)]
+        for dropped in sources[MOST_KEPT:]:
+            dropped.release()
+        self._plain = sources[:MOST_KEPT]
+        return held
+
+    def of_result(self, scene: Scene) -> Source:
+        """Return what the result is drawn from: the picture, with the texture laid on if there is one."""
+        dressing = scene.dressing
+        if dressing is None:
+            return self.of(scene.image)
+        if self._cloth is None or self._cloth.image is not scene.image or self._cloth.parts is not dressing.parts:
+            if self._cloth is not None:
+                self._cloth.release()
+            self._cloth = DressedSource(self._context, scene.image, dressing.parts)
+        self._cloth.dress(dressing, draft=scene.draft)
+        return self._cloth
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        for held in (*self._plain, self._cloth):
+            if held is not None:
+                held.release()
+        self._plain, self._cloth = [], None

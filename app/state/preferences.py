@@ -1,0 +1,69 @@
+"""What the artist prefers from run to run, kept in the user's settings folder."""
+
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+
+import platformdirs
+
+from app.state.state_files import read_state
+from core.arrays import InputError
+from core.files.atomic import write_text
+
+LIMITS = MappingProxyType({"undo_mb": (64.0, 16384.0), "scale": (0.5, 3.0), "keep_every_s": (2.0, 600.0)})
+"""Least and most of each number."""
+
+
+@dataclass(frozen=True)
+class Preferences:
+    """Settings of the program rather than of a picture."""
+
+    undo_mb: float = 512.0
+    """Memory for what can be undone, in mebibytes."""
+    scale: float = 1.0
+    """Size of text and controls, over that which the display asks for."""
+    keep_every_s: float = 5.0
+    """Unsaved work is kept at most so much later."""
+    backups: bool = True
+    """Whether a save keeps the version before beside the project, as `name~`."""
+    drafts: bool = True
+    """Whether the picture is drawn faster, at less quality, while something moves."""
+
+    def changed(self, **changes: object) -> "Preferences":
+        """Return the preferences with some changed; numbers are taken into their limits."""
+        limited = {
+            name: min(max(value, LIMITS[name][0]), LIMITS[name][1])
+            if name in LIMITS and isinstance(value, int | float)
+            else value
+            for name, value in changes.items()
+        }
+        return replace(self, **limited)  # type: ignore[arg-type]
+
+
+def preferences_file() -> Path:
+    """Return the file of the user's preferences."""
+    return Path(platformdirs.user_config_path("weft")) / "preferences.json"
+
+
+def load_preferences(file: Path) -> Preferences:
+    """Return what `file` says; the default in place of everything that is missing or makes no sense."""
+    known = asdict(Preferences())
+    said = read_state(file, dict) or {}
+    return Preferences().changed(**{name: said[name] for name in known if _fits(said.get(name), known[name])})
+
+
+def save_preferences(file: Path, preferences: Preferences) -> None:
+    """Write `preferences` to `file`, whole or not at all; raise `InputError` where that cannot be done."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise InputError(f"{file.parent}: {(fault.strerror or str(fault)).lower()}") from fault
+    write_text(file, json.dumps(asdict(preferences), indent=1) + "\n")
+
+
+def _fits(value: object, default: object) -> bool:
+    """Return whether a value is of the default's kind: a switch, or a number that is one."""
+    if isinstance(default, bool) or isinstance(value, bool):
+        return isinstance(default, bool) and isinstance(value, bool)
+    return isinstance(value, int | float) and value == value

@@ -1,0 +1,1 @@
+"""Points under the pointer: gripping, selecting, moving several at once."""

@@ -1,0 +1,190 @@
+"""What the renderer is to draw, from the editor's state."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from app.actions.overlay import PHOTO_TOOLS
+from app.editor.editor import Editor
+from app.render.scene import Marks, Palette, Scene
+from app.render.sources.dressing import Dressing
+from app.ui.widgets import theme
+from core.arrays import Bools, Points
+from core.document.overlay import is_changed, layers_under, pattern_of, placement_of
+from core.document.retexture import moves
+from core.rasters.raster import Raster
+
+
+def _shade(code: int, alpha: float = 1.0) -> tuple[float, float, float, float]:
+    tone = theme.rgb(code, alpha)
+    return tone.x, tone.y, tone.z, tone.w
+
+
+PALETTE = Palette(
+    desk=_shade(theme.DESK),
+    mask=_shade(theme.MASK, 0.4),
+    grid=_shade(theme.TEXT, 0.45),
+    outline=_shade(theme.TEXT, 0.8),
+    fold=_shade(theme.FOLD, 0.8),
+)
+
+
+REST_S = 0.12
+"""When nothing has moved for so long, the canvas is drawn at its best."""
+FOLDED_S = 1.0
+"""The same for a map with folds: what the drawing leaves goes to the one without, which soon takes its place."""
+
+SAME_PX = 1e-4
+
+
+class Motion:
+    """Tells frames in which the picture moves, which are drawn fast, from those that it rests in.
+
+    A gesture that has moved the picture stays fast to its end; a stroke of the brush that moves nothing never is.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._seen: tuple[object, ...] = ()
+        self.rest: Points = np.empty((0, 0, 2))
+        self.warped: Points = np.empty((0, 0, 2))
+        """The map of the frame: the arrays of the frame before where they say the same, for the renderer looks at
+        identity."""
+        self.folded: Bools | None = None
+        """Which quads are folded, kept likewise."""
+        self._moved_at, self._rest_s = 0.0, REST_S
+        self._is_busy = False
+        self.is_draft = False
+
+    def update(self, editor: Editor) -> None:
+        """Look at the editor; once a frame, when the map is that of the frame."""
+        answer, session = editor.answer, editor.session
+        self.rest = _kept(self.rest, answer.rest)
+        self.warped = _kept(self.warped, answer.warped)
+        if self.folded is None or answer.folded is None or not np.array_equal(self.folded, answer.folded):
+            self.folded = answer.folded
+        opened = not self._seen or self._seen[0] is not answer.document.image
+        laying = editor.document.cloth.laying if session.mode == "overlay" else None
+        seen = (answer.document.image, session.view, session.compare, session.split, laying, id(self.warped))
+        only_settled = answer.settled and seen[:-1] == self._seen[:-1]
+        moved = seen != self._seen and not opened and not only_settled
+        self._seen, self._is_busy = seen, editor.is_busy
+        self._rest_s = FOLDED_S if answer.folds and not answer.settled else REST_S
+        if moved:
+            self.is_draft, self._moved_at = editor.preferences.drafts, self._clock()
+        elif opened or not (editor.is_busy or self.wait_s):
+            self.is_draft = False
+
+    @property
+    def wait_s(self) -> float | None:
+        """Seconds until the canvas is to be drawn at its best; None when that needs an event."""
+        if not self.is_draft or self._is_busy:
+            return None
+        return max(0.0, self._moved_at + self._rest_s - self._clock())
+
+
+def _kept(before: Points, now: Points) -> Points:
+    """Return `before` where `now` takes no node to a visibly different place."""
+    if before is now or (before.shape == now.shape and np.abs(before - now).max() < SAME_PX):
+        return before
+    return now
+
+
+def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
+    """Return one frame of the canvas."""
+    session, answer = editor.session, editor.answer
+    width, height = editor.canvas_px
+    scene = Scene(
+        image=answer.document.image,
+        rest=answer.rest,
+        warped=answer.warped,
+        view=session.view,
+        pixel_ratio=pixel_ratio,
+        frame=(-0.5, -0.5, width - 0.5, height - 0.5),
+        compare=session.compare,
+        split=session.split,
+        draft=motion.is_draft,
+        palette=PALETTE,
+    )
+    of_mode = {"warp": _warp_scene, "retexture": _retexture_scene, "overlay": _overlay_scene}
+    return of_mode[session.mode](scene, editor, motion)
+
+
+def _warp_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
+    """Return one frame of Warp mode: the picture as it is bent, with what is switched on over it."""
+    overlays = editor.session.overlays
+    return replace(
+        scene,
+        rest=motion.rest,
+        warped=motion.warped,
+        mask=editor.document.mask,
+        folded=motion.folded,
+        marks=Marks(
+            grid=overlays.grid,
+            mask=overlays.mask,
+            outline=overlays.outline,
+            folds=overlays.folds,
+            scale=overlays.scale,
+        ),
+    )
+
+
+def _retexture_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
+    """Return one frame of Retexture mode: the picture as the artist wants to look at it."""
+    document, session = editor.document, editor.session
+    overlays, before = session.overlays, session.compare == "before"
+    shown = editor.regrowth.shown(document, "original" if before else session.look)
+    mask, palette = _tinted(editor)
+    return replace(
+        scene,
+        image=shown.image,
+        rest=shown.rest,
+        warped=shown.warped,
+        mask=mask,
+        marks=Marks(grid=overlays.grid, mask=mask is not None and not before, scale=overlays.scale),
+        compare="result" if before else session.compare,
+        draft=editor.regrowth.is_moving and session.look != "original" and editor.preferences.drafts,
+        palette=palette,
+        before=document.image,
+    )
+
+
+def _overlay_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
+    """Return one frame of Overlay mode: the photo with the texture laid on, or a part of what was found."""
+    document, session = editor.document, editor.session
+    layers, cloth = editor.overlay.layers, document.cloth
+    dressing = None
+    is_worn = session.shown == "result" and session.tool not in PHOTO_TOOLS and is_changed(cloth)
+    if layers is not None and is_worn:
+        laying = cloth.laying
+        placement = placement_of(layers, cloth.texture, laying)
+        dressing = Dressing(
+            layers_under(cloth, layers), pattern_of(cloth, layers), placement, laying.detail, laying.shading
+        )
+    part = editor.overlay.part(document, session.shown)
+    return replace(
+        scene,
+        image=document.image if part is None or session.compare == "before" else part,
+        mask=cloth.region,
+        marks=Marks(mask=session.overlays.mask and cloth.region is not None and session.tool in ("brush", "region")),
+        dressing=dressing,
+    )
+
+
+def _tinted(editor: Editor) -> tuple[Raster | None, Palette]:
+    """Return what is laid over the picture, and in which colours: seams, the compression, or what the brush paints.
+
+    The matte lies on the result and stays where it is; where texture is taken from lies on the original only.
+    """
+    document, session, stage = editor.document, editor.session, editor.regrowth.stage
+    overlays = session.overlays
+    if stage is not None and session.look != "original" and (overlays.seams or overlays.compression):
+        field, shade = (stage.seams, theme.ACCENT) if overlays.seams else (stage.compression, theme.FOLD)
+        return field, replace(PALETTE, mask=_shade(shade, 0.8))
+    if session.painted == "matte":
+        raster = document.matte
+    else:
+        raster = document.source_mask if session.look == "original" or not moves(document) else None
+    return (raster if overlays.mask else None), PALETTE

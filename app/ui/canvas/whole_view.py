@@ -1,0 +1,33 @@
+"""Keeps a picture that is seen whole inside the window, when a warp or another mode makes it larger."""
+
+import numpy as np
+
+from app.actions.view import reach, whole
+from app.editor.editor import Editor
+from app.model.spaces import View, screen_from_canvas
+
+
+class WholeView:
+    """Follows the view: as long as the artist has not chosen a part of the picture, all of it stays in sight."""
+
+    def __init__(self, editor: Editor) -> None:
+        self._editor = editor
+        self._view: View | None = None
+        """The view of the frame before."""
+        self._is_whole = False
+        """Whether the view is one that showed the whole picture when it was chosen."""
+
+    def update(self) -> None:
+        """Look at the view, once a frame, and fit it anew where the picture has run out; not while a hand holds it."""
+        view = self._editor.session.view
+        if view != self._view:
+            self._view, self._is_whole = view, view == whole(self._editor)
+        elif self._is_whole and not self._editor.is_busy and not _holds(view, self._editor):
+            self._view = whole(self._editor)
+            self._editor.show(view=self._view)
+
+
+def _holds(view: View, editor: Editor) -> bool:
+    """Return whether all of picture and canvas is in sight."""
+    low, high = (screen_from_canvas(view, corner) for corner in reach(editor))
+    return bool((low >= 0).all() and (high <= np.asarray(view.size)).all())

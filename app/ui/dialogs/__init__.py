@@ -1,0 +1,1 @@
+"""What lies over the window: dialogs, sheets, the file browser, the command palette."""

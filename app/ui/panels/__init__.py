@@ -1,0 +1,1 @@
+"""Panels beside the canvas, one per mode, and the lists in them."""

@@ -1,0 +1,1 @@
+"""The window: GLFW, the frame loop, signals, and what is loaded late."""

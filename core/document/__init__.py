@@ -1,0 +1,1 @@
+"""The document, and what follows from it: its map, its retextured picture, its cloth, its file."""

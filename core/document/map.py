@@ -1,0 +1,164 @@
+"""From a document to its map: what the window shows at rest, and what is saved, reopened and exported.
+
+The preset warps the picture; the outline, the pins and the inner curves edit the preset's result; the features then
+keep their shape within that. `settled` is the one way to the final answer. It begins from nothing but the document,
+so that the same document gives the same bits, on screen and in a file.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from core.arrays import Points, readonly
+from core.curves.bezier import Curve
+from core.curves.curve_edit import through
+from core.document.document import Document, Outline, WarpSettings, pixels_from_places, places_from_pixels
+from core.grid import Features, Grid
+from core.mapping.handles.handles import Handles
+from core.mapping.options import MappingOptions
+from core.mapping.result import Warped
+from core.mapping.warper import Warper
+from core.progress import Job
+from core.rasters.components import Components
+from core.rasters.raster import Raster
+from core.warps.outline import follow_outline
+from core.warps.presets import make_warp
+from core.warps.warp import Warp, compose, resize
+
+_EDGE_SAMPLES = 65
+"""Points of a side at which a cubic is fitted to it."""
+
+
+def grid_of(document: Document) -> Grid:
+    """Return the grid over the document's picture."""
+    return Grid(*document.size_px, cell_px=document.warp.cell_px)
+
+
+def preset_of(document: Document) -> Warp:
+    """Return the preset and the resizing, from pixels of the picture to pixels of the canvas."""
+    return _preset(document.warp, document.size_px, document.canvas_px)
+
+
+def _preset(warp: WarpSettings, size_px: tuple[int, int], canvas_px: tuple[int, int]) -> Warp:
+    bent = make_warp(
+        warp.preset or "none",
+        *size_px,
+        bend=warp.bend,
+        horizontal=warp.horizontal,
+        vertical=warp.vertical,
+        vertical_axis=warp.vertical_axis,
+        settings=warp.values,
+    )
+    return compose(bent, resize(size_px, canvas_px))
+
+
+def handles_of(document: Document) -> Handles:
+    """Return pins and inner curves in pixels."""
+    here, there = document.size_px, document.canvas_px
+    return Handles(
+        pixels_from_places(here, np.reshape([pin.at for pin in document.pins], (-1, 2))),
+        pixels_from_places(there, np.reshape([pin.to for pin in document.pins], (-1, 2))),
+        [
+            (Curve(pixels_from_places(here, pair.source)), Curve(pixels_from_places(there, pair.target)))
+            for pair in document.curves
+        ],
+    )
+
+
+def outline_of(document: Document) -> Outline:
+    """Return the document's outline, or the one nearest to where the preset takes the picture's edge."""
+    if document.outline is not None:
+        return document.outline
+    return _outline_of_preset(document.warp, document.size_px, document.canvas_px)
+
+
+@lru_cache(maxsize=1)
+def _outline_of_preset(warp: WarpSettings, size_px: tuple[int, int], canvas_px: tuple[int, int]) -> Outline:
+    u = np.linspace(0, 1, _EDGE_SAMPLES)
+    low, high = np.zeros_like(u), np.ones_like(u)
+    edges = [(u, low), (high, u), (1 - u, high), (low, 1 - u)]
+    preset = _preset(warp, size_px, canvas_px)
+    sides = []
+    for edge in edges:
+        pixels = preset(pixels_from_places(size_px, np.stack(edge, axis=-1)))
+        sides.append(through(places_from_pixels(canvas_px, pixels), u)[:3])
+    return Outline(np.concatenate(sides))
+
+
+def options_of(warp: WarpSettings) -> MappingOptions:
+    """Return what the settings say about features."""
+    return MappingOptions(
+        keep=warp.keep, method=warp.method, weight=warp.weight, falloff=warp.falloff, frame=warp.frame
+    )
+
+
+def settled(document: Document) -> Job[Warped]:
+    """Return the map of `document`, without folds where W has none."""
+    return (yield from MapSolver().settle(document))
+
+
+class MapSolver:
+    """What is worth keeping from one answer to the next: analyses, factors and responses, while their inputs stay.
+
+    For one thread at a time. Raises `InputError` for a document that has no map.
+    """
+
+    def __init__(self) -> None:
+        self._live: Warper | None = None
+        self._mask: Raster | None = None
+        self._features: Features | None = None
+        self._components: Components | None = None
+        self._base: tuple[object, Points] | None = None
+
+    def is_heavy(self, document: Document) -> bool:
+        """Return whether the next answer needs more than a frame's time: another grid."""
+        return self._live is None or self._live.grid != grid_of(document)
+
+    def frame(self, document: Document) -> Warped:
+        """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""
+        live = self._prepared(document)
+        return live.frame(self._base_of(document, live.grid), handles_of(document))
+
+    def settle(self, document: Document) -> Job[Warped]:
+        """Return the answer without folds where W has none; the same bits, whatever was answered before."""
+        live = self._prepared(document)
+        return (yield from live.settle(self._base_of(document, live.grid), handles_of(document)))
+
+    def learn(self, document: Document, settled: Warped) -> None:
+        """Take the picture without handles from an answer at rest to the same document."""
+        live = self._prepared(document)
+        if settled.reference is not None:
+            live.learn(self._base_of(document, live.grid), settled.reference)
+
+    def _base_of(self, document: Document, grid: Grid) -> Points:
+        """Return where preset and outline take the nodes, kept while pins and curves are dragged."""
+        key = (document.warp, document.size_px, document.outline)
+        if self._base is None or self._base[0] != key or self._base[1].shape[:2] != grid.shape:
+            base = preset_of(document)(grid.nodes)
+            if document.outline is not None:
+                base = follow_outline(base, pixels_from_places(document.canvas_px, document.outline.ring))
+            self._base = key, readonly(base)
+        return self._base[1]
+
+    def _prepared(self, document: Document) -> Warper:
+        live = self._on_grid(document)
+        live.use(self._features_of(live.grid, document.mask), options_of(document.warp))
+        return live
+
+    def _on_grid(self, document: Document) -> Warper:
+        grid = grid_of(document)
+        if self._live is None or self._live.grid != grid:
+            self._live = Warper(grid)
+            self._mask = self._features = self._components = None
+        return self._live
+
+    def _features_of(self, grid: Grid, mask: Raster) -> Features:
+        """Return the features of `mask`, the same object as before while no node's label changed."""
+        if self._features is None or mask is not self._mask:
+            if self._components is None:
+                self._components = Components(*grid.pixels)
+            found = Features(readonly(self._components.labels(mask)))
+            if self._features is None or not np.array_equal(found.labels, self._features.labels):
+                self._features = found
+            self._mask = mask
+        return self._features

@@ -1,0 +1,254 @@
+"""From a document to its photo with a new texture in the folds: what is found once, and what is laid on it.
+
+The layers belong to the picture and to `Cloth.search`, which are what they are found from. What the last searches came
+to is kept, layers or a refusal, so that undo, export and the window do not search twice.
+"""
+
+import threading
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from core.arrays import Bools, Floats, InputError, Singles
+from core.document.document import Document, pixels_from_places, places_from_pixels
+from core.document.overlay_settings import Cloth, LatticeVertices, Laying, Search
+from core.imaging import color
+from core.imaging.image import Image
+from core.overlay.composition import Placement, finite, light_of
+from core.overlay.decomposition import Decomposition, decompose
+from core.overlay.detail.remains import without_old_pattern
+from core.overlay.detection.corrections import lattices_of, texel_between
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.laying import Parts, encoded, overlaid, searchable, texture_colours
+from core.progress import Job, Progress, part
+
+KEPT = 2
+"""Decompositions that are kept, and refusals."""
+FIRST_TRIAL = 0.3
+"""Share of the work that growing a lattice from a marked texel takes."""
+FINDING = 0.96
+"""Share of the work that is not freeing the detail of the old pattern."""
+LAYING = 0.95
+"""Share of an export's work that finding the pattern takes."""
+UNSOUGHT = "no pattern was found yet that a texture could take the place of: find the pattern first"
+"""Why nothing can be laid on the cloth of a document in which no search was begun."""
+COPIES = 2.5
+"""How many copies of a new texture go across the cloth unless the artist says otherwise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """What was found of a photo; pixels outside the cloth are NaN in `uv`, `shading` and `detail`."""
+
+    uv: Singles
+    """(H, W, 2), texels."""
+    shading: Singles
+    """(H, W) or (H, W, 3)."""
+    detail: Singles
+    """(H, W, 3), with what it has of the old pattern."""
+    bare_detail: Singles
+    """(H, W, 3), without."""
+    coverage: Singles
+    """(H, W)."""
+    texel: Floats
+    """(h, w, 3), encoded, 0 to 1."""
+    basis: Floats
+    """(2, 2), pixels of the undeformed cloth a texel."""
+    lattice: Lattice
+
+    @cached_property
+    def pattern(self) -> Image:
+        """The texel as a picture; it is rounded to 8 bits as it is."""
+        return Image(color.quantise(self.texel.astype(np.float32), np.uint8))
+
+    @cached_property
+    def usual_light(self) -> float:
+        """The median of the shading."""
+        return light_of(self.shading)
+
+    @cached_property
+    def usual_size(self) -> float:
+        """Whole texels of which about `COPIES` go across the cloth, 1 at least."""
+        texel_px = float(np.linalg.norm(self.basis[:, 0]))
+        return float(max(1, round(np.sqrt(self.covered.sum()) / texel_px / COPIES)))
+
+    @cached_property
+    def bare(self) -> "Layers":
+        """The layers that go with a new texture."""
+        return replace(self, detail=self.bare_detail)
+
+    @property
+    def covered(self) -> Bools:
+        """Pixels that have texture coordinates."""
+        return finite(self.uv)
+
+    @cached_property
+    def covered_share(self) -> float:
+        """How much of the picture has texture coordinates, 0 to 1."""
+        return float(self.covered.mean())
+
+
+@dataclass
+class _Kept:
+    """What the last searches came to, by the objects that they began from; used from several threads."""
+
+    entries: list[tuple[Image, Search, Layers | NoPatternError]] = field(default_factory=list)
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def get(self, image: Image, search: Search) -> Layers | NoPatternError | None:
+        with self.lock:
+            return next((found for a, b, found in self.entries if a is image and b is search), None)
+
+    def put(self, image: Image, search: Search, found: Layers | NoPatternError) -> None:
+        with self.lock:
+            kinds: tuple[list[tuple[Image, Search, Layers | NoPatternError]], ...] = ([], [])
+            for entry in [(image, search, found), *self.entries]:
+                kinds[isinstance(entry[2], Layers)].append(entry)
+            self.entries = [entry for kind in kinds for entry in kind[:KEPT]]
+
+
+_kept = _Kept()
+
+
+def known(document: Document) -> Layers | None:
+    """Return the document's layers if they are found already."""
+    search = document.cloth.search
+    outcome = None if search is None else _kept.get(document.image, search)
+    return outcome if isinstance(outcome, Layers) else None
+
+
+def found(document: Document) -> Job[Layers]:
+    """Return the document's layers, found now or before; raise `NoPatternError` where there are none."""
+    search = document.cloth.search
+    if search is None:
+        raise InputError(UNSOUGHT)
+    outcome = _kept.get(document.image, search)
+    if outcome is None:
+        try:
+            result = yield from part(_decomposed(document, search), 0.0, FINDING)
+        except NoPatternError as refusal:
+            _kept.put(document.image, search, refusal)
+            raise
+        yield Progress(FINDING, "freeing the detail of the old pattern")
+        outcome = layers_of(result)
+        _kept.put(document.image, search, outcome)
+    if isinstance(outcome, NoPatternError):
+        raise outcome
+    return outcome
+
+
+def _decomposed(document: Document, search: Search) -> Job[Decomposition]:
+    """Find the layers; a marked texel from which no lattice grows says at least how large a texel is."""
+    inside = _marked(search)
+    photo, region = encoded(document.image), searchable(document.image, inside)
+    corners = None if search.texel is None else pixels_from_places(document.size_px, np.array(search.texel))
+    lattice = None if search.lattice is None else _lattices(document.size_px, search.lattice)
+    start = None if corners is None else texel_between(*corners)
+    try:
+        job = decompose(photo, region=region, start=start, lattice=lattice, seed=search.seed)
+        return (yield from part(job, 0.0, 1.0 if corners is None else FIRST_TRIAL))
+    except NoPatternError:
+        if corners is None:
+            raise _refusal(inside) from None
+    side = float(np.abs(corners[1] - corners[0]).mean())
+    try:
+        job = decompose(photo, region=region, texel_px=side, seed=search.seed)
+        return (yield from part(job, FIRST_TRIAL, 1.0))
+    except NoPatternError:
+        raise _refusal(inside) from None
+
+
+def _refusal(inside: Singles | None) -> NoPatternError:
+    return NoPatternError("the picture" if inside is None else "the painted region")
+
+
+def _marked(search: Search) -> Singles | None:
+    """Return the opacity (H, W) of what is laid on cloth, 0 where there is none; None for 1 everywhere."""
+    if search.region is None or search.region.is_empty:
+        return None
+    return color.unit(search.region.array)
+
+
+def _lattices(size_px: tuple[int, int], vertices: LatticeVertices) -> list[Lattice]:
+    return lattices_of(np.rint(vertices.keys).astype(np.int64), pixels_from_places(size_px, vertices.places))
+
+
+def layers_of(result: Decomposition) -> Layers:
+    """Return what is kept of a decomposition."""
+    return Layers(
+        result.uv,
+        result.shading,
+        result.detail,
+        without_old_pattern(result.detail, result.uv, result.shading, result.texel, result.basis),
+        result.coverage,
+        result.texel.pixels,
+        result.basis,
+        result.lattice,
+    )
+
+
+def vertices_of(document: Document, layers: Layers) -> LatticeVertices:
+    """Return the lattice that was found, for the artist to correct."""
+    places = places_from_pixels(document.size_px, layers.lattice.frames.points)
+    return LatticeVertices(layers.lattice.keys.astype(np.float64), places)
+
+
+def size_of(layers: Layers, laying: Laying) -> float:
+    """Return the width of a copy in texels."""
+    return layers.usual_size if laying.size is None else laying.size
+
+
+def placement_of(layers: Layers, texture: Image | None, laying: Laying) -> Placement:
+    """Return how the texture lies, for the engine; the pattern that was found lies where it was."""
+    if texture is None:
+        return Placement()
+    across, down = np.linalg.norm(layers.basis, axis=0)
+    shape = texture.width_px / texture.height_px
+    size = size_of(layers, laying)
+    repeat = 1 / size, float(shape * down / (laying.stretch * size * across))
+    return Placement(
+        repeat, laying.rotate_deg, laying.offset, mirror=laying.mirror, tile=laying.tile, upright=laying.upright
+    )
+
+
+def is_changed(cloth: Cloth) -> bool:
+    """Return whether what is laid on the cloth, and how, makes the photo look different."""
+    return cloth.texture is not None or (cloth.laying.detail, cloth.laying.shading) != (1.0, 1.0)
+
+
+def pattern_of(cloth: Cloth, layers: Layers) -> Image:
+    """Return what is laid on the cloth: the new texture, or the pattern that was found."""
+    return layers.pattern if cloth.texture is None else cloth.texture
+
+
+def layers_under(cloth: Cloth, layers: Layers) -> Layers:
+    """Return the layers that go with what is laid on the cloth."""
+    return layers if cloth.texture is None else layers.bare
+
+
+def picture(document: Document, image: Image) -> Job[Image]:
+    """Return `image`, the document's at any depth, with the texture in its folds; itself where none is chosen.
+
+    Raises `InputError` where a texture is chosen, and no pattern is there to lay it in place of.
+    """
+    if not is_changed(document.cloth):
+        return image
+    layers = yield from part(found(document), 0.0, LAYING)
+    return laid_on(image, layers, document.cloth)
+
+
+def laid_on(image: Image, layers: Layers, cloth: Cloth) -> Image:
+    """Return `image` with the texture in its folds."""
+    if not is_changed(cloth):
+        return image
+    worn, laying = layers_under(cloth, layers), cloth.laying
+    parts = Parts(image, worn.uv, worn.shading, worn.detail, worn.coverage, worn.basis, worn.texel)
+    return overlaid(
+        parts,
+        texture_colours(pattern_of(cloth, layers)),
+        placement_of(layers, cloth.texture, laying),
+        alpha=laying.detail,
+        strength=laying.shading,
+    )

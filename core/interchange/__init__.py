@@ -1,0 +1,1 @@
+"""Warps as files of other programs: ST maps and meshes."""

@@ -1,0 +1,1 @@
+"""Linear algebra: sparse Cholesky factors, fast sine transforms, Poisson's equation, threads of BLAS."""

@@ -1,0 +1,122 @@
+"""Fronts of a nested dissection, and what elimination makes of them  (the multifrontal method of Duff & Reid 1983).
+
+With A the front of a box, its own entries of the matrix and what its halves have left on their frames,
+
+    A₁₁ = L Lᵀ,   Y = L⁻¹ A₁₂,   S = A₂₂ - Yᵀ Y,
+
+1 its pivots, 2 its frame, S what it leaves to the box that it is half of.
+"""
+
+import numpy as np
+from scipy.linalg import lapack
+
+from core.arrays import Floats, Ints
+from core.linalg.dissection import Group, Place
+
+_BATCH = 1 << 17
+"""Entries of the fronts that are worked on at a time, which stay in the processor's cache."""
+_LARGE = 13
+"""Pivots from which on a front is worth a call of its own."""
+
+
+class Fronts:
+    """The fronts of a group of boxes on a grid of a `shape`, numbered from `first` among all boxes.
+
+    The grid has a margin of one node on every side of what is dissected. A place outside it is represented by node 0,
+    which is uncoupled from all others too.
+    """
+
+    def __init__(self, group: Group, shape: tuple[int, int], first: int, number: int) -> None:
+        self.group, self.first, self.number, self.count = group, first, number, len(group.corners)
+        self.is_kept = group.tiles >= 1
+        """Whether S is kept; boxes within a tile are eliminated again with it."""
+        own, around = group.pivots(), group.frame()
+        self.pivots, self.size = len(own), len(own) + len(around)
+        row, column = np.array(group.corners).T[..., None] + np.array(own + around).T[:, None] + 1
+        inside = (row < shape[0]) & (column < shape[1])
+        self.nodes = np.where(inside, row * shape[1] + column, 0)
+        """Of the grid (boxes, size): pivots, then frame."""
+        self.own = slice(0)
+        """Where pivots are in the order of elimination, one box after the other."""
+        self.around = np.empty((0, 0), np.int64)
+        """Where frames are (boxes, size - pivots)."""
+        self._find_entries(own + around)
+        self.inverse = np.empty((self.count, self.pivots, self.pivots))
+        """L⁻¹."""
+        self.Y = np.empty((self.count, self.pivots, self.size - self.pivots))
+        self._S = np.empty((0, 0, 0))
+        self._held = np.arange(0)
+        """Which boxes S is known of."""
+
+    def _find_entries(self, front: list[Place]) -> None:
+        """Find the entries of the matrix that belong to the boxes, and their places in the fronts."""
+        place = {node: k for k, node in enumerate(front)}
+        found = []
+        for k, (i, j) in enumerate(front[: self.pivots]):
+            found.append((k, k, k, 0))
+            for kind, (down, right) in ((1, (0, 1)), (2, (1, 0))):
+                after, before = place.get((i + down, j + right)), place.get((i - down, j - right))
+                if after is not None:
+                    found.append((k, after, k, kind))
+                # A pivot before this one has named the entry already.
+                if before is not None and before >= self.pivots:
+                    found.append((k, before, before, kind))
+        self._rows, self._others, owners, kinds = np.array(found, np.int64).T
+        self.entries = 3 * self.nodes[:, owners] + kinds
+        """Of `stencil.node_values`, as one row (boxes, k)."""
+
+    def eliminate(self, values: Floats, boxes: Ints, halves: "list[Fronts]", *, keep: bool) -> None:
+        """Eliminate the pivots of some of the boxes; `keep` what they leave even when others are eliminated next."""
+        frame = self.size - self.pivots
+        if not keep:
+            self._S, self._held = np.empty((len(boxes), frame, frame)), boxes
+        elif not len(self._held):
+            self._S, self._held = np.empty((self.count, frame, frame)), np.arange(self.count)
+        batch = max(1, _BATCH // self.size**2)
+        for start in range(0, len(boxes), batch):
+            self._eliminate(values, boxes[start : start + batch], halves)
+
+    def _eliminate(self, values: Floats, boxes: Ints, halves: "list[Fronts]") -> None:
+        p, where = self.pivots, stretch(boxes)
+        A = np.zeros((len(boxes), self.size, self.size))
+        found = values[self.entries[where]]
+        A[:, self._rows, self._others] = found
+        A[:, self._others, self._rows] = found
+        for half, (_, chosen, runs) in zip(halves, self.group.halves, strict=True):
+            S = half.left_by(boxes + chosen.start)
+            for mine, there in runs:
+                for other, across in runs:
+                    A[:, there, across] += S[:, mine, other]
+        self.inverse[where] = inverse = _inverse_factor(A[:, :p, :p])
+        self.Y[where] = Y = inverse @ A[:, :p, p:]
+        # By a copy of Y: of a matrix and itself, half the product is worked out and then copied, which takes longer.
+        product = Y.transpose(0, 2, 1) @ self.Y[where]
+        left = stretch(np.searchsorted(self._held, boxes))
+        if isinstance(left, slice):
+            np.subtract(A[:, p:, p:], product, out=self._S[left])
+        else:
+            self._S[left] = A[:, p:, p:] - product
+
+    def left_by(self, boxes: Ints) -> Floats:
+        """Return S of boxes that have been eliminated."""
+        return np.asarray(self._S[stretch(np.searchsorted(self._held, boxes))])
+
+
+def stretch(places: Ints) -> Ints | slice:
+    """Return ascending places as a slice where none is left out: what it selects is not copied."""
+    first, last = int(places[0]), int(places[-1])
+    return slice(first, last + 1) if last - first + 1 == len(places) else places
+
+
+def _inverse_factor(A: Floats) -> Floats:
+    """Return L⁻¹ of every A = L Lᵀ (n, p, p)."""
+    if A.shape[1] < _LARGE:
+        return np.linalg.inv(np.linalg.cholesky(A))
+    found = np.empty(A.shape)
+    for a, out in zip(A, found, strict=True):
+        # By columns, as LAPACK has them, L is upper.
+        factor, fault = lapack.dpotrf(a.T, lower=0, clean=1)
+        if fault:
+            raise np.linalg.LinAlgError
+        out[...] = lapack.dtrtri(factor, lower=0, overwrite_c=1)[0].T
+    return found

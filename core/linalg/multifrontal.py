@@ -1,0 +1,215 @@
+"""The Cholesky factor of a five-point system on a grid, renewed only where the system changes  [FAT eqs. 11-13].
+
+Boxes of the nested dissection are eliminated from the smallest up. An entry of the matrix belongs to one box; where
+entries change, that box and all that hold it are eliminated again, and no other. The same goes for the first half of a
+solve. Under a brush that is little: a way from a few small boxes up to the whole.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Ints, SingularSystemError
+from core.grid import Grid
+from core.linalg.dissection import Group, dissect
+from core.linalg.factor import Factor
+from core.linalg.fronts import Fronts, stretch
+from core.linalg.laplacian import pattern, stored_values
+from core.tracing import span
+
+_IN_PARTS_AT_MOST = 300_000
+"""Nodes of a grid up to which the fronts are kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Half:
+    """The first half of a solve."""
+
+    b: Floats
+    y: Floats
+    left: dict[int, Floats]
+    """What boxes leave on their frames, by the number of their group; nothing where there is none."""
+
+
+class GridFactor:
+    """The Cholesky factor of a symmetric positive definite matrix with the pattern of `stencil.pattern`.
+
+    Nodes of the outline are to be uncoupled from all others, with the equation x = 0: every b is to be 0 there.
+    """
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self.size = shape[0] * shape[1]
+        self._fronts: list[Fronts] = []
+        known: dict[Group, Fronts] = {}
+        count = 0
+        with span("analyse", unknowns=self.size):
+            for group in dissect((max(shape[0] - 2, 0), max(shape[1] - 2, 0))):
+                known[group] = Fronts(group, shape, count, len(self._fronts))
+                self._fronts.append(known[group])
+                count += len(group.corners)
+            self._halves = [[known[half] for half, _, _ in fronts.group.halves] for fronts in self._fronts]
+            self._starts = np.array([*(fronts.first for fronts in self._fronts), count])
+            self._find_wholes(count)
+            self._put_in_order()
+        self._values = np.full(3 * self.size, np.nan)
+        self._renewed = np.zeros(count, bool)
+        """Boxes eliminated since the last half that was kept."""
+        self._last: _Half | None = None
+
+    def _find_wholes(self, count: int) -> None:
+        """Find out which box an entry belongs to, -1 for none, and which box every box is half of."""
+        self._home = np.full(3 * self.size, -1)
+        self._whole = np.full(count, -1)
+        for fronts, halves in zip(self._fronts, self._halves, strict=True):
+            numbers = fronts.first + np.arange(fronts.count)
+            self._home[fronts.entries] = numbers[:, None]
+            self._home[:3] = -1
+            for half, (_, chosen, _) in zip(halves, fronts.group.halves, strict=True):
+                self._whole[half.first + chosen.start : half.first + chosen.stop] = numbers
+
+    def _put_in_order(self) -> None:
+        """Give nodes their numbers in the order of elimination, those of the outline the one after the last."""
+        self._inner = sum(fronts.count * fronts.pivots for fronts in self._fronts)
+        self._place = np.full(self.size, self._inner)
+        start = 0
+        for fronts in reversed(self._fronts):
+            fronts.own = slice(start, start + fronts.count * fronts.pivots)
+            self._place[fronts.nodes[:, : fronts.pivots].ravel()] = np.arange(fronts.own.start, fronts.own.stop)
+            start = fronts.own.stop
+        for fronts in self._fronts:
+            fronts.around = self._place[fronts.nodes[:, fronts.pivots :]]
+
+    def factorise(self, values: Floats) -> "GridFactor":
+        """Factorise new values (R, C, 3), as `stencil.node_values` has them, and return the factor itself."""
+        new = values.reshape(-1)
+        touched = self._with_wholes(self._home[np.flatnonzero(new != self._values)])
+        for fronts in self._fronts:
+            if not fronts.is_kept:
+                boxes = slice(fronts.first, fronts.first + fronts.count)
+                touched[boxes] = touched[self._whole[boxes]]
+        self._renewed |= touched
+        with span("factor", unknowns=self.size, boxes=int(touched.sum())):
+            try:
+                for fronts, halves, chosen in self._up(touched):
+                    fronts.eliminate(new, chosen, halves, keep=fronts.is_kept)
+            except np.linalg.LinAlgError:
+                self._values = np.full(new.shape, np.nan)
+                raise SingularSystemError(f"a system of {self.size} unknowns has no unique solution") from None
+        self._values = new.copy()
+        return self
+
+    def _with_wholes(self, boxes: Ints) -> Bools:
+        """Mark boxes, -1 for none, and all that hold them."""
+        touched = np.zeros(len(self._whole) + 1, bool)
+        touched[boxes] = True
+        touched[-1] = False
+        boxes = np.flatnonzero(touched)
+        while boxes.size:
+            boxes = self._whole[boxes]
+            boxes = np.unique(boxes[~touched[boxes] & (boxes >= 0)])
+            touched[boxes] = True
+        return touched[:-1]
+
+    def _up(self, touched: Bools) -> Iterator[tuple[Fronts, list[Fronts], Ints]]:
+        """Yield fronts with boxes that are touched, those of their halves, and these boxes, halves first."""
+        boxes = np.flatnonzero(touched)
+        ends = np.searchsorted(boxes, self._starts).tolist()
+        for k in reversed(range(len(self._fronts))):
+            if ends[k] < ends[k + 1]:
+                yield self._fronts[k], self._halves[k], boxes[ends[k] : ends[k + 1]] - self._fronts[k].first
+
+    def solve(self, b: Floats) -> Floats:
+        """Solve A x = b for b (N, k)."""
+        return self.backward(self.forward(b))
+
+    def forward(self, b: Floats, nodes: Ints | None = None) -> Floats:
+        """Return L⁻¹ P b, the first half of a solve: forward(a)ᵀ forward(b) = aᵀ A⁻¹ b.
+
+        `nodes` are those where b is not 0, by default all.
+        """
+        homes = np.arange(len(self._whole)) if nodes is None else self._home[3 * nodes]
+        half = _Half(b, np.zeros((self._inner, b.shape[1])), {})
+        self._eliminate(half, self._with_wholes(homes))
+        return half.y
+
+    def forward_again(self, b: Floats) -> Floats:
+        """Return forward(b), worked out only where b or the factor are not as in the last call."""
+        last, self._last = self._last, None
+        if last is None or last.b.shape != b.shape:
+            last = _Half(np.zeros(b.shape), np.zeros((self._inner, b.shape[1])), {})
+        changed = np.flatnonzero(b != last.b) // b.shape[1]
+        half = _Half(b.copy(), last.y, last.left)
+        self._eliminate(half, self._with_wholes(self._home[3 * changed]) | self._renewed)
+        self._renewed[:] = False
+        self._last = half
+        return half.y.copy()
+
+    def _eliminate(self, half: _Half, touched: Bools) -> None:
+        """Eliminate the pivots of the boxes that are `touched`."""
+        k = half.b.shape[1]
+        for fronts, halves, boxes in self._up(touched):
+            p, where = fronts.pivots, stretch(boxes)
+            f = np.zeros((len(boxes), fronts.size, k))
+            f[:, :p] = half.b.take(fronts.nodes[where, :p], axis=0)
+            for part, (_, chosen, runs) in zip(halves, fronts.group.halves, strict=True):
+                if part.number in half.left:
+                    rest = half.left[part.number][stretch(boxes + chosen.start)]
+                    for mine, place in runs:
+                        f[:, place] += rest[:, mine]
+            done = fronts.inverse[where] @ f[:, :p]
+            half.y[fronts.own].reshape(fronts.count, p, k)[where] = done
+            if fronts.number not in half.left:
+                half.left[fronts.number] = np.zeros((fronts.count, fronts.size - p, k))
+            half.left[fronts.number][where] = f[:, p:] - fronts.Y[where].transpose(0, 2, 1) @ done
+
+    def backward(self, y: Floats) -> Floats:
+        """Return Pᵀ L⁻ᵀ y, the second half: backward(forward(b)) = A⁻¹ b."""
+        x = np.zeros((self._inner + 1, y.shape[1]))
+        for fronts in self._fronts:
+            shape = fronts.count, fronts.pivots, y.shape[1]
+            known = y[fronts.own].reshape(shape) - fronts.Y @ x.take(fronts.around, axis=0)
+            np.matmul(fronts.inverse.transpose(0, 2, 1), known, out=x[fronts.own].reshape(shape))
+        return x.take(self._place, axis=0)
+
+    def __repr__(self) -> str:
+        return f"GridFactor({self.size} unknowns, {len(self._whole)} boxes)"
+
+
+class WholeFactor:
+    """The same for grids so large that what is kept for the next change takes too much memory."""
+
+    def __init__(self, grid: Grid) -> None:
+        self._factor, self._stored = Factor(pattern(grid), pattern_only=True), stored_values(grid.shape)
+
+    def factorise(self, values: Floats) -> "WholeFactor":
+        """Factorise new values (R, C, 3) and return the factor itself."""
+        self._factor.factorise(values[self._stored])
+        return self
+
+    def solve(self, b: Floats) -> Floats:
+        """Solve A x = b for b (N, k)."""
+        return self._factor.solve(b)
+
+    def forward(self, b: Floats, nodes: Ints | None = None) -> Floats:
+        """Return the first half of a solve."""
+        return self._factor.forward(b)
+
+    def forward_again(self, b: Floats) -> Floats:
+        """Return the first half of a solve."""
+        return self._factor.forward(b)
+
+    def backward(self, y: Floats) -> Floats:
+        """Return the second half."""
+        return self._factor.backward(y)
+
+    def __repr__(self) -> str:
+        return repr(self._factor)
+
+
+MappingFactor = GridFactor | WholeFactor
+
+
+def grid_factor(grid: Grid) -> MappingFactor:
+    """Analyse the pattern that all mappings of a grid share."""
+    return GridFactor(grid.shape) if grid.size <= _IN_PARTS_AT_MOST else WholeFactor(grid)

@@ -1,1 +1,0 @@
-"""Linear systems on the grid: the Laplacian, its multifrontal factor, sine transforms, assembly."""

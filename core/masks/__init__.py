@@ -1,0 +1,1 @@
+"""Masks: painting, objects, and the files that hold them."""

@@ -1,0 +1,137 @@
+"""Masks of objects, told from their ground by their colours, within a rectangle or under rough paint.
+
+By GrabCut (C. Rother, V. Kolmogorov and A. Blake 2004).
+"""
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Bytes, InputError, Ints, Points
+from core.imaging.image import Image
+from core.imaging.proxy import proxy, scale_for
+from core.progress import Job, Progress, part
+
+PIXELS = 150_000
+"""Objects are cut out in pictures of so many pixels."""
+ROUNDS = 5
+NEAR, FAR = 8.0, 30.0
+"""An object ends so near what is painted as half the width of that, but within these bounds, in pixels."""
+CORE = 0.7
+"""What is painted belongs to the object for certain at this share of that distance from its edge."""
+LEAST_PART = 0.02
+"""Parts of an object, and holes in it, that are smaller, as shares of what is painted, are taken for noise."""
+LEAST_KEPT = 0.5
+"""Share of what is painted that an object takes up at least."""
+GROWTHS, GROWS = 4, 1.03
+"""An object grows out of a part of it so often at most, and on only while that makes it so many times as large."""
+
+
+def object_within(image: Image, low: Points, high: Points) -> Job[Bytes]:
+    """Return the mask (H, W), 0 to 255, of the object within a rectangle from `low` to `high` (2,).
+
+    Raises `InputError` where the rectangle holds too little, or everything.
+    """
+    scale = scale_for(image, PIXELS)
+    picture = proxy(image, scale)
+    limit = np.array(picture.shape[1::-1]) - 1
+    left, top = np.clip(np.floor(low * scale), 0, limit).astype(int).tolist()
+    right, bottom = np.clip(np.ceil(high * scale), 0, limit).astype(int).tolist()
+    if right - left < 4 or bottom - top < 4:
+        raise InputError("the rectangle is too small to hold an object")
+    labels = np.full(picture.shape[:2], cv2.GC_BGD, np.uint8)
+    labels[top : bottom + 1, left : right + 1] = cv2.GC_PR_FGD
+    if (labels == cv2.GC_PR_FGD).all():
+        raise InputError("the rectangle leaves no ground around the object")
+    inside = yield from _cut(picture, labels)
+    return _enlarged(inside, image)
+
+
+def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
+    """Return the mask (H, W), 0 to 255, of the objects over which somebody has painted (H, W) roughly.
+
+    Raises `InputError` where nothing, or too much, is painted, and where no object stands out.
+    """
+    scale = scale_for(image, PIXELS)
+    picture = proxy(image, scale)
+    size = picture.shape[1::-1]
+    marked = np.asarray(cv2.resize(painted, size, interpolation=cv2.INTER_AREA)) > 127
+    if not marked.any():
+        raise InputError("paint over an object first, roughly")
+    labels = _labels(marked)
+    if not (labels == cv2.GC_BGD).any():
+        raise InputError("too much is painted: no ground is left around the object")
+    inside = yield from _cut(picture, labels)
+    inside = _without_noise(inside, marked)
+    if (inside & marked).sum() < LEAST_KEPT * marked.sum():
+        raise InputError("what is painted looks like what is around it: no object was found")
+    return _enlarged(inside, image)
+
+
+def whole_object(image: Image, known: Bools) -> Job[Bools]:
+    """Return where (H, W) an object is of which a part (H, W) is known, however far that reaches.
+
+    What is known is cut out with what is near it, and so is what comes of it, until nothing much is added. Raises
+    `InputError` where that is so from the beginning.
+    """
+    inside = known
+    for number in range(GROWTHS):
+        before = inside
+        try:
+            cut = yield from part(object_under(image, as_bytes(before)), number / GROWTHS, (number + 1) / GROWTHS)
+        except InputError:  # It does not stand out from its ground, or there is no ground.
+            break
+        inside = before | (cut > 127)
+        if inside.sum() < GROWS * before.sum():
+            break
+    if inside.sum() < GROWS * known.sum():
+        raise InputError("no more stands out from the ground than is found already")
+    return inside
+
+
+def as_bytes(inside: Bools) -> Bytes:
+    """Return a mask (H, W), 0 and 255."""
+    return np.where(inside, 255, 0).astype(np.uint8)
+
+
+def _labels(marked: Bools) -> Bytes:
+    """Return for GrabCut what is object or ground (h, w), for certain or probably, by what is painted (h, w)."""
+    depth = cv2.distanceTransform(marked.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    away, nearest = cv2.distanceTransformWithLabels((~marked).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    nearest_part: Ints = np.asarray(nearest, np.int64)
+    half_widths = np.zeros(nearest_part.max() + 1)
+    np.maximum.at(half_widths, nearest_part[marked], depth[marked])
+    half_width = np.minimum(half_widths, FAR)[nearest_part]
+    labels = np.full(marked.shape, cv2.GC_BGD, np.uint8)
+    labels[away <= np.maximum(half_width, NEAR)] = cv2.GC_PR_BGD
+    labels[marked] = cv2.GC_PR_FGD
+    labels[marked & (depth >= CORE * half_width)] = cv2.GC_FGD
+    return labels
+
+
+def _cut(picture: Bytes, labels: Bytes) -> Job[Bools]:
+    """Return which pixels (h, w) belong to the object, by labels of GrabCut's, which are changed."""
+    back, front = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.setRNGSeed(0)
+    for round_number in range(ROUNDS):
+        yield Progress(round_number / ROUNDS, "cutting out")
+        mode = cv2.GC_INIT_WITH_MASK if round_number == 0 else cv2.GC_EVAL
+        cv2.grabCut(picture, labels, None, back, front, 1, mode)  # type: ignore[call-overload]  # no rectangle
+    return np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
+
+
+def _without_noise(inside: Bools, marked: Bools) -> Bools:
+    """Leave out small parts of an object (h, w), and fill small holes, measured by what is painted (h, w)."""
+    least = LEAST_PART * marked.sum()
+    for side, neighbours in ((True, 8), (False, 4)):
+        is_side = (inside == side).astype(np.uint8)
+        _, pieces, found, _ = cv2.connectedComponentsWithStats(is_side, connectivity=neighbours)
+        small = found[:, cv2.CC_STAT_AREA] < least
+        small[0] = False
+        inside = inside ^ small[pieces]
+    return inside
+
+
+def _enlarged(inside: Bools, image: Image) -> Bytes:
+    """Return a mask as large as the picture, soft where it is enlarged."""
+    values = inside.astype(np.uint8) * 255
+    return np.asarray(cv2.resize(values, image.size_px, interpolation=cv2.INTER_LINEAR), np.uint8)

@@ -1,0 +1,1 @@
+"""One-channel rasters in tiles, and their connected components."""

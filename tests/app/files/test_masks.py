@@ -1,0 +1,115 @@
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from app.actions.table import ActionTable
+from app.files import masks
+from app.model.jobs import InlineExecutor, Jobs
+from app.model.requests import OpenFile, SaveFile
+from app.tools.all import TOOLS
+from core.arrays import Bytes
+from core.document.document import Document
+from core.document.project import save_project
+from core.imaging.images import Image, load, save
+from core.rasters.raster import Raster
+from tests.app.driver import EditorDriver, Later, document
+
+TABLE = ActionTable(TOOLS)
+
+
+@pytest.fixture
+def drive() -> EditorDriver:
+    return EditorDriver()
+
+
+def act(drive: EditorDriver, *names: str) -> None:
+    for name in names:
+        TABLE.by_name[name].try_run(drive.editor)
+        drive.frame()
+
+
+def disc(radius_px: int) -> Bytes:
+    mask = np.zeros((150, 200), np.uint8)
+    return np.asarray(cv2.circle(mask, (100, 75), radius_px, (255,), -1), np.uint8)
+
+
+def disc_on_ground() -> Document:
+    """Return a document with a red disc of radius 40 in its middle, and with rough paint over it."""
+    noise = np.random.default_rng(0).integers(0, 40, (150, 200, 3))
+    colours = np.where(disc(40)[..., None] > 0, (190, 40, 30), (40, 150, 180))
+    rough = Raster.from_array(disc(48))
+    return Document.of(Image((colours + noise).astype(np.uint8))).with_warp(cell_px=8.0).changed(mask=rough)
+
+
+def test_a_mask_is_loaded_and_undone(drive: EditorDriver, tmp_path: Path) -> None:
+    mask = np.zeros((150, 200, 1), np.uint8)
+    mask[10:20] = 255
+    save(Image(mask), tmp_path / "mask.png")
+    masks.ask_mask(drive.editor)
+    request = drive.editor.requests.pop()
+    assert isinstance(request, OpenFile)
+    request.then(tmp_path / "mask.png")
+    drive.frame()
+    assert np.array_equal(drive.document.mask.array, mask[..., 0])
+    assert drive.undo().document is drive.start
+
+
+def test_a_mask_of_another_size_is_refused_but_a_projects_mask_is_resized(drive: EditorDriver, tmp_path: Path) -> None:
+    save(Image(np.zeros((20, 20, 1), np.uint8)), tmp_path / "mask.png")
+    masks.load_mask_from(drive.editor, tmp_path / "mask.png")
+    drive.frame()
+    assert drive.document is drive.start
+    other = document(100, 75)
+    save_project(other.changed(mask=other.mask.inverted), tmp_path / "other.weft")
+    masks.load_mask_from(drive.editor, tmp_path / "other.weft")
+    drive.frame()
+    assert drive.mask.min() == 255
+
+
+def test_a_mask_is_saved_and_loads_again(tmp_path: Path) -> None:
+    drive = EditorDriver(disc_on_ground())
+    act(drive, "mask.save")
+    request = drive.editor.requests.pop()
+    assert isinstance(request, SaveFile)
+    assert request.suggested.name == "Untitled-mask.png"
+    request.then(tmp_path / "mine.png")
+    drive.frame()
+    assert drive.editor.notices[-1].text == "Saved mine.png"
+    assert load(tmp_path / "mine.png").channels == 1
+    act(drive, "mask.clear")
+    masks.load_mask_from(drive.editor, tmp_path / "mine.png")
+    drive.frame()
+    assert np.array_equal(drive.document.mask.array, drive.start.mask.array)
+
+
+def test_rough_paint_becomes_the_objects_mask_in_one_step() -> None:
+    drive = EditorDriver(disc_on_ground())
+    act(drive, "mask.fit")
+    assert np.mean((drive.document.mask.array > 127) != (disc(40) > 0)) < 0.01
+    assert drive.labels[-1] == "Fit mask to objects"
+    assert drive.undo().document is drive.start
+
+
+def test_what_is_painted_meanwhile_is_not_overwritten() -> None:
+    work = Later()
+    jobs = Jobs(live=InlineExecutor(), long=work, beside=InlineExecutor())
+    drive = EditorDriver(disc_on_ground(), jobs=jobs)
+    act(drive, "mask.fit")
+    act(drive, "mask.invert")
+    work.run()
+    drive.frame()
+    assert drive.labels[-1] == "Invert mask"
+
+
+def test_masks_of_texture_are_fitted_too_but_neither_matte_nor_region() -> None:
+    rough = disc_on_ground().mask
+    drive = EditorDriver(disc_on_ground().with_cloth(region=rough).changed(matte=rough, source_mask=rough))
+    act(drive, "mode.retexture", "retexture.paint_source_mask", "mask.fit")
+    assert drive.document.source_mask is not None
+    assert np.mean((drive.document.source_mask.array > 127) != (disc(40) > 0)) < 0.01
+    act(drive, "retexture.paint_matte", "mask.fit")
+    assert drive.document.matte is rough
+    act(drive, "mode.overlay", "mask.fit")
+    assert drive.document.cloth.region is rough

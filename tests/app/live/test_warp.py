@@ -1,0 +1,294 @@
+import numpy as np
+import pytest
+
+import app.live.warp
+from app.model.events import Move
+from app.model.jobs import InlineExecutor, Jobs
+from app.model.session import Brush
+from core import tracing
+from core.document.document import CurvePair, Document, Outline, Pin
+from core.document.map import MapSolver, settled
+from core.imaging.images import Image
+from core.mapping.result import Warped
+from core.progress import run
+from core.rasters.raster import Raster
+from tests.app.driver import EditorDriver, Later, document
+
+
+def swirled() -> Document:
+    """Return a document whose linear answer folds."""
+    mask = np.zeros((150, 200), np.uint8)
+    mask[40:110, 60:95] = mask[40:110, 105:140] = 255
+    start = document(cell_px=4.0).changed(mask=Raster.from_array(mask))
+    return start.with_warp(preset="twist", bend=80, keep="rigid")
+
+
+def test_events_in_one_frame_cost_one_solve() -> None:
+    drive = EditorDriver().tool("brush")
+    tracing.start()
+    for x in range(30, 90, 5):
+        drive.editor.slide("Bend", drive.start.with_warp(preset="arc", bend=x))
+    drive.frame()
+    assert sum(event["name"] == "answer" for event in tracing.events()) == 1
+    drive.frame().frame()
+    assert sum(event["name"] == "answer" for event in tracing.events()) == 1
+
+
+def test_at_rest_the_final_answer_comes_and_stays() -> None:
+    drive = EditorDriver(swirled())
+    linear = drive.editor.answer
+    assert not linear.settled
+    assert linear.folds > 0
+    assert drive.editor.live.wait_s == pytest.approx(0.15)
+    drive.rest()
+    final = drive.editor.answer
+    assert final.settled
+    assert final.folds == 0
+    assert drive.editor.live.wait_s is None
+    assert drive.frame().editor.answer is final
+
+
+def test_an_answer_that_took_long_is_not_taken_for_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    drive, frame = EditorDriver(swirled()), MapSolver.frame
+
+    def slow(solver: MapSolver, asked: Document) -> Warped:
+        drive.clock.now += 1.0
+        return frame(solver, asked)
+
+    monkeypatch.setattr(MapSolver, "frame", slow)
+    drive.editor.slide("Bend", drive.start.with_warp(bend=60))
+    drive.frame()
+    assert drive.editor.answer.document is drive.document
+    assert drive.editor.live.wait_s == pytest.approx(0.15)
+
+
+def test_until_the_final_answer_is_there_the_first_without_folds_is_shown() -> None:
+    drive = EditorDriver(swirled())
+    assert drive.editor.answer.folds > 0
+    drive.clock.now += app.live.warp.REST_S
+    drive.editor.update()
+    first = drive.editor.answer
+    assert not first.settled
+    assert first.folds == 0
+    assert np.array_equal(first.mesh.warped, first.warped)
+    final = drive.frame().editor.answer
+    assert final.settled
+    assert not np.array_equal(final.warped, first.warped)
+
+
+def test_a_first_map_is_shown_whatever_was_done_meanwhile_that_maps_do_not_depend_on() -> None:
+    later = Later()
+    drive = EditorDriver(swirled(), jobs=Jobs(live=later, long=InlineExecutor()))
+    later.run()
+    assert drive.frame().editor.answer.folds > 0
+    drive.clock.now += app.live.warp.REST_S
+    drive.editor.update()
+    drive.editor.slide("Bend", drive.document.with_warp(bend=60).with_warp(bend=80))
+    drive.editor.live.update(drive.document)
+    later.run()
+    drive.editor.live.update(drive.document)
+    assert drive.document is not drive.start
+    assert drive.editor.answer.document is drive.document
+    assert drive.editor.answer.folds == 0
+
+
+def test_what_is_shown_at_rest_is_what_an_export_computes() -> None:
+    drive = EditorDriver(swirled()).tool("brush")
+    drive.editor.show(brush=Brush(12.0, 0.5))
+    drive.drag((30, 30), (50, 50), (60, 30)).rest()
+    result = run(settled(drive.document))
+    assert (drive.editor.answer.warped == result.warped).all()
+    assert drive.editor.answer.warped.tobytes() == result.warped.tobytes()
+
+
+def test_the_final_answer_depends_on_nothing_but_the_document() -> None:
+    drive = EditorDriver(swirled().with_warp(bend=40)).tool("pins")
+    for step, place in enumerate([(30, 30), (170, 40), (100, 120), (40, 110)]):
+        drive.drag(place, (place[0] + 5, place[1] + 3)).rest()
+        if step == 2:
+            drive.click(175, 43, alt=True).rest()
+        final = drive.editor.answer
+        assert final.settled
+        assert final.warped.tobytes() == run(settled(drive.document)).warped.tobytes()
+    drive.tool("brush").drag((90, 60), (110, 90)).rest()
+    drive.tool("curves").click(60, 130).click(120, 140).key("enter").drag((60, 130), (60, 125)).rest()
+    drive.tool("pins").click(150, 110).drag((150, 110), (160, 105)).rest()
+    assert drive.editor.answer.settled
+    assert drive.editor.answer.warped.tobytes() == run(settled(drive.document)).warped.tobytes()
+
+
+def test_a_handle_in_a_free_frame_is_answered_in_the_same_frame() -> None:
+    later = Later()
+    free = document().with_warp(frame="free")
+    drive = EditorDriver(free, jobs=Jobs(live=later, long=InlineExecutor())).tool("pins")
+    later.run()
+    drive.frame().press(60, 50)
+    for x in range(70, 100, 10):
+        drive.move(x, 50)
+        assert np.allclose(drive.screen_of(60, 50), (x, 50), atol=1e-6)
+    assert not later.waiting
+
+
+def drag_the_source_of_a_curve(drive: EditorDriver, later: Later, *, off_px: float) -> None:
+    """Draw a curve, move its target, and drag its source: every frame has its answer, so near to the target."""
+    drive.frame().click(40, 60).click(100, 80).click(160, 60).key("enter").drag((100, 80), (100, 95))
+    drive.editor.show(curve_side="source")
+    drive.press(100, 80)
+    for y in range(85, 92):
+        drive.move(100, y)
+        assert np.allclose(drive.screen_of(100, y), (100, 95), atol=off_px)
+        assert drive.editor.answer.document.curves == drive.document.curves
+    assert not later.waiting
+
+
+def test_a_curve_drawn_and_moved_within_a_held_frame_is_answered_in_the_same_frame() -> None:
+    later = Later()
+    drive = EditorDriver(jobs=Jobs(live=later, long=InlineExecutor())).tool("curves")
+    later.run()
+    drag_the_source_of_a_curve(drive, later, off_px=0.5)
+
+
+def test_a_curve_moved_within_a_free_frame_is_answered_in_the_same_frame() -> None:
+    later = Later()
+    free = document(cell_px=1.6).with_warp(frame="free")
+    drive = EditorDriver(free, jobs=Jobs(live=later, long=InlineExecutor())).tool("curves")
+    later.run()
+    drag_the_source_of_a_curve(drive, later, off_px=0.5)
+    drive.release().rest()
+    later.run()
+    drive.frame()
+    assert drive.editor.answer.settled
+    assert np.allclose(drive.screen_of(100, 91), (100, 95), atol=0.02)
+    drive.editor.show(curve_side="target")
+    drive.press(100, 95).move(104, 99)
+    assert np.allclose(drive.screen_of(100, 91), (104, 99), atol=0.02)
+    assert np.allclose(drive.editor.answer.warped, MapSolver().frame(drive.document).warped, atol=1e-6)
+    assert not later.waiting
+
+
+def test_all_moves_before_a_frame_cost_one_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    drive = EditorDriver().tool("pins").press(60, 50).move(80, 50)
+    answered = []
+    work = MapSolver.frame
+
+    def counted(solver: MapSolver, document: Document) -> Warped:
+        answered.append(document)
+        return work(solver, document)
+
+    monkeypatch.setattr(MapSolver, "frame", counted)
+    for x in (82, 84, 85):
+        drive.editor.handle(Move((x, 50)))
+    drive.frame()
+    assert len(answered) == 1
+    assert np.allclose(drive.screen_of(60, 50), (85, 50), atol=1e-3)
+
+
+def test_a_change_drops_the_final_answer_under_way() -> None:
+    later = Later()
+    drive = EditorDriver(swirled(), jobs=Jobs(live=later, long=InlineExecutor()))
+    later.run()
+    drive.frame().rest()
+    assert later.waiting
+    drive.editor.edit("Bend", drive.document.with_warp(bend=20))
+    drive.frame()
+    shown = drive.editor.answer
+    later.run()
+    assert drive.frame().editor.answer is shown
+    drive.rest()
+    later.run()
+    assert drive.frame().editor.answer.settled
+
+
+def test_large_grids_keep_the_last_answer_until_the_next_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(app.live.warp, "INLINE_NODES", 10)
+    later = Later()
+    drive = EditorDriver(jobs=Jobs(live=later, long=InlineExecutor()))
+    later.run()
+    first = drive.frame().editor.answer
+    for bend in range(10, 60, 10):
+        drive.editor.slide("Bend", drive.start.with_warp(preset="arc", bend=bend))
+        assert drive.frame().editor.answer is first
+    assert len(later.waiting) == 1
+    later.run()
+    second = drive.frame().editor.answer
+    assert second.document.warp.bend == 10
+    later.run()
+    assert drive.frame().editor.answer.document.warp.bend == 50
+    assert not later.waiting
+
+
+def test_a_document_without_a_map_keeps_the_last_one_and_says_why() -> None:
+    drive = EditorDriver()
+    before = drive.editor.answer
+    straight = np.linspace([0.3, 0.5], [0.7, 0.5], 4)
+    curves = (CurvePair(straight, np.linspace([0.3, 0.5], [0.7, 0.5], 7)),)
+    drive.editor.edit("Curve", drive.document.changed(curves=curves))
+    drive.frame()
+    assert drive.editor.answer is before
+    assert "1 segments at the source, 2 at the target" in (drive.editor.live.fault or "")
+    drive.undo()
+    assert drive.editor.live.fault is None
+
+
+def test_pins_on_one_spot_that_go_different_ways_meet_in_the_middle() -> None:
+    pins = (Pin((0.5, 0.5), (0.6, 0.6)), Pin((0.5, 0.5), (0.3, 0.3)))
+    drive = EditorDriver(document().changed(pins=pins))
+    found = drive.editor.answer.result
+    assert found is not None
+    half = np.hypot(0.15 * 200, 0.15 * 150)
+    assert [pin.error_px for pin in found.pin_reports] == pytest.approx([half, half])
+
+
+def test_pins_take_the_picture_along_and_the_outline_stays() -> None:
+    pins = (Pin((0.5, 0.5), (0.6, 0.55)),)
+    drive = EditorDriver(document().changed(pins=pins))
+    mesh = drive.editor.answer.mesh
+    assert np.allclose(mesh.canvas_from_image(np.array([[99.5, 74.5]])), [[119.5, 82.0]], atol=1e-6)
+    assert np.allclose(mesh.warped[0], mesh.grid.nodes[0])
+
+
+def test_the_time_of_a_solve_is_that_of_handles_and_features(monkeypatch: pytest.MonkeyPatch) -> None:
+    drive = EditorDriver().tool("pins")
+    work = MapSolver.frame
+
+    def slow(solver: MapSolver, document: Document) -> Warped:
+        drive.clock.now += 0.012
+        return work(solver, document)
+
+    monkeypatch.setattr(MapSolver, "frame", slow)
+    drive.press(60, 50).move(80, 50)
+    assert drive.editor.answer.solve_ms == pytest.approx(12.0)
+
+
+def test_an_outline_holds_the_edge_and_a_straight_one_changes_nothing() -> None:
+    drive = EditorDriver(document().changed(outline=Outline.straight()))
+    assert np.allclose(drive.editor.answer.warped, drive.editor.answer.rest)
+    ring = Outline.straight().ring.copy()
+    ring[0] += [-0.2, 0.1]
+    ring[4:6] += [0.2, 0]
+    moved = Outline(ring)
+    drive.editor.edit("Outline", drive.document.changed(outline=moved))
+    warped = drive.frame().editor.answer.warped
+    assert np.allclose(warped[0, 0], [-0.2 * 200 - 0.5, 0.1 * 150 - 0.5])
+    assert warped[:, -1, 0].max() > 200 + 0.7 * 0.2 * 200
+
+
+@pytest.mark.parametrize(("width", "height"), [(1, 1), (1, 60), (60, 1), (3, 3)])
+def test_the_smallest_pictures_have_a_map(width: int, height: int) -> None:
+    drive = EditorDriver(Document.of(Image(np.zeros((height, width, 3), np.uint8))).with_warp(preset="arc", bend=30))
+    drive.tool("brush").drag((0, 0), (5, 5)).rest()
+    assert drive.editor.live.fault is None
+    assert np.isfinite(drive.editor.answer.warped).all()
+
+
+def test_a_picture_of_16384_pixels_a_side_is_warped_like_any_other() -> None:
+    side = 16_384
+    drive = EditorDriver(Document.of(Image(np.zeros((side, side, 1), np.uint8))).with_warp(cell_px=512.0))
+    drive.editor.edit("Bend", drive.document.with_warp(preset="arch", bend=50.0))
+    answer = drive.frame().rest().editor.answer
+    assert answer.settled
+    assert answer.folds == 0
+    assert np.abs(answer.rest[-1, -1] - (side - 0.5)).max() < 1e-6
+    drive.tool("brush").drag((100, 100), (140, 120))
+    assert not drive.document.mask.is_empty
+    assert drive.undo().undo().document is drive.start

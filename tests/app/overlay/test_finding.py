@@ -1,0 +1,195 @@
+"""Stories of Overlay mode: the pattern is found, in a region or on the whole cloth, and its lattice mended."""
+
+import numpy as np
+import pytest
+
+from app.editor.editor import Editor
+from app.model.jobs import InlineExecutor, Jobs
+from app.model.shapes import Polyline
+from app.tools.all import TOOLS
+from app.tools.cloth.lattice import free_key, lattice_shapes, on_screen, remove, vertices
+from core.arrays import Bools
+from core.document.document import Document
+from core.document.overlay_settings import LatticeVertices, Search
+from core.imaging.images import Image
+from core.overlay.detection.seeding import NoPatternError
+from tests.app.driver import EditorDriver, Later
+from tests.app.overlay.driver import PHOTO, TABLE, OverlayDriver
+
+
+def test_pattern_is_found_and_undone(drive: OverlayDriver) -> None:
+    fresh = OverlayDriver(Document.of(PHOTO))
+    assert fresh.editor.overlay.layers is None
+    fresh.editor.edit("Find pattern", fresh.document.with_cloth(search=drive.cloth.search))
+    layers = fresh.frame().editor.overlay.layers
+    assert layers is not None
+    assert layers.covered.mean() > 0.8
+    assert layers.covered_share == pytest.approx(layers.covered.mean())
+    fresh.undo()
+    assert fresh.editor.overlay.layers is None
+    fresh.redo()
+    assert fresh.editor.overlay.layers is layers
+
+
+def test_picture_without_pattern_is_refused_in_words() -> None:
+    noise = np.random.default_rng(0).integers(0, 255, (60, 70, 3)).astype(np.uint8)
+    drive = OverlayDriver(Document.of(Image(noise))).run("overlay.find")
+    assert drive.editor.overlay.layers is None
+    assert drive.editor.fault == str(NoPatternError("the picture"))
+    assert not drive.editor.overlay.is_running
+
+
+def test_moved_vertex_is_where_the_pattern_is_found_from(drive: OverlayDriver) -> None:
+    drive.tool("lattice")
+    lattice = vertices(drive.editor)
+    assert lattice is not None
+    places = on_screen(drive.editor, lattice)
+    row = int(np.argmin(np.hypot(*(places - (75, 65)).T)))
+    x, y = places[row].tolist()
+    before = drive.editor.overlay.layers
+    drive.move(x, y).press(x, y).move(x + 5, y).move(x + 1, y + 1)
+    assert drive.editor.overlay.layers is before
+    search = drive.cloth.search
+    assert search is not None
+    assert search.lattice is not None
+    np.testing.assert_allclose(on_screen(drive.editor, search.lattice)[row], (x + 1, y + 1))
+    drive.release().frame()
+    assert drive.editor.overlay.is_final
+    assert drive.editor.overlay.layers is not before
+    assert drive.labels == ("Move lattice vertex",)
+    drive.undo()
+    assert drive.editor.overlay.layers is before
+
+
+def test_vertex_is_removed_and_has_its_place_again(drive: OverlayDriver) -> None:
+    drive.tool("lattice")
+    lattice = vertices(drive.editor)
+    assert lattice is not None
+    places = on_screen(drive.editor, lattice)
+    row = int(np.argmin(np.hypot(*(places - (75, 65)).T)))
+    x, y = places[row].tolist()
+    assert free_key(drive.editor, lattice, (x + 1, y)) is None
+    remove(drive.editor, lattice, row)
+    search = drive.cloth.search
+    assert search is not None
+    assert search.lattice is not None
+    assert len(search.lattice.keys) == len(lattice.keys) - 1
+    assert drive.labels == ("Remove lattice vertex",)
+    np.testing.assert_array_equal(free_key(drive.editor, search.lattice, (x + 1, y)), lattice.keys[row])
+
+
+def test_rectangle_is_the_region_and_is_cut(drive: OverlayDriver) -> None:
+    drive.tool("region").drag((20, 20), (50, 60), (90, 80))
+    region = drive.cloth.region
+    assert region is not None
+    assert region.array[50, 50] == 255
+    assert (region.array > 0).sum() == pytest.approx(70 * 60, rel=0.05)
+    drive.drag((40, 40), (50, 50), (60, 60), alt=True)
+    region = drive.cloth.region
+    assert region is not None
+    assert region.array[50, 50] == 0
+    assert drive.labels == ("Region", "Cut from region")
+    drive.tool("brush").drag((50, 50), (52, 50))
+    region = drive.cloth.region
+    assert region is not None
+    assert region.array[50, 50] == 255
+    assert drive.document.mask.is_empty
+
+
+def test_marked_texel_is_what_the_pattern_is_found_from() -> None:
+    drive = OverlayDriver(Document.of(PHOTO))
+    drive.tool("texel").drag((50, 50), (60, 60), (75, 72))
+    search = drive.cloth.search
+    assert search is not None
+    assert search.texel is not None
+    np.testing.assert_allclose(np.ptp(np.array(search.texel), axis=0) * drive.document.size_px, (25, 22))
+    drive.frame()
+    assert drive.editor.overlay.layers is not None
+
+
+def test_cancelled_search_goes_on_when_asked_to(found: Document) -> None:
+    jobs = Jobs(live=InlineExecutor(), long=(later := Later()), beside=InlineExecutor())
+    drive = EditorDriver(Document.of(PHOTO).changed(mode="overlay"), jobs=jobs)
+    drive.editor.edit("Find pattern", drive.document.with_cloth(search=Search()))
+    drive.frame()
+    assert drive.editor.overlay.is_running
+    drive.editor.overlay.cancel()
+    later.run()
+    drive.frame()
+    assert drive.editor.overlay.is_stopped
+    assert TABLE.run("overlay.go_on", drive.editor)
+    drive.frame()
+    later.run()
+    assert drive.frame().editor.overlay.is_final
+
+
+def cloth_on_a_table() -> tuple[Image, Bools]:
+    """Return a photo of cloth on something plain, and where (H, W) it is."""
+    inside = np.zeros((190, 220), bool)
+    inside[30:160, 35:185] = True
+    photo = np.random.default_rng(2).normal((60, 75, 90), 3, (190, 220, 3))
+    photo[inside] = PHOTO.pixels.reshape(-1, 3)
+    return Image(np.clip(photo, 0, 255).astype(np.uint8)), inside
+
+
+SHORT = pytest.mark.xfail(
+    reason="what is cut out around this find is 0.70 of the cloth", raises=AssertionError, strict=True
+)
+STROKES = [
+    pytest.param([(50, 45), (80, 80), (120, 145)], marks=SHORT, id="shorter"),
+    pytest.param([(48, 43), (80, 80), (125, 150)], id="longer"),
+]
+
+
+@pytest.mark.parametrize("stroke", STROKES)
+def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, float]]) -> None:
+    photo, inside = cloth_on_a_table()
+    drive = OverlayDriver(Document.of(photo))
+    drive.tool("region").drag(*stroke)
+    drive.run("overlay.find")
+    part = drive.editor.overlay.layers
+    assert part is not None
+    drive.run("overlay.whole").frame()
+    region, search = drive.cloth.region, drive.cloth.search
+    assert region is not None
+    assert search is not None
+    assert search.region is region
+    taken = region.array > 127
+    assert (taken & inside).sum() / (taken | inside).sum() > 0.95
+    whole = drive.editor.overlay.layers
+    assert whole is not None
+    assert whole.covered.sum() > 1.8 * part.covered.sum()
+    drive.undo()
+    assert drive.editor.overlay.layers is part
+    drive.redo()
+    drive.run("overlay.whole")
+    assert "no more stands out" in drive.editor.notices[-1].text
+
+
+def test_vertex_is_added_only_where_the_lattice_goes_on(drive: OverlayDriver) -> None:
+    drive.tool("lattice")
+    lattice = vertices(drive.editor)
+    assert lattice is not None
+    places = on_screen(drive.editor, lattice)
+    row = int(np.argmin(np.hypot(*(places - (75, 65)).T)))
+    beside = next(n for n, key in enumerate(lattice.keys) if np.array_equal(key, lattice.keys[row] + [1, 0]))
+    missing = LatticeVertices(np.delete(lattice.keys, row, axis=0), np.delete(lattice.places, row, axis=0))
+    key = free_key(drive.editor, missing, tuple(places[row]))
+    np.testing.assert_array_equal(key, lattice.keys[row])
+    assert free_key(drive.editor, missing, tuple((places[row] + places[beside]) / 2)) is None
+
+
+def test_lattice_that_grows_is_shown_in_place_of_the_one_before(found: Document) -> None:
+    later = Later()
+    editor = Editor(found, TOOLS, jobs=Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    editor.update()
+    before = len(lattice_shapes(editor))
+    editor.edit("Find pattern", editor.document.with_cloth(search=Search(seed=1)))
+    editor.update()
+    assert editor.overlay.is_running
+    keys = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+    editor.overlay.stage_lattice = keys, 20.0 * keys + 30
+    lines = [shape for shape in lattice_shapes(editor) if isinstance(shape, Polyline)]
+    assert before > len(lines) == 4
+    assert all(len(line.points) == 2 for line in lines)
+    later.run()

@@ -1,0 +1,46 @@
+"""The ring of cells outside the outline."""
+
+import numpy as np
+import pytest
+
+from app.render.passes.ring import MOST_RING_PX, RING_PX, with_ring
+from core.arrays import Points
+
+ROWS, COLUMNS = 4, 6
+
+
+def a_grid() -> Points:
+    x, y = np.meshgrid(np.arange(COLUMNS) * 7.0, np.arange(ROWS) * 5.0)
+    return np.stack([x, y], axis=-1)
+
+
+@pytest.mark.parametrize("shear", [0.0, 0.8])
+def test_the_ring_lies_so_many_pixels_across_the_outline(shear: float) -> None:
+    A = np.array([[0.8, 0.6], [-0.6, 0.8]]) @ np.array([[1.0, shear], [0.0, 1.0]])
+    moved = a_grid() @ A.T
+    (ring,) = with_ring(moved)
+    assert ring.shape == (ROWS + 2, COLUMNS + 2, 2)
+    assert np.array_equal(ring[1:-1, 1:-1], moved)
+    for side, along in ((ring[0, 1:-1] - moved[0], A[:, 0]), (ring[1:-1, -1] - moved[:, -1], A[:, 1])):
+        across = np.abs(side[:, 0] * along[1] - side[:, 1] * along[0]) / np.hypot(*along)
+        assert across == pytest.approx(np.full(len(side), RING_PX))
+
+
+def test_an_outline_at_a_sharp_angle_has_a_short_ring() -> None:
+    moved = a_grid() @ np.array([[1.0, 0.0], [30.0, 1.0]])
+    (ring,) = with_ring(moved)
+    assert np.hypot(*(ring[0, 1:-1] - moved[0]).T) == pytest.approx(np.full(COLUMNS, MOST_RING_PX))
+
+
+def test_what_the_nodes_carry_goes_on_straight() -> None:
+    rest = a_grid()
+    A = np.array([[2.0, 0.5], [-0.3, 1.5]])
+    moved = rest @ A.T + 3.0
+    ring, carried = with_ring(moved, rest)
+    assert carried @ A.T + 3.0 == pytest.approx(ring)
+
+
+def test_nodes_on_one_spot_have_a_ring_without_holes_in_the_numbers() -> None:
+    ring, carried = with_ring(np.zeros((3, 3, 2)), np.ones((3, 3, 2)))
+    assert np.isfinite(ring).all()
+    assert np.array_equal(carried, np.ones((5, 5, 2)))

@@ -1,0 +1,35 @@
+"""What the editor loads before its first frame, and what after it."""
+
+import subprocess
+import sys
+
+RETEXTURE = """
+import sys, numpy as np, app.commands.retexture
+from core.curves.bezier import Curve
+from core.curves.feature_curves import FeatureCurve
+from core.progress import run
+from core.retexture.job import retexture
+
+bend = [Curve(np.array([[10.0, 50], [40, y], [70, y], [110, 50]])) for y in (50, 30)]
+picture = np.random.default_rng(0).integers(0, 255, (100, 120, 3), np.uint8)
+run(retexture(picture, [FeatureCurve(*bend)])).apply(picture)
+assert "scipy" not in sys.modules
+"""
+LATER = "import sys; from app.window.late_imports import LOADED_LATER, load_rest; later = set(LOADED_LATER)"
+
+
+def run(code: str) -> None:
+    """Run `code` in a Python of its own, which has imported nothing else."""
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_the_editor_starts_without_the_solvers_of_its_tools() -> None:
+    run(f"import app.commands.edit; {LATER}; assert not later & set(sys.modules), later & set(sys.modules)")
+
+
+def test_the_tools_find_everything_loaded() -> None:
+    run(f"{LATER}; load_rest(); assert later <= set(sys.modules), later - set(sys.modules)")
+
+
+def test_a_picture_is_retextured_without_waiting_for_scipy() -> None:
+    run(RETEXTURE)

@@ -1,0 +1,295 @@
+import contextlib
+import errno
+import json
+import os
+import zipfile
+from dataclasses import is_dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from core.arrays import InputError
+from core.document.document import CurvePair, Document, Outline, Pin, RetextureSettings, WarpSettings
+from core.document.overlay_settings import Cloth, LatticeVertices, Laying, Search
+from core.document.project import load_project, save_project
+from core.imaging.images import Attribute, Image, load, save
+from core.rasters.raster import Raster
+
+numbers = st.floats(-1e6, 1e6)
+places = st.tuples(numbers, numbers)
+samples = st.one_of(st.just(np.uint8), st.just(np.uint16), st.just(np.float32))
+
+
+@st.composite
+def images(draw: st.DrawFn) -> Image:
+    kind: Any = draw(samples)
+    shape = draw(st.tuples(st.integers(1, 40), st.integers(1, 40), st.integers(1, 4)))
+    random = np.random.default_rng(draw(st.integers(0, 9999)))
+    pixels = random.random(shape) if kind is np.float32 else random.integers(0, np.iinfo(kind).max, shape)
+    metadata = draw(
+        st.sampled_from([(), (Attribute("Make", "string", "Håkan"), Attribute("Exif:FNumber", "float", 2.8))])
+    )
+    icc = draw(st.none() | st.binary(min_size=1, max_size=200))
+    return Image(pixels.astype(kind), linear=kind is np.float32, icc=icc, metadata=metadata)
+
+
+def points(count: int) -> st.SearchStrategy[Any]:
+    return arrays(np.float64, (count, 2), elements=numbers)
+
+
+warps = st.builds(
+    WarpSettings,
+    preset=st.none() | st.sampled_from(["arc", "twist"]),
+    bend=numbers,
+    vertical_axis=st.booleans(),
+    values=st.dictionaries(st.text(max_size=8), numbers, max_size=3).map(MappingProxyType),
+    aspect=places,
+    keep=st.sampled_from(["similarity", "rigid", "none"]),
+    method=st.sampled_from(["exact", "per-quad"]),
+    cell_px=st.none() | st.floats(1, 50),
+)
+retextures = st.builds(
+    RetextureSettings,
+    along_px=st.none() | st.integers(1, 99),
+    reach=st.none() | st.floats(0.01, 1),
+    variety=numbers,
+    mirrored=st.booleans(),
+    seed=st.integers(0, 99),
+)
+curves = st.builds(
+    lambda k, draw, closed, corners: CurvePair(draw[: 3 * k + 1], draw[3 * k + 1 : 6 * k + 2], closed, corners=corners),
+    st.integers(1, 2),
+    points(14),
+    st.booleans(),
+    st.frozensets(st.integers(0, 3)),
+)
+
+
+searches = st.builds(
+    Search,
+    texel=st.none() | st.tuples(places, places),
+    lattice=st.none() | st.builds(LatticeVertices, points(5), points(5)),
+    seed=st.integers(0, 9),
+)
+cloths = st.builds(
+    Cloth,
+    search=st.none() | searches,
+    texture=st.none() | images(),
+    texture_name=st.text(max_size=8),
+    laying=st.builds(
+        Laying, size=numbers, offset=places, mirror=st.booleans(), tile=st.booleans(), upright=st.booleans()
+    ),
+)
+
+
+@st.composite
+def documents(draw: st.DrawFn) -> Document:
+    start = Document.of(draw(images()))
+    width, height = start.size_px
+    return start.changed(
+        cloth=draw(cloths).changed(region=draw(st.none() | st.just(Raster.filled(width, height, 255)))),
+        mask=Raster.from_array(draw(arrays(np.uint8, (height, width)))),
+        warp=draw(warps),
+        outline=draw(st.none() | points(12).map(Outline)),
+        pins=draw(st.lists(st.builds(Pin, places, places), max_size=3).map(tuple)),
+        curves=draw(st.lists(curves, max_size=2).map(tuple)),
+        retexture=draw(retextures),
+        feature_curves=draw(st.lists(curves, max_size=2).map(tuple)),
+        matte=draw(st.none() | arrays(np.uint8, (height, width)).map(Raster.from_array)),
+        source_mask=draw(st.none() | arrays(np.uint8, (height, width)).map(Raster.from_array)),
+        mode=draw(st.sampled_from(["warp", "retexture", "overlay"])),
+    )
+
+
+def same(a: Any, b: Any) -> bool:
+    """Compare documents part by part and bit by bit."""
+    if isinstance(a, np.ndarray):
+        return isinstance(b, np.ndarray) and a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+    if isinstance(a, Raster):
+        return same(a.array, b.array)
+    if isinstance(a, tuple):
+        return len(a) == len(b) and all(same(x, y) for x, y in zip(a, b, strict=True))
+    if is_dataclass(a):
+        return all(same(getattr(a, name), getattr(b, name)) for name in a.__dataclass_fields__)
+    return bool(a == b)
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(documents())
+def test_what_is_saved_is_what_is_opened(tmp_path: Path, document: Document) -> None:
+    save_project(document, tmp_path / "project.weft")
+    assert same(load_project(tmp_path / "project.weft"), document)
+
+
+def test_depth_profile_and_metadata_of_a_picture_survive(tmp_path: Path) -> None:
+    picture = Image(
+        np.arange(60, dtype=np.uint16).reshape(4, 5, 3) * 1000,
+        metadata=(Attribute("Artist", "string", "A. Painter"), Attribute("Exif:FNumber", "float", 2.8)),
+    )
+    save(picture, tmp_path / "picture.png")
+    opened = load(tmp_path / "picture.png")
+    save_project(Document.of(opened), tmp_path / "project.weft")
+    again = load_project(tmp_path / "project.weft").image
+    assert again.metadata == opened.metadata
+    assert again.pixels.dtype == np.uint16
+    assert np.array_equal(again.pixels, picture.pixels)
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    document = Document.of(Image(np.full((6, 8, 3), 9, np.uint8))).changed(pins=(Pin((0.5, 0.5), (0.6, 0.5)),))
+    save_project(document, tmp_path / "project.weft")
+    return tmp_path / "project.weft"
+
+
+def rewritten(path: Path, **changes: object) -> None:
+    with zipfile.ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    data = json.loads(files["weft.json"]) | changes
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, json.dumps(data) if name == "weft.json" else content)
+
+
+def test_a_newer_version_is_refused(project: Path) -> None:
+    rewritten(project, version=99)
+    with pytest.raises(InputError, match=r"project\.weft: made by a newer Weft \(format 99"):
+        load_project(project)
+
+
+def test_a_texture_leans_as_it_did_in_projects_that_do_not_say_how(tmp_path: Path) -> None:
+    document = Document.of(Image(np.full((6, 8, 3), 9, np.uint8)))
+    assert document.cloth.laying.upright
+    path = tmp_path / "project.weft"
+    save_project(document, path)
+    with zipfile.ZipFile(path) as archive:
+        data = json.loads(archive.read("weft.json"))
+    del data["document"]["cloth"]["laying"]["upright"]
+    rewritten(path, document=data["document"])
+    assert not load_project(path).cloth.laying.upright
+
+
+@pytest.mark.parametrize("cut", [0, 1, 100, -30])
+def test_a_cut_file_is_refused(project: Path, cut: int) -> None:
+    project.write_bytes(project.read_bytes()[:cut])
+    with pytest.raises(InputError, match=r"project\.weft: not a Weft project, or damaged"):
+        load_project(project)
+
+
+def test_flipped_bytes_are_refused_or_harmless(project: Path) -> None:
+    good = project.read_bytes()
+    for at in range(0, len(good), 7):
+        project.write_bytes(good[:at] + bytes([good[at] ^ 0xFF]) + good[at + 1 :])
+        with contextlib.suppress(InputError):
+            load_project(project)
+
+
+@pytest.mark.parametrize("change", ["encrypted", "lzma", "deep"])
+def test_what_cannot_be_unpacked_is_refused(project: Path, change: str) -> None:
+    text = "[" * 100_000 if change == "deep" else json.dumps(list(range(500)))
+    with zipfile.ZipFile(project, "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr("weft.json", text)
+    content = bytearray(project.read_bytes())
+    if change == "encrypted":
+        for header, flags in ((b"PK\1\2", 8), (b"PK\3\4", 6)):
+            content[content.find(header) + flags] |= 1
+    if change == "lzma":
+        content[55] ^= 0xFF
+    project.write_bytes(content)
+    with pytest.raises(InputError, match=r"project\.weft: not a Weft project, or damaged"):
+        load_project(project)
+
+
+def test_no_room_to_unpack_is_named(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    document = load_project(project)
+    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr("core.document.project._encoded", full)
+    with pytest.raises(InputError, match=r"project\.weft: cannot be unpacked: no space left on device"):
+        load_project(project)
+    with pytest.raises(InputError, match=r"again\.weft: no space left on device"):
+        save_project(document, project.with_name("again.weft"))
+    assert [file.name for file in project.parent.iterdir()] == ["project.weft"]
+
+
+@pytest.mark.parametrize(
+    ("document", "fault"),
+    [
+        (None, "it has no document"),
+        ({}, "image: is missing"),
+        ({"image": {"file": "no.png"}}, "image: its file is missing"),
+        ({"image": {"file": "weft.json"}}, "image: holds a damaged picture"),
+    ],
+)
+def test_damage_inside_is_named(project: Path, document: object, fault: str) -> None:
+    rewritten(project, document=document)
+    with pytest.raises(InputError, match=fault):
+        load_project(project)
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "fault"),
+    [
+        ("warp", {"keep": "wobbly"}, "warp.keep: is not one of"),
+        ("warp", {"bend": "much"}, "warp.bend: is not a finite number"),
+        ("warp", {"bend": 10**400}, "warp.bend: is not a finite number"),
+        ("outline", {"ring": [[0, 10**400]] * 12}, "outline: holds NaN or infinity"),
+        ("pins", [{"at": [0.5], "to": [0.1, 0.2]}], "pins.0.at: is not a list of 2"),
+        ("pins", {"at": 1}, "pins: is not a list"),
+        ("outline", {"ring": [[0, 0]] * 5}, "outline: needs 12 points"),
+        ("curves", [{"source": "x", "target": []}], "curves.0.source"),
+        ("mask", {"file": "image.png"}, "mask: is not an 8-bit grey picture"),
+    ],
+)
+def test_a_value_that_does_not_fit_is_named(project: Path, part: str, value: object, fault: str) -> None:
+    with zipfile.ZipFile(project) as archive:
+        document = json.loads(archive.read("weft.json"))["document"]
+    rewritten(project, document=document | {part: value})
+    with pytest.raises(InputError, match=fault):
+        load_project(project)
+
+
+def test_a_fault_while_saving_keeps_the_good_file(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    good = project.read_bytes()
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", full)
+    with pytest.raises(InputError, match=r"project\.weft: no space left"):
+        save_project(load_project(project), project)
+    assert project.read_bytes() == good
+    assert [file.name for file in project.parent.iterdir()] == ["project.weft"]
+
+
+def test_no_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.weft: no such file"):
+        load_project(tmp_path / "none.weft")
+
+
+def test_a_project_of_before_retexture_mode_opens(project: Path) -> None:
+    with zipfile.ZipFile(project) as archive:
+        document = json.loads(archive.read("weft.json"))["document"]
+    for name in ("retexture", "feature_curves", "matte", "source_mask", "mode"):
+        del document[name]
+    rewritten(project, document=document)
+    again = load_project(project)
+    assert again.feature_curves == ()
+    assert again.matte is None
+    assert again.mode == "warp"
+
+
+@pytest.mark.parametrize("name", ["mask", "matte", "source_mask"])
+def test_a_mask_of_another_size_is_refused(project: Path, name: str) -> None:
+    document = load_project(project).changed(**{name: Raster.filled(3, 3)})
+    save_project(document, project)
+    with pytest.raises(InputError, match=f"the {name} has another size"):
+        load_project(project)

@@ -1,0 +1,136 @@
+"""The factor that is renewed in parts: against a dense solve, and against itself built at once."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from core.arrays import Bools, Floats, SingularSystemError
+from core.grid import Grid
+from core.linalg import dissection, multifrontal
+from core.linalg.dissection import dissect
+from core.linalg.laplacian import edge_weights, node_values, pattern, stored_values
+from core.linalg.multifrontal import GridFactor, WholeFactor
+
+SHAPES = [(3, 3), (3, 40), (9, 9), (25, 31), (70, 41)]
+
+
+def system(shape: tuple[int, int], seed: int) -> tuple[Floats, Bools]:
+    """Return the values of a five-point system with random weights and holes, and which nodes are free."""
+    chance = np.random.default_rng(seed)
+    free = np.zeros(shape, bool)
+    free[1:-1, 1:-1] = chance.random((shape[0] - 2, shape[1] - 2)) < 0.9
+    weights = chance.choice([1.0, 100.0], (shape[0] - 1, shape[1] - 1))
+    return node_values(edge_weights(weights), free), free
+
+
+def matrix_of(values: Floats) -> sparse.csc_array:
+    shape = values.shape[:2]
+    lower = pattern(Grid(shape[1] - 1, shape[0] - 1, cell_px=1))
+    lower.data = values[stored_values(shape)]
+    return sparse.csc_array(lower + sparse.tril(lower, -1).T)
+
+
+def load(free: Bools, seed: int) -> Floats:
+    return np.asarray(np.random.default_rng(seed).random((free.size, 2)) * free.reshape(-1, 1))
+
+
+def with_a_hole(values: Floats, free: Bools, row: int, column: int) -> tuple[Floats, Bools]:
+    """Return the system with the nodes around one place held."""
+    less = free.copy()
+    less[row - 2 : row + 3, column - 2 : column + 3] = False
+    changed = values.copy()
+    changed[~less] = [1, 0, 0]
+    changed[:, :-1, 1] *= less[:, 1:]
+    changed[:-1, :, 2] *= less[1:]
+    return changed, less
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_solves_the_system(shape: tuple[int, int]) -> None:
+    values, free = system(shape, 1)
+    b = load(free, 2)
+    x = GridFactor(shape).factorise(values).solve(b)
+    assert np.abs(matrix_of(values) @ x - b).max() < 1e-11
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_halves_make_a_solve_and_its_form(shape: tuple[int, int]) -> None:
+    values, free = system(shape, 3)
+    a, b = load(free, 4), load(free, 5)
+    factor = GridFactor(shape).factorise(values)
+    assert np.allclose(factor.forward(a).T @ factor.forward(b), a.T @ factor.solve(b))
+
+
+@pytest.mark.parametrize("shape", [(3, 3), (1, 40), (7, 7), (8, 14), (68, 39), (124, 188)])
+def test_every_node_is_eliminated_once_and_boxes_come_in_few_layouts(shape: tuple[int, int]) -> None:
+    seen = np.zeros((2 * shape[0] + 16, 2 * shape[1] + 16), int)
+    groups = dissect(shape)
+    for group in groups:
+        for row, column in group.corners:
+            for i, j in group.pivots():
+                seen[row + i, column + j] += 1
+    assert (seen[: shape[0], : shape[1]] == 1).all()
+    assert seen.max() == 1
+    assert seen.sum() < 1.4 * shape[0] * shape[1]
+    assert sum(group.tiles < 1 for group in groups) <= 4
+
+
+@pytest.mark.parametrize("leaves", [1, 2, 4, 8])
+def test_changes_in_a_few_places_leave_the_factor_that_all_at_once_gives(
+    leaves: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dissection, "_LEAVES", leaves)
+    shape = SHAPES[-1]
+    values, free = system(shape, 6)
+    factor = GridFactor(shape).factorise(values)
+    factor.forward_again(load(free, 7))
+    for step, place in enumerate([(20, 20), (21, 22), (3, 37), (66, 3)]):
+        values, free = with_a_hole(values, free, *place)
+        b = load(free, 7 + step // 2)
+        factor.factorise(values)
+        afresh = GridFactor(shape).factorise(values)
+        assert np.array_equal(factor.forward_again(b), afresh.forward(b))
+        assert np.array_equal(factor.solve(b), afresh.solve(b))
+
+
+def test_a_change_renews_a_small_share_of_the_boxes() -> None:
+    shape = SHAPES[-1]
+    values, free = system(shape, 8)
+    factor = GridFactor(shape).factorise(values)
+    factor.forward_again(load(free, 9))
+    factor.factorise(with_a_hole(values, free, 20, 20)[0])
+    assert 0 < factor._renewed.sum() < 0.4 * len(factor._renewed)
+
+
+def test_columns_that_live_on_a_few_nodes_are_eliminated_there() -> None:
+    shape = SHAPES[-1]
+    values, free = system(shape, 10)
+    factor = GridFactor(shape).factorise(values)
+    b = load(free, 11)
+    nodes = np.flatnonzero(free)[[5, 6, 400, 1700]]
+    few = np.zeros(b.shape)
+    few[nodes] = b[nodes]
+    assert np.array_equal(factor.forward(few, nodes), factor.forward(few))
+
+
+def test_what_has_no_unique_solution_is_refused_and_can_be_mended() -> None:
+    shape = SHAPES[2]
+    values, free = system(shape, 12)
+    broken = values.copy()
+    broken[4, 4, 0] = 0
+    factor = GridFactor(shape).factorise(values)
+    with pytest.raises(SingularSystemError):
+        factor.factorise(broken)
+    b = load(free, 13)
+    assert np.array_equal(factor.factorise(values).solve(b), GridFactor(shape).factorise(values).solve(b))
+
+
+def test_large_grids_are_factorised_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(multifrontal, "_IN_PARTS_AT_MOST", 100)
+    grid = Grid(30, 20, cell_px=1)
+    values, free = system(grid.shape, 14)
+    factor, b = multifrontal.grid_factor(grid).factorise(values), load(free, 15)
+    assert isinstance(factor, WholeFactor)
+    parts = GridFactor(grid.shape).factorise(values)
+    assert np.allclose(factor.solve(b), parts.solve(b))
+    assert np.allclose(factor.forward_again(b).T @ factor.forward(b), parts.forward_again(b).T @ parts.forward(b))

@@ -1,0 +1,307 @@
+"""Laying textures into cloth."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.arrays import InputError
+from core.imaging.color import quantise
+from core.imaging.image import Image
+from core.overlay import bands
+from core.overlay.composition import DENSITY, Norm, Placement, compose, composed, filtered, middle_of, rows_deg
+from core.overlay.laying import Parts, encoded, overlaid, texture_colours
+from core.overlay.registration.region import feathered
+from core.overlay.texel import Texel, estimate_texel
+
+RNG = np.random.default_rng(0)
+SCALE = np.array([[20.0, 2.0], [0.0, 18.0]])
+
+
+def grid(
+    size: tuple[int, int] = (40, 50), pixels_per_copy: float = 20.0
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    y, x = np.indices(size).astype(float)
+    return np.stack([x, y], -1) / pixels_per_copy
+
+
+@pytest.mark.parametrize(
+    "basis", [[[20.9, -14.4], [27.6, 28.3]], [[25.4, 0.0], [0.0, 28.3]], [[30.0, 14.0], [2.0, 20.0]]]
+)
+def test_mean_texel_on_its_own_cloth_is_laid_as_it_is(basis: list[list[float]]) -> None:
+    scale = np.array(basis)
+    # The sides are whole numbers in the small picture of a photo four times as large.
+    width, height = 4 * np.rint(DENSITY / 4 * np.linalg.norm(scale, axis=0)).astype(int)
+    y, x = np.indices((40, 50)).astype(float)
+    uv = np.stack([x, y], -1) @ np.linalg.inv(scale).T + 0.3
+    texture = RNG.random((height, width, 3))
+    flat, none = np.ones((40, 50)), np.zeros((40, 50, 3))
+    assert np.allclose(compose(texture, uv, flat, none, scale)[0], filtered(texture, uv), atol=1e-5)
+
+
+def test_without_minification_the_filter_is_bilinear() -> None:
+    texture = RNG.random((24, 24, 3))
+    uv = grid()
+    assert np.allclose(filtered(texture, uv), Texel(texture)(uv), atol=1e-5)
+
+
+def test_strong_minification_gives_the_mean() -> None:
+    texture = RNG.random((64, 64, 3))
+    shown = filtered(texture, grid(pixels_per_copy=0.9))
+    assert np.abs(shown - texture.mean((0, 1))).max() < 0.06
+
+
+def test_minification_in_one_direction_keeps_the_other_sharp() -> None:
+    rows = np.zeros((32, 32, 3))
+    rows[:, ::2] = 1.0
+    columns = grid() * [4.0, 0.2]
+    across = filtered(rows, columns)
+    along = filtered(rows.swapaxes(0, 1), columns)
+    assert across.std() < 0.1
+    assert along.std() > 0.2
+
+
+def test_nan_places_are_empty() -> None:
+    uv = grid()
+    uv[:10] = np.nan
+    assert (filtered(np.ones((8, 8, 3)), uv)[:10] == 0).all()
+
+
+def test_a_jump_between_pieces_does_not_blur() -> None:
+    texture = RNG.random((24, 24, 3))
+    uv = grid()
+    moved = uv.copy()
+    moved[:, 25:] += 37.0
+    assert np.allclose(filtered(texture, uv), filtered(texture, moved), atol=1e-4)
+
+
+@settings(max_examples=20)
+@given(u=st.integers(-3, 3), v=st.integers(-3, 3))
+def test_whole_copies_of_offset_change_nothing(u: int, v: int) -> None:
+    uv, flat = grid(), np.ones((40, 50))
+    texture, detail = RNG.random((20, 20, 3)), np.zeros((40, 50, 3))
+    plain, _ = compose(texture, uv, flat, detail, SCALE)
+    moved, _ = compose(texture, uv, flat, detail, SCALE, placement=Placement(offset=(u, v)))
+    assert np.allclose(plain, moved, atol=1e-4)
+
+
+def test_alpha_and_strength_weigh_detail_and_shading() -> None:
+    uv = grid()
+    shading = 0.5 + uv[..., 0] / 5
+    detail = RNG.normal(0, 0.05, (40, 50, 3))
+    white = np.ones((4, 4, 3))
+    full, _ = compose(white, uv, shading, detail, SCALE)
+    assert np.allclose(full, shading[..., None] + detail, atol=1e-6)
+    flat, _ = compose(white, uv, shading, detail, SCALE, alpha=0.0, strength=0.0)
+    assert np.allclose(flat, np.median(shading), atol=1e-6)
+
+
+def test_outside_and_transparent_texture_have_no_opacity() -> None:
+    uv = grid()
+    uv[:, :10] = np.nan
+    clear = np.concatenate([RNG.random((8, 8, 3)), np.zeros((8, 8, 1))], -1)
+    assert (compose(clear, uv, np.ones((40, 50)), np.zeros((40, 50, 3)), SCALE)[1] == 0).all()
+    solid = compose(RNG.random((8, 8, 3)), uv, np.ones((40, 50)), np.zeros((40, 50, 3)), SCALE)[1]
+    assert (solid[:, :10] == 0).all()
+    assert (solid[:, 10:] == 1).all()
+
+
+def test_mirror_joins_copies_without_an_edge() -> None:
+    ramp = np.broadcast_to(np.linspace(0, 1, 20)[None, :, None], (20, 20, 3)).copy()
+    uv, flat, none = grid(), np.ones((40, 50)), np.zeros((40, 50, 3))
+    plain = compose(ramp, uv, flat, none, SCALE)[0]
+    mirrored = compose(ramp, uv, flat, none, SCALE, placement=Placement(mirror=True))[0]
+    assert np.abs(np.diff(plain[..., 0], axis=1)).max() > 0.4
+    assert np.abs(np.diff(mirrored[..., 0], axis=1)).max() < 0.1
+
+
+def test_a_single_copy_lies_on_the_middle() -> None:
+    uv = grid((60, 60))
+    placement = Placement(repeat=(0.5, 0.5), tile=False)
+    opacity = compose(
+        np.ones((8, 8, 3)), uv, np.ones((60, 60)), np.zeros((60, 60, 3)), np.eye(2) * 20, placement=placement
+    )[1]
+    rows, columns = np.nonzero(opacity)
+    assert abs(rows.mean() - 29.5) < 1
+    assert abs(columns.mean() - 29.5) < 1
+    assert opacity.sum() == pytest.approx(40 * 40, rel=0.1)
+
+
+def test_rotation_turns_the_texture_in_the_plane_of_the_cloth() -> None:
+    turned = Placement(rotate_deg=90.0).matrix(np.diag([30.0, 10.0]))
+    assert np.allclose(turned, np.array([[0.0, 1 / 3], [-3.0, 0.0]]), atol=1e-9)
+
+
+LEANING = np.array([[20.0, 19.0], [-12.0, 13.0]])
+
+
+def test_an_upright_copy_does_not_lean_where_texels_do() -> None:
+    for rotate_deg in (0.0, 33.0):
+        to_px = LEANING @ np.linalg.inv(Placement((0.2, 0.2), rotate_deg, upright=True).matrix(LEANING))
+        across, down = to_px.T
+        assert across @ down == pytest.approx(0, abs=1e-9)
+        assert np.linalg.norm(across) == pytest.approx(5 * np.linalg.norm(LEANING[:, 0]))
+        assert np.linalg.norm(down) == pytest.approx(5 * np.linalg.norm(LEANING[:, 1]))
+        assert across[0] * down[1] > across[1] * down[0]
+        rows = LEANING.sum(1)
+        angle = np.degrees(np.arctan2(across[1], across[0]) - np.arctan2(rows[1], rows[0]))
+        assert angle == pytest.approx(rotate_deg)
+
+
+@pytest.mark.parametrize(
+    ("sides", "turned", "rows"),
+    [((20, 20), 0, 0), ((20, 30), 25, 25), ((20, 20), 45, 0), ((20, 30), 80, -10), ((20, 30), 170, -10)],
+)
+def test_rows_are_nearly_level(sides: tuple[float, float], turned: float, rows: float) -> None:
+    angle = np.radians(turned)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    assert rows_deg(turn @ np.diag(sides)) == pytest.approx(rows)
+
+
+def test_upright_is_as_the_texel_where_that_is_upright() -> None:
+    scale, placed = np.diag([30.0, 10.0]), {"repeat": (0.5, 0.25), "rotate_deg": 20.0}
+    assert np.allclose(Placement(**placed, upright=True).matrix(scale), Placement(**placed).matrix(scale))  # type: ignore[arg-type]  # the two above
+
+
+def test_an_impossible_placement_is_refused() -> None:
+    with pytest.raises(InputError, match="repeat"):
+        Placement(repeat=(0.0, 1.0))
+
+
+def test_texel_estimate_inverts_sampling() -> None:
+    truth = Texel(RNG.random((9, 11, 3)))
+    uv = RNG.random((120, 120, 2)) * 7
+    light = 0.5 + RNG.random((120, 120))
+    photo = light[..., None] * truth(uv)
+    photo[:20] = 0.0
+    weight = np.ones((120, 120))
+    found = estimate_texel(photo, uv, light, weight, (9, 11), rounds=40)
+    assert np.abs(found.pixels - truth.pixels).max() < 0.05
+
+
+def test_blurring_a_texel_keeps_its_mean_and_takes_its_contrast() -> None:
+    texel = Texel(RNG.random((16, 16, 3)))
+    soft = texel.blurred(4.0, SCALE)
+    assert np.allclose(soft.pixels.mean((0, 1)), texel.pixels.mean((0, 1)))
+    assert soft.pixels.std(axis=(0, 1)).max() < 0.2 * texel.pixels.std(axis=(0, 1)).min()
+
+
+def test_repeat_puts_that_many_copies_on_a_texel() -> None:
+    uv, flat, none = grid(), np.ones((40, 50)), np.zeros((40, 50, 3))
+    texture = RNG.random((10, 10, 3))
+    pivot = np.rint(middle_of(uv))
+    twice = compose(texture, uv, flat, none, SCALE, placement=Placement(repeat=(2.0, 2.0)))[0]
+    norm = Norm(SCALE, pivot, 1.0)
+    closer = composed(texture, (2 * uv - pivot, flat, none), norm, Placement(), alpha=1.0, strength=1.0)[0]
+    assert np.allclose(twice, closer, atol=1e-4)
+    assert np.abs(twice - compose(texture, uv, flat, none, SCALE)[0]).mean() > 0.05
+
+
+def test_offset_moves_the_texture_by_that_share_of_a_copy() -> None:
+    uv, flat, none = grid(), np.ones((40, 50)), np.zeros((40, 50, 3))
+    texture = RNG.random((10, 20, 3))
+    moved = compose(texture, uv, flat, none, SCALE, placement=Placement(offset=(0.25, 0.1)))[0]
+    rolled = compose(np.roll(texture, (1, 5), axis=(0, 1)), uv, flat, none, SCALE)[0]
+    assert np.allclose(moved, rolled, atol=1e-4)
+
+
+def test_no_jump_at_the_borders_of_texels() -> None:
+    t = (np.arange(32) + 0.5) / 32 * 2 * np.pi
+    texture = np.broadcast_to(0.5 + 0.4 * np.sin(t)[None, :, None] * np.cos(t)[:, None, None], (32, 32, 3)).copy()
+    uv = grid((60, 70), 21.3)
+    shown = compose(texture, uv, np.ones((60, 70)), np.zeros((60, 70, 3)), np.eye(2) * 21.3)[0]
+    steepest = 0.4 * 2 * np.pi / 21.3
+    assert max(np.abs(np.diff(shown, axis=axis)).max() for axis in (0, 1)) < 1.05 * steepest
+
+
+def parts(source: Image) -> Parts:
+    """Return a cloth on the right of a picture (40, 50)."""
+    bent = grid() + np.stack([np.sin(grid()[..., 1] * 9), np.cos(grid()[..., 1] * 7)], -1)
+    uv, shading, detail = bent, 0.5 + grid()[..., 0] / 5, RNG.normal(0, 0.05, (40, 50, 3))
+    coverage = np.clip((np.indices((40, 50))[1] - 11.0) / 4, 0, 1)
+    for layer in (uv, shading, detail):
+        layer[:, :12] = np.nan
+    layers = [layer.astype(np.float32) for layer in (uv, shading, detail, coverage)]
+    return Parts(source, layers[0], layers[1], layers[2], layers[3], SCALE, RNG.random((9, 11, 3)))
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_beside_the_cloth_every_bit_is_the_photo(dtype: type) -> None:
+    values = RNG.random((40, 50, 4))
+    source = Image(
+        (values if dtype is np.float32 else values * np.iinfo(dtype).max).astype(dtype), linear=dtype is np.float32
+    )
+    out = overlaid(parts(source), RNG.random((8, 8, 3)), Placement(), alpha=1.0, strength=1.0).pixels
+    assert np.array_equal(out[:, :12], source.pixels[:, :12])
+    assert np.array_equal(out[..., 3], source.pixels[..., 3])
+    assert (out[:, 15:, :3] != source.pixels[:, 15:, :3]).any(-1).mean() > 0.9
+
+
+KINDS = [(channels, dtype) for channels in (1, 2, 3, 4) for dtype in (np.uint8, np.uint16, np.float32)]
+
+
+def of_kind(size: tuple[int, int], channels: int, dtype: type) -> Image:
+    """Return a picture of random colours, opaque where it has alpha."""
+    values = RNG.random((*size, channels), np.float32)
+    values[..., 1 if channels == 2 else 3 :] = 1.0
+    return Image(quantise(values, dtype), linear=dtype is np.float32)
+
+
+@pytest.mark.parametrize("photo_kind", KINDS)
+@pytest.mark.parametrize("texture_kind", KINDS)
+def test_any_kind_of_texture_goes_on_any_kind_of_photo(
+    photo_kind: tuple[int, type], texture_kind: tuple[int, type]
+) -> None:
+    source, new = of_kind((40, 50), *photo_kind), of_kind((8, 8), *texture_kind)
+    cloth, texture = parts(source), texture_colours(new)
+    image = overlaid(cloth, texture, Placement(), alpha=0.0, strength=0.0)
+    is_grey = max(source.channels, new.channels) <= 2
+    assert image.channels == (1 if is_grey else 3) + source.has_alpha
+    assert image.pixels.dtype == source.pixels.dtype
+    assert np.allclose(encoded(image)[:, :12], encoded(source)[:, :12], atol=1e-6)
+    if source.has_alpha:
+        assert np.array_equal(image.pixels[..., -1], source.pixels[..., -1])
+    uv, shading, detail = (layer.astype(np.float64) for layer in (cloth.uv, cloth.shading, cloth.detail))
+    expected = compose(texture, uv, shading, detail, SCALE, alpha=0.0, strength=0.0)[0]
+    assert np.allclose(encoded(image)[:, 16:], np.clip(expected, 0, 1)[:, 16:], atol=1 / 255)
+
+
+def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    cloth = parts(Image(RNG.integers(0, 65535, (40, 50, 3)).astype(np.uint16)))
+    texture, placement = RNG.random((30, 30, 3)), Placement((3.0, 0.7), 20.0)
+    whole = overlaid(cloth, texture, placement, alpha=0.7, strength=1.4).pixels
+    monkeypatch.setattr(bands, "ROWS", 7)
+    assert np.array_equal(overlaid(cloth, texture, placement, alpha=0.7, strength=1.4).pixels, whole)
+
+
+def test_a_photo_takes_as_much_detail_and_shading_as_is_asked_for() -> None:
+    cloth, white = parts(Image(np.zeros((40, 50, 3), np.uint16))), np.ones((4, 4, 3))
+    flat = overlaid(cloth, white, Placement(), alpha=0.0, strength=0.0).pixels[:, 16:] / 65535
+    assert np.allclose(flat, np.nanmedian(cloth.shading), atol=1e-4)
+    rough = overlaid(cloth, 0.5 * white, Placement(), alpha=0.5, strength=0.0).pixels[:, 16:] / 65535
+    assert np.allclose(rough, 0.5 * np.nanmedian(cloth.shading) + 0.5 * cloth.detail[:, 16:], atol=1e-4)
+
+
+def test_a_texture_that_is_half_transparent_lets_half_of_the_photo_through() -> None:
+    veil = np.dstack([np.full((6, 6, 3), 0.8), np.full((6, 6), 0.5)])
+    cloth = parts(Image(np.zeros((40, 50, 3), np.uint16)))
+    out = overlaid(cloth, veil, Placement(), alpha=0.0, strength=0.0).pixels[:, 16:] / 65535
+    assert np.allclose(out, 0.5 * 0.8 * np.nanmedian(cloth.shading), atol=1e-4)
+
+
+def test_the_edge_of_the_cloth_is_as_soft_as_its_coverage() -> None:
+    photo, white = Image(np.full((40, 50, 3), 30000, np.uint16)), np.ones((4, 4, 3))
+    cloth = parts(photo)
+    out = overlaid(cloth, white, Placement(), alpha=0.0, strength=0.0).pixels[:, 12:15] / 65535
+    share = cloth.coverage[:, 12:15, None]
+    assert 0.1 < share.min() < share.max() < 0.9
+    expected = share * np.nanmedian(cloth.shading) + (1 - share) * 30000 / 65535
+    assert np.allclose(out, expected, atol=1e-4)
+
+
+def test_coverage_falls_over_the_last_pixel_before_the_border() -> None:
+    inside = np.zeros((9, 20), bool)
+    inside[:, 8:] = True
+    row = feathered(inside)[4]
+    assert np.allclose(row[7:12], [0.0, 1 / 2, 1.0, 1.0, 1.0], atol=0.05)
+    assert row[-1] == 1.0

@@ -1,0 +1,151 @@
+"""The whole decomposition on small scenes with a known answer."""
+
+import numpy as np
+import pytest
+
+from core.arrays import Floats
+from core.overlay.decomposition import Decomposition, decompose
+from core.overlay.detection.basis import reduced
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.pixels import layers
+from core.progress import Progress, run
+from tests.core.overlay.overlay_scenes import Scene, make_scene, marked_checks, motif
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return make_scene(motif())
+
+
+@pytest.fixture(scope="module")
+def found(scene: Scene) -> Decomposition:
+    return run(decompose(scene.photo))
+
+
+def errors_px(found: Decomposition, scene: Scene) -> Floats:
+    """Return the distances (n,) of covered pixels from their true place, up to a change of basis and an offset."""
+    inside = found.covered
+    p, q = found.uv[inside].astype(float), scene.uv[inside]
+    fitted = np.linalg.lstsq(np.c_[p, np.ones(len(p))], q, rcond=None)[0]
+    B = np.rint(fitted[:2])
+    rest = q - p @ B
+    return np.asarray(np.linalg.norm((rest - np.median(rest, axis=0)) @ scene.basis.T, axis=1))
+
+
+def test_lattice_is_the_true_one_and_close_to_the_pixel(found: Decomposition, scene: Scene) -> None:
+    inside = found.covered
+    assert inside.mean() > 0.97
+    B = np.linalg.lstsq(np.c_[found.uv[inside], np.ones(inside.sum())], scene.uv[inside], rcond=None)[0][:2]
+    assert abs(abs(np.linalg.det(np.rint(B))) - 1) < 1e-9
+    assert np.sqrt(np.mean(errors_px(found, scene) ** 2)) < 0.15
+
+
+def test_shading_is_the_true_one_up_to_a_factor(found: Decomposition, scene: Scene) -> None:
+    ratio = found.shading[found.covered] / scene.shading[found.covered]
+    assert ratio.std() / ratio.mean() < 0.02
+
+
+def test_parts_recombine_to_the_photo(found: Decomposition, scene: Scene) -> None:
+    inside = found.covered
+    assert np.abs(found.reconstruction + found.detail - scene.photo)[inside].max() < 1e-6
+    assert np.isnan(found.detail[~inside]).all()
+    assert np.isnan(found.shading[~inside]).all()
+
+
+def test_no_triangle_folds(found: Decomposition) -> None:
+    du, dv = np.diff(found.uv, axis=1)[:-1], np.diff(found.uv, axis=0)[:, :-1]
+    turn = du[..., 0] * dv[..., 1] - du[..., 1] * dv[..., 0]
+    turn = turn[np.isfinite(turn)]
+    assert turn.min() > 0 or turn.max() < 0
+
+
+def test_the_same_seed_gives_the_same_bytes(scene: Scene, found: Decomposition) -> None:
+    again = run(decompose(scene.photo))
+    assert again.uv.tobytes() == found.uv.tobytes()
+    assert again.detail.tobytes() == found.detail.tobytes()
+
+
+def test_steps_never_run_backwards_and_show_the_lattice_and_the_mesh(scene: Scene) -> None:
+    steps: list[Progress] = []
+    run(decompose(scene.photo), steps.append)
+    fractions = [step.fraction for step in steps]
+    assert fractions == sorted(fractions)
+    shown = [step.preview for step in steps if step.preview is not None]
+    assert any(stage.lattice is not None and len(stage.lattice) > 9 for stage in shown)
+    assert any(stage.uv is not None and np.isfinite(stage.uv).any() for stage in shown)
+
+
+@pytest.mark.parametrize(("mark", "area"), [(True, 32.0**2), (False, 32.0**2 / 2)])
+def test_a_mark_in_every_second_check_doubles_the_texel(mark: bool, area: float) -> None:
+    basis = np.array([[32.0, 2.0], [-1.0, 32.0]])
+    found = run(decompose(make_scene(marked_checks(mark=mark), size=(220, 230), basis=basis).photo))
+    assert abs(np.linalg.det(found.basis)) == pytest.approx(area, rel=0.1)
+    assert found.covered.mean() > 0.9
+
+
+def test_region_limits_the_cloth(scene: Scene) -> None:
+    region = np.zeros(scene.photo.shape[:2], bool)
+    region[:, :120] = True
+    found = run(decompose(scene.photo, region=region))
+    assert not found.covered[:, 120:].any()
+    assert found.covered[:, :115].mean() > 0.9
+
+
+def test_light_that_changes_colour_has_a_shading_per_channel(scene: Scene, found: Decomposition) -> None:
+    assert found.shading.ndim == 2
+    x = np.linspace(-1, 1, scene.photo.shape[1])
+    colour = np.stack([1 + 0.2 * x, np.ones_like(x), 1 - 0.2 * x], -1)
+    lit = run(decompose(np.clip(scene.photo * colour, 0, 1)))
+    assert lit.shading.shape == scene.photo.shape
+    inside = lit.covered
+    red_over_blue = (lit.shading[..., 0] / lit.shading[..., 2])[inside]
+    true = np.broadcast_to(colour[:, 0] / colour[:, 2], inside.shape)[inside]
+    ratio = red_over_blue / true
+    assert ratio.std() / ratio.mean() < 0.06  # it is 0.23 where the colour of the light is ignored
+
+
+def test_noise_and_an_even_picture_are_refused() -> None:
+    noise = np.random.default_rng(0).random((120, 150, 3))
+    for picture in (noise, np.full((120, 150, 3), 0.5)):
+        with pytest.raises(NoPatternError, match="no repeating texture found"):
+            run(decompose(picture))
+
+
+def test_reduced_basis_spans_the_same_lattice() -> None:
+    basis = np.array([[30.0, 94.0], [4.0, 31.0]])
+    short = reduced(basis)
+    change = np.linalg.solve(basis, short)
+    assert np.allclose(change, np.rint(change))
+    assert np.linalg.det(short) == pytest.approx(abs(np.linalg.det(basis)))
+    assert np.linalg.norm(short, axis=0).max() <= np.linalg.norm(basis, axis=0).max()
+
+
+def test_ground_in_more_light_than_there_can_be_is_not_cloth(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(layers, "GLARE", 0.7)
+    result = run(decompose(scene.photo))
+    light = 0.75 * scene.shading
+    assert result.covered[light < 0.65].mean() > 0.9
+    assert result.covered[light > 0.75].mean() < 0.02
+
+
+def test_a_corner_whose_pattern_jumps_is_explained_too() -> None:
+    scene = make_scene(motif())
+    photo, corner = scene.photo.copy(), (slice(-40, None), slice(-40, None))
+    photo[corner] = np.roll(scene.photo, (11, 12), (0, 1))[corner]
+    region = np.ones(photo.shape[:2], bool)
+    region[:3] = False
+    found = run(decompose(photo, region=region))
+    assert np.sqrt((found.detail[-36:, -36:] ** 2).mean()) < 0.15
+
+
+@pytest.mark.parametrize(("side", "apart", "is_cloth"), [(12, 12, False), (12, 3, True), (24, 12, True)])
+def test_a_scrap_apart_from_the_cloth_is_left_out(scene: Scene, side: int, apart: int, is_cloth: bool) -> None:
+    inside = np.zeros(scene.shading.shape, bool)
+    inside[:, :150] = True
+    scrap = np.zeros_like(inside)
+    scrap[60 : 60 + side, 150 + apart : 150 + apart + side] = True
+    ground = np.random.default_rng(3).normal((0.25, 0.3, 0.35), 0.01, scene.photo.shape)
+    photo = np.where((inside | scrap)[..., None], scene.photo, ground)
+    found = run(decompose(photo, region=inside | scrap))
+    assert found.covered[inside].mean() > 0.95
+    assert found.covered[scrap].mean() == pytest.approx(float(is_cloth), abs=0.1)

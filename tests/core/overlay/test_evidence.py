@@ -1,0 +1,146 @@
+"""Of several finds, the one whose repeated texel explains most of the photo beside a smooth one is kept."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.bench.overlay import cloth
+from core.arrays import Bools, Floats, Singles
+from core.imaging.image import Image
+from core.overlay import finding, whole_cloth
+from core.overlay.decomposition import Decomposition, decompose
+from core.overlay.detection.alignment import Frames
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.finding import find_cloth, registered
+from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.registration.evidence import Evidence, piece_parts, repeated, weigh
+from core.overlay.registration.fitting import begun
+from core.overlay.whole_cloth import decompose_whole_cloth
+from core.progress import Job, Progress, run
+from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return make_scene(motif(), basis=24.0 * np.eye(2), bend=0.0)
+
+
+def weighed(photo: Floats, side: float) -> Evidence:
+    """Return what speaks for a square lattice of that side."""
+    return weigh(*begun_with(photo, side))
+
+
+def begun_with(photo: Floats, side: float) -> tuple[Cloth, Fit]:
+    """Return the cloth registered with a square lattice of that side."""
+    count = (np.array(photo.shape[1::-1]) - 10) // side
+    keys = np.stack(np.meshgrid(*(np.arange(n) for n in count)), -1).reshape(-1, 2).astype(np.int64)
+    points = (side * keys + 10).astype(np.float64)
+    frames = Frames(points, np.tile(side * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys)))
+    canvas = flat_canvas(photo, np.ones(photo.shape[:2], bool))
+    return run(begun(photo, canvas, Lattice(keys, frames), 0, trusted=True))
+
+
+def test_the_true_lattice_explains_most(scene: Scene) -> None:
+    true, wrong = weighed(scene.photo, 24.0), weighed(scene.photo, 17.0)
+    assert true.is_clear
+    assert not wrong.is_credible
+    assert true.explained > 2 * wrong.explained
+
+
+def test_stripes_and_a_border_are_no_evidence() -> None:
+    y, x = np.indices((170, 190))
+    stripes = np.where((x // 8) % 2, 0.8, 0.3)
+    noise = np.random.default_rng(0).normal(0, 0.02, (170, 190, 3))
+    for pattern in (stripes + 0.02 * np.sin(y / 4), np.where(y < 80, stripes, 0.3)):
+        photo = np.clip(pattern[..., None] * np.ones(3) + noise, 0, 1)
+        with pytest.raises(NoPatternError):
+            run(find_cloth(photo, flat_canvas(photo, np.ones(photo.shape[:2], bool)), 0))
+
+
+def test_texels_of_one_row_are_evidence_along_it_only(scene: Scene) -> None:
+    _, found = begun_with(scene.photo, 24.0)
+    state = found.pieces[0]
+    whole = min(repeated(piece_parts(found), axis) for axis in (0, 1))
+    assert whole > 0.7
+    for axis in (0, 1):
+        middle = np.floor(np.median(state.uv[..., axis]))
+        row = state.cells & (np.floor(state.uv[:-1, :-1, axis]) == middle)
+        parts = piece_parts(replace(found, pieces=(replace(state, cells=row),)))
+        assert repeated(parts, axis) == 0
+        assert repeated(parts, 1 - axis) > 0.7
+
+
+def test_light_in_folds_is_no_evidence() -> None:
+    y, x = np.indices((170, 190))
+    folds = 0.5 + 0.15 * (np.sin(x / 13.0) + np.sin((x + 2 * y) / 31.0))[..., None] * np.ones(3)
+    noise = np.random.default_rng(0).normal(0, 0.01, folds.shape)
+    assert weighed(folds + noise, 24.0).explained < 0.1 * ((folds - folds.mean()) ** 2).sum()
+
+
+def test_of_a_texel_seen_once_nothing_is_evidence(scene: Scene) -> None:
+    once, often = (weighed(scene.photo[:size, :size], 24.0).explained for size in (58, 106))
+    assert often > 4 * once
+
+
+def test_a_lattice_that_cannot_be_followed_is_refused(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(_: Cloth, found: Fit, step: Progress) -> Job[Fit]:
+        yield step
+        return replace(found, pieces=tuple(replace(piece, cells=piece.cells & False) for piece in found.pieces))
+
+    monkeypatch.setattr(finding, "followed", lost)
+    cloth, _ = begun_with(scene.photo, 24.0)
+    with pytest.raises(NoPatternError):
+        run(registered(scene.photo, cloth.canvas, cloth.lattice, 0))
+
+
+def test_a_region_too_narrow_to_be_searched_takes_the_lattice_of_the_whole_picture(scene: Scene) -> None:
+    strip = np.zeros(scene.photo.shape[:2], bool)
+    strip[70:110, 10:-10] = True
+    found = run(decompose(scene.photo, region=strip))
+    assert found.covered[strip].mean() > 0.8
+    assert not found.covered[~strip].any()
+    steps = np.linalg.solve(scene.basis, found.basis)
+    assert abs(np.linalg.det(steps)) == pytest.approx(1, abs=0.1)
+
+
+def test_grey_levels_of_the_region_are_opacity(scene: Scene) -> None:
+    opacity = np.linspace(-0.2, 1.0, scene.photo.shape[1], dtype=np.float32).clip(0)
+    region = np.broadcast_to(opacity, scene.photo.shape[:2])
+    found = run(decompose(scene.photo, region=region))
+    inside = np.zeros(region.shape, bool)
+    inside[20:-20, 60:-20] = True
+    assert np.allclose(found.coverage[inside & found.covered], region[inside & found.covered])
+    assert found.covered[inside].mean() > 0.9
+    assert not found.covered[region == 0].any()
+
+
+@pytest.mark.parametrize(("second", "kept"), [(2.0, 2.0), (0.5, 1.0), (None, 1.0)])
+def test_whole_cloth_keeps_the_better_find(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, second: float | None, kept: float
+) -> None:
+    first = replace(run(decompose(scene.photo)), explained=1.0)
+    outcomes: Iterator[float | None] = iter([1.0, second])
+
+    def found_in(*, region: Bools | Singles | None) -> Job[Decomposition]:
+        yield Progress(0.0, "")
+        outcome = next(outcomes)
+        if outcome is None:
+            raise NoPatternError
+        return replace(first, explained=outcome)
+
+    def whole(_: Image, known: Bools) -> Job[Bools]:
+        yield Progress(0.0, "")
+        return known
+
+    monkeypatch.setattr(whole_cloth, "whole_object", whole)
+    photo = Image(np.zeros((*scene.photo.shape[:2], 3), np.uint8))
+    assert run(decompose_whole_cloth(photo, None, found_in)).explained == kept
+
+
+def test_of_lattices_that_explain_as_much_the_one_with_the_least_texel_is_taken() -> None:
+    found = run(decompose(cloth((512, 512))))
+    texels = float(found.covered.sum()) / abs(float(np.linalg.det(found.basis)))
+    assert 135 < texels < 160
