@@ -8,7 +8,7 @@ SECONDS := 300
 MINUTES := 5
 SEED := 0
 
-.PHONY: run test check format install bench fuzz soak lock samples pictures
+.PHONY: run test check format install bench fuzz soak lock samples pictures pages
 
 run: install
 	@$(BIN)/weft
@@ -54,6 +54,9 @@ samples: install
 
 pictures: install
 	PYTHONPATH=. $(BIN)/python docs/make_pictures.py
+
+pages: install
+	PYTHONPATH=. $(BIN)/python docs/make_pages.py
 
 lock: .venv/installed
 	$(BIN)/uv pip compile --quiet --universal --fork-strategy fewest --python-version 3.11 --group dev pyproject.toml \

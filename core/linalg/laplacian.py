@@ -41,7 +41,7 @@ def divergence(across: NDArray[_Number], down: NDArray[_Number]) -> NDArray[_Num
 
 
 def laplacian(weights: EdgeWeights, z: NDArray[_Number]) -> NDArray[_Number]:
-    """Return K z = dᵀ w d z, per node (R, C)."""
+    """Return K z = dᵀ w d z, per node (R, C): AᵀA of FAT eq. 10 times z, A being that of FAT eq. 9."""
     return divergence(weights[0] * np.diff(z, axis=1), weights[1] * np.diff(z, axis=0))
 
 
@@ -57,7 +57,7 @@ def pattern(grid: Grid) -> sparse.csc_array:
 def node_values(weights: EdgeWeights, free: Bools) -> Floats:
     """Return the entries of K of every node itself, with its right and with its lower neighbour, (R, C, 3).
 
-    A node that is not free gets the equation x = 0.
+    K is AᵀA of FAT eq. 10 for the nodes that are not held (FAT eq. 5). A node that is not free gets the equation x = 0.
     """
     across, down = weights
     values = np.zeros((*free.shape, 3))

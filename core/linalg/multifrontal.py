@@ -81,7 +81,7 @@ class GridFactor:
             fronts.around = self._place[fronts.nodes[:, fronts.pivots :]]
 
     def factorise(self, values: Floats) -> "GridFactor":
-        """Factorise new values (R, C, 3), as `stencil.node_values` has them, and return the factor itself."""
+        """Factorise new values (R, C, 3) of `laplacian.node_values` as L Lᵀ (FAT eq. 11); return the factor itself."""
         new = values.reshape(-1)
         touched = self._with_wholes(self._home[np.flatnonzero(new != self._values)])
         for fronts in self._fronts:
@@ -124,7 +124,7 @@ class GridFactor:
         return self.backward(self.forward(b))
 
     def forward(self, b: Floats, nodes: Ints | None = None) -> Floats:
-        """Return L⁻¹ P b, the first half of a solve: forward(a)ᵀ forward(b) = aᵀ A⁻¹ b.
+        """Return L⁻¹ P b, the first half of a solve (FAT eq. 12): forward(a)ᵀ forward(b) = aᵀ A⁻¹ b.
 
         `nodes` are those where b is not 0, by default all.
         """
@@ -164,7 +164,7 @@ class GridFactor:
             half.left[fronts.number][where] = f[:, p:] - fronts.Y[where].transpose(0, 2, 1) @ done
 
     def backward(self, y: Floats) -> Floats:
-        """Return Pᵀ L⁻ᵀ y, the second half: backward(forward(b)) = A⁻¹ b."""
+        """Return Pᵀ L⁻ᵀ y, the second half (FAT eq. 13): backward(forward(b)) = A⁻¹ b."""
         x = np.zeros((self._inner + 1, y.shape[1]))
         for fronts in self._fronts:
             shape = fronts.count, fronts.pivots, y.shape[1]

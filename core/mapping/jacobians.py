@@ -36,7 +36,7 @@ class Frames:
 
     @property
     def rotations(self) -> Complexes:
-        """The closest proper rotations, as unit complex numbers; 1 where every rotation is as close."""
+        """The closest proper rotations, as unit complex numbers (FAT eq. 2); 1 where every rotation is as close."""
         length = np.abs(self.similar)
         return np.divide(self.similar, length, out=np.ones_like(self.similar), where=length > 0)
 

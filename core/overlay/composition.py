@@ -106,7 +106,9 @@ def compose(
     alpha: float = 1.0,
     strength: float = 1.0,
 ) -> tuple[Floats, Floats]:
-    """Return Wp T'(Wg) + α HF (H, W, 3) and the opacity (H, W) of a texture (h, w, 3 or 4), 0 to 1, on the cloth.
+    """Return a texture (h, w, 3 or 4), 0 to 1, on the cloth, and its opacity (H, W)  [NRT eq. 1].
+
+    The picture (H, W, 3) is Wp T'(Wg) + α HF.
 
     `uv` (H, W, 2), `shading` (H, W) or (H, W, 3) and `detail` (H, W, 3) are NaN outside, where the opacity is 0.
     """

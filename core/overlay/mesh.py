@@ -33,7 +33,7 @@ class Mesh:
 
     @cached_property
     def weights(self) -> Floats:
-        """(cell², 4): shares of the nodes top left, top right, bottom left, bottom right at each pixel of a cell."""
+        """(cell², 4): shares of the nodes top left, top right, bottom left, bottom right at its pixels (NRT eq. 5)."""
         t = (np.arange(self.cell) + 0.5) / self.cell
         x, y = (a.ravel() for a in np.meshgrid(t, t))
         return np.stack([1 - np.maximum(x, y), np.maximum(x - y, 0), np.maximum(y - x, 0), np.minimum(x, y)], -1)
@@ -50,7 +50,7 @@ class Mesh:
         return np.stack([x, y], -1)
 
     def to_pixels(self, values: Floats) -> Floats:
-        """Return node values (R, C, K) at the pixels (H, W, K), linear in each triangle."""
+        """Return node values (R, C, K) at the pixels (H, W, K), linear in each triangle (NRT eq. 4)."""
         k = values.shape[-1]
         inside = self.weights @ values.reshape(-1, k)[self.corners]
         return self.from_cells(inside)
@@ -115,7 +115,7 @@ class Mesh:
         return np.stack([cross(tr - tl, across), cross(across, bl - tl)], -1)
 
     def bending(self, used: Bools) -> sparse.csr_array:
-        """Return the second differences among used nodes, by direction: one row each, a column for every node."""
+        """Return the second differences among used nodes, L of NRT eq. 8: one row each, a column for every node."""
         box = around(used)
         number, flat = np.arange(used.size).reshape(self.nodes)[box], used.ravel()
         rows: list[tuple[Ints, Floats]] = []

@@ -190,7 +190,7 @@ class FeatureMapping:
             return Approach(z, y, to - points.places(z) - as_one(points.half.T @ y))
 
     def hold(self, found: Approach, points: HeldPoints) -> Complexes:
-        """Return where the nodes (R, C) end with the points held: by forces λ on them, K_ff v = r_f + Cᵀ λ."""
+        """Return where nodes (R, C) end with points held (FAT eq. 8): by forces λ on them, K_ff v = r_f + Cᵀ λ."""
         with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.backward(found.load + points.half @ (points.inverse @ as_two(found.missed))))
         return np.asarray(found.start + v.reshape(found.start.shape))

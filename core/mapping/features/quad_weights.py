@@ -44,7 +44,7 @@ class Roles:
 
 
 def assign_roles(index: Ints, *, weight: float, falloff: float) -> Roles:
-    """Give every quad its role.
+    """Give every quad its role: equations of type FAT eq. 3 or eq. 4, and their weight (FAT eq. 7).
 
     Parameters
     ----------

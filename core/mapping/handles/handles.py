@@ -17,7 +17,7 @@ _SAME_SPOT_PX = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Handles:
-    """Where points of the picture are to go.
+    """Where points of the picture are to go: the constraints of FAT eq. 8.
 
     Raises `InputError` when there are not as many targets as places.
     """

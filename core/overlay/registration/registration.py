@@ -38,7 +38,7 @@ BAND = 1 << 15
 
 @dataclass(frozen=True)
 class State:
-    """Values at the nodes of a mesh, and the cells in which they count."""
+    """Values at the nodes of a mesh, θ of NRT eq. 3, and the cells in which they count."""
 
     uv: Floats
     """(R, C, 2), texels."""
@@ -55,7 +55,7 @@ class State:
 
 @dataclass(frozen=True)
 class Smoothness:
-    """Weights of the second differences, over the median weight that the data gives a node."""
+    """Weights of the second differences, λ² and λ² λp of NRT eqs. 6 and 8, over the median weight of a node's data."""
 
     geometry: float = 0.3
     shading: float = 1.0
@@ -173,7 +173,7 @@ class Registration:
         blur_px: float = 0.0,
         free: Bools | None = None,
     ) -> State:
-        """Return the state after up to `rounds` Gauss-Newton steps on pictures blurred by `blur_px`.
+        """Return the state after up to `rounds` Gauss-Newton steps on pictures blurred by `blur_px`  [NRT eqs. 6, 7].
 
         Only the nodes `free` (R, C) move, all if it is not given.
         """
@@ -245,7 +245,7 @@ class Registration:
     def linearised(
         self, state: State, texel: Texel, photo: Singles
     ) -> tuple[Singles, tuple[Singles, Singles, Singles]]:
-        """Return residuals (K, cell², 3) and as large slopes by m_x, m_y and ρ in the K cells in use.
+        """Return the residuals (K, cell², 3) of NRT eq. 2 and their slopes by m_x, m_y and ρ (NRT eq. 9) in K cells.
 
         They hold until the next step.
         """
@@ -310,7 +310,7 @@ def unfolded(mesh: Mesh, before: State, uv: Floats, turn: float) -> Floats:
 
 
 def huber(size: Floats, used: Bools) -> Floats:
-    """Return Huber's weights for residuals of that size; the bend is at 1.345 robust standard deviations."""
+    """Return Huber's weights (ψ of NRT eq. 7) for residuals of that size; the bend is at 1.345 robust deviations."""
     spread = 1.4826 * float(np.median(size[used])) if used.any() else 1.0
     bend = 1.345 * max(spread, 0.01)
     return np.minimum(1.0, bend / np.maximum(size, 1e-9))
