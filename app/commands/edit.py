@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> None:
         return
     editor = editor_on(document, arguments.file, Jobs(wake=shell.wake))
     with kept_at_an_end(editor):
-        shell.Shell(editor, welcomes=arguments.file is None).run()
+        shell.show(editor, welcomes=arguments.file is None)
 
 
 @contextmanager

@@ -20,8 +20,9 @@ def interruptions(wake: Callable[[], None]) -> Iterator[threading.Event]:
     told.setblocking(False)
 
     def listen() -> None:
-        while heard.recv(1):
-            wake()
+        with heard:
+            while heard.recv(1):
+                wake()
 
     threading.Thread(target=listen, name="signals", daemon=True).start()
     wakeup_before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)

@@ -27,6 +27,7 @@ from app.ui.canvas.scene import Motion, scene_of
 from app.ui.widgets import theme
 from app.ui.widgets.emblem import emblem
 from app.ui.workspace import Workspace
+from app.window import context_loss
 from app.window.full_screen import FullScreen
 from app.window.interruptions import interruptions
 from app.window.late_imports import load_rest
@@ -72,9 +73,26 @@ def has_display() -> bool:
         return bool(glfw.init())
 
 
-def _ask_for_no_depth() -> None:
+def show(editor: Editor, *, welcomes: bool = False) -> None:
+    """Show the editor in a window until it is closed; in a new one where the driver loses the first one's context.
+
+    Raises what `Shell.run` does.
+    """
+    shell = Shell(editor, welcomes=welcomes)
+    try:
+        while not shell.run():
+            if editor.recovery is not None:
+                editor.recovery.hurry()
+            editor.notify("The graphics driver was reset; the window is open again, and nothing is lost")
+            shell = Shell(editor)
+    finally:
+        editor.jobs.close()
+
+
+def _set_hints() -> None:
     """Let the next window have colours only: clearing what nothing is drawn with takes its time too."""
     glfw.init()
+    context_loss.ask_to_be_told()
     glfw.window_hint(glfw.DEPTH_BITS, 0)
     glfw.window_hint(glfw.STENCIL_BITS, 0)
 
@@ -92,7 +110,7 @@ class Shell:
 
     def __init__(self, editor: Editor, *, keeps_settings: bool = True, welcomes: bool = False) -> None:
         gpu.let_go()
-        _ask_for_no_depth()
+        _set_hints()
         self.editor = editor
         self.workspace = Workspace(editor, welcomes=welcomes)
         self.params = self._params(keeps_settings=keeps_settings)
@@ -106,6 +124,7 @@ class Shell:
         self._motion = Motion()
         self._scene: Scene | None = None
         """What was drawn last."""
+        self._is_lost = False
         self._frame = ExitStack()
         """Holds the span of the frame that is being drawn."""
 
@@ -114,10 +133,11 @@ class Shell:
         """Whether the canvas shows the last frame's scene at its best, or as well as it is to while something moves."""
         return not self._renderer.is_refining and self._motion.wait_s is None
 
-    def run(self) -> None:
-        """Show the window until it is closed; raise `KeyboardInterrupt` when a signal ended it.
+    def run(self) -> bool:
+        """Show the window until it is closed, and return True, or until its OpenGL context is lost, and return False.
 
-        Raises `WeftError` where the display has not the OpenGL that a window needs.
+        Raises `KeyboardInterrupt` when a signal ended it, and `WeftError` where the display has not the OpenGL that a
+        window needs.
         """
         render = hello_imgui.manual_render
         try:
@@ -129,15 +149,15 @@ class Shell:
         sys.setswitchinterval(SWITCH_S)
         try:
             with interruptions(wake) as interrupted:
-                while not (self.params.app_shall_exit or interrupted.is_set()):
+                while not (self.params.app_shall_exit or interrupted.is_set() or self._is_lost):
                     self._wait()
                     render.render()
         finally:
             sys.setswitchinterval(switch_before)
-            self.editor.jobs.close()
             render.tear_down()
         if interrupted.is_set():
             raise KeyboardInterrupt
+        return not self._is_lost
 
     def _params(self, *, keeps_settings: bool) -> hello_imgui.RunnerParams:
         params = hello_imgui.RunnerParams()
@@ -206,6 +226,7 @@ class Shell:
         """Take the GL context, once it is there."""
         imgui.get_io().mouse_double_click_time = DOUBLE_CLICK_S
         self._context = gpu.attach()
+        self._reset_status = context_loss.reset_status()
         self._renderer = Renderer(self._context, frame_s=DRAWING_S)
         self.workspace.thumbnails.attach(self._context, self._renderer)
 
@@ -246,6 +267,7 @@ class Shell:
 
     def _end_frame(self) -> None:
         self._frame.close()
+        self._is_lost = self._reset_status() != context_loss.NO_ERROR
         if self.frames == LAYOUT_FRAMES + 1:
             threading.Thread(target=load_rest, name="imports", daemon=True).start()
 
