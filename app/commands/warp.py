@@ -180,10 +180,12 @@ def _with_handles(document: Document, path: Path) -> Document:
         if curve.target is not None
     )
     ring = None if handles.outline is None else Outline(places_from_pixels(document.canvas_px, handles.outline))
-    pins = tuple(Pin((x, y), (u, v)) for (x, y), (u, v) in zip(at.tolist(), to.tolist(), strict=True))
+    pins = tuple(
+        Pin((x, y), (u, v), ring) for (x, y), (u, v), ring in zip(at.tolist(), to.tolist(), handles.rings, strict=True)
+    )
     document = replace(document, outline=ring, pins=pins, curves=curves)
     try:
-        handles_of(document).points(grid_of(document))
+        handles_of(document).probes(grid_of(document))
     except InputError as fault:
         raise InputError(f"{path}: {fault}") from None
     return document

@@ -1,12 +1,15 @@
 """The file of handles: pins, inner curves and the outline, in pixels.
 
-    {"pins": [{"at": [x, y], "to": [x, y]}],
+    {"pins": [{"at": [x, y], "to": [x, y], "turn": degrees, "scale": factor}],
      "curves": [{"source": [[x, y], ...], "target": [[x, y], ...]}],
      "outline": {"top": [[x, y] x 4], "right": ..., "bottom": ..., "left": ...}}
 
-Every key is optional. The outline's sides are cubic Bezier segments, clockwise from the top left.
+Every key is optional. With "turn" (clockwise) or "scale", or both, a pin has a ring: the picture is turned and scaled
+by so much around it, against what it is without handles. The outline's sides are cubic Bezier segments, clockwise from
+the top left.
 """
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +18,7 @@ import numpy as np
 from core.arrays import InputError, Points, as_points
 from core.curves import feature_curves
 from core.curves.feature_curves import FeatureCurve
+from core.document.document import Ring
 from core.files.json_file import read_json
 
 _SIDES = ("top", "right", "bottom", "left")
@@ -30,6 +34,8 @@ class HandleFile:
     """(k, 2), pixels of the picture."""
     pins_to: Points
     """(k, 2), where they are to go."""
+    rings: tuple[Ring | None, ...] = ()
+    """The ring of each pin (k)."""
     curves: tuple[FeatureCurve, ...] = ()
     outline: Points | None = None
     """(12, 2), a ring of control points clockwise from the top left corner, or None."""
@@ -62,7 +68,8 @@ def from_data(data: object, size_px: tuple[int, int]) -> HandleFile:
         if curve.passive:
             raise InputError(f"curve {i}: is passive, which has no meaning for a warp")
         _check_inside(curve.source.box.reshape(2, 2), size_px, f"curve {i}")
-    return HandleFile(at, to, tuple(curves), _ring(entries["outline"]) if "outline" in entries else None)
+    rings = tuple(_ring_of(pin, f"pins[{i}]") for i, pin in enumerate(pins))
+    return HandleFile(at, to, rings, tuple(curves), _outline(entries["outline"]) if "outline" in entries else None)
 
 
 def _object(data: object, name: str, keys: set[str]) -> dict[str, object]:
@@ -77,7 +84,7 @@ def _object(data: object, name: str, keys: set[str]) -> dict[str, object]:
 
 def _pin(entry: object, name: str) -> tuple[Points, Points]:
     """Return place and target of one pin."""
-    pin = _object(entry, name, {"at", "to"})
+    pin = _object(entry, name, {"at", "to", "turn", "scale"})
     for key in ("at", "to"):
         if key not in pin:
             raise InputError(f'{name}: has no "{key}"')
@@ -90,7 +97,25 @@ def _check_inside(points: Points, size_px: tuple[int, int], name: str) -> None:
         raise InputError(f"{name}: lies outside the picture of {size_px[0]}x{size_px[1]} pixels")
 
 
-def _ring(entry: object) -> Points:
+def _ring_of(pin: dict[str, object], name: str) -> Ring | None:
+    """Return the ring of one pin, None if it has neither a turn nor a scale."""
+    if "turn" not in pin and "scale" not in pin:
+        return None
+    turn, scale = (_number(pin.get(key, usual), f"{name}: {key}") for key, usual in (("turn", 0), ("scale", 1)))
+    try:
+        return Ring(turn, scale)
+    except InputError as fault:
+        raise InputError(f"{name}: {fault}") from None
+
+
+def _number(value: object, name: str) -> float:
+    """Return a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= sys.float_info.max:
+        raise InputError(f"{name} is not a finite number")
+    return float(value)
+
+
+def _outline(entry: object) -> Points:
     """Return the ring of the outline's sides."""
     sides = _object(entry, "outline", set(_SIDES))
     points = []

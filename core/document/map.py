@@ -62,6 +62,7 @@ def handles_of(document: Document) -> Handles:
             (Curve(pixels_from_places(here, pair.source)), Curve(pixels_from_places(there, pair.target)))
             for pair in document.curves
         ],
+        np.array([np.nan if pin.ring is None else pin.ring.f for pin in document.pins], np.complex128),
     )
 
 

@@ -19,7 +19,8 @@ Subject to
 - the frame lies where W has it (FAT eq. 5). Where W keeps it a rectangle, its nodes glide along their side and only
   along it, and a feature that a side cuts does not turn (α real) and slides along it;
 - every handle holds (FAT eq. 8): a point of the background is, bilinearly, where the hand has it; a point in a feature
-  fixes its place, two its place, turn and size, more do so in the least-squares sense.
+  fixes its place, two its place, turn and size, more do so in the least-squares sense. A ring around a point fixes the
+  turn and size of what lies around it, of a feature or of the background (`handles.probes`).
 
 Handles displace the picture that is there without them: one that is not moved changes nothing, to the last bit. Their
 own W is that picture moved by a thin plate with rigid inclusions, whose local rotation is free.

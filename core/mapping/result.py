@@ -7,12 +7,15 @@ from typing import Any
 import numpy as np
 
 from core.arrays import Bools, Points
-from core.grid import Features
+from core.grid import Features, Grid
 from core.mapping.features.feature_mapping import Solution
-from core.mapping.features.similarity import bodies_of, fit_residual
+from core.mapping.features.similarity import bodies_of, body_index, fit_residual
 from core.mapping.folds import folded_quads
+from core.mapping.handles.handles import ring_radius
+from core.mapping.handles.poses import find_owners
+from core.mapping.handles.probes import Probes
 from core.mapping.handles.straight_frame import distance_to_line
-from core.mapping.jacobians import as_complex
+from core.mapping.jacobians import Complexes, as_complex, as_positions
 
 MISSED_PX = 0.1
 """A pin that is no further from its point holds it."""
@@ -20,13 +23,27 @@ MISSED_PX = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Pins:
-    """Pins: points of the picture (k, 2) and where they are to be, in output pixels."""
+    """Pins: points of the picture (k, 2), where they are to be, in output pixels, and what their rings ask for."""
 
     at: Points
     to: Points
+    rings: Complexes | None = None
+    """By how much the picture is to turn and grow around each (k,), NaN for no ring."""
 
 
 NO_PINS = Pins(np.empty((0, 2)), np.empty((0, 2)))
+
+
+@dataclass(frozen=True)
+class RingReport:
+    """What became of a ring."""
+
+    turn_deg: float
+    scale: float
+    reached_turn_deg: float
+    reached_scale: float
+    error_px: float
+    """How far its end is off on a ring of the picture's size, in output pixels."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +54,16 @@ class PinReport:
     to: tuple[float, float]
     reached: tuple[float, float]
     error_px: float
+    ring: RingReport | None = None
+
+    @property
+    def worst_px(self) -> float:
+        """By how much the pin or its ring misses."""
+        return self.error_px if self.ring is None else max(self.error_px, self.ring.error_px)
+
+    def data(self) -> dict[str, Any]:
+        """Return it as plain data for JSON, with a ring if there is one."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -55,7 +82,7 @@ class FeatureReport:
 class Warped:
     """A warped grid; positions are (R, C, 2), `rest` in pixels of the picture, the others in output pixels."""
 
-    rest: Points
+    grid: Grid
     plain: Points
     """Where W takes the nodes."""
     warped: Points
@@ -69,6 +96,11 @@ class Warped:
     """Whether the same solver's next answer to the same handles is nearer to that at rest."""
     reference: Solution | None = None
     """The picture without handles that they were applied to."""
+
+    @property
+    def rest(self) -> Points:
+        """Where the nodes are on the picture."""
+        return self.grid.nodes
 
     @cached_property
     def folded(self) -> Bools:
@@ -106,25 +138,51 @@ class Warped:
         """What became of every pin."""
         if not len(self.pins.at):
             return []
-        low, high = self.rest[0, 0], self.rest[-1, -1]
-        shape = np.array(self.rest.shape[1::-1]) - 1
-        place = np.clip((self.pins.at - low) / (high - low), 0, 1) * shape
-        column, row = np.minimum(place.astype(np.int64), shape - 1).T
-        u, v = (place - np.stack([column, row], axis=1)).T[..., None]
-        z = self.warped
-        across = (1 - u) * z[row, column] + u * z[row, column + 1]
-        below = (1 - u) * z[row + 1, column] + u * z[row + 1, column + 1]
-        reached = (1 - v) * across + v * below
+        reached = as_positions(Probes.of_points(self.pins.at).read(self.grid, as_complex(self.warped)))
         error = np.hypot(*(reached - self.pins.to).T)
+        rings = self._ring_reports()
         return [
-            PinReport(_pair(at), _pair(to), _pair(there), float(px))
-            for at, to, there, px in zip(self.pins.at, self.pins.to, reached, error, strict=True)
+            PinReport(_pair(at), _pair(to), _pair(there), float(px), ring)
+            for at, to, there, px, ring in zip(self.pins.at, self.pins.to, reached, error, rings, strict=True)
         ]
+
+    def _ring_reports(self) -> list[RingReport | None]:
+        """Return what became of the ring of every pin, None for none."""
+        found: list[RingReport | None] = [None] * len(self.pins.at)
+        if self.pins.rings is None or not np.isfinite(self.pins.rings).any():
+            return found
+        ringed = np.flatnonzero(np.isfinite(self.pins.rings))
+        at, asked = self.pins.at[ringed], self.pins.rings[ringed]
+        reached, unit = self.turned_at(at), np.abs(self._read_rings(at, self._unmoved))
+        for i, f, there, px in zip(ringed, asked, reached, np.abs(reached - asked) * unit, strict=True):
+            found[i] = RingReport(_degrees(f), float(abs(f)), _degrees(there), float(abs(there)), float(px))
+        return found
+
+    def turned_at(self, at: Points) -> Complexes:
+        """Return by how much handles have turned and grown the picture (k,) around points of it (k, 2)."""
+        before, after = (self._read_rings(at, z) for z in (self._unmoved, as_complex(self.warped)))
+        found = np.divide(after, before, out=np.ones_like(after), where=before != 0)
+        if self.reference is None or not self.reference.alpha.size:
+            return np.asarray(found)
+        bodies = bodies_of(self.marked, as_complex(self.rest))
+        owners = find_owners(body_index(bodies, self.grid.shape), self.grid, at)
+        for i in np.flatnonzero(owners >= 0):
+            body = bodies[owners[i]]
+            found[i] = body.fit(as_complex(self.warped).ravel())[0] / body.fit(self._unmoved.ravel())[0]
+        return found
+
+    @property
+    def _unmoved(self) -> Complexes:
+        """Nodes (R, C) without handles."""
+        return as_complex(self.warped) if self.reference is None else self.reference.z
+
+    def _read_rings(self, at: Points, z: Complexes) -> Complexes:
+        return Probes(at, np.full(len(at), ring_radius(self.grid))).read(self.grid, z)
 
     @cached_property
     def missed_pins(self) -> list[PinReport]:
-        """The pins that are not where they are to be."""
-        return [pin for pin in self.pin_reports if pin.error_px > MISSED_PX]
+        """The pins that are not where they are to be, or not turned or scaled as their rings ask for."""
+        return [pin for pin in self.pin_reports if pin.worst_px > MISSED_PX]
 
     def complaints(self) -> list[str]:
         """Return a line for each thing that could not be had."""
@@ -135,15 +193,17 @@ class Warped:
                 "or features that the picture's edge cuts would fold"
             )
         if self.missed_pins:
-            worst = max(pin.error_px for pin in self.missed_pins)
+            worst = max(pin.worst_px for pin in self.missed_pins)
             of = f"{len(self.missed_pins)} of {len(self.pins.at)} pins are"
-            found.append(f"{of} not where they were dragged, by up to {worst:.1f} px, or the picture would fold")
+            found.append(
+                f"{of} not where they were dragged or turned, by up to {worst:.1f} px, or the picture would fold"
+            )
         return found
 
     def report(self) -> dict[str, Any]:
         """Return grid, features, folds, seconds and how far the outline gave way, if it did, as plain data for JSON."""
         moved = {"outline_moved_px": self.outline_moved_px} if self.outline_moved_px > 0 else {}
-        pins = {"pins": [asdict(pin) for pin in self.pin_reports]} if len(self.pins.at) else {}
+        pins = {"pins": [pin.data() for pin in self.pin_reports]} if len(self.pins.at) else {}
         return {
             "grid": list(self.rest.shape[:2]),
             "features": [asdict(feature) for feature in self.features],
@@ -152,6 +212,10 @@ class Warped:
             **pins,
             **moved,
         }
+
+
+def _degrees(f: complex) -> float:
+    return float(np.degrees(np.angle(f)))
 
 
 def _pair(point: Points) -> tuple[float, float]:

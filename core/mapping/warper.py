@@ -247,11 +247,9 @@ class Warper:
     ) -> Warped:
         solution = reference if moved is None else moved.solution
         w = plain if moved is None or not moved.field.any() else plain + as_positions(moved.field)
-        pins = NO_PINS if handles is None else Pins(handles.pins_at, handles.pins_to)
+        pins = NO_PINS if handles is None else Pins(handles.pins_at, handles.pins_to, handles.rings)
         rigid = self._options.keep == "rigid"
-        return Warped(
-            self.grid.nodes, w, solution.positions, self._features, rigid, seconds, pins=pins, reference=reference
-        )
+        return Warped(self.grid, w, solution.positions, self._features, rigid, seconds, pins=pins, reference=reference)
 
     def _seconds(self, settling: float = 0.0) -> dict[str, float]:
         """Return what the stages took since the last call."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy import sparse
 
 from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.grid import Features, Grid
@@ -160,8 +161,8 @@ class FeatureMapping:
             return self.place(w)
         return self.follow(self.pose(w, alpha, t, moving=np.zeros(len(alpha), bool)))
 
-    def hold_points(self, at: Points) -> HeldPoints:
-        """Return what holding the points `at` (k, 2) of the picture takes; it costs half a solve for each."""
+    def hold_points(self, at: Points, M: sparse.csr_array) -> HeldPoints:
+        """Return what holding combinations M (k, m) of the points `at` (m, 2) takes; half a solve for each point."""
         self._check_fresh()
         nodes, weights = self.grid.weights_at(at)
         free = np.where(self.free.ravel()[nodes], weights, 0.0)
@@ -169,8 +170,8 @@ class FeatureMapping:
         np.add.at(load, (nodes, np.arange(len(at))[:, None]), free)
         with one_thread(), self.clock.measure("factor"):
             half = self.factor.forward(load, np.unique(nodes))
-            inverse = np.linalg.pinv(half.T @ half, rcond=_SAME, hermitian=True)
-            return HeldPoints(nodes, weights, half, np.asarray(inverse, np.float64))
+            inverse = np.linalg.pinv(M @ (half.T @ half) @ M.conj().T, rcond=_SAME, hermitian=True)
+            return HeldPoints(nodes, weights, M, half, inverse)
 
     def approach(
         self, w: Complexes, alpha: Complexes, t: Complexes, frame: Complexes, points: HeldPoints, to: Complexes
@@ -187,12 +188,12 @@ class FeatureMapping:
             for body, a, b in zip(self.bodies, alpha, t, strict=True):
                 z.ravel()[body.nodes] = body.place(a, b)
         with one_thread():
-            return Approach(z, y, to - points.places(z) - as_one(points.half.T @ y))
+            return Approach(z, y, to - points.read(z) - points.moved_by(y))
 
     def hold(self, found: Approach, points: HeldPoints) -> Complexes:
-        """Return where nodes (R, C) end with points held (FAT eq. 8): by forces λ on them, K_ff v = r_f + Cᵀ λ."""
+        """Return where nodes (R, C) end with points held (FAT eq. 8): by forces λ on them, K_ff v = r_f + Cᵀ M* λ."""
         with one_thread(), self.clock.measure("solve"):
-            v = as_one(self.factor.backward(found.load + points.half @ (points.inverse @ as_two(found.missed))))
+            v = as_one(self.factor.backward(found.load + points.pull(found.missed)))
         return np.asarray(found.start + v.reshape(found.start.shape))
 
     @property

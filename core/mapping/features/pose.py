@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from core.arrays import Floats, Ints
 from core.mapping.jacobians import Complexes
@@ -10,19 +11,31 @@ from core.mapping.jacobians import Complexes
 
 @dataclass(frozen=True, eq=False)
 class HeldPoints:
-    """Points of the picture that a mapping's free nodes hold: their small dense system."""
+    """Combinations of points of the picture that a mapping's free nodes hold: their small dense system."""
 
     nodes: Ints
     weights: Floats
-    """Corners of the points' quads and their bilinear weights (k, 4)."""
+    """Corners of the points' quads and their bilinear weights (m, 4)."""
+    M: sparse.csr_array
+    """The combinations (k, m)."""
     half: Floats
-    """L⁻¹ P Cᵀ (N, k)."""
-    inverse: Floats
-    """(C K_ff⁻¹ Cᵀ)⁻¹ (k, k)."""
+    """L⁻¹ P Cᵀ (N, m)."""
+    inverse: Floats | Complexes
+    """(M C K_ff⁻¹ Cᵀ M*)⁻¹ (k, k)."""
 
-    def places(self, z: Complexes) -> Complexes:
-        """Return where nodes at z (R, C) have the points (k,)."""
-        return np.asarray((z.ravel()[self.nodes] * self.weights).sum(axis=1), np.complex128)
+    def read(self, z: Complexes) -> Complexes:
+        """Return what the combinations (k,) are of nodes at z (R, C)."""
+        return np.asarray(self.M @ (z.ravel()[self.nodes] * self.weights).sum(axis=1), np.complex128)
+
+    def moved_by(self, load: Floats) -> Complexes:
+        """Return by how much the combinations (k,) move under a load L⁻¹ P r (N, 2)."""
+        x, y = (self.half.T @ load).T
+        return np.asarray(self.M @ (x + 1j * y), np.complex128)
+
+    def pull(self, missed: Complexes) -> Floats:
+        """Return the load (N, 2) that moves the combinations by what they `missed` (k,)."""
+        forces = np.asarray(self.M.conj().T @ (self.inverse @ missed), np.complex128)
+        return np.asarray(self.half @ np.stack([forces.real, forces.imag], axis=1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,8 @@
 
 Three kinds of constraints, all hard:
 
-- points of the background: the bilinear place of a point of the picture is where the hand has it;
+- probes in the background: the bilinear place of a point of the picture is where the hand has it, and a ring reads what
+  the hand asks for;
 - freedoms of bodies: a body moves by z = t + α (p - pivot), where α = s exp(ρ + iφ); each of ρ, φ, Re t and Im t is
   either unknown or stays. A body with one pin turns and scales about it; one with two has none of the four left; one
   that a straight frame cuts neither turns nor leaves its side;
@@ -13,8 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Points
+from core.arrays import Bools
 from core.mapping.features.similarity import Body
+from core.mapping.handles.probes import Probes
 from core.mapping.jacobians import Complexes
 
 SCALE, TURN, ALONG_X, ALONG_Y = range(4)
@@ -24,10 +26,10 @@ SCALE, TURN, ALONG_X, ALONG_Y = range(4)
 class Constraints:
     """The constraints of a mapping of n bodies on a grid of R x C nodes."""
 
-    at: Points
-    """Points of the picture (k, 2), each in a quad that has a free node."""
+    probes: Probes
+    """Points and rings (k), each with free nodes."""
     to: Complexes
-    """Where they are to be (k,)."""
+    """What they are to read (k,)."""
     pivots: Complexes
     """Point of the picture that each body (n,) turns and scales about."""
     free: Bools
@@ -40,7 +42,7 @@ class Constraints:
         """Return those of a mapping without handles whose frame is held; rest is (R, C)."""
         pivots = np.array([rest.ravel()[body.nodes].mean() for body in bodies], np.complex128)
         return cls(
-            np.empty((0, 2)),
+            Probes.of_points(np.empty((0, 2))),
             np.empty(0, np.complex128),
             pivots,
             np.ones((len(bodies), 4), bool),

@@ -1,4 +1,8 @@
-"""Handles of the interactive mode: pins and inner curves as points that are to go somewhere  [FAT sec. 3]."""
+"""Handles of the interactive mode: pins, rings on them and inner curves  [FAT sec. 3].
+
+A pin or a point of a curve is to go somewhere. A ring around a pin says how the picture is turned and scaled there,
+against what it is without handles: by f = s exp(iφ), a complex number.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,17 +13,21 @@ import scipy
 from core.arrays import Bools, InputError, Ints, Points, as_points
 from core.curves.bezier import Curve
 from core.grid import Grid
+from core.mapping.handles.probes import Probes
+from core.mapping.jacobians import Complexes, as_complex
 
 _SPACING = 1.5
 """Samples of a curve lie so many cells apart: closer ones would say the same twice."""
 _SAME_SPOT_PX = 0.1
+_RING = 0.025
+"""Radius of a ring as a share of the picture's diagonal: a quarter of the length over which handles are rounded."""
 
 
 @dataclass(frozen=True, eq=False)
 class Handles:
-    """Where points of the picture are to go: the constraints of FAT eq. 8.
+    """Where points of the picture are to go, and by how much it is to turn and grow there: constraints of FAT eq. 8.
 
-    Raises `InputError` when there are not as many targets as places.
+    Raises `InputError` when there are not as many targets, or rings, as places.
     """
 
     pins_at: Points
@@ -28,6 +36,8 @@ class Handles:
     """(k, 2), output pixels."""
     curves: Sequence[tuple[Curve, Curve]] = ()
     """Source and target of each inner curve, with corresponding segments."""
+    rings: Complexes | None = None
+    """f of each pin (k,), NaN where it has no ring; None where none has."""
 
     def __post_init__(self) -> None:
         at, to = as_points(self.pins_at, "pins"), as_points(self.pins_to, "pins")
@@ -35,6 +45,8 @@ class Handles:
             raise InputError(f"pins: {len(at)} places, but {len(to)} targets")
         object.__setattr__(self, "pins_at", at)
         object.__setattr__(self, "pins_to", to)
+        if self.rings is not None and (len(self.rings) != len(at) or not np.abs(self._f).min(initial=1) > 0):
+            raise InputError(f"pins: {len(at)} places, but {len(self.rings)} rings, or one that scales to nothing")
         for number, (source, target) in enumerate(self.curves):
             if source.segments != target.segments:
                 raise InputError(
@@ -46,16 +58,41 @@ class Handles:
         """Whether there are any."""
         return bool(len(self.pins_at) or self.curves)
 
+    @property
+    def _ringed(self) -> Ints:
+        """Numbers of the pins that have a ring."""
+        return np.flatnonzero(np.isfinite(self.rings)) if self.rings is not None else np.empty(0, np.int64)
+
+    @property
+    def _f(self) -> Complexes:
+        """What their rings ask for."""
+        rings = np.empty(0) if self.rings is None else self.rings
+        return np.asarray(rings[self._ringed], np.complex128)
+
     def are_pins(self, at: Points) -> Bools:
-        """Return which of the places (n, 2) that `points` gives are pins; the others are samples of curves."""
+        """Return which of the places (n, 2) that `probes` gives are pins; the others are samples of curves."""
         pins = set(map(tuple, self.pins_at.tolist()))
         return np.array([tuple(place) in pins for place in at.tolist()], bool)
 
-    def points(self, grid: Grid) -> tuple[Points, Points]:
-        """Return places and targets (n, 2) of pins and curve samples, each spot once, in an order of their own.
+    def probes(self, grid: Grid) -> tuple[Probes, Complexes]:
+        """Return pins, rings and samples of curves, each spot once, in an order of their own, and what each asks for.
 
-        Pins on one spot that go different ways go to the middle of their targets.
+        Of points that is where they are to be, x + iy; of rings f. Pins on one spot that go different ways go to the
+        middle of their targets.
         """
+        at, to = self._points(grid)
+        ringed = self.pins_at[self._ringed]
+        same = np.hypot(*(ringed[:, None] - ringed).T) <= _SAME_SPOT_PX
+        first = np.flatnonzero(same.argmax(axis=0) == np.arange(len(same))) if len(same) else self._ringed
+        f = (same[first] @ self._f) / same[first].sum(axis=1)
+        radius = ring_radius(grid) * np.append(np.zeros(len(at)), np.ones(len(f)))
+        at, asked = np.concatenate([at, ringed[first]]), np.concatenate([as_complex(to), f])
+        # The answer does not depend on the order in which handles were set.
+        order = np.lexsort((asked.real, asked.imag, *at.T, radius))
+        return Probes(at[order], radius[order]), asked[order]
+
+    def _points(self, grid: Grid) -> tuple[Points, Points]:
+        """Return places and targets (n, 2) of pins and curve samples, each spot once."""
         spacing = _SPACING * min(grid.cell)
         at, to = [*self.pins_at], [*_agreed(self.pins_at, self.pins_to)]
         for source, target in self.curves:
@@ -64,10 +101,12 @@ class Handles:
             at.extend(source.at(t))
             to.extend(target.at(t))
         kept = _apart(np.reshape(at, (-1, 2)), len(self.pins_at), spacing / 2)
-        found, targets = np.reshape(at, (-1, 2))[kept], np.reshape(to, (-1, 2))[kept]
-        # The answer does not depend on the order in which handles were set.
-        order = np.lexsort((*targets.T, *found.T))
-        return found[order], targets[order]
+        return np.reshape(at, (-1, 2))[kept], np.reshape(to, (-1, 2))[kept]
+
+
+def ring_radius(grid: Grid) -> float:
+    """Return the radius of rings in pixels of the picture: no less than a cell."""
+    return max(_RING * float(np.hypot(grid.width_px, grid.height_px)), *grid.cell)
 
 
 def _agreed(at: Points, to: Points) -> Points:

@@ -10,8 +10,9 @@ by (x, y) as costs least, so that no torque and no force is left on it: near whe
 ∂ is the gradient where the frame is held, d = 0 there; where it is free, the part of the derivative that is no
 similarity. ℓ is the distance over which handles are rounded: without it they would draw the picture into spikes.
 
-With A the matrix of E and C the bilinear weights of the points, d = A⁻¹ Cᵀ λ with S λ = g + Q c, S = C A⁻¹ Cᵀ, g what
-is known of the points' displacements, Q c what the unknown motions c make of them, which are real: Re Q* λ = 0. So
+With A the matrix of E and C the bilinear weights of the points (for rings, combinations of these), d = A⁻¹ C* λ with
+S λ = g + Q c, S = C A⁻¹ C*, g what is known of the points' displacements, Q c what the unknown motions c make of them,
+which are real: Re Q* λ = 0. So
 
     c = -(Re Q* S⁻¹ Q)⁻¹ Re Q* S⁻¹ g:
 
@@ -26,6 +27,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.linalg import lapack
 
 from core.arrays import Floats, InputError, Points
@@ -70,26 +72,28 @@ class HandleField:
             self._plate = FreePlate(grid, smoothness=smoothness)
         elif min(grid.shape) > 2:
             self._plate = HeldPlate(grid, cell=_cell(grid), rounded=rounded)
-        self._points = np.empty((0, 2))
+        self._points, self._M = np.empty((0, 2)), sparse.csr_array((0, 0))
         self._spare = 0
 
-    def hold(self, points: Points, *, spare: int) -> None:
-        """Declare the places (n, 2) of the points, in pixels of the picture.
+    def hold(self, points: Points, M: sparse.csr_array | None = None, *, spare: int) -> None:
+        """Declare the places (m, 2) of the points, in pixels of the picture.
 
+        What is asked of them is asked of the combinations M (n, m) of their displacements, by default of each (n = m).
         With the frame free, `spare` says how many columns similarities of the whole have: one handle alone moves the
         picture, two turn and scale it too.
         """
-        if np.array_equal(points, self._points):
+        M = sparse.eye_array(len(points), format="csr") if M is None else M
+        if np.array_equal(points, self._points) and M.shape == self._M.shape:
             return
-        self._points = points.copy()
+        self._points, self._M = points.copy(), M
         if self._plate is None:
             return
         with span("handles", count=len(points)), one_thread():
             self._spare = spare if self.frame == "free" else 0
             self._at = self._inside(points)
-            S = self._plate.hold(self._at)
+            S = np.asarray(M @ self._plate.hold(self._at) @ M.conj().T)
             if self._spare:
-                whole = self._similarities()
+                whole = M @ self._similarities()
                 S = np.block([[S, whole], [whole.conj().T, np.zeros((self._spare,) * 2)]])
             self._inverse = _inverse(S)
 
@@ -97,7 +101,7 @@ class HandleField:
         """Forget all points: the last bits of what is prepared do not depend on points that were held before."""
         if self._plate is not None:
             self._plate.hold(np.empty((0, 2)))
-        self._points = np.empty((0, 2))
+        self._points, self._M = np.empty((0, 2)), sparse.csr_array((0, 0))
 
     def find_motions(self, known: Complexes, Q: Complexes) -> Floats:
         """Return the motions c (u,) of bodies, which move the points by Q c (n,) beyond what is known of them (n,)."""
@@ -146,7 +150,7 @@ class HandleField:
         assert self._plate is not None
         n = len(asked)
         found = self._inverse @ np.concatenate([asked, np.zeros(self._spare)])
-        d = self._plate.answer(found[:n])
+        d = self._plate.answer(self._M.conj().T @ found[:n])
         if self._spare:
             d += found[-1]
         if self._spare > 1:
@@ -166,9 +170,9 @@ class HandleField:
         return np.clip(points, margin - 0.5, [self.grid.width_px, self.grid.height_px] - margin - 0.5)
 
     def _moved(self, d: Complexes) -> Complexes:
-        """Return C d for d (N,)."""
+        """Return M C d for d (N,)."""
         nodes, weights = self.grid.weights_at(self._at)
-        return np.asarray((d[nodes] * weights).sum(axis=1))
+        return np.asarray(self._M @ (d[nodes] * weights).sum(axis=1))
 
 
 def _rotations(grid: Grid, z0: Complexes, z: Complexes) -> Complexes:

@@ -1,8 +1,8 @@
 """What the hand says about features: which points they hold, and the similarity that these ask for.
 
-A feature with one point has its place there, and turns about it; with two or more it has the similarity that is closest
-to them in the least-squares sense; a rigid one keeps its size. One that a straight frame cuts does so as far as it can
-slide.
+A feature with one point has its place there, and turns about it; with two or more, or a ring, it has the similarity
+that is closest to them in the least-squares sense, a ring as the points that it stands for; a rigid one keeps its size.
+One that a straight frame cuts does so as far as it can slide.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints, Points
 from core.grid import Grid
 from core.mapping.features.similarity import Body
+from core.mapping.handles.probes import RING, Probes
 from core.mapping.jacobians import Complexes, as_complex
 
 _MOSTLY = 0.25
@@ -47,36 +48,48 @@ class Hold:
     """Their numbers."""
     arms: Complexes
     """Where they are on the picture, from the body's centroid."""
+    rings: Ints
+    """Numbers of the rings around some of them."""
+    radius: Floats
+    """Of these."""
 
     @property
     def is_one_place(self) -> bool:
         """Whether they say where the body is, but not how it is turned."""
-        return bool(np.abs(self.arms - self.arms[0]).max() < _ONE_PLACE_PX)
+        return not self.rings.size and bool(np.abs(self.arms - self.arms[0]).max() < _ONE_PLACE_PX)
 
     @property
     def arm(self) -> complex:
         """The middle of the points."""
         return complex(self.arms.mean())
 
-    def fit(self, places: Complexes, alpha: complex, *, rigid: bool) -> tuple[complex, complex]:
-        """Return the (α, t) of the body that brings its points closest to `places` (k,); α is now `alpha`."""
-        p, q = self.arms - self.arms.mean(), places - places.mean()
-        found = complex(np.vdot(p, q) / np.vdot(p, p))
+    def fit(self, places: Complexes, turned: Complexes, alpha: complex, *, rigid: bool) -> tuple[complex, complex]:
+        """Return the (α, t) of the body closest to its points at `places` (k,) and its rings with α as `turned` (m,).
+
+        α is now `alpha`.
+        """
+        p, q, share = self.arms - self.arms.mean(), places - places.mean(), RING * self.radius**2
+        found = complex((np.vdot(p, q) + share @ turned) / (np.vdot(p, p) + share.sum()))
         size = abs(alpha) if rigid else max(abs(found), _SMALLEST * abs(alpha))
         found = size * found / abs(found) if found else alpha
         return found, complex(places.mean() - found * self.arms.mean())
 
     def slide(
-        self, places: Complexes, alpha: complex, t: complex, free: Bools, pivot: complex
+        self, places: Complexes, turned: Complexes, alpha: complex, t: complex, free: Bools, pivot: complex
     ) -> tuple[complex, complex]:
-        """Return the (α, t) closest to `places` (k,) of a body with few freedoms: size, turn, move along x, y.
+        """Return the (α, t) closest to `places` (k,), `turned` (m,) of a body with few freedoms: size, move along x, y.
 
-        It turns and scales about the arm `pivot`. Its size changes only where two points ask for it.
+        It scales about the arm `pivot`. Its size changes only where two points, or a ring, ask for it.
         """
-        size = free[0] and not self.is_one_place
-        columns = [alpha * (self.arms - pivot), np.ones_like(self.arms), 1j * np.ones_like(self.arms)]
+        size, arm = free[0] and not self.is_one_place, np.sqrt(RING) * self.radius
+        one, none = np.ones_like(self.arms), np.zeros(len(arm))
+        columns = [
+            np.concatenate([alpha * (self.arms - pivot), alpha * arm]),
+            np.concatenate([one, none]),
+            np.concatenate([1j * one, none]),
+        ]
         open_ = [bool(size), bool(free[2]), bool(free[3])]
-        rest = places - (alpha * self.arms + t)
+        rest = np.concatenate([places - (alpha * self.arms + t), (turned - alpha) * arm])
         chosen = [as_column(c) for c, is_open in zip(columns, open_, strict=True) if is_open]
         if not chosen:
             return alpha, t
@@ -91,14 +104,14 @@ def as_column(z: Complexes) -> Floats:
     return np.concatenate([z.real, z.imag])
 
 
-def find_holds(bodies: list[Body], rest: Complexes, owners: Ints, at: Points) -> list[Hold]:
-    """Return the holds of all bodies that points (k, 2) with these `owners` (k,) hold; rest is (R, C)."""
-    places = as_complex(at)
+def find_holds(bodies: list[Body], rest: Complexes, owners: Ints, probes: Probes) -> list[Hold]:
+    """Return the holds of all bodies that probes with these `owners` (k,) hold; rest is (R, C)."""
+    places = as_complex(probes.at)
     found = []
     for i in np.unique(owners[owners >= 0]):
-        points = np.flatnonzero(owners == i)
+        points, rings = (np.flatnonzero((owners == i) & (probes.are_rings == ringed)) for ringed in (False, True))
         middle = rest.ravel()[bodies[i].nodes].mean()
-        found.append(Hold(int(i), points, places[points] - middle))
+        found.append(Hold(int(i), points, places[points] - middle, rings, probes.radius[rings]))
     return found
 
 

@@ -15,13 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Floats, Points
+from core.arrays import Bools, Floats
 from core.mapping.features.feature_mapping import FeatureMapping, Solution
 from core.mapping.features.pose import Approach
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame, HandleField
+from core.mapping.handles.probes import Probes
 from core.mapping.handles.secants import Secants
 from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
 from core.mapping.handles.structure import Structure, prepare
@@ -80,13 +81,13 @@ class HandleSolver:
         So many times, if need be, what the features around make pins of the background miss is asked for as well: then
         the plate alone holds them, smoothly, and one that is set later where it is already changes nothing.
         """
-        at, to = handles.points(mapping.grid)
-        s = self._prepare(mapping, len(reference.alpha), at, handles.are_pins(at))
-        goal = self._find_goal(mapping, reference, at, to)
+        probes, asked = handles.probes(mapping.grid)
+        s = self._prepare(mapping, len(reference.alpha), probes, handles.are_pins(probes.at))
+        goal = self._find_goal(mapping, reference, probes, asked)
         if not goal.any():
             return Moved(reference, np.zeros_like(reference.z), goal)
         is_straight = _is_straight(reference.z, self.frame)
-        poses = self._pose_held(s, reference, goal, is_straight=is_straight)
+        poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
         sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
         turned = self._first_turned(s, reference, poses, goal, sides)
         for _ in range(max(rounds // _ROUNDS_PER_TURN, 1)):
@@ -147,12 +148,11 @@ class HandleSolver:
         assert best is not None
         return best
 
-    def _find_goal(self, mapping: FeatureMapping, reference: Solution, at: Points, to: Points) -> Complexes:
-        """Return by how much each handle (k,) is to move its point; exactly 0 where it is there already."""
-        nodes, weights = mapping.grid.weights_at(at)
-        if self.frame == "held":
-            to = _inside(to, reference.z)
-        goal = as_complex(to) - (reference.z.ravel()[nodes] * weights).sum(axis=1)
+    def _find_goal(self, mapping: FeatureMapping, reference: Solution, probes: Probes, asked: Complexes) -> Complexes:
+        """Return by how much each handle (k,) is to change what it reads; exactly 0 where it reads that already."""
+        there = probes.read(mapping.grid, reference.z)
+        to = _inside(asked, reference.z) if self.frame == "held" else asked
+        goal = np.where(probes.are_rings, (asked - 1) * there, to - there)
         goal[np.abs(goal) < _IDLE_PX] = 0
         return np.asarray(goal)
 
@@ -168,12 +168,12 @@ class HandleSolver:
         self._pose_small(s, reference, poses, D)
         return D
 
-    def _prepare(self, mapping: FeatureMapping, count: int, at: Points, pins: Bools) -> Structure:
+    def _prepare(self, mapping: FeatureMapping, count: int, probes: Probes, pins: Bools) -> Structure:
         """Return the structure; what was prepared for the same handles and features is taken again."""
         s = self._structure
-        if s is None or s.mapping is not mapping or not np.array_equal(s.at, at):
-            s = self._structure = prepare(mapping, count, at, pins, frame_is_held=self.frame == "held")
-            self.field.hold(s.points, spare=s.whole)
+        if s is None or s.mapping is not mapping or not s.probes.is_same(probes):
+            s = self._structure = prepare(mapping, count, probes, pins, frame_is_held=self.frame == "held")
+            self.field.hold(*s.of_plate.spread(mapping.grid), spare=s.whole)
             self._secants, self._last = Secants(), None
         return s
 
@@ -192,32 +192,34 @@ class HandleSolver:
                 pivots[i], free[i, 2:] = rest.ravel()[bodies[i].nodes].mean() + hold.arm, False
             else:
                 free[i] = False
-        to = s.held.places(reference.z) + moved.goal[s.rows]
-        return Constraints(s.at[s.rows], to, pivots, free, none.glide)
+        to = s.held.read(reference.z) + moved.goal[s.rows]
+        return Constraints(s.probes[s.rows], to, pivots, free, none.glide)
 
-    def _pose_held(self, s: Structure, reference: Solution, goal: Complexes, *, is_straight: bool) -> "_Poses":
+    def _pose_held(
+        self, s: Structure, reference: Solution, goal: Complexes, asked: Complexes, *, is_straight: bool
+    ) -> "_Poses":
         """Return the similarities of the bodies that handles place; those of the others as they are."""
         poses = _Poses(reference.alpha.copy(), reference.t.copy(), {})
         rest = as_complex(s.mapping.grid.nodes)
         for i, hold in s.holds.items():
             alpha, t = complex(reference.alpha[i]), complex(reference.t[i])
-            places = alpha * hold.arms + t + goal[hold.points]
+            places, turned = alpha * hold.arms + t + goal[hold.points], alpha * asked[hold.rings]
             if is_straight and s.cut[i].any():
                 middle = complex(rest.ravel()[s.mapping.bodies[i].nodes].mean())
                 pivot = pivot_of(s.cut[i], rest, middle) - middle
                 free = freedom_of(s.cut[i])
                 free[0] &= s.mapping.keep != "rigid"
-                poses.alpha[i], poses.t[i] = hold.slide(places, alpha, t, free, pivot)
+                poses.alpha[i], poses.t[i] = hold.slide(places, turned, alpha, t, free, pivot)
             elif hold.is_one_place:
                 poses.pivots[i] = complex(places.mean())
                 poses.t[i] = poses.pivots[i] - alpha * hold.arm
             else:
-                poses.alpha[i], poses.t[i] = hold.fit(places, alpha, rigid=s.mapping.keep == "rigid")
+                poses.alpha[i], poses.t[i] = hold.fit(places, turned, alpha, rigid=s.mapping.keep == "rigid")
         return poses
 
     def _know(self, s: Structure, reference: Solution, poses: "_Poses", asked: Complexes) -> Complexes:
         """Return the displacements of the plate's points, for what is `asked` of handles (k,) and bodies at `poses`."""
-        known = np.zeros(len(s.points), np.complex128)
+        known = np.zeros(len(s.of_plate), np.complex128)
         known[: len(s.outside)] = asked[s.outside]
         for i, arms, points in s.samples:
             known[points] = (poses.alpha[i] - reference.alpha[i]) * arms + poses.t[i] - reference.t[i]
@@ -257,7 +259,7 @@ class HandleSolver:
             body = s.mapping.bodies[i]
             moved = (poses.alpha[i] - reference.alpha[i]) * body.arms + poses.t[i] - reference.t[i]
             found.ravel()[body.nodes] = moved
-        knots = Knots.of(s.mapping.grid, s.at[s.at_frame], goal[s.at_frame])
+        knots = Knots.of(s.mapping.grid, s.probes.at[s.at_frame], goal[s.at_frame])
         frame = glide_beside(found, np.zeros_like(found), s.mapping.index, knots)
         return np.where(s.mapping.grid.outline, frame, 0)
 
@@ -288,7 +290,8 @@ def _is_straight(z: Complexes, frame: Frame) -> bool:
     return frame == "held" and Rectangle.of(z) is not None
 
 
-def _inside(to: Points, z: Complexes) -> Points:
-    """Return targets (k, 2), those outside the box around a held frame, z (R, C), at its edge: none gets further."""
-    frame = np.concatenate([z[0], z[-1], z[:, 0], z[:, -1]]).view(np.float64).reshape(-1, 2)
-    return np.clip(to, frame.min(axis=0), frame.max(axis=0))
+def _inside(to: Complexes, z: Complexes) -> Complexes:
+    """Return targets (k,), those outside the box around a held frame, z (R, C), at its edge: none gets further."""
+    frame = np.concatenate([z[0], z[-1], z[:, 0], z[:, -1]])
+    x, y = (np.clip(part(to), part(frame).min(), part(frame).max()) for part in (np.real, np.imag))
+    return np.asarray(x + 1j * y)

@@ -260,7 +260,7 @@ def constrain_frame(mapping: FeatureMapping, z: Complexes) -> Constraints:
         pivots[i], free[i] = pivot_of(cut, rest, complex(pivots[i])), freedom_of(cut)
     glide = mapping.grid.outline & (mapping.index < 0)
     glide[[0, 0, -1, -1], [0, -1, -1, 0]] = False
-    return Constraints(none.at, none.to, pivots, free, glide)
+    return Constraints(none.probes, none.to, pivots, free, glide)
 
 
 def distance_to_line(points: Points, line: Points) -> float:

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Ints, Points
+from core.arrays import Bools, Ints
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import HeldPoints
 from core.mapping.handles.poses import Hold, find_holds, find_owners, sample_rim
+from core.mapping.handles.probes import Probes
 from core.mapping.handles.straight_frame import sides_cut
 from core.mapping.jacobians import Complexes, as_complex, as_positions
 
@@ -28,8 +29,8 @@ class Structure:
     """The points that handles hold on a mapping, and those that the plate knows."""
 
     mapping: FeatureMapping
-    at: Points
-    """Where the handles are on the picture (k, 2)."""
+    probes: Probes
+    """The handles (k)."""
     owners: Ints
     """The body that each is in, -1 for none."""
     holds: dict[int, Hold]
@@ -40,7 +41,7 @@ class Structure:
     """The handles that no body holds and that lie inside the frame."""
     at_frame: Ints
     """The handles that no body holds and that lie on a held frame."""
-    points: Points
+    of_plate: Probes
     """The plate's: handles outside bodies, then the samples of bodies."""
     samples: list[tuple[int, Complexes, slice]]
     """Body, points sampled on it, from its centroid, and which of the plate's points they are."""
@@ -54,7 +55,7 @@ class Structure:
 
     def moving(self, alpha: Complexes) -> Complexes:
         """Return Q (n, u): how the unknown motions move the plate's points where bodies are turned by `alpha`."""
-        Q = np.zeros((len(self.points), max((c.stop for c in self.columns.values()), default=0)), np.complex128)
+        Q = np.zeros((len(self.of_plate), max((c.stop for c in self.columns.values()), default=0)), np.complex128)
         for i, arms, points in self.samples:
             if i in self.columns:
                 first, hold = self.columns[i].start, self.holds.get(i)
@@ -69,42 +70,46 @@ class Structure:
         return min(len(self.outside) + sum(2 - hold.is_one_place for hold in self.holds.values()), 2)
 
 
-def prepare(mapping: FeatureMapping, count: int, at: Points, pins: Bools, *, frame_is_held: bool) -> Structure:
-    """Return the structure of handles at points of the picture (k, 2), for a mapping that moves its first bodies.
+def prepare(mapping: FeatureMapping, count: int, probes: Probes, pins: Bools, *, frame_is_held: bool) -> Structure:
+    """Return the structure of handles (k) for a mapping that moves its first bodies.
 
     Free nodes hold all `pins`; of the samples of curves, which the plate holds closely, as many as cost little.
     """
     bodies = mapping.bodies[:count]
     rest = as_complex(mapping.grid.nodes)
+    at, rings = probes.at, probes.are_rings
     owners = find_owners(mapping.index, mapping.grid, at) if bodies else np.full(len(at), -1)
-    holds = {hold.body: hold for hold in find_holds(bodies, rest, owners, at)}
+    holds = {hold.body: hold for hold in find_holds(bodies, rest, owners, probes)}
     cut = np.zeros((len(bodies), 4), bool)
     if frame_is_held and bodies:
         cut = np.array([sides_cut(body, mapping.grid.shape) for body in bodies])
-    nodes, weights = mapping.grid.weights_at(at)
-    share = np.where(mapping.free.ravel()[nodes], weights, 0).sum(axis=1)
-    on_frame = (owners < 0) & (share < _HOLDS) & frame_is_held
-    outside, at_frame = np.flatnonzero((owners < 0) & ~on_frame), np.flatnonzero(on_frame)
+    nodes, weights = probes.on(mapping.grid)
+    weights = np.abs(weights)
+    share = np.where(mapping.free.ravel()[nodes], weights, 0).sum(axis=1) / weights.sum(axis=1)
+    idle = (owners < 0) & (share < _HOLDS) & (frame_is_held | rings)
+    outside, at_frame = np.flatnonzero((owners < 0) & ~idle), np.flatnonzero(idle & ~rings)
     sampled = [i for i in range(len(bodies)) if i < _SAMPLED or i in holds or cut[i].any()]
     blocks = _MANY_BLOCKS if len(sampled) <= _FEW else _FEW_BLOCKS
-    samples, points, end = [], [at[outside]], len(outside)
+    samples, points, end = [], [], len(outside)
     for i in sampled:
         arms = sample_rim(bodies[i], mapping.index, blocks)
         samples.append((i, arms, slice(end, end + len(arms))))
         points.append(as_positions(arms + rest.ravel()[bodies[i].nodes].mean()))
         end += len(arms)
     columns = _number_motions(samples, holds, cut)
-    rows = _thin_out(np.flatnonzero(np.where(owners < 0, share >= _HOLDS, share > _LEAST_WEIGHT)), pins, mapping)
-    held = mapping.hold_points(at[rows])
+    rows = np.where(owners < 0, share >= _HOLDS, (share > _LEAST_WEIGHT) & ~rings)
+    rows = _thin_out(np.flatnonzero(rows), pins, mapping)
+    held = mapping.hold_points(*probes[rows].spread(mapping.grid))
+    rim = Probes.of_points(np.concatenate([np.empty((0, 2)), *points]))
     return Structure(
         mapping,
-        at.copy(),
+        probes,
         owners,
         holds,
         cut,
         outside,
         at_frame,
-        np.concatenate(points),
+        Probes(np.concatenate([at[outside], rim.at]), np.concatenate([probes.radius[outside], rim.radius])),
         samples,
         columns,
         held,

@@ -169,13 +169,13 @@ class Transfer:
     def _constraints(self, grid: Grid, index: Ints, stays: Bools) -> Constraints:
         """Return the constraints of the coarse grid: points that can be held there, and the frame's gliding nodes."""
         held = self.fine.constraints
-        nodes, weights = grid.weights_at(held.at)
+        nodes, weights = held.probes.on(grid)
         inner = (index < 0) & ~grid.outline.ravel()
-        self.kept: Bools = (weights * inner[nodes]).sum(axis=1) > _FREE_SHARE
+        self.kept: Bools = (np.abs(weights) * inner[nodes]).sum(axis=1) > _FREE_SHARE * np.abs(weights).sum(axis=1)
         """Points that the coarse grid holds."""
         kept = self.kept
         glide = grid.outline.ravel() & (index < 0) & ~stays & held.glide.any()
-        return replace(held, at=held.at[kept], to=held.to[kept], glide=glide.reshape(grid.shape))
+        return replace(held, probes=held.probes[kept], to=held.to[kept], glide=glide.reshape(grid.shape))
 
     def restrict(self, z: Complexes) -> Complexes:
         """Return a map of the fine grid (N,) at the coarse nodes."""

@@ -43,7 +43,7 @@ class Model:
     gradient: Floats
     entries: Floats
     rows: Complexes
-    """C: how the places of points (k, 16) change with the unknowns of their quads."""
+    """C: how what points and rings read (k, m) changes with the unknowns of their quads."""
     miss: Complexes
     """c: how far points are from their targets (k,), in pixels."""
 
@@ -100,13 +100,13 @@ class Problem:
     def _choose_points(self) -> None:
         """Take the points whose place anything moves."""
         held = self.level.constraints
-        nodes, weights = self.level.grid.weights_at(held.at)
+        nodes, weights = held.probes.on(self.level.grid)
         moved = self.unknowns.moves()[nodes] & (np.abs(weights) > _NO_WEIGHT)
         self.points: Ints = np.flatnonzero(moved.any(axis=1))
         """Numbers of the points among those of the constraints."""
         self._point_nodes, self._point_weights = nodes[self.points], weights[self.points]
         self._point_to = held.to[self.points]
-        self._point_dofs = self.unknowns.of_nodes[self._point_nodes].reshape(-1, 16)
+        self._point_dofs = self.unknowns.of_nodes[self._point_nodes].reshape(len(self.points), 4 * nodes.shape[1])
 
     @property
     def found(self) -> Map:
@@ -214,7 +214,7 @@ class Problem:
         curvature += (self._follow_body + self._follow_wanted)[:, None] * _RING
         directions = self.unknowns.directions(state)
         slope, bent = self._bound_model(directions, gradient, curvature, turned, halo)
-        rows = (directions[self._point_nodes] * self._point_weights[..., None]).reshape(-1, 16)
+        rows = (directions[self._point_nodes] * self._point_weights[..., None]).reshape(self._point_dofs.shape)
         miss = self.misses(state)
         stiffness = self._pulls(miss).stiffness / self.side**2 if self.is_driven else np.zeros(len(miss))
         pulled = stiffness[:, None] * (np.conj(rows) * miss[:, None]).real
@@ -284,6 +284,6 @@ def _squares(edges: Complexes) -> Floats:
 
 
 def _squared(rows: Complexes, weight: Floats) -> Floats:
-    """Return the second derivative of half the weighed squares of complex rows (k, 16), packed."""
-    one, other = triangle(16)
+    """Return the second derivative of half the weighed squares of complex rows (k, m), packed."""
+    one, other = triangle(rows.shape[1])
     return np.asarray(weight[:, None] * (np.conj(rows[:, one]) * rows[:, other]).real)

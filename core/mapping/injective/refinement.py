@@ -162,7 +162,7 @@ class Refinement:
         answer for its own, with what the coarse grid changed of that.
         """
         held = level.constraints
-        if len(held.at) or held.glide.any() or leaves or not np.array_equal(level.wanted, level.shape):
+        if len(held.probes) or held.glide.any() or leaves or not np.array_equal(level.wanted, level.shape):
             change = way.prolong(coarse.z - way.restrict(self._linear.z))
             z = np.where(level.grid.outline.ravel(), found.z, self._linear.z + change)
             return level.placed(z, found.alpha, found.place)

@@ -119,8 +119,8 @@ def unfold(
         return start
     n, rest = len(start.alpha), as_complex(mapping.grid.nodes).ravel()
     centres = np.array([rest[body.nodes].mean() for body in mapping.bodies[:n]], np.complex128)
-    order = np.lexsort((constraints.to.imag, constraints.to.real, *constraints.at.T))
-    held = replace(constraints, at=constraints.at[order], to=constraints.to[order])
+    order = np.lexsort((constraints.to.imag, constraints.to.real, *constraints.probes.at.T))
+    held = replace(constraints, probes=constraints.probes[order], to=constraints.to[order])
     if not n:
         held = replace(held, pivots=held.pivots[:0], free=held.free[:0])
     level = Level.of(mapping, wanted, start, shape, held)
@@ -253,12 +253,12 @@ class Ways:
         junctions = Junctions.of(level, coarse, held_outline=not leaves)
         freedoms = Freedoms(yields, loose=outline if leaves else None, driven=driven)
         begin = way.restricted(start, held_outline=not leaves)
-        alone = replace(coarse, constraints=replace(coarse.constraints, at=held.at[:0], to=held.to[:0]))
+        alone = replace(coarse, constraints=replace(coarse.constraints, probes=held.probes[:0], to=held.to[:0]))
         cleared = Problem(alone, begin, everywhere, goal, Freedoms(np.zeros_like(yields)), junctions)
         if not (yield from clear_folds(cleared)):
             return None
         problem = Problem(coarse, cleared.found, everywhere, goal, freedoms, junctions)
-        end = ROOMY if len(held.at) or driven.any() else LIGHT
+        end = ROOMY if len(held.probes) or driven.any() else LIGHT
         yield from relax(problem, end=end, steps=GENTLE_STEPS, fall=GENTLE_FALL)
         return (yield from self._refinement.finish(way, problem, junctions))
 

@@ -21,22 +21,20 @@ def count_folds(level: Level, z: Complexes) -> int:
 
 def with_points_at(level: Level, z: Complexes, far: float) -> Level:
     """Return the level with targets that points miss by more than `far` pixels in a map (N,) put where these are."""
-    nodes, weights = level.grid.weights_at(level.constraints.at)
-    to, there = level.constraints.to, np.asarray((z[nodes] * weights).sum(axis=1))
+    to, there = level.constraints.to, level.constraints.probes.read(level.grid, z)
     return replace(level, constraints=replace(level.constraints, to=np.where(np.abs(there - to) > far, there, to)))
 
 
 def misses(level: Level, z: Complexes) -> Floats:
     """Return how far points are from their targets (k,) in a map (N,), in pixels."""
-    nodes, weights = level.grid.weights_at(level.constraints.at)
-    return np.asarray(np.abs((z[nodes] * weights).sum(axis=1) - level.constraints.to))
+    return np.asarray(np.abs(level.constraints.probes.read(level.grid, z) - level.constraints.to))
 
 
 def wrong_nodes(level: Level, z: Complexes) -> Bools:
     """Return the corners (N,) of quads of a map that are folded or hold a point off its target."""
     wrong = np.zeros(level.grid.size, bool)
     wrong[level.grid.quads[folded_quads(z.reshape(level.grid.shape)).ravel()]] = True
-    nodes, _ = level.grid.weights_at(level.constraints.at)
+    nodes, _ = level.constraints.probes.on(level.grid)
     wrong[nodes[misses(level, z) > MET]] = True
     return wrong
 

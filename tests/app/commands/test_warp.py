@@ -409,3 +409,16 @@ def test_pins_are_reported_and_those_that_cannot_be_met_are_said(
         assert np.hypot(*np.subtract(found["pins"][0]["reached"], to)) == pytest.approx(found["pins"][0]["error_px"])
         said = capsys.readouterr().err
         assert said.startswith("weft: note: out.png: 1 of 2 pins are not where they were dragged") is bool(missed)
+
+
+def test_rings_are_met_and_reported(folder: Path) -> None:
+    pins = [{"at": [48, 32], "to": [48, 32], "turn": 20, "scale": 1.2}, {"at": [20, 20], "to": [22, 20]}]
+    Path("handles.json").write_text(json.dumps({"pins": pins}))
+    words = ("photo.png", "-o", "out.png", "--handles", "handles.json", "--report", "report.json", "--cell", "1")
+    assert weft(*words, "--keep", "none") == 0
+    ringed, bare = json.loads(Path("report.json").read_text())["pins"]
+    assert ringed["ring"]["turn_deg"] == pytest.approx(20)
+    assert ringed["ring"]["reached_turn_deg"] == pytest.approx(20, abs=1e-3)
+    assert ringed["ring"]["reached_scale"] == pytest.approx(1.2, abs=1e-4)
+    assert ringed["ring"]["error_px"] < 0.01
+    assert set(bare) == {"at", "to", "reached", "error_px"}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from core.arrays import InputError
+from core.document.document import Ring
 from core.document.handles_file import from_data, read
 
 SIDES = {
@@ -31,6 +32,13 @@ def test_everything_is_read(tmp_path: Path) -> None:
     assert handles.curves[0].source.points.tolist() == CURVE["source"]
 
 
+def test_a_pin_with_a_turn_or_a_scale_has_a_ring() -> None:
+    pin = {"at": [1, 2], "to": [3, 4]}
+    pins = [pin, pin | {"turn": 30}, pin | {"scale": 1.5}, pin | {"turn": -5.5, "scale": 2}]
+    rings = from_data({"pins": pins}, (31, 16)).rings
+    assert rings == (None, Ring(30, 1), Ring(0, 1.5), Ring(-5.5, 2))
+
+
 def test_every_key_is_optional() -> None:
     handles = from_data({}, (31, 16))
     assert handles.pins_at.shape == (0, 2)
@@ -49,6 +57,9 @@ def test_every_key_is_optional() -> None:
         ({"pins": [{"at": [1, 2], "to": [1, float("inf")]}]}, r"pins\[0\]: to: holds NaN or infinity"),
         ({"pins": [{"at": [1, 2], "to": [1, 10**400]}]}, r"pins\[0\]: to: not a list of \[x, y\] pairs"),
         ({"pins": [{"at": [31, 2], "to": [1, 2]}]}, r"pins\[0\]: lies outside the picture of 31x16 pixels"),
+        ({"pins": [{"at": [1, 2], "to": [1, 2], "turn": "x"}]}, r"pins\[0\]: turn is not a finite number"),
+        ({"pins": [{"at": [1, 2], "to": [1, 2], "turn": 10**400}]}, r"pins\[0\]: turn is not a finite number"),
+        ({"pins": [{"at": [1, 2], "to": [1, 2], "scale": 0}]}, r"pins\[0\]: ring: a scale of 0 is not from 0.05 to 20"),
         ({"curves": [{"source": CURVE["source"]}]}, 'curve 1: has no "target"'),
         ({"curves": [CURVE | {"passive": True}]}, "curve 1: is passive"),
         ({"curves": [CURVE | {"source": [[0, 0], [9, 40], [9, 40], [0, 1]]}]}, "curve 1: lies outside"),

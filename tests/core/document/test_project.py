@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from core.arrays import InputError
-from core.document.document import CurvePair, Document, Outline, Pin, RetextureSettings, WarpSettings
+from core.document.document import CurvePair, Document, Outline, Pin, RetextureSettings, Ring, WarpSettings
 from core.document.overlay_settings import Cloth, LatticeVertices, Laying, Search
 from core.document.project import load_project, save_project
 from core.imaging.images import Attribute, Image, load, save
@@ -88,6 +88,9 @@ cloths = st.builds(
 )
 
 
+rings = st.builds(Ring, st.floats(-720, 720), st.floats(0.05, 20))
+
+
 @st.composite
 def documents(draw: st.DrawFn) -> Document:
     start = Document.of(draw(images()))
@@ -97,7 +100,7 @@ def documents(draw: st.DrawFn) -> Document:
         mask=Raster.from_array(draw(arrays(np.uint8, (height, width)))),
         warp=draw(warps),
         outline=draw(st.none() | points(12).map(Outline)),
-        pins=draw(st.lists(st.builds(Pin, places, places), max_size=3).map(tuple)),
+        pins=draw(st.lists(st.builds(Pin, places, places, st.none() | rings), max_size=3).map(tuple)),
         curves=draw(st.lists(curves, max_size=2).map(tuple)),
         retexture=draw(retextures),
         feature_curves=draw(st.lists(curves, max_size=2).map(tuple)),
@@ -244,6 +247,7 @@ def test_damage_inside_is_named(project: Path, document: object, fault: str) -> 
         ("outline", {"ring": [[0, 10**400]] * 12}, "outline: holds NaN or infinity"),
         ("pins", [{"at": [0.5], "to": [0.1, 0.2]}], "pins.0.at: is not a list of 2"),
         ("pins", {"at": 1}, "pins: is not a list"),
+        ("pins", [{"at": [0, 0], "to": [0, 0], "ring": {"scale": -1}}], "ring: a scale of -1 is not from"),
         ("outline", {"ring": [[0, 0]] * 5}, "outline: needs 12 points"),
         ("curves", [{"source": "x", "target": []}], "curves.0.source"),
         ("mask", {"file": "image.png"}, "mask: is not an 8-bit grey picture"),

@@ -11,6 +11,7 @@ from core.mapping.features.feature_mapping import FeatureMapping, Keep, Solution
 from core.mapping.features.similarity import fit_residual
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.handles.constraints import Constraints
+from core.mapping.handles.probes import Probes
 from core.mapping.injective.levels import Level, Transfer
 from core.mapping.injective.newton import find_direction
 from core.mapping.injective.outline import CORNERS, SIDES, Outline
@@ -68,23 +69,23 @@ def held_by(mapping: FeatureMapping, at: Points, to: Complexes, *, glide: bool =
     if glide:
         gliding = GRID.outline & (mapping.index < 0)
         gliding[CORNERS] = False
-    return replace(held, at=at, to=to, glide=gliding)
+    return replace(held, probes=Probes.of_points(at), to=to, glide=gliding)
 
 
 def pulled(z: Complexes, held: Constraints, reach: float = 25.0) -> Complexes:
     """Put points on their targets, each with what is near it: a linear answer that folds where that is far."""
     z = z.copy()
     for _ in range(200):
-        nodes, weights = GRID.weights_at(held.at)
+        nodes, weights = GRID.weights_at(held.probes.at)
         miss = held.to - (z.ravel()[nodes] * weights).sum(axis=1)
-        for p, by in zip(as_complex(held.at), miss, strict=True):
+        for p, by in zip(as_complex(held.probes.at), miss, strict=True):
             share = np.exp(-(np.abs(REST - p) ** 2) / (2 * reach**2))
             z[1:-1, 1:-1] += (0.6 * share * by)[1:-1, 1:-1]
     return z
 
 
 def misses(z: Complexes, held: Constraints) -> Floats:
-    nodes, weights = GRID.weights_at(held.at)
+    nodes, weights = GRID.weights_at(held.probes.at)
     return np.asarray(np.abs((z.ravel()[nodes] * weights).sum(axis=1) - held.to))
 
 
@@ -275,7 +276,7 @@ def test_the_order_of_points_changes_nothing_and_runs_are_the_same() -> None:
     mapping, held, start = dragged(disc(), *DRAGS)
     one = unfolded(mapping, held, start)
     order = np.array([2, 0, 3, 1])
-    other = unfolded(mapping, replace(held, at=held.at[order], to=held.to[order]), start)
+    other = unfolded(mapping, replace(held, probes=held.probes[order], to=held.to[order]), start)
     assert np.array_equal(one.z, other.z)
     assert np.array_equal(one.alpha, other.alpha)
 
