@@ -11,6 +11,7 @@ from app.model.events import Event, Key, Move, Position, Press
 from app.model.gestures import Gesture
 from app.model.shapes import Circle, Polyline, Role, Shape
 from app.model.spaces import canvas_from_screen, screen_from_canvas
+from app.tools import pin_ring
 from app.tools.points import band
 from app.tools.points.box import Box, Grip, applied
 from app.tools.points.grips import (
@@ -47,6 +48,12 @@ def box_of(editor: Editor) -> Box | None:
     return Box.around(targets_on_screen(editor)[sorted(selected(editor))])
 
 
+def ringed_pin(editor: Editor) -> int | None:
+    """Return the number of the pin around which a ring is drawn: the one that is selected alone."""
+    numbers = selected(editor)
+    return next(iter(numbers)) if len(numbers) == 1 else None
+
+
 def with_targets(document: Document, numbers: Iterable[int], places: Points) -> Document:
     """Return the document with some pins moved to `places` (n, 2)."""
     pins = list(document.pins)
@@ -57,13 +64,19 @@ def with_targets(document: Document, numbers: Iterable[int], places: Points) -> 
 
 def press(editor: Editor, press: Press) -> Gesture | None:
     """Remove, move, transform, select or add, by what is under the pointer and which key is held."""
-    pin = nearest(targets_on_screen(editor), press.pos)
+    places = targets_on_screen(editor)
+    pin, ringed = nearest(places, press.pos), ringed_pin(editor)
+    on_ring = ringed is not None and pin_ring.is_gripped(editor, ringed, places[ringed], press.pos)
     if press.mods.alt or press.button == "right":
         if pin is not None:
             remove(editor, {pin})
+        elif ringed is not None and on_ring:
+            pin_ring.remove(editor, ringed)
         return None
     if pin is not None:
         return drag(editor, press, pin)
+    if ringed is not None and on_ring:
+        return pin_ring.drag(editor, press, ringed, places[ringed])
     box = box_of(editor)
     grip = box.grip(press.pos) if box is not None else None
     if box is not None and grip is not None:
@@ -154,11 +167,14 @@ def hover(editor: Editor, pos: Position) -> object:
 
 
 def overlay(editor: Editor) -> Sequence[Shape]:
-    """Draw the box, the pins and the rubber band."""
+    """Draw the box, the ring of the one selected pin, the pins and the rubber band."""
     chosen, box = selected(editor), box_of(editor)
     shapes: list[Shape] = [] if box is None else list(box.shapes())
     targets = targets_on_screen(editor)
     shapes.extend(_misses(editor, targets))
+    ringed = ringed_pin(editor)
+    if ringed is not None:
+        shapes.extend(pin_ring.shapes(editor, ringed, targets[ringed]))
     for number, (x, y) in enumerate(targets):
         if number == editor.session.hover:
             shapes.append(Circle((float(x), float(y)), PIN_PX + 3, "hover"))
@@ -168,9 +184,9 @@ def overlay(editor: Editor) -> Sequence[Shape]:
 
 
 def missed_px(editor: Editor, number: int) -> float:
-    """Return how far a pin is from where it was dragged, in pixels of the canvas; 0 where it holds."""
+    """Return how far a pin, or its ring, is from where it was dragged, in pixels of the canvas; 0 where it holds."""
     reports = editor.answer.pins
-    error = reports[number].error_px if len(reports) == len(editor.document.pins) else 0.0
+    error = reports[number].worst_px if len(reports) == len(editor.document.pins) else 0.0
     return error if error > MISSED_PX else 0.0
 
 
@@ -196,7 +212,7 @@ PINS = Tool(
     label="Pins",
     icon="thumbtack",
     key="p",
-    hint="Click to add, drag to move · Shift holds an axis and selects several · Alt-click removes · arrows nudge",
+    hint="Click to add, drag to move, its ring to turn and scale · Shift: axis, steps, several · Alt-click removes",
     press=press,
     modes=frozenset(("warp",)),
     cursor="cross",

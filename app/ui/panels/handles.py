@@ -7,13 +7,13 @@ from imgui_bundle import imgui
 
 from app.editor.curve_kinds import FEATURE, INNER
 from app.editor.editor import Editor
-from app.tools import outline, pins
+from app.tools import outline, pin_ring, pins
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, faint, heading, icon_button, tip
 from app.ui.widgets.sliders import number_box
 from app.ui.widgets.theme import em
 from core.arrays import Points
-from core.document.document import CurvePair, Document, pixels_from_places, places_from_pixels
+from core.document.document import RING_SCALES, CurvePair, Document, Ring, pixels_from_places, places_from_pixels
 
 CORNERS = ("top left", "top right", "bottom right", "bottom left")
 MOST_PX = 1e6
@@ -96,6 +96,22 @@ class HandlesPanel:
         if typed is not None:
             to = places_from_pixels(document.canvas_px, typed[None])
             self._editor.edit("Move pin", pins.with_targets(document, (number,), to))
+            return
+        self._draw_ring(number)
+
+    def _draw_ring(self, number: int) -> None:
+        """Draw how the picture is turned and scaled around a pin, to be typed."""
+        ring = pin_ring.shown(self._editor, number)
+        holds = self._editor.document.pins[number].ring is not None
+        imgui.set_cursor_pos_x(imgui.get_cursor_pos_x() + em(1.4))
+        turned = _typed("Turn", ring.turn_deg, -360, 360, "In degrees, clockwise, against the picture without handles")
+        imgui.same_line(0, em(1.0))
+        scaled = _typed("Scale", 100 * ring.scale, 100 * RING_SCALES[0], 100 * RING_SCALES[1], "In per cent")
+        if turned is not None or scaled is not None:
+            typed = Ring(ring.turn_deg if turned is None else turned, ring.scale if scaled is None else scaled / 100)
+            self._editor.edit("Turn and scale pin", pin_ring.with_ring(self._editor.document, number, typed))
+        elif holds and _cross(f"ring {number + 1}", "Let the picture turn and scale here as it will"):
+            pin_ring.remove(self._editor, number)
 
     def _draw_curves(self, document: Document) -> None:
         heading(f"Inner curves  {len(document.curves)}", "bezier-curve")
@@ -150,6 +166,17 @@ def _typed_place(name: str, place: Points) -> Points | None:
         tip("In pixels of the result; beyond its frame too")
     imgui.pop_id()
     return typed if done else None
+
+
+def _typed(name: str, value: float, low: float, high: float, hint: str) -> float | None:
+    """Draw a named box for a number; return the new one when one was typed."""
+    imgui.align_text_to_frame_padding()
+    with colors(text=theme.FAINT):
+        imgui.text(name)
+    imgui.same_line(0, em(0.4))
+    held = number_box(value, low, high, 1, name=name, width_em=4.0)
+    tip(hint)
+    return held.value
 
 
 def _moved_px(document: Document, pair: CurvePair) -> float:

@@ -2,9 +2,11 @@ import numpy as np
 import pytest
 
 from app.model.shapes import Circle, Polyline
+from app.tools import pin_ring
+from app.tools.pin_ring import RING_PX
 from app.tools.pins import missed_px, targets_on_screen
 from app.tools.points.box import Box, Grip, applied
-from core.document.document import Document, pixels_from_places
+from core.document.document import Document, Ring, pixels_from_places
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, document
 
@@ -160,19 +162,23 @@ def test_a_grip_of_the_box_in_numbers() -> None:
     assert np.allclose(applied(turned, np.array([[100.0, 25.0]])), [[50, 75]])
 
 
+def faulty_lines(drive: EditorDriver) -> list[Polyline]:
+    shapes = drive.editor.tool.overlay(drive.editor)
+    return [shape for shape in shapes if isinstance(shape, Polyline) and shape.role == "faulty"]
+
+
 def test_a_line_leads_from_a_pin_that_cannot_be_met_to_its_point() -> None:
     drive = EditorDriver().tool("pins").click(60, 50).drag((60, 50), (400, 50)).rest()
     found = drive.editor.answer
     assert found.settled
     assert not found.folds
-    ((line,),) = ([s for s in drive.editor.tool.overlay(drive.editor) if isinstance(s, Polyline)],)
-    assert line.role == "faulty"
+    (line,) = faulty_lines(drive)
     assert line.points[0] == pytest.approx(targets_on_screen(drive.editor)[0])
     assert line.points[1] == pytest.approx(drive.screen_of(60, 50), abs=1e-6)
     assert missed_px(drive.editor, 0) > 200
     drive.drag((400, 50), (70, 55)).rest()
     assert missed_px(drive.editor, 0) == 0
-    assert not any(isinstance(s, Polyline) for s in drive.editor.tool.overlay(drive.editor))
+    assert not faulty_lines(drive)
 
 
 def test_a_pin_that_is_set_on_a_bent_picture_with_features_changes_no_bit() -> None:
@@ -181,3 +187,72 @@ def test_a_pin_that_is_set_on_a_bent_picture_with_features_changes_no_bit() -> N
     drive.tool("pins").click(70, 60).click(120, 80).rest()
     assert len(drive.document.pins) == 2
     assert np.array_equal(drive.editor.answer.warped, before)
+
+
+def ring_of(drive: EditorDriver, number: int = 0) -> Ring:
+    ring = drive.document.pins[number].ring
+    assert ring is not None
+    return ring
+
+
+def turned(drive: EditorDriver, x: float, y: float) -> complex:
+    """Return by how much handles have turned and scaled the picture around a place of it."""
+    assert drive.editor.answer.result is not None
+    return complex(drive.editor.answer.result.turned_at(np.array([[x, y]]))[0])
+
+
+def test_a_dragged_ring_turns_and_scales_the_picture_in_one_entry(drive: EditorDriver) -> None:
+    drive.click(100, 75).drag((100, 75 - RING_PX), (100 + 0.8 * RING_PX, 60), (100 + 1.2 * RING_PX, 75))
+    assert drive.labels == ("Add pin", "Turn and scale pin")
+    assert (ring_of(drive).turn_deg, ring_of(drive).scale) == pytest.approx((90, 1.2))
+    assert turned(drive, 100, 75) == pytest.approx(1.2j, abs=1e-3)
+    assert np.allclose(drive.screen_of(100, 75), (100, 75), atol=1e-3)
+    drive.undo()
+    assert drive.document.pins[0].ring is None
+    assert np.allclose(drive.editor.answer.warped, drive.editor.answer.rest, atol=1e-6)
+
+
+def test_a_click_on_a_ring_sets_nothing(drive: EditorDriver) -> None:
+    drive.click(100, 75).click(100 + RING_PX, 75)
+    assert drive.labels == ("Add pin",)
+    assert drive.document.pins[0].ring is None
+
+
+def test_with_shift_a_ring_turns_by_whole_steps_and_keeps_its_scale(drive: EditorDriver) -> None:
+    drive.click(100, 75).press(100 + RING_PX, 75).move(100 + RING_PX, 75 + 0.5 * RING_PX, shift=True).release()
+    assert ring_of(drive).turn_deg == pytest.approx(30)
+    assert ring_of(drive).scale == 1
+
+
+def test_a_ring_begins_with_the_turn_that_other_handles_gave(drive: EditorDriver) -> None:
+    drive.click(80, 75).click(120, 75).drag((120, 75), (115, 100))
+    drive.click(100, 40)
+    x, y = pixels_from_places((200, 150), np.array(drive.document.pins[2].at))
+    there, before = turned(drive, x, y), drive.editor.answer.warped
+    assert abs(np.degrees(np.angle(there))) > 1
+    shown = pin_ring.shown(drive.editor, 2)
+    assert (shown.turn_deg, shown.scale) == pytest.approx((np.degrees(np.angle(there)), abs(there)))
+    drive.editor.document = pin_ring.with_ring(drive.document, 2, shown)
+    drive.frame()
+    assert np.abs(drive.editor.answer.warped - before).max() < 0.1
+
+
+def test_an_alt_click_on_a_ring_takes_it_off_and_leaves_the_pin(drive: EditorDriver) -> None:
+    drive.click(100, 75).drag((100, 75 - RING_PX), (100 + RING_PX, 75))
+    drive.click(100, 75 + RING_PX, alt=True)
+    assert drive.document.pins[0].ring is None
+    assert drive.labels[-1] == "Remove ring"
+    assert len(drive.document.pins) == 1
+
+
+def test_a_ring_that_cannot_be_met_is_reported(drive: EditorDriver) -> None:
+    mask = np.zeros((150, 200), np.uint8)
+    mask[50:100, 70:130] = 255
+    rigid = document(cell_px=4.0).changed(mask=Raster.from_array(mask)).with_warp(keep="rigid")
+    drive = EditorDriver(rigid).tool("pins").click(100, 75)
+    drive.drag((100 + RING_PX, 75), (100 + 2 * RING_PX, 75)).rest()
+    assert ring_of(drive).scale == pytest.approx(2)
+    (report,) = drive.editor.answer.pins
+    assert report.ring is not None
+    assert report.ring.reached_scale == pytest.approx(1)
+    assert missed_px(drive.editor, 0) == pytest.approx(report.ring.error_px) != 0
