@@ -25,6 +25,8 @@ class Programs:
         self._context = context
         self._programs: dict[tuple[str, str, Names], moderngl.Program] = {}
         self._fullscreen: dict[tuple[str, Names], moderngl.VertexArray] = {}
+        self.draws = True
+        """Whether anything is drawn: a measurement of the processor's part leaves the draw calls out."""
 
     def get(self, vertex: str, fragment: str, defined: Names = ()) -> moderngl.Program:
         """Return the program of `vertex` and `fragment`, file names in `shaders`, the latter with names `defined`."""
@@ -44,7 +46,12 @@ class Programs:
         if key not in self._fullscreen:
             self._fullscreen[key] = self._context.vertex_array(program, [])
         set_uniforms(program, **uniforms)
-        self._fullscreen[key].render(moderngl.TRIANGLES, vertices=3)
+        self.render(self._fullscreen[key], 3)
+
+    def render(self, array: moderngl.VertexArray, vertices: int, first: int = 0) -> None:
+        """Draw the triangles of so many vertices, or indices, of `array` from the `first` on."""
+        if self.draws:
+            array.render(moderngl.TRIANGLES, vertices=vertices, first=first)
 
 
 def programs_of(context: moderngl.Context) -> Programs:

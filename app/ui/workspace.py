@@ -32,6 +32,7 @@ from app.ui.toolbar import WIDTH_EM, draw_toolbar
 from app.ui.widgets import theme
 from app.ui.widgets.theme import em
 from app.ui.widgets.toasts import Toasts
+from core import tracing
 from core.document.document import Mode
 
 SIDE, LOWER_SIDE = "Side", "LowerSide"
@@ -145,7 +146,8 @@ class Workspace:
         self.barrier.frame += 1
         self.barrier.run("lay out the window", self._lay_out)
         self.barrier.run("do what mouse and keys asked for", self.canvas.take_input)
-        self.barrier.run("bring the picture up to date", self.editor.update)
+        with tracing.span("update"):
+            self.barrier.run("bring the picture up to date", self.editor.update)
         self.barrier.run("choose the panels", self._show_mode)
         self.barrier.run("show the picture whole", self._fit_new_picture)
         self.barrier.run("draw the small pictures", self.thumbnails.begin_frame)

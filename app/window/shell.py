@@ -21,6 +21,7 @@ from app.editor.editor import Editor
 from app.files import filing
 from app.model.events import Modifiers
 from app.render import gpu
+from app.render.programs import programs_of
 from app.render.renderer import Renderer
 from app.render.scene import Scene
 from app.ui.canvas.scene import Motion, scene_of
@@ -108,12 +109,16 @@ def _settings_folder() -> Path | None:
 class Shell:
     """The editor in a window."""
 
-    def __init__(self, editor: Editor, *, keeps_settings: bool = True, welcomes: bool = False) -> None:
+    def __init__(
+        self, editor: Editor, *, keeps_settings: bool = True, welcomes: bool = False, draws: bool = True
+    ) -> None:
         gpu.let_go()
         _set_hints()
         self.editor = editor
         self.workspace = Workspace(editor, welcomes=welcomes)
         self.params = self._params(keeps_settings=keeps_settings)
+        self._draws = draws
+        """Whether the picture is drawn at all: to see what a frame takes without it, the draw calls can be left out."""
         self.frames = 0
         """How many frames were drawn."""
         self._frames_due = LAYOUT_FRAMES + FRAMES_AFTER_INPUT
@@ -227,6 +232,7 @@ class Shell:
         imgui.get_io().mouse_double_click_time = DOUBLE_CLICK_S
         self._context = gpu.attach()
         self._reset_status = context_loss.reset_status()
+        programs_of(self._context).draws = self._draws
         self._renderer = Renderer(self._context, frame_s=DRAWING_S)
         self.workspace.thumbnails.attach(self._context, self._renderer)
 
@@ -251,6 +257,11 @@ class Shell:
         below = io.display_size.y - area.y - area.height
         left, bottom, width, height = (round(side * ratio) for side in (area.x, below, area.width, area.height))
         place = left, bottom, width, height
+        with tracing.span("canvas"):
+            self._draw_behind(ratio, place)
+
+    def _draw_behind(self, ratio: float, place: gpu.Rectangle) -> None:
+        """Draw the present picture, or the last one where that fails."""
         barrier = self.workspace.barrier
         if not barrier.run("draw the picture", lambda: self._draw_scene(ratio, place)) and self._scene is not None:
             scene = replace(self._scene, view=self.editor.session.view)

@@ -59,6 +59,10 @@ class Mesh:
         """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
         if rest is self._rest and moved is self._moved:
             return
+        with tracing.span("place"):
+            self._place(rest, moved)
+
+    def _place(self, rest: Points, moved: Points) -> None:
         self._rest, self._moved, self._reach = rest, moved, None
         drawn = moved[self._drawn]
         with tracing.span("upload", what="nodes"):
@@ -94,13 +98,13 @@ class Mesh:
         """Draw `blocks` with the shader `fragment` into the bound framebuffer."""
         array = self._array(fragment, (), self._indices, uniforms)
         for first, count in _runs(blocks, self._first, self._count):
-            array.render(moderngl.TRIANGLES, vertices=count, first=first)
+            self._programs.render(array, count, first)
 
     def draw_edge(self, fragment: str, defined: Names = (), /, **uniforms: object) -> None:
         """Draw the ring and the cells that may reach into the last pixel before the outline."""
         layers = min(math.ceil(EDGE_PX / max(self._thinnest, EDGE_PX / MOST_EDGE_LAYERS)), len(self._edge_counts) - 1)
         array = self._array(fragment, defined, self._edge_indices, uniforms)
-        array.render(moderngl.TRIANGLES, vertices=int(self._edge_counts[layers]))
+        self._programs.render(array, int(self._edge_counts[layers]))
 
     def _array(
         self, fragment: str, defined: Names, indices: moderngl.Buffer, uniforms: dict[str, object]
