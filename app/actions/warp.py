@@ -8,6 +8,7 @@ from app.editor.painting import LAYERS, layer, painted, with_layer
 from app.files import filing, masks
 from core.document.document import Keep, WarpSettings
 from core.rasters.raster import Raster
+from core.selection.sources import has_transparency
 from core.warps.presets import PRESETS
 
 
@@ -53,6 +54,15 @@ MASK = (
         "wand-magic-sparkles",
         "Paint over something roughly; this finds its outline",
         enabled=_can_fit,
+    ),
+    Action(
+        "mask.transparency",
+        "Mask from transparency",
+        "Mask",
+        masks.mark_opaque,
+        icon="clone",
+        tooltip="Mark what is opaque: every letter or cut-out is a feature of its own",
+        enabled=lambda editor: has_transparency(editor.document.image),
     ),
     Action(
         "mask.load",

@@ -20,10 +20,11 @@ from core.document import handles_file
 from core.document.document import CurvePair, Document, Outline, Pin, WarpSettings, places_from_pixels
 from core.document.map import MapSolver, grid_of, handles_of
 from core.files.atomic import AtomicFiles, check_outputs
-from core.imaging.images import Image, check_writable_format, load, load_mask
+from core.imaging.images import Image, check_writable_format, load, mask_of
 from core.interchange.obj import obj_mesh
 from core.interchange.stmap import write_st_map
 from core.mapping.result import Warped
+from core.masks.mask_files import marks_of
 from core.notices import notice
 from core.rasters.raster import Raster
 from core.warps.presets import PRESETS
@@ -63,7 +64,12 @@ def _add_warp_options(group: argparse._ArgumentGroup) -> None:
 
 
 def _add_mapping_options(group: argparse._ArgumentGroup) -> None:
-    group.add_argument("--mask", type=Path, metavar="MASK", help="a picture of the same size; over 127 is a feature")
+    group.add_argument(
+        "--mask",
+        type=Path,
+        metavar="MASK",
+        help="a picture of the same size; over 127 is a feature, or each of a few labels",
+    )
     group.add_argument("--keep", choices=("similarity", "rigid", "none"), default="similarity")
     group.add_argument("--method", choices=("exact", "per-quad"), default="exact")
     group.add_argument("--allow-folds", action="store_true", help="do not remove the folds that features bring")
@@ -160,9 +166,18 @@ def document_from(arguments: argparse.Namespace) -> Document:
     )
     document = replace(document, warp=settings)
     if arguments.mask is not None:
-        mask = load_mask(arguments.mask, image.size_px)
-        document = replace(document, mask=Raster.from_array(mask))
+        document = _with_mask(document, arguments.mask)
     return document if arguments.handles is None else _with_handles(document, arguments.handles)
+
+
+def _with_mask(document: Document, path: Path) -> Document:
+    """Return `document` with the features that the file `path` marks."""
+    found = load(path)
+    mask, numbers, said = marks_of(found, mask_of(found, path, document.size_px))
+    if numbers is None:
+        return replace(document, mask=Raster.from_array(mask))
+    notice(f"{path}: {said}")
+    return replace(document, mask=Raster.from_array(mask), numbers=Raster.from_array(numbers))
 
 
 def _with_handles(document: Document, path: Path) -> Document:

@@ -5,6 +5,7 @@ from typing import Literal, TypeAlias
 from app.editor.editor import Editor
 from core.document.document import Document
 from core.rasters.raster import Raster
+from core.selection.features import only_marked
 
 Layer: TypeAlias = Literal["mask", "matte", "source_mask", "region"]
 LAYERS: dict[Layer, str] = {"mask": "mask", "matte": "matte", "source_mask": "source mask", "region": "region"}
@@ -24,5 +25,9 @@ def layer(document: Document, name: Layer) -> Raster:
 
 
 def with_layer(document: Document, name: Layer, raster: Raster) -> Document:
-    """Return the document with a raster exchanged."""
-    return document.with_cloth(region=raster) if name == "region" else document.changed(**{name: raster})
+    """Return the document with a raster exchanged; features' numbers go where the mask goes."""
+    if name == "region":
+        return document.with_cloth(region=raster)
+    if name == "mask" and document.numbers is not None and raster is not document.mask:
+        return document.changed(mask=raster, numbers=only_marked(document.numbers, raster))
+    return document.changed(**{name: raster})

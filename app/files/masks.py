@@ -8,14 +8,16 @@ from app.editor.editor import Editor
 from app.editor.painting import LAYERS, layer, painted, with_layer
 from app.files import filing
 from app.model.requests import PICTURES, PROJECTS, OpenFile
+from core.arrays import InputError
 from core.document.document import Document
 from core.document.project import load_project
 from core.imaging.images import Image, load, mask_of, save
-from core.masks.mask_files import said_of_mask
+from core.masks.mask_files import marks_or_opacity_of, said_of_mask
 from core.masks.object_masks import object_under
 from core.notices import notice
 from core.progress import Job, Progress
 from core.rasters.raster import Raster
+from core.selection.sources import has_transparency, opacity, opaque_under
 
 MASK_FILES = ("png", "tif", "tiff")
 
@@ -29,17 +31,40 @@ def load_mask_from(editor: Editor, path: Path) -> None:
     """Take the mask in a picture of the same size, or in another project, where it is resized."""
     size_px = editor.document.size_px
 
-    def steps() -> Job[Raster]:
+    def steps() -> Job[tuple[Raster, Raster | None]]:
         yield Progress(0.0, "reading")
-        image = None if filing.is_project(path) else load(path)
-        mask = load_project(path).mask if image is None else Raster.from_array(mask_of(image, path, size_px))
-        array = mask.array
-        notice(said_of_mask(image or Image(array[..., None]), array))
-        return mask
+        if filing.is_project(path):
+            other = load_project(path)
+            array = other.mask.array
+            notice(said_of_mask(Image(array[..., None]), array))
+            return other.mask, other.numbers
+        image = load(path)
+        mask, numbers, said = marks_or_opacity_of(image, mask_of(image, path, size_px))
+        notice(said)
+        return Raster.from_array(mask), None if numbers is None else Raster.from_array(numbers)
 
     name = painted(editor)
-    apply = lambda document, mask: with_layer(document, name, mask.resized(*document.size_px))  # noqa: E731
+
+    def apply(document: Document, found: tuple[Raster, Raster | None]) -> Document:
+        mask, numbers = found
+        document = with_layer(document, name, mask.resized(*document.size_px))
+        if name == "mask" and numbers is not None:
+            document = document.changed(numbers=numbers.resized(*document.size_px, blends=False))
+        return document
+
     editor.start(f"Load {LAYERS[name]}", steps, apply)
+
+
+def mark_opaque(editor: Editor) -> None:
+    """Mark what is not transparent; in Warp mode each part of it that hangs together is a feature."""
+    editor.finish()
+    try:
+        mask = Raster.from_array(opacity(editor.document.image))
+    except InputError as fault:
+        editor.fail(fault)
+        return
+    name = painted(editor)
+    editor.edit(f"{LAYERS[name].capitalize()} from transparency", with_layer(editor.document, name, mask))
 
 
 def ask_save_mask(editor: Editor) -> None:
@@ -62,6 +87,8 @@ def fit_to_objects(editor: Editor) -> None:
     rough = layer(editor.document, name)
 
     def steps() -> Job[Raster]:
+        if has_transparency(image):
+            return Raster.from_array(opaque_under(image, rough.array))
         return Raster.from_array((yield from object_under(image, rough.array)))
 
     def apply(document: Document, fitted: Raster) -> Document | None:

@@ -278,6 +278,8 @@ def _maps_alike(a: Document, b: Document) -> bool:
     return (
         a.image is b.image
         and a.mask is b.mask
+        and a.numbers is b.numbers
+        and a.given_up == b.given_up
         and a.warp == b.warp
         and a.outline is b.outline
         and a.pins == b.pins

@@ -44,7 +44,7 @@ SWITCHES = (
 GAP_EM = 0.9
 
 TOOL_ACTIONS = {
-    "brush": ("mask.fit", "mask.fill", "mask.clear", "mask.invert", "mask.load"),
+    "brush": ("mask.fit", "mask.transparency", "mask.fill", "mask.clear", "mask.invert", "mask.load"),
     "pins": ("handles.select_all", "handles.frame", "handles.remove_pins"),
     "outline": ("handles.select_all", "handles.reset_outline"),
     "curves": ("handles.edit_source", "handles.frame", "handles.remove_curves"),

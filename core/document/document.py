@@ -109,6 +109,18 @@ class Ring:
 
 
 @dataclass(frozen=True)
+class Feature:
+    """What the artist said of a feature that has a number; of others nothing is said."""
+
+    number: int
+    """That of its pixels in `Document.numbers`, 1 to 255."""
+    name: str = ""
+    """Empty for one that goes by its number."""
+    kept: bool = True
+    """Whether it keeps its shape; else it is warped like what is not painted."""
+
+
+@dataclass(frozen=True)
 class Pin:
     """A point of the picture and where it is to go."""
 
@@ -170,6 +182,11 @@ class Document:
     image: Image
     mask: Raster
     """The picture's size; over 127 is feature."""
+    numbers: Raster | None = None
+    """The picture's size; the number of the feature that a pixel of the mask is of, as `core.selection.features` says;
+    None where none has one."""
+    features: tuple[Feature, ...] = ()
+    """Those of which something is said, by number."""
     warp: WarpSettings = field(default_factory=WarpSettings)
     outline: Outline | None = None
     pins: tuple[Pin, ...] = ()
@@ -218,6 +235,7 @@ class Document:
         return self.changed(
             image=image,
             mask=self.mask.resized(*size),
+            numbers=self.numbers and self.numbers.resized(*size, blends=False),
             matte=matte,
             source_mask=source_mask,
             cloth=self.cloth.resized(*size),
@@ -236,6 +254,11 @@ class Document:
         """Return the document with some of its `RetextureSettings` changed, itself where they are so already."""
         settings = replace(self.retexture, **changes)  # type: ignore[arg-type]
         return self if settings == self.retexture else replace(self, retexture=settings)
+
+    @property
+    def given_up(self) -> frozenset[int]:
+        """Numbers of the features that are not to keep their shape."""
+        return frozenset(feature.number for feature in self.features if not feature.kept)
 
     @property
     def result_px(self) -> tuple[int, int]:

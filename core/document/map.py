@@ -19,8 +19,7 @@ from core.mapping.options import MappingOptions
 from core.mapping.result import Warped
 from core.mapping.warper import Warper
 from core.progress import Job
-from core.rasters.components import Components
-from core.rasters.raster import Raster
+from core.selection.nodes import MarkedNodes
 from core.warps.outline import follow_outline
 from core.warps.presets import make_warp
 from core.warps.warp import Warp, compose, resize
@@ -106,9 +105,7 @@ class MapSolver:
 
     def __init__(self) -> None:
         self._live: Warper | None = None
-        self._mask: Raster | None = None
-        self._features: Features | None = None
-        self._components: Components | None = None
+        self._marked: MarkedNodes | None = None
         self._base: tuple[object, Points] | None = None
 
     def is_heavy(self, document: Document) -> bool:
@@ -143,23 +140,18 @@ class MapSolver:
 
     def _prepared(self, document: Document) -> Warper:
         live = self._on_grid(document)
-        live.use(self._features_of(live.grid, document.mask), options_of(document.warp))
+        live.use(self._features_of(live.grid, document), options_of(document.warp))
         return live
 
     def _on_grid(self, document: Document) -> Warper:
         grid = grid_of(document)
         if self._live is None or self._live.grid != grid:
             self._live = Warper(grid)
-            self._mask = self._features = self._components = None
+            self._marked = None
         return self._live
 
-    def _features_of(self, grid: Grid, mask: Raster) -> Features:
-        """Return the features of `mask`, the same object as before while no node's label changed."""
-        if self._features is None or mask is not self._mask:
-            if self._components is None:
-                self._components = Components(*grid.pixels)
-            found = Features(readonly(self._components.labels(mask)))
-            if self._features is None or not np.array_equal(found.labels, self._features.labels):
-                self._features = found
-            self._mask = mask
-        return self._features
+    def _features_of(self, grid: Grid, document: Document) -> Features:
+        """Return the features of the document, the same object as before while no node's number changed."""
+        if self._marked is None:
+            self._marked = MarkedNodes(grid)
+        return self._marked.features(document.mask, document.numbers, document.given_up)

@@ -4,11 +4,31 @@ import numpy as np
 
 from core.arrays import Bytes
 from core.imaging.image import Image
+from core.selection.sources import has_transparency, labels_in, opacity
 
 MARKED = 127
 """Over this a pixel is marked."""
-FEW = 32
-"""So many grey levels at most make a picture of labels, if none of them is bright."""
+
+
+def marks_of(image: Image, mask: Bytes) -> tuple[Bytes, Bytes | None, str]:
+    """Return a mask and numbers of features (H, W) for the grey levels (H, W) of a picture, and what to say of them.
+
+    A picture of labels marks a feature for each; all else has no numbers.
+    """
+    labels = labels_in(mask)
+    if labels is None:
+        return mask, None, said_of_mask(image, mask)
+    count = int(labels.max())
+    what = "1 label, which is a feature" if count == 1 else f"{count} labels, each of them a feature"
+    return np.where(labels > 0, 255, 0).astype(np.uint8), labels, f"The mask holds {what}."
+
+
+def marks_or_opacity_of(image: Image, mask: Bytes) -> tuple[Bytes, Bytes | None, str]:
+    """Return what `marks_of` does, or where a picture is of one grey and transparent in parts, its opacity."""
+    if mask.min() == mask.max() and has_transparency(image):
+        alpha = opacity(image)
+        return alpha, None, f"The mask marks {_percent(float((alpha > MARKED).mean()))} of the picture: what is opaque."
+    return marks_of(image, mask)
 
 
 def said_of_mask(image: Image, mask: Bytes) -> str:
@@ -30,11 +50,6 @@ def _said_of_nothing(mask: Bytes) -> str:
     levels = np.unique(mask)
     if len(levels) == 1:
         return f"The mask marks nothing: all of it is {levels[0]}, and only what is over {MARKED} is marked."
-    if len(levels) <= FEW:
-        return (
-            f"The mask marks nothing: it holds {len(levels)} labels from {levels[0]} to {levels[-1]}, "
-            f"and only what is over {MARKED} is marked."
-        )
     return f"The mask marks nothing: its brightest pixel is {levels[-1]}, and only what is over {MARKED} is marked."
 
 

@@ -81,11 +81,15 @@ class Raster:
             self.width_px, self.height_px, tuple(tuple(flipped[id(tile)] for tile in row) for row in self.tiles)
         )
 
-    def resized(self, width_px: int, height_px: int) -> "Raster":
-        """Return the raster stretched to another size, itself where it has that size."""
+    def resized(self, width_px: int, height_px: int, *, blends: bool = True) -> "Raster":
+        """Return the raster stretched to another size, itself where it has that size.
+
+        Without `blends` every value of the new one is in the old one, too: for numbers that stand for something.
+        """
         if (width_px, height_px) == (self.width_px, self.height_px):
             return self
-        return Raster.from_array(np.asarray(cv2.resize(self.array, (width_px, height_px)), np.uint8))
+        how = cv2.INTER_LINEAR if blends else cv2.INTER_NEAREST
+        return Raster.from_array(np.asarray(cv2.resize(self.array, (width_px, height_px), interpolation=how), np.uint8))
 
     def _distinct(self) -> list[Bytes]:
         """Return every array once."""

@@ -206,6 +206,20 @@ def test_every_mask_has_an_answer(folder: Path, name: str, pixels: Bytes) -> Non
     assert all(feature["residual"] < 1e-6 for feature in features)
 
 
+def test_each_label_is_a_feature_and_what_touches_stays_two(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    labels = disc(1)
+    labels[:, 40:][labels[:, 40:] > 0] = 2
+    labels[5:15, 70:85] = 2
+    save(Image(labels[..., None]), "labels.png")
+    words = ("photo.png", "-o", "out.png", "--preset", "arc", "--bend=40", "--cell=4", "--report", "r.json")
+    assert weft(*words, "--mask", "labels.png") == 0
+    assert "labels.png: The mask holds 2 labels, each of them a feature." in capsys.readouterr().err
+    report = json.loads(Path("r.json").read_text())
+    assert [feature["id"] for feature in report["features"]] == [1, 2]
+    assert max(feature["residual"] for feature in report["features"]) < 1e-6
+    assert report["folds"]["warped"] == 0
+
+
 @pytest.mark.parametrize("size", [(1, 1), (1, 5000), (5000, 1)])
 def test_thin_pictures_are_warped(folder: Path, size: tuple[int, int]) -> None:
     save(Image(photograph(*size)), "thin.png")

@@ -113,3 +113,59 @@ def test_masks_of_texture_are_fitted_too_but_neither_matte_nor_region() -> None:
     assert drive.document.matte is rough
     act(drive, "mode.overlay", "mask.fit")
     assert drive.document.cloth.region is rough
+
+
+def letters() -> Document:
+    """Return a transparent picture with three opaque bars, the middle one with a soft edge."""
+    pixels = np.zeros((150, 200, 4), np.uint8)
+    for left in (20, 80, 140):
+        pixels[40:110, left : left + 40] = 255
+    pixels[40:110, 79, 3] = 90
+    return Document.of(Image(pixels)).with_warp(cell_px=8.0)
+
+
+def test_each_letter_of_a_transparent_picture_is_a_feature() -> None:
+    drive = EditorDriver(letters())
+    act(drive, "mask.transparency")
+    assert drive.labels == ("Mask from transparency",)
+    assert np.array_equal(drive.document.mask.array, drive.document.image.pixels[..., 3])
+    features = drive.editor.answer.features
+    assert features is not None
+    assert len(features) == 3
+
+
+def test_fitting_on_a_transparent_picture_takes_what_is_opaque_under_the_paint() -> None:
+    start = letters()
+    rough = np.zeros((150, 200), np.uint8)
+    rough[60:70, 90:150] = 255
+    drive = EditorDriver(start.changed(mask=Raster.from_array(rough)))
+    act(drive, "mask.fit")
+    alpha = start.image.pixels[..., 3]
+    assert np.array_equal(drive.document.mask.array[:, 70:], alpha[:, 70:])
+    assert not drive.document.mask.array[:, :70].any()
+    drive.editor.edit("Between", start.changed(mask=Raster.from_array(np.where(alpha > 0, 0, 255).astype(np.uint8))))
+    act(drive, "mask.fit")
+    assert drive.editor.notices[-1].text == "nothing is painted over but what is transparent"
+
+
+def test_a_picture_without_transparency_says_so(drive: EditorDriver) -> None:
+    assert not TABLE.by_name["mask.transparency"].enabled(drive.editor)
+    masks.mark_opaque(drive.editor)
+    assert drive.editor.notices[-1].text == "the picture has no transparency to tell objects by"
+    assert drive.document is drive.start
+
+
+def test_labels_that_are_loaded_are_features_of_their_own(drive: EditorDriver, tmp_path: Path) -> None:
+    labels = np.zeros((150, 200, 1), np.uint8)
+    labels[20:100, 20:80], labels[20:100, 80:120] = 2, 9
+    save(Image(labels), tmp_path / "labels.png")
+    masks.load_mask_from(drive.editor, tmp_path / "labels.png")
+    drive.frame()
+    assert drive.editor.notices[-1].text == "The mask holds 2 labels, each of them a feature."
+    features = drive.editor.answer.features
+    assert features is not None
+    assert features.ids.tolist() == [1, 2]
+    assert drive.document.mask.array[50, 100] == 255
+    act(drive, "mask.clear")
+    assert drive.document.numbers is None
+    assert drive.undo().document.numbers is not None

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from core.arrays import InputError
-from core.document.document import CurvePair, Document, Outline, Pin, RetextureSettings, Ring, WarpSettings
+from core.document.document import CurvePair, Document, Feature, Outline, Pin, RetextureSettings, Ring, WarpSettings
 from core.document.overlay_settings import Cloth, LatticeVertices, Laying, Search
 from core.document.project import load_project, save_project
 from core.imaging.images import Attribute, Image, load, save
@@ -87,6 +87,8 @@ cloths = st.builds(
     ),
 )
 
+named_features = st.builds(Feature, st.integers(1, 255), st.text(max_size=9), st.booleans())
+
 
 rings = st.builds(Ring, st.floats(-720, 720), st.floats(0.05, 20))
 
@@ -106,6 +108,8 @@ def documents(draw: st.DrawFn) -> Document:
         feature_curves=draw(st.lists(curves, max_size=2).map(tuple)),
         matte=draw(st.none() | arrays(np.uint8, (height, width)).map(Raster.from_array)),
         source_mask=draw(st.none() | arrays(np.uint8, (height, width)).map(Raster.from_array)),
+        numbers=draw(st.none() | arrays(np.uint8, (height, width)).map(Raster.from_array)),
+        features=draw(st.lists(named_features, max_size=2).map(tuple)),
         mode=draw(st.sampled_from(["warp", "retexture", "overlay"])),
     )
 

@@ -1,0 +1,83 @@
+"""Features one by one: which pixels of a mask are whose.
+
+A document has a mask (H, W), over 127 for features, and numbers (H, W): pixels with the same number, wherever they lie,
+are one feature; each 8-connected part of the mask that has no number, 0, is one, too. So strokes that touch are two
+features where they have two numbers, and parts far from one another are one where they have the same.
+"""
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Bytes, InputError, Points
+from core.rasters.raster import Box, Raster
+
+MARKED = 127
+MOST = 255
+"""Numbers go so far."""
+
+
+def free_number(numbers: Raster | None) -> int:
+    """Return the least number that no pixel has; raise `InputError` where all are taken."""
+    taken = set() if numbers is None else {int(n) for n in np.unique(numbers.array)}
+    free = next((number for number in range(1, MOST + 1) if number not in taken), None)
+    if free is None:
+        raise InputError(f"a picture holds {MOST} numbered features at most")
+    return free
+
+
+def without_numbered(mask: Raster, numbers: Raster) -> Raster:
+    """Return the mask without the pixels that have a number; tiles without any are the mask's own."""
+
+    def cut(tile: Bytes, box: Box) -> Bytes:
+        number = numbers.tile_at(box)
+        return np.where(number == 0, tile, 0).astype(np.uint8) if number.any() else tile
+
+    return mask.edited((0, 0, mask.width_px, mask.height_px), cut)
+
+
+def only_marked(numbers: Raster, mask: Raster) -> Raster | None:
+    """Return the numbers of pixels that are marked, None where no pixel has one."""
+
+    def cut(tile: Bytes, box: Box) -> Bytes:
+        if not tile.any():
+            return tile
+        marked = mask.tile_at(box) > MARKED
+        return tile if marked[tile > 0].all() else np.where(marked, tile, 0).astype(np.uint8)
+
+    kept = numbers.edited((0, 0, numbers.width_px, numbers.height_px), cut)
+    return None if kept.is_empty else kept
+
+
+def numbered(numbers: Raster | None, area: Bools, number: int) -> Raster:
+    """Return the numbers with all pixels of an area (H, W) given one number."""
+    before = np.zeros(area.shape, np.uint8) if numbers is None else numbers.array
+    return Raster.from_array(np.where(area, number, before).astype(np.uint8))
+
+
+def split_along(area: Bools, line: Points) -> list[Bools]:
+    """Return the parts (H, W) that a line (n, 2) of pixels cuts an area (H, W) into, the largest first.
+
+    The line itself goes to the part that is nearest. An area that it does not cut through is one part.
+    """
+    cut = np.zeros(area.shape, np.uint8)
+    cv2.polylines(cut, [np.rint(line).astype(np.int32)], isClosed=False, color=(1,), thickness=1)
+    # A line of pixels that touch by their corners parts what hangs together by its sides.
+    rest = (area & (cut == 0)).astype(np.uint8)
+    count, parts = cv2.connectedComponents(rest, connectivity=4)
+    if count <= 2:
+        return [area]
+    _, nearest = cv2.distanceTransformWithLabels(1 - rest, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
+    of_label = np.zeros(int(nearest.max()) + 1, np.int32)
+    of_label[nearest[rest > 0]] = parts[rest > 0]
+    owner = np.where(area, of_label[nearest], 0)
+    found = [owner == number for number in range(1, count)]
+    return sorted(found, key=lambda part: -int(part.sum()))
+
+
+def parts_of(mask: Bytes, numbers: Bytes | None) -> np.ndarray[tuple[int, ...], np.dtype[np.int32]]:
+    """Return which feature each pixel (H, W) is of: its number, or 256 and more for those without; 0 for none."""
+    marked = mask > MARKED
+    loose = marked if numbers is None else marked & (numbers == 0)
+    _, parts = cv2.connectedComponents(loose.astype(np.uint8), connectivity=8)
+    found = np.where(parts > 0, parts + MOST, 0).astype(np.int32)
+    return found if numbers is None else np.where(marked & (numbers > 0), numbers, found).astype(np.int32)
