@@ -12,6 +12,7 @@ out vec4 colour;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    vec4 mark = gl_FragCoord.x > marks_from ? marks(texelFetch(cells, at, 0)) : vec4(0.0);
+    vec4 cell = texelFetch(cells, at, 0);
+    vec4 mark = gl_FragCoord.x > marks_from ? marks(cell) : marks_before(cell);
     colour = composed(gl_FragCoord.xy, texelFetch(light, at, 0), mark);
 }

@@ -17,6 +17,7 @@ void main() {
     float share = max(how.w - 1.0, 0.0);
     vec2 whole = floor(here.xy);
     vec4 picture = share > 0.0 ? share * filtered(whole, here.xy - whole, vec3(1.0, 0.0, 1.0), int(how.z)) : vec4(0.0);
-    vec4 mark = gl_FragCoord.x > marks_from && how.w > 0.0 ? marks(vec4(here.zw, how.xy)) : vec4(0.0);
+    vec4 cell = how.w > 0.0 ? vec4(here.zw, how.xy) : vec4(0.0);
+    vec4 mark = gl_FragCoord.x > marks_from ? marks(cell) : marks_before(cell);
     colour = composed(gl_FragCoord.xy, picture, mark);
 }

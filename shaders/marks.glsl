@@ -10,6 +10,7 @@ uniform vec4 mask_color, grid_color, outline_color, fold_color, shrunk_color, gr
 uniform float grid_step;         // cells between grid lines
 uniform float grid_fade;         // strength of the lines halfway between them
 uniform float line_px;           // width of a line
+uniform float before_mask;       // 1 where the picture as it was shows the mask, too
 
 vec4 over(vec4 below, vec4 paint, float share) {
     float a = paint.a * share;
@@ -60,4 +61,10 @@ vec4 marks(vec4 cell) {
     ivec2 quad = ivec2(clamp(floor(cell.xy), vec2(0.0), last_cell - 1.0));
     colour = over(colour, fold_color, texelFetch(folded, quad, 0).r > 0u ? inside : 0.0);
     return over(colour, outline_color, outline_share(cell.xy, pixels_per_cell));
+}
+
+// The mask alone, on the picture as it was.
+vec4 marks_before(vec4 cell) {
+    if (cell.z <= 0.0 || before_mask == 0.0) return vec4(0.0);
+    return over(vec4(0.0), mask_color, coverage(cell.xy, cell.zw) * texture(mask, cell.xy / last_cell).r);
 }

@@ -34,7 +34,7 @@ def put_back(editor: Editor) -> None:
     pair, document = INNER.chosen(editor), editor.document
     if pair is not None:
         source = pixels_from_places(document.size_px, pair.source)
-        seen = editor.answer.base_mesh.canvas_from_image(curve_edit.samples_of(source))
+        seen = editor.map.base_mesh.canvas_from_image(curve_edit.samples_of(source))
         target = places_from_pixels(document.canvas_px, curve_edit.mapped(source, seen))
         INNER.edit(editor, "Put curve back", replace(pair, target=target))
 

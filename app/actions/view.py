@@ -9,15 +9,29 @@ from app.actions.panels import showing
 from app.editor.editor import Editor
 from app.model.spaces import View, centred, fitted, zoomed_at
 from core.arrays import Points
-from core.document.document import Mode
+from core.document.document import Mode, pixels_from_places
+from core.document.map import outline_of
 
 ZOOM_STEP = 1.5
 
 
 def reach(editor: Editor) -> tuple[Points, Points]:
-    """Return the lowest and the highest place of picture and canvas, (2,) each, in canvas pixels."""
+    """Return the lowest and the highest place of picture, canvas and handles, (2,) each, in canvas pixels."""
     low, high = editor.answer.mesh.bounds
-    return np.minimum(low, -0.5), np.maximum(high, np.array(editor.canvas_px) - 0.5)
+    last = np.array(editor.canvas_px) - 0.5
+    places = np.concatenate([[low, high, np.full(2, -0.5), last], _handles(editor)])
+    return places.min(axis=0), places.max(axis=0)
+
+
+def _handles(editor: Editor) -> Points:
+    """Return where the handles of Warp mode are (n, 2), in canvas pixels; none where they are not on the canvas."""
+    document = editor.document
+    if editor.session.mode != "warp" or editor.unwarped.is_shown:
+        return np.empty((0, 2))
+    rings = [outline_of(document).ring] if editor.session.tool == "outline" or document.outline else []
+    pins = np.reshape([pin.to for pin in document.pins], (-1, 2))
+    places = np.concatenate([pins, *rings, *(pair.target for pair in document.curves)])
+    return pixels_from_places(document.canvas_px, places)
 
 
 def whole(editor: Editor) -> View:
@@ -136,6 +150,17 @@ VIEW = (
         "table-columns",
         "Show before and after side by side",
         checked=lambda editor: editor.session.compare == "split",
+    ),
+    Action(
+        "view.unwarped",
+        "Paint on the picture as it was",
+        "View",
+        lambda editor: editor.unwarped.toggle(),
+        "J",
+        "image",
+        "While painting or selecting, show the picture as it was instead of the warped one",
+        enabled=lambda editor: editor.session.mode == "warp" and editor.tool.marks,
+        checked=lambda editor: editor.session.paints_unwarped,
     ),
     *(_overlay(name) for name in _OVERLAYS),
     Action(

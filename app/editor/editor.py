@@ -9,9 +9,10 @@ from typing import TypeAlias
 
 from app.editor.errands import Errands
 from app.editor.interaction import Interaction
-from app.editor.tool import Tool
+from app.editor.tool import Tool, first_tool
 from app.live.overlay import LiveOverlay
 from app.live.retexture import LiveRetexture
+from app.live.unwarped import Unwarped
 from app.live.warp import Answer, LiveWarp
 from app.model.events import Event
 from app.model.history import History
@@ -20,7 +21,7 @@ from app.model.requests import ExportOptions, Request
 from app.model.session import Brush, Session
 from app.state.preferences import Preferences, save_preferences
 from app.state.project_file import OnDisk
-from app.state.recovery import Recovery
+from app.state.recovery import Origin, Recovery
 from core import tracing
 from core.arrays import WeftError
 from core.document.document import Document, Mode
@@ -29,11 +30,6 @@ from core.files.text import legible
 from core.progress import Job
 
 Exporter: TypeAlias = Callable[[Document, ExportOptions], Job[None]]
-
-
-def _bytes(preferences: Preferences) -> int:
-    """Return how much history may take."""
-    return int(preferences.undo_mb * 2**20)
 
 
 class Editor(Errands):
@@ -78,6 +74,8 @@ class Editor(Errands):
         self.requests: list[Request] = []
         """What the window is to ask the artist, the oldest first; whoever shows one takes it out."""
         self._hand = Interaction(self, tools)
+        self.unwarped = Unwarped(self)
+        """Shows Warp mode's picture as it was, to paint on."""
         self._tools_left: dict[Mode, str] = {}
         """By mode, the tool in hand when it was left."""
         self.choose_mode(document.mode)
@@ -109,6 +107,11 @@ class Editor(Errands):
             return self.regrowth.answer(self.document)
         if self.session.mode == "overlay":
             return self.overlay.answer(self.document)
+        return self.unwarped.answer() if self.unwarped.is_shown else self.map
+
+    @property
+    def map(self) -> Answer:
+        """Warp mode's map, whether it is on the screen or not."""
         return self.live.current(self.document)
 
     @property
@@ -119,8 +122,9 @@ class Editor(Errands):
 
     @property
     def canvas_px(self) -> tuple[int, int]:
-        """Width and height of the result of the present mode."""
-        return self.document.changed(mode=self.session.mode).result_px
+        """Width and height of what the canvas shows: the result of the present mode, or the picture as it was."""
+        unwarped = self.unwarped.is_shown
+        return self.document.size_px if unwarped else self.document.changed(mode=self.session.mode).result_px
 
     @property
     def is_busy(self) -> bool:
@@ -133,12 +137,12 @@ class Editor(Errands):
         return self._hand.state
 
     def _history(self, document: Document, *, saved: bool = True) -> History:
-        return History(document, saved=saved, budget_bytes=_bytes(self.preferences))
+        return History(document, saved=saved, budget_bytes=self.preferences.undo_bytes)
 
     def prefer(self, preferences: Preferences, *, keep: bool = True) -> None:
         """Take other preferences, and `keep` them for later runs."""
         self.preferences = preferences
-        self.history.budget_bytes = _bytes(preferences)
+        self.history.budget_bytes = preferences.undo_bytes
         if self.recovery is not None:
             self.recovery.every_s = preferences.keep_every_s
         if keep and self.preferences_file is not None:
@@ -182,20 +186,19 @@ class Editor(Errands):
             self.overlay.update(self.document, held=self.is_busy)
         else:
             self.live.update(self.document)
+        self.unwarped.update()
         if self.recovery is not None and not self.is_busy:
-            self.recovery.update(
-                self.document,
-                saved=self.history.is_saved,
-                name=self.name,
-                project=self.project_path,
-                source=self.source_path,
-                now=self.clock(),
-            )
+            self.recovery.update(self.document, saved=self.history.is_saved, now=self.clock(), **self._origin)
 
     def keep_unsaved(self) -> None:
         """Keep unsaved work at once, since the program ends without having asked for it."""
         if self.recovery is not None and not self.history.is_saved:
-            self.recovery.keep(self.document, name=self.name, project=self.project_path, source=self.source_path)
+            self.recovery.keep(self.document, **self._origin)
+
+    @property
+    def _origin(self) -> Origin:
+        """What the document is called, and where it and its picture lie."""
+        return {"name": self.name, "project": self.project_path, "source": self.source_path}
 
     def _update_retexture(self) -> None:
         """Follow the curves; who moves a target wants to see it."""
@@ -220,6 +223,7 @@ class Editor(Errands):
         self.show(tool=name, hover=None)
         if self.tools[name].on_original and moves(self.document):
             self.show(look="original")
+        (self.unwarped.show if self.tools[name].marks else self.unwarped.hide)()
 
     def choose_mode(self, mode: Mode) -> None:
         """Finish what is in progress and work in another mode, with the tool that was last used there."""
@@ -227,13 +231,8 @@ class Editor(Errands):
         before = self.session
         if mode != before.mode:
             self._tools_left[before.mode] = before.tool
-            tool = self._tools_left.get(mode) or self._first_tool(mode)
+            tool = self._tools_left.get(mode) or first_tool(self.tools, mode)
             self.show(mode=mode, tool=tool, hover=None, selected_curve=None, selected_knots=frozenset())
-
-    def _first_tool(self, mode: Mode) -> str:
-        """Return the first tool that no other mode has, or the first that `mode` has."""
-        fitting = [tool for tool in self.tools.values() if mode in tool.modes]
-        return min(fitting, key=lambda tool: len(tool.modes)).name
 
     def undo(self) -> None:
         """Cancel a gesture in progress, or else take back the last entry."""

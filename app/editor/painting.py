@@ -3,11 +3,14 @@
 from typing import Literal, TypeAlias
 
 from app.editor.editor import Editor
+from app.model.events import Position
 from core.document.document import Document
+from core.mesh import Mesh
 from core.rasters.raster import Raster
 from core.selection.features import only_marked
 
 Layer: TypeAlias = Literal["mask", "matte", "source_mask", "region"]
+Side: TypeAlias = Literal["before", "result"]
 LAYERS: dict[Layer, str] = {"mask": "mask", "matte": "matte", "source_mask": "source mask", "region": "region"}
 """What the brush can paint, by its part of the document."""
 
@@ -31,3 +34,16 @@ def with_layer(document: Document, name: Layer, raster: Raster) -> Document:
     if name == "mask" and document.numbers is not None and raster is not document.mask:
         return document.changed(mask=raster, numbers=only_marked(document.numbers, raster))
     return document.changed(**{name: raster})
+
+
+def side_at(editor: Editor, pos: Position) -> Side:
+    """Return which side of a split view lies at a screen position; there is only the result where it is not split."""
+    session = editor.session
+    return "before" if session.compare == "split" and pos[0] < session.split * session.view.size[0] else "result"
+
+
+def mesh_on(editor: Editor, side: Side) -> Mesh:
+    """Return where the picture is on a side of the canvas."""
+    if editor.session.mode == "retexture":
+        return editor.regrowth.flat
+    return editor.unwarped.answer().mesh if side == "before" else editor.answer.mesh

@@ -5,7 +5,7 @@ to it, and it ends by returning. Escape closes it, and the `with editor.group("M
 recomputes from the document it started with; it never adds up what moves brought.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -60,5 +60,13 @@ class Tool:
     """What can be done just now, where that is something else than the hint says."""
     on_original: bool = False
     """Whether it works on Retexture mode's picture as it was, which is shown when the tool is chosen."""
+    marks: bool = False
+    """Whether it paints or selects parts of the picture: Warp mode then shows the picture as it was."""
     overlay: Callable[["Editor"], Sequence[Shape]] = _no_shapes
     """What is drawn over the picture while the tool is in hand, in screen pixels, the lowest first."""
+
+
+def first_tool(tools: Mapping[str, Tool], mode: Mode) -> str:
+    """Return the name of the first tool that no other mode has, or of the first that `mode` has."""
+    fitting = [tool for tool in tools.values() if mode in tool.modes]
+    return min(fitting, key=lambda tool: len(tool.modes)).name

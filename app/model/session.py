@@ -72,6 +72,10 @@ class Session:
     compare: Compare = "result"
     split: float = 0.5
     """Place of the divider of the split view, as a share of the canvas widget's width."""
+    unwarped: bool = False
+    """Whether Warp mode shows the picture as it was, to paint on."""
+    paints_unwarped: bool = True
+    """Whether it shows that as soon as something is painted."""
     panels: bool = True
     """Whether the panels beside the canvas show."""
     look: Look = "retextured"

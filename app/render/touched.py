@@ -27,7 +27,8 @@ def touched_by_painting(scene: Scene, before: Scene | None) -> Box | None:
     nodes = _nodes_of_mask(scene, before) | _nodes_of_folds(scene, before)
     if not nodes.any():
         return 0, 0, 0, 0
-    places = scene.in_framebuffer(scene.warped[nodes])
+    sides = [scene.warped[nodes], scene.rest[nodes]] if scene.compare == "split" else [scene.warped[nodes]]
+    places = scene.in_framebuffer(np.concatenate(sides))
     left, top = np.floor(places.min(axis=0) - MARGIN_PX).astype(int).tolist()
     right, bottom = np.ceil(places.max(axis=0) + MARGIN_PX).astype(int).tolist()
     return left, top, right, bottom

@@ -30,6 +30,11 @@ class Preferences:
     drafts: bool = True
     """Whether the picture is drawn faster, at less quality, while something moves."""
 
+    @property
+    def undo_bytes(self) -> int:
+        """How many bytes of memory what can be undone may take."""
+        return int(self.undo_mb * 2**20)
+
     def changed(self, **changes: object) -> "Preferences":
         """Return the preferences with some changed; numbers are taken into their limits."""
         limited = {

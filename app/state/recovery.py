@@ -4,6 +4,7 @@ import threading
 import time
 import uuid
 from pathlib import Path
+from typing import TypedDict
 
 from app.model.jobs import Jobs, Task
 from app.state import rescues
@@ -14,6 +15,14 @@ from core.document.document import Document
 from core.document.project import save_project
 from core.files.ownership import Claim, claim
 from core.progress import Job, Progress, run
+
+
+class Origin(TypedDict):
+    """What a document is called, and where its project and its picture lie."""
+
+    name: str
+    project: Path | None
+    source: Path | None
 
 
 class Recovery:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from app.editor.editor import Editor
-from app.editor.painting import LAYERS, layer, painted, with_layer
+from app.editor.painting import LAYERS, Side, layer, mesh_on, painted, side_at, with_layer
 from app.editor.tool import Tool
 from app.model.events import Key, Move, Position, Press
 from app.model.gestures import Gesture
@@ -81,19 +81,19 @@ def paint(editor: Editor, press: Press) -> Gesture:
     here = _canvas(editor, press.pos)
     last = editor.session.last_dab
     name = painted(editor)
+    side = side_at(editor, press.pos)
     with editor.group(f"{'Erase' if brush.erase else 'Paint'} {LAYERS[name]}"):
         stroke = Stroke(layer(editor.document, name), erase=brush.erase)
-        _extend(editor, stroke, np.array(last) if press.mods.shift and last is not None else here, here, tip)
+        _extend(editor, stroke, np.array(last) if press.mods.shift and last is not None else here, here, tip, side)
         while isinstance(event := (yield), Move):
             before, here = here, _canvas(editor, event.pos)
-            _extend(editor, stroke, before, here, tip)
+            _extend(editor, stroke, before, here, tip, side)
     editor.show(last_dab=(float(here[0]), float(here[1])))
 
 
-def _extend(editor: Editor, stroke: Stroke, a: Points, b: Points, tip: Tip) -> None:
-    """Draw on over the picture as it is on the screen."""
-    mesh = editor.regrowth.flat if editor.session.mode == "retexture" else editor.answer.mesh
-    stroke.extend(mesh, a, b, tip)
+def _extend(editor: Editor, stroke: Stroke, a: Points, b: Points, tip: Tip, side: Side) -> None:
+    """Draw on over the picture as it is on the screen, on one side of a split view."""
+    stroke.extend(mesh_on(editor, side), a, b, tip)
     editor.document = with_layer(editor.document, painted(editor), stroke.mask)
 
 
@@ -139,5 +139,6 @@ BRUSH = Tool(
     press=press,
     cursor="none",
     take_key=take_key,
+    marks=True,
     overlay=overlay,
 )

@@ -41,6 +41,8 @@ def _handles(editor: Editor) -> list[Shape]:
     """
     session, document = editor.session, editor.document
     shapes: list[Shape] = []
+    if editor.unwarped.is_shown:
+        return shapes  # all of them lie on the result
     if session.overlays.outline and session.tool != "outline" and document.outline is not None:
         shapes.append(Bezier(ring_on_screen(editor), "outline"))
     if session.overlays.handles and session.tool != "curves":

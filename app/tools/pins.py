@@ -185,7 +185,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
 
 def missed_px(editor: Editor, number: int) -> float:
     """Return how far a pin, or its ring, is from where it was dragged, in pixels of the canvas; 0 where it holds."""
-    reports = editor.answer.pins
+    reports = editor.map.pins
     error = reports[number].worst_px if len(reports) == len(editor.document.pins) else 0.0
     return error if error > MISSED_PX else 0.0
 

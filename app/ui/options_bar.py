@@ -25,6 +25,7 @@ MENU_TRACK_EM = 8.0
 SWITCHES = (
     "view.before",
     "view.split",
+    "view.unwarped",
     "",
     "view.overlay.mask",
     "view.overlay.grid",

@@ -107,7 +107,7 @@ class StatusBar:
             self._place = f"{round(x)}, {round(y)}" if np.isfinite(x) else ""
 
     def _warp_figures(self) -> list[Figure]:
-        answer = self._editor.answer
+        answer = self._editor.map
         if not answer.settled and self._editor.is_busy:
             self._solve_ms = answer.solve_ms
         folds = "no folds" if not answer.folds else "1 fold" if answer.folds == 1 else f"{answer.folds} folds"

@@ -90,6 +90,7 @@ def _look(scene: Scene) -> dict[str, object]:
         "grown_color": _shown(marks.scale, palette.grown),
         "grid_step": step,
         "grid_fade": fade,
+        "before_mask": float(scene.compare == "split" and marks.mask and scene.mask is not None),
         "line_px": max(1.0, scene.pixel_ratio),
     }
 

@@ -88,7 +88,7 @@ class Canvas:
             sheet.pop_clip_rect()
         if session.compare == "split":
             self._draw_divider(sheet)
-        if session.compare != "result":
+        if session.compare != "result" or self.editor.unwarped.is_shown:
             self._draw_labels(sheet)
         sheet.pop_clip_rect()
         if self._pointer.is_held or self.is_under_pointer:
@@ -137,6 +137,8 @@ class Canvas:
         divider = self._divider_x
         if session.compare == "before":
             self._badge(sheet, "Before", area.x + area.width / 2, 0.5)
+        elif self.editor.unwarped.is_shown:
+            self._badge(sheet, "As it was, to paint on  ·  J shows the result", area.x + area.width / 2, 0.5)
         else:
             self._badge(sheet, "Before", divider - em(0.8), 1.0)
             self._badge(sheet, "After", divider + em(0.8), 0.0)

@@ -87,7 +87,7 @@ def dialog_for(request: Request, editor: Editor, thumbnail: ThumbnailOf) -> Dial
         case OpenFile() | SaveFile():
             return _file_dialog(request, editor)
         case ExportPicture():
-            return ExportDialog(request, editor.answer.warped)
+            return ExportDialog(request, editor.map.warped if editor.session.mode == "warp" else editor.answer.warped)
         case AskUnsaved():
             return UnsavedDialog(request)
         case AskChanged():

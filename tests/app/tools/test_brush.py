@@ -82,14 +82,14 @@ def test_a_dab_is_painted_where_the_picture_is_seen(drive: EditorDriver) -> None
 def test_the_map_follows_the_stroke(drive: EditorDriver) -> None:
     drive.editor.edit("Bend", drive.document.with_warp(preset="arc", bend=70))
     drive.frame()
-    plain = drive.editor.answer
+    plain = drive.editor.map
     drive.press(*drive.screen_of(60, 60)).move(*drive.screen_of(120, 90))
-    during = drive.editor.answer
+    during = drive.editor.map
     assert during.features is not None
     assert len(during.features) == 1
     assert np.abs(during.warped - plain.warped).max() > 0.5
     drive.key("escape")
-    assert np.allclose(drive.editor.answer.warped, plain.warped)
+    assert np.allclose(drive.editor.map.warped, plain.warped)
 
 
 def test_the_cursor_has_the_true_size(drive: EditorDriver) -> None:
