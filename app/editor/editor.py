@@ -10,9 +10,9 @@ from typing import TypeAlias
 from app.editor.errands import Errands
 from app.editor.interaction import Interaction
 from app.editor.tool import Tool, first_tool
+from app.editor.unwarped import Unwarped
 from app.live.overlay import LiveOverlay
 from app.live.retexture import LiveRetexture
-from app.live.unwarped import Unwarped
 from app.live.warp import Answer, LiveWarp
 from app.model.events import Event
 from app.model.history import History

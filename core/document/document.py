@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import InputError, Points, as_points, readonly
+from core.document.keys import Track
 from core.document.overlay_settings import Cloth
 from core.imaging.images import Image
 from core.rasters.raster import Raster
@@ -128,6 +129,8 @@ class Pin:
     to: Place
     ring: Ring | None = None
     """How the picture is turned and scaled around it; None leaves that open."""
+    keys: Track = ()
+    """Where it is to go at single frames, normalised as `to`, which holds where there are none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,6 +206,8 @@ class Document:
     """The picture's size; over 127 is where texture may be taken from. None, or nothing painted, for everywhere."""
     mode: Mode = "warp"
     """The mode of the last edit, whose result an export shows."""
+    tracks: Mapping[str, Track] = field(default_factory=lambda: MappingProxyType({}))
+    """Keys of parameters of the warp by name: `core.document.animated` says which. `size` is in times the picture."""
 
     @classmethod
     def of(cls, image: Image) -> "Document":
