@@ -26,6 +26,7 @@ COMMANDS = {
     "decompose": "split a photo of patterned cloth into texel, mesh, shading and detail",
     "overlay": "lay a new texture into decomposed cloth",
     "render": "export a saved project",
+    "batch": "make many pictures by one recipe: folders, sequences, videos",
     "bench": "time the engines beside the bare solvers",
     "presets": "list the warps and their parameters",
 }

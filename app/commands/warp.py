@@ -16,9 +16,8 @@ from app.console import run_shown
 from app.render.export import rendering_file
 from core.arrays import InputError
 from core.canvas import Canvas
-from core.document import handles_file
-from core.document.document import CurvePair, Document, Outline, Pin, WarpSettings, places_from_pixels
-from core.document.map import MapSolver, grid_of, handles_of
+from core.document.document import Document, WarpSettings
+from core.document.map import MapSolver, with_handles
 from core.files.atomic import AtomicFiles, check_outputs
 from core.imaging.images import Image, check_writable_format, load, mask_of
 from core.interchange.obj import obj_mesh
@@ -167,7 +166,7 @@ def document_from(arguments: argparse.Namespace) -> Document:
     document = replace(document, warp=settings)
     if arguments.mask is not None:
         document = _with_mask(document, arguments.mask)
-    return document if arguments.handles is None else _with_handles(document, arguments.handles)
+    return document if arguments.handles is None else with_handles(document, arguments.handles)
 
 
 def _with_mask(document: Document, path: Path) -> Document:
@@ -178,32 +177,6 @@ def _with_mask(document: Document, path: Path) -> Document:
         return replace(document, mask=Raster.from_array(mask))
     notice(f"{path}: {said}")
     return replace(document, mask=Raster.from_array(mask), numbers=Raster.from_array(numbers))
-
-
-def _with_handles(document: Document, path: Path) -> Document:
-    """Return `document` with the handles in the file `path`."""
-    handles = handles_file.read(path, document.size_px)
-    at = places_from_pixels(document.size_px, handles.pins_at)
-    to = places_from_pixels(document.canvas_px, handles.pins_to)
-    curves = tuple(
-        CurvePair(
-            places_from_pixels(document.size_px, curve.source.points),
-            places_from_pixels(document.canvas_px, curve.target.points),
-            curve.source.closed,
-        )
-        for curve in handles.curves
-        if curve.target is not None
-    )
-    ring = None if handles.outline is None else Outline(places_from_pixels(document.canvas_px, handles.outline))
-    pins = tuple(
-        Pin((x, y), (u, v), ring) for (x, y), (u, v), ring in zip(at.tolist(), to.tolist(), handles.rings, strict=True)
-    )
-    document = replace(document, outline=ring, pins=pins, curves=curves)
-    try:
-        handles_of(document).probes(grid_of(document))
-    except InputError as fault:
-        raise InputError(f"{path}: {fault}") from None
-    return document
 
 
 def _write(arguments: argparse.Namespace, image: Image, found: Warped, canvas: Canvas) -> None:

@@ -1,5 +1,6 @@
 """A document's picture for a file: the map at rest, drawn by the shaders of the preview, at a chosen depth and size."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from app.model.requests import ExportOptions
 from app.render.export import rendering_file
+from core.arrays import Points
 from core.canvas import Canvas, Framing
 from core.document import overlay as document_overlay
 from core.document import retexture as document_retexture
@@ -15,7 +17,8 @@ from core.document.map import settled
 from core.files.atomic import atomic_file
 from core.grid import Grid
 from core.imaging import color
-from core.imaging.images import Image, save
+from core.imaging.images import Image, write
+from core.mapping.result import Warped
 from core.notices import notice
 from core.progress import Job, Progress, part
 
@@ -31,6 +34,32 @@ def exporting(document: Document, options: ExportOptions) -> Job[None]:
     return writing(
         document, options.path, frame=options.frame, width_px=width_px, bits=options.bits, quality=options.quality
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A picture and where its grid goes, ready to be drawn."""
+
+    image: Image
+    rest: Points
+    """Nodes (R, C, 2) in pixels of the picture."""
+    moved: Points
+    """Where they go, in pixels of the result at `scale` 1."""
+    size: tuple[int, int]
+    """Width and height of the result."""
+    scale: float = 1.0
+
+    @classmethod
+    def unmoved(cls, image: Image, *, width_px: int | None = None, scale: float = 1.0) -> "Drawing":
+        """Return the drawing of a picture that is finished but for its size."""
+        nodes = Grid(*image.size_px).nodes
+        scale = scale if width_px is None else width_px / image.width_px
+        return cls(image, nodes, nodes, _scaled(image.size_px, scale), scale)
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the picture is the result."""
+        return self.rest is self.moved and self.size == self.image.size_px
 
 
 def writing(
@@ -49,25 +78,50 @@ def writing(
     """
     if document.mode == "warp":
         found = yield from part(settled(document), 0.0, 0.3)
-        for complaint in found.complaints():
-            notice(f"{path.name}: {complaint}")
-        canvas = Canvas.of(frame, found.warped, document.canvas_px)
-        scale = scale if width_px is None else width_px / canvas.width_px
-        grid, drawn = (found.rest, canvas.placed(found.warped)), 0.3
-        image, size = at_depth(document.image, bits), _scaled(canvas.size, scale)
+        drawing, drawn = warped(document, found, path.name, frame=frame, width_px=width_px, scale=scale, bits=bits), 0.3
     else:
         made = document_retexture if document.mode == "retexture" else document_overlay
         image = yield from part(made.picture(document, at_depth(document.image, bits)), 0.0, 0.9)
-        scale = scale if width_px is None else width_px / image.width_px
-        nodes, drawn = Grid(*document.size_px).nodes, 0.9
-        grid, size = (nodes, nodes), _scaled(image.size_px, scale)
-        if size == document.size_px:
-            yield Progress(0.9, "writing")
-            save(image, path, quality=quality)
-            return
+        drawing, drawn = Drawing.unmoved(image, width_px=width_px, scale=scale), 0.9
     with atomic_file(path) as place:
-        job = rendering_file(image, *grid, place, named=path, size=size, scale=scale, quality=quality)
-        yield from part(job, drawn, 1.0)
+        yield from part(drawing_file(drawing, place, named=path, quality=quality), drawn, 1.0)
+
+
+def warped(
+    document: Document,
+    found: Warped,
+    name: str,
+    *,
+    frame: Framing,
+    width_px: int | None = None,
+    scale: float = 1.0,
+    bits: Bits | None = None,
+) -> Drawing:
+    """Return the drawing of a document by its map; what the map could not keep is a notice about the file `name`."""
+    for complaint in found.complaints():
+        notice(f"{name}: {complaint}")
+    canvas = Canvas.of(frame, found.warped, document.canvas_px)
+    scale = scale if width_px is None else width_px / canvas.width_px
+    image, size = at_depth(document.image, bits), _scaled(canvas.size, scale)
+    return Drawing(image, found.rest, canvas.placed(found.warped), size, scale)
+
+
+def drawing_file(drawing: Drawing, place: Path, *, named: Path, quality: int = 95) -> Job[None]:
+    """Write a drawing to `place`; faults name the file `named`, which it is to become."""
+    if drawing.is_finished:
+        yield Progress(0.0, "writing")
+        write(drawing.image, place, named=named, quality=quality)
+        return
+    yield from rendering_file(
+        drawing.image,
+        drawing.rest,
+        drawing.moved,
+        place,
+        named=named,
+        size=drawing.size,
+        scale=drawing.scale,
+        quality=quality,
+    )
 
 
 def _scaled(size_px: tuple[int, int], scale: float) -> tuple[int, int]:

@@ -5,14 +5,25 @@ keep their shape within that. `settled` is the one way to the final answer. It b
 so that the same document gives the same bits, on screen and in a file.
 """
 
+from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
-from core.arrays import Points, readonly
+from core.arrays import InputError, Points, readonly
 from core.curves.bezier import Curve
 from core.curves.curve_edit import through
-from core.document.document import Document, Outline, WarpSettings, pixels_from_places, places_from_pixels
+from core.document import handles_file
+from core.document.document import (
+    CurvePair,
+    Document,
+    Outline,
+    Pin,
+    WarpSettings,
+    pixels_from_places,
+    places_from_pixels,
+)
 from core.grid import Features, Grid
 from core.mapping.handles.handles import Handles
 from core.mapping.options import MappingOptions
@@ -63,6 +74,32 @@ def handles_of(document: Document) -> Handles:
         ],
         np.array([np.nan if pin.ring is None else pin.ring.f for pin in document.pins], np.complex128),
     )
+
+
+def with_handles(document: Document, path: Path) -> Document:
+    """Return `document` with the handles in the file `path`, in pixels; raise `InputError` for what they cannot be."""
+    handles = handles_file.read(path, document.size_px)
+    at = places_from_pixels(document.size_px, handles.pins_at)
+    to = places_from_pixels(document.canvas_px, handles.pins_to)
+    curves = tuple(
+        CurvePair(
+            places_from_pixels(document.size_px, curve.source.points),
+            places_from_pixels(document.canvas_px, curve.target.points),
+            curve.source.closed,
+        )
+        for curve in handles.curves
+        if curve.target is not None
+    )
+    outline = None if handles.outline is None else Outline(places_from_pixels(document.canvas_px, handles.outline))
+    pins = tuple(
+        Pin((x, y), (u, v), ring) for (x, y), (u, v), ring in zip(at.tolist(), to.tolist(), handles.rings, strict=True)
+    )
+    document = replace(document, outline=outline, pins=pins, curves=curves)
+    try:
+        handles_of(document).probes(grid_of(document))
+    except InputError as fault:
+        raise InputError(f"{path}: {fault}") from None
+    return document
 
 
 def outline_of(document: Document) -> Outline:

@@ -56,6 +56,24 @@ def _named_in_text(path: Path) -> Iterator[str]:
         yield str(link)
 
 
+def header_of(path: Path) -> tuple[tuple[int, int], int]:
+    """Return the (width, height) and the bits of a sample of the picture `path` as `load` gives it, from its header.
+
+    Raises `InputError` if the file is missing or not an image.
+    """
+    _check_readable(path)
+    with _named_in_text(path) as name, hushed():
+        source = OpenImageIO.ImageInput.open(name)
+        fault = fault_of(OpenImageIO)
+        if source is None:
+            raise _open_fault(path, fault)
+        spec = source.spec()
+        source.close()
+    turned = spec.get_int_attribute("Orientation", 1) in range(5, 9)
+    size = (spec.height, spec.width) if turned else (spec.width, spec.height)
+    return size, {"uint8": 8, "uint16": 16}.get(str(spec.format), 32)
+
+
 def _read(path: Path, name: str) -> Image:
     """Return the picture in a file that can be read; OpenImageIO is given its `name`."""
     wish = OpenImageIO.ImageSpec()
