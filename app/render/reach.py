@@ -5,24 +5,38 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.render.sources.source import Box
-from core.arrays import Floats, Points
+from core.arrays import Floats, Ints, Points
 
 MOST_ANISOTROPY = 16.0
 """As in mesh.vert."""
 LEAST_AREA = 1e-3
 """Triangles of a smaller area, in square output pixels, hit no pixel worth the pixels they would read."""
+BLOCK = 16
+"""Quads along the side of a block; triangles are looked for in blocks first."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """The triangles of a mesh: T of them, corners (T, 3, 2), and the singular values of their d(source) / d(output)."""
+    """The triangles of a mesh, T of them, block after block, and the singular values of their d(source) / d(output)."""
 
     rest: Points
+    """The first corner of each (T, 2), in source pixels."""
+    rest_low: Points
+    rest_high: Points
+    """The box around each (T, 2)."""
     moved: Points
+    """The same in output pixels."""
+    moved_low: Points
+    moved_high: Points
     jacobian: Floats
     """(T, 2, 2)"""
     major: Floats
     minor: Floats
+    starts: Ints
+    """The first triangle of each of B blocks, and T."""
+    low: Points
+    high: Points
+    """The box around each block (B, 2), in output pixels."""
 
     @classmethod
     def of(cls, rest: Points, moved: Points) -> "Reach":
@@ -30,36 +44,74 @@ class Reach:
         source, output = _triangles(rest), _triangles(moved)
         S, O = (np.stack([p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]], axis=-1) for p in (source, output))
         det = O[:, 0, 0] * O[:, 1, 1] - O[:, 0, 1] * O[:, 1, 0]
-        usable = np.abs(det) > LEAST_AREA
-        source, output, S, O, det = source[usable], output[usable], S[usable], O[usable], det[usable]
+        block = _blocks((rest.shape[0] - 1, rest.shape[1] - 1))
+        chosen = np.flatnonzero(np.abs(det) > LEAST_AREA)
+        chosen = chosen[np.argsort(block[chosen], kind="stable")]
+        source, output, S, O, det = source[chosen], output[chosen], S[chosen], O[chosen], det[chosen]
         adjugate = np.stack([O[:, 1, 1], -O[:, 0, 1], -O[:, 1, 0], O[:, 0, 0]], axis=-1).reshape(-1, 2, 2)
         J = S @ adjugate / det[:, None, None]
         major, minor = _singular_values(J)
-        return cls(source, output, J, major, np.maximum(minor, major / MOST_ANISOTROPY))
+        starts = np.flatnonzero(np.diff(block[chosen], prepend=-1))
+        moved_low, moved_high = _box_of(output)
+        return cls(
+            source[:, 0],
+            *_box_of(source),
+            output[:, 0],
+            moved_low,
+            moved_high,
+            J,
+            major,
+            np.maximum(minor, major / MOST_ANISOTROPY),
+            np.append(starts, len(chosen)),
+            np.minimum.reduceat(moved_low, starts) if starts.size else moved_low,
+            np.maximum.reduceat(moved_high, starts) if starts.size else moved_high,
+        )
 
     def read_for(self, box: Box, *, least_stretch: float) -> tuple[Box, int]:
         """Return the source pixels that drawing `box` reads, and the finest level of the pyramid among them."""
-        low = np.maximum(self.moved.min(axis=1), [box[0] - 1, box[1] - 1])
-        high = np.minimum(self.moved.max(axis=1), [box[2], box[3]])
+        first, last = np.array([box[0] - 1, box[1] - 1]), np.array([box[2], box[3]])
+        near = self._in_blocks(first, last)
+        low, high = np.maximum(self.moved_low[near], first), np.minimum(self.moved_high[near], last)
         seen = (low <= high).all(axis=1)
-        if not seen.any():
+        near, low, high = near[seen], low[seen], high[seen]
+        if not near.size:
             return (0, 0, 1, 1), 0
         # The image of a rectangle with centre c and half sides h has its centre at J c and half sides |J| h.
-        J = self.jacobian[seen]
-        middle = (low[seen] + high[seen]) / 2 - self.moved[seen, 0]
-        centre = self.rest[seen, 0] + (J @ middle[..., None])[..., 0]
-        half = (np.abs(J) @ (high[seen] - low[seen])[..., None])[..., 0] / 2
-        margin = 2 * np.maximum(self.major[seen], 1.0)[:, None] + 2
-        left, top = (np.maximum(centre - half, self.rest[seen].min(axis=1)) - margin).min(axis=0)
-        right, bottom = (np.minimum(centre + half, self.rest[seen].max(axis=1)) + margin).max(axis=0)
-        level = int(np.floor(np.log2(max(float(self.minor[seen].min()) / least_stretch, 1.0))))
+        J = self.jacobian[near]
+        middle = (low + high) / 2 - self.moved[near]
+        centre = self.rest[near] + (J @ middle[..., None])[..., 0]
+        half = (np.abs(J) @ (high - low)[..., None])[..., 0] / 2
+        margin = 2 * np.maximum(self.major[near], 1.0)[:, None] + 2
+        left, top = (np.maximum(centre - half, self.rest_low[near]) - margin).min(axis=0)
+        right, bottom = (np.minimum(centre + half, self.rest_high[near]) + margin).max(axis=0)
+        level = int(np.floor(np.log2(max(float(self.minor[near].min()) / least_stretch, 1.0))))
         return (int(np.floor(left)), int(np.floor(top)), int(np.ceil(right)) + 1, int(np.ceil(bottom)) + 1), level
+
+    def _in_blocks(self, first: Points, last: Points) -> Ints:
+        """Return the triangles of all blocks that meet a rectangle of the output."""
+        hit = np.flatnonzero((self.low <= last).all(axis=1) & (self.high >= first).all(axis=1))
+        begins, counts = self.starts[hit], self.starts[hit + 1] - self.starts[hit]
+        before = np.cumsum(counts) - counts
+        return np.asarray(np.arange(counts.sum()) + np.repeat(begins - before, counts))
 
 
 def _triangles(nodes: Points) -> Points:
     """Return the corners of both triangles of every quad: (2 M, 3, 2)."""
     a, b, c, d = nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]
     return np.stack([np.stack([a, b, c], axis=2), np.stack([d, a, c], axis=2)]).reshape(-1, 3, 2)
+
+
+def _blocks(shape: tuple[int, int]) -> Ints:
+    """Return the block of every triangle (2 M,) of so many rows and columns of quads."""
+    row, column = (np.arange(size) // BLOCK for size in shape)
+    number = row[:, None] * (column[-1] + 1) + column
+    return np.tile(number.ravel(), 2)
+
+
+def _box_of(triangles: Points) -> tuple[Points, Points]:
+    """Return the least and the greatest position (T, 2) of the corners (T, 3, 2)."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
 def _singular_values(J: Floats) -> tuple[Floats, Floats]:

@@ -61,13 +61,23 @@ class PicturePass:
 
         `origin` is the output pixel that is the target's first. A `draft` is less sharp.
         """
-        for _ in self.drawing(mesh, source, box, origin=origin, draft=draft):
+        for _ in self.drawing(mesh, source, box, origin=origin, draft=draft, in_pieces=False):
             pass
 
     def drawing(
-        self, mesh: Mesh, source: Source, box: Box, *, origin: tuple[int, int] = (0, 0), draft: bool = False
+        self,
+        mesh: Mesh,
+        source: Source,
+        box: Box,
+        *,
+        origin: tuple[int, int] = (0, 0),
+        draft: bool = False,
+        in_pieces: bool = True,
     ) -> Iterator[None]:
-        """Draw as `draw` does, in pieces of a few milliseconds at most, with a stop after each."""
+        """Draw as `draw` does, in pieces of a few milliseconds at most, with a stop after each.
+
+        If not `in_pieces`, then in as few as can be.
+        """
         box = mesh.bounds_in(box)
         blocks = mesh.blocks_in(box)
         if not blocks.any():
@@ -81,11 +91,11 @@ class PicturePass:
         }
         defined = ("DRAFT",) if draft else ()
         viewport = viewport_around(self.side)
-        for piece in _pieces(blocks):
+        for piece in _pieces(blocks) if in_pieces else (blocks,):
             with gpu.drawing(self._places, viewport, _shifted(box, origin)):
                 mesh.draw("place.frag", piece, **uniforms)
             yield
-        for strip in strips(box, STRIP_PIXELS):
+        for strip in strips(box, STRIP_PIXELS) if in_pieces else (box,):
             with self.light.drawing(None, _shifted(strip, origin)):
                 source.window(*read).texture.use(PICTURE_UNIT)
                 self._place.texture.use(PLACE_UNIT)

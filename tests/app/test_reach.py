@@ -1,0 +1,64 @@
+"""What a part of the output reads is found by blocks of triangles, and is all that its pixels need."""
+
+import numpy as np
+import pytest
+
+from app.render import reach
+from app.render.reach import Reach
+from app.render.sources.source import Box
+from core.arrays import Points
+from core.grid import Grid
+from core.mesh import Mesh
+
+STRETCH = 1.5
+
+
+def waved(rest: Points, rng: np.random.Generator) -> Points:
+    x, y = np.moveaxis(rest / rest.max(), -1, 0)
+    wave = np.stack([np.sin(5 * y), np.cos(4 * x)], axis=-1)
+    moved: Points = rest * rng.uniform(0.2, 2) + 20 * wave + rng.normal(0, rng.choice([0, 2]), rest.shape)
+    return moved
+
+
+def boxes(moved: Points, rng: np.random.Generator) -> list[Box]:
+    corners = rng.uniform(-40, moved.max(), (30, 2)).astype(int).tolist()
+    return [(x, y, x + side, y + side) for (x, y), side in zip(corners, [1, 16, 200] * 10, strict=True)]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_looking_in_blocks_finds_what_looking_at_all_triangles_finds(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(seed)
+    rest = Grid(*rng.integers(100, 900, 2).tolist(), cell_px=9).nodes
+    moved = waved(rest, rng)
+    by_blocks = Reach.of(rest, moved)
+    monkeypatch.setattr(reach, "BLOCK", 10**6)
+    whole = Reach.of(rest, moved)
+    assert len(by_blocks.starts) > len(whole.starts) == 2
+    for box in boxes(moved, rng):
+        assert by_blocks.read_for(box, least_stretch=STRETCH) == whole.read_for(box, least_stretch=STRETCH)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_it_holds_the_source_of_every_pixel_and_its_level(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    grid = Grid(400, 300, cell_px=11)
+    moved = waved(grid.nodes, rng)
+    found, mesh = Reach.of(grid.nodes, moved), Mesh(grid, moved)
+    for box in boxes(moved, rng):
+        (left, top, right, bottom), level = found.read_for(box, least_stretch=STRETCH)
+        pixels = np.stack(np.meshgrid(np.arange(box[0], box[2]), np.arange(box[1], box[3])), -1).reshape(-1, 2)
+        places = mesh.image_from_canvas(pixels.astype(float))
+        places = places[~np.isnan(places).any(axis=1)]
+        assert (places > [left + 2, top + 2]).all() or not len(places)
+        assert (places < [right - 2, bottom - 2]).all() or not len(places)
+        if len(places):
+            shrink = np.linalg.svd(np.linalg.inv(mesh.jacobians_at(places)), compute_uv=False).min()
+            assert level <= max(np.log2(shrink / STRETCH) + 1, 0)
+
+
+def test_what_is_drawn_nowhere_reads_a_pixel() -> None:
+    rest = Grid(40, 30, cell_px=5).nodes
+    assert Reach.of(rest, np.zeros_like(rest)).read_for((0, 0, 8, 8), least_stretch=STRETCH) == ((0, 0, 1, 1), 0)
+    assert Reach.of(rest, rest + 500).read_for((0, 0, 8, 8), least_stretch=STRETCH) == ((0, 0, 1, 1), 0)
