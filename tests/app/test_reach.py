@@ -49,7 +49,7 @@ def test_it_holds_the_source_of_every_pixel_and_its_level(seed: int) -> None:
     for box in boxes(moved, rng):
         (left, top, right, bottom), level = found.read_for(box, least_stretch=STRETCH)
         pixels = np.stack(np.meshgrid(np.arange(box[0], box[2]), np.arange(box[1], box[3])), -1).reshape(-1, 2)
-        places = mesh.image_from_canvas(pixels.astype(float))
+        places = mesh.image_from_canvas(pixels[::23].astype(float))
         places = places[~np.isnan(places).any(axis=1)]
         assert (places > [left + 2, top + 2]).all() or not len(places)
         assert (places < [right - 2, bottom - 2]).all() or not len(places)
