@@ -1,6 +1,7 @@
 """Render a warped picture to pixels, tile by tile, with the shaders of the editor's preview."""
 
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -99,7 +100,8 @@ def rendering_file(
 ) -> Job[None]:
     """Write to `place` the file that `rendering` and `core.imaging.images.write` make, with one row of tiles in memory.
 
-    Whether it needs alpha is known when all is drawn. Where no gap is plain it is begun without, and anew at the first
+    While one row of tiles is drawn, the one above it is compressed and written on a thread of its own. Whether the file
+    needs alpha is known when all is drawn. Where no gap is plain it is begun without, and anew at the first
     row of tiles that is not opaque.
     """
     _check(rest, warped, size, scale)
@@ -111,14 +113,21 @@ def rendering_file(
         with (
             writing_rows(sample, size, place, named=named, quality=quality) as append,
             _target(image, rest, moved, size) as target,
+            ThreadPoolExecutor(1, "writing") as writer,
         ):
-            band = np.empty((min(target.side, size[1]), size[0], 4), image.pixels.dtype)
+            band, spare = np.empty((2, min(target.side, size[1]), size[0], 4), image.pixels.dtype)
+            written: Future[None] | None = None
             for top in range(0, size[1], target.side):
                 rows = band[: size[1] - top]
                 yield from part(target.drawing_rows(top, rows), top / size[1], (top + len(rows)) / size[1])
                 if not (with_alpha or _is_opaque(rows)):
                     raise _UncoveredError(top / size[1])
-                append(rows if len(kept) == 4 else rows[..., kept])
+                if written is not None:
+                    written.result()
+                written = writer.submit(lambda rows: append(rows if len(kept) == 4 else rows[..., kept]), rows)
+                band, spare = spare, band
+            if written is not None:
+                written.result()
 
     done = 0.0
     if not (image.has_alpha or has_gaps(moved, size)):

@@ -1,17 +1,20 @@
 """Rendering to pixels: what must come out exactly."""
 
 import struct
+import threading
 import tracemalloc
 import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from app.render import gpu
+from app.render import export, gpu
 from app.render.export import render_mesh, rendering, rendering_file
 from app.render.sources.source import Limits, Source
-from core.arrays import Points
+from core.arrays import InputError, Pixels, Points
 from core.canvas import has_gaps
 from core.imaging.images import Attribute, Image, load, write
 from core.progress import run
@@ -207,3 +210,27 @@ def test_where_a_gap_is_plain_pixels_are_empty(seed: int) -> None:
     warped = (scenes.wavy(rest, amount=rng.uniform(0, 12)) - 45) * rng.uniform(0.85, 1.5) + 45 + rng.normal(0, 3, 2)
     result = render_mesh(image, rest, warped, size=(90, 70))
     assert not has_gaps(warped, (90, 70)) or (result.has_alpha and result.pixels[..., 3].min() == 0)
+
+
+def test_rows_are_written_beside_the_drawing_and_a_fault_there_ends_the_export(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    image, rest, path = scenes.picture(*TALL), scenes.grid(*TALL), tmp_path / "a.png"
+    tops: list[int] = []
+    threads: set[int] = set()
+
+    def append(rows: Pixels) -> None:
+        threads.add(threading.get_ident())
+        tops.append(len(rows))
+        if len(tops) == 2:
+            raise InputError("the disk is gone")
+
+    @contextmanager
+    def failing(*_: object, **__: object) -> Iterator[Callable[[Pixels], None]]:
+        yield append
+
+    monkeypatch.setattr(export, "writing_rows", failing)
+    with pytest.raises(InputError, match="the disk is gone"):
+        run(rendering_file(image, rest, rest, path, named=path, size=TALL))
+    assert tops == [512, 512]
+    assert threading.get_ident() not in threads
