@@ -13,6 +13,7 @@ from core.linalg.blas import on_one_thread, one_thread
 from core.linalg.multifrontal import MappingFactor, grid_factor
 from core.mapping.features.feature_mapping import FeatureMapping, Solution
 from core.mapping.features.pose import Pose
+from core.mapping.handles.curved_frame import Cut, cuts_of, fit_cuts
 from core.mapping.handles.frame_glide import FrameGlide
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.solver import HandleSolver, Moved
@@ -57,6 +58,7 @@ class Warper:
         self._turn = 0
         self._handles: HandleSolver | None = None
         self._glide: tuple[FeatureMapping, FrameGlide] | None = None
+        self._cuts: tuple[FeatureMapping, list[Cut]] | None = None
         self._known: tuple[FeatureMapping, Points, Solution] | None = None
         """The picture without handles and without folds, for a mapping and a W."""
         self._shown: tuple[FeatureMapping, Points, Solution] | None = None
@@ -122,7 +124,7 @@ class Warper:
         """Return the linear answer without handles.
 
         Where W keeps the frame a rectangle, features that it cuts slide along its sides, and where it stretches the
-        picture, all of the frame glides with what the features do.
+        picture, all of the frame glides with what the features do; where W bends it, they fit between its nodes.
         """
         w = as_complex(plain)
         rectangle = Rectangle.of(w)
@@ -134,14 +136,23 @@ class Warper:
                 return rectangle.cover(mapping)
         pose = self._pose(mapping, plain, placed)
         self._last = _Frame(mapping, plain, pose)
+        if rectangle is None:
+            rigid = mapping.keep == "rigid"
+            return mapping.follow(pose, *fit_cuts(self._cuts_of(mapping), w, pose.alpha, pose.t, rigid=rigid))
         found = mapping.follow(pose)
-        if rectangle is None or not rectangle.stretches(self.grid):
+        if not rectangle.stretches(self.grid):
             return found
         if self._glide is None or self._glide[0] is not mapping:
             self._glide = mapping, FrameGlide(mapping)
         placed = replace(placed or Placed.none(mapping), frame=self._glide[1].glide(found.z, w))
         self._last = None
         return mapping.follow(self._pose(mapping, plain, placed))
+
+    def _cuts_of(self, mapping: FeatureMapping) -> list[Cut]:
+        """Return the features that the frame cuts, found once for a mapping."""
+        if self._cuts is None or self._cuts[0] is not mapping:
+            self._cuts = mapping, cuts_of(mapping)
+        return self._cuts[1]
 
     def _moved(self, reference: Solution, handles: Handles | None, *, rounds: int) -> "Moved | None":
         """Return what the handles make of the reference, None without handles."""

@@ -285,8 +285,14 @@ class FeatureMapping:
         """
         if self.keep == "rigid":
             return np.ones(len(chosen))
-        if not self.free.any():
-            return None
+        return self.sizes_under(w, chosen) if self.free.any() else None
+
+    def sizes_under(self, w: Complexes, chosen: Ints) -> Floats:
+        """Return λ of FAT sec. 2.1 of some bodies: the size that W leaves them in the direction that keeps least.
+
+        The linear part of W in a feature is taken as a whole, as the feature moves: of a swirl, which shears every quad
+        a different way, little is left.
+        """
         inside = self._roles.inside_of(chosen)
         frames = corner_frames(self.grid, tuple(w.ravel()[self.grid.quads[inside].T]))
         parts = frames.similar.real, frames.similar.imag, frames.opposite.real, frames.opposite.imag

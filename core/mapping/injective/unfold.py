@@ -141,6 +141,7 @@ class Ways:
     """The ways from a linear answer that folds to a map that does not."""
 
     def __init__(self, mapping: FeatureMapping, level: Level, linear: Map, goal: Goal, centres: Complexes) -> None:
+        self._mapping, self._centres = mapping, centres
         self._level, self._linear, self._goal = level, linear, goal
         self._refinement = Refinement(mapping, linear, goal, centres)
 
@@ -182,6 +183,8 @@ class Ways:
         if gliding is None:
             return None
         left = yield from self._from_coarse(level, cells, leaves=True)
+        if left is None and self._mapping.keep == "rigid":
+            left = yield from self._under_w()._from_coarse(level, cells, leaves=True)
         if left is None and safe is None:
             left = yield from self._from_safe(None, cells)
         start = self._linear
@@ -261,6 +264,15 @@ class Ways:
         end = ROOMY if len(held.probes) or driven.any() else LIGHT
         yield from relax(problem, end=end, steps=GENTLE_STEPS, fall=GENTLE_FALL)
         return (yield from self._refinement.finish(way, problem, junctions))
+
+    def _under_w(self) -> "Ways":
+        """Return the ways from the linear answer with bodies where W alone has them, at the sizes they have there."""
+        level, n = self._level, len(self._linear.alpha)
+        alpha, t = np.array([body.fit(level.wanted.ravel()) for body in self._mapping.bodies[:n]], np.complex128).T
+        alpha *= self._mapping.sizes_under(level.wanted, np.arange(n)) / np.abs(alpha)
+        linear = level.of_solution(self._mapping.place_at(level.wanted, alpha, t), self._centres)
+        goal = Goal(np.abs(alpha), linear.alpha, linear.place)
+        return Ways(self._mapping, level, linear, goal, self._centres)
 
     def _similar(self) -> Map:
         """Return the one similarity of the whole that is closest to S: it folds nothing and keeps every body."""

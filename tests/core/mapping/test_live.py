@@ -8,7 +8,8 @@ from core.arrays import Bytes, Floats, Points
 from core.grid import Grid, find_features
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.feature_mapping import FeatureMapping, Keep
-from core.mapping.jacobians import as_complex
+from core.mapping.handles.curved_frame import cuts_of, fit_cuts
+from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.options import MappingOptions
 from core.mapping.warper import Warper
 from core.mapping.warping import warp_grid
@@ -52,11 +53,6 @@ def test_live_and_at_rest_are_the_same_where_nothing_folds(preset: str, bend: fl
     assert np.array_equal(shown.warped, run(live.settle(plain)).warped)
 
 
-@pytest.mark.xfail(
-    reason="beside a curved outline features are placed between its nodes at rest only",
-    raises=AssertionError,
-    strict=True,
-)
 @pytest.mark.parametrize(("preset", "bend"), [("arc", 60), ("arc", 80), ("inflate", 60), ("inflate", 80)])
 def test_features_at_the_edge_do_not_jump_when_all_rests(preset: str, bend: float) -> None:
     features, plain = find_features(GRID, cut_by_the_edge()), bent(preset, bend)
@@ -159,3 +155,22 @@ def test_features_held_where_the_best_mapping_has_them_leave_it_as_it_is() -> No
     for moving in ([True, False, False], [False, True, True], [False, False, False]):
         found = mapping.follow(mapping.pose(w, best.alpha, best.t, moving=np.array(moving)))
         assert np.abs(found.z - best.z).max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("preset", "bend", "keep"), [("arc", 60, "similarity"), ("inflate", 80, "similarity"), ("inflate", 80, "rigid")]
+)
+def test_features_that_a_curved_frame_cuts_have_room_between_its_nodes(preset: str, bend: float, keep: Keep) -> None:
+    mapping, w = FeatureMapping(GRID, find_features(GRID, cut_by_the_edge()), keep=keep), as_complex(bent(preset, bend))
+    cuts, before = cuts_of(mapping), mapping.place(w)
+    alpha, t = fit_cuts(cuts, w, before.alpha, before.t, rigid=keep == "rigid")
+
+    def least_room(alpha: Complexes, t: Complexes) -> float:
+        """Return the least share of its room that a corner between a cut feature and the frame has."""
+        seen = [(w.ravel()[cut.outside] - t[cut.number]) / alpha[cut.number] - cut.a for cut in cuts]
+        areas = [(np.conj(cut.b - cut.a) * q).imag / cut.room for cut, q in zip(cuts, seen, strict=True)]
+        return float(np.concatenate(areas).min())
+
+    assert len(cuts) == 2
+    assert least_room(before.alpha, before.t) < 0
+    assert least_room(alpha, t) > 0.999
