@@ -4,10 +4,12 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import moderngl
 import numpy as np
 
+from app.model.spaces import View
 from app.render.gpu import Offscreen, Rectangle, around
 from app.render.layers import Costs, Layers
 from app.render.passes.draft import Draft, draft_stride
@@ -32,6 +34,8 @@ AT_REST = 2.5
 """So much longer than while something moves a frame may take to make what rests better: nothing waits for it."""
 NO_MARKS = 1e9
 NO_FRAME = (0.0, 0.0, 0.0, 0.0)
+_Placing: TypeAlias = tuple[Points, Points, View, float]
+"""Nodes on the picture and on the canvas, how that is looked at, and framebuffer pixels per screen pixel."""
 
 
 class Renderer:
@@ -55,6 +59,8 @@ class Renderer:
         self._clock = clock
         self._marks = MarksLayer(context)
         self._meshes: dict[tuple[str, bool], Mesh] = {}
+        self._placings: dict[tuple[str, bool], _Placing] = {}
+        """What each of them was placed for last."""
         self._sources = Sources(context)
         self._layers: Layers | None = None
         """The canvas at its best."""
@@ -172,7 +178,7 @@ class Renderer:
         for held in (self._marks, self._sources, *self._meshes.values(), self._layers, self._draft):
             if held is not None:
                 held.release()
-        self._meshes, self._layers, self._draft = {}, None, None
+        self._meshes, self._placings, self._layers, self._draft = {}, {}, None, None
 
     def _drawing(self, scene: Scene, layers: Layers) -> Iterator[None]:
         """Draw the picture in linear light, piece by piece: the result, the picture as it was, or both."""
@@ -259,13 +265,15 @@ class Renderer:
 
     def _placed(self, name: str, scene: Scene, nodes: Points) -> Mesh:
         """Return the mesh of the part called `name` with its `nodes` in place."""
-        positions = scene.in_framebuffer(nodes)
-        mesh = self._mesh_of(name, scene, positions)
-        mesh.place(scene.rest, positions)
-        return mesh
+        key, seen = (name, scene.draft), (scene.rest, nodes, scene.view, scene.pixel_ratio)
+        if not _says_same(seen, self._placings.get(key)):
+            positions = scene.in_framebuffer(nodes)
+            self._mesh_of(name, scene, positions).place(scene.rest, positions)
+            self._placings[key] = seen
+        return self._meshes[key]
 
     def _mesh_of(self, name: str, scene: Scene, positions: Points) -> Mesh:
-        """Return the mesh called `name`, made anew for another grid shape."""
+        """Return the mesh called `name`, made anew for another grid shape; `_placed` knows where its nodes are."""
         key, shape = (name, scene.draft), (positions.shape[0], positions.shape[1])
         stride = draft_stride(positions) if scene.draft else 1
         held = self._meshes.get(key)
@@ -274,6 +282,11 @@ class Renderer:
                 held.release()
             held = self._meshes[key] = Mesh(self._context, shape, stride=stride)
         return held
+
+
+def _says_same(one: _Placing, other: _Placing | None) -> bool:
+    """Return whether two placings are of the same arrays in the same view."""
+    return other is not None and one[0] is other[0] and one[1] is other[1] and one[2:] == other[2:]
 
 
 def _exhaust(steps: Iterator[None]) -> None:

@@ -6,8 +6,9 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from app.editor.editor import Editor
+from app.model.events import Position
 from app.model.jobs import Ticket
-from app.model.spaces import canvas_from_screen
+from app.model.spaces import View, canvas_from_screen
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, icon_button, shortened, tip
 from app.ui.widgets.theme import em, icon
@@ -31,6 +32,8 @@ class StatusBar:
         self._mesh: Mesh | None = None
         self._place = ""
         """Which pixel of the picture is under the pointer."""
+        self._looked_at: tuple[Position | None, View, Mesh] | None = None
+        """What that was looked up for."""
 
     def draw(self) -> None:
         """Draw hint, job and figures."""
@@ -98,9 +101,11 @@ class StatusBar:
         """Look up what is under the pointer; a gesture that bends the picture need not wait for it in every frame."""
         session, mesh = self._editor.session, self._editor.answer.mesh
         bends = self._editor.is_busy and mesh is not self._mesh
+        looked_at = session.pointer, session.view, mesh
         self._mesh = mesh
-        if bends:
+        if bends or looked_at == self._looked_at:
             return
+        self._looked_at = looked_at
         self._place = ""
         if session.pointer is not None:
             x, y = mesh.image_from_canvas(canvas_from_screen(session.view, np.array([session.pointer])))[0]

@@ -6,6 +6,7 @@ tiles that differ go to the GPU.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import cv2
@@ -68,7 +69,7 @@ class Raster:
         columns = slice(box[0] // TILE_PX, -(-box[2] // TILE_PX))
         return np.concatenate([np.concatenate(row[columns], axis=1) for row in rows], axis=0)
 
-    @property
+    @cached_property
     def is_empty(self) -> bool:
         """Whether every pixel is 0."""
         return not any(tile.any() for tile in self._distinct())

@@ -10,9 +10,10 @@ import pytest
 from app.model.spaces import View
 from app.render import gpu
 from app.render.export import render_mesh
+from app.render.passes.mesh import Mesh
 from app.render.renderer import Renderer
 from app.render.scene import Marks, Palette, Scene
-from core.arrays import Bytes
+from core.arrays import Bytes, Points
 from core.imaging import color
 from core.imaging.images import Image
 from core.rasters.raster import Raster
@@ -228,3 +229,39 @@ def test_thumbnails_are_small_drafts_of_exports(screen: Screen) -> None:
     assert flat.shape == (44, 60, 4)
     assert flat[[0, -1]].max() == 0
     assert flat[12:32, 1:-1, 3].min() > 0
+
+
+def test_a_moved_picture_is_placed_once_and_one_that_rests_not_at_all(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    placed: list[Points] = []
+    place = Mesh.place
+
+    def counting(mesh: Mesh, rest: Points, moved: Points) -> None:
+        placed.append(moved)
+        place(mesh, rest, moved)
+
+    monkeypatch.setattr(Mesh, "place", counting)
+    scene = a_scene(marks=Marks(grid=True))
+    before = screen.shot(scene)
+    assert len(placed) == 1
+    screen.shot(scene)
+    screen.shot(replace(scene, marks=Marks()))
+    assert len(placed) == 1
+    moved = screen.shot(replace(scene, warped=scene.warped + 7))
+    assert len(placed) == 2
+    assert not np.array_equal(moved, before)
+    screen.shot(replace(scene, view=View(1.3, (15.5, 12.5), (WIDTH, HEIGHT))))
+    assert len(placed) == 3
+    assert np.array_equal(screen.shot(scene), before)
+
+
+@pytest.mark.parametrize("cells", [3, 16, 17, 40])
+def test_a_mesh_placed_again_draws_as_one_placed_at_once(cells: int, screen: Screen) -> None:
+    rest = scenes.grid(150, 110, cells=cells)
+    first = a_scene(rest=rest, warped=scenes.wavy(rest) * [1.2, 0.8] + 9)
+    last = replace(first, warped=scenes.wavy(rest), marks=Marks(grid=True, outline=True))
+    screen.shot(first)
+    after = screen.shot(last)
+    screen.renderer.release()
+    assert np.array_equal(screen.shot(last), after)

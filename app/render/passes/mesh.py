@@ -11,12 +11,13 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from app.render.passes.ring import with_ring
+from app.render.nodes import Nodes
+from app.render.passes.ring import put_ring
 from app.render.programs import Names, programs_of, set_uniforms
 from app.render.reach import Reach
 from app.render.sources.source import Box
 from core import tracing
-from core.arrays import Bools, Floats, Ints, Points, Singles
+from core.arrays import Bools, Floats, Ints, Points
 
 BLOCK = 16
 NODE_UNITS = {"rest_nodes": 0, "moved_nodes": 1, "cell_nodes": 8}
@@ -39,13 +40,11 @@ class Mesh:
         self.stride = stride
         self._programs = programs_of(context)
         self._context = context
-        self._drawn = np.ix_(*(_every(stride, size) for size in shape))
-        rows, columns = shape = self._drawn[0].size, self._drawn[1].size
-        self._cells = np.stack(np.meshgrid(self._drawn[1].ravel(), self._drawn[0].ravel()), axis=-1).astype(float)
-        sizes = {"rest_nodes": 4, "moved_nodes": 4, "cell_nodes": 2}
-        self._nodes = {
-            name: context.texture((columns + 2, rows + 2), channels, dtype="f4") for name, channels in sizes.items()
-        }
+        rows, columns = (_every(stride, size) for size in shape)
+        self._drawn = np.s_[:] if stride == 1 else np.ix_(rows, columns)
+        shape = rows.size, columns.size
+        self._nodes = {name: Nodes(context, shape, split=name != "cell_nodes") for name in NODE_UNITS}
+        self._nodes["cell_nodes"].inner[:] = np.stack(np.meshgrid(columns, rows), axis=-1)
         self._indices = context.buffer(_indices(shape).tobytes())
         self._edge_indices = context.buffer(_edge_indices(shape)[0].tobytes())
         self._edge_counts = _edge_indices(shape)[1]
@@ -63,14 +62,22 @@ class Mesh:
             self._place(rest, moved)
 
     def _place(self, rest: Points, moved: Points) -> None:
+        others = [self._nodes["rest_nodes"], self._nodes["cell_nodes"]]
+        places, is_new = self._nodes["moved_nodes"], rest is not self._rest
         self._rest, self._moved, self._reach = rest, moved, None
         drawn = moved[self._drawn]
+        places.inner[:] = drawn
+        if is_new:
+            others[0].inner[:] = rest[self._drawn]
+        put_ring(places.at, *(nodes.at for nodes in others))
         with tracing.span("upload", what="nodes"):
-            moved_nodes, rest_nodes, cells = with_ring(drawn, rest[self._drawn], self._cells)
-            self._nodes["moved_nodes"].write(_whole_and_fraction(moved_nodes))
-            self._nodes["rest_nodes"].write(_whole_and_fraction(rest_nodes))
-            self._nodes["cell_nodes"].write(cells.astype(np.float32))
-        self._low, self._high = _block_bounds(moved_nodes)
+            places.send()
+            for nodes in others:
+                if is_new:
+                    nodes.send()
+                else:
+                    nodes.send_ring()
+        self._low, self._high = _block_bounds(places.at)
         self._thinnest = _thinnest_border(drawn)
         self._straight = _rectangle_of(drawn)
 
@@ -114,8 +121,8 @@ class Mesh:
         key = fragment, defined, indices.glo
         if key not in self._arrays:
             self._arrays[key] = self._context.vertex_array(program, [], index_buffer=indices)
-        for name, texture in self._nodes.items():
-            texture.use(NODE_UNITS[name])
+        for name, nodes in self._nodes.items():
+            nodes.texture.use(NODE_UNITS[name])
         last_cell = self.shape[1] - 1, self.shape[0] - 1
         set_uniforms(program, last_cell=last_cell, straight=self._straight, **NODE_UNITS, **uniforms)
         return self._arrays[key]
@@ -126,8 +133,8 @@ class Mesh:
             array.release()
         self._indices.release()
         self._edge_indices.release()
-        for texture in self._nodes.values():
-            texture.release()
+        for nodes in self._nodes.values():
+            nodes.release()
 
 
 def _rectangle_of(points: Points) -> tuple[float, float, float, float]:
@@ -141,12 +148,6 @@ def _rectangle_of(points: Points) -> tuple[float, float, float, float]:
 def _every(stride: int, size: int) -> Ints:
     """Return every `stride`-th of `size` numbers, and the last one."""
     return np.append(np.arange(0, size - 1, stride), size - 1)
-
-
-def _whole_and_fraction(points: Points) -> Singles:
-    """Split positions, so that float32 keeps them to 1e-7 pixel in any picture: (R, C, 4), fraction then whole."""
-    whole = np.floor(points)
-    return np.concatenate([points - whole, whole], axis=-1).astype(np.float32)
 
 
 @cache
@@ -202,17 +203,17 @@ def _runs(blocks: Bools, first: Ints, count: Ints) -> list[tuple[int, int]]:
 
 def _block_bounds(ring: Points) -> tuple[Points, Points]:
     """Return the least and the greatest position of every block's nodes: two arrays (blocks down, blocks across, 2)."""
-    corners = ring[:-1, :-1], ring[:-1, 1:], ring[1:, :-1], ring[1:, 1:]
-    return (
-        _reduce_blocks(np.minimum, np.minimum.reduce(corners)),
-        _reduce_blocks(np.maximum, np.maximum.reduce(corners)),
-    )
+    return _over_blocks(np.minimum, ring), _over_blocks(np.maximum, ring)
 
 
-def _reduce_blocks(operation: np.ufunc, quads: Floats) -> Floats:
-    down, across = (np.arange(0, size, BLOCK) for size in quads.shape[:2])
-    reduced: Floats = operation.reduceat(operation.reduceat(quads, down, axis=0), across, axis=1)
-    return reduced
+def _over_blocks(choose: np.ufunc, nodes: Floats) -> Floats:
+    """Return what `choose` leaves of all corners of the quads of every block; neighbours share those between them."""
+    for axis in (0, 1):
+        first = np.arange(0, nodes.shape[axis] - 1, BLOCK)
+        within = choose.reduceat(nodes, first, axis=axis)
+        shared = nodes.take(np.append(first[1:], nodes.shape[axis] - 1), axis=axis)
+        nodes = choose(within, shared)
+    return nodes
 
 
 def _thinnest_border(points: Points) -> float:

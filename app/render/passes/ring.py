@@ -10,22 +10,22 @@ MOST_RING_PX = 4.0
 """And at most, where cells meet the outline at a sharp angle."""
 
 
-def with_ring(moved: Points, *alike: Points) -> list[Points]:
-    """Return the nodes `moved`, in output pixels, and others of their shape (R, C, 2) with a ring: (R + 2, C + 2, 2).
+def put_ring(moved: Points, *alike: Points) -> None:
+    """Set the ring of the nodes `moved` (R + 2, C + 2, 2), in output pixels, from those inside it; and that of others.
 
     A node of the ring lies beyond the border's by a share of the last step towards it, the same share in every array.
     """
-    top, bottom = _reach(moved[0], moved[1]), _reach(moved[-1], moved[-2])
-    left, right = _reach(moved[:, 0], moved[:, 1]), _reach(moved[:, -1], moved[:, -2])
-    ringed = []
-    for nodes in (moved, *alike):
-        ring = _continued(_continued(nodes).transpose(1, 0, 2)).transpose(1, 0, 2)
+    inner = moved[1:-1, 1:-1]
+    top, bottom = _reach(inner[0], inner[1]), _reach(inner[-1], inner[-2])
+    left, right = _reach(inner[:, 0], inner[:, 1]), _reach(inner[:, -1], inner[:, -2])
+    for ring in (moved, *alike):
+        nodes = ring[1:-1, 1:-1]
+        ring[0], ring[-1] = _continued(nodes[0]), _continued(nodes[-1])
+        ring[:, 0], ring[:, -1] = _continued(nodes[:, 0]), _continued(nodes[:, -1])
         ring[0] += _steps(top, nodes[0] - nodes[1])
         ring[-1] += _steps(bottom, nodes[-1] - nodes[-2])
         ring[:, 0] += _steps(left, nodes[:, 0] - nodes[:, 1])
         ring[:, -1] += _steps(right, nodes[:, -1] - nodes[:, -2])
-        ringed.append(ring)
-    return ringed
 
 
 def _reach(edge: Points, inner: Points) -> Floats:

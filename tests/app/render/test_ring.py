@@ -3,10 +3,17 @@
 import numpy as np
 import pytest
 
-from app.render.passes.ring import MOST_RING_PX, RING_PX, with_ring
+from app.render.passes.ring import MOST_RING_PX, RING_PX, put_ring
 from core.arrays import Points
 
 ROWS, COLUMNS = 4, 6
+
+
+def with_ring(*grids: Points) -> list[Points]:
+    """Return grids (R, C, 2) with the ring that the first has: (R + 2, C + 2, 2)."""
+    ringed = [np.pad(grid, ((1, 1), (1, 1), (0, 0)), constant_values=np.nan) for grid in grids]
+    put_ring(*ringed)
+    return ringed
 
 
 def a_grid() -> Points:
