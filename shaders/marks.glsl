@@ -6,7 +6,9 @@
 uniform sampler2D mask;          // 1 in features
 uniform sampler2D growth;        // per quad: 1 where lengths are doubled, -1 where they are halved
 uniform usampler2D folded;       // one texel a quad, not 0 where it is folded
-uniform vec4 mask_color, grid_color, outline_color, fold_color, shrunk_color, grown_color;
+uniform usampler2D owners;        // per node, which of these colours the mask has
+uniform vec4 mask_colors[16];
+uniform vec4 grid_color, outline_color, fold_color, shrunk_color, grown_color;
 uniform float grid_step;         // cells between grid lines
 uniform float grid_fade;         // strength of the lines halfway between them
 uniform float line_px;           // width of a line
@@ -42,6 +44,12 @@ float outline_share(vec2 cell, vec2 pixels_per_cell) {
     return max(share.x, share.y);
 }
 
+// The mask's colour at grid coordinates: that of the nearest node.
+vec4 mask_color(vec2 cell) {
+    ivec2 node = ivec2(clamp(cell + 0.5, vec2(0.0), vec2(textureSize(owners, 0) - 1)));
+    return mask_colors[min(int(texelFetch(owners, node, 0).r), 15)];
+}
+
 // `cell`: grid coordinates and their change per pixel; a change of 0 is where the mesh does not come.
 vec4 marks(vec4 cell) {
     if (cell.z <= 0.0) return vec4(0.0);
@@ -54,7 +62,7 @@ vec4 marks(vec4 cell) {
     float grown = texture(growth, place).r;
     colour = over(colour, grown < 0.0 ? shrunk_color : grown_color, inside * min(abs(grown), 1.0));
 #endif
-    colour = over(colour, mask_color, inside * texture(mask, place).r);
+    colour = over(colour, mask_color(cell.xy), inside * texture(mask, place).r);
 #ifdef GRID
     colour = over(colour, grid_color, inside * grid_share(cell.xy, pixels_per_cell));
 #endif
@@ -66,5 +74,5 @@ vec4 marks(vec4 cell) {
 // The mask alone, on the picture as it was.
 vec4 marks_before(vec4 cell) {
     if (cell.z <= 0.0 || before_mask == 0.0) return vec4(0.0);
-    return over(vec4(0.0), mask_color, coverage(cell.xy, cell.zw) * texture(mask, cell.xy / last_cell).r);
+    return over(vec4(0.0), mask_color(cell.xy), coverage(cell.xy, cell.zw) * texture(mask, cell.xy / last_cell).r);
 }

@@ -9,6 +9,7 @@ from app.actions.file import FILE
 from app.actions.handles import HANDLES
 from app.actions.overlay import OVERLAY
 from app.actions.retexture import RETEXTURE
+from app.actions.selecting import SELECTING
 from app.actions.view import MODES, VIEW
 from app.actions.warp import MASK, WARP
 from app.editor.editor import Editor
@@ -21,7 +22,20 @@ class ActionTable:
 
     def __init__(self, tools: Mapping[str, Tool]) -> None:
         tool_actions = tuple(_tool(tool) for tool in tools.values())
-        self.actions = (*FILE, *EDIT, *VIEW, *MASK, *WARP, *HANDLES, *RETEXTURE, *OVERLAY, *tool_actions, *MODES, *HELP)
+        self.actions = (
+            *FILE,
+            *EDIT,
+            *VIEW,
+            *MASK,
+            *SELECTING,
+            *WARP,
+            *HANDLES,
+            *RETEXTURE,
+            *OVERLAY,
+            *tool_actions,
+            *MODES,
+            *HELP,
+        )
         self.by_name: Mapping[str, Action] = MappingProxyType({action.name: action for action in self.actions})
         self._by_chord: dict[str, list[Action]] = {}
         for action in self.actions:

@@ -223,6 +223,8 @@ class Editor(Errands):
         self.show(tool=name, hover=None)
         if self.tools[name].on_original and moves(self.document):
             self.show(look="original")
+        if self.tools[name].group:
+            self.show(select_tool=name)
         (self.unwarped.show if self.tools[name].marks else self.unwarped.hide)()
 
     def choose_mode(self, mode: Mode) -> None:
@@ -267,6 +269,7 @@ class Editor(Errands):
         self.show(
             brush=brush,
             selected=frozenset(),
+            features=frozenset(),
             selected_corners=frozenset(),
             selected_curve=None,
             selected_knots=frozenset(),

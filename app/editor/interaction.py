@@ -104,7 +104,7 @@ class Interaction:
         else:
             if self._slide is not None:
                 self.finish()
-            if self.tool.marks and press.button == "left" and not press.mods.alt:
+            if self.tool.marks and press.button == "left" and (self.tool.group or not press.mods.alt):
                 self._editor.unwarped.show_at(press.pos)
             self._gesture_tool = self.tool.name
             self._gesture.begin(self.tool.press(self._editor, press))

@@ -62,6 +62,8 @@ class Tool:
     """Whether it works on Retexture mode's picture as it was, which is shown when the tool is chosen."""
     marks: bool = False
     """Whether it paints or selects parts of the picture: Warp mode then shows the picture as it was."""
+    group: str = ""
+    """Tools of one group share a button, which takes the one of them that was in hand last."""
     overlay: Callable[["Editor"], Sequence[Shape]] = _no_shapes
     """What is drawn over the picture while the tool is in hand, in screen pixels, the lowest first."""
 

@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 from app.model.spaces import View
 from core.arrays import Points
 from core.document.document import Mode
+from core.selection.combining import Combining
 
 Compare: TypeAlias = Literal["result", "before", "split"]
 Look: TypeAlias = Literal["original", "deformed", "retextured"]
@@ -17,6 +18,9 @@ Shown: TypeAlias = Literal["result", "photo", "pattern", "mesh", "shading", "det
 Painted: TypeAlias = Literal["matte", "source_mask"]
 """What the brush paints in Retexture mode: where the result may differ, or where texture is taken from."""
 
+
+Part: TypeAlias = Literal["joined", "new", "chosen"]
+"""Which feature what is painted next is of: one with what it touches, a new one, or the one that is chosen."""
 
 SHARE_OF_SIDE = 0.08
 """Diameter of the brush to begin with, of the side of a square as large as the picture."""
@@ -45,6 +49,39 @@ class Brush:
 
 
 @dataclass(frozen=True)
+class Selecting:
+    """How the tools that select are set."""
+
+    how: Combining = "add"
+    tolerance: int = 32
+    """How far colours may differ from those that are clicked, of 255."""
+    contiguous: bool = True
+    """Whether the wand takes only what hangs together with what is clicked."""
+    by_stroke: bool = False
+    """Whether objects are painted over roughly, rather than put into a box."""
+    refine_px: float = 4.0
+    """By so much masks are grown, shrunk, smoothed and feathered, in pixels of the picture."""
+
+
+Unit: TypeAlias = Literal["px", "%", "mm", "in"]
+
+
+@dataclass(frozen=True)
+class Resizing:
+    """How the result is given another size."""
+
+    unit: Unit = "px"
+    dpi: float = 300.0
+    """Pixels per inch, for lengths in print."""
+    locked: bool = False
+    """Whether width and height change together."""
+    proposes: bool = True
+    """Whether it is proposed what to keep where nothing is painted."""
+    share: float = 0.25
+    """How much of the picture, 0 to 1."""
+
+
+@dataclass(frozen=True)
 class Overlays:
     """What is drawn over the picture."""
 
@@ -68,6 +105,17 @@ class Session:
     tool: str = "brush"
     view: View = field(default_factory=View)
     brush: Brush = field(default_factory=Brush)
+    selecting: Selecting = field(default_factory=Selecting)
+    page: Literal["bend", "resize"] = "bend"
+    """What the panel of Warp mode is about."""
+    resizing: Resizing = field(default_factory=Resizing)
+    select_tool: str = "rectangle"
+    """Which of the tools that select was in hand last; one button stands for all."""
+    part: Part = "joined"
+    features: frozenset[int] = frozenset()
+    """Numbers of the features that are chosen in the list, as the map calls them."""
+    lit: int | None = None
+    """Number of the feature that lights up, since the pointer is on it in the list."""
     overlays: Overlays = field(default_factory=Overlays)
     compare: Compare = "result"
     split: float = 0.5
@@ -101,6 +149,8 @@ class Session:
     """Curves on offer, (3k + 1, 2) each, in places of the picture."""
     band: tuple[tuple[float, float], tuple[float, float]] | None = None
     """Corners of the rectangle that is being drawn to select, in screen pixels."""
+    selection: Points | None = field(default=None, compare=False)
+    """Outline (n, 2) of the selection that is being drawn, in screen pixels."""
     last_dab: tuple[float, float] | None = None
     """Where the last stroke ended, in canvas pixels; a straight line begins there."""
     pointer: tuple[float, float] | None = None

@@ -8,7 +8,7 @@ import numpy as np
 from app.model.spaces import View
 from app.render.sources.dressing import Dressing
 from app.render.sources.source import Box
-from core.arrays import Bools, Points
+from core.arrays import Bools, Bytes, Points
 from core.imaging.images import Image
 from core.rasters.raster import Raster
 
@@ -50,6 +50,8 @@ class Palette:
     fold: Color = (1.0, 0.12, 0.78, 0.75)
     shrunk: Color = (0.15, 0.45, 1.0, 0.7)
     grown: Color = (1.0, 0.55, 0.08, 0.7)
+    features: tuple[Color, ...] = ()
+    """Of the mask where `Scene.owners` says so, by number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +69,8 @@ class Scene:
     frame: tuple[float, float, float, float] | None = None
     """Left, top, right and bottom edge of the result, in canvas pixels."""
     mask: Raster | None = None
+    owners: Bytes | None = None
+    """Which colour of `Palette.features` the mask has at each node (R, C), from 1; 0 for `Palette.mask`."""
     folded: Bools | None = None
     """Which quads (R - 1, C - 1) are folded."""
     marks: Marks = Marks()
@@ -153,5 +157,6 @@ class Scene:
             other is not None
             and self.mask is other.mask
             and self.folded is other.folded
+            and self.owners is other.owners
             and (self.marks, self.frame, self.palette) == (other.marks, other.frame, other.palette)
         )

@@ -6,7 +6,7 @@ import numpy as np
 
 from app.render.scene import Scene
 from app.render.sources.source import Box
-from core.arrays import Bools
+from core.arrays import Bools, Bytes
 
 MARGIN_PX = 2.0
 """What is blended reaches so far beyond its place, in pixels of the canvas."""
@@ -17,14 +17,15 @@ MASK_MARGIN_PX = 16.0
 def touched_by_painting(scene: Scene, before: Scene | None) -> Box | None:
     """Return the framebuffer pixels outside which `scene` looks as `before`; None where that may be nowhere.
 
-    They are known where both differ in nothing but the mask and the folded cells.
+    They are known where both differ in nothing but the mask, its colours and the folded cells.
     """
     if before is None or scene.mask is None or before.mask is None or not scene.shows_same_picture(before):
         return None
-    same_shapes = _shape(scene.folded) == _shape(before.folded)
-    if not (same_shapes and replace(scene, mask=before.mask, folded=before.folded).shows_same_marks(before)):
+    same_shapes = _shape(scene.folded) == _shape(before.folded) and _shape(scene.owners) == _shape(before.owners)
+    alike = replace(scene, mask=before.mask, folded=before.folded, owners=before.owners)
+    if not (same_shapes and alike.shows_same_marks(before)):
         return None
-    nodes = _nodes_of_mask(scene, before) | _nodes_of_folds(scene, before)
+    nodes = _nodes_of_mask(scene, before) | _nodes_of_folds(scene, before) | _nodes_of_owners(scene, before)
     if not nodes.any():
         return 0, 0, 0, 0
     sides = [scene.warped[nodes], scene.rest[nodes]] if scene.compare == "split" else [scene.warped[nodes]]
@@ -52,6 +53,13 @@ def _nodes_of_folds(scene: Scene, before: Scene) -> Bools:
     return _corners(scene.folded != before.folded)
 
 
+def _nodes_of_owners(scene: Scene, before: Scene) -> Bools:
+    """Return the nodes (R, C) of every quad with a corner that has another colour."""
+    if scene.owners is None or before.owners is None or scene.owners is before.owners:
+        return np.zeros(scene.rest.shape[:2], bool)
+    return _corners(_any_corner(scene.owners != before.owners))
+
+
 def _any_corner(nodes: Bools) -> Bools:
     """Return the quads (R - 1, C - 1) of which a corner is marked in `nodes` (R, C)."""
     across = nodes[:, :-1] | nodes[:, 1:]
@@ -67,5 +75,5 @@ def _corners(quads: Bools) -> Bools:
     return nodes
 
 
-def _shape(folded: Bools | None) -> tuple[int, ...] | None:
+def _shape(folded: Bools | Bytes | None) -> tuple[int, ...] | None:
     return None if folded is None else folded.shape

@@ -11,7 +11,15 @@ from app.state.state_files import read_state
 from core.arrays import InputError
 from core.files.atomic import write_text
 
-LIMITS = MappingProxyType({"undo_mb": (64.0, 16384.0), "scale": (0.5, 3.0), "keep_every_s": (2.0, 600.0)})
+LIMITS = MappingProxyType(
+    {
+        "undo_mb": (64.0, 16384.0),
+        "scale": (0.5, 3.0),
+        "keep_every_s": (2.0, 600.0),
+        "mask_color": (0, 0xFFFFFF),
+        "mask_opacity": (0.05, 1.0),
+    }
+)
 """Least and most of each number."""
 
 
@@ -29,6 +37,11 @@ class Preferences:
     """Whether a save keeps the version before beside the project, as `name~`."""
     drafts: bool = True
     """Whether the picture is drawn faster, at less quality, while something moves."""
+    mask_color: int = 0xF53B57
+    """Of what is painted, as 0xRRGGBB."""
+    mask_opacity: float = 0.4
+    feature_colors: bool = True
+    """Whether each feature is shown in a colour of its own instead."""
 
     @property
     def undo_bytes(self) -> int:
@@ -71,4 +84,6 @@ def _fits(value: object, default: object) -> bool:
     """Return whether a value is of the default's kind: a switch, or a number that is one."""
     if isinstance(default, bool) or isinstance(value, bool):
         return isinstance(default, bool) and isinstance(value, bool)
+    if isinstance(default, int):
+        return isinstance(value, int)
     return isinstance(value, int | float) and value == value

@@ -13,11 +13,13 @@ from app.tools.curves.trace import TRACE
 from app.tools.navigate import HAND
 from app.tools.outline import OUTLINE
 from app.tools.pins import PINS
+from app.tools.resize import RESIZE
+from app.tools.select.by_colour import COLOUR_RANGE, WAND
+from app.tools.select.objects import CLING, OBJECT
+from app.tools.select.outlined import ELLIPSE, LASSO, POLYGON, RECTANGLE
+from app.tools.split import SPLIT
 from app.tools.zoom import ZOOM
 
-TOOLS: Mapping[str, Tool] = MappingProxyType(
-    {
-        tool.name: tool
-        for tool in (BRUSH, OUTLINE, PINS, CURVES, FEATURE_CURVE_TOOL, TRACE, DRAPE, REGION, TEXEL, LATTICE, HAND, ZOOM)
-    }
-)
+SELECTING = (RECTANGLE, ELLIPSE, LASSO, POLYGON, CLING, WAND, COLOUR_RANGE, OBJECT, SPLIT)
+OTHERS = (RESIZE, OUTLINE, PINS, CURVES, FEATURE_CURVE_TOOL, TRACE, DRAPE, REGION, TEXEL, LATTICE, HAND, ZOOM)
+TOOLS: Mapping[str, Tool] = MappingProxyType({tool.name: tool for tool in (BRUSH, *SELECTING, *OTHERS)})

@@ -12,6 +12,7 @@ import numpy as np
 from app.editor.editor import Editor
 from app.editor.painting import LAYERS, Side, layer, mesh_on, painted, side_at, with_layer
 from app.editor.tool import Tool
+from app.marking.applying import number_for
 from app.model.events import Key, Move, Position, Press
 from app.model.gestures import Gesture
 from app.model.session import Brush
@@ -20,6 +21,7 @@ from app.model.spaces import canvas_from_screen
 from core.arrays import Points
 from core.document.retexture import moves
 from core.masks.brush import Stroke, Tip
+from core.rasters.raster import Raster
 
 LEAST_PX, MOST_PX = 1.0, 4000.0
 """Diameters that the brush may have, in canvas pixels."""
@@ -81,13 +83,16 @@ def paint(editor: Editor, press: Press) -> Gesture:
     here = _canvas(editor, press.pos)
     last = editor.session.last_dab
     name = painted(editor)
-    side = side_at(editor, press.pos)
+    side, number = side_at(editor, press.pos), None if brush.erase else number_for(editor)
+    start = editor.document.numbers
     with editor.group(f"{'Erase' if brush.erase else 'Paint'} {LAYERS[name]}"):
         stroke = Stroke(layer(editor.document, name), erase=brush.erase)
         _extend(editor, stroke, np.array(last) if press.mods.shift and last is not None else here, here, tip, side)
+        _number(editor, stroke, start, number)
         while isinstance(event := (yield), Move):
             before, here = here, _canvas(editor, event.pos)
             _extend(editor, stroke, before, here, tip, side)
+            _number(editor, stroke, start, number)
     editor.show(last_dab=(float(here[0]), float(here[1])))
 
 
@@ -95,6 +100,12 @@ def _extend(editor: Editor, stroke: Stroke, a: Points, b: Points, tip: Tip, side
     """Draw on over the picture as it is on the screen, on one side of a split view."""
     stroke.extend(mesh_on(editor, side), a, b, tip)
     editor.document = with_layer(editor.document, painted(editor), stroke.mask)
+
+
+def _number(editor: Editor, stroke: Stroke, start: Raster | None, number: int | None) -> None:
+    """Give what the stroke covers its number, where it has one; `start` are the numbers before it."""
+    if number is not None:
+        editor.document = editor.document.changed(numbers=stroke.numbered(start, number))
 
 
 def _canvas(editor: Editor, pos: Position) -> Points:

@@ -3,12 +3,14 @@
 import numpy as np
 
 from app.editor.editor import Editor
-from app.model.shapes import Bezier, Circle, Polyline, Shape
+from app.marking.feature_list import feature_list
+from app.model.shapes import Bezier, Circle, Polyline, Role, Shape
 from app.model.spaces import screen_from_canvas
 from app.tools.cloth.lattice import lattice_shapes
 from app.tools.curves.curves import FEATURE_CURVES, WARP_CURVES
 from app.tools.outline import ring_on_screen
 from app.tools.pins import targets_on_screen
+from app.tools.select.places import screen_places
 
 PIN_PX = 3.0
 CURVE_TOOLS = ("feature-curves", "trace")
@@ -25,7 +27,23 @@ def marks(editor: Editor) -> list[Shape]:
     by_mode = {"warp": _handles, "retexture": _feature_curves, "overlay": _lattice}
     others = by_mode[session.mode](editor)
     in_hand = () if _is_hidden(editor) else tool.overlay(editor)
-    return [*_patches(editor), *others, *in_hand]
+    return [*_patches(editor), *_lit(editor), *others, *in_hand]
+
+
+def _lit(editor: Editor) -> list[Shape]:
+    """Return the outline of the feature that the pointer is on in the list, and of those chosen there."""
+    session = editor.session
+    if session.mode != "warp" or editor.is_busy:
+        return []
+    document, grid, found = editor.document, editor.map.grid, feature_list(editor)
+    there = {row.id for row in found.rows(document, grid)}
+    roles: list[tuple[int | None, Role]] = [(number, "box") for number in session.features if number != session.lit]
+    shapes: list[Shape] = []
+    for number, role in [*roles, (session.lit, "hover")]:
+        if number in there:
+            lines = found.outline(document, grid, number)
+            shapes += [Polyline(screen_places(editor, "result", line), role, closed=True) for line in lines]
+    return shapes
 
 
 def _is_hidden(editor: Editor) -> bool:

@@ -10,6 +10,8 @@ from app.actions.table import ActionTable
 from app.editor.editor import Editor
 from app.tools.brush import hardened, sized
 from app.ui.menus import draw_item
+from app.ui.select_bar import ACTIONS as SELECT_ACTIONS
+from app.ui.select_bar import FURTHER, group_part, setting_parts
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, icon_button
 from app.ui.widgets.overflow import BUTTON_EM, Part, draw_menu, draw_parts, extent, fitting
@@ -45,7 +47,7 @@ SWITCHES = (
 GAP_EM = 0.9
 
 TOOL_ACTIONS = {
-    "brush": ("mask.fit", "mask.transparency", "mask.fill", "mask.clear", "mask.invert", "mask.load"),
+    "brush": ("features.new", "mask.fit", "mask.transparency", "mask.fill", "mask.clear", "mask.invert", "mask.load"),
     "pins": ("handles.select_all", "handles.frame", "handles.remove_pins"),
     "outline": ("handles.select_all", "handles.reset_outline"),
     "curves": ("handles.edit_source", "handles.frame", "handles.remove_curves"),
@@ -116,10 +118,24 @@ class OptionsBar:
         parts = [Part(width, lambda: self._draw_tool(is_named=is_named)), _line()]
         if tool.name == "brush":
             parts += [*brush_parts(self._editor, track_em), _line()]
+        if tool.group:
+            alike = [other for other in self._editor.tools.values() if other.group == tool.group]
+            parts += [group_part(self._editor, other) for other in alike]
+            parts += [_line(), *setting_parts(self._editor, track_em)]
         return parts + [self._action_part(name, self._draw_button) for name in self._tool_actions()]
 
     def _tool_actions(self) -> tuple[str, ...]:
         tool = self._editor.tool.name
+        if self._editor.tool.group:
+            of_features = ("features.new",) if self._editor.session.mode == "warp" else ()
+            return (
+                *SELECT_ACTIONS,
+                *FURTHER.get(tool, ()),
+                *of_features,
+                "mask.transparency",
+                "mask.fit",
+                "mask.clear",
+            )
         return TOOL_ACTIONS.get(f"{tool} in {self._editor.session.mode}", TOOL_ACTIONS.get(tool, ()))
 
     def _view_parts(self) -> list[Part]:

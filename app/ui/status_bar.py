@@ -93,6 +93,9 @@ class StatusBar:
             rows.append((self._place, "The pixel of the picture under the pointer", False))
         width, height = editor.document.size_px
         rows.append((f"{width} × {height} px", "Width and height of the picture", False))
+        result = editor.document.changed(mode=session.mode).result_px
+        if result != (width, height):
+            rows.append((f"→ {result[0]} × {result[1]} px", "Width and height of the result", False))
         rows.extend(of_mode[session.mode]())
         rows.append((f"{session.view.zoom:.0%}", "Zoom", False))
         return rows

@@ -17,7 +17,9 @@ GAP_EM, TOP_EM = 0.6, 0.7
 
 def draw_toolbar(editor: Editor) -> None:
     """Draw a button for every tool that the mode has; where the bar is short, smaller ones, the last in a menu."""
-    tools = [tool for tool in editor.tools.values() if editor.session.mode in tool.modes]
+    shown = editor.session.select_tool
+    of_mode = (tool for tool in editor.tools.values() if editor.session.mode in tool.modes)
+    tools = [tool for tool in of_mode if not tool.group or tool.name == shown]
     room = imgui.get_window_height() - em(TOP_EM)
     for side_em in SIDES_EM:
         parts = [_part(editor, tool, side_em) for tool in tools]

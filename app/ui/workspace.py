@@ -18,6 +18,7 @@ from app.ui.dialogs.fault import FaultMessage
 from app.ui.dialogs.palette import Palette
 from app.ui.dialogs.requested import Dialogs
 from app.ui.dialogs.sheets import Sheets
+from app.ui.features_panel import FeaturesPanel
 from app.ui.menus import MenuBar
 from app.ui.options_bar import HEIGHT_EM, OptionsBar
 from app.ui.panels.handles import HandlesPanel
@@ -27,6 +28,7 @@ from app.ui.panels.preset_list import PresetList
 from app.ui.panels.retexture import RetexturePanel
 from app.ui.panels.thumbnails import Thumbnails
 from app.ui.panels.warp import WarpPanel
+from app.ui.picture_texture import PictureTexture
 from app.ui.status_bar import StatusBar
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
 from app.ui.widgets import theme
@@ -64,6 +66,8 @@ class Workspace:
         self.warp_panel = WarpPanel(editor, PresetList(self.thumbnails.of))
         self.retexture_panel = RetexturePanel(editor, table)
         self.overlay_panel = OverlayPanel(editor, table)
+        self.picture = PictureTexture()
+        self.features_panel = FeaturesPanel(editor, table, self.picture)
         self.handles_panel = HandlesPanel(editor)
         self.history_panel = HistoryPanel(editor)
         self.dialogs = Dialogs(editor, self.show_panel, self.thumbnails.of_file)
@@ -106,13 +110,14 @@ class Workspace:
         right, down = imgui.Dir.right, imgui.Dir.down
         docking.docking_splits = [
             hello_imgui.DockingSplit("MainDockSpace", SIDE, right, 0.235),
-            hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.21),
+            hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.3),
         ]
         panels = (
             ("Warp", SIDE, self.warp_panel.draw),
             ("Retexture", SIDE, self.retexture_panel.draw),
             ("Overlay", SIDE, self.overlay_panel.draw),
             ("Handles", LOWER_SIDE, self.handles_panel.draw),
+            ("Features", LOWER_SIDE, self.features_panel.draw),
             ("History", LOWER_SIDE, self.history_panel.draw),
         )
         docking.dockable_windows = [
@@ -183,9 +188,10 @@ class Workspace:
             panel = docking.dockable_window_of_name(name)
             if panel is not None:
                 panel.is_visible = mode == self.editor.session.mode and self.editor.session.panels
-        handles = docking.dockable_window_of_name("Handles")
-        if handles is not None:
-            handles.is_visible = self.editor.session.mode == "warp" and self.editor.session.panels
+        for name in ("Handles", "Features"):
+            panel = docking.dockable_window_of_name(name)
+            if panel is not None:
+                panel.is_visible = self.editor.session.mode == "warp" and self.editor.session.panels
         history = docking.dockable_window_of_name("History")
         if history is not None:
             history.is_visible = self.editor.session.panels

@@ -235,10 +235,12 @@ class Shell:
         programs_of(self._context).draws = self._draws
         self._renderer = Renderer(self._context, frame_s=DRAWING_S)
         self.workspace.thumbnails.attach(self._context, self._renderer)
+        self.workspace.picture.attach(self._context)
 
     def _detach(self) -> None:
         """Free what is on the GPU while the context is there."""
         self.workspace.thumbnails.close()
+        self.workspace.picture.close()
         self._renderer.release()
 
     def _begin_frame(self) -> None:

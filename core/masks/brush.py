@@ -17,7 +17,7 @@ from core.linalg.blas import one_thread
 from core.mesh import Mesh
 from core.rasters.raster import TILE_PX, Box, Raster
 
-FULL = 255
+FULL, HALF = 255, 127
 SHARPEST_PX = 1.0
 """The narrowest edge, in canvas pixels: a hard brush is antialiased."""
 STEPS_PX = (8, 4)
@@ -68,7 +68,7 @@ class Stroke:
         """The mask with the stroke so far."""
         self._start = start
         self._erase = erase
-        self._covered = Raster.filled(start.width_px, start.height_px)
+        self._covered = self._blank = Raster.filled(start.width_px, start.height_px)
         self._end: tuple[Points, Tip] | None = None
         """Where the last piece ended, and with which tip."""
 
@@ -88,6 +88,16 @@ class Stroke:
         piece = _Piece(mesh, a, b, tip, goes_on) if step == 1 else _SoftPiece(mesh, a, b, tip, box, step)
         self._covered = before.edited(box, lambda tile, at: piece.covered(tile, at, box))
         self.mask = self.mask.edited(box, lambda tile, at: self._blended(tile, at, before))
+
+    def numbered(self, numbers: Raster | None, number: int) -> Raster:
+        """Return numbers of pixels, the size of the mask, with those that the stroke covers by over half numbered."""
+
+        def edit(tile: Bytes, at: Box) -> Bytes:
+            cover = self._covered.tile_at(at)
+            return tile if cover is self._blank.tile_at(at) else np.where(cover > HALF, number, tile).astype(np.uint8)
+
+        start = self._blank if numbers is None else numbers
+        return start.edited((0, 0, start.width_px, start.height_px), edit)
 
     def _blended(self, tile: Bytes, at: Box, before: Raster) -> Bytes:
         """Return the tile as it was at the start, with what is covered painted or taken away, if not so `before`."""

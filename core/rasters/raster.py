@@ -92,6 +92,16 @@ class Raster:
         how = cv2.INTER_LINEAR if blends else cv2.INTER_NEAREST
         return Raster.from_array(np.asarray(cv2.resize(self.array, (width_px, height_px), interpolation=how), np.uint8))
 
+    def sharing(self, before: "Raster") -> "Raster":
+        """Return the raster with the tiles of `before` wherever they say the same, so that only others are new."""
+        if (before.width_px, before.height_px) != (self.width_px, self.height_px):
+            return self
+        rows = tuple(
+            tuple(old if np.array_equal(old, new) else new for old, new in zip(*row, strict=True))
+            for row in zip(before.tiles, self.tiles, strict=True)
+        )
+        return Raster(self.width_px, self.height_px, rows)
+
     def _distinct(self) -> list[Bytes]:
         """Return every array once."""
         return list({id(tile): tile for row in self.tiles for tile in row}.values())

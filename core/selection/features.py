@@ -5,6 +5,8 @@ are one feature; each 8-connected part of the mask that has no number, 0, is one
 features where they have two numbers, and parts far from one another are one where they have the same.
 """
 
+from collections.abc import Collection
+
 import cv2
 import numpy as np
 
@@ -16,10 +18,10 @@ MOST = 255
 """Numbers go so far."""
 
 
-def free_number(numbers: Raster | None) -> int:
-    """Return the least number that no pixel has; raise `InputError` where all are taken."""
-    taken = set() if numbers is None else {int(n) for n in np.unique(numbers.array)}
-    free = next((number for number in range(1, MOST + 1) if number not in taken), None)
+def free_number(numbers: Raster | None, *, taken: Collection[int] = ()) -> int:
+    """Return the least number that no pixel has and that is not `taken`; raise `InputError` where there is none."""
+    used = set() if numbers is None else {int(n) for n in np.unique(numbers.array)}
+    free = next((number for number in range(1, MOST + 1) if number not in used and number not in taken), None)
     if free is None:
         raise InputError(f"a picture holds {MOST} numbered features at most")
     return free

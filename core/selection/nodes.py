@@ -39,21 +39,9 @@ class MarkedNodes:
         """Return the number of every node (R, C), 0 for those in no feature."""
         if numbers is None:
             return self._components.labels(mask)
-        self._loose = _renewed(self._loose, without_numbered(mask, numbers))
+        loose_now = without_numbered(mask, numbers)
+        self._loose = loose_now if self._loose is None else loose_now.sharing(self._loose)
         loose = self._components.labels(self._loose)
         where = np.ix_(*self._grid.pixels)
         own = np.where(mask.array[where] > MARKED, numbers.array[where], 0)
         return np.where(own > 0, own, np.where(loose > 0, loose + MOST, 0)).astype(np.int32)
-
-
-def _renewed(before: Raster | None, now: Raster) -> Raster:
-    """Return `now` with the tiles of `before` wherever they say the same, so that only what changed is searched."""
-    if before is None:
-        return now
-    rows = tuple(
-        tuple(
-            old if old.shape == new.shape and np.array_equal(old, new) else new for old, new in zip(*row, strict=True)
-        )
-        for row in zip(before.tiles, now.tiles, strict=True)
-    )
-    return Raster(now.width_px, now.height_px, rows)

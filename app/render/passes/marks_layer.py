@@ -13,9 +13,12 @@ from core.rasters.raster import Raster
 
 GRID_LINE_PX = 14.0
 """Grid lines are at least so far apart on the screen, at pixel ratio 1."""
-MASK_UNIT, FOLDED_UNIT, GROWTH_UNIT = 5, 6, 7
+MASK_UNIT, FOLDED_UNIT, GROWTH_UNIT, OWNERS_UNIT = 5, 6, 7, 8
+MOST_COLORS = 16
+"""As in marks.glsl."""
 NO_MASK = Raster.filled(1, 1)
 NO_FOLDS = np.zeros((1, 1), bool)
+NO_OWNERS = np.zeros((1, 1), np.uint8)
 
 
 class MarksLayer:
@@ -34,7 +37,10 @@ class MarksLayer:
         self._texture("folded", folded, folded, "u1").use(FOLDED_UNIT)
         if scene.marks.scale:
             self._growth_texture(scene.rest, scene.warped).use(GROWTH_UNIT)
-        return {"mask": MASK_UNIT, "folded": FOLDED_UNIT, "growth": GROWTH_UNIT, **_look(scene)}
+        owners = NO_OWNERS if scene.owners is None else scene.owners
+        self._texture("owners", owners, owners, "u1").use(OWNERS_UNIT)
+        units = {"mask": MASK_UNIT, "folded": FOLDED_UNIT, "growth": GROWTH_UNIT, "owners": OWNERS_UNIT}
+        return {**units, **_look(scene)}
 
     def _growth_texture(self, rest: Points, shown: Points) -> moderngl.Texture:
         if self._seen.get("growth") is shown:
@@ -82,7 +88,6 @@ def _look(scene: Scene) -> dict[str, object]:
     step, fade = _grid_step(scene)
     return {
         "last_cell": (scene.rest.shape[1] - 1.0, scene.rest.shape[0] - 1.0),
-        "mask_color": _shown(marks.mask and scene.mask is not None, palette.mask),
         "grid_color": _shown(marks.grid, palette.grid),
         "outline_color": _shown(marks.outline, palette.outline),
         "fold_color": _shown(marks.folds and scene.folded is not None, palette.fold),
@@ -90,9 +95,18 @@ def _look(scene: Scene) -> dict[str, object]:
         "grown_color": _shown(marks.scale, palette.grown),
         "grid_step": step,
         "grid_fade": fade,
+        "mask_colors": _table(scene),
         "before_mask": float(scene.compare == "split" and marks.mask and scene.mask is not None),
         "line_px": max(1.0, scene.pixel_ratio),
     }
+
+
+def _table(scene: Scene) -> list[Color]:
+    """Return the colours of the mask by the numbers in `Scene.owners`: first that where there is none."""
+    palette, marks = scene.palette, scene.marks
+    colors = [palette.mask, *(palette.features if scene.owners is not None else ())][:MOST_COLORS]
+    colors += [palette.mask] * (MOST_COLORS - len(colors))
+    return [_shown(marks.mask and scene.mask is not None, color) for color in colors]
 
 
 def _shown(switch: bool, color: Color) -> Color:

@@ -3,18 +3,23 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 
+import cv2
 import numpy as np
 
 from app.actions.overlay import PHOTO_TOOLS
 from app.editor.editor import Editor
 from app.live.warp import Answer
+from app.marking.feature_list import feature_list
 from app.render.scene import Marks, Palette, Scene
 from app.render.sources.dressing import Dressing
+from app.state.preferences import Preferences
 from app.ui.widgets import theme
-from core.arrays import Bools, Points
+from core.arrays import Bools, Bytes, Points, readonly
 from core.document.overlay import is_changed, layers_under, pattern_of, placement_of
 from core.document.retexture import moves
+from core.grid import Features
 from core.rasters.raster import Raster
 
 
@@ -131,6 +136,8 @@ def _warp_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
         rest=motion.rest,
         warped=motion.warped,
         mask=editor.document.mask,
+        owners=feature_owners(editor) if editor.preferences.feature_colors else None,
+        palette=warp_palette(editor.preferences),
         folded=motion.folded,
         marks=Marks(
             grid=overlays.grid,
@@ -140,6 +147,30 @@ def _warp_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
             scale=overlays.scale,
         ),
     )
+
+
+@lru_cache(maxsize=4)
+def warp_palette(preferences: Preferences) -> Palette:
+    """Return the colours of Warp mode."""
+    opacity = preferences.mask_opacity
+    features = tuple(_shade(code, opacity) for code in (*theme.FEATURES, theme.GIVEN_UP))
+    return replace(PALETTE, mask=_shade(preferences.mask_color, opacity), features=features)
+
+
+def feature_owners(editor: Editor) -> Bytes:
+    """Return the number of the colour of each node (R, C), the same object while no feature changes."""
+    document = editor.document
+    return _owners(feature_list(editor).nodes(document, editor.map.grid), document.given_up)
+
+
+@lru_cache(maxsize=4)
+def _owners(found: Features, given_up: frozenset[int]) -> Bytes:
+    """Return colours by feature; beside features those of the nearest, for their edges run between nodes."""
+    count = len(theme.FEATURES)
+    own = np.where(found.labels > 0, found.labels % count + 1, 0).astype(np.uint8)
+    own[np.isin(found.labels, list(given_up))] = count + 1
+    wider = cv2.dilate(own, np.ones((5, 5), np.uint8))
+    return readonly(np.where(own > 0, own, wider).astype(np.uint8))
 
 
 def _retexture_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:

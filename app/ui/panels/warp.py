@@ -4,11 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, cast
 
-from imgui_bundle import imgui
+from imgui_bundle import ImVec2, imgui
 
 from app.actions.warp import choose_preset
 from app.editor.editor import Editor
 from app.ui.panels.preset_list import PresetList
+from app.ui.resize_panel import ResizePanel
 from app.ui.widgets.controls import check, faint, label, section, segments
 from app.ui.widgets.sliders import Held, slider
 from core.document import perspective
@@ -27,6 +28,16 @@ METHODS = (
     ("exact", "Exact", "Features keep their shape to the last digit"),
     ("per-quad", "Per quad", "Features keep their shape by weight, as in the paper"),
 )
+PAGES = (
+    ("bend", "Bend", "Warp the picture by a preset, its outline, pins and curves"),
+    ("resize", "Resize", "Give the result another size and aspect ratio; what is painted keeps its shape"),
+)
+PAGE_OF_TOOL: dict[str, Literal["bend", "resize"]] = {
+    "resize": "resize",
+    "outline": "bend",
+    "pins": "bend",
+    "curves": "bend",
+}
 AXES = (
     ("across", "Across", "Bend along the width"),
     ("down", "Down", "Bend along the height"),
@@ -62,9 +73,14 @@ class WarpPanel:
     def __init__(self, editor: Editor, presets: PresetList) -> None:
         self._editor = editor
         self._presets = presets
+        self._resize = ResizePanel(editor)
 
     def draw(self) -> None:
-        """Draw the panel."""
+        """Draw the panel: the page that bends, or the one that resizes."""
+        self._draw_pages()
+        if self._editor.session.page == "resize":
+            self._resize.draw()
+            return
         if section("Preset"):
             chosen = self._presets.draw(self._warp.preset or "none")
             if chosen is not None:
@@ -73,10 +89,19 @@ class WarpPanel:
             self._draw_shape()
         if section("Features"):
             self._draw_features()
-        if section("Result"):
-            self._draw_aspect()
         if section("Grid", opened=False):
             self._draw_grid()
+
+    def _draw_pages(self) -> None:
+        """Draw the choice of the page; tools that belong to one of them turn to it."""
+        editor = self._editor
+        turned = PAGE_OF_TOOL.get(editor.session.tool, editor.session.page)
+        if turned != editor.session.page:
+            editor.show(page=turned)
+        page = segments("page", PAGES, turned)
+        if page is not None:
+            editor.choose_tool("resize" if page == "resize" else "outline")
+        imgui.dummy(ImVec2(0, 0))
 
     @property
     def _warp(self) -> WarpSettings:
@@ -117,15 +142,6 @@ class WarpPanel:
         for row in STRICTNESS:
             self._slide(row)
         imgui.end_disabled()
-
-    def _draw_aspect(self) -> None:
-        width, height = self._editor.document.size_px
-        across, down = self._warp.aspect
-        held = slider("Width", 100 * across, 10, 400, default=100, hint="Of the result, per cent of the picture's")
-        self._take("Result width", held, lambda percent: {"aspect": (percent / 100, down)})
-        held = slider("Height", 100 * down, 10, 400, default=100, hint="Of the result, per cent of the picture's")
-        self._take("Result height", held, lambda percent: {"aspect": (across, percent / 100)})
-        faint(f"{round(width * across)} × {round(height * down)} pixels")
 
     def _draw_grid(self) -> None:
         automatic = self._warp.cell_px is None

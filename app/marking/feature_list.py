@@ -1,0 +1,184 @@
+"""The features of a document as a list: where each is, what it is called, and what can be done with one or several."""
+
+from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
+
+import cv2
+import numpy as np
+import scipy
+
+from app.editor.editor import Editor
+from app.marking.applying import with_number
+from core.arrays import Bools, Points
+from core.document.document import Document, Feature
+from core.grid import Features, Grid
+from core.rasters.components import Labels
+from core.rasters.raster import Box, Raster
+from core.selection.features import MARKED, MOST, free_number, parts_of, split_along, without_numbered
+from core.selection.nodes import MarkedNodes
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A feature in the list."""
+
+    id: int
+    """What the map calls it."""
+    name: str
+    kept: bool
+    box: Box
+    """Pixels of the picture around it."""
+
+
+class FeatureList:
+    """The features of an editor's document, kept up to date."""
+
+    def __init__(self) -> None:
+        self._nodes: MarkedNodes | None = None
+        self._grid: Grid | None = None
+        self._rows: list[Listed] = []
+        self._seen: tuple[object, object] | None = None
+        self._outlines: dict[int, list[Points]] = {}
+        self._outlined: tuple[object, ...] = ()
+        """What the outlines belong to."""
+
+    def nodes(self, document: Document, grid: Grid) -> Features:
+        """Return the number of every node, those of features that are not kept included."""
+        if self._nodes is None or self._grid != grid:
+            self._nodes, self._grid = MarkedNodes(grid), grid
+        return self._nodes.features(document.mask, document.numbers)
+
+    def rows(self, document: Document, grid: Grid) -> list[Listed]:
+        """Return the features, in the order of their numbers."""
+        found = self.nodes(document, grid)
+        if self._seen is None or self._seen[0] is not found or self._seen[1] is not document.features:
+            self._seen = found, document.features
+            self._rows = _listed(document, found, grid)
+        return self._rows
+
+    def outline(self, document: Document, grid: Grid, number: int) -> list[Points]:
+        """Return lines (n, 2) around a feature, in pixels of the picture."""
+        found = self.nodes(document, grid)
+        key = found, document.mask, document.numbers
+        if self._outlined != key:
+            self._outlines, self._outlined = {}, key
+        if number not in self._outlines:
+            area = area_of(document, found, grid, number).astype(np.uint8)
+            lines, _ = cv2.findContours(area, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
+            self._outlines[number] = [line.reshape(-1, 2).astype(float) for line in lines]
+        return self._outlines[number]
+
+
+_lists: WeakKeyDictionary[Editor, FeatureList] = WeakKeyDictionary()
+
+
+def feature_list(editor: Editor) -> FeatureList:
+    """Return the one list of an editor."""
+    return _lists.setdefault(editor, FeatureList())
+
+
+def rows_of(editor: Editor) -> list[Listed]:
+    """Return the features of the editor's document."""
+    return feature_list(editor).rows(editor.document, editor.map.grid)
+
+
+def _listed(document: Document, found: Features, grid: Grid) -> list[Listed]:
+    said = {feature.number: feature for feature in document.features}
+    width, height = grid.cell
+    rows = []
+    for number, place in enumerate(scipy.ndimage.find_objects(found.labels), 1):
+        if place is None:
+            continue
+        down, across = place
+        box = (
+            max(round((across.start - 0.5) * width), 0),
+            max(round((down.start - 0.5) * height), 0),
+            min(round((across.stop - 0.5) * width) + 1, grid.width_px),
+            min(round((down.stop - 0.5) * height) + 1, grid.height_px),
+        )
+        is_own = document.numbers is not None and number <= MOST
+        feature = said.get(number, Feature(number)) if is_own else Feature(number)
+        order = number if document.numbers is None or is_own else number - MOST
+        name = feature.name or (f"Feature {order}" if is_own or document.numbers is None else f"Area {order}")
+        rows.append(Listed(number, name, feature.kept, box))
+    return rows
+
+
+def area_of(document: Document, found: Features, grid: Grid, number: int) -> Bools:
+    """Return the pixels (H, W) of the feature that the map calls `number`; none where it has no node."""
+    mask, numbers = document.mask, document.numbers
+    if numbers is not None and number <= MOST:
+        return np.asarray((numbers.array == number) & (mask.array > MARKED))
+    loose = mask if numbers is None else without_numbered(mask, numbers)
+    _, parts = cv2.connectedComponents((loose.array > MARKED).astype(np.uint8), connectivity=8)
+    nodes = found.nodes_of(number)
+    if not nodes.size:
+        return np.zeros(parts.shape, bool)
+    row, column = np.divmod(int(nodes[0]), grid.columns)
+    return np.asarray(parts == parts[grid.pixels[0][row], grid.pixels[1][column]])
+
+
+def _area(editor: Editor, number: int) -> Bools:
+    grid = editor.map.grid
+    return area_of(editor.document, feature_list(editor).nodes(editor.document, grid), grid, number)
+
+
+def _free(document: Document) -> int:
+    """Return the least number that no pixel has and of which nothing is said."""
+    return free_number(document.numbers, taken={feature.number for feature in document.features})
+
+
+def with_said(document: Document, number: int, **changes: object) -> Document:
+    """Return the document with something else said of a feature."""
+    said = {feature.number: feature for feature in document.features}
+    said[number] = replace(said.get(number, Feature(number)), **changes)  # type: ignore[arg-type]
+    return document.changed(features=tuple(said[n] for n in sorted(said)))
+
+
+def merge(editor: Editor, label: str, ids: frozenset[int], **changes: object) -> None:
+    """Make one feature of several, or give one a number of its own, and say something of it; as one undo entry."""
+    document = editor.document
+    own = sorted(n for n in ids if document.numbers is not None and n <= MOST)
+    number = own[0] if own else _free(document)
+    if own != sorted(ids) or len(ids) > 1:
+        area = np.logical_or.reduce([_area(editor, n) for n in sorted(ids)])
+        document = document.changed(numbers=with_number(document.numbers, area, number))
+        document = document.changed(features=tuple(f for f in document.features if f.number not in own[1:]))
+    if changes:
+        document = with_said(document, number, **changes)
+    editor.edit(label, document)
+    editor.show(features=frozenset({number}), lit=None)
+
+
+def remove(editor: Editor, ids: frozenset[int]) -> None:
+    """Take features out of the mask."""
+    area = np.logical_or.reduce([_area(editor, n) for n in sorted(ids)])
+    document = editor.document
+    mask = Raster.from_array(np.where(area, 0, document.mask.array).astype(np.uint8)).sharing(document.mask)
+    numbers = None if document.numbers is None else with_number(document.numbers, area, 0)
+    features = tuple(f for f in document.features if numbers is None or f.number not in ids)
+    editor.edit("Remove feature", document.changed(mask=mask, numbers=numbers, features=features))
+    editor.show(features=frozenset(), lit=None)
+
+
+def split(editor: Editor, line: Points) -> int:
+    """Cut the features that a line (n, 2) of pixels runs through along it; return how many pieces there are more."""
+    document = editor.document
+    numbers = None if document.numbers is None else document.numbers.array
+    parts = parts_of(document.mask.array, numbers)
+    added = 0
+    for number in _crossed(parts, line).tolist():
+        for piece in split_along(parts == number, line)[1:]:
+            document = document.changed(numbers=with_number(document.numbers, piece, _free(document)))
+            added += 1
+    if added:
+        editor.edit("Split feature", document)
+    return added
+
+
+def _crossed(parts: Labels, line: Points) -> Labels:
+    """Return the numbers of the parts (H, W) that a line (n, 2) runs over."""
+    on_line = np.zeros(parts.shape, np.uint8)
+    cv2.polylines(on_line, [np.rint(line).astype(np.int32)], isClosed=False, color=(1,), thickness=1)
+    found = np.unique(parts[on_line > 0])
+    return found[found > 0]

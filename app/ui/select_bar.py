@@ -1,0 +1,60 @@
+"""Options of the tools that select, for the bar over the canvas."""
+
+from imgui_bundle import imgui
+
+from app.actions.selecting import set_selecting
+from app.editor.editor import Editor
+from app.editor.tool import Tool
+from app.tools.brush import sized
+from app.ui.widgets.controls import icon_button
+from app.ui.widgets.overflow import Part
+from app.ui.widgets.sliders import bar_slider, bar_slider_width
+from app.ui.widgets.theme import em, icon
+
+SIDE_EM, MENU_TRACK_EM = 1.9, 8.0
+ACTIONS = ("select.replace", "select.add", "select.subtract", "select.intersect")
+FURTHER = {"wand": ("select.contiguous",), "object": ("select.by_stroke",)}
+"""By tool, its own switches."""
+
+
+def group_part(editor: Editor, tool: Tool) -> Part:
+    """Return the button of a tool beside the others of its group."""
+    on = editor.tool.name == tool.name
+
+    def draw() -> None:
+        hint = f"{tool.label}\n{tool.hint}"
+        if icon_button(
+            f"in bar {tool.label}", tool.icon, on=on, quiet=True, hint=hint, key=tool.key.upper(), size_em=SIDE_EM
+        ):
+            editor.choose_tool(tool.name)
+
+    def draw_row() -> None:
+        if imgui.internal.menu_item_ex(f"{tool.label}###in menu {tool.name}", icon(tool.icon), tool.key.upper(), on):
+            editor.choose_tool(tool.name)
+
+    return Part(em(SIDE_EM + 0.15), draw, draw_row)
+
+
+def setting_parts(editor: Editor, track_em: float) -> list[Part]:
+    """Return the slider of the tool in hand: the tolerance of colours, or the width of rough paint."""
+    settings, name = editor.session.selecting, editor.tool.name
+
+    def draw_tolerance(width_em: float) -> None:
+        held = bar_slider("Tolerance", settings.tolerance, 0, 255, width_em=width_em)
+        if held.value is not None:
+            set_selecting(editor, tolerance=round(held.value))
+
+    def draw_width(width_em: float) -> None:
+        held = bar_slider(
+            "Width", editor.session.brush.diameter_px, 3, 1000, unit="px", logarithmic=True, width_em=width_em
+        )
+        if held.value is not None:
+            editor.show(brush=sized(editor.session.brush, round(held.value)))
+
+    if name in ("wand", "colour-range"):
+        extent = bar_slider_width("Tolerance", "", width_em=track_em) + em(0.8)
+        return [Part(extent, lambda: draw_tolerance(track_em), lambda: draw_tolerance(MENU_TRACK_EM))]
+    if name == "object" and settings.by_stroke:
+        extent = bar_slider_width("Width", "px", width_em=track_em) + em(0.8)
+        return [Part(extent, lambda: draw_width(track_em), lambda: draw_width(MENU_TRACK_EM))]
+    return []
