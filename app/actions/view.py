@@ -7,6 +7,7 @@ import numpy as np
 from app.actions import Action
 from app.actions.panels import showing
 from app.editor.editor import Editor
+from app.model.session import Compare, Heat
 from app.model.spaces import View, centred, fitted, zoomed_at
 from core.arrays import Points
 from core.document.document import Mode, pixels_from_places
@@ -60,12 +61,12 @@ def zoom(editor: Editor, factor: float) -> None:
 def toggle_overlay(editor: Editor, name: str) -> None:
     """Switch one of the overlays."""
     overlays = editor.session.overlays
-    editor.show(overlays=replace(overlays, **{name: not getattr(overlays, name)}))
+    editor.show(overlays=replace(overlays, **{name: not getattr(overlays, name)}))  # type: ignore[arg-type]
 
 
-def toggle_split(editor: Editor) -> None:
-    """Switch the split view of before and after."""
-    editor.show(compare="result" if editor.session.compare == "split" else "split")
+def toggle_compare(editor: Editor, compare: Compare) -> None:
+    """Switch a way of comparing before and after."""
+    editor.show(compare="result" if editor.session.compare == compare else compare)
 
 
 _OVERLAYS = {
@@ -78,8 +79,12 @@ _OVERLAYS = {
     "patches": ("Patches", "", "vector-square", "The patches that the texture is made of"),
     "seams": ("Seams", "", "puzzle-piece", "Where patches meet"),
     "compression": ("Compression", "", "compress", "Where the deformation presses the picture together"),
-    "scale": ("Scale heat map", "", "temperature-half", "Where the picture is stretched or shrunk"),
 }
+_HEATS: tuple[tuple[Heat, str, str, str], ...] = (
+    ("scale", "Heat map of scale", "temperature-half", "How much lengths grow or shrink, where they do so most"),
+    ("angle", "Heat map of angles", "compass-drafting", "By how much right angles change"),
+    ("area", "Heat map of areas", "chart-area", "How much areas grow or shrink"),
+)
 OF_MODE: dict[str, Mode] = {
     "grid": "warp",
     "spines": "retexture",
@@ -104,6 +109,23 @@ def _overlay(name: str) -> Action:
         tooltip,
         enabled=lambda editor: name not in OF_MODE or editor.session.mode == OF_MODE[name],
         checked=lambda editor: bool(getattr(editor.session.overlays, name)),
+    )
+
+
+def _heat(heat: Heat, label: str, icon: str, tooltip: str) -> Action:
+    def toggle(editor: Editor) -> None:
+        overlays = editor.session.overlays
+        editor.show(overlays=replace(overlays, heat=None if overlays.heat == heat else heat))
+
+    return Action(
+        f"view.overlay.{heat}",
+        label,
+        "View/Overlays",
+        toggle,
+        icon=icon,
+        tooltip=tooltip,
+        enabled=lambda editor: editor.session.mode != "overlay",
+        checked=lambda editor: editor.session.overlays.heat == heat,
     )
 
 
@@ -143,13 +165,23 @@ VIEW = (
     ),
     Action(
         "view.split",
-        "Split before and after",
+        "Wipe between before and after",
         "View",
-        toggle_split,
+        lambda editor: toggle_compare(editor, "split"),
         "Shift+\\",
         "table-columns",
-        "Show before and after side by side",
+        "Show before at the left and after at the right of a line; drag it",
         checked=lambda editor: editor.session.compare == "split",
+    ),
+    Action(
+        "view.onion",
+        "Onion skin",
+        "View",
+        lambda editor: toggle_compare(editor, "onion"),
+        "Alt+\\",
+        "layer-group",
+        "Let the picture as it was shine through the result",
+        checked=lambda editor: editor.session.compare == "onion",
     ),
     Action(
         "view.unwarped",
@@ -163,6 +195,7 @@ VIEW = (
         checked=lambda editor: editor.session.paints_unwarped,
     ),
     *(_overlay(name) for name in _OVERLAYS),
+    *(_heat(*row) for row in _HEATS),
     Action(
         "view.panels",
         "Hide panels",

@@ -10,7 +10,9 @@ from core.arrays import Points
 from core.document.document import Mode
 from core.selection.combining import Combining
 
-Compare: TypeAlias = Literal["result", "before", "split"]
+Compare: TypeAlias = Literal["result", "before", "split", "onion"]
+"""The result, the picture before, both side by side, or the one before shining through the result."""
+Heat: TypeAlias = Literal["scale", "angle", "area"]
 Look: TypeAlias = Literal["original", "deformed", "retextured"]
 """What Retexture mode shows."""
 Shown: TypeAlias = Literal["result", "photo", "pattern", "mesh", "shading", "detail", "reconstruction", "residual"]
@@ -90,7 +92,8 @@ class Overlays:
     handles: bool = True
     outline: bool = True
     folds: bool = True
-    scale: bool = False
+    heat: Heat | None = None
+    """Which heat map of what the warp does to small things."""
     patches: bool = False
     spines: bool = False
     seams: bool = False

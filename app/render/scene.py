@@ -6,6 +6,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from app.model.spaces import View
+from app.render.heat import Heat
 from app.render.sources.dressing import Dressing
 from app.render.sources.source import Box
 from core.arrays import Bools, Bytes, Points
@@ -27,13 +28,13 @@ class Marks:
     mask: bool = False
     outline: bool = False
     folds: bool = False
-    scale: bool = False
-    """The local scale of areas: blue where the picture shrinks, orange where it grows."""
+    heat: Heat | None = None
+    """What the map does to small things: blue where it makes them smaller, orange where larger, or changes angles."""
 
     @property
     def any(self) -> bool:
         """Whether anything is drawn at all."""
-        return self.grid or self.mask or self.outline or self.folds or self.scale
+        return self.grid or self.mask or self.outline or self.folds or self.heat is not None
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ MENU_TRACK_EM = 8.0
 SWITCHES = (
     "view.before",
     "view.split",
+    "view.onion",
     "view.unwarped",
     "",
     "view.overlay.mask",
@@ -39,6 +40,8 @@ SWITCHES = (
     "view.overlay.seams",
     "view.overlay.compression",
     "view.overlay.scale",
+    "view.overlay.angle",
+    "view.overlay.area",
     "",
     "view.fit",
     "view.actual",

@@ -6,11 +6,12 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from app.editor.editor import Editor
+from app.marking.feature_list import feature_list, rows_of
 from app.model.events import Position
 from app.model.jobs import Ticket
 from app.model.spaces import View, canvas_from_screen
 from app.ui.widgets import theme
-from app.ui.widgets.controls import colors, icon_button, shortened, tip
+from app.ui.widgets.controls import Hinted, colors, icon_button, shortened, tip
 from app.ui.widgets.theme import em, icon
 from core.mesh import Mesh
 
@@ -34,9 +35,14 @@ class StatusBar:
         """Which pixel of the picture is under the pointer."""
         self._looked_at: tuple[Position | None, View, Mesh] | None = None
         """What that was looked up for."""
+        self._feature = ""
+        """The name of the feature there."""
+        self._hinted = ""
+        """What the widget under the pointer is, as of the last frame."""
 
     def draw(self) -> None:
         """Draw hint, job and figures."""
+        self._hinted = Hinted.take()
         imgui.push_font(None, theme.SMALL_PX + 0.5)
         jobs = self._editor.jobs.long_jobs[:1]
         room = imgui.get_window_width() - em(1)
@@ -50,9 +56,12 @@ class StatusBar:
 
     @property
     def hint(self) -> str:
-        """What can be done with the tool in hand, at this moment."""
-        tool = self._editor.tool
-        return tool.moment(self._editor) or tool.hint
+        """What the widget under the mouse does; or else the feature there, and what the tool in hand can do now."""
+        editor, tool = self._editor, self._editor.tool
+        if self._hinted:
+            return self._hinted
+        under = "" if editor.is_busy else self._feature
+        return " · ".join(text for text in (under, tool.moment(editor) or tool.hint) if text)
 
     def _draw_hint(self, room: float) -> None:
         """Say what the tool does, in `room` screen pixels."""
@@ -109,10 +118,18 @@ class StatusBar:
         if bends or looked_at == self._looked_at:
             return
         self._looked_at = looked_at
-        self._place = ""
+        self._place = self._feature = ""
         if session.pointer is not None:
             x, y = mesh.image_from_canvas(canvas_from_screen(session.view, np.array([session.pointer])))[0]
             self._place = f"{round(x)}, {round(y)}" if np.isfinite(x) else ""
+            self._feature = self._feature_at(x, y) if np.isfinite(x) and session.mode == "warp" else ""
+
+    def _feature_at(self, x: float, y: float) -> str:
+        """Return the name of the feature at a place of the picture, as the grid has it; nothing where there is none."""
+        grid = self._editor.map.grid
+        column, row = (round((p + 0.5) / side) for p, side in zip((x, y), grid.cell, strict=True))
+        number = int(feature_list(self._editor).nodes(self._editor.document, grid).labels[row, column])
+        return next((listed.name for listed in rows_of(self._editor) if listed.id == number), "") if number else ""
 
     def _warp_figures(self) -> list[Figure]:
         answer = self._editor.map

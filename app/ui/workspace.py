@@ -58,7 +58,8 @@ class Workspace:
         self.barrier = Barrier(editor)
         """Where faults end."""
         self.table = table = ActionTable(editor.tools)
-        self.canvas = Canvas(editor, table)
+        self.picture = PictureTexture()
+        self.canvas = Canvas(editor, table, self.picture)
         self.menus = MenuBar(editor, table)
         self.options_bar = OptionsBar(editor, table)
         self.status_bar = StatusBar(editor)
@@ -66,7 +67,6 @@ class Workspace:
         self.warp_panel = WarpPanel(editor, PresetList(self.thumbnails.of))
         self.retexture_panel = RetexturePanel(editor, table)
         self.overlay_panel = OverlayPanel(editor, table)
-        self.picture = PictureTexture()
         self.features_panel = FeaturesPanel(editor, table, self.picture)
         self.handles_panel = HandlesPanel(editor)
         self.history_panel = HistoryPanel(editor)
@@ -110,7 +110,7 @@ class Workspace:
         right, down = imgui.Dir.right, imgui.Dir.down
         docking.docking_splits = [
             hello_imgui.DockingSplit("MainDockSpace", SIDE, right, 0.235),
-            hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.3),
+            hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.27),
         ]
         panels = (
             ("Warp", SIDE, self.warp_panel.draw),

@@ -108,7 +108,7 @@ def test_a_draft_lets_what_is_behind_a_transparent_picture_through(slow: Screen,
 def test_a_draft_has_the_grid_and_the_scale_that_are_switched_on(slow: Screen) -> None:
     scene = a_scene(warped=1.3 * a_scene().warped)
     plain = slow.draft(scene)
-    for marks in (Marks(grid=True), Marks(scale=True), Marks(outline=True)):
+    for marks in (Marks(grid=True), Marks(heat="area"), Marks(outline=True)):
         assert (apart(slow.draft(replace(scene, marks=marks)), plain) > 20).sum() > 300
 
 

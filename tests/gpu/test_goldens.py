@@ -48,7 +48,7 @@ def the_scene() -> Scene:
     [
         ("canvas", {}),
         ("canvas_marks", {"marks": Marks(grid=True, mask=True, outline=True)}),
-        ("canvas_scale_split", {"marks": Marks(scale=True, outline=True), "compare": "split"}),
+        ("canvas_scale_split", {"marks": Marks(heat="area", outline=True), "compare": "split"}),
         ("canvas_zoomed", {"view": View(4.0, (-240.0, -200.0), (WIDTH, HEIGHT)), "marks": Marks(grid=True)}),
         ("canvas_small", {"view": View(0.31, (100.0, 80.0), (WIDTH, HEIGHT)), "marks": Marks(outline=True)}),
     ],

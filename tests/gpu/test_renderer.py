@@ -166,7 +166,7 @@ def test_folded_cells_are_marked(screen: Screen) -> None:
 
 
 def test_scale_is_shown_by_colour(screen: Screen) -> None:
-    scene = a_scene(marks=Marks(scale=True))
+    scene = a_scene(marks=Marks(heat="area"))
     middle = scene.rest.mean(axis=(0, 1))
     grown = screen.shot(replace(scene, warped=middle + 1.6 * (scene.rest - middle)))[70, 90].astype(int)
     shrunk = screen.shot(replace(scene, warped=middle + 0.6 * (scene.rest - middle)))[70, 90].astype(int)

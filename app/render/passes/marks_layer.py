@@ -6,9 +6,10 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from app.render.heat import Heat, heat_of
 from app.render.scene import Color, Marks, Scene
 from app.render.sources.mask_texture import MaskTexture
-from core.arrays import Floats, Points, Singles
+from core.arrays import Points, Singles
 from core.rasters.raster import Raster
 
 GRID_LINE_PX = 14.0
@@ -29,23 +30,25 @@ class MarksLayer:
         self._mask: MaskTexture | None = None
         self._textures: dict[str, moderngl.Texture] = {}
         self._seen: dict[str, object] = {}
+        self._heated: tuple[Points, Heat, Singles] | None = None
+        """The map that was looked at last, for what, and what was found."""
 
     def uniforms(self, scene: Scene) -> dict[str, object]:
         """Bind the textures that marks.glsl reads, and return its uniforms for `scene`."""
         self._mask_texture(scene.mask or NO_MASK).use(MASK_UNIT)
         folded = NO_FOLDS if scene.folded is None else scene.folded
         self._texture("folded", folded, folded, "u1").use(FOLDED_UNIT)
-        if scene.marks.scale:
-            self._growth_texture(scene.rest, scene.warped).use(GROWTH_UNIT)
+        if scene.marks.heat is not None:
+            self._growth_texture(scene.rest, scene.warped, scene.marks.heat).use(GROWTH_UNIT)
         owners = NO_OWNERS if scene.owners is None else scene.owners
         self._texture("owners", owners, owners, "u1").use(OWNERS_UNIT)
         units = {"mask": MASK_UNIT, "folded": FOLDED_UNIT, "growth": GROWTH_UNIT, "owners": OWNERS_UNIT}
         return {**units, **_look(scene)}
 
-    def _growth_texture(self, rest: Points, shown: Points) -> moderngl.Texture:
-        if self._seen.get("growth") is shown:
-            return self._textures["growth"]
-        texture = self._texture("growth", shown, _growth(rest, shown), "f4")
+    def _growth_texture(self, rest: Points, shown: Points, heat: Heat) -> moderngl.Texture:
+        if self._heated is None or self._heated[0] is not shown or self._heated[1] != heat:
+            self._heated = shown, heat, heat_of(rest, shown, heat)
+        texture = self._texture("growth", self._heated[2], self._heated[2], "f4")
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         return texture
 
@@ -74,12 +77,12 @@ class MarksLayer:
         for held in (self._mask, *self._textures.values()):
             if held is not None:
                 held.release()
-        self._mask, self._textures, self._seen = None, {}, {}
+        self._mask, self._textures, self._seen, self._heated = None, {}, {}, None
 
 
 def names_of(marks: Marks) -> tuple[str, ...]:
     """Return what marks.glsl must have defined to show `marks`."""
-    return ("SCALE",) * marks.scale + ("GRID",) * marks.grid
+    return ("SCALE",) * (marks.heat is not None) + ("GRID",) * marks.grid
 
 
 def _look(scene: Scene) -> dict[str, object]:
@@ -91,8 +94,8 @@ def _look(scene: Scene) -> dict[str, object]:
         "grid_color": _shown(marks.grid, palette.grid),
         "outline_color": _shown(marks.outline, palette.outline),
         "fold_color": _shown(marks.folds and scene.folded is not None, palette.fold),
-        "shrunk_color": _shown(marks.scale, palette.shrunk),
-        "grown_color": _shown(marks.scale, palette.grown),
+        "shrunk_color": _shown(marks.heat is not None, palette.shrunk),
+        "grown_color": _shown(marks.heat is not None, palette.grown),
         "grid_step": step,
         "grid_fade": fade,
         "mask_colors": _table(scene),
@@ -111,20 +114,6 @@ def _table(scene: Scene) -> list[Color]:
 
 def _shown(switch: bool, color: Color) -> Color:
     return color if switch else (0.0, 0.0, 0.0, 0.0)
-
-
-def _growth(rest: Points, shown: Points) -> Singles:
-    """Return per quad the binary logarithm of how its lengths change, the root of its area: (R - 1, C - 1)."""
-    ratio = np.abs(_doubled_areas(shown)) / np.maximum(np.abs(_doubled_areas(rest)), 1e-12)
-    growth: Singles = (0.5 * np.log2(np.maximum(ratio, 1e-6))).astype(np.float32)
-    return growth
-
-
-def _doubled_areas(nodes: Points) -> Floats:
-    """Return twice the signed area of every quad, from its diagonals."""
-    falling, rising = nodes[1:, 1:] - nodes[:-1, :-1], nodes[1:, :-1] - nodes[:-1, 1:]
-    areas: Floats = falling[..., 0] * rising[..., 1] - falling[..., 1] * rising[..., 0]
-    return areas
 
 
 def _grid_step(scene: Scene) -> tuple[float, float]:

@@ -12,6 +12,8 @@ from app.model.events import Event, Key, KeyUp, Modifiers, Move, Press, Release
 from app.tools.marks import marks
 from app.ui.canvas.input import Area, Chords, Pointer, key_events
 from app.ui.canvas.marks import Marks
+from app.ui.comparing import draw_legend, draw_onion
+from app.ui.picture_texture import PictureTexture
 from app.ui.widgets import theme
 from app.ui.widgets.theme import color, em, icon
 
@@ -27,8 +29,9 @@ CURSORS = {
 class Canvas:
     """Where the picture is, between the panels."""
 
-    def __init__(self, editor: Editor, table: ActionTable) -> None:
+    def __init__(self, editor: Editor, table: ActionTable, picture: PictureTexture) -> None:
         self.editor = editor
+        self._picture = picture
         self._table = table
         self.area = Area(0, 0, 1, 1)
         self._pointer = Pointer()
@@ -81,6 +84,8 @@ class Canvas:
         sheet = imgui.get_background_draw_list()
         area, session = self.area, self.editor.session
         sheet.push_clip_rect((area.x, area.y), (area.x + area.width, area.y + area.height))
+        if session.compare == "onion":
+            draw_onion(sheet, self.editor, self._picture, area)
         if session.compare != "before":
             left = self._divider_x if session.compare == "split" else area.x
             sheet.push_clip_rect((left, area.y), (area.x + area.width, area.y + area.height), True)
@@ -88,7 +93,10 @@ class Canvas:
             sheet.pop_clip_rect()
         if session.compare == "split":
             self._draw_divider(sheet)
-        if session.compare != "result" or self.editor.unwarped.is_shown:
+        heat = session.overlays.heat
+        if heat is not None and session.mode != "overlay" and session.compare != "before":
+            draw_legend(sheet, heat, area)
+        if session.compare in ("before", "split") or self.editor.unwarped.is_shown:
             self._draw_labels(sheet)
         sheet.pop_clip_rect()
         if self._pointer.is_held or self.is_under_pointer:

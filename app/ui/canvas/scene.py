@@ -119,7 +119,7 @@ def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
         view=session.view,
         pixel_ratio=pixel_ratio,
         frame=(-0.5, -0.5, width - 0.5, height - 0.5),
-        compare=session.compare,
+        compare="result" if session.compare == "onion" else session.compare,
         split=session.split,
         draft=motion.is_draft,
         palette=PALETTE,
@@ -144,7 +144,7 @@ def _warp_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
             mask=overlays.mask,
             outline=overlays.outline,
             folds=overlays.folds,
-            scale=overlays.scale,
+            heat=overlays.heat,
         ),
     )
 
@@ -185,8 +185,8 @@ def _retexture_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
         rest=shown.rest,
         warped=shown.warped,
         mask=mask,
-        marks=Marks(grid=overlays.grid, mask=mask is not None and not before, scale=overlays.scale),
-        compare="result" if before else session.compare,
+        marks=Marks(grid=overlays.grid, mask=mask is not None and not before, heat=overlays.heat),
+        compare="result" if before else scene.compare,
         draft=editor.regrowth.is_moving and session.look != "original" and editor.preferences.drafts,
         palette=palette,
         before=document.image,

@@ -62,9 +62,20 @@ DISTORTIONS = (
     Row("Vertical", "vertical", -100, 100, "Perspective from top to bottom, per cent"),
 )
 STRICTNESS = (
-    Row("Weight", "weight", 1, 100, "How much more features count than the rest"),
-    Row("Falloff ρ", "falloff", 0, 20, "How far around a feature the weight fades, in cells", 1),
+    (
+        Row("Weight", "weight", 1, 100, "How much more features count than the rest"),
+        "How hard what lies beside a feature is drawn along with it: more keeps its surroundings stiffer, too.",
+    ),
+    (
+        Row("Falloff ρ", "falloff", 0, 20, "How far around a feature the weight fades, in cells", 1),
+        "How far around a feature that reaches, in cells of the grid; 0 ends it at the feature's edge.",
+    ),
 )
+ABOUT_METHOD = (
+    "Exact keeps every feature's shape to the last digit. Per quad is the method as published: each cell of a feature "
+    "is held by weight, and large bends still show in it."
+)
+ABOUT_GRID = "The picture bends in cells: smaller ones follow fine masks and tight bends, and take longer to solve."
 
 
 class WarpPanel:
@@ -89,8 +100,8 @@ class WarpPanel:
             self._draw_shape()
         if section("Features"):
             self._draw_features()
-        if section("Grid", opened=False):
-            self._draw_grid()
+        if section("Advanced", opened=False):
+            self._draw_advanced()
 
     def _draw_pages(self) -> None:
         """Draw the choice of the page; tools that belong to one of them turn to it."""
@@ -134,14 +145,21 @@ class WarpPanel:
         keep = segments("keep", KEEPS, self._warp.keep)
         if keep is not None:
             self._edit("Keep features", keep=cast("Keep", keep))
+
+    def _draw_advanced(self) -> None:
+        """Draw what is seldom needed, with a sentence on each."""
         imgui.begin_disabled(self._warp.keep == "none")
         label("Method", "How strictly features keep their shape")
         method = segments("method", METHODS, self._warp.method)
         if method is not None:
             self._edit("Method", method=cast("Method", method))
-        for row in STRICTNESS:
+        faint(ABOUT_METHOD)
+        for row, about in STRICTNESS:
             self._slide(row)
+            faint(about)
         imgui.end_disabled()
+        self._draw_grid()
+        faint(ABOUT_GRID)
 
     def _draw_grid(self) -> None:
         automatic = self._warp.cell_px is None

@@ -53,8 +53,23 @@ def at_least(*texts: str) -> Iterator[None]:
         imgui.dummy(ImVec2(0, top + high - bottom))
 
 
+class Hinted:
+    """What the item under the pointer is, for the status bar: said at once, while its tooltip waits."""
+
+    text = ""
+    """Of this frame so far."""
+
+    @classmethod
+    def take(cls) -> str:
+        """Return what was said since the last call."""
+        text, cls.text = cls.text, ""
+        return text
+
+
 def tip(text: str, key: str = "") -> None:
     """Explain the last item when the pointer rests on it, with the key that does the same."""
+    if text and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
+        Hinted.text = " · ".join([*text.split("\n"), *([key] if key else [])])
     if not text or not imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip | imgui.HoveredFlags_.allow_when_disabled):
         return
     at = imgui.get_window_pos()
