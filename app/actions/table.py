@@ -1,12 +1,12 @@
 """The one table of actions, which feeds menus, toolbar, keys, palette and tests."""
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 from app.actions import Action, chord_of
 from app.actions.edit import EDIT, HELP
 from app.actions.file import FILE
 from app.actions.handles import HANDLES
+from app.actions.keys import Keys, with_keys
 from app.actions.overlay import OVERLAY
 from app.actions.retexture import RETEXTURE
 from app.actions.selecting import SELECTING
@@ -22,27 +22,30 @@ class ActionTable:
 
     def __init__(self, tools: Mapping[str, Tool]) -> None:
         tool_actions = tuple(_tool(tool) for tool in tools.values())
-        self.actions = (
-            *FILE,
-            *EDIT,
-            *VIEW,
-            *MASK,
-            *SELECTING,
-            *WARP,
-            *HANDLES,
-            *RETEXTURE,
-            *OVERLAY,
-            *tool_actions,
-            *MODES,
-            *HELP,
+        self._plain = (
+            *(*FILE, *EDIT, *VIEW, *MASK, *SELECTING, *WARP, *HANDLES, *RETEXTURE, *OVERLAY),
+            *(*tool_actions, *MODES, *HELP),
         )
-        self.by_name: Mapping[str, Action] = MappingProxyType({action.name: action for action in self.actions})
+        self.actions: list[Action] = []
+        self.by_name: dict[str, Action] = {}
         self._by_chord: dict[str, list[Action]] = {}
+        self._held: dict[str, Action] = {}
+        self.set_keys("weft")
+
+    def set_keys(self, preset: str, own: Keys = ()) -> None:
+        """Give the actions the chords of a preset, and then the artist's own."""
+        self.actions[:] = with_keys(self._plain, preset, own)
+        self.by_name.clear()
+        self.by_name.update((action.name, action) for action in self.actions)
+        self._by_chord.clear()
         for action in self.actions:
             for chord in (action.chord, *action.more_chords):
                 if chord:
                     self._by_chord.setdefault(chord, []).append(action)
-        self._held: dict[str, Action] = {}
+
+    def chord_of_tool(self, name: str) -> str:
+        """Return the key that takes a tool; empty for none."""
+        return self.by_name[f"tool.{name}"].chord
 
     def run(self, name: str, editor: Editor) -> bool:
         """Run the action called `name` if it is enabled; say whether it was."""

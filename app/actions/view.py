@@ -165,7 +165,7 @@ VIEW = (
     ),
     Action(
         "view.split",
-        "Wipe between before and after",
+        "Split before and after",
         "View",
         lambda editor: toggle_compare(editor, "split"),
         "Shift+\\",

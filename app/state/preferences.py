@@ -42,6 +42,12 @@ class Preferences:
     mask_opacity: float = 0.4
     feature_colors: bool = True
     """Whether each feature is shown in a colour of its own instead."""
+    key_preset: str = "weft"
+    """Whose keys are used."""
+    keys: tuple[tuple[str, str], ...] = ()
+    """Keys that the artist has set: names of actions and their chords."""
+    toured: bool = False
+    """Whether the tours were offered at the first start."""
 
     @property
     def undo_bytes(self) -> int:
@@ -68,6 +74,7 @@ def load_preferences(file: Path) -> Preferences:
     """Return what `file` says; the default in place of everything that is missing or makes no sense."""
     known = asdict(Preferences())
     said = read_state(file, dict) or {}
+    said["keys"] = _pairs(said.get("keys"))
     return Preferences().changed(**{name: said[name] for name in known if _fits(said.get(name), known[name])})
 
 
@@ -84,6 +91,16 @@ def _fits(value: object, default: object) -> bool:
     """Return whether a value is of the default's kind: a switch, or a number that is one."""
     if isinstance(default, bool) or isinstance(value, bool):
         return isinstance(default, bool) and isinstance(value, bool)
+    if isinstance(default, str | tuple):
+        return isinstance(value, type(default))
     if isinstance(default, int):
         return isinstance(value, int)
     return isinstance(value, int | float) and value == value
+
+
+def _pairs(data: object) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of texts in a list that was read, and nothing else of it."""
+    rows = data if isinstance(data, list) else []
+    return tuple(
+        (row[0], row[1]) for row in rows if isinstance(row, list) and [type(part) for part in row] == [str, str]
+    )

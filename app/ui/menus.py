@@ -66,11 +66,15 @@ class MenuBar:
     def __init__(self, editor: Editor, table: ActionTable) -> None:
         self._editor = editor
         self._table = table
-        self._tree = menu_tree(table.actions)
-        self._modes = [action for action in table.actions if action.menu == "Mode"]
+        self._actions: list[Action] = []
+        """Those that the menus were made of."""
 
     def draw(self) -> None:
         """Draw the bar: where it is short, first the buttons of the modes shrink, then menus go into a last one."""
+        if self._actions != self._table.actions:
+            self._actions = list(self._table.actions)
+            self._tree = menu_tree(self._actions)
+            self._modes = [action for action in self._actions if action.menu == "Mode"]
         room = imgui.get_window_width() - imgui.get_cursor_pos_x()
         menus = {title: menu for title, menu in self._tree.items() if title != "Mode"}
         mode_width = em(MODE_EM)

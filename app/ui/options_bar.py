@@ -123,7 +123,7 @@ class OptionsBar:
             parts += [*brush_parts(self._editor, track_em), _line()]
         if tool.group:
             alike = [other for other in self._editor.tools.values() if other.group == tool.group]
-            parts += [group_part(self._editor, other) for other in alike]
+            parts += [group_part(self._editor, other, self._table.chord_of_tool(other.name)) for other in alike]
             parts += [_line(), *setting_parts(self._editor, track_em)]
         return parts + [self._action_part(name, self._draw_button) for name in self._tool_actions()]
 

@@ -17,19 +17,17 @@ FURTHER = {"wand": ("select.contiguous",), "object": ("select.by_stroke",)}
 """By tool, its own switches."""
 
 
-def group_part(editor: Editor, tool: Tool) -> Part:
+def group_part(editor: Editor, tool: Tool, chord: str) -> Part:
     """Return the button of a tool beside the others of its group."""
     on = editor.tool.name == tool.name
 
     def draw() -> None:
         hint = f"{tool.label}\n{tool.hint}"
-        if icon_button(
-            f"in bar {tool.label}", tool.icon, on=on, quiet=True, hint=hint, key=tool.key.upper(), size_em=SIDE_EM
-        ):
+        if icon_button(f"in bar {tool.label}", tool.icon, on=on, quiet=True, hint=hint, key=chord, size_em=SIDE_EM):
             editor.choose_tool(tool.name)
 
     def draw_row() -> None:
-        if imgui.internal.menu_item_ex(f"{tool.label}###in menu {tool.name}", icon(tool.icon), tool.key.upper(), on):
+        if imgui.internal.menu_item_ex(f"{tool.label}###in menu {tool.name}", icon(tool.icon), chord, on):
             editor.choose_tool(tool.name)
 
     return Part(em(SIDE_EM + 0.15), draw, draw_row)

@@ -2,6 +2,7 @@
 
 from imgui_bundle import imgui
 
+from app.actions.table import ActionTable
 from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.ui.widgets.controls import icon_button
@@ -15,14 +16,14 @@ GAP_EM, TOP_EM = 0.6, 0.7
 """Room between buttons, and over the first."""
 
 
-def draw_toolbar(editor: Editor) -> None:
+def draw_toolbar(editor: Editor, table: ActionTable) -> None:
     """Draw a button for every tool that the mode has; where the bar is short, smaller ones, the last in a menu."""
     shown = editor.session.select_tool
     of_mode = (tool for tool in editor.tools.values() if editor.session.mode in tool.modes)
     tools = [tool for tool in of_mode if not tool.group or tool.name == shown]
     room = imgui.get_window_height() - em(TOP_EM)
     for side_em in SIDES_EM:
-        parts = [_part(editor, tool, side_em) for tool in tools]
+        parts = [_part(editor, tool, table.chord_of_tool(tool.name), side_em) for tool in tools]
         if extent(parts) <= room:
             break
     count = fitting(parts, room)
@@ -32,16 +33,16 @@ def draw_toolbar(editor: Editor) -> None:
         draw_menu("More tools", parts[count:], em(WIDTH_EM - BUTTON_EM) / 2, below)
 
 
-def _part(editor: Editor, tool: Tool, side_em: float) -> Part:
+def _part(editor: Editor, tool: Tool, chord: str, side_em: float) -> Part:
     on = editor.tool.name == tool.name
 
     def draw() -> None:
         hint = f"{tool.label}\n{tool.hint}"
-        if icon_button(tool.label, tool.icon, on=on, hint=hint, key=tool.key.upper(), size_em=side_em):
+        if icon_button(tool.label, tool.icon, on=on, hint=hint, key=chord, size_em=side_em):
             editor.choose_tool(tool.name)
 
     def draw_row() -> None:
-        if imgui.internal.menu_item_ex(tool.label, icon(tool.icon), tool.key.upper(), on):
+        if imgui.internal.menu_item_ex(tool.label, icon(tool.icon), chord, on):
             editor.choose_tool(tool.name)
 
     return Part(em(side_em + GAP_EM), draw, draw_row)

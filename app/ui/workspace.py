@@ -6,6 +6,7 @@ from pathlib import Path
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from app.actions import overlay
+from app.actions.keys import Keys
 from app.actions.table import ActionTable
 from app.editor.editor import Editor
 from app.model.requests import Panel
@@ -72,7 +73,7 @@ class Workspace:
         self.history_panel = HistoryPanel(editor)
         self.dialogs = Dialogs(editor, self.show_panel, self.thumbnails.of_file)
         self.palette = Palette(editor, table.actions)
-        self.sheets = Sheets(editor, table.actions)
+        self.sheets = Sheets(editor, table)
         self.toasts = Toasts(editor)
         self.fault_message = FaultMessage(editor, self.barrier)
         self.welcome = Welcome(editor, shown=welcomes)
@@ -80,6 +81,7 @@ class Workspace:
         self._shown_picture: object = None
         self._fits_left = 0
         self._scale = 1.0
+        self._keys: tuple[str, Keys] = ("weft", ())
         self._room: tuple[float, float] | None = None
         """Width of the window and size of text when the panels were last given their width."""
 
@@ -98,7 +100,7 @@ class Workspace:
         inside = self.barrier.drawing
         calls.show_menus = inside("draw the menus", self.menus.draw)
         calls.show_status = inside("draw the status bar", self.status_bar.draw)
-        _add_bar(calls, "left", inside("draw the toolbar", lambda: draw_toolbar(self.editor)), WIDTH_EM)
+        _add_bar(calls, "left", inside("draw the toolbar", lambda: draw_toolbar(self.editor, self.table)), WIDTH_EM)
         _add_bar(calls, "top", inside("draw the options", self.options_bar.draw), HEIGHT_EM)
         self._dock(params.docking_params)
 
@@ -164,7 +166,11 @@ class Workspace:
         self.canvas.lay_out(_central_area())
 
     def _take_scale(self) -> None:
-        """Draw text and controls at the size that the artist prefers."""
+        """Draw text and controls at the size that the artist prefers, and take the keys that are wished for."""
+        keys = self.editor.preferences.key_preset, self.editor.preferences.keys
+        if self._keys != keys:
+            self._keys = keys
+            self.table.set_keys(*keys)
         if self._scale != self.editor.preferences.scale:
             self._scale = self.editor.preferences.scale
             theme.apply_style(hello_imgui.dpi_window_size_factor() * self._scale)

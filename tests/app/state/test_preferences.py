@@ -76,6 +76,9 @@ def test_kept_preferences_reach_the_file_and_the_recovery(tmp_path: Path) -> Non
         "mask_color": 0xF53B57,
         "mask_opacity": 0.4,
         "feature_colors": True,
+        "key_preset": "weft",
+        "keys": [],
+        "toured": False,
     }
     assert editor.recovery is not None
     assert editor.recovery.every_s == 60.0
