@@ -1,4 +1,5 @@
 from collections import Counter
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from app.actions.table import ActionTable
 from app.actions.view import OF_MODE
 from app.model.events import Key, Modifiers
 from app.model.requests import AskUnsaved, ShowPanel
+from app.model.session import Heat
 from app.tools.all import TOOLS
 from core.document.document import Mode, Outline, Pin
 from core.warps.presets import PRESETS
@@ -165,11 +167,19 @@ def test_quitting_with_changes_asks_first(drive: EditorDriver) -> None:
 
 
 def test_every_overlay_has_a_switch(drive: EditorDriver) -> None:
-    for name in drive.editor.session.overlays.__dataclass_fields__:
+    for name in set(drive.editor.session.overlays.__dataclass_fields__) - {"heat"}:
         drive.editor.choose_mode(OF_MODE.get(name, "warp"))
         before = getattr(drive.editor.session.overlays, name)
         assert TABLE.run(f"view.overlay.{name}", drive.editor)
         assert getattr(drive.editor.session.overlays, name) != before
+
+
+@pytest.mark.parametrize("heat", get_args(Heat))
+def test_every_heat_map_has_a_switch(drive: EditorDriver, heat: Heat) -> None:
+    assert TABLE.run(f"view.overlay.{heat}", drive.editor)
+    assert drive.editor.session.overlays.heat == heat
+    assert TABLE.run(f"view.overlay.{heat}", drive.editor)
+    assert drive.editor.session.overlays.heat is None
 
 
 def test_overlays_of_another_mode_cannot_be_switched(drive: EditorDriver) -> None:

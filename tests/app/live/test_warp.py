@@ -97,8 +97,8 @@ def test_what_is_shown_at_rest_is_what_an_export_computes() -> None:
     drive.editor.show(brush=Brush(12.0, 0.5))
     drive.drag((30, 30), (50, 50), (60, 30)).rest()
     result = run(settled(drive.document))
-    assert (drive.editor.answer.warped == result.warped).all()
-    assert drive.editor.answer.warped.tobytes() == result.warped.tobytes()
+    assert (drive.editor.map.warped == result.warped).all()
+    assert drive.editor.map.warped.tobytes() == result.warped.tobytes()
 
 
 def test_the_final_answer_depends_on_nothing_but_the_document() -> None:
