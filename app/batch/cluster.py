@@ -29,9 +29,10 @@ def run_there(chunks: Sequence[Chunk], address: str, tell: Tell) -> None:
         distributed: Any = importlib.import_module("distributed")
     except ImportError:
         raise InputError("--cluster: needs Dask: pip install 'weft[cluster]'") from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in ("distributed", "distributed.client", "tornado", "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what is lost is said here, in one line
     try:
-        client = distributed.Client(address, timeout=ANSWER_S, set_as_default=False)
+        client = distributed.Client(address, timeout=ANSWER_S)
     except (OSError, TimeoutError, ValueError, ImportError) as fault:
         raise InputError(f"--cluster {address}: no Dask scheduler answers there") from fault
     try:
@@ -42,25 +43,29 @@ def run_there(chunks: Sequence[Chunk], address: str, tell: Tell) -> None:
 
 def _do(distributed: Any, client: Any, chunks: Sequence[Chunk], address: str, tell: Tell) -> None:
     """Send every chunk, and take what comes back."""
-    cancelled = distributed.CancelledError, distributed.client.FutureCancelledError
+    lost = _LostError(f"--cluster {address}: the scheduler is gone; go on with --resume")
+    of_client = distributed.client
+    cancelled = distributed.CancelledError, of_client.FutureCancelledError, of_client.FuturesCancelledError
     try:
         client.wait_for_workers(1, timeout=ANSWER_S)
     except TimeoutError:
         raise InputError(f"--cluster {address}: has no workers") from None
-    waiting = {client.submit(do_chunk, chunk, pure=False, retries=2): chunk for chunk in chunks}
+    waiting = {client.submit(do_chunk, chunk, pure=False): chunk for chunk in chunks}
     while waiting:
         try:
             done, _ = distributed.wait(list(waiting), timeout=_ALIVE_S, return_when="FIRST_COMPLETED")
         except TimeoutError:
             if client.status != "running":
-                raise _LostError(f"--cluster {address}: the scheduler is gone; go on with --resume") from None
+                raise lost from None
             continue
+        except cancelled:
+            raise lost from None
         for future in done:
             chunk = waiting.pop(future)
             try:
                 rows = future.result()
             except cancelled:
-                raise _LostError(f"--cluster {address}: the scheduler is gone; go on with --resume") from None
+                raise lost from None
             except DiskFullError:
                 raise
             except distributed.KilledWorker:

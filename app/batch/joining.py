@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 
 from app.batch import records
+from app.batch.look import Look
 from app.batch.plan import Chunk
 from app.batch.video_out import join
-from app.batch.work import segment_of
+from app.batch.work import form_of, segment_of
 from core.files.atomic import AtomicFiles
 
 
@@ -25,12 +26,12 @@ def join_segments(chunks: Sequence[Chunk]) -> bool:
     with records.held(batch, "joining"):
         if records.done(batch, records.JOINED, [batch.output]) is not None:
             return True
-        segments = [segment_of(chunk) for chunk in chunks]
+        segments = {segment_of(chunk): [item.pts for item in chunk.items] for chunk in chunks}
         if not all(segment.is_file() for segment in segments):
             return False
         with AtomicFiles() as files:
             with files.place(batch.output) as place:
-                join(segments, place, named=batch.output)
+                join(segments, form_of(batch, Look(batch).base), place, named=batch.output)
             records.note(files, batch, records.JOINED, [], [])
         if all(records.done(batch, chunk.name, []) for chunk in chunks):
             for segment in segments:

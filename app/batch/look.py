@@ -10,10 +10,10 @@ from app.batch.frames import is_numbered, numbered
 from app.batch.plan import Batch
 from app.batch.recipe import KeyTable, PinTable, Recipe, RecipeTable
 from core.arrays import InputError
-from core.document.animated import NUMBERS, document_at
+from core.document.animated import NUMBERS, document_at, key_frames
 from core.document.document import Document, Pin, places_from_pixels
 from core.document.keys import Key, Track, check_track
-from core.document.map import with_handles
+from core.document.map import preset_of, with_handles
 from core.document.project import load_project
 from core.imaging.images import Image, load_mask
 from core.rasters.raster import Raster
@@ -74,7 +74,8 @@ def base_document(batch: Batch) -> Document:
         document = Document.of(Image(np.broadcast_to(np.uint8(0), (*reversed(batch.size_px), 1))))
     try:
         document = with_keys(with_warp(document, recipe, table), table)
-        document_at(document, batch.first.frame)
+        for frame in {batch.first.frame, *key_frames(document)}:
+            preset_of(document_at(document, frame))
     except InputError as fault:
         raise InputError(f"{recipe.path}: {fault}") from None
     if table.handles is not None:

@@ -22,7 +22,6 @@ Kind: TypeAlias = Literal["still", "pictures", "sequence", "video"]
 VIDEOS = (".mov", ".mp4", ".mkv", ".avi", ".webm", ".mxf", ".nut", ".m4v")
 VIDEOS_WRITTEN = (".mov", ".mp4", ".mkv")
 _GLOB = frozenset("*?[")
-_USUAL_RATE = "24"
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ def plan(
     _check_targets(items, output, table, writes_video=writes_video)
     first, (size_px, bits) = _first_of(kind, items, recipe, clip)
     batch = Batch(recipe, kind, first, size_px, bits, output, records_of(output), _digest(recipe, kind), writes_video)
-    rate = Fraction(table.output.rate or _USUAL_RATE)
+    rate = table.output.frames_per_second
     batch = replace(batch, rate=rate, time_base=1 / rate, resume=resume)
     if clip is None:
         items = [replace(item, pts=place) for place, item in enumerate(items)]

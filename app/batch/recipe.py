@@ -5,6 +5,7 @@ import types
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -75,7 +76,18 @@ class OutputTable:
     quality: int = 95
     codec: Codec | None = None
     alpha: bool = False
-    rate: str | None = None
+    rate: str = "24"
+
+    @property
+    def frames_per_second(self) -> Fraction:
+        """The rate of a video that is made of pictures, such as 24 or 30000/1001."""
+        try:
+            rate = Fraction(self.rate)
+        except (ValueError, ZeroDivisionError):
+            rate = Fraction(0)
+        if not 0 < rate <= 1000:
+            raise InputError(f"output.rate: {self.rate!r} is not a number or a fraction above 0 and up to 1000")
+        return rate
 
 
 @dataclass(frozen=True)
@@ -155,10 +167,13 @@ def read_recipe(path: Path) -> Recipe:
 
 
 def _listed(data: dict[str, Any]) -> dict[str, Any]:
-    """Return a recipe's data with lists where it may have single values: pictures, and values of keys."""
+    """Return a recipe's data with lists where it may have single values, and the rate as text."""
     data = dict(data)
     if isinstance(data.get("picture"), str):
         data["picture"] = [data["picture"]]
+    output = data.get("output")
+    if isinstance(output, dict) and type(output.get("rate")) in (int, float):
+        data["output"] = {**output, "rate": str(output["rate"])}
     if isinstance(data.get("keys"), dict):
         data["keys"] = {name: _with_lists(track) for name, track in data["keys"].items()}
     return data
@@ -200,6 +215,7 @@ def _check_values(table: RecipeTable) -> None:
         raise InputError(f"chunk: {table.chunk} is not from 1 to 100000")
     if not 1 <= table.output.quality <= 100:
         raise InputError(f"output.quality: {table.output.quality} is not from 1 to 100")
+    _ = table.output.frames_per_second
     if not 0 < table.output.scale <= 64:
         raise InputError(f"output.scale: {table.output.scale:g} is not above 0 and up to 64")
     for number, pin in enumerate(table.pins, 1):

@@ -17,7 +17,7 @@ from typing import Literal, TypeAlias
 from app.batch.plan import Batch, Chunk, Item
 from core.arrays import InputError
 from core.files.atomic import AtomicFiles
-from core.files.journal import tidy
+from core.files.journal import complete, tidy
 from core.files.json_file import read_json
 from core.files.ownership import claim
 
@@ -50,8 +50,10 @@ def fresh(chunks: Iterable[Chunk]) -> None:
 
 def settle(batch: Batch, chunk: Chunk) -> None:
     """Complete what a kill has left between two files."""
-    for folder in {batch.records, *(Path(item.output).parent for item in chunk.items)}:
-        tidy(folder)
+    folders = {batch.records, *(Path(item.output).parent for item in chunk.items)}
+    for step in (complete, tidy):  # nothing is swept before all is completed: what a journal names lies in two folders
+        for folder in folders:
+            step(folder)
 
 
 @contextmanager

@@ -67,7 +67,7 @@ def index(path: Path) -> Clip:
     """
     with _opened(path) as (container, stream):
         pts = sorted(packet.pts for packet in container.demux(stream) if packet.pts is not None and packet.size)
-        if not pts:
+        if not pts or not stream.width:
             raise InputError(f"{path}: the video has no frames")
         context = stream.codec_context
         rate = stream.average_rate or stream.guessed_rate or Fraction(24)

@@ -1,7 +1,6 @@
 """Videos in pieces: a chunk's frames are encoded to a segment, and the segments are joined without encoding anew."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any, Self
 
 import av
 import numpy as np
+from av.container import OutputContainer
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
@@ -20,15 +20,14 @@ from core.imaging import color
 from core.imaging.image import Image
 
 _ENCODERS: dict[Codec, str] = {"prores": "prores_ks", "h264": "libx264", "ffv1": "ffv1"}
-_BY_ENDING: dict[str, Codec] = {".mov": "prores", ".mp4": "h264", ".mkv": "ffv1"}
+_BY_ENDING: dict[str, tuple[Codec, ...]] = {".mov": ("prores", "h264"), ".mp4": ("h264",), ".mkv": ("ffv1",)}
+_JOINED = {".mov": "mov", ".mp4": "mp4", ".mkv": "matroska"}
 _OPTIONS: dict[Codec, dict[str, str]] = {
     "prores": {"profile": "3"},
     "h264": {"preset": "medium"},
-    "ffv1": {"level": "3", "slices": "4", "slicecrc": "1"},
+    "ffv1": {"level": "3", "slices": "4", "slicecrc": "1", "g": "1"},
 }
 _PROFILE_4444 = "4"
-_CONTAINERS: dict[Codec, str] = {"prores": "mov", "h264": "nut", "ffv1": "nut"}
-"""Of segments: they hold the codec and any unit of time."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +71,11 @@ class Form:
 
 
 def codec_for(output: Path, chosen: Codec | None) -> Codec:
-    """Return the codec that was chosen, or the usual one of the file's ending."""
-    return chosen or _BY_ENDING[output.suffix.lower()]
+    """Return the codec that was chosen, or the usual one of the file; raise `InputError` if the file cannot hold it."""
+    codecs = _BY_ENDING[output.suffix.lower()]
+    if chosen is not None and chosen not in codecs:
+        raise InputError(f"{output}: a {output.suffix.lower()} file holds {' or '.join(codecs)}, not {chosen}")
+    return chosen or codecs[0]
 
 
 class Segment:
@@ -84,19 +86,9 @@ class Segment:
 
     def __init__(self, place: Path, form: Form) -> None:
         self.form = form
-        options = {"fflags": "+bitexact"}
-        self._container = av.open(str(place), "w", format=_CONTAINERS[form.codec], container_options=options)
-        stream = self._container.add_stream(_ENCODERS[form.codec], rate=form.rate, options=form.options)
-        assert isinstance(stream, VideoStream)
-        context, tags = stream.codec_context, form.encoded_tags
-        stream.width, stream.height = form.size_px
-        stream.pix_fmt = form.layout
-        stream.time_base = context.time_base = form.time_base
-        context.thread_count, context.max_b_frames = 1, 0
-        context.flags |= int(av.codec.context.Flags.bitexact)
-        context.color_primaries, context.color_trc = tags.primaries, tags.transfer
-        context.colorspace, context.color_range = tags.matrix, tags.range
-        self._stream = stream
+        kind = "matroska" if form.codec == "ffv1" else "mov"
+        self._container = av.open(str(place), "w", format=kind, container_options={"fflags": "+bitexact"})
+        self._stream = _encoder(self._container, form)
 
     def __enter__(self) -> Self:
         return self
@@ -130,6 +122,21 @@ class Segment:
         self._container.mux(self._stream.encode(frame))
 
 
+def _encoder(container: OutputContainer, form: Form) -> VideoStream:
+    """Return a new stream of `container` that encodes frames."""
+    stream = container.add_stream(_ENCODERS[form.codec], rate=form.rate, options=form.options)
+    assert isinstance(stream, VideoStream)
+    context, tags = stream.codec_context, form.encoded_tags
+    stream.width, stream.height = form.size_px
+    stream.pix_fmt = form.layout
+    stream.time_base = context.time_base = form.time_base
+    context.thread_count, context.max_b_frames = 1, 0
+    context.flags |= int(av.codec.context.Flags.bitexact)
+    context.color_primaries, context.color_trc = tags.primaries, tags.transfer
+    context.colorspace, context.color_range = tags.matrix, tags.range
+    return stream
+
+
 def crf_of(quality: int) -> int:
     """Return x264's constant rate factor, 51 to 0, of a quality from 1 to 100; 95 gives 3."""
     return round((100 - quality) * 51 / 99)
@@ -143,30 +150,40 @@ def check_size(size_px: tuple[int, int], codec: Codec, output: Path) -> None:
         raise InputError(f"{output}: {size_px[0]}x{size_px[1]} pixels, and {codec} takes even sides only")
 
 
-def join(segments: Sequence[Path], place: Path, *, named: Path) -> None:
-    """Write the video that the segments make, one after another; faults name the file `named`."""
-    ending = {".mov": "mov", ".mp4": "mp4", ".mkv": "matroska"}[named.suffix.lower()]
-    options = {"fflags": "+bitexact"} | ({"movflags": "+write_colr"} if ending in ("mov", "mp4") else {})
+def join(segments: Mapping[Path, Sequence[int]], form: Form, place: Path, *, named: Path) -> None:
+    """Write the video that the segments make; with each stands when its frames are shown, in the unit of `form`.
+
+    Faults name the file `named`, which it is to become.
+    """
+    ending = _JOINED[named.suffix.lower()]
     try:
-        with av.open(str(place), "w", format=ending, container_options=options) as output:
+        with av.open(str(place), "w", format=ending, container_options={"fflags": "+bitexact"}) as output:
             target: VideoStream | None = None
-            for segment in segments:
-                with _segment(segment) as (container, source):
-                    if target is None:
-                        target = output.add_stream_from_template(source)
-                        target.time_base = source.time_base
-                    for packet in container.demux(source):
-                        if packet.size:
-                            packet.stream = target
-                            output.mux(packet)
+            for segment, times in segments.items():
+                with av.open(str(segment)) as container:
+                    source = container.streams.video[0]
+                    target = target or _target(output, source, form)
+                    packets = (packet for packet in container.demux(source) if packet.size)
+                    for packet, pts in zip(packets, times, strict=True):
+                        packet.stream, packet.time_base = target, form.time_base
+                        packet.pts = packet.dts = pts  # no frame refers to a later one
+                        packet.duration = round(1 / (form.rate * form.time_base))
+                        output.mux(packet)
     except av.FFmpegError as fault:
         raise InputError(f"{named}: cannot be written: {(fault.strerror or str(fault)).lower()}") from fault
 
 
-@contextmanager
-def _segment(path: Path) -> Iterator[tuple[av.container.InputContainer, VideoStream]]:
-    with av.open(str(path)) as container:
-        yield container, container.streams.video[0]
+def _target(output: OutputContainer, source: VideoStream, form: Form) -> VideoStream:
+    """Return the stream that takes the packets of segments.
+
+    Matroska counts in milliseconds: it needs the rate beside them, which only a stream of an encoder's has. The encoder
+    of FFV1 is set up alike in every segment, so that it does for the packets of all.
+    """
+    if form.codec == "ffv1":
+        return _encoder(output, form)
+    target = output.add_stream_from_template(source)
+    target.time_base = form.time_base
+    return target
 
 
 def _layout(codec: Codec, *, deep: bool, alpha: bool) -> str:

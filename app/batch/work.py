@@ -10,7 +10,7 @@ import numpy as np
 
 from app.batch import records, video_out
 from app.batch.look import Look
-from app.batch.plan import Chunk, Item
+from app.batch.plan import Batch, Chunk, Item
 from app.batch.records import Row
 from app.batch.video_in import read_frames
 from app.render.export import rendering
@@ -90,6 +90,8 @@ class _Maker:
         """Return a frame, ready to be drawn."""
         options, document = self.output, self.look.at(item.frame, picture)
         if document.mode == "warp":
+            if self.batch.kind != "pictures":
+                document = document.changed(image=with_alpha(document.image))
             found = run(self._solver.settle(document))
             name = Path(item.output).name
             return warped(document, found, name, frame=options.frame, scale=options.scale, bits=options.bits)
@@ -182,21 +184,9 @@ class _VideoMaker(_Maker):
     def _encoded(self, place: Path) -> list[Row]:
         """Write the segment to `place`; a frame that fails is black."""
         rows = []
-        batch, options = self.batch, self.output
-        width, height = self._size_px()
-        codec = video_out.codec_for(batch.output, options.codec)
-        video_out.check_size((width, height), codec, batch.output)
-        black = Image(np.zeros((height, width, 3), np.uint8))
-        form = video_out.Form(
-            (width, height),
-            codec,
-            batch.time_base,
-            batch.rate,
-            batch.tags,
-            options.quality,
-            deep=(options.bits or batch.bits) > 8,
-            alpha=options.alpha,
-        )
+        batch, begin = self.batch, self.chunk.items[0].pts
+        form = form_of(batch, self.look.base)
+        black = Image(np.zeros((*reversed(form.size_px), 3), np.uint8))
         with video_out.Segment(place, form) as segment:
             for item, picture in self.pictures(list(self.chunk.items)):
                 started = time.perf_counter()
@@ -205,23 +195,13 @@ class _VideoMaker(_Maker):
                     with hearing() as notes:
                         if isinstance(picture, InputError):
                             raise picture
-                        segment.append(self._drawn(item, picture), item.pts)
+                        segment.append(self._drawn(item, picture), item.pts - begin)
                     row = replace(row, seconds=round(time.perf_counter() - started, 4), notes=notes)
                 except Exception as fault:  # noqa: BLE001  as above
                     row = failed(row, fault)
-                    segment.append(black, item.pts)
+                    segment.append(black, item.pts - begin)
                 rows.append(row)
         return rows
-
-    def _size_px(self) -> tuple[int, int]:
-        """Return width and height of the video's frames."""
-        base, size = self.look.base, self.batch.size_px
-        if base.mode == "overlay":
-            size = base.size_px
-        aspect = base.warp.aspect if base.mode == "warp" else (1.0, 1.0)
-        canvas = [max(1, round(side * factor)) for side, factor in zip(size, aspect, strict=True)]
-        width, height = (max(1, round(side * self.output.scale)) for side in canvas)
-        return width, height
 
     def _drawn(self, item: Item, picture: Image | None) -> Image:
         """Return a frame as a picture."""
@@ -229,6 +209,36 @@ class _VideoMaker(_Maker):
         if drawing.is_finished:
             return drawing.image
         return run(rendering(drawing.image, drawing.rest, drawing.moved, size=drawing.size, scale=drawing.scale))
+
+
+def with_alpha(image: Image) -> Image:
+    """Return a picture with alpha, so that all frames of a sequence have the same channels, covered or not."""
+    if image.has_alpha:
+        return image
+    most = 1.0 if image.pixels.dtype.kind == "f" else np.iinfo(image.pixels.dtype).max
+    opaque = np.full((*image.pixels.shape[:2], 1), most, image.pixels.dtype)
+    return image.with_pixels(np.concatenate([image.pixels, opaque], axis=2))
+
+
+def form_of(batch: Batch, base: Document) -> video_out.Form:
+    """Return what all segments of a video have in common; raise `InputError` for what its codec cannot hold."""
+    options = batch.recipe.table.output
+    size = base.size_px if base.mode == "overlay" else batch.size_px
+    aspect = base.warp.aspect if base.mode == "warp" else (1.0, 1.0)
+    canvas = [max(1, round(side * factor)) for side, factor in zip(size, aspect, strict=True)]
+    width, height = (max(1, round(side * options.scale)) for side in canvas)
+    codec = video_out.codec_for(batch.output, options.codec)
+    video_out.check_size((width, height), codec, batch.output)
+    return video_out.Form(
+        (width, height),
+        codec,
+        batch.time_base,
+        batch.rate,
+        batch.tags,
+        options.quality,
+        deep=(options.bits or batch.bits) > 8,
+        alpha=options.alpha,
+    )
 
 
 def segment_of(chunk: Chunk) -> Path:

@@ -19,6 +19,7 @@ from app.batch.plan import Chunk, plan, shard
 from app.batch.recipe import read_recipe
 from app.batch.records import Row
 from app.batch.table import check_table, summed_up, write_table
+from app.batch.work import form_of
 from core.arrays import InputError, WeftError
 from core.files.atomic import check_outputs, write_text
 
@@ -53,7 +54,9 @@ def run(arguments: argparse.Namespace) -> None:
     recipe = read_recipe(arguments.recipe)
     options = {"pictures": arguments.pictures, "frames": arguments.frames, "resume": arguments.resume}
     chunks = plan(recipe, arguments.output, **options)
-    Look(chunks[0].batch)  # what is wrong for every frame is said once
+    base = Look(chunks[0].batch).base  # what is wrong for every frame is said once
+    if chunks[0].batch.writes_video:
+        form_of(chunks[0].batch, base)
     own = shard(chunks, *arguments.shard)
     if arguments.print_commands:
         sys.stdout.write("".join(f"{line}\n" for line in farm.commands(own, len(chunks), words(arguments))))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from app.bench import export, machine, mapping, overlay, photographs, retexture
+from app.bench import batch, export, machine, mapping, overlay, photographs, retexture
 from app.window.loading import loading
 from core.arrays import InputError
 
@@ -27,10 +27,11 @@ ENGINES: Mapping[str, tuple[Callable[[], list[Record]], Callable[[], list[Record
     "overlay": (overlay.measure, lambda: overlay.measure(overlay.SIZES[:1], runs=1)),
     "export": (export.measure, lambda: export.measure(export.SIZES[:1], runs=1)),
     "window": (_window, lambda: _window(features=(4,), frames=10)),
+    "batch": (batch.measure, lambda: batch.measure(batch.QUICK_FRAMES)),
 }
 """What measures each engine, in full and quickly."""
-NEEDS_DISPLAY = "window"
-"""Measured only where it is asked for by name."""
+USUAL = [name for name in ENGINES if name not in {"window", "batch"}]
+"""What is measured unless asked otherwise: the window needs a display, batches take minutes."""
 PHOTOGRAPHS = "photographs"
 
 
@@ -42,8 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--only",
         nargs="+",
         metavar="NAME",
-        default=[name for name in ENGINES if name != NEEDS_DISPLAY],
-        help=f"some of the engines, {', '.join(ENGINES)}, the last of which needs a display; "
+        default=USUAL,
+        help=f"some of the engines, {', '.join(ENGINES)}, of which window needs a display; "
         f"or {PHOTOGRAPHS} DIR: how many of a folder are decomposed",
     )
 

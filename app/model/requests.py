@@ -17,7 +17,7 @@ Panel: TypeAlias = Literal["keys", "palette", "history", "about", "preferences",
 Unsaved: TypeAlias = Literal["save", "discard", "cancel"]
 Writing: TypeAlias = Literal["wait", "stop", "cancel"]
 
-PICTURES = ("png", "jpg", "jpeg", "tif", "tiff", "webp", "exr")
+PICTURES = ("png", "jpg", "jpeg", "tif", "tiff", "webp", "exr", "jxl")
 PROJECTS = ("weft",)
 
 

@@ -17,6 +17,12 @@ def is_animated(document: Document) -> bool:
     return any(document.tracks.values()) or any(pin.keys for pin in document.pins)
 
 
+def key_frames(document: Document) -> tuple[float, ...]:
+    """Return the frames at which any parameter has a key, in order."""
+    tracks = [*document.tracks.values(), *(pin.keys for pin in document.pins)]
+    return tuple(sorted({key.frame for track in tracks for key in track}))
+
+
 def document_at(document: Document, frame: float) -> Document:
     """Return the document as it is at `frame`, without keys; itself where it has none.
 

@@ -1,6 +1,7 @@
 """Pictures and masks: reading, writing and what is kept of a file.
 
-Read is whatever OpenImageIO knows; written are PNG, TIFF, EXR, JPEG and WebP. What happens to the special cases:
+Read is whatever OpenImageIO knows; written are PNG, TIFF, EXR, JPEG, WebP and JPEG XL. What happens to the special
+cases:
 
 - EXIF orientation is applied to the pixels and reset. Other EXIF, IPTC and XMP entries and the ICC profile are kept;
   colours are not converted. (ISO speed is lost in TIFF, and so is a grey profile in WebP, which has no grey.)
@@ -9,8 +10,9 @@ Read is whatever OpenImageIO knows; written are PNG, TIFF, EXR, JPEG and WebP. W
 - Alpha is straight, as in PNG. Files that hold premultiplied colours (EXR, some TIFF) are divided on reading, EXR is
   multiplied on writing, so that a colour without any alpha is lost there.
 - Float pictures are linear light; NaN becomes 0, infinities the largest finite number.
-- Depth: PNG and TIFF keep 8 and 16 bits, TIFF and EXR keep float. A float picture becomes 16-bit PNG; JPEG and WebP are
-  8-bit; an integer picture becomes linear light in EXR.
+- Depth: PNG and TIFF keep 8 and 16 bits, TIFF and EXR keep float, JPEG XL keeps all three. A float picture becomes
+  16-bit PNG; JPEG and WebP are 8-bit; an integer picture becomes linear light in EXR.
+- JPEG XL loses all metadata but the profile; one without a profile is read with that of its colours, such as sRGB.
 - JPEG has no alpha: the picture is laid on white, in linear light.
 """
 

@@ -98,6 +98,9 @@ def _read(path: Path, name: str) -> Image:
         raise InputError(f"{path}: the image is damaged or cut short")
     if source.format_name() == "webp":
         spec = _with_exif(spec, path)
+    if source.format_name() == "jpegxl":  # whose reader does not say that alpha is straight, and says colours twice
+        spec.attribute("oiio:UnassociatedAlpha", 1)
+        spec.erase_attribute("CICP")
     return _image_from_file(np.asarray(pixels), spec)
 
 

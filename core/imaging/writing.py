@@ -29,6 +29,7 @@ _FORMATS = {
     ".jpg": "jpeg",
     ".jpeg": "jpeg",
     ".webp": "webp",
+    ".jxl": "jpegxl",
 }
 SUFFIXES = tuple(_FORMATS)
 """Endings of the formats that `save` writes."""
@@ -40,7 +41,7 @@ PNG_LEVEL = 3
 def save(image: Image, path: Path | str, *, quality: int = 95) -> None:
     """Write `image` to `path` in the format that its ending names; it appears whole or not at all.
 
-    `quality`, 1 to 100, is that of JPEG and WebP (100: WebP is lossless).
+    `quality`, 1 to 100, is that of JPEG, WebP and JPEG XL (100: the latter two are lossless).
 
     Raises
     ------
@@ -155,6 +156,8 @@ def _fit_to_format(image: Image, suffix: str) -> Image:
         if image.channels <= 2:
             pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
         linear = False
+    elif suffix == ".jxl" and image.channels == 2:  # its writer knows no grey with alpha
+        pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
     elif suffix == ".png" and pixels.dtype == np.float32:
         pixels, linear = _restored(image, np.uint16, linear=False), False
     elif suffix == ".exr":
@@ -205,6 +208,8 @@ def _with_what_fits(sample: Image, named: Path, quality: int) -> Image:
 
 def _is_writable(pixel: Image, suffix: str, quality: int) -> bool:
     """Return whether a picture of one pixel, with the metadata of `pixel`, can be written and opened again."""
+    if suffix == ".jxl" and pixel.metadata:  # OpenImageIO writes none
+        return False
     spec = _spec(replace(pixel, metadata=()), (1, 1), suffix, quality)
     if not all(put(spec, entry) for entry in pixel.metadata):
         return False
@@ -250,6 +255,8 @@ def _spec(image: Image, size_px: tuple[int, int], suffix: str, quality: int) -> 
             else f"{'webp' if suffix == '.webp' else 'jpeg'}:{quality}"
         )
         spec.attribute("compression", kind)
+    if suffix == ".jxl":
+        spec.attribute("compression", f"jpegxl:{quality}")
     if suffix == ".png":
         spec.attribute("png:compressionLevel", PNG_LEVEL)
         # Colours are tagged by a profile alone: beside a gamma, libpng reads colour as grey by other weights.

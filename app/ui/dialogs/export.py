@@ -36,6 +36,7 @@ FORMATS: dict[str, tuple[str, tuple[Bits, ...], bool]] = {
     "exr": ("EXR", (32,), False),
     "jpg": ("JPEG", (8,), True),
     "webp": ("WebP", (8,), True),
+    "jxl": ("JPEG XL", (8, 16, 32), True),
 }
 """By suffix: name, depths, and whether it has a quality."""
 

@@ -64,8 +64,8 @@ def test_parameters_size_and_pins_follow_their_keys() -> None:
 
 
 def test_a_parameter_of_the_presets_own_can_have_keys() -> None:
-    moving = document(phase=(Key(1, (0.0,)), Key(3, (1.0,)))).with_warp(preset="wave")
-    assert document_at(moving, 2).warp.values["phase"] == 0.5
+    moving = document(waves=(Key(1, (0.0,)), Key(3, (1.0,)))).with_warp(preset="wave")
+    assert document_at(moving, 2).warp.values["waves"] == 0.5
 
 
 def test_keys_are_saved_with_the_project(tmp_path: Path) -> None:

@@ -1,0 +1,268 @@
+"""`weft batch`: every frame is what the warp command gives; the same bytes whoever makes it; nothing done twice."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import psutil
+import pytest
+
+from app.batch.look import Look
+from app.batch.work import DiskFullError, do_chunk
+from app.cli import main
+from core import tracing
+from core.document import retexture as document_retexture
+from core.document.document import CurvePair, Document
+from core.document.keys import Key
+from core.document.project import save_project
+from core.files import atomic as files_module
+from core.files import litter
+from core.imaging.images import Image, load, save
+from core.progress import run
+from tests.app.batch.scene import (
+    FRAMES,
+    HEIGHT,
+    RECIPE,
+    ROOT,
+    WIDTH,
+    bytes_of,
+    chunks_of,
+    make,
+    plate,
+    states,
+    weft,
+    write_recipe,
+    write_scene,
+)
+
+pytestmark = pytest.mark.gpu
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from tests.app.batch.scene import make
+
+left = int(sys.argv[1])
+replace = Path.replace
+
+def killed(self, target):
+    global left
+    if left == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    left -= 1
+    return replace(self, target)
+
+Path.replace = killed
+make(Path(sys.argv[2]) / "recipe.toml", Path(sys.argv[2]) / "out" / "f.####.png")
+"""
+
+
+def test_a_frame_is_what_the_warp_command_gives_at_its_keys(tmp_path: Path) -> None:
+    rows = make(write_scene(tmp_path), tmp_path / "out" / "f.####.png")
+    assert [(row.frame, row.state) for row in rows] == [(frame, "done") for frame in range(1, FRAMES + 1)]
+    share = 2 / 5
+    bend = 50 * share * share * (3 - 2 * share)
+    words = ["--mask", str(tmp_path / "mask.png"), "--preset", "arc", f"--bend={bend!r}", "--frame", "picture"]
+    assert main(["warp", str(tmp_path / "plates" / "shot.0003.png"), *words, "-o", str(tmp_path / "one.png")]) == 0
+    np.testing.assert_array_equal(load(rows[2].output).pixels, load(tmp_path / "one.png").pixels)
+    assert load(rows[0].output).channels == 4  # as all others, though it leaves no gap
+
+
+def test_one_process_two_processes_and_shards_give_the_same_bytes(tmp_path: Path) -> None:
+    recipe = write_scene(tmp_path)
+    make(recipe, tmp_path / "here" / "f.####.png")
+    table = tmp_path / "t.json"
+    done = weft(recipe, "-o", tmp_path / "two" / "f.####.png", "--jobs", 2, "--table", table, folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith(f"{FRAMES} frames: {FRAMES} done in ")
+    assert states(table) == ["done"] * FRAMES
+    assert weft(recipe, "-o", tmp_path / "sh" / "f.####.png", "--shard", "2/2", folder=tmp_path).returncode == 0
+    assert sorted(bytes_of(tmp_path / "sh")) == ["f.0003.png", "f.0004.png"]
+    assert weft(recipe, "-o", tmp_path / "sh" / "f.####.png", "--shard", "1/2", folder=tmp_path).returncode == 0
+    assert bytes_of(tmp_path / "here") == bytes_of(tmp_path / "two") == bytes_of(tmp_path / "sh")
+
+
+def test_a_chunk_is_factored_once(tmp_path: Path) -> None:
+    chunk = chunks_of(write_scene(tmp_path, RECIPE.replace("chunk = 2", "chunk = 6")), tmp_path / "f.####.png")[0]
+    trace = tmp_path / "trace.json"
+    tracing.start()
+    try:
+        do_chunk(chunk)
+    finally:
+        tracing.save(trace)
+    names = [event["name"] for event in json.loads(trace.read_text())["traceEvents"]]
+    assert (names.count("analyse"), names.count("setup"), names.count("rhs")) == (1, 1, FRAMES)
+    assert len(list(tmp_path.glob("f.*.png"))) == FRAMES
+
+
+def test_what_moves_steadily_moves_steadily_in_the_frames(tmp_path: Path) -> None:
+    """A still picture under a slow warp: no pixel jumps forth and back from frame to frame."""
+    text = RECIPE.replace('"plates/shot.####.png"', '"plates/shot.0001.png"\nframes = "1-6"').replace(
+        ', easing = "ease"', ""
+    )
+    rows = make(write_scene(tmp_path, text), tmp_path / "out" / "f.####.png")
+    shown = np.stack([load(row.output).pixels.astype(float) for row in rows])
+    covered = (shown[..., 3] == 255).all(axis=0)
+    assert covered.mean() > 0.7
+    inside = cv2.erode(covered.astype(np.uint8), np.ones((5, 5))) > 0
+    moves, jumps = (np.abs(np.diff(shown[:, inside, :3], order, axis=0)).max() for order in (1, 2))
+    assert moves > 6
+    assert jumps <= 4  # one level from the next is a quarter of a pixel
+
+
+def test_a_still_warp_of_a_still_picture_is_the_same_bytes_in_every_frame(tmp_path: Path) -> None:
+    text = RECIPE.replace('shot.####.png"', 'shot.0001.png"\nframes = "1-3"').partition("[keys]")[0] + "bend = 30"
+    make(write_scene(tmp_path, text), tmp_path / "out" / "f.####.png")
+    assert len(bytes_of(tmp_path / "out")) == 3
+    assert len(set(bytes_of(tmp_path / "out").values())) == 1
+
+
+def test_texture_is_regrown_from_the_same_places_in_every_frame(tmp_path: Path) -> None:
+    flat, high = (np.array([[0.1, 0.6], [0.3, y], [0.6, y], [0.9, 0.6]]) for y in (0.6, 0.4))
+    noise = Image(np.random.default_rng(1).integers(0, 256, (HEIGHT, WIDTH, 3), dtype=np.uint8))
+    project = Document.of(noise).changed(mode="retexture", feature_curves=(CurvePair(flat, high),))
+    save_project(project, tmp_path / "a.weft")
+    other = noise.with_pixels(255 - noise.pixels[::-1])
+    save(noise, tmp_path / "p.1.png")
+    save(other, tmp_path / "p.2.png")
+    rows = make(tmp_path / "a.weft", tmp_path / "o.#.png", pictures=[str(tmp_path / "p.#.png")])
+    first = run(document_retexture.found(project))
+    for row, picture in zip(rows, (noise, other), strict=True):
+        np.testing.assert_array_equal(load(row.output).pixels, first.apply(picture.pixels))
+    alone = run(document_retexture.found(project.with_image(other))).apply(other.pixels)
+    assert np.abs(alone.astype(int) - load(rows[1].output).pixels).max() > 100
+
+
+def test_masks_can_be_a_sequence_too(tmp_path: Path) -> None:
+    recipe = write_scene(tmp_path, RECIPE.replace('"mask.png"', '"mask.#.png"'))
+    mask = load(tmp_path / "mask.png")
+    for frame in range(1, FRAMES):
+        save(mask.with_pixels(np.roll(mask.pixels, frame, axis=1)), tmp_path / f"mask.{frame}.png")
+    rows = make(recipe, tmp_path / "out" / "f.####.png")
+    assert [row.state for row in rows] == ["done"] * 5 + ["failed"]
+    assert rows[5].fault == f"{tmp_path / 'mask.6.png'}: no such file or directory"
+    look = Look(chunks_of(recipe, tmp_path / "out" / "f.####.png")[0].batch)
+    assert np.flatnonzero(look.at(3, Image(plate(3))).mask.array[22])[0] == np.flatnonzero(mask.pixels[22])[0] + 3
+
+
+def test_a_broken_frame_and_one_of_another_size_are_a_line_each_and_the_rest_goes_on(tmp_path: Path) -> None:
+    recipe = write_scene(tmp_path)
+    broken, wide = tmp_path / "plates" / "shot.0002.png", tmp_path / "plates" / "shot.0005.png"
+    broken.write_bytes(broken.read_bytes()[:-200])
+    save(Image(plate(5, WIDTH + 2)), wide)
+    table = tmp_path / "t.csv"
+    done = weft(recipe, "-o", tmp_path / "out" / "f.####.png", "--table", table, folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.splitlines() == [
+        f"weft: error: frame 2: {broken}: the image is damaged or cut short",
+        f"weft: error: frame 5: {wide}: has 66x48 pixels, the first frame 64x48",
+        "weft: error: 2 of 6 frames failed",
+    ]
+    assert sorted(bytes_of(tmp_path / "out")) == [f"f.000{frame}.png" for frame in (1, 3, 4, 6)]
+    with table.open() as text:
+        assert [row["state"] for row in csv.DictReader(text)] == ["done", "failed", "done", "done", "failed", "done"]
+
+
+def test_pictures_of_any_size_can_be_a_list_or_a_folder(tmp_path: Path) -> None:
+    write_scene(tmp_path)
+    save(Image(plate(5, 90, 60)), tmp_path / "plates" / "shot.0005.png")
+    save_project(Document.of(Image(plate(1))).with_warp(preset="arch", bend=40.0), tmp_path / "a.weft")
+    rows = make(tmp_path / "a.weft", tmp_path / "out", pictures=[str(tmp_path / "plates")])
+    assert [row.state for row in rows] == ["done"] * FRAMES
+    assert load(tmp_path / "out" / "shot.0005.png").size_px == (90, 60)
+    words = ["-o", str(tmp_path / "one.png"), "--frame", "picture", "--picture", rows[4].source]
+    assert main(["render", str(tmp_path / "a.weft"), *words]) == 0
+    assert (tmp_path / "one.png").read_bytes() == Path(rows[4].output).read_bytes()
+
+
+def test_what_is_done_is_kept_unless_its_recipe_or_its_picture_changes(tmp_path: Path) -> None:
+    recipe, output = write_scene(tmp_path), tmp_path / "out" / "f.####.png"
+    make(recipe, output)
+    assert [row.state for row in make(recipe, output, resume=True)] == ["kept"] * FRAMES
+    save(Image(plate(9)), tmp_path / "plates" / "shot.0002.png")
+    (tmp_path / "out" / "f.0004.png").unlink()
+    again = make(recipe, output, resume=True)
+    assert [row.state for row in again] == ["kept", "done", "kept", "done", "kept", "kept"]
+    write_recipe(tmp_path, RECIPE.replace("value = 50", "value = 40"))
+    assert [row.state for row in make(recipe, output, resume=True)] == ["done"] * FRAMES
+    assert [row.state for row in make(recipe, output)] == ["done"] * FRAMES
+
+
+@pytest.mark.parametrize("moves", [0, 1, 5])
+def test_killed_between_any_two_files_it_goes_on_where_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moves: int
+) -> None:
+    monkeypatch.setattr(litter, "YOUNG_S", -1.0)
+    recipe, output = write_scene(tmp_path), tmp_path / "out" / "f.####.png"
+    done = subprocess.run([sys.executable, "-c", KILLED, str(moves), str(tmp_path)], cwd=ROOT, check=False)
+    assert done.returncode == -signal.SIGKILL
+    whole = {path: path.stat().st_mtime_ns for path in output.parent.glob("f*.png")}
+    assert len(whole) == (moves + 1) // 2
+    rows = make(recipe, output, resume=True)
+    finished = moves // 2 + 1  # all that was whole
+    assert [row.state for row in rows] == ["kept"] * finished + ["done"] * (FRAMES - finished)
+    assert all(path.stat().st_mtime_ns == time for path, time in whole.items())
+    make(recipe, tmp_path / "anew" / "f.####.png")
+    assert bytes_of(output.parent) == bytes_of(tmp_path / "anew")
+    assert not list(output.parent.glob(".weft-*"))
+
+
+def test_a_full_disk_ends_the_run_and_resume_finishes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe, output = write_scene(tmp_path), tmp_path / "out" / "f.####.png"
+    flush, room = files_module._flush, 5
+
+    def flush_while_there_is_room(place: Path) -> None:
+        nonlocal room
+        room -= 1
+        if room < 0:
+            raise OSError(28, os.strerror(28))
+        flush(place)
+
+    with monkeypatch.context() as full:
+        full.setattr(files_module, "_flush", flush_while_there_is_room)
+        with pytest.raises(DiskFullError, match="no space left on device"):
+            make(recipe, output)
+    assert sorted(bytes_of(output.parent)) == ["f.0001.png", "f.0002.png"]
+    assert [row.state for row in make(recipe, output, resume=True)] == ["kept"] * 2 + ["done"] * 4
+
+
+def test_a_worker_that_is_killed_costs_nothing(tmp_path: Path) -> None:
+    recipe = write_scene(
+        tmp_path, RECIPE.replace('shot.####.png"', 'shot.0001.png"\nframes = "1-24"').replace("= 2", "= 8")
+    )
+    table = tmp_path / "t.json"
+    words = [str(recipe), "-o", str(tmp_path / "out" / "f.####.png"), "--jobs", "2", "--table", str(table)]
+    with subprocess.Popen([sys.executable, "-m", "app", "batch", *words], cwd=ROOT, stderr=subprocess.PIPE) as running:
+        while not list((tmp_path / "out").glob("f.*.png")):
+            time.sleep(0.02)
+            assert running.poll() is None
+        workers = [
+            child for child in psutil.Process(running.pid).children() if "spawn_main" in " ".join(child.cmdline())
+        ]
+        workers[0].kill()
+        assert running.communicate()[1] == b""
+    assert running.returncode == 0
+    assert len(states(table)) == 24
+    assert set(states(table)) <= {"done", "kept"}
+    make(recipe, tmp_path / "here" / "f.####.png")
+    assert bytes_of(tmp_path / "out") == bytes_of(tmp_path / "here")
+
+
+def test_key_frames_of_a_project_move_its_own_picture(tmp_path: Path) -> None:
+    still = Document.of(Image(plate(1))).with_warp(preset="arc")
+    moving = replace(still, tracks={"bend": (Key(1, (0.0,)), Key(3, (60.0,)))})
+    save_project(moving, tmp_path / "a.weft")
+    done = weft(tmp_path / "a.weft", "--frames", "1-3", "-o", tmp_path / "f.#.png", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    save_project(still.with_warp(bend=30.0), tmp_path / "b.weft")
+    assert main(["render", str(tmp_path / "b.weft"), "-o", str(tmp_path / "g.png"), "--frame", "picture"]) == 0
+    assert (tmp_path / "g.png").read_bytes() == (tmp_path / "f.2.png").read_bytes()
+    assert (tmp_path / "f.1.png").read_bytes() != (tmp_path / "f.2.png").read_bytes()
