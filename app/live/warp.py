@@ -109,10 +109,9 @@ class LiveWarp:
         self._unfolded: tuple[Document, Points] | None = None
         """An answer without folds that the present settling has come by, and its document."""
         self._solver = MapSolver()
+        """This thread's, for grids that fit into a frame."""
         self._side_solver = MapSolver()
-        """The live thread's; what it has built is taken over with its answer."""
-        self._final_solver = MapSolver()
-        """The live thread's, for final answers."""
+        """The live thread's, for final answers and for larger grids: what one of them has built, the next one finds."""
 
     @property
     def is_settled(self) -> bool:
@@ -173,7 +172,7 @@ class LiveWarp:
                 self._unfolded = document, step.preview
             return step
 
-        return stepwise(self._final_solver.settle(document), keep)
+        return stepwise(self._side_solver.settle(document), keep)
 
     def _show_unfolded(self) -> None:
         """Show the newest answer without folds on the way to the final one."""
@@ -201,9 +200,8 @@ class LiveWarp:
                 self.answer = _untouched(document)
             if self._jobs.holds("solve"):
                 return
-            fits, solver = grid_of(document).size <= INLINE_NODES, self._solver
-            if fits and not solver.is_heavy(document):
-                self._show(document, *self._timed(solver.frame, document))
+            if _fits_into_frame(document) and not self._solver.is_heavy(document):
+                self._show(document, *self._timed(self._solver.frame, document))
             else:
                 self._solve_beside(document)
         except Exception as fault:  # noqa: BLE001  whatever it is, the last map stays and the artist goes on
@@ -217,7 +215,8 @@ class LiveWarp:
             return self._timed(self._side_solver.frame, document)
 
         def deliver(result: tuple[Warped, float]) -> None:
-            self._solver, self._side_solver = self._side_solver, self._solver
+            if _fits_into_frame(document):  # the next frames are answered on this thread, with what has been built
+                self._solver, self._side_solver = self._side_solver, self._solver
             if self._seen is not None and document.image is self._seen.image:
                 self._show(document, *result)
             go_on()
@@ -250,8 +249,10 @@ class LiveWarp:
         if self._seen is None:
             return
         self._show(self._seen, result, final=True)
+        if not _fits_into_frame(self._seen):
+            return  # the live thread answers the next frames, too
         if self._solver.is_heavy(self._seen):  # what the final answer has built need not be built again
-            self._solver, self._final_solver = self._final_solver, self._solver
+            self._solver, self._side_solver = self._side_solver, self._solver
         else:
             self._solver.learn(self._seen, result)
 
@@ -271,6 +272,11 @@ class LiveWarp:
                 solve_ms=self.answer.solve_ms,
             )
         self._seen = document
+
+
+def _fits_into_frame(document: Document) -> bool:
+    """Return whether a solve on the document's grid fits into a frame."""
+    return grid_of(document).size <= INLINE_NODES
 
 
 def _maps_alike(a: Document, b: Document) -> bool:

@@ -8,8 +8,10 @@ from app.model.session import Brush
 from core import tracing
 from core.document.document import CurvePair, Document, Outline, Pin
 from core.document.map import MapSolver, settled
+from core.grid import Grid
 from core.imaging.images import Image
 from core.mapping.result import Warped
+from core.mapping.warper import Warper
 from core.progress import run
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, Later, document
@@ -292,3 +294,27 @@ def test_a_picture_of_16384_pixels_a_side_is_warped_like_any_other() -> None:
     drive.tool("brush").drag((100, 100), (140, 120))
     assert not drive.document.mask.is_empty
     assert drive.undo().undo().document is drive.start
+
+
+@pytest.mark.parametrize(("inline", "most"), [(10, 1), (60_000, 2)])
+def test_what_one_answer_has_built_the_next_one_finds(inline: int, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(app.live.warp, "INLINE_NODES", inline)
+    made: list[Warper] = []
+    begin = Warper.__init__
+
+    def counted(warper: Warper, grid: Grid) -> None:
+        made.append(warper)
+        begin(warper, grid)
+
+    monkeypatch.setattr(Warper, "__init__", counted)
+    drive = EditorDriver(swirled())
+    drive.rest()
+    for bend in (20, 30):
+        drive.editor.slide("Bend", drive.document.with_warp(bend=bend))
+        drive.frame()
+        assert drive.editor.answer.document.warp.bend == bend
+    drive.editor.finish()
+    drive.rest()
+    assert drive.editor.answer.settled
+    assert np.array_equal(drive.editor.answer.warped, run(settled(drive.document)).warped)
+    assert len(made) == most + 1  # one of them by `settled`
