@@ -76,13 +76,6 @@ class Field:
         """Return whether the windows of two features overlap."""
         return all(a.start < b.stop and b.start < a.stop for a, b in zip(self.window, other.window, strict=True))
 
-    def pull(self, w: Complexes) -> Complexes:
-        """Return what the feature adds to b - K z⁰ (h, w): -dᵀ w_own d W + K W, the latter of its nodes only."""
-        here = w[self.window]
-        across, down = edge_weights(self.own)
-        pulled = laplacian(self.near, np.where(self.phi[1] == 1, here, 0))
-        return pulled - laplacian((across, down), here)
-
     def weighed(self, r: Complexes, z: Complexes, w: Complexes, tie: float) -> Complexes:
         """Return Φ* (r + τ W) + H* z (2,) for fields of the whole grid (R, C)."""
         found = self.phi.conj().reshape(2, -1) @ (r[self.window] + tie * w[self.window]).ravel()

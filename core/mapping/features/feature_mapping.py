@@ -17,7 +17,7 @@ from core.mapping.features.per_quad import load_per_quad
 from core.mapping.features.pose import Approach, HeldPoints, Pose
 from core.mapping.features.quad_weights import assign_roles
 from core.mapping.features.reduced_system import Placement, as_one, as_two
-from core.mapping.features.similarity import Body, bodies_of, body_index
+from core.mapping.features.similarity import Bodies, bodies_of, body_index
 from core.mapping.jacobians import Complexes, Frames, as_complex, as_positions, corner_frames
 from core.mapping.stopwatch import Stopwatch
 
@@ -90,12 +90,14 @@ class FeatureMapping:
         with self.clock.measure("setup"):
             self.factor: MappingFactor = analyse(grid) if _taken is None else _taken.factor
             self.bodies = sorted(bodies_of(features, self._rest), key=lambda body: -len(body.nodes))
+            self._joint, self._apart = Bodies(self.bodies[: self.joint_count]), Bodies(self.bodies[self.joint_count :])
             self.index = body_index(self.bodies, grid.shape)
             self._roles = assign_roles(self.index, weight=weight, falloff=falloff)
             self.owner = np.where(self._roles.owner < self.joint_count, self._roles.owner, -1)
             self.follow_feature = np.where(self.owner >= 0, self._roles.weight**2, 0.0)
             self.follow_w = np.where(self.owner >= 0, 0.0, 1.0)
             self._edges = edge_weights(self.follow_w + self.follow_feature)
+            self._own_edges = edge_weights(self.follow_feature)
             fixed = self.grid.outline if self.method == "per-quad" else self.grid.outline | (self.index >= 0)
             self.free = ~fixed
             values = node_values(self._edges, self.free)
@@ -185,8 +187,7 @@ class FeatureMapping:
         else:
             pose = self.pose(w, alpha, t, moving=np.zeros(len(alpha), bool), frame=frame)
             z, y = pose.start.copy(), pose.load
-            for body, a, b in zip(self.bodies, alpha, t, strict=True):
-                z.ravel()[body.nodes] = body.place(a, b)
+            self.put_bodies(z, alpha, t)
         with one_thread():
             return Approach(z, y, to - points.read(z) - points.moved_by(y))
 
@@ -224,13 +225,13 @@ class FeatureMapping:
         with self.clock.measure("rhs"):
             scales = self._scales(w, together) if together.size else None
             z = w.copy() if frame is None else np.where(self.grid.outline, frame, w)
-            for body in self.bodies[:joint]:
-                z.ravel()[body.nodes] = 0
-            for i, body in enumerate(self.bodies[joint:], joint):
-                if moves[i]:
-                    alpha[i], t[i] = self._alone(body, w)
-                z.ravel()[body.nodes] = body.place(alpha[i], t[i])
-            r = self._load(w, z, self._placement, glides=frame is not None)
+            z.ravel()[self._joint.nodes] = 0
+            if moves[joint:].any():
+                alone = zip((alpha, t), self._alone(self._apart, w), strict=True)
+                for part, found in alone:
+                    part[joint:] = np.where(moves[joint:], found, part[joint:])
+            z.ravel()[self._apart.nodes] = self._apart.place(alpha[joint:], t[joint:])
+            r = self._load(w, z, glides=frame is not None)
         if not self._placement.is_ready(together):
             with one_thread(), self.clock.measure("factor"):
                 self._placement.prepare(together)
@@ -251,31 +252,45 @@ class FeatureMapping:
         with one_thread(), self.clock.measure("solve"):
             c = np.concatenate([alpha[:joint], t[:joint]])
             z = pose.start + self._placement.follow(c, pose.load, pose.moving).reshape(pose.w.shape)
-            for body, a, b in zip(self.bodies[:joint], alpha, t, strict=False):
-                z.ravel()[body.nodes] = body.place(a, b)
+            z.ravel()[self._joint.nodes] = self._joint.place(alpha[:joint], t[:joint])
         return Solution(z, alpha, t)
 
-    def _load(self, w: Complexes, z: Complexes, placement: Placement, *, glides: bool) -> Complexes:
-        """Return b - K z⁰ (R, C): 0 but around features, and along a frame that `glides`."""
-        apart = self.index >= self.joint_count
+    def put_bodies(self, z: Complexes, alpha: Complexes, t: Complexes) -> None:
+        """Set the nodes of z (R, C) that lie in bodies to where the similarities of all bodies take them."""
+        joint = self.joint_count
+        z.ravel()[self._joint.nodes] = self._joint.place(alpha[:joint], t[:joint])
+        z.ravel()[self._apart.nodes] = self._apart.place(alpha[joint:], t[joint:])
+
+    def fit_bodies(self, z: Complexes) -> tuple[Complexes, Complexes]:
+        """Return the (α, t) of all bodies that bring each closest to z (R, C) in the least-squares sense."""
+        parts = zip(self._joint.fit(z.ravel()), self._apart.fit(z.ravel()), strict=True)
+        alpha, t = (np.concatenate(part) for part in parts)
+        return alpha, t
+
+    def _load(self, w: Complexes, z: Complexes, *, glides: bool) -> Complexes:
+        """Return b - K z⁰ = K (W - z⁰) - dᵀ w_own d W (R, C), w_own of the quads that follow features.
+
+        It is 0 but around features, and along a frame that `glides`.
+        """
+        apart = self.index >= 0
         if glides:
-            apart |= self.grid.outline & (self.index < 0)
-        r = laplacian(self._edges, np.where(apart, w - z, 0)) if apart.any() else np.zeros_like(w)
-        for field in placement.fields:
-            r[field.window] += field.pull(w)
-        return r
+            apart = apart | self.grid.outline
+        return laplacian(self._edges, np.where(apart, w - z, 0)) - laplacian(self._own_edges, w)
 
     def scale_alone(self, body: int, w: Complexes) -> float:
         """Return the size that W alone gives a body: λ of FAT eq. 3, or 1 for a rigid one."""
         if body >= self.joint_count:
-            return abs(self._alone(self.bodies[body], w)[0])
+            return float(np.abs(self._alone(Bodies([self.bodies[body]]), w)[0][0]))
         scales = self._scales(w, np.array([body]))
         return abs(self.bodies[body].fit(w.ravel())[0]) if scales is None else float(scales[0])
 
-    def _alone(self, body: Body, w: Complexes) -> tuple[complex, complex]:
-        """Place a body where W has it."""
-        alpha, t = body.fit(w.ravel())
-        return (alpha / abs(alpha) if self.keep == "rigid" and alpha else alpha), t
+    def _alone(self, bodies: Bodies, w: Complexes) -> tuple[Complexes, Complexes]:
+        """Place bodies where W has them."""
+        alpha, t = bodies.fit(w.ravel())
+        if self.keep == "rigid":
+            size = np.abs(alpha)
+            alpha = np.divide(alpha, size, out=alpha, where=size > 0)
+        return alpha, t
 
     def _scales(self, w: Complexes, chosen: Ints) -> Floats | None:
         """Return the scale of each `chosen` feature; None leaves it to the best fit where there are only features.

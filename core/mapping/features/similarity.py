@@ -1,8 +1,11 @@
 """Similarities of the plane as complex numbers: p -> α (p - centre) + t."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from core.arrays import Ints
 from core.grid import Features
@@ -35,6 +38,35 @@ class Body:
     def place(self, alpha: complex, t: complex) -> Complexes:
         """Return where (α, t) takes the nodes."""
         return alpha * self.arms + t
+
+
+class Bodies:
+    """Many bodies, k, whose nodes are placed, and similarities found, in a few operations on all."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        counts = np.array([len(body.nodes) for body in bodies], np.int64)
+        self.count = len(bodies)
+        self.nodes = np.concatenate([np.empty(0, np.int64), *(body.nodes for body in bodies)])
+        """Of all, one body after the other."""
+        self._arms = np.concatenate([np.empty(0, np.complex128), *(body.arms for body in bodies)])
+        self._owner = np.repeat(np.arange(self.count), counts)
+        self._starts, self._counts = np.cumsum(counts) - counts, counts
+        self._spread = self._sums(np.abs(self._arms) ** 2).real
+
+    def place(self, alpha: Complexes, t: Complexes) -> Complexes:
+        """Return where (α, t), (k,) each, take `nodes`."""
+        return np.asarray(alpha[self._owner] * self._arms + t[self._owner])
+
+    def fit(self, z: Complexes) -> tuple[Complexes, Complexes]:
+        """Return the (α, t), (k,) each, that bring the bodies closest to z (N,), as `Body.fit` does."""
+        there = z[self.nodes]
+        return self._sums(self._arms.conj() * there) / self._spread, self._sums(there) / self._counts
+
+    def _sums(self, values: NDArray[Any]) -> Complexes:
+        """Return the sum over the nodes of each body."""
+        if not self.count:
+            return np.empty(0, np.complex128)
+        return np.asarray(np.add.reduceat(values, self._starts), np.complex128)
 
 
 def bodies_of(features: Features, rest: Complexes) -> list[Body]:

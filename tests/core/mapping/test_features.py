@@ -9,7 +9,7 @@ from core.arrays import Bytes, Floats, Points
 from core.grid import Grid, find_features
 from core.linalg.blas import one_thread
 from core.mapping.features.feature_mapping import FeatureMapping, Keep, Method, map_features
-from core.mapping.features.similarity import fit_residual
+from core.mapping.features.similarity import Bodies, Body, fit_residual
 from core.mapping.jacobians import Complexes, as_complex, linear_parts
 
 WIDTH, HEIGHT = 300, 200
@@ -160,3 +160,35 @@ def test_solving_leaves_blas_as_many_threads_as_it_had() -> None:
     map_features(GRID, FEATURES, GRID.nodes)
     assert set(within) == {1}
     assert threads() == had
+
+
+def test_many_bodies_are_placed_and_fitted_as_each_alone() -> None:
+    rng = np.random.default_rng(4)
+    rest = as_complex(Grid(300, 200, cell_px=10).nodes)
+    chosen = rng.permutation(rest.size)
+    bodies = []
+    for number, nodes in enumerate(np.split(chosen[:60], [2, 9, 30])):
+        p = rest.ravel()[nodes]
+        bodies.append(Body(number, nodes, p - p.mean()))
+    stack, z = Bodies(bodies), rng.normal(size=(rest.size, 2)) @ [1, 1j]
+    alpha, t = stack.fit(z)
+    assert alpha == pytest.approx([body.fit(z)[0] for body in bodies])
+    assert t == pytest.approx([body.fit(z)[1] for body in bodies])
+    there = np.concatenate([body.place(a, b) for body, a, b in zip(bodies, alpha, t, strict=True)])
+    assert np.array_equal(stack.place(alpha, t), there)
+    assert np.array_equal(stack.nodes, np.concatenate([body.nodes for body in bodies]))
+    none = Bodies([])
+    assert none.nodes.size == none.place(*none.fit(z)).size == 0
+
+
+def test_the_load_of_many_features_is_the_gradient_at_rest() -> None:
+    """K W - dᵀ w_own d W of the picture as it is vanishes but where features turn against their surroundings."""
+    grid = Grid(400, 300, cell_px=10)
+    mask = np.zeros((300, 400), np.uint8)
+    for y, x in np.ndindex(5, 7):
+        mask[20 + 55 * y : 45 + 55 * y, 20 + 52 * x : 45 + 52 * x] = 255
+    mapping = FeatureMapping(grid, find_features(grid, mask))
+    assert len(mapping.bodies) == 35 > mapping.joint_count
+    assert mapping.solve(grid.nodes) == pytest.approx(grid.nodes, abs=1e-8)
+    turned = as_complex(grid.nodes) * (1.2 + 0.4j) + 30
+    assert mapping.place(turned).z == pytest.approx(turned, abs=1e-7)
