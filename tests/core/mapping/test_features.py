@@ -170,7 +170,7 @@ def test_many_bodies_are_placed_and_fitted_as_each_alone() -> None:
     for number, nodes in enumerate(np.split(chosen[:60], [2, 9, 30])):
         p = rest.ravel()[nodes]
         bodies.append(Body(number, nodes, p - p.mean()))
-    stack, z = Bodies(bodies), rng.normal(size=(rest.size, 2)) @ [1, 1j]
+    stack, z = Bodies(bodies), as_complex(rng.normal(size=(rest.size, 2)))
     alpha, t = stack.fit(z)
     assert alpha == pytest.approx([body.fit(z)[0] for body in bodies])
     assert t == pytest.approx([body.fit(z)[1] for body in bodies])
