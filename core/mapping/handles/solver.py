@@ -99,8 +99,8 @@ class HandleSolver:
         last, self._last = self._last, (reference.z, found.D)
         moves = last is None or last[0] is not reference.z or np.abs(found.D - last[1]).max() > _LIVE_CLOSE_PX
         z = reference.z + mapping.hold(found.approach, s.held)
-        for body, a, b in zip(mapping.bodies, found.alpha, found.t, strict=False):
-            z.ravel()[body.nodes] = body.place(a, b)
+        if len(found.alpha):
+            mapping.put_bodies(z, found.alpha, found.t)
         return Moved(Solution(z, found.alpha, found.t), found.D, goal, is_final=not moves)
 
     def _first_turned(
@@ -237,13 +237,14 @@ class HandleSolver:
 
     def _pose_small(self, s: Structure, reference: Solution, poses: "_Poses", D: Complexes) -> None:
         """Place the bodies that are too many for the plate where D has them, at the sizes that they have."""
-        sampled = {i for i, *_ in s.samples}
-        for i in range(len(reference.alpha)):
-            if i not in sampled:
-                turned, moved = s.mapping.bodies[i].fit(D.ravel())
-                alpha = reference.alpha[i] + turned
-                poses.alpha[i] = alpha * (abs(reference.alpha[i]) / abs(alpha)) if alpha else reference.alpha[i]
-                poses.t[i] = reference.t[i] + moved
+        sampled = [i for i, *_ in s.samples]
+        small = np.isin(np.arange(len(reference.alpha)), sampled, invert=True)
+        if small.any():
+            turned, moved = s.mapping.fit_bodies(D)
+            alpha = reference.alpha + turned
+            kept = np.divide(np.abs(reference.alpha), np.abs(alpha), out=np.zeros(len(alpha)), where=alpha != 0)
+            poses.alpha[small] = np.where(alpha != 0, alpha * kept, reference.alpha)[small]
+            poses.t[small] = (reference.t + moved)[small]
 
     def _move_frame(
         self, s: Structure, reference: Solution, poses: "_Poses", goal: Complexes, *, is_straight: bool
