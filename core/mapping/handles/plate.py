@@ -107,9 +107,14 @@ class HandleField:
         """Return the motions c (u,) of bodies, which move the points by Q c (n,) beyond what is known of them (n,)."""
         if self._plate is None or not Q.size:
             return np.zeros(Q.shape[1])
-        forces = Q.conj().T @ self._inverse[: len(Q), : len(Q)]
-        system, load = (forces @ Q).real, (forces @ known).real
-        return np.asarray(-np.linalg.pinv(system, rcond=_TOGETHER, hermitian=True) @ load, np.float64)
+        inverse = self._inverse[: len(Q), : len(Q)]
+        if np.iscomplexobj(inverse):
+            forces = Q.conj().T @ inverse
+            system, load = (forces @ Q).real, (forces @ known).real
+        else:  # by real products: a quarter of the work
+            across, down = Q.real.T @ inverse, Q.imag.T @ inverse
+            system, load = across @ Q.real + down @ Q.imag, across @ known.real + down @ known.imag
+        return np.asarray(-_inverse(system) @ load, np.float64)
 
     def displace(self, asked: Complexes) -> Complexes:
         """Return the nodes' displacements d (R, C) that have the points' ones (n,)."""
