@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 
 from app.cli import main as run
-from app.commands.edit import sample
 from app.editor.editor import Editor
 from app.model.jobs import Jobs
 from app.tools.all import TOOLS
+from app.tours.samples import warp_sample
 from core.imaging.images import Image, load, save
 from tests.gui.window_driver import WindowDriver, drive
 
@@ -57,7 +57,7 @@ def draw(folder: Path) -> None:
 
 def show_editor() -> None:
     """Draw the window, the sample under an arch in it."""
-    document = sample()
+    document = warp_sample()
     bent = document.changed(warp=replace(document.warp, preset="arch", bend=50.0))
     editor = Editor(document, TOOLS, jobs=Jobs())
 

@@ -3,6 +3,7 @@
 from app.actions import Action
 from app.actions.panels import showing
 from app.editor.editor import Editor
+from app.model.requests import Panel
 
 EDIT = (
     Action(
@@ -58,6 +59,13 @@ EDIT = (
     ),
 )
 
+TOURS: tuple[tuple[str, str, str, Panel], ...] = (
+    ("warp", "Bend a picture", "Balloons stay round while the sky bends", "tour-warp"),
+    ("retexture", "Move a tail", "Fur is regrown along a curve", "tour-retexture"),
+    ("overlay", "Dress a cloth", "A new pattern in photographed folds", "tour-overlay"),
+)
+"""By mode, title of its tour, what it is about, and what the window is asked for."""
+
 HELP = (
     Action(
         "help.palette",
@@ -77,6 +85,17 @@ HELP = (
         "F1",
         "keyboard",
         "Show all keys",
+    ),
+    *(
+        Action(
+            f"help.tour.{mode}",
+            f"{title}…",
+            "Help/Tours",
+            showing(panel),
+            icon="route",
+            tooltip=f"{about}: a sample and a few steps",
+        )
+        for mode, title, about, panel in TOURS
     ),
     Action(
         "help.about",

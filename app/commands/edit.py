@@ -17,21 +17,19 @@ from app.model.requests import ExportOptions
 from app.state.preferences import load_preferences, preferences_file
 from app.state.recovery import Recovery
 from app.tools.all import TOOLS
+from app.tours.samples import warp_sample
 from app.window.loading import loading
-from assets import asset
 from core.document.document import Document
 from core.document.project import load_project
 from core.files.journal import tidy
 from core.files.litter import sweep_scratch
 from core.files.text import legible
-from core.imaging.images import load, load_mask
+from core.imaging.images import load
 from core.notices import hearing
-from core.rasters.raster import Raster
 
 if TYPE_CHECKING:
     from core.progress import Job
 
-SAMPLE, SAMPLE_MASK = "balloons.png", "balloons_mask.png"
 WITHOUT_WINDOW = Path("weft-sample.png")
 
 
@@ -42,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Open the window; where there is no display, render to a file and say so."""
-    document = sample() if arguments.file is None else opened(arguments.file)
+    document = warp_sample() if arguments.file is None else opened(arguments.file)
     with loading():
         import imgui_bundle  # noqa: F401  glfw takes its library, else it starts Python once more to find one
 
@@ -69,12 +67,6 @@ def kept_at_an_end(editor: Editor) -> Iterator[None]:
 def opened(path: Path) -> Document:
     """Read a project, or begin one with a picture."""
     return load_project(path) if is_project(path) else Document.of(load(path))
-
-
-def sample() -> Document:
-    """Return the sample, its figures painted as features."""
-    document = Document.of(load(asset(SAMPLE)))
-    return document.changed(mask=Raster.from_array(load_mask(asset(SAMPLE_MASK), document.size_px)))
 
 
 def bent(document: Document) -> Document:

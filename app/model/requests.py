@@ -13,7 +13,18 @@ from core.canvas import Framing
 from core.document.document import Document
 
 Changed: TypeAlias = Literal["overwrite", "reload", "save_as", "cancel"]
-Panel: TypeAlias = Literal["keys", "palette", "history", "about", "preferences", "layout", "full-screen"]
+Panel: TypeAlias = Literal[
+    "keys",
+    "palette",
+    "history",
+    "about",
+    "preferences",
+    "layout",
+    "full-screen",
+    "tour-warp",
+    "tour-retexture",
+    "tour-overlay",
+]
 Unsaved: TypeAlias = Literal["save", "discard", "cancel"]
 Writing: TypeAlias = Literal["wait", "stop", "cancel"]
 

@@ -46,8 +46,6 @@ class Preferences:
     """Whose keys are used."""
     keys: tuple[tuple[str, str], ...] = ()
     """Keys that the artist has set: names of actions and their chords."""
-    toured: bool = False
-    """Whether the tours were offered at the first start."""
 
     @property
     def undo_bytes(self) -> int:

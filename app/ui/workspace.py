@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import cast
 
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
@@ -18,7 +19,7 @@ from app.ui.canvas.whole_view import WholeView
 from app.ui.dialogs.fault import FaultMessage
 from app.ui.dialogs.palette import Palette
 from app.ui.dialogs.requested import Dialogs
-from app.ui.dialogs.sheets import Sheets
+from app.ui.dialogs.sheets import Sheet, Sheets
 from app.ui.features_panel import FeaturesPanel
 from app.ui.menus import MenuBar
 from app.ui.options_bar import HEIGHT_EM, OptionsBar
@@ -32,6 +33,7 @@ from app.ui.panels.warp import WarpPanel
 from app.ui.picture_texture import PictureTexture
 from app.ui.status_bar import StatusBar
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
+from app.ui.tour_card import TourCard
 from app.ui.widgets import theme
 from app.ui.widgets.theme import em
 from app.ui.widgets.toasts import Toasts
@@ -76,7 +78,8 @@ class Workspace:
         self.sheets = Sheets(editor, table)
         self.toasts = Toasts(editor)
         self.fault_message = FaultMessage(editor, self.barrier)
-        self.welcome = Welcome(editor, shown=welcomes)
+        self.tour = TourCard(editor)
+        self.welcome = Welcome(editor, self.tour, shown=welcomes)
         self._whole_view = WholeView(editor)
         self._shown_picture: object = None
         self._fits_left = 0
@@ -138,10 +141,12 @@ class Workspace:
             hello_imgui.get_runner_params().docking_params.focus_dockable_window("History")
         elif panel == "full-screen":
             self.toggle_full_screen()
+        elif panel in ("tour-warp", "tour-retexture", "tour-overlay"):
+            self.tour.begin(cast("Mode", panel.removeprefix("tour-")))
         elif panel == "layout":
             hello_imgui.get_runner_params().docking_params.layout_reset = True
         else:
-            self.sheets.shown = panel
+            self.sheets.shown = cast("Sheet", panel)
 
     def drop(self, paths: Sequence[Path]) -> None:
         """Open the first of the files dropped on the window, or lay it on the cloth."""
@@ -208,6 +213,7 @@ class Workspace:
         area, draw = self.canvas.area, self.barrier.draw
         draw("draw what lies over the picture", self.canvas.draw)
         draw("draw the welcome", lambda: self.welcome.draw(area))
+        draw("lead the tour", lambda: self._lead_tour(area))
         draw("draw the palette", self.palette.draw, failed=_close_popups)
         draw("draw the sheet", self.sheets.draw, failed=self._close_sheet)
         dialog = draw("draw the dialog", self.dialogs.draw, failed=self._close_dialog)
@@ -216,6 +222,10 @@ class Workspace:
         waits.append(None if self.thumbnails.is_complete else 0.0)
         waits.append(0.0 if awaits_more() else None)
         self.wait_s = min((wait for wait in waits if wait is not None), default=None)
+
+    def _lead_tour(self, area: Area) -> None:
+        self.tour.update(self.dialogs.title)
+        self.tour.draw(area)
 
     def _close_sheet(self) -> None:
         self.sheets.shown = None

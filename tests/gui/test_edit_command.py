@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.commands.edit import editor_on, opened, sample
+from app.commands.edit import editor_on, opened
 from app.model.jobs import Jobs
 from app.state.recovery import Recovery
+from app.tours.samples import warp_sample
 from core.document.project import load_project, save_project
 from core.imaging.images import Image, load, save
 from tests.app.driver import document
@@ -43,7 +44,7 @@ def test_without_a_display_it_renders_to_a_file_and_says_what_a_window_needs(tmp
     assert str(rendered) in done.stdout
     assert "DISPLAY" in done.stdout
     pixels = load(rendered).pixels
-    assert pixels.shape[1] > sample().image.width_px
+    assert pixels.shape[1] > warp_sample().image.width_px
     assert pixels[0, 0, 3] == 0, "the arc leaves the corners free"
     assert pixels[pixels.shape[0] // 2, pixels.shape[1] // 2, 3] == 255
 
@@ -97,7 +98,7 @@ def test_it_opens_pictures_and_projects(tmp_path: Path) -> None:
 
 
 def test_the_sample_has_features() -> None:
-    assert not sample().mask.is_empty
+    assert not warp_sample().mask.is_empty
 
 
 def test_the_editor_knows_what_was_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

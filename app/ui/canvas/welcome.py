@@ -1,12 +1,17 @@
 """What is said over the sample until the artist does something: how to begin."""
 
+from typing import cast
+
 from imgui_bundle import ImVec2, imgui
 
+from app.actions.edit import TOURS
 from app.editor.editor import Editor
 from app.ui.canvas.input import Area
+from app.ui.tour_card import TourCard
 from app.ui.widgets import theme
-from app.ui.widgets.controls import colors, primary_button
+from app.ui.widgets.controls import colors, plain_button, primary_button, tip
 from app.ui.widgets.theme import em, icon, rgb
+from core.document.document import Mode
 
 STEPS = (
     ("folder-open", "Drop a picture here, or press Ctrl+O"),
@@ -18,9 +23,10 @@ STEPS = (
 class Welcome:
     """A card over the canvas; it goes for good once something is opened, pressed or dismissed."""
 
-    def __init__(self, editor: Editor, *, shown: bool) -> None:
+    def __init__(self, editor: Editor, tour: TourCard, *, shown: bool) -> None:
         self.shown = shown
         self._editor = editor
+        self._tour = tour
         self._start = editor.document
 
     def draw(self, area: Area) -> None:
@@ -58,5 +64,13 @@ class Welcome:
             imgui.text(text)
         imgui.pop_text_wrap_pos()
         imgui.dummy(ImVec2(0, em(0.3)))
+        for number, (mode, title, about, _) in enumerate(TOURS):
+            if number:
+                imgui.same_line(0, em(0.4))
+            if plain_button(title, 7.4):
+                self.shown = False
+                self._tour.begin(cast("Mode", mode))
+            tip(about)
+        imgui.dummy(ImVec2(0, em(0.1)))
         if primary_button("Got it", 6):
             self.shown = False

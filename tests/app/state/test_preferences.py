@@ -78,7 +78,6 @@ def test_kept_preferences_reach_the_file_and_the_recovery(tmp_path: Path) -> Non
         "feature_colors": True,
         "key_preset": "weft",
         "keys": [],
-        "toured": False,
     }
     assert editor.recovery is not None
     assert editor.recovery.every_s == 60.0
