@@ -54,6 +54,7 @@ samples: install
 
 pictures: install
 	PYTHONPATH=. $(BIN)/python docs/make_pictures.py
+	PYTHONPATH=. $(BIN)/python docs/make_guide.py
 
 pages: install
 	PYTHONPATH=. $(BIN)/python docs/make_pages.py

@@ -32,7 +32,8 @@ def with_layer(document: Document, name: Layer, raster: Raster) -> Document:
     if name == "region":
         return document.with_cloth(region=raster)
     if name == "mask" and document.numbers is not None and raster is not document.mask:
-        return document.changed(mask=raster, numbers=only_marked(document.numbers, raster))
+        numbers = only_marked(document.numbers, raster)
+        return document.changed(mask=raster, numbers=numbers, features=document.features if numbers else ())
     return document.changed(**{name: raster})
 
 

@@ -49,7 +49,8 @@ def load_mask_from(editor: Editor, path: Path) -> None:
         mask, numbers = found
         document = with_layer(document, name, mask.resized(*document.size_px))
         if name == "mask" and numbers is not None:
-            document = document.changed(numbers=numbers.resized(*document.size_px, blends=False))
+            numbers = numbers.resized(*document.size_px, blends=False)
+            document = document.changed(numbers=numbers, features=())
         return document
 
     editor.start(f"Load {LAYERS[name]}", steps, apply)

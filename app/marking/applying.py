@@ -34,7 +34,7 @@ def selected(document: Document, name: Layer, found: Bytes, how: Combining, part
     if name != "mask":
         return with_layer(document, name, mask)
     if how == "replace":
-        document = document.changed(numbers=None)
+        document = document.changed(numbers=None, features=())
     document = with_layer(document, name, mask)
     if part is None or how not in ("replace", "add"):
         return document

@@ -9,7 +9,7 @@ import scipy
 
 from app.editor.editor import Editor
 from app.marking.applying import with_number
-from core.arrays import Bools, Points
+from core.arrays import Bools, Bytes, Points, readonly
 from core.document.document import Document, Feature
 from core.grid import Features, Grid
 from core.rasters.components import Labels
@@ -38,6 +38,9 @@ class FeatureList:
         self._grid: Grid | None = None
         self._rows: list[Listed] = []
         self._seen: tuple[object, object] | None = None
+        self._colors: dict[int, int] = {}
+        self._tints: tuple[Features, Bytes] | None = None
+        self._owners: tuple[frozenset[int], Bytes] | None = None
         self._outlines: dict[int, list[Points]] = {}
         self._outlined: tuple[object, ...] = ()
         """What the outlines belong to."""
@@ -56,6 +59,36 @@ class FeatureList:
             self._rows = _listed(document, found, grid)
         return self._rows
 
+    def owners(self, document: Document, grid: Grid, count: int) -> Bytes:
+        """Return which of `count` colours, from 1, is that of each node (R, C); one more where shape is not kept.
+
+        Nodes beside a feature have its colour, too: its edge runs between nodes. All others have 0.
+        """
+        found = self.nodes(document, grid)
+        if self._tints is None or self._tints[0] is not found:
+            self._tints = found, self._tinted(found, count)
+            self._owners = None
+        if self._owners is None or self._owners[0] != document.given_up:
+            own = self._tints[1].copy()
+            own[np.isin(found.labels, list(document.given_up))] = count + 1
+            wider = cv2.dilate(own, np.ones((5, 5), np.uint8))
+            self._owners = document.given_up, readonly(np.where(own > 0, own, wider).astype(np.uint8))
+        return self._owners[1]
+
+    def _tinted(self, found: Features, count: int) -> Bytes:
+        """Return colours of nodes (R, C): a feature keeps what most of it had, whatever is painted elsewhere."""
+        before = np.zeros(found.labels.shape, np.uint8) if self._tints is None else self._tints[1]
+        if before.shape != found.labels.shape:
+            before = np.zeros(found.labels.shape, np.uint8)
+        self._colors = _colors_of(found, before, count)
+        table = np.zeros(int(found.labels.max(initial=0)) + 1, np.uint8)
+        table[list(self._colors)] = list(self._colors.values())
+        return readonly(table[found.labels])
+
+    def color(self, number: int) -> int:
+        """Return the colour, from 1, that a feature has in the picture."""
+        return self._colors.get(number, 1)
+
     def outline(self, document: Document, grid: Grid, number: int) -> list[Points]:
         """Return lines (n, 2) around a feature, in pixels of the picture."""
         found = self.nodes(document, grid)
@@ -67,6 +100,18 @@ class FeatureList:
             lines, _ = cv2.findContours(area, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
             self._outlines[number] = [line.reshape(-1, 2).astype(float) for line in lines]
         return self._outlines[number]
+
+
+def _colors_of(found: Features, before: Bytes, count: int) -> dict[int, int]:
+    """Return a colour, 1 to `count`, of each feature by number: the largest first keep what `before` has there."""
+    sizes = np.bincount(found.labels.ravel())
+    colors: dict[int, int] = {}
+    for number in sorted(found.ids.tolist(), key=lambda n: -int(sizes[n])):
+        had = np.bincount(before[found.labels == number], minlength=count + 1)
+        had[[0, *colors.values()]] = 0
+        free = [color for color in range(1, count + 1) if color not in colors.values()]
+        colors[number] = int(np.argmax(had)) if had.any() else free[0] if free else number % count + 1
+    return colors
 
 
 _lists: WeakKeyDictionary[Editor, FeatureList] = WeakKeyDictionary()

@@ -5,7 +5,7 @@ from imgui_bundle import ImVec2, imgui
 from app.actions.selecting import REFINED, set_selecting
 from app.actions.table import ActionTable
 from app.editor.editor import Editor
-from app.marking.feature_list import Listed, merge, remove, rows_of
+from app.marking.feature_list import Listed, feature_list, merge, remove, rows_of
 from app.ui.picture_texture import PictureTexture
 from app.ui.widgets import theme
 from app.ui.widgets.action_buttons import action_buttons
@@ -76,7 +76,10 @@ class FeaturesPanel:
             self._naming, self._focuses = row.id, True
         tip("Double-click to name it; with Shift, choose several")
         end = imgui.get_cursor_screen_pos()
-        sheet, code = imgui.get_window_draw_list(), theme.feature_code(row.id, kept=row.kept)
+        sheet, code = (
+            imgui.get_window_draw_list(),
+            theme.feature_code(feature_list(editor).color(row.id), kept=row.kept),
+        )
         sheet.add_rect_filled(top, ImVec2(top.x + em(0.35), top.y + em(ROW_EM)), color(code), em(0.15))
         self._draw_picture(sheet, ImVec2(top.x + em(0.6), top.y), row.box)
         left, middle = top.x + em(PICTURE_EM + 1.0), top.y + (em(ROW_EM) - imgui.get_frame_height()) / 2

@@ -263,7 +263,8 @@ class Document:
     @property
     def given_up(self) -> frozenset[int]:
         """Numbers of the features that are not to keep their shape."""
-        return frozenset(feature.number for feature in self.features if not feature.kept)
+        said = self.features if self.numbers is not None else ()
+        return frozenset(feature.number for feature in said if not feature.kept)
 
     @property
     def result_px(self) -> tuple[int, int]:

@@ -8,6 +8,7 @@ from app.editor.painting import Side, side_at
 from app.marking.applying import combining, select, select_later
 from app.model.events import Event, Key, Move, Press
 from app.model.gestures import Gesture
+from app.model.shapes import Polyline, Shape
 from app.tools.points.grips import drag_from
 from app.tools.select.outlined import WAYS, closes, selecting
 from app.tools.select.places import picture_places, screen_places
@@ -100,6 +101,12 @@ def _place(editor: Editor, side: Side, pos: tuple[float, float]) -> Points:
     return np.asarray(picture_places(editor, side, np.array([pos]))[0])
 
 
+def _open_line(editor: Editor) -> list[Shape]:
+    """Draw the line so far; it is closed along edges, too."""
+    line = editor.session.selection
+    return [] if line is None or len(line) < 2 else [Polyline(line, "rubber-band")]
+
+
 OBJECT = selecting(
     "object",
     "Select an object",
@@ -115,4 +122,5 @@ CLING = selecting(
     "a",
     f"Click along an edge: the outline clings to it · Enter or the first click closes · {WAYS}",
     cling,
+    overlay=_open_line,
 )

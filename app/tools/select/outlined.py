@@ -10,6 +10,7 @@ from app.editor.tool import Tool
 from app.marking.applying import combining, select
 from app.model.events import Event, Finish, Key, Modifiers, Move, Position, Press
 from app.model.gestures import Gesture
+from app.model.shapes import Shape
 from app.tools.points.grips import REACH_PX, drag_from
 from app.tools.select.places import GROUP, densely, outline_shapes, picture_places
 from core.arrays import Points
@@ -97,8 +98,17 @@ def closes(event: Event, corners: list[Position]) -> bool:
     return isinstance(event, Finish) or (isinstance(event, Key) and event.name == "enter")
 
 
-def selecting(name: str, label: str, icon: str, key: str, hint: str, press: Callable[..., Gesture | None]) -> Tool:
-    """Return a tool that selects."""
+def selecting(
+    name: str,
+    label: str,
+    icon: str,
+    key: str,
+    hint: str,
+    press: Callable[..., Gesture | None],
+    *,
+    overlay: Callable[[Editor], list[Shape]] = outline_shapes,
+) -> Tool:
+    """Return a tool that selects; `overlay` draws what it draws."""
     return Tool(
         name=name,
         label=label,
@@ -110,7 +120,7 @@ def selecting(name: str, label: str, icon: str, key: str, hint: str, press: Call
         cursor="cross",
         marks=True,
         group=GROUP,
-        overlay=outline_shapes,
+        overlay=overlay,
     )
 
 

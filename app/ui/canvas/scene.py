@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
-import cv2
 import numpy as np
 
 from app.actions.overlay import PHOTO_TOOLS
@@ -16,10 +15,9 @@ from app.render.scene import Marks, Palette, Scene
 from app.render.sources.dressing import Dressing
 from app.state.preferences import Preferences
 from app.ui.widgets import theme
-from core.arrays import Bools, Bytes, Points, readonly
+from core.arrays import Bools, Bytes, Points
 from core.document.overlay import is_changed, layers_under, pattern_of, placement_of
 from core.document.retexture import moves
-from core.grid import Features
 from core.rasters.raster import Raster
 
 
@@ -159,18 +157,7 @@ def warp_palette(preferences: Preferences) -> Palette:
 
 def feature_owners(editor: Editor) -> Bytes:
     """Return the number of the colour of each node (R, C), the same object while no feature changes."""
-    document = editor.document
-    return _owners(feature_list(editor).nodes(document, editor.map.grid), document.given_up)
-
-
-@lru_cache(maxsize=4)
-def _owners(found: Features, given_up: frozenset[int]) -> Bytes:
-    """Return colours by feature; beside features those of the nearest, for their edges run between nodes."""
-    count = len(theme.FEATURES)
-    own = np.where(found.labels > 0, found.labels % count + 1, 0).astype(np.uint8)
-    own[np.isin(found.labels, list(given_up))] = count + 1
-    wider = cv2.dilate(own, np.ones((5, 5), np.uint8))
-    return readonly(np.where(own > 0, own, wider).astype(np.uint8))
+    return feature_list(editor).owners(editor.document, editor.map.grid, len(theme.FEATURES))
 
 
 def _retexture_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:

@@ -43,12 +43,12 @@ FEATURES = (
     *(0xF53B57, 0x3BA7F5, 0x59C94B, 0xF5A623, 0xA86BF0, 0x21C6B5),
     *(0xF06BB8, 0xC9C12B, 0x5A78F0, 0xF0763B, 0x2FB7D6, 0x9ED13B),
 )
-"""Over features, by their numbers."""
+"""Over features."""
 
 
-def feature_code(number: int, *, kept: bool = True) -> int:
-    """Return the colour of a feature, 0xRRGGBB, by the number that the map calls it."""
-    return FEATURES[number % len(FEATURES)] if kept else GIVEN_UP
+def feature_code(color: int, *, kept: bool = True) -> int:
+    """Return a colour of features, 0xRRGGBB, by its number from 1."""
+    return FEATURES[color - 1] if kept else GIVEN_UP
 
 
 def color(code: int, alpha: float = 1.0) -> int:

@@ -1,0 +1,76 @@
+import numpy as np
+
+from app.editor.painting import with_layer
+from app.marking.feature_list import feature_list, merge, remove, rows_of, split
+from core.arrays import Bytes
+from core.document.document import Feature
+from core.rasters.raster import Raster
+from tests.app.driver import EditorDriver, document
+
+
+def bars(*sides: tuple[int, int]) -> Raster:
+    mask = np.zeros((150, 200), np.uint8)
+    for left, right in sides:
+        mask[50:110, left:right] = 255
+    return Raster.from_array(mask)
+
+
+def owners(drive: EditorDriver) -> Bytes:
+    return feature_list(drive.editor).owners(drive.document, drive.editor.map.grid, 12)
+
+
+def color_at(drive: EditorDriver, x: float, y: float) -> int:
+    grid = drive.editor.map.grid
+    return int(owners(drive)[round((y + 0.5) / grid.cell[1]), round((x + 0.5) / grid.cell[0])])
+
+
+def test_a_feature_keeps_its_colour_whatever_is_painted_elsewhere() -> None:
+    drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180))))
+    before = color_at(drive, 95, 80), color_at(drive, 165, 80)
+    assert len({*before, 0}) == 3
+    assert color_at(drive, 20, 80) == 0
+    drive.editor.edit("One more", drive.document.changed(mask=bars((10, 40), (80, 110), (150, 180))))
+    drive.frame()
+    assert (color_at(drive, 95, 80), color_at(drive, 165, 80)) == before
+    assert color_at(drive, 25, 80) not in (0, *before)
+    assert owners(drive) is owners(drive)
+
+
+def test_what_is_given_up_has_a_colour_of_its_own() -> None:
+    drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180))))
+    merge(drive.editor, "Give up feature", frozenset({2}), kept=False)
+    drive.frame()
+    assert drive.document.given_up == {1}
+    assert color_at(drive, 165, 80) == 13
+    assert [row.kept for row in rows_of(drive.editor)] == [False, True]
+
+
+def test_what_is_said_of_features_goes_with_their_numbers() -> None:
+    drive = EditorDriver(document().changed(mask=bars((20, 60), (120, 160))))
+    merge(drive.editor, "Give up feature", frozenset({1}), kept=False)
+    drive.editor.edit("Empty", with_layer(drive.document, "mask", Raster.filled(200, 150)))
+    assert drive.document.features == ()
+    stale = drive.document.changed(features=(Feature(1, kept=False),), mask=bars((20, 60)))
+    assert stale.given_up == frozenset()
+    drive.editor.edit("Paint", stale)
+    drive.frame()
+    assert drive.editor.map.features is not None
+    assert len(drive.editor.map.features) == 1
+
+
+def test_a_number_that_is_free_again_brings_nothing_back() -> None:
+    drive = EditorDriver(document().changed(mask=bars((20, 60), (120, 160))))
+    merge(drive.editor, "Name feature", frozenset({1}), name="Left", kept=False)
+    drive.editor.edit("Clear", drive.document.changed(mask=bars((120, 160)), numbers=None))
+    assert split(drive.editor, np.array([[140.0, 30.0], [140.0, 130.0]])) == 1
+    assert [row.name for row in rows_of(drive.editor)] == ["Feature 2", "Area 1"]
+    assert all(row.kept for row in rows_of(drive.editor))
+
+
+def test_removing_a_feature_is_undone_with_its_name() -> None:
+    drive = EditorDriver(document().changed(mask=bars((20, 60), (120, 160))))
+    merge(drive.editor, "Name feature", frozenset({2}), name="Right")
+    kept = drive.document
+    remove(drive.editor, frozenset({1}))
+    assert [row.name for row in rows_of(drive.editor)] == ["Area 1"]
+    assert drive.undo().document is kept
