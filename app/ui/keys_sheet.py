@@ -68,6 +68,7 @@ class KeysSheet:
         self._take_key()
         count = max(int(room / em(COLUMN_EM)), 1)
         imgui.begin_child("##list", ImVec2(room, within_height(HEIGHT_EM, AROUND_EM)))
+        room = imgui.get_content_region_avail().x  # beside the scrollbar
         if imgui.begin_table("keys", count, 0, ImVec2(min(em(COLUMN_EM) * count, room), 0)):
             for column in balanced(self._groups(), count):
                 imgui.table_next_column()

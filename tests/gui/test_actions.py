@@ -26,6 +26,9 @@ ASKING = {
     "mask.load": "Load mask",
     "mask.save": "Save mask",
     "warp.export": "Export warp: ST map (.exr) or mesh (.obj)",
+    "help.tour.warp": "Save changes?",
+    "help.tour.retexture": "Save changes?",
+    "help.tour.overlay": "Save changes?",
 }
 OPEN = int(imgui.PopupFlags_.any_popup_id) | int(imgui.PopupFlags_.any_popup_level)
 
