@@ -26,6 +26,7 @@ from core.mapping.result import Warped
 from core.masks.mask_files import marks_of
 from core.notices import notice
 from core.rasters.raster import Raster
+from core.selection.importance import importance, propose
 from core.warps.presets import PRESETS
 
 
@@ -68,6 +69,12 @@ def _add_mapping_options(group: argparse._ArgumentGroup) -> None:
         type=Path,
         metavar="MASK",
         help="a picture of the same size; over 127 is a feature, or each of a few labels",
+    )
+    group.add_argument(
+        "--propose",
+        type=float,
+        metavar="PERCENT",
+        help="without a mask: keep what stands out of its ground, about so much of the picture",
     )
     group.add_argument("--keep", choices=("similarity", "rigid", "none"), default="similarity")
     group.add_argument("--method", choices=("exact", "per-quad"), default="exact")
@@ -164,6 +171,11 @@ def document_from(arguments: argparse.Namespace) -> Document:
         cell_px=arguments.cell,
     )
     document = replace(document, warp=settings)
+    if arguments.propose is not None:
+        if arguments.mask is not None or not 0 <= arguments.propose <= 100:
+            raise InputError("--propose: from 0 to 100, and not with --mask")
+        mask = propose(run_shown(importance(image)), arguments.propose / 100, image.size_px)
+        document = replace(document, mask=Raster.from_array(mask))
     if arguments.mask is not None:
         document = _with_mask(document, arguments.mask)
     return document if arguments.handles is None else with_handles(document, arguments.handles)

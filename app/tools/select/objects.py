@@ -14,9 +14,10 @@ from app.tools.select.outlined import WAYS, closes, selecting
 from app.tools.select.places import picture_places, screen_places
 from core.arrays import Bytes, Points
 from core.curves.edge_tracing import Scissors
-from core.masks.object_masks import object_under, object_within
+from core.masks.object_masks import object_under
 from core.progress import Job
 from core.selection.combining import Combining
+from core.selection.objects import object_in_box
 from core.selection.shapes import fill_polygon, rectangle_outline
 from core.selection.sources import has_transparency, opaque_under
 
@@ -43,12 +44,7 @@ def _in_box(editor: Editor, corners: Points, how: Combining) -> None:
     """Look for the object in the box with opposite `corners` (2, 2), in pixels of the picture."""
     image, (low, high) = editor.document.image, (corners.min(axis=0), corners.max(axis=0))
 
-    def find() -> Job[Bytes]:
-        if has_transparency(image):
-            return opaque_under(image, fill_polygon(image.size_px, rectangle_outline(low, high)))
-        return (yield from object_within(image, low, high))
-
-    select_later(editor, "object", how, find)
+    select_later(editor, "object", how, lambda: object_in_box(image, low, high))
 
 
 def _under_stroke(editor: Editor, path: Points, how: Combining) -> None:

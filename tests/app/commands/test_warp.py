@@ -220,6 +220,22 @@ def test_each_label_is_a_feature_and_what_touches_stays_two(folder: Path, capsys
     assert report["folds"]["warped"] == 0
 
 
+def test_what_stands_out_is_kept_where_that_is_asked_for(folder: Path) -> None:
+    pixels = np.full((HEIGHT, WIDTH, 3), 60, np.uint8)
+    pixels[disc() > 0] = (220, 150, 60)
+    save(Image(pixels), "disc.png")
+    words = ("disc.png", "-o", "out.png", "--size", "48x64", "--report", "r.json")
+    assert weft(*words, "--propose", "15") == 0
+    report = json.loads(Path("r.json").read_text())
+    assert len(report["features"]) == 1
+    assert report["features"][0]["residual"] < 1e-6
+
+
+def test_a_proposal_beside_a_mask_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "--propose" in refused(capsys, "photo.png", "--mask", "mask.png", "--propose", "20")
+    assert "--propose" in refused(capsys, "photo.png", "--propose", "120")
+
+
 @pytest.mark.parametrize("size", [(1, 1), (1, 5000), (5000, 1)])
 def test_thin_pictures_are_warped(folder: Path, size: tuple[int, int]) -> None:
     save(Image(photograph(*size)), "thin.png")
