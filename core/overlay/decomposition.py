@@ -23,6 +23,7 @@ from core.overlay.gauge import gauge_of
 from core.overlay.mesh import Mesh
 from core.overlay.pixels.fold_light import fold_light
 from core.overlay.pixels.layers import add_rest, explained, other_things, painted
+from core.overlay.pixels.matting import carried_past_border, matte_of
 from core.overlay.pixels.recovery import recovered
 from core.overlay.pixels.refinement import refined
 from core.overlay.pixels.sewing import sewn
@@ -31,7 +32,6 @@ from core.overlay.registration.cloth import Cloth, Fit
 from core.overlay.registration.evidence import weigh
 from core.overlay.registration.fitting import fit
 from core.overlay.registration.phase import in_phase
-from core.overlay.registration.region import feathered
 from core.overlay.registration.vertices import whole_lattice
 from core.overlay.texel import Texel, drawn, estimate_texel
 from core.progress import Job, Progress, part
@@ -64,7 +64,7 @@ class Decomposition:
     reconstruction: Singles
     """(H, W, 3), Wp T(Wg), 0 outside."""
     coverage: Singles
-    """(H, W), 1 on cloth that the model explains, falling to 0 over the last pixel before its border."""
+    """(H, W), the share of cloth in each pixel: 1 on cloth that the model explains, soft at its border."""
     lattice: Lattice
     """Its scores are the confidence of the quad to the lower right of each vertex, 0 to 1."""
     basis: Floats
@@ -181,6 +181,8 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     gauge = gauge_of(shading, texel.pixels)
     # The texel is rounded as its file is, so that the parts that are written recombine.
     texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)
+    outline = np.asarray(np.isfinite(shading), np.bool_)
+    uv, shading = carried_past_border(uv, shading, valid & ~off)
     inside, light = np.isfinite(shading), (shading * np.float32(gauge))[..., None]
     modelled = texture_at(texel, uv)
     modelled *= np.nan_to_num(light)
@@ -200,7 +202,7 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
         shading=light[..., 0] if light.shape[-1] == 1 else light,
         detail=difference(photo, modelled, inside),
         reconstruction=modelled,
-        coverage=feathered(inside),
+        coverage=matte_of(photo, modelled, outline, inside),
         lattice=replace(lattice, frames=frames),
         basis=cloth.basis * scale,
     )

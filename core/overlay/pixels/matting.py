@@ -1,0 +1,71 @@
+"""The cloth's border as a matte: what share of a pixel there is cloth, and the layers as far as any of it is.
+
+A pixel of the border shows I = α F + (1 - α) B, with F = ρ T(uv) the model, carried on past the border, and B the mean
+of the surroundings nearby. With a noise of variance σ² in each of three channels, and α known beforehand to be about
+a0 ± `DOUBT` from the outline alone, the likeliest share is
+
+    α = ((I - B) · (F - B) / σ² + a0 / DOUBT²) / (|F - B|² / σ² + 1 / DOUBT²).
+
+A new texture F' in place of F gives I + α (F' - F): neither a rim of the old one nor a halo is left.
+"""
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats, Singles
+from core.overlay.composition import finite, steepness
+from core.overlay.distances import distance, nearest_of
+
+BAND_PX = 2
+"""Widest that a border is soft, to either side of the outline."""
+AROUND_PX = 4.0
+"""Width of the neighbourhood whose colours are those of the surroundings."""
+DOUBT = 0.25
+"""How far the share of cloth in a pixel is from what the outline alone tells."""
+LEAST_SEEN = 0.01
+"""Least share of the neighbourhood that is surroundings."""
+LEAST_NOISE = 0.01
+"""Least standard deviation of the noise of a channel."""
+
+
+def carried_past_border(uv: Singles, shading: Singles, allowed: Bools) -> tuple[Singles, Singles]:
+    """Return coordinates (H, W, 2) and shading (H, W) carried `BAND_PX` on, in straight lines, where it is `allowed`.
+
+    NaN elsewhere outside.
+    """
+    inside = finite(uv)
+    if inside.all() or not inside.any():
+        return uv, shading
+    away, nearest = nearest_of(inside)
+    rows, columns = np.nonzero((away > 0) & (away <= BAND_PX) & allowed)
+    there = np.divmod(nearest[rows, columns], uv.shape[1])
+    out, light = uv.copy(), shading.copy()
+    down, across = (steepness(uv.astype(np.float64), axis)[there] for axis in (0, 1))
+    moved = down * (rows - there[0])[:, None] + across * (columns - there[1])[:, None]
+    out[rows, columns], light[rows, columns] = uv[there] + moved, shading[there]
+    return out, light
+
+
+def matte_of(photo: Floats, modelled: Singles, inside: Bools, carried: Bools) -> Singles:
+    """Return the share of cloth (H, W) in each pixel: 1 inside, 0 outside what is `carried`, soft in a band between.
+
+    `photo` and the model `modelled`, as far as it is `carried` (H, W), are (H, W, 3); `inside` (H, W) is the outline.
+    """
+    share = inside.astype(np.float32)
+    depth = distance(~inside) - distance(inside)
+    around = np.asarray(depth < -BAND_PX, np.float32)
+    mass = cv2.GaussianBlur(around, (0, 0), AROUND_PX)
+    near = carried & (np.abs(depth) <= BAND_PX) & (mass > LEAST_SEEN)
+    if not near.any():
+        return share
+    ground = cv2.GaussianBlur(photo.astype(np.float32) * around[..., None], (0, 0), AROUND_PX)[near]
+    ground /= mass[near][:, None]
+    core = inside & ~near
+    errors = np.abs(photo[core] - modelled[core]) if core.any() else np.zeros(1)
+    variance = max(1.4826 * float(np.median(errors)), LEAST_NOISE) ** 2
+    # The outline runs half a pixel from the first pixels to its sides.
+    known = np.clip(0.5 + (depth[near] - 0.5 * np.sign(depth[near])) / BAND_PX, 0, 1)
+    cloth = modelled[near] - ground
+    seen = ((photo[near] - ground) * cloth).sum(-1) / variance + known / DOUBT**2
+    share[near] = np.clip(seen / ((cloth**2).sum(-1) / variance + 1 / DOUBT**2), 0, 1)
+    return share

@@ -1,0 +1,66 @@
+"""The border of the cloth: what share of a pixel is cloth, so that a new texture leaves no rim of the old one."""
+
+import cv2
+import numpy as np
+import pytest
+
+from core.arrays import Floats, Singles
+from core.overlay.pixels.matting import BAND_PX, carried_past_border, matte_of
+from tests.core.overlay.overlay_scenes import make_scene, motif
+
+TEXEL = motif()
+SCENE = make_scene(TEXEL, noise=0.005)
+MODEL = (SCENE.shading[..., None] * TEXEL(SCENE.uv)).astype(np.float32)
+GROUND = np.array([0.15, 0.6, 0.2])
+
+
+def soft_disc(radius_px: float, width_px: float) -> Floats:
+    """Return the share of cloth (H, W) of a disc whose border is so wide."""
+    y, x = np.indices(SCENE.shading.shape)
+    return np.asarray(np.clip(0.5 + (radius_px - np.hypot(y - 85, x - 95)) / width_px, 0, 1), np.float64)
+
+
+def on_ground(share: Floats, cloth: Floats | Singles) -> Floats:
+    noise = np.random.default_rng(1).normal(0, 0.005, cloth.shape)
+    return np.asarray(share[..., None] * cloth + (1 - share[..., None]) * GROUND + noise, np.float64)
+
+
+@pytest.mark.parametrize("width_px", [1.0, 3.0])
+def test_share_of_cloth_is_that_which_the_photo_shows(width_px: float) -> None:
+    share = soft_disc(60, width_px)
+    outline = share > 0.5
+    matte = matte_of(on_ground(share, MODEL), MODEL, outline, np.ones_like(outline))
+    band = (share > 0) & (share < 1)
+    assert np.abs(matte - share)[band].mean() < 0.08
+    assert (matte[share == 1] > 0.9).all()
+    assert (matte[soft_disc(60 + 2 * BAND_PX, 1) == 0] == 0).all()
+
+
+def test_new_texture_leaves_neither_a_rim_of_the_old_one_nor_a_halo() -> None:
+    share, new = soft_disc(60, 3.0), np.full(MODEL.shape, 0.9)
+    photo, wanted = on_ground(share, MODEL), on_ground(share, new)
+    outline = share > 0.5
+    matte = matte_of(photo, MODEL, outline, np.ones_like(outline))[..., None]
+    rim = (share > 0) & (share < 1)
+    laid, sharp = photo + matte * (new - MODEL), photo + outline[..., None] * (new - MODEL)
+    assert np.abs(laid - wanted)[rim].mean() < 0.05
+    assert np.abs(laid - wanted)[rim].mean() < 0.4 * np.abs(sharp - wanted)[rim].mean()
+
+
+def test_at_the_border_of_the_picture_cloth_is_whole() -> None:
+    whole = np.ones(SCENE.shading.shape, bool)
+    assert (matte_of(SCENE.photo, MODEL, whole, whole) == 1).all()
+
+
+def test_layers_go_on_past_the_border_in_straight_lines_where_they_may() -> None:
+    inside = soft_disc(60, 1.0) > 0.5
+    allowed = np.ones_like(inside)
+    allowed[:, 95:] = False
+    uv = np.where(inside[..., None], SCENE.uv, np.nan).astype(np.float32)
+    shading = np.where(inside, SCENE.shading, np.nan).astype(np.float32)
+    wider, light = carried_past_border(uv, shading, allowed)
+    near = cv2.dilate(inside.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & ~inside & allowed
+    assert np.isfinite(light[near]).all()
+    assert np.abs(wider - SCENE.uv)[near].max() < 0.02
+    np.testing.assert_array_equal(np.isfinite(light) & ~inside & ~allowed, False)
+    np.testing.assert_array_equal(wider[inside], uv[inside])
