@@ -8,18 +8,20 @@ from app.actions import Action
 from app.editor.editor import Editor
 from app.files import filing
 from app.model.requests import PICTURES, OpenFile
-from app.model.session import Shown
+from app.model.session import PaintedOnCloth, Shown
 from core.document.document import Document
+from core.document.overlay import found
 from core.document.overlay_settings import Search
 from core.document.parts import Part, picture_of
 from core.files.text import legible
 from core.imaging.images import Image, load, save
 from core.masks.object_masks import as_bytes, whole_object
-from core.progress import Job, Progress
+from core.progress import Job, Progress, part
 from core.rasters.raster import Raster
 
 PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
 """Tools that work on the photo, and so show it in place of the result."""
+NO_BETTER = "In the whole cloth less of the pattern was found than there is: it stays as it is"
 PART_FILES = ("png", "tif", "tiff", "exr")
 
 
@@ -55,20 +57,26 @@ def find(editor: Editor) -> None:
 
 
 def take_whole(editor: Editor) -> None:
-    """Make all of the cloth on which the pattern was found the region, and find the pattern in that."""
+    """Make all of the cloth on which the pattern was found the region, where what is found there explains no less."""
     editor.finish()
-    layers, search, image = editor.overlay.layers, editor.document.cloth.search, editor.document.image
+    layers, start = editor.overlay.layers, editor.document
+    search = start.cloth.search
     assert layers is not None
     assert search is not None
-    known = layers.covered
 
-    def steps() -> Job[Raster]:
-        return Raster.from_array(as_bytes((yield from whole_object(image, known))))
+    def steps() -> Job[Search | None]:
+        whole = yield from part(whole_object(start.image, layers.covered), 0.0, 0.1)
+        wider = replace(search, region=Raster.from_array(as_bytes(whole)))
+        found_there = yield from part(found(start.with_cloth(search=wider)), 0.1, 1.0)
+        return wider if found_there.explained >= layers.explained else None
 
-    def apply(document: Document, region: Raster) -> Document | None:
-        cloth = document.cloth
-        is_same = document.image is image and cloth.search is search
-        return document.with_cloth(region=region, search=replace(search, region=region)) if is_same else None
+    def apply(document: Document, wider: Search | None) -> Document | None:
+        if document.image is not start.image or document.cloth.search is not search:
+            return None
+        if wider is None:
+            editor.notify(NO_BETTER)
+            return None
+        return document.with_cloth(region=wider.region, search=wider)
 
     editor.start("Whole cloth", steps, apply)
 
@@ -114,6 +122,17 @@ def open_or_lay(editor: Editor, path: Path) -> None:
 def old_pattern(editor: Editor) -> None:
     """Take the new texture off."""
     editor.edit("Old pattern", editor.document.with_cloth(texture=None, texture_name=""))
+
+
+def paint(editor: Editor, name: PaintedOnCloth) -> None:
+    """Take the brush for the region of cloth, or for what on it stays as it is."""
+    editor.show(painted_on_cloth=name)
+    editor.choose_tool("brush")
+
+
+def clear_protected(editor: Editor) -> None:
+    """Protect nothing."""
+    editor.edit("Clear protection", editor.document.with_cloth(protected=None))
 
 
 def clear_region(editor: Editor) -> None:
@@ -173,6 +192,20 @@ def _show(number: int, shown: Shown, label: str, icon: str, tooltip: str) -> Act
         tooltip,
         enabled=in_mode if shown in ("result", "photo") else has_layers,
         checked=lambda editor: seen(editor) == shown,
+    )
+
+
+def _paint(name: PaintedOnCloth, label: str, icon: str, tooltip: str) -> Action:
+    return Action(
+        f"overlay.paint_{name}",
+        f"Paint {label}",
+        "Overlay",
+        lambda editor: paint(editor, name),
+        icon=icon,
+        tooltip=tooltip,
+        enabled=in_mode,
+        checked=lambda editor: editor.session.tool == "brush" and editor.session.painted_on_cloth == name,
+        separated=name == "region",
     )
 
 
@@ -248,6 +281,17 @@ OVERLAY = (
         icon="rotate-left",
         tooltip="Take the new texture off",
         enabled=lambda editor: in_mode(editor) and editor.document.cloth.texture is not None,
+    ),
+    _paint("region", "region", "draw-polygon", "Paint where the cloth is: the texture is laid there, and nowhere else"),
+    _paint("protected", "protection", "shield-halved", "Paint what stays as it is: buttons, a label, a collar"),
+    Action(
+        "overlay.clear_protected",
+        "Clear protection",
+        "Overlay",
+        clear_protected,
+        icon="eraser",
+        tooltip="Protect nothing",
+        enabled=lambda editor: in_mode(editor) and editor.document.cloth.protected is not None,
     ),
     Action(
         "overlay.clear_region",

@@ -1,11 +1,13 @@
 """Lay a new texture into the cloth of a decomposed photo."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from core.arrays import InputError
 from core.files.atomic import check_outputs
-from core.imaging.images import check_writable_format, load, save
+from core.imaging import color
+from core.imaging.images import check_writable_format, load, load_mask, save
 from core.overlay.composition import Placement
 from core.overlay.folder import PARTS, read
 from core.overlay.laying import overlaid, texture_colours
@@ -29,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="what decompose wrote")
     parser.add_argument("--texture", type=Path, required=True, metavar="NEW", help="the picture to lay on")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="the result")
+    parser.add_argument("--protect", type=Path, metavar="MASK", help="what stays as it is: grey levels are opacity")
     parser.add_argument("--detail", type=float, default=1.0, metavar="A", help="share of the fine detail (default: 1)")
     parser.add_argument("--shading", type=float, default=1.0, metavar="S", help="contrast of the shading (default: 1)")
     parser.add_argument("--repeat", type=pair, default=(1.0, 1.0), metavar="U,V", help="copies a texel (default: 1,1)")
@@ -55,6 +58,9 @@ def run(arguments: argparse.Namespace) -> None:
         tile=not arguments.once,
         upright=arguments.upright,
     )
+    if arguments.protect is not None:
+        kept = color.unit(load_mask(arguments.protect, parts.source.size_px))
+        parts = replace(parts, coverage=parts.coverage * (1 - kept))
     parts = parts.under(texture, placement)
     result = overlaid(parts, texture, placement, alpha=arguments.detail, strength=arguments.shading)
     save(result, arguments.output)

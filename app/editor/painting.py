@@ -9,28 +9,37 @@ from core.mesh import Mesh
 from core.rasters.raster import Raster
 from core.selection.features import only_marked
 
-Layer: TypeAlias = Literal["mask", "matte", "source_mask", "region"]
+Layer: TypeAlias = Literal["mask", "matte", "source_mask", "region", "protected"]
 Side: TypeAlias = Literal["before", "result"]
-LAYERS: dict[Layer, str] = {"mask": "mask", "matte": "matte", "source_mask": "source mask", "region": "region"}
+LAYERS: dict[Layer, str] = {
+    "mask": "mask",
+    "matte": "matte",
+    "source_mask": "source mask",
+    "region": "region",
+    "protected": "protection",
+}
 """What the brush can paint, by its part of the document."""
+OF_CLOTH = ("region", "protected")
+"""Those that Overlay mode paints."""
 
 
 def painted(editor: Editor) -> Layer:
     """Return which raster of the document the brush paints."""
-    mode = editor.session.mode
-    return editor.session.painted if mode == "retexture" else "region" if mode == "overlay" else "mask"
+    session = editor.session
+    by_mode: dict[str, Layer] = {"retexture": session.painted, "overlay": session.painted_on_cloth}
+    return by_mode.get(session.mode, "mask")
 
 
 def layer(document: Document, name: Layer) -> Raster:
     """Return a raster of the document; an empty one where it has none yet."""
-    raster: Raster | None = getattr(document.cloth if name == "region" else document, name)
+    raster: Raster | None = getattr(document.cloth if name in OF_CLOTH else document, name)
     return raster or Raster.filled(*document.size_px)
 
 
 def with_layer(document: Document, name: Layer, raster: Raster) -> Document:
     """Return the document with a raster exchanged; features' numbers go where the mask goes."""
-    if name == "region":
-        return document.with_cloth(region=raster)
+    if name in OF_CLOTH:
+        return document.with_cloth(**{name: raster})
     if name == "mask" and document.numbers is not None and raster is not document.mask:
         numbers = only_marked(document.numbers, raster)
         return document.changed(mask=raster, numbers=numbers, features=document.features if numbers else ())

@@ -20,6 +20,9 @@ Shown: TypeAlias = Literal["result", "photo", "pattern", "mesh", "shading", "det
 Painted: TypeAlias = Literal["matte", "source_mask"]
 """What the brush paints in Retexture mode: where the result may differ, or where texture is taken from."""
 
+PaintedOnCloth: TypeAlias = Literal["region", "protected"]
+"""What the brush paints in Overlay mode: where cloth is, or what on it stays as it is."""
+
 
 Part: TypeAlias = Literal["joined", "new", "chosen"]
 """Which feature what is painted next is of: one with what it touches, a new one, or the one that is chosen."""
@@ -133,6 +136,7 @@ class Session:
     auto_retexture: bool = True
     """Whether texture is regrown as soon as the artist lets go."""
     painted: Painted = "matte"
+    painted_on_cloth: PaintedOnCloth = "region"
     shown: Shown = "result"
     selected: frozenset[int] = frozenset()
     """Numbers of the selected pins."""

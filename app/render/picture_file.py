@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from app.model.requests import ExportOptions
-from app.render.export import rendering_file
+from app.render.export import rendering, rendering_file
 from core.arrays import Points
 from core.canvas import Canvas, Framing
 from core.document import overlay as document_overlay
@@ -79,6 +79,9 @@ def writing(
     if document.mode == "warp":
         found = yield from part(settled(document), 0.0, 0.3)
         drawing, drawn = warped(document, found, path.name, frame=frame, width_px=width_px, scale=scale, bits=bits), 0.3
+    elif document.mode == "overlay" and (factor := _factor(document, scale, width_px)) > 1:
+        image = yield from part(_enlarged_overlay(document, factor, bits), 0.0, 0.9)
+        drawing, drawn = Drawing.unmoved(image), 0.9
     else:
         made = document_retexture if document.mode == "retexture" else document_overlay
         image = yield from part(made.picture(document, at_depth(document.image, bits)), 0.0, 0.9)
@@ -122,6 +125,25 @@ def drawing_file(drawing: Drawing, place: Path, *, named: Path, quality: int = 9
         scale=drawing.scale,
         quality=quality,
     )
+
+
+def _factor(document: Document, scale: float, width_px: int | None) -> float:
+    """Return pixels of the result for each of the document's picture."""
+    return scale if width_px is None else width_px / document.size_px[0]
+
+
+def _enlarged_overlay(document: Document, factor: float, bits: Bits | None) -> Job[Image]:
+    """Return the picture at a larger size: the photo is filtered, and the texture sampled at that size."""
+    nodes = Grid(*document.size_px).nodes
+    photo, size = at_depth(document.image, bits), _scaled(document.size_px, factor)
+    if document_overlay.is_changed(document.cloth):
+        layers = yield from part(document_overlay.found(document), 0.0, 0.6)
+        photo = yield from part(rendering(photo, nodes, nodes, size=size, scale=factor), 0.6, 0.8)
+        yield Progress(0.8, "laying the texture")
+        photo = document_overlay.laid_on(photo, layers, document.cloth)
+    else:
+        photo = yield from part(rendering(photo, nodes, nodes, size=size, scale=factor), 0.0, 0.9)
+    return photo
 
 
 def _scaled(size_px: tuple[int, int], scale: float) -> tuple[int, int]:

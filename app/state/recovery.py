@@ -91,7 +91,7 @@ class Recovery:
             rescues.prepared(self.folder)
             self._own()
             self._drawer.age(time.time())
-            save_project(document, self._drawer.project())
+            save_project(document, self._drawer.project(), is_whole=False)
             rescues.write_note(self._drawer, name, project, source)
             rescues.write_picture(self._drawer, document)
 

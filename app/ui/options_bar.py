@@ -54,7 +54,15 @@ TOOL_ACTIONS = {
     "pins": ("handles.select_all", "handles.frame", "handles.remove_pins"),
     "outline": ("handles.select_all", "handles.reset_outline"),
     "curves": ("handles.edit_source", "handles.frame", "handles.remove_curves"),
-    "brush in overlay": ("mask.fill", "mask.clear", "mask.invert", "mask.load", "overlay.find"),
+    "brush in overlay": (
+        "overlay.paint_region",
+        "overlay.paint_protected",
+        "mask.fill",
+        "mask.clear",
+        "mask.invert",
+        "mask.load",
+        "overlay.find",
+    ),
     "brush in retexture": (
         "retexture.paint_matte",
         "retexture.paint_source_mask",

@@ -5,8 +5,10 @@ to is kept, layers or a refusal, so that undo, export and the window do not sear
 """
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -21,8 +23,12 @@ from core.overlay.detail.remains import without_old_pattern
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
+from core.overlay.enlarging import EnlargedParts
+from core.overlay.layers_file import detail_of, lattice_of, packed, unpacked
 from core.overlay.laying import Parts, encoded, overlaid, searchable, texture_colours
+from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
+from core.rasters.raster import Raster
 
 KEPT = 2
 """Decompositions that are kept, and refusals."""
@@ -34,6 +40,10 @@ LAYING = 0.95
 """Share of an export's work that finding the pattern takes."""
 UNSOUGHT = "no pattern was found yet that a texture could take the place of: find the pattern first"
 """Why nothing can be laid on the cloth of a document in which no search was begun."""
+_UNCOVERED: "WeakKeyDictionary[Layers, tuple[Raster, Layers]]" = WeakKeyDictionary()
+"""Layers without what was protected last."""
+_PACKED: "WeakKeyDictionary[Layers, dict[str, bytes]]" = WeakKeyDictionary()
+"""Layers as files: those of a project are packed once, however often it is saved."""
 COPIES = 2.5
 """How many copies of a new texture go across the cloth unless the artist says otherwise."""
 
@@ -57,6 +67,8 @@ class Layers:
     basis: Floats
     """(2, 2), pixels of the undeformed cloth a texel."""
     lattice: Lattice
+    explained: float = 0.0
+    """What speaks for it beside another find of the same photo (`Evidence`)."""
 
     @cached_property
     def pattern(self) -> Image:
@@ -139,6 +151,47 @@ def found(document: Document) -> Job[Layers]:
     return outcome
 
 
+def files_of(document: Document) -> dict[str, bytes]:
+    """Return the files in which a project keeps what was found of its photo; none where nothing is known."""
+    layers = known(document)
+    if layers is None:
+        return {}
+    if layers not in _PACKED:
+        frames = layers.lattice.frames
+        arrays = {
+            "uv": layers.uv,
+            "shading": layers.shading,
+            "coverage": layers.coverage,
+            "texel": layers.pattern.pixels,
+            "basis": layers.basis,
+            "keys": layers.lattice.keys,
+            "points": frames.points,
+            "bases": frames.bases,
+            "scores": frames.scores,
+            "explained": np.array(layers.explained),
+        }
+        _PACKED[layers] = packed(arrays)
+    return _PACKED[layers]
+
+
+def take_files(document: Document, read: Callable[[str], bytes]) -> None:
+    """Take what `files_of` returned, given by `read`, for what is found of the document: no search is needed.
+
+    Raises `InputError` where the files are damaged or of another picture.
+    """
+    search = document.cloth.search
+    if search is None:
+        return
+    arrays = unpacked(read, (document.image.height_px, document.image.width_px))
+    uv, shading, coverage = (np.asarray(arrays[name], np.float32) for name in ("uv", "shading", "coverage"))
+    texel, basis = Texel(arrays["texel"].astype(np.float64) / 255), np.asarray(arrays["basis"], np.float64)
+    detail = detail_of(encoded(document.image), uv, shading, texel)
+    bare = without_old_pattern(detail, uv, shading, texel, basis)
+    explained = float(arrays["explained"])
+    layers = Layers(uv, shading, detail, bare, coverage, texel.pixels, basis, lattice_of(arrays), explained)
+    _kept.put(document.image, search, layers)
+
+
 def _decomposed(document: Document, search: Search) -> Job[Decomposition]:
     """Find the layers; a marked texel from which no lattice grows says at least how large a texel is."""
     inside = _marked(search)
@@ -186,6 +239,7 @@ def layers_of(result: Decomposition) -> Layers:
         result.texel.pixels,
         result.basis,
         result.lattice,
+        result.explained,
     )
 
 
@@ -224,8 +278,14 @@ def pattern_of(cloth: Cloth, layers: Layers) -> Image:
 
 
 def layers_under(cloth: Cloth, layers: Layers) -> Layers:
-    """Return the layers that go with what is laid on the cloth."""
-    return layers if cloth.texture is None else layers.bare
+    """Return the layers that go with what is laid on the cloth, without what is protected."""
+    worn = layers if cloth.texture is None else layers.bare
+    if cloth.protected is None or cloth.protected.is_empty:
+        return worn
+    if worn not in _UNCOVERED or _UNCOVERED[worn][0] is not cloth.protected:
+        share = (1 - color.unit(cloth.protected.array)).astype(np.float32)
+        _UNCOVERED[worn] = cloth.protected, replace(worn, coverage=worn.coverage * share)
+    return _UNCOVERED[worn][1]
 
 
 def picture(document: Document, image: Image) -> Job[Image]:
@@ -240,13 +300,14 @@ def picture(document: Document, image: Image) -> Job[Image]:
 
 
 def laid_on(image: Image, layers: Layers, cloth: Cloth) -> Image:
-    """Return `image` with the texture in its folds."""
+    """Return `image`, the photo at its own size or at a larger one, with the texture in its folds."""
     if not is_changed(cloth):
         return image
     worn, laying = layers_under(cloth, layers), cloth.laying
     parts = Parts(image, worn.uv, worn.shading, worn.detail, worn.coverage, worn.basis, worn.texel)
+    is_larger = image.size_px != worn.uv.shape[1::-1]
     return overlaid(
-        parts,
+        EnlargedParts(parts, image) if is_larger else parts,
         texture_colours(pattern_of(cloth, layers)),
         placement_of(layers, cloth.texture, laying),
         alpha=laying.detail,

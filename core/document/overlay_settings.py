@@ -63,6 +63,8 @@ class Cloth:
 
     region: Raster | None = None
     """What is painted now; the next search takes it."""
+    protected: Raster | None = None
+    """The picture's size; how much of the photo stays as it is, though it lies on the cloth: buttons, a label."""
     search: Search | None = None
     """None while no pattern is sought."""
     texture: Image | None = None
@@ -88,4 +90,5 @@ class Cloth:
         search = self.search and replace(
             self.search, region=self.search.region and self.search.region.resized(width_px, height_px)
         )
-        return self.changed(region=region, search=search)
+        protected = self.protected and self.protected.resized(width_px, height_px)
+        return self.changed(region=region, protected=protected, search=search)

@@ -15,6 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from core.arrays import InputError, readonly
+from core.document import overlay as document_overlay
 from core.document.document import Document
 from core.document.plain_data import as_list, decode, encode
 from core.files.atomic import atomic_file
@@ -25,6 +26,7 @@ from core.files.npy_file import read_npy
 from core.imaging.images import Attribute, Image, load, save
 from core.imaging.picture_bounds import TooLargeError
 from core.notices import notice
+from core.overlay.layers_file import FOLDER
 from core.rasters.raster import Raster
 
 VERSION = 1
@@ -34,15 +36,19 @@ _INLINE_NUMBERS = 4096
 _FAST_PNG = (Attribute("png:compressionLevel", "int", 3),)
 
 
-def save_project(document: Document, path: Path) -> None:
-    """Write `document` to `path`, whole or not at all; raise `InputError` if it cannot be written."""
+def save_project(document: Document, path: Path, *, is_whole: bool = True) -> None:
+    """Write `document` to `path`, whole or not at all; raise `InputError` if it cannot be written.
+
+    What was found of a cloth is written with it, unless it `is_whole` not: that is large, and can be found again.
+    """
     with atomic_file(path) as place, zipfile.ZipFile(place, "w", zipfile.ZIP_STORED) as archive:
         parts = _Writer()
         data = {"format": "weft", "version": VERSION, "document": encode(document, parts)}
         text = json.dumps(data, indent=1, ensure_ascii=False)
         # Bytes of a file's name that are not UTF-8 are lone surrogates; \\udc80 is what JSON writes for one, too.
         archive.writestr("weft.json", text.encode("utf-8", "backslashreplace"), zipfile.ZIP_DEFLATED)
-        for name, content in parts.files.items():
+        found = document_overlay.files_of(document) if is_whole else {}
+        for name, content in (parts.files | found).items():
             archive.writestr(name, content)
 
 
@@ -87,10 +93,20 @@ def _document(path: Path, members: Members) -> Document:
         mask = getattr(document, name)
         if mask is not None and (mask.width_px, mask.height_px) != document.size_px:
             raise InputError(f"{path}: damaged project: the {name} has another size than the picture")
-    region = document.cloth.region
-    if region is not None and (region.width_px, region.height_px) != document.size_px:
-        raise InputError(f"{path}: damaged project: the region of cloth has another size than the picture")
+    for name, raster in (("region of cloth", document.cloth.region), ("protection", document.cloth.protected)):
+        if raster is not None and (raster.width_px, raster.height_px) != document.size_px:
+            raise InputError(f"{path}: damaged project: the {name} has another size than the picture")
+    _take_found(path, document, members)
     return document
+
+
+def _take_found(path: Path, document: Document, members: Members) -> None:
+    """Take what was found of the document's cloth, where that was written."""
+    if f"{FOLDER}uv.npy" in members:
+        try:
+            document_overlay.take_files(document, members.read)
+        except InputError as fault:
+            notice(f"{path.name}: what was found of the cloth is damaged, and is looked for anew: {fault}")
 
 
 def _up_to_date(document: Any) -> object:

@@ -1,6 +1,7 @@
 """A decomposed photo as a picture with a new texture, at the photo's own depth."""
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -26,6 +27,17 @@ class Parts:
     texel: Floats
     """(h, w, 3), the old pattern."""
 
+    @property
+    def norm(self) -> Norm:
+        """What placement and light are relative to."""
+        return Norm.of(self.uv, self.shading, self.basis)
+
+    def rows(self, first: int, last: int) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return uv, shading, detail and coverage of the rows from `first` up to `last`."""
+        layers = (self.uv, self.shading, self.detail, self.coverage)
+        uv, shading, detail, coverage = (layer[first:last].astype(np.float64) for layer in layers)
+        return uv, shading, detail, coverage
+
     def under(self, texture: Floats, placement: Placement) -> "Parts":
         """Return the parts that go with a texture: the detail is free of the old pattern unless that is laid again."""
         if placement == Placement() and np.array_equal(texture, self.texel):
@@ -34,19 +46,32 @@ class Parts:
         return replace(self, detail=bare)
 
 
-def overlaid(parts: Parts, texture: Floats, placement: Placement, *, alpha: float, strength: float) -> Image:
+class Layered(Protocol):
+    """What is laid on: a picture, and layers of it by rows."""
+
+    @property
+    def source(self) -> Image:
+        """The photo."""
+
+    @property
+    def norm(self) -> Norm:
+        """What placement and light are relative to."""
+
+    def rows(self, first: int, last: int) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return uv, shading, detail and coverage of the rows from `first` up to `last`."""
+
+
+def overlaid(parts: Layered, texture: Floats, placement: Placement, *, alpha: float, strength: float) -> Image:
     """Return the photo with `texture` (h, w, 3 or 4), encoded, 0 to 1, in its folds: grey where both are."""
-    norm = Norm.of(parts.uv, parts.shading, parts.basis)
+    norm = parts.norm
     photo = parts.source if is_grey(texture) else coloured(parts.source)
     out = np.empty_like(photo.pixels)
     for first, top, bottom, last in bands(len(out), margin=1):
-        read, own = slice(first, last), slice(top - first, bottom - first)
-        layers = [layer[read].astype(np.float64) for layer in (parts.uv, parts.shading, parts.detail)]
-        new, opacity = composed(
-            texture, (layers[0], layers[1], layers[2]), norm, placement, alpha=alpha, strength=strength
-        )
+        own = slice(top - first, bottom - first)
+        uv, shading, detail, coverage = parts.rows(first, last)
+        new, opacity = composed(texture, (uv, shading, detail), norm, placement, alpha=alpha, strength=strength)
         band = photo.with_pixels(photo.pixels[top:bottom])
-        share = (opacity * parts.coverage[read])[own, :, None]
+        share = (opacity * coverage)[own, :, None]
         colours = share * new[own] + (1 - share) * encoded(band)
         out[top:bottom] = in_place_of(band, colours, share > 0).pixels
     return photo.with_pixels(out)

@@ -193,11 +193,12 @@ def _overlay_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
             layers_under(cloth, layers), pattern_of(cloth, layers), placement, laying.detail, laying.shading
         )
     part = editor.overlay.part(document, session.shown)
+    mask = cloth.protected if session.tool == "brush" and session.painted_on_cloth == "protected" else cloth.region
     return replace(
         scene,
         image=document.image if part is None or session.compare == "before" else part,
-        mask=cloth.region,
-        marks=Marks(mask=session.overlays.mask and cloth.region is not None and session.tool in ("brush", "region")),
+        mask=mask,
+        marks=Marks(mask=session.overlays.mask and mask is not None and session.tool in ("brush", "region")),
         dressing=dressing,
     )
 

@@ -77,6 +77,25 @@ def test_a_new_texture_hides_the_old_pattern(photo: Path, folder: Path, tmp_path
     assert load(out).pixels[40:130, 40:150].std() < 6
 
 
+def test_what_is_protected_stays_by_its_grey_levels(photo: Path, folder: Path, tmp_path: Path) -> None:
+    new, mask, out = tmp_path / "new.png", tmp_path / "mask.png", tmp_path / "out.png"
+    before = load(photo).pixels
+    levels = np.zeros((*before.shape[:2], 1), np.uint8)
+    levels[60:80, 60:80], levels[100:120, 100:120] = 255, 128
+    save(Image(np.full((8, 8, 3), (250, 240, 20), np.uint8)), new)
+    save(Image(levels), mask)
+    pictures = []
+    for extra in ((), ("--protect", str(mask))):
+        assert main(["overlay", str(folder), "--texture", str(new), "-o", str(out), *extra]) == 0
+        pictures.append(load(out).pixels.astype(int))
+    plain, kept = pictures
+    np.testing.assert_array_equal(kept[60:80, 60:80], before[60:80, 60:80])
+    np.testing.assert_array_equal(kept[levels[..., 0] == 0], plain[levels[..., 0] == 0])
+    half = slice(100, 120), slice(100, 120)
+    assert np.abs(kept[half] - (plain[half] + before[half].astype(int)) / 2).mean() < 1.5
+    assert np.abs(plain - before)[half].mean() > 10
+
+
 def test_upright_copies_do_not_lean(folder: Path, tmp_path: Path) -> None:
     halves = np.zeros((8, 8, 3))
     halves[:, 4:] = 1.0

@@ -3,6 +3,7 @@
 from pathlib import Path
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -11,10 +12,11 @@ from app.commands import decompose
 from app.files import filing
 from app.model.jobs import Jobs
 from app.model.requests import ExportPicture
+from core.document.document import Document
 from core.document.overlay import UNSOUGHT, picture
-from core.document.overlay_settings import Search
+from core.document.overlay_settings import Laying, Search
 from core.document.project import save_project
-from core.imaging.images import save
+from core.imaging.images import Image, load, save
 from core.progress import Job, Progress, run
 from tests.app.driver import EditorDriver, Later, document
 from tests.core.pictures import picture as small
@@ -64,6 +66,26 @@ def test_a_photo_with_nothing_on_its_cloth_is_exported_as_it_is_without_a_search
     assert isinstance(drive.editor.requests.pop(), ExportPicture)
     start = document().with_cloth(search=Search())
     assert run(picture(start, start.image)) is start.image
+
+
+def test_a_fine_texture_is_sampled_at_the_size_of_the_export(found: Document, tmp_path: Path) -> None:
+    checks = Image(
+        np.repeat(np.kron(np.indices((16, 16)).sum(0) % 2, np.ones((8, 8)))[..., None] * 90 + 80, 3, -1).astype(
+            np.uint8
+        )
+    )
+    start = found.with_cloth(texture=checks, laying=Laying(size=2.0))
+    save_project(start, tmp_path / "a.weft")
+    for scale in ("1", "2"):
+        words = ["render", str(tmp_path / "a.weft"), "-o", str(tmp_path / f"{scale}.png"), "--scale", scale]
+        assert main(words) == 0
+    one, two = (load(tmp_path / f"{scale}.png").pixels.astype(np.float32) for scale in ("1", "2"))
+    assert two.shape == (2 * one.shape[0], 2 * one.shape[1], 3)
+    blown_up = cv2.resize(one, two.shape[1::-1], interpolation=cv2.INTER_CUBIC)
+    sharpness = [np.abs(cv2.Laplacian(picture, cv2.CV_32F))[20:-20, 20:-20].mean() for picture in (two, blown_up)]
+    assert sharpness[0] > 1.5 * sharpness[1]
+    shrunk = cv2.resize(two, one.shape[1::-1], interpolation=cv2.INTER_AREA)
+    assert np.abs(shrunk - one)[10:-10, 10:-10].mean() < 10
 
 
 def test_parts_that_cover_no_pixel_are_not_written(
