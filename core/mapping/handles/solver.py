@@ -18,7 +18,7 @@ import numpy as np
 from core.arrays import Bools, Floats
 from core.mapping.features.feature_mapping import FeatureMapping, Solution
 from core.mapping.features.pose import Approach
-from core.mapping.handles.constraints import Constraints
+from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame, HandleField
@@ -178,7 +178,10 @@ class HandleSolver:
         return s
 
     def constrain(self, reference: Solution, moved: Moved) -> Constraints:
-        """Return the constraints that the handles of the last answer, `moved`, and the frame are."""
+        """Return the constraints that the handles of the last answer, `moved`, and the frame are.
+
+        Rigid features keep the size that they have without handles: before that yields, handles do.
+        """
         s = self._structure
         assert s is not None
         mapping, bodies = s.mapping, s.mapping.bodies[: len(reference.alpha)]
@@ -192,6 +195,8 @@ class HandleSolver:
                 pivots[i], free[i, 2:] = rest.ravel()[bodies[i].nodes].mean() + hold.arm, False
             else:
                 free[i] = False
+        if mapping.keep == "rigid":
+            free[:, SCALE] = False
         to = s.held.read(reference.z) + moved.goal[s.rows]
         return Constraints(s.probes[s.rows], to, pivots, free, none.glide)
 

@@ -21,7 +21,7 @@ _LAG, _SINK, _BLUNT, _SHARP, _SHARPEST = 0.5, 0.6, 0.1, 1e-3, 1e-6
 and in the end, and after that."""
 _BRIEF, _PATIENCE, _SHALLOWER = 3, 7, 0.9
 """Steps within which the worst fold has to become a tenth shallower, or sizes and outline let go, or it has ended."""
-_ROOM = 0.02
+ROOM = 0.02
 """Share of its area that every corner is to have before μ falls."""
 _STILL = 0.1
 """A step, in cells, after which a map has settled."""
@@ -42,7 +42,7 @@ def clear_folds(problem: Problem, steps: int = STEPS) -> Job[bool]:
         return False
     for _ in range(steps):
         worst = problem.worst()
-        if (worst > _ROOM or (worst > 0 and len(depths) > 1 and min(depths[-2:]) > 0)) and is_met(problem):
+        if (worst > ROOM or (worst > 0 and len(depths) > 1 and min(depths[-2:]) > 0)) and is_met(problem):
             break
         stalled = [len(depths) >= n and worst < _SHALLOWER * depths[-n] for n in (1, _BRIEF, _PATIENCE)]
         if stalled[1] and problem.grip > 1 and can_give(problem):

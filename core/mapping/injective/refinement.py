@@ -50,8 +50,8 @@ class Refinement:
 
         None if folds are left.
         """
-        level = way.fine
-        if problem.is_driven:
+        level, is_driven = way.fine, problem.is_driven
+        if is_driven:
             problem = yield from self._hold(problem, junctions)
             level = self._with_reached(way, problem)
         problem, yields = yield from self._settle(problem, junctions)
@@ -60,7 +60,10 @@ class Refinement:
         for reach, moves in ((CLOSE, False), (REACH, False), (REACH, True)):
             if not wrong_nodes(level, found.z).any():
                 break
+            folds = count_folds(level, found.z)
             found = yield from self._clear(level, found, reach, Freedoms(yields, moves, loose))
+            if is_driven and 0 < folds <= count_folds(level, found.z):
+                return None  # what was drawn so far that nothing clears at once does not clear further out either
         if count_folds(level, found.z):
             return None
         yield preview(level, found)

@@ -35,9 +35,10 @@ Elsewhere the linear answer for these poses takes its place, and near folds E is
 
 **Order of ways.** Few folds are cleared on the fine grid at once, outline and sizes held. Then the coarse grid has its
 turn with the outline where it is; then with outline nodes beside cut bodies gliding along it, or, failing that, leaving
-it; then a finer coarse grid. At last the way begins at a map without folds (`safe`: the picture before a handle moved,
-else the one similarity of all closest to S, or S with small bodies in it) and handles, sizes and outline are drawn to
-their goals; what does not get there stays where it came to. All loops are bounded by counts of steps.
+it, rigid bodies at the size that they have under W. At last the way begins at a map without folds (`safe`: the picture
+before a handle moved, else the one similarity of all closest to S, or S with small bodies in it; `starts`) and handles,
+sizes and outline are drawn to their goals; what does not get there stays where it came to. What cannot be lifted from
+there is lifted from where all corners still had room. All loops are bounded by counts of steps.
 """
 
 from collections.abc import Iterator
@@ -49,12 +50,13 @@ import numpy as np
 from core.arrays import Floats
 from core.mapping.features.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import folded_quads
-from core.mapping.handles.constraints import ALONG_X, SCALE, Constraints
+from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.injective.continuation import (
     FEW_STEPS,
     GENTLE_FALL,
     GENTLE_STEPS,
     LIGHT,
+    ROOM,
     ROOMY,
     clear_folds,
     relax,
@@ -64,6 +66,7 @@ from core.mapping.injective.levels import Level, Map, Transfer
 from core.mapping.injective.outline import CORNERS, nodes_beside_cuts
 from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.refinement import REACH, Refinement, preview
+from core.mapping.injective.starts import part_of_the_way, similar, small
 from core.mapping.injective.unknowns import Freedoms
 from core.mapping.injective.windows import MET, count_folds, misses, window_around
 from core.mapping.jacobians import Complexes, as_complex
@@ -77,8 +80,6 @@ _BESIDE = 40
 """Outline nodes either side of a cut that may glide or leave the outline."""
 _WORTH = 0.1
 """Share of its size that a body is to keep before the outline gives way."""
-_SEED = 0.2
-"""Share of its size that a body begins with where nothing else is known not to fold."""
 _SAME = 1e-9
 """Logarithm of a scale, angle, or pixels that a held freedom may be off without being drawn to its goal."""
 _PACE = 0.98
@@ -149,7 +150,7 @@ class Ways:
         """Try one way after the other; of those that do not bring all points to their targets, the closest counts."""
         best, least = safe, np.inf
         if safe is None and not self._level.constraints.glide.any():
-            best = self._similar()
+            best = similar(self._level)
         for way in self._in_order(safe):
             found = yield from way
             if found is None or count_folds(self._level, found.z):
@@ -159,20 +160,19 @@ class Ways:
                 best, least = found, miss
             if least < MET:
                 break
-        return best
+        return best if safe is None or best is not safe else part_of_the_way(self._level, safe, self._linear)
 
     def _in_order(self, safe: Map | None) -> Iterator[Job[Map | None]]:
         level = self._level
         cells = max(1.0, level.grid.size**0.25 / _COARSE**0.5)
-        finer = max(1.0, _FINER * cells)
         if count_folds(level, self._linear.z) <= _FEW:
             yield self._nearby()
         yield self._from_coarse(level, cells)
         yield self._beside_cuts(cells, safe)
-        yield self._from_coarse(level, finer)
-        begin = self._small() if safe is None and level.constraints.glide.any() else safe
-        for size in (cells, finer):
-            yield self._from_safe(begin, size)
+        if safe is None:
+            yield self._from_coarse(level, max(1.0, _FINER * cells))
+        begin = small(self._level, self._goal) if safe is None and level.constraints.glide.any() else safe
+        yield self._drawn(begin, cells)
 
     def _beside_cuts(self, cells: float, safe: Map | None) -> Job[Map | None]:
         """Let the outline beside cut bodies glide, or go.
@@ -192,10 +192,7 @@ class Ways:
             found = yield from self._from_coarse(gliding, cells, begin=begin)
             if found is not None:
                 return found
-        if left is None:
-            return None
-        found = yield from self._from_coarse(level, max(1.0, _FINER * cells))
-        return left if found is None else found
+        return left
 
     def _gliding_beside_cuts(self) -> Level | None:
         """Return the level with outline nodes that glide beside cut bodies; None where there are none, or all glide."""
@@ -240,10 +237,15 @@ class Ways:
             return None
         return (yield from self._refinement.finish(way, problem, junctions))
 
+    def _drawn(self, safe: Map | None, cells: float) -> Job[Map | None]:
+        """Draw all to its goals from a map without folds, on a finer grid if that fails on this one."""
+        found = yield from self._from_safe(safe, cells)
+        return found or (yield from self._from_safe(safe, max(1.0, _FINER * cells)))
+
     def _from_safe(self, safe: Map | None, cells: float) -> Job[Map | None]:
         """Draw handles, sizes and outline to their goals from a map without folds."""
         level, goal, leaves = self._level, self._goal, safe is None
-        start = self._similar() if safe is None else safe
+        start = similar(self._level) if safe is None else safe
         way = Transfer(level, cells, held_outline=not leaves)
         coarse, held = way.coarse, level.constraints
         if not coarse.is_fit():
@@ -262,8 +264,15 @@ class Ways:
             return None
         problem = Problem(coarse, cleared.found, everywhere, goal, freedoms, junctions)
         end = ROOMY if len(held.probes) or driven.any() else LIGHT
-        yield from relax(problem, end=end, steps=GENTLE_STEPS, fall=GENTLE_FALL)
-        return (yield from self._refinement.finish(way, problem, junctions))
+        roomy = problem.state
+        for step in relax(problem, end=end, steps=GENTLE_STEPS, fall=GENTLE_FALL):
+            roomy = problem.state if problem.worst() > ROOM else roomy
+            yield step
+        found = yield from self._refinement.finish(way, problem, junctions)
+        if found is None and roomy is not problem.state:
+            problem.state = roomy
+            found = yield from self._refinement.finish(way, problem, junctions)
+        return found
 
     def _under_w(self) -> "Ways":
         """Return the ways from the linear answer with bodies where W alone has them, at the sizes they have there."""
@@ -273,29 +282,3 @@ class Ways:
         linear = level.of_solution(self._mapping.place_at(level.wanted, alpha, t), self._centres)
         goal = Goal(np.abs(alpha), linear.alpha, linear.place)
         return Ways(self._mapping, level, linear, goal, self._centres)
-
-    def _similar(self) -> Map:
-        """Return the one similarity of the whole that is closest to S: it folds nothing and keeps every body."""
-        level = self._level
-        rest, shape, pivots = level.rest, level.shape.ravel(), level.constraints.pivots
-        arms = rest - rest.mean()
-        alpha = np.vdot(arms, shape) / np.vdot(arms, arms)
-        place = shape.mean() + alpha * (pivots - rest.mean())
-        return Map(shape.mean() + alpha * arms, np.full(len(place), alpha), place)
-
-    def _small(self) -> Map:
-        """Return S with small bodies in it, those that the outline cuts where it does: it hardly ever folds."""
-        level, goal, held = self._level, self._goal, self._level.constraints
-        inside = level.index >= 0
-        cut = inside & level.grid.outline.ravel()
-        chosen = cut | (inside & ~np.isin(level.index, level.index[cut]))
-        body, n = level.index[chosen], len(goal.scales)
-        counts = np.maximum(np.bincount(body, minlength=n), 1)
-        anchor, there = (
-            (np.bincount(body, z.real[chosen], n) + 1j * np.bincount(body, z.imag[chosen], n)) / counts
-            for z in (level.rest, level.shape.ravel())
-        )
-        alpha = goal.alpha * np.where(held.free[:, SCALE], _SEED, 1)
-        stays = ~held.free[:, ALONG_X:].all(axis=1)
-        place = np.where(stays, goal.place, there + alpha * (held.pivots - anchor))
-        return level.placed(level.shape.ravel(), alpha, place)

@@ -1,0 +1,58 @@
+"""Maps without folds to begin at, or to come back to, where the linear answer leads to none."""
+
+import numpy as np
+
+from core.mapping.handles.constraints import ALONG_X, SCALE
+from core.mapping.injective.levels import Level, Map
+from core.mapping.injective.problem import Goal
+from core.mapping.injective.windows import count_folds
+
+_SEED = 0.2
+"""Share of its size that a body begins with where nothing else is known not to fold."""
+_HALVINGS = 8
+"""Times that the way from a map without folds to one that folds is halved."""
+
+
+def similar(level: Level) -> Map:
+    """Return the one similarity of the whole that is closest to S: it folds nothing and keeps every body."""
+    rest, shape, pivots = level.rest, level.shape.ravel(), level.constraints.pivots
+    arms = rest - rest.mean()
+    alpha = np.vdot(arms, shape) / np.vdot(arms, arms)
+    place = shape.mean() + alpha * (pivots - rest.mean())
+    return Map(shape.mean() + alpha * arms, np.full(len(place), alpha), place)
+
+
+def small(level: Level, goal: Goal) -> Map:
+    """Return S with small bodies in it, those that the outline cuts where it does: it hardly ever folds."""
+    held, inside = level.constraints, level.index >= 0
+    cut = inside & level.grid.outline.ravel()
+    chosen = cut | (inside & ~np.isin(level.index, level.index[cut]))
+    body, n = level.index[chosen], len(goal.scales)
+    counts = np.maximum(np.bincount(body, minlength=n), 1)
+    anchor, there = (
+        (np.bincount(body, z.real[chosen], n) + 1j * np.bincount(body, z.imag[chosen], n)) / counts
+        for z in (level.rest, level.shape.ravel())
+    )
+    alpha = goal.alpha * np.where(held.free[:, SCALE], _SEED, 1)
+    stays = ~held.free[:, ALONG_X:].all(axis=1)
+    place = np.where(stays, goal.place, there + alpha * (held.pivots - anchor))
+    return level.placed(level.shape.ravel(), alpha, place)
+
+
+def part_of_the_way(level: Level, safe: Map, folded: Map) -> Map:
+    """Return the map without folds that is as far on the way from `safe` to a `folded` one as halving finds.
+
+    A mean of two places of a body, but for its size, is one: bodies keep their shape on the way.
+    """
+    best, done, beyond = safe, 0.0, 1.0
+    for _ in range(_HALVINGS):
+        share = (done + beyond) / 2
+        ends = (safe.z, folded.z), (safe.alpha, folded.alpha), (safe.place, folded.place)
+        z, alpha, place = (start + share * (end - start) for start, end in ends)
+        size = np.abs(safe.alpha) ** (1 - share) * np.abs(folded.alpha) ** share
+        found = level.placed(z, alpha * size / np.maximum(np.abs(alpha), np.finfo(float).tiny), place)
+        if count_folds(level, found.z):
+            beyond = share
+        else:
+            best, done = found, share
+    return best
