@@ -29,6 +29,8 @@ COMMANDS = {
     "batch": "make many pictures by one recipe: folders, sequences, videos",
     "bench": "time the engines beside the bare solvers",
     "presets": "list the warps and their parameters",
+    "doctor": "say what this machine has of what Weft needs",
+    "desktop": "put Weft among the desktop's programs, with .weft files its own",
 }
 
 

@@ -17,6 +17,7 @@ from core.document.map import preset_of, with_handles
 from core.document.project import load_project
 from core.imaging.images import Image, load_mask
 from core.rasters.raster import Raster
+from core.warps.map_file import warp_map_of
 
 _WARP_NAMES = {"cell": "cell_px", "outline": "frame"}
 """Keys of `[warp]` that `WarpSettings` calls otherwise."""
@@ -28,9 +29,10 @@ class Look:
     def __init__(self, batch: Batch) -> None:
         self._recipe, self._table = batch.recipe, batch.recipe.table
         self._base = base_document(batch)
-        self._masks = None
-        if self._table.mask is not None and is_numbered(self._table.mask):
-            self._masks = str(self._recipe.place(self._table.mask))
+        self._masks, self._st_maps, self._displacements = (
+            str(self._recipe.place(name)) if name is not None and is_numbered(name) else None
+            for name in (self._table.mask, self._table.stmap, self._table.displacement)
+        )
         self._sized = self._base
 
     @property
@@ -41,7 +43,8 @@ class Look:
     def inputs(self, frame: int, source: str) -> list[str]:
         """Return the files that belong to one frame."""
         found = [source] if source else []
-        return found if self._masks is None else [*found, numbered(self._masks, frame)]
+        sequences = self._masks, self._st_maps, self._displacements
+        return found + [numbered(name, frame) for name in sequences if name is not None]
 
     def at(self, frame: int, picture: Image | None) -> Document:
         """Return the document at a frame whose picture is given, None for the document's own.
@@ -59,7 +62,14 @@ class Look:
         if self._masks is not None:
             mask = load_mask(Path(numbered(self._masks, frame)), document.size_px)
             document = document.changed(mask=Raster.from_array(mask))
-        return document_at(document, frame)
+        st_map, displacement = (_of_frame(name, frame) for name in (self._st_maps, self._displacements))
+        found = warp_map_of(st_map, displacement)
+        return document_at(document if found is None else document.changed(warp_map=found), frame)
+
+
+def _of_frame(name: str | None, frame: int) -> Path | None:
+    """Return the file of a frame in a sequence."""
+    return None if name is None else Path(numbered(name, frame))
 
 
 def base_document(batch: Batch) -> Document:
@@ -72,6 +82,13 @@ def base_document(batch: Batch) -> Document:
         document = load_project(recipe.project)
     else:
         document = Document.of(Image(np.broadcast_to(np.uint8(0), (*reversed(batch.size_px), 1))))
+    names = (table.stmap, table.displacement)
+    places = (None if name is None else str(recipe.place(name)) for name in names)
+    found = warp_map_of(*(_of_frame(place, batch.first.frame) for place in places))
+    if found is not None:
+        width, height = document.size_px
+        aspect = found.size_px[0] / width, found.size_px[1] / height
+        document = document.changed(warp_map=found).with_warp(aspect=aspect)
     try:
         document = with_keys(with_warp(document, recipe, table), table)
         for frame in {batch.first.frame, *key_frames(document)}:

@@ -228,7 +228,7 @@ def _digest(recipe: Recipe, kind: Kind) -> str:
     """Return a digest of the recipe and of the files that hold for every frame."""
     table = recipe.table
     found = hashlib.sha256(json.dumps([recipe.data, kind], sort_keys=True, default=str).encode())
-    for name in (table.project, table.handles, table.mask):
+    for name in (table.project, table.handles, table.mask, table.stmap, table.displacement):
         place = None if name is None else recipe.place(name)
         if place is not None and place.is_file():
             found.update(hashlib.sha256(place.read_bytes()).digest())

@@ -99,6 +99,8 @@ class RecipeTable:
     frames: str | None = None
     mask: str | None = None
     handles: str | None = None
+    stmap: str | None = None
+    displacement: str | None = None
     chunk: int = 25
     warp: WarpTable = field(default_factory=WarpTable)
     pins: tuple[PinTable, ...] = ()
@@ -211,6 +213,8 @@ def _check_known(hint: Any, data: object, name: str) -> None:
 
 def _check_values(table: RecipeTable) -> None:
     """Raise `InputError` for what is of the right kind and cannot be."""
+    if table.stmap is not None and table.displacement is not None:
+        raise InputError("stmap: a recipe has this or displacement, not both")
     if not 1 <= table.chunk <= 100_000:
         raise InputError(f"chunk: {table.chunk} is not from 1 to 100000")
     if not 1 <= table.output.quality <= 100:

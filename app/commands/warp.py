@@ -15,7 +15,7 @@ import numpy as np
 from app.console import run_shown
 from app.render.export import rendering_file
 from core.arrays import InputError
-from core.canvas import Canvas
+from core.canvas import Canvas, Framing
 from core.document.document import Document, WarpSettings
 from core.document.map import MapSolver, with_handles
 from core.files.atomic import AtomicFiles, check_outputs
@@ -27,6 +27,7 @@ from core.masks.mask_files import marks_of
 from core.notices import notice
 from core.rasters.raster import Raster
 from core.selection.importance import importance, propose
+from core.warps.map_file import warp_map_of
 from core.warps.presets import PRESETS
 
 
@@ -53,6 +54,9 @@ def _add_warp_options(group: argparse._ArgumentGroup) -> None:
         metavar="KEY=VALUE",
         help="a parameter of the preset's own; see weft presets",
     )
+    maps = group.add_mutually_exclusive_group()
+    maps.add_argument("--from-stmap", type=Path, metavar="FILE.exr", help="the warp of an ST map")
+    maps.add_argument("--from-displacement", type=Path, metavar="FILE.exr", help="that of offsets in pixels, y up")
     group.add_argument("--size", type=_size, metavar="WxH", help="resize to another size and aspect ratio")
     group.add_argument("--handles", type=Path, metavar="HANDLES.json", help="pins, inner curves and outline")
     group.add_argument(
@@ -88,8 +92,7 @@ def _add_output_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--frame",
         choices=("warp", "picture"),
-        default="warp",
-        help="warp, the default: a canvas that holds all of the warped picture; picture: the frame it had",
+        help="warp, the default: a canvas that holds all of the warped picture; picture: the frame it had, or its map",
     )
     group.add_argument("--quality", type=int, default=95, metavar="1-100", help="of JPEG and WebP")
     group.add_argument("--map", type=Path, metavar="MAP.npz", help="also write the grid, before and after")
@@ -120,7 +123,8 @@ def run(arguments: argparse.Namespace) -> None:
     _check_outputs(arguments)
     document = document_from(arguments)
     found = _solved(document, allow_folds=arguments.allow_folds)
-    canvas = Canvas.of(arguments.frame, found.warped, document.canvas_px)
+    framing: Framing = arguments.frame or ("warp" if document.warp_map is None else "picture")
+    canvas = Canvas.of(framing, found.warped, document.canvas_px)
     pins = replace(found.pins, to=canvas.placed(found.pins.to))
     found = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped), pins=pins)
     _write(arguments, document.image, found, canvas)
@@ -144,8 +148,13 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     if arguments.mesh is not None and arguments.mesh.suffix.lower() != ".obj":
         raise InputError(f"{arguments.mesh}: a mesh is an .obj file")
     further = arguments.map, arguments.stmap, arguments.mesh, arguments.report
-    check_outputs([arguments.output, *further], beside=[arguments.mask, arguments.handles])
+    check_outputs([arguments.output, *further], beside=_read(arguments))
     check_outputs(further, beside=[arguments.image])
+
+
+def _read(arguments: argparse.Namespace) -> list[Path | None]:
+    """Return the files that are read beside the picture."""
+    return [arguments.mask, arguments.handles, arguments.from_stmap, arguments.from_displacement]
 
 
 def document_from(arguments: argparse.Namespace) -> Document:
@@ -154,7 +163,8 @@ def document_from(arguments: argparse.Namespace) -> Document:
         raise InputError("--bend, --vertical-axis and --set bend a preset: choose one with --preset")
     image = load(arguments.image)
     document = Document.of(image)
-    size = arguments.size or document.size_px
+    found = warp_map_of(arguments.from_stmap, arguments.from_displacement)
+    size = arguments.size or (document.size_px if found is None else found.size_px)
     settings = WarpSettings(
         preset=arguments.preset,
         bend=arguments.bend,
@@ -170,7 +180,7 @@ def document_from(arguments: argparse.Namespace) -> Document:
         falloff=arguments.falloff,
         cell_px=arguments.cell,
     )
-    document = replace(document, warp=settings)
+    document = replace(document, warp=settings, warp_map=found)
     if arguments.propose is not None:
         if arguments.mask is not None or not 0 <= arguments.propose <= 100:
             raise InputError("--propose: from 0 to 100, and not with --mask")

@@ -18,6 +18,7 @@ from core.document.overlay_settings import Cloth
 from core.imaging.images import Image
 from core.rasters.raster import Raster
 from core.retexture.defaults import VARIETY
+from core.warps.map_file import WarpMap
 
 Keep: TypeAlias = Literal["similarity", "rigid", "none"]
 Method: TypeAlias = Literal["exact", "per-quad"]
@@ -206,6 +207,8 @@ class Document:
     """The picture's size; over 127 is where texture may be taken from. None, or nothing painted, for everywhere."""
     mode: Mode = "warp"
     """The mode of the last edit, whose result an export shows."""
+    warp_map: WarpMap | None = None
+    """A warp that was read from a file; the preset bends what it gives."""
     tracks: Mapping[str, Track] = field(default_factory=lambda: MappingProxyType({}))
     """Keys of parameters of the warp by name: `core.document.animated` says which. `size` is in times the picture."""
 

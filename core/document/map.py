@@ -31,6 +31,7 @@ from core.mapping.result import Warped
 from core.mapping.warper import Warper
 from core.progress import Job
 from core.selection.nodes import MarkedNodes
+from core.warps.map_file import WarpMap
 from core.warps.outline import follow_outline
 from core.warps.presets import make_warp
 from core.warps.warp import Warp, compose, resize
@@ -45,11 +46,11 @@ def grid_of(document: Document) -> Grid:
 
 
 def preset_of(document: Document) -> Warp:
-    """Return the preset and the resizing, from pixels of the picture to pixels of the canvas."""
-    return _preset(document.warp, document.size_px, document.canvas_px)
+    """Return the map, the preset and the resizing, from pixels of the picture to pixels of the canvas."""
+    return _preset(document.warp, document.warp_map, document.size_px, document.canvas_px)
 
 
-def _preset(warp: WarpSettings, size_px: tuple[int, int], canvas_px: tuple[int, int]) -> Warp:
+def _preset(warp: WarpSettings, warp_map: WarpMap | None, size_px: tuple[int, int], canvas_px: tuple[int, int]) -> Warp:
     bent = make_warp(
         warp.preset or "none",
         *size_px,
@@ -59,7 +60,8 @@ def _preset(warp: WarpSettings, size_px: tuple[int, int], canvas_px: tuple[int, 
         vertical_axis=warp.vertical_axis,
         settings=warp.values,
     )
-    return compose(bent, resize(size_px, canvas_px))
+    bent = compose(bent, resize(size_px, canvas_px))
+    return bent if warp_map is None else compose(warp_map.warp(size_px), resize(warp_map.size_px, size_px), bent)
 
 
 def handles_of(document: Document) -> Handles:
@@ -106,15 +108,17 @@ def outline_of(document: Document) -> Outline:
     """Return the document's outline, or the one nearest to where the preset takes the picture's edge."""
     if document.outline is not None:
         return document.outline
-    return _outline_of_preset(document.warp, document.size_px, document.canvas_px)
+    return _outline_of_preset(document.warp, document.warp_map, document.size_px, document.canvas_px)
 
 
 @lru_cache(maxsize=1)
-def _outline_of_preset(warp: WarpSettings, size_px: tuple[int, int], canvas_px: tuple[int, int]) -> Outline:
+def _outline_of_preset(
+    warp: WarpSettings, warp_map: WarpMap | None, size_px: tuple[int, int], canvas_px: tuple[int, int]
+) -> Outline:
     u = np.linspace(0, 1, _EDGE_SAMPLES)
     low, high = np.zeros_like(u), np.ones_like(u)
     edges = [(u, low), (high, u), (1 - u, high), (low, 1 - u)]
-    preset = _preset(warp, size_px, canvas_px)
+    preset = _preset(warp, warp_map, size_px, canvas_px)
     sides = []
     for edge in edges:
         pixels = preset(pixels_from_places(size_px, np.stack(edge, axis=-1)))
@@ -167,7 +171,7 @@ class MapSolver:
 
     def _base_of(self, document: Document, grid: Grid) -> Points:
         """Return where preset and outline take the nodes, kept while pins and curves are dragged."""
-        key = (document.warp, document.size_px, document.outline)
+        key = (document.warp, document.warp_map, document.size_px, document.outline)
         if self._base is None or self._base[0] != key or self._base[1].shape[:2] != grid.shape:
             base = preset_of(document)(grid.nodes)
             if document.outline is not None:

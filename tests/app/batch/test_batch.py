@@ -266,3 +266,15 @@ def test_key_frames_of_a_project_move_its_own_picture(tmp_path: Path) -> None:
     assert main(["render", str(tmp_path / "b.weft"), "-o", str(tmp_path / "g.png"), "--frame", "picture"]) == 0
     assert (tmp_path / "g.png").read_bytes() == (tmp_path / "f.2.png").read_bytes()
     assert (tmp_path / "f.1.png").read_bytes() != (tmp_path / "f.2.png").read_bytes()
+
+
+def test_st_maps_can_be_a_sequence(tmp_path: Path) -> None:
+    recipe = write_scene(tmp_path, 'picture = "plates/shot.####.png"\nframes = "1-3"\nstmap = "st.#.exr"\nchunk = 2')
+    y, x = np.mgrid[0:HEIGHT, 0:WIDTH]
+    for frame in (1, 2, 3):
+        shares = [(x + 0.5 + 4 * frame) / WIDTH, 1 - (y + 0.5) / HEIGHT, 0 * x]
+        save(Image(np.stack(shares, axis=-1).astype(np.float32), linear=True), tmp_path / f"st.{frame}.exr")
+    rows = make(recipe, tmp_path / "out" / "f.#.png")
+    for row in rows:
+        shown = load(row.output).pixels[:, 4:40, :3]
+        np.testing.assert_allclose(shown, plate(row.frame)[:, 4 + 4 * row.frame : 40 + 4 * row.frame], atol=1)
