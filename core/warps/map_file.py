@@ -67,7 +67,7 @@ class WarpMap:
         """Return where in the result (n, 2) the map has each of the shares (n, 2)."""
         places = self.places.astype(np.float64)
         cell = self._nearest(share)
-        at: Points = cell + 0.5
+        at = cell.astype(np.float64) + 0.5
         for _ in range(_ROUNDS):
             inside = np.clip(at - cell, 0, 1)
             value, across, down = _affine(places, cell, inside)
