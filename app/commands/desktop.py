@@ -81,7 +81,7 @@ def icon() -> str:
         f'<path stroke="{colour}" d="M26 {y}q25 {bend} 51 0t51 0 51 0 51 0"/>'
         for y, bend, colour in ((64, 16, "#5b9cf5"), (128, -16, "#f5a742"), (192, 16, "#5b9cf5"))
     )
-    over = "".join(f'<path d="M{x} {y - 20}v40"/>' for y in (64, 128, 192) for x in _raised(y))
+    over = "".join(f'<path d="M{x} {y - 26}v52"/>' for y in (64, 128, 192) for x in _raised(y))
     return (
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 256 256">'
         '<rect width="256" height="256" rx="46" fill="#26282c"/>'

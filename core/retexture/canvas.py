@@ -15,11 +15,11 @@ terminal of keeping. Bare pixels take the patch, and those that may not keep wha
 from collections.abc import Iterator
 from typing import Any
 
-import maxflow
 import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import Bools, Ints, Singles
+from core.graphs.minimum_cut import minimum_cut
 from core.retexture.footprint import Footprint
 
 STEADY = 0.3
@@ -101,13 +101,8 @@ def _cut(cover: Footprint, seam: Singles, keep: NDArray[Any], take: NDArray[Any]
 
     `seam` (p,) are costs of the pairs where just one takes it, `keep` and `take` (m,) of either choice.
     """
-    graph = maxflow.GraphFloat(len(keep), len(seam))
-    nodes = graph.add_nodes(len(keep))
-    seam, keep, take = (np.rint(cost / LEAST) for cost in (seam, keep, take))
-    graph.add_edges(cover.one, cover.other, seam, seam)
-    graph.add_grid_tedges(nodes, keep, take)
-    graph.maxflow()
-    return np.asarray(~graph.get_grid_segments(nodes))
+    costs = (np.rint(np.asarray(cost / LEAST, np.float64)) for cost in (seam, keep, take))
+    return ~minimum_cut(cover.one, cover.other, *costs)
 
 
 def _sum(planes: Iterator[Singles]) -> Singles:

@@ -1,9 +1,9 @@
 """Cutting a thing out of the cloth along edges in the photo: the cheapest cut through a graph of the pixels."""
 
-import maxflow
 import numpy as np
 
 from core.arrays import Bools, Floats
+from core.graphs.minimum_cut import minimum_cut
 from core.overlay.smoothing import gaussian
 
 BORDER = 0.5
@@ -28,20 +28,18 @@ def cut_out(photo: Floats, alike: Bools, thing: Floats, cloth: Floats) -> Bools:
     measured over what neighbours usually differ by that are `alike` (H, W).
     """
     shape, soft = thing.shape, gaussian(photo, BLUR_PX)
-    graph = maxflow.GraphFloat(thing.size, len(STEPS) * thing.size)
-    nodes = graph.add_grid_nodes(shape)
+    nodes, costs = np.arange(thing.size).reshape(shape), list[Floats]()
     pairs = [pair(shape, *step) for step in STEPS]
     changes = [((soft[here] - soft[there]) ** 2).sum(-1) for here, there in pairs]
     inside = [change[alike[here] & alike[there]] for change, (here, there) in zip(changes[:2], pairs[:2], strict=True)]
     usual = EDGE * float(np.median(np.concatenate(inside))) if any(map(len, inside)) else 0.0
-    for change, (here, there), (down, across) in zip(changes, pairs, STEPS, strict=True):
+    for change, (down, across) in zip(changes, STEPS, strict=True):
         length = float(np.hypot(down, across))
         kept = np.maximum(np.exp(-change / (2 * length**2 * max(usual, 1e-9))), LEAST_BORDER)
-        cost = np.rint(BORDER / length * kept / LEAST)
-        graph.add_edges(nodes[here].ravel(), nodes[there].ravel(), cost.ravel(), cost.ravel())
-    graph.add_grid_tedges(nodes, *(np.rint(np.clip(cost, 0, MOST) / LEAST) for cost in (thing, cloth)))
-    graph.maxflow()
-    return np.asarray(graph.get_grid_segments(nodes), np.bool_)
+        costs.append(np.rint(BORDER / length * kept / LEAST).ravel())
+    one, other = (np.concatenate([nodes[pair[end]].ravel() for pair in pairs]) for end in (0, 1))
+    of_thing, of_cloth = (np.rint(np.clip(cost, 0, MOST) / LEAST).ravel() for cost in (thing, cloth))
+    return minimum_cut(one, other, np.concatenate(costs), of_thing, of_cloth).reshape(shape)
 
 
 def pair(shape: tuple[int, ...], down: int, across: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:

@@ -15,11 +15,11 @@ left to tear tears where the cloth is seen least.
 from dataclasses import dataclass
 from typing import Any
 
-import maxflow
 import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints
+from core.graphs.minimum_cut import minimum_cut
 from core.overlay.composition import steepness
 from core.overlay.distances import nearest_of, within
 
@@ -188,14 +188,9 @@ def pairs_of(squares: Squares) -> tuple[Ints, Ints, Floats, Bools]:
 
 def cheapest(size: int, one: Ints, other: Ints, second: Floats, first: Floats) -> Bools:
     """Return which of the squares move: pairs cost so much if only the second or the first does, else nothing."""
-    graph = maxflow.GraphFloat(size, len(one))
-    nodes = graph.add_nodes(size)
     both, turn = np.rint(np.maximum(second + first, 0) / 2 / LEAST), (second - first) / 2
-    graph.add_edges(one, other, both, both)
     alone = np.rint((np.bincount(other, turn, size) - np.bincount(one, turn, size)) / LEAST)
-    graph.add_grid_tedges(nodes, np.maximum(alone, 0), np.maximum(-alone, 0))
-    graph.maxflow()
-    return np.asarray(graph.get_grid_segments(nodes), np.bool_)
+    return minimum_cut(one, other, both, np.maximum(alone, 0), np.maximum(-alone, 0))
 
 
 def by_pixels(values: NDArray[Any], side: int, shape: tuple[int, ...]) -> NDArray[Any]:

@@ -1,0 +1,1 @@
+"""Graphs that more than one of the pipelines works with."""
