@@ -44,6 +44,7 @@ bench: install
 fuzz: install
 	$(BIN)/python -m tests.fuzz --seconds $(SECONDS) --seed $(SEED)
 	$(BIN)/python -m tests.fuzz.kills --seed $(SEED)
+	$(BIN)/python -m tests.fuzz.batch_kills --seed $(SEED)
 
 # The real window under a hand without a plan.
 soak: install
