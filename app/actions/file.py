@@ -63,6 +63,16 @@ FILE = (
         enabled=lambda editor: editor.exporter is not None,
     ),
     Action(
+        "file.export_again",
+        "Export again",
+        "File",
+        filing.export_again,
+        "Ctrl+Shift+E",
+        "rotate-right",
+        "Write the picture as it is now to the file of the last export, in the same way",
+        enabled=filing.was_exported,
+    ),
+    Action(
         "file.replace_picture",
         "Replace picture…",
         "File",

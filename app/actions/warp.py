@@ -2,11 +2,14 @@
 
 from typing import get_args
 
+import numpy as np
+
 from app.actions import Action
 from app.editor.editor import Editor
 from app.editor.painting import LAYERS, layer, painted, with_layer
 from app.files import filing, masks
 from core.document.document import Keep, WarpSettings
+from core.imaging.images import Image
 from core.rasters.raster import Raster
 from core.selection.sources import has_transparency
 from core.warps.presets import PRESETS
@@ -138,6 +141,18 @@ def _toggle_axis(editor: Editor) -> None:
     editor.edit("Turn axis", editor.document.with_warp(vertical_axis=not editor.document.warp.vertical_axis))
 
 
+def _paste(editor: Editor) -> None:
+    """Do to this picture what was done to the one whose warp was copied; places are shares of the picture's size."""
+    copied = editor.session.copied_warp
+    assert copied is not None
+    parts = {name: getattr(copied, name) for name in COPIED}
+    editor.edit("Paste warp", editor.document.changed(**parts))
+
+
+_NO_PICTURE = Image(np.zeros((1, 1, 1), np.uint8))
+COPIED = ("warp", "outline", "pins", "curves", "warp_map", "tracks")
+"""The parts of a document that make its warp; the mask stays with its picture."""
+
 WARP = (
     *(_preset(name) for name in PRESETS),
     *(_keep(keep) for keep in get_args(Keep)),
@@ -151,6 +166,26 @@ WARP = (
         checked=lambda editor: editor.document.warp.vertical_axis,
     ),
     Action("warp.reset", "Reset warp", "Warp", reset_warp, icon="arrow-rotate-left", tooltip="Take the preset back"),
+    Action(
+        "warp.copy",
+        "Copy warp",
+        "Warp",
+        lambda editor: editor.show(copied_warp=editor.document.with_image(_NO_PICTURE)),
+        "Ctrl+Alt+C",
+        "copy",
+        "Take preset, outline, pins and curves, to be pasted on another picture",
+        separated=True,
+    ),
+    Action(
+        "warp.paste",
+        "Paste warp",
+        "Warp",
+        _paste,
+        "Ctrl+Alt+V",
+        "paste",
+        "Do to this picture what was done to the one whose warp was copied; the mask stays",
+        enabled=lambda editor: editor.session.copied_warp is not None,
+    ),
     Action(
         "warp.export",
         "Export warp…",

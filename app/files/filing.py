@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import platformdirs
 
@@ -36,6 +37,8 @@ from core.files.text import legible
 from core.imaging.images import Image, load
 from core.progress import Job, Progress
 
+_exported: WeakKeyDictionary[Editor, tuple[Path | None, tuple[int, int], ExportOptions]] = WeakKeyDictionary()
+"""The last export of each editor: of which file, how large its result was, and the options."""
 RECENT = 12
 
 
@@ -169,8 +172,26 @@ def export(editor: Editor, options: ExportOptions) -> None:
     exporter, document = editor.exporter, editor.document.changed(mode=editor.session.mode)
     if exporter is None:
         return
+    _exported[editor] = (editor.project_path or editor.source_path, document.result_px, options)
     done = lambda _: editor.notify(f"Exported {legible(options.path.name)}")  # noqa: E731
     editor.background(f"Export {legible(options.path.name)}", lambda: exporter(document, options), done, writes=True)
+
+
+def was_exported(editor: Editor) -> bool:
+    """Return whether this project or picture has been exported since the program began."""
+    return editor in _exported and _exported[editor][0] == (editor.project_path or editor.source_path)
+
+
+def export_again(editor: Editor) -> None:
+    """Write the present result where and as the last export did, at the same scale; without one, ask."""
+    editor.finish()
+    if not was_exported(editor):
+        ask_export(editor)
+        return
+    _, before, options = _exported[editor]
+    now = editor.document.changed(mode=editor.session.mode).result_px
+    width, height = (max(1, round(s * n / b)) for s, n, b in zip(options.size_px, now, before, strict=True))
+    export(editor, replace(options, size_px=(width, height)))
 
 
 def ask_export_warp(editor: Editor) -> None:

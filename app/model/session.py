@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 from app.model.spaces import View
 from core.arrays import Points
-from core.document.document import Mode
+from core.document.document import Document, Mode
 from core.selection.combining import Combining
 
 Compare: TypeAlias = Literal["result", "before", "split", "onion"]
@@ -166,5 +166,7 @@ class Session:
     """What the tool finds under the pointer: whatever its `hover` returned."""
     folder: Path | None = None
     """Where the last file was chosen; file dialogs open on it."""
+    copied_warp: Document | None = field(default=None, compare=False)
+    """A document whose warp was copied; only that of it counts."""
     recent: tuple[str, ...] = field(default=())
     """Paths of the files opened last, the newest first."""
