@@ -17,6 +17,10 @@ _BATCH = 1 << 17
 """Entries of the fronts that are worked on at a time, which stay in the processor's cache."""
 _LARGE = 13
 """Pivots from which on a front is worth a call of its own."""
+_HALVED = 150
+"""Nodes of a frame from which on the symmetry of S saves work."""
+_LONG = 300
+"""Pivots from which on that call is cut up: SciPy keeps the interpreter to itself as long as it lasts."""
 
 
 class Fronts:
@@ -26,10 +30,10 @@ class Fronts:
     which is uncoupled from all others too.
     """
 
-    def __init__(self, group: Group, shape: tuple[int, int], first: int, number: int) -> None:
+    def __init__(self, group: Group, shape: tuple[int, int], first: int, number: int, *, is_kept: bool) -> None:
         self.group, self.first, self.number, self.count = group, first, number, len(group.corners)
-        self.is_kept = group.tiles >= 1
-        """Whether S is kept; boxes within a tile are eliminated again with it."""
+        self.is_kept = is_kept
+        """Whether S is kept; boxes of which it is not are eliminated again with the least one around them that is."""
         own, around = group.pivots(), group.frame()
         self.pivots, self.size = len(own), len(own) + len(around)
         row, column = np.array(group.corners).T[..., None] + np.array(own + around).T[:, None] + 1
@@ -65,10 +69,10 @@ class Fronts:
         self.entries = 3 * self.nodes[:, owners] + kinds
         """Of `stencil.node_values`, as one row (boxes, k)."""
 
-    def eliminate(self, values: Floats, boxes: Ints, halves: "list[Fronts]", *, keep: bool) -> None:
-        """Eliminate the pivots of some of the boxes; `keep` what they leave even when others are eliminated next."""
+    def eliminate(self, values: Floats, boxes: Ints, halves: "list[Fronts]") -> None:
+        """Eliminate the pivots of some of the boxes; where S is not kept, that of others is forgotten."""
         frame = self.size - self.pivots
-        if not keep:
+        if not self.is_kept:
             self._S, self._held = np.empty((len(boxes), frame, frame)), boxes
         elif not len(self._held):
             self._S, self._held = np.empty((self.count, frame, frame)), np.arange(self.count)
@@ -89,8 +93,8 @@ class Fronts:
                     A[:, there, across] += S[:, mine, other]
         self.inverse[where] = inverse = _inverse_factor(A[:, :p, :p])
         self.Y[where] = Y = inverse @ A[:, :p, p:]
-        # By a copy of Y: of a matrix and itself, half the product is worked out and then copied, which takes longer.
-        product = Y.transpose(0, 2, 1) @ self.Y[where]
+        # Of a matrix and itself, half the product is worked out and then copied, which pays off for large ones.
+        product = Y.transpose(0, 2, 1) @ (Y if Y.shape[2] >= _HALVED else self.Y[where])
         left = stretch(np.searchsorted(self._held, boxes))
         if isinstance(left, slice):
             np.subtract(A[:, p:, p:], product, out=self._S[left])
@@ -114,9 +118,23 @@ def _inverse_factor(A: Floats) -> Floats:
         return np.linalg.inv(np.linalg.cholesky(A))
     found = np.empty(A.shape)
     for a, out in zip(A, found, strict=True):
+        if len(a) >= _LONG:
+            out[...] = _inverse_of_lower(np.linalg.cholesky(a))
+            continue
         # By columns, as LAPACK has them, L is upper.
         factor, fault = lapack.dpotrf(a.T, lower=0, clean=1)
         if fault:
             raise np.linalg.LinAlgError
         out[...] = lapack.dtrtri(factor, lower=0, overwrite_c=1)[0].T
     return found
+
+
+def _inverse_of_lower(L: Floats) -> Floats:
+    """Return L⁻¹ of a lower triangle, half by half; other threads go on meanwhile."""
+    if len(L) < _LONG:
+        return np.asarray(lapack.dtrtri(L.T, lower=0)[0].T)
+    half, inverse = len(L) // 2, np.zeros(L.shape)
+    upper, lower = _inverse_of_lower(L[:half, :half]), _inverse_of_lower(L[half:, half:])
+    inverse[:half, :half], inverse[half:, half:] = upper, lower
+    inverse[half:, :half] = -(lower @ L[half:, :half]) @ upper
+    return inverse

@@ -18,8 +18,12 @@ from core.linalg.fronts import Fronts, stretch
 from core.linalg.laplacian import pattern, stored_values
 from core.tracing import span
 
-_IN_PARTS_AT_MOST = 300_000
-"""Nodes of a grid up to which the fronts are kept."""
+_ALL_KEPT_AT_MOST = 300_000
+"""Nodes of a grid up to which what boxes leave is kept from a tile on."""
+_LEAST_KEPT = 16
+"""Tiles from which on it is kept on larger grids, where it takes much memory."""
+_BOXES_AT_ONCE = 2000
+"""About so many boxes are eliminated before those that hold them all: what they leave stays in the memory at hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +49,8 @@ class GridFactor:
         count = 0
         with span("analyse", unknowns=self.size):
             for group in dissect((max(shape[0] - 2, 0), max(shape[1] - 2, 0))):
-                known[group] = Fronts(group, shape, count, len(self._fronts))
+                is_kept = group.tiles >= (1 if self.size <= _ALL_KEPT_AT_MOST else _LEAST_KEPT) or not count
+                known[group] = Fronts(group, shape, count, len(self._fronts), is_kept=is_kept)
                 self._fronts.append(known[group])
                 count += len(group.corners)
             self._halves = [[known[half] for half, _, _ in fronts.group.halves] for fronts in self._fronts]
@@ -67,6 +72,12 @@ class GridFactor:
             self._home[:3] = -1
             for half, (_, chosen, _) in zip(halves, fronts.group.halves, strict=True):
                 self._whole[half.first + chosen.start : half.first + chosen.stop] = numbers
+        self._unit = np.arange(count)
+        """The box itself where what it leaves is kept, else the least one around it of which that is so."""
+        for fronts in self._fronts:
+            if not fronts.is_kept:
+                boxes = slice(fronts.first, fronts.first + fronts.count)
+                self._unit[boxes] = self._unit[self._whole[boxes]]
 
     def _put_in_order(self) -> None:
         """Give nodes their numbers in the order of elimination, those of the outline the one after the last."""
@@ -83,16 +94,13 @@ class GridFactor:
     def factorise(self, values: Floats) -> "GridFactor":
         """Factorise new values (R, C, 3) of `laplacian.node_values` as L Lᵀ (FAT eq. 11); return the factor itself."""
         new = values.reshape(-1)
-        touched = self._with_wholes(self._home[np.flatnonzero(new != self._values)])
-        for fronts in self._fronts:
-            if not fronts.is_kept:
-                boxes = slice(fronts.first, fronts.first + fronts.count)
-                touched[boxes] = touched[self._whole[boxes]]
+        touched = self._with_wholes(self._home[np.flatnonzero(new != self._values)])[self._unit]
         self._renewed |= touched
         with span("factor", unknowns=self.size, boxes=int(touched.sum())):
             try:
-                for fronts, halves, chosen in self._up(touched):
-                    fronts.eliminate(new, chosen, halves, keep=fronts.is_kept)
+                for part in self._parts(np.flatnonzero(touched)):
+                    for fronts, halves, chosen in self._up(part):
+                        fronts.eliminate(new, chosen, halves)
             except np.linalg.LinAlgError:
                 self._values = np.full(new.shape, np.nan)
                 raise SingularSystemError(f"a system of {self.size} unknowns has no unique solution") from None
@@ -111,9 +119,16 @@ class GridFactor:
             touched[boxes] = True
         return touched[:-1]
 
-    def _up(self, touched: Bools) -> Iterator[tuple[Fronts, list[Fronts], Ints]]:
-        """Yield fronts with boxes that are touched, those of their halves, and these boxes, halves first."""
-        boxes = np.flatnonzero(touched)
+    def _parts(self, boxes: Ints) -> Iterator[Ints]:
+        """Split ascending boxes into parts to be eliminated one after the other, none of them within a unit."""
+        order = np.argsort(-self._unit[boxes], kind="stable")
+        last_first = -self._unit[boxes][order]
+        part = np.searchsorted(last_first, last_first) // _BOXES_AT_ONCE
+        for chosen in np.split(order, np.flatnonzero(np.diff(part)) + 1):
+            yield boxes[np.sort(chosen)]
+
+    def _up(self, boxes: Ints) -> Iterator[tuple[Fronts, list[Fronts], Ints]]:
+        """Yield fronts with some of the ascending boxes, those of their halves, and these boxes, halves first."""
         ends = np.searchsorted(boxes, self._starts).tolist()
         for k in reversed(range(len(self._fronts))):
             if ends[k] < ends[k + 1]:
@@ -148,7 +163,7 @@ class GridFactor:
     def _eliminate(self, half: _Half, touched: Bools) -> None:
         """Eliminate the pivots of the boxes that are `touched`."""
         k = half.b.shape[1]
-        for fronts, halves, boxes in self._up(touched):
+        for fronts, halves, boxes in self._up(np.flatnonzero(touched)):
             p, where = fronts.pivots, stretch(boxes)
             f = np.zeros((len(boxes), fronts.size, k))
             f[:, :p] = half.b.take(fronts.nodes[where, :p], axis=0)
@@ -177,7 +192,7 @@ class GridFactor:
 
 
 class WholeFactor:
-    """The same for grids so large that what is kept for the next change takes too much memory."""
+    """The same by CHOLMOD, all at once, to compare with."""
 
     def __init__(self, grid: Grid) -> None:
         self._factor, self._stored = Factor(pattern(grid), pattern_only=True), stored_values(grid.shape)
@@ -212,4 +227,4 @@ MappingFactor = GridFactor | WholeFactor
 
 def grid_factor(grid: Grid) -> MappingFactor:
     """Analyse the pattern that all mappings of a grid share."""
-    return GridFactor(grid.shape) if grid.size <= _IN_PARTS_AT_MOST else WholeFactor(grid)
+    return GridFactor(grid.shape)

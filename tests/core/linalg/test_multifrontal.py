@@ -6,7 +6,7 @@ from scipy import sparse
 
 from core.arrays import Bools, Floats, SingularSystemError
 from core.grid import Grid
-from core.linalg import dissection, multifrontal
+from core.linalg import dissection, fronts, multifrontal
 from core.linalg.dissection import dissect
 from core.linalg.laplacian import edge_weights, node_values, pattern, stored_values
 from core.linalg.multifrontal import GridFactor, WholeFactor
@@ -125,12 +125,49 @@ def test_what_has_no_unique_solution_is_refused_and_can_be_mended() -> None:
     assert np.array_equal(factor.factorise(values).solve(b), GridFactor(shape).factorise(values).solve(b))
 
 
-def test_large_grids_are_factorised_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(multifrontal, "_IN_PARTS_AT_MOST", 100)
-    grid = Grid(30, 20, cell_px=1)
+def test_large_grids_keep_less_and_have_the_same_factor(monkeypatch: pytest.MonkeyPatch) -> None:
+    shape = (230, 170)
+    values, free = system(shape, 14)
+    all_kept = GridFactor(shape).factorise(values)
+    monkeypatch.setattr(multifrontal, "_ALL_KEPT_AT_MOST", 100)
+    monkeypatch.setattr(multifrontal, "_LEAST_KEPT", 6)
+    monkeypatch.setattr(multifrontal, "_BOXES_AT_ONCE", 90)
+    factor = GridFactor(shape).factorise(values)
+    assert _kept_bytes(factor) < 0.6 * _kept_bytes(all_kept)
+    for step, place in enumerate([(20, 20), (120, 90), (121, 91), (226, 3)]):
+        b = load(free, 15 + step)
+        assert np.array_equal(factor.solve(b), all_kept.solve(b))
+        assert np.array_equal(factor.forward_again(b), all_kept.forward_again(b))
+        values, free = with_a_hole(values, free, *place)
+        factor.factorise(values)
+        all_kept.factorise(values)
+        assert 0 < factor._renewed.sum() < 0.5 * len(factor._renewed)
+
+
+def _kept_bytes(factor: GridFactor) -> int:
+    return sum(group._S.nbytes for group in factor._fronts)
+
+
+@pytest.mark.parametrize("shape", [(20, 30), (150, 130), (700, 9)])
+def test_it_solves_as_cholmod_does(shape: tuple[int, int]) -> None:
+    grid = Grid(shape[1] - 1, shape[0] - 1, cell_px=1)
     values, free = system(grid.shape, 14)
-    factor, b = multifrontal.grid_factor(grid).factorise(values), load(free, 15)
-    assert isinstance(factor, WholeFactor)
-    parts = GridFactor(grid.shape).factorise(values)
-    assert np.allclose(factor.solve(b), parts.solve(b))
-    assert np.allclose(factor.forward_again(b).T @ factor.forward(b), parts.forward_again(b).T @ parts.forward(b))
+    whole, b = WholeFactor(grid).factorise(values), load(free, 15)
+    parts = multifrontal.grid_factor(grid).factorise(values)
+    assert isinstance(parts, GridFactor)
+    assert np.allclose(whole.solve(b), parts.solve(b))
+    assert np.allclose(whole.forward_again(b).T @ whole.forward(b), parts.forward_again(b).T @ parts.forward(b))
+
+
+@pytest.mark.parametrize("size", [5, 300, 301, 640])
+def test_a_long_inverse_is_cut_up(size: int) -> None:
+    A = np.random.default_rng(size).normal(size=(2, size, size))
+    A = A @ A.transpose(0, 2, 1) + size * np.eye(size)
+    found = fronts._inverse_factor(A)
+    assert np.allclose(found @ A @ found.transpose(0, 2, 1), np.eye(size), atol=1e-9)
+    assert np.array_equal(found, np.tril(found))
+
+
+def test_a_long_front_that_is_not_definite_is_refused() -> None:
+    with pytest.raises(np.linalg.LinAlgError):
+        fronts._inverse_factor(-np.eye(400)[None])
