@@ -181,12 +181,16 @@ class Renderer:
         self._meshes, self._placings, self._layers, self._draft = {}, {}, None, None
 
     def _drawing(self, scene: Scene, layers: Layers) -> Iterator[None]:
-        """Draw the picture in linear light, piece by piece: the result, the picture as it was, or both."""
+        """Draw the picture in linear light: the result, the picture as it was, or both.
+
+        That goes piece by piece unless a frame has time for all of it: each piece costs the processor, too.
+        """
         layers.picture.clear()
         yield
+        in_pieces = not self._costs.full_fits
         for name, nodes, box in scene.parts(layers.picture.size):
             mesh = self._placed(name, scene, nodes)
-            yield from layers.picture.drawing(mesh, self._source_of(name, scene), box)
+            yield from layers.picture.drawing(mesh, self._source_of(name, scene), box, in_pieces=in_pieces)
 
     def _composing(self, scene: Scene, layers: Layers) -> Iterator[None]:
         """Lay the picture on the desk and the marks on the picture: piece by piece, or only where they have changed."""

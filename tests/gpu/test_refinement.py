@@ -126,6 +126,17 @@ def test_a_fast_canvas_has_no_drafts(fast: Screen) -> None:
     assert np.array_equal(fast.shot(scene), best)
 
 
+def test_a_canvas_that_fits_into_a_frame_is_drawn_in_few_passes_and_just_the_same(
+    fast: Screen, slow: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, counts = a_scene(), drawn_vertices(monkeypatch)
+    fast.shot(scene)
+    in_pieces, counts[:] = len(counts), []
+    shown = fast.shot(moved(scene, 9))
+    assert len(counts) < 0.6 * in_pieces
+    assert np.array_equal(shown, slow.rest(moved(scene, 9))[-1])
+
+
 def test_motion_drops_what_is_not_finished(slow: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = a_scene()
     slow.rest(moved(scene, 4.0))
