@@ -104,13 +104,16 @@ class FeatureList:
 
 def _colors_of(found: Features, before: Bytes, count: int) -> dict[int, int]:
     """Return a colour, 1 to `count`, of each feature by number: the largest first keep what `before` has there."""
-    sizes = np.bincount(found.labels.ravel())
+    pairs = found.labels.astype(np.int64) * (count + 1) + before
+    had = np.bincount(pairs.ravel())
+    had = np.pad(had, (0, -len(had) % (count + 1))).reshape(-1, count + 1)
+    sizes = had.sum(axis=1)
     colors: dict[int, int] = {}
     for number in sorted(found.ids.tolist(), key=lambda n: -int(sizes[n])):
-        had = np.bincount(before[found.labels == number], minlength=count + 1)
-        had[[0, *colors.values()]] = 0
+        votes = had[number].copy()
+        votes[[0, *colors.values()]] = 0
         free = [color for color in range(1, count + 1) if color not in colors.values()]
-        colors[number] = int(np.argmax(had)) if had.any() else free[0] if free else number % count + 1
+        colors[number] = int(np.argmax(votes)) if votes.any() else free[0] if free else number % count + 1
     return colors
 
 
