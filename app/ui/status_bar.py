@@ -19,6 +19,8 @@ Figure: TypeAlias = tuple[str, str, bool]
 """Text, meaning, and whether it is bad news."""
 GAP_EM, JOB_EM = 1.6, 34.0
 """Room after a figure, and room for a job."""
+HINT_SHARE, HINT_ICON_EM = 0.3, 2.0
+"""How much of the bar the hint has beside a job at most, and at least, for its icon."""
 LEAST_HINT_EM, LEAST_JOB_EM = 5.0, 16.0
 """What the hint and a job are left where the figures want all; the first figures give way."""
 
@@ -48,9 +50,11 @@ class StatusBar:
         room = imgui.get_window_width() - em(1)
         figures = _fitting(self.figures(), room - em(LEAST_JOB_EM if jobs else LEAST_HINT_EM))
         width = _width(figures)
-        self._draw_hint(room - width - em(JOB_EM * len(jobs)))
+        # A job stands still while hints and figures change with the pointer, so that it can be cancelled.
+        start = min(HINT_SHARE * room, max(room - width - em(JOB_EM), em(HINT_ICON_EM)))
+        self._draw_hint(start if jobs else room - width)
         for ticket in jobs:
-            self._draw_job(ticket, room - width)
+            self._draw_job(ticket, start, room - width)
         _draw_figures(figures, width)
         imgui.pop_font()
 
@@ -73,9 +77,9 @@ class StatusBar:
         if shown != hint:
             tip(self.hint)
 
-    def _draw_job(self, ticket: Ticket, end: float) -> None:
-        """Draw a long job's progress and the button that cancels it, before `end`."""
-        imgui.same_line(0, em(1))
+    def _draw_job(self, ticket: Ticket, start: float, end: float) -> None:
+        """Draw a long job's progress and the button that cancels it, from `start` to `end`, whatever the hint says."""
+        imgui.same_line(start + em(1))
         step = ticket.progress
         room = end - imgui.get_cursor_pos_x() - em(4)
         bar = min(em(12), room / 3)
