@@ -109,11 +109,15 @@ def _colors_of(found: Features, before: Bytes, count: int) -> dict[int, int]:
     had = np.pad(had, (0, -len(had) % (count + 1))).reshape(-1, count + 1)
     sizes = had.sum(axis=1)
     colors: dict[int, int] = {}
-    for number in sorted(found.ids.tolist(), key=lambda n: -int(sizes[n])):
+    by_size = sorted(found.ids.tolist(), key=lambda n: -int(sizes[n]))
+    for number in by_size:
         votes = had[number].copy()
         votes[[0, *colors.values()]] = 0
+        if votes.any():
+            colors[number] = int(np.argmax(votes))
+    for number in by_size:
         free = [color for color in range(1, count + 1) if color not in colors.values()]
-        colors[number] = int(np.argmax(votes)) if votes.any() else free[0] if free else number % count + 1
+        colors.setdefault(number, free[0] if free else number % count + 1)
     return colors
 
 

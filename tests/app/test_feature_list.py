@@ -29,7 +29,7 @@ def test_a_feature_keeps_its_colour_whatever_is_painted_elsewhere() -> None:
     before = color_at(drive, 95, 80), color_at(drive, 165, 80)
     assert len({*before, 0}) == 3
     assert color_at(drive, 20, 80) == 0
-    drive.editor.edit("One more", drive.document.changed(mask=bars((10, 40), (80, 110), (150, 180))))
+    drive.editor.edit("One more", drive.document.changed(mask=bars((5, 70), (80, 110), (150, 180))))
     drive.frame()
     assert (color_at(drive, 95, 80), color_at(drive, 165, 80)) == before
     assert color_at(drive, 25, 80) not in (0, *before)

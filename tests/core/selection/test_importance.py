@@ -25,6 +25,15 @@ def test_what_differs_from_the_ground_is_proposed() -> None:
     assert cv2.connectedComponents(mask.astype(np.uint8))[0] == 3
 
 
+def test_what_runs_along_the_border_is_ground_whatever_its_colour() -> None:
+    image, inside = two_discs()
+    pixels = image.pixels.copy()
+    pixels[240:] = np.random.default_rng(3).normal((70, 190, 60), 5, (60, 500, 3)).astype(np.uint8)
+    mask = propose(run(importance(Image(pixels))), float(inside.mean()), image.size_px) > 127
+    assert mask[inside].mean() > 0.85
+    assert mask[245:].mean() < 0.05
+
+
 def test_the_share_is_kept_to_and_more_of_it_holds_the_less() -> None:
     image, _ = two_discs()
     found = run(importance(image))

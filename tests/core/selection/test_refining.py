@@ -48,3 +48,13 @@ def test_holes_are_filled_but_bays_are_not() -> None:
     assert np.array_equal(fill_holes(ring), disc(30))
     ring[58:62, 60:] = 0
     assert np.array_equal(fill_holes(ring), ring)
+
+
+def test_a_straight_edge_moves_by_whole_pixels() -> None:
+    half = np.zeros((20, 40), np.uint8)
+    half[:, :10] = 255
+    for px, columns in ((3.0, 13), (-3.0, 7)):
+        moved = grow(half, px)
+        assert (moved[:, :columns] == 255).all()
+        assert not moved[:, columns:].any()
+    assert grow(half, 0.5)[0, 10] == 128
