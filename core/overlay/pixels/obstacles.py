@@ -15,6 +15,7 @@ from core.overlay.distances import distance
 from core.overlay.palette import from_shades, palette
 from core.overlay.pixels.foreign import foreign_things
 from core.overlay.pixels.plain import plain_things
+from core.overlay.pixels.visible_pattern import without_cloth
 from core.overlay.texel import Texel
 
 GROUPS = 3
@@ -75,7 +76,8 @@ def obstacles(
             ground = np.asarray(rest & (seen == number), np.bool_)
             motifs = np.asarray(rest & ~ground & (seen == drawn), np.bool_)
             out |= plain_things(photo, np.where(rest[..., None], uv, np.nan), basis, ground, motifs)
-    return np.asarray((cv2.morphologyEx(out.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0) & covered, np.bool_)
+    closed = np.asarray((cv2.morphologyEx(out.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0) & covered, np.bool_)
+    return without_cloth(closed, photo, texture, covered, side / 2)
 
 
 def odd_things(photo: Floats, texture: Floats, rho: Floats, texel: Texel, covered: Bools) -> Bools:
