@@ -6,7 +6,7 @@ search, and then among large texels.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice, connected
 from core.overlay.detection.seeding import LEAST_VERTICES, NoPatternError, divides, find_lattices, flat_canvas
 from core.overlay.detection.stages import Stage
+from core.overlay.magnified import TIMES, at_photo_size, can_be_magnified, magnified
 from core.overlay.registration.cloth import Cloth, Fit
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import begun, completed
@@ -26,6 +27,9 @@ from core.progress import Job, Progress, part
 AS_MUCH = 0.9
 """Share of what a lattice explains that a finer one of the same pattern explains at least: the rest is noise."""
 
+LEAST_PART = 0.05
+"""Share of what may be cloth that a find covers at least: what repeats in a corner is not the photo's."""
+
 
 @dataclass(frozen=True)
 class Find:
@@ -34,6 +38,25 @@ class Find:
     cloth: Cloth
     followed: Fit
     weight: Evidence
+
+    scale: int = 1
+    """Times that the photo was enlarged in which it was found."""
+
+    @property
+    def explained(self) -> float:
+        """What speaks for it, as if each pixel of the photo spoke once, however large the photo is registered."""
+        return self.weight.explained / self.scale**2
+
+    @property
+    def is_credible(self) -> bool:
+        """Whether the pattern repeats, over enough of what may be cloth."""
+        covered = self.cloth.valid & self.cloth.mesh.pixels_of(self.followed.cells)
+        return self.weight.is_credible and covered.sum() > LEAST_PART * self.cloth.valid.sum()
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether no doubt is left about it."""
+        return self.weight.is_clear and self.is_credible
 
 
 def find_cloth(
@@ -50,17 +73,28 @@ def find_cloth(
         first = yield from part(begun(photo, canvas, lattice, seed), 0.4, 0.45)
         return (yield from part(completed(*first, [], seed), 0.45, 1.0))
     finds = yield from part(found_by_lattice(photo, canvas, canvas, seed, texel_px), 0.0, 0.3)
-    if not any(find.weight.is_clear for find in finds) and not canvas.valid.all():
+    if not is_any_clear(finds) and not canvas.valid.all():
         whole = flat_canvas(photo, np.ones(canvas.shape, np.bool_))
-        finds += yield from part(found_by_lattice(photo, canvas, whole, seed, texel_px), 0.3, 0.45)
-    if not any(find.weight.is_clear for find in finds):
+        finds += yield from part(found_by_lattice(photo, canvas, whole, seed, texel_px), 0.3, 0.4)
+    if not any(find.is_credible for find in finds) and can_be_magnified(canvas.shape):
+        large, place = magnified(photo, np.asarray(canvas.valid[..., 0] > 0, np.bool_))
+        side = None if texel_px is None else TIMES * texel_px
+        small = yield from part(found_by_lattice(large, place, place, seed, side), 0.4, 0.5)
+        finds += [replace(find, scale=TIMES) for find in small]
+    if not is_any_clear(finds):
         try:
             wide = find_wide(photo, canvas, np.random.default_rng(seed), texel_px=texel_px, is_finer_known=bool(finds))
-            cloth, grown = yield from part(wide, 0.45, 0.6)
+            cloth, grown = yield from part(wide, 0.5, 0.6)
             finds.append(Find(cloth, grown, weigh(cloth, grown)))
         except NoPatternError:
             pass
-    return (yield from part(best_completed(finds, seed), 0.6, 1.0))
+    best, (cloth, found) = yield from part(best_completed(finds, seed), 0.6, 1.0)
+    return (cloth, found) if best.scale == 1 else at_photo_size(cloth, found, photo, canvas)
+
+
+def is_any_clear(finds: list[Find]) -> bool:
+    """Return whether one of the finds is not to be doubted."""
+    return any(find.is_clear for find in finds)
 
 
 def found_by_lattice(
@@ -78,7 +112,7 @@ def found_by_lattice(
             finds.append((yield from part(registered(photo, canvas, inside(lattice, canvas), seed), 0.8, 1.0)))
         except NoPatternError:
             continue
-        if finds[-1].weight.is_clear:
+        if finds[-1].is_clear:
             finer = (other for other in lattices if divides(other, lattice))
             finds[-1] = yield from least_texel(photo, canvas, finds[-1], finer, seed)
             break
@@ -116,13 +150,16 @@ def registered(photo: Floats, canvas: Canvas, lattice: Lattice, seed: int) -> Jo
     return Find(cloth, found, weigh(cloth, found))
 
 
-def best_completed(finds: list[Find], seed: int) -> Job[tuple[Cloth, Fit]]:
-    """Return the find that explains most, completed; the next one where it then proves to be none."""
-    for find in sorted(finds, key=lambda find: -find.weight.explained):
-        if not find.weight.is_credible:
+def best_completed(finds: list[Find], seed: int) -> Job[tuple[Find, tuple[Cloth, Fit]]]:
+    """Return the find that explains most, and what it comes to when completed.
+
+    The next one where it then proves to be none.
+    """
+    for find in sorted(finds, key=lambda find: -find.explained):
+        if not find.is_credible:
             continue
         try:
-            return (yield from completed(find.cloth, find.followed, [], seed))
+            return find, (yield from completed(find.cloth, find.followed, [], seed))
         except NoPatternError:
             continue
     raise NoPatternError

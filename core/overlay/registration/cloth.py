@@ -127,13 +127,15 @@ def near_lattice(mesh: Mesh, lattice: Lattice, uv: Floats) -> Bools:
     return np.asarray(near[:-1, :-1] & near[1:, :-1] & near[:-1, 1:] & near[1:, 1:], np.bool_)
 
 
-def estimated(cloth: Cloth, pieces: tuple[State, ...]) -> Texel:
-    """Return the texel that the pieces show."""
+def estimated(cloth: Cloth, pieces: tuple[State, ...], *, parity: tuple[int, int] | None = None) -> Texel:
+    """Return the texel that the pieces show; with a `parity`, axis and rest by 2, that of these rows or columns."""
     uv, rho, weight = np.zeros((*cloth.valid.shape, 2)), np.ones(cloth.valid.shape), np.zeros(cloth.valid.shape)
     for piece in pieces:
         at = cloth.mesh.to_pixels(piece.values)
         inside = cloth.mesh.pixels_of(piece.cells) & cloth.valid
         uv[inside], rho[inside], weight[inside] = at[inside, :2], at[inside, 2], 1.0
+    if parity is not None:
+        weight *= np.floor(uv[..., parity[0]]) % 2 == parity[1]
     return estimate_texel(cloth.photo, uv, rho, weight, cloth.texel_samples)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -14,7 +15,7 @@ from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detection.alignment import Frames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
-from core.overlay.finding import find_cloth, registered
+from core.overlay.finding import Find, find_cloth, registered
 from core.overlay.registration.cloth import Cloth, Fit
 from core.overlay.registration.evidence import Evidence, piece_parts, repeated, weigh
 from core.overlay.registration.fitting import begun
@@ -28,17 +29,18 @@ def scene() -> Scene:
     return make_scene(motif(), basis=24.0 * np.eye(2), bend=0.0)
 
 
-def weighed(photo: Floats, side: float) -> Evidence:
-    """Return what speaks for a square lattice of that side."""
-    return weigh(*begun_with(photo, side))
+def weighed(photo: Floats, side: float, height: float | None = None) -> Evidence:
+    """Return what speaks for an upright lattice of texels of that side, or of that width and height."""
+    return weigh(*begun_with(photo, side, height))
 
 
-def begun_with(photo: Floats, side: float) -> tuple[Cloth, Fit]:
-    """Return the cloth registered with a square lattice of that side."""
-    count = (np.array(photo.shape[1::-1]) - 10) // side
+def begun_with(photo: Floats, side: float, height: float | None = None) -> tuple[Cloth, Fit]:
+    """Return the cloth registered with an upright lattice of texels of that side, or of that width and height."""
+    sides = np.array([side, height or side])
+    count = (np.array(photo.shape[1::-1]) - 10) // sides
     keys = np.stack(np.meshgrid(*(np.arange(n) for n in count)), -1).reshape(-1, 2).astype(np.int64)
-    points = (side * keys + 10).astype(np.float64)
-    frames = Frames(points, np.tile(side * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys)))
+    points = (sides * keys + 10).astype(np.float64)
+    frames = Frames(points, np.tile(np.diag(sides), (len(keys), 1, 1)), np.ones(len(keys)))
     canvas = flat_canvas(photo, np.ones(photo.shape[:2], bool))
     return run(begun(photo, canvas, Lattice(keys, frames), 0, trusted=True))
 
@@ -73,6 +75,15 @@ def test_texels_of_one_row_are_evidence_along_it_only(scene: Scene) -> None:
         assert repeated(parts, 1 - axis) > 0.7
 
 
+def test_texel_that_columns_do_not_foretell_is_none() -> None:
+    rng = np.random.default_rng(3)
+    row = cv2.GaussianBlur(rng.normal(size=(17, 190, 3)), (0, 0), 2.0)
+    photo = 0.5 + 0.15 * np.tile(row / row.std(), (10, 1, 1)) + rng.normal(0, 0.01, (170, 190, 3))
+    assert not weighed(np.clip(photo, 0, 1), 42.0, 17.0).is_credible
+    again = np.tile(photo[:, :42], (1, 5, 1)) + rng.normal(0, 0.01, (170, 210, 3))
+    assert weighed(np.clip(again, 0, 1), 42.0, 17.0).is_clear
+
+
 def test_light_in_folds_is_no_evidence() -> None:
     y, x = np.indices((170, 190))
     folds = 0.5 + 0.15 * (np.sin(x / 13.0) + np.sin((x + 2 * y) / 31.0))[..., None] * np.ones(3)
@@ -83,6 +94,18 @@ def test_light_in_folds_is_no_evidence() -> None:
 def test_of_a_texel_seen_once_nothing_is_evidence(scene: Scene) -> None:
     once, often = (weighed(scene.photo[:size, :size], 24.0).explained for size in (58, 106))
     assert often > 4 * once
+
+
+def test_what_repeats_in_a_corner_of_a_photo_is_not_its_cloth(scene: Scene) -> None:
+    cloth, found = begun_with(scene.photo, 24.0)
+    small = Find(cloth, found, Evidence(100.0, 0.9))
+    assert small.is_clear
+    wide = replace(cloth, canvas=flat_canvas(np.tile(scene.photo, (5, 5, 1)), np.ones((850, 950), bool)))
+    far = replace(wide, mesh=replace(cloth.mesh, shape=(850, 950)))
+    cells = np.zeros(far.mesh.cells, bool)
+    cells[: found.pieces[0].cells.shape[0], : found.pieces[0].cells.shape[1]] = found.pieces[0].cells
+    corner = replace(found, pieces=(replace(found.pieces[0], cells=cells),))
+    assert not Find(far, corner, Evidence(100.0, 0.9)).is_credible
 
 
 def test_a_lattice_that_cannot_be_followed_is_refused(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
