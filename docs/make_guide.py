@@ -9,6 +9,7 @@ from imgui_bundle import hello_imgui, imgui
 
 from app.actions import overlay
 from app.editor.editor import Editor
+from app.marking.applying import select as select_area
 from app.marking.feature_list import merge
 from app.model.jobs import Jobs
 from app.model.session import Brush
@@ -18,6 +19,7 @@ from app.tours.samples import overlay_sample, retexture_sample, warp_sample
 from assets import asset
 from core.document.document import Document, Pin
 from core.imaging.images import Image, load, save
+from core.selection.shapes import ellipse_outline, fill_polygon
 from docs.make_pictures import THUMBNAIL_FRAMES, shrunk
 from tests.gui.window_driver import WindowDriver, drive
 
@@ -71,11 +73,15 @@ def place(window: WindowDriver, x: float, y: float) -> tuple[float, float]:
 
 
 def paint(window: WindowDriver) -> None:
-    """Paint a cloud, on the picture as it was."""
+    """Show a cloud that is painted, on the picture as it was."""
     editor = window.editor
     window.key(imgui.Key.h).key(imgui.Key.b).wait(3)
     editor.show(brush=Brush(diameter_px=70.0))
-    window.press(*place(window, 0.43, 0.12)).move(*place(window, 0.48, 0.1)).move(*place(window, 0.5, 0.12)).wait(4)
+    size = editor.document.size_px
+    cloud = ellipse_outline(np.multiply((0.42, 0.07), size), np.multiply((0.52, 0.155), size))
+    select_area(editor, "cloud", fill_polygon(size, cloud), "add")
+    settle(window)
+    window.move(*place(window, 0.5, 0.12)).wait(4)
 
 
 def select(window: WindowDriver) -> None:
