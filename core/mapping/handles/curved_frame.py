@@ -25,7 +25,7 @@ from core.mapping.jacobians import Complexes
 
 _ROOM = 0.1
 """Share of its area in the picture that a corner beside a cut feature keeps at least."""
-_LEAST = 0.5
+LEAST = 0.5
 """Share of its size that a feature is to keep; where it would have to be smaller, the frame gives way beside it."""
 _ROUNDS, _EXACT = 5, 1e-6
 """Times that a turn, which is linear for small angles only, is taken anew, and share of the room that is rounding."""
@@ -62,7 +62,7 @@ class Cut:
                 return alpha, t
             found = found / (1 + change[0])
             place = place - found * change[1]
-            if abs(found) < _LEAST * abs(alpha):
+            if abs(found) < LEAST * abs(alpha):
                 return alpha, t
         return (found, place) if (self._lacks(w, found, place)[0] < self.room).all() else (alpha, t)
 

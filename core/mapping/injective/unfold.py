@@ -35,10 +35,10 @@ Elsewhere the linear answer for these poses takes its place, and near folds E is
 
 **Order of ways.** Few folds are cleared on the fine grid at once, outline and sizes held. Then the coarse grid has its
 turn with the outline where it is; then with outline nodes beside cut bodies gliding along it, or, failing that, leaving
-it, rigid bodies at the size that they have under W. At last the way begins at a map without folds (`safe`: the picture
-before a handle moved, else the one similarity of all closest to S, or S with small bodies in it; `starts`) and handles,
-sizes and outline are drawn to their goals; what does not get there stays where it came to. What cannot be lifted from
-there is lifted from where all corners still had room. All loops are bounded by counts of steps.
+it, rigid bodies at the size that they have under W if that is no less than half. At last the way begins at a map without
+folds (`safe`: the picture before a handle moved, else the one similarity of all closest to S, or S with small bodies in
+it; `starts`) and handles, sizes and outline are drawn to their goals; what does not get there stays where it came to.
+What cannot be lifted from there is lifted from where all corners still had room. All loops are bounded by counts.
 """
 
 from collections.abc import Iterator
@@ -51,6 +51,7 @@ from core.arrays import Floats
 from core.mapping.features.feature_mapping import FeatureMapping, Solution
 from core.mapping.folds import folded_quads
 from core.mapping.handles.constraints import SCALE, Constraints
+from core.mapping.handles.curved_frame import LEAST
 from core.mapping.injective.continuation import (
     FEW_STEPS,
     GENTLE_FALL,
@@ -183,8 +184,8 @@ class Ways:
         if gliding is None:
             return None
         left = yield from self._from_coarse(level, cells, leaves=True)
-        if left is None and self._mapping.keep == "rigid":
-            left = yield from self._under_w()._from_coarse(level, cells, leaves=True)
+        if left is None and safe is None and self._mapping.keep == "rigid":
+            left = yield from self._smaller(cells)
         if left is None and safe is None:
             left = yield from self._from_safe(None, cells)
         start = self._linear
@@ -274,11 +275,16 @@ class Ways:
             found = yield from self._refinement.finish(way, problem, junctions)
         return found
 
-    def _under_w(self) -> "Ways":
-        """Return the ways from the linear answer with bodies where W alone has them, at the sizes they have there."""
+    def _smaller(self, cells: float) -> Job[Map | None]:
+        """Begin with bodies where W alone has them, at the sizes λ they have there, and keep these if they do."""
         level, n = self._level, len(self._linear.alpha)
         alpha, t = np.array([body.fit(level.wanted.ravel()) for body in self._mapping.bodies[:n]], np.complex128).T
-        alpha *= self._mapping.sizes_under(level.wanted, np.arange(n)) / np.abs(alpha)
+        sizes = self._mapping.sizes_under(level.wanted, np.arange(n))
+        if (sizes < LEAST * self._goal.scales).any():
+            return None
+        alpha = sizes * np.exp(1j * np.angle(alpha))
         linear = level.of_solution(self._mapping.place_at(level.wanted, alpha, t), self._centres)
-        goal = Goal(np.abs(alpha), linear.alpha, linear.place)
-        return Ways(self._mapping, level, linear, goal, self._centres)
+        goal = Goal(sizes, linear.alpha, linear.place)
+        return (
+            yield from Ways(self._mapping, level, linear, goal, self._centres)._from_coarse(level, cells, leaves=True)
+        )
