@@ -35,7 +35,7 @@ Elsewhere the linear answer for these poses takes its place, and near folds E is
 
 **Order of ways.** Few folds are cleared on the fine grid at once, outline and sizes held. Then the coarse grid has its
 turn with the outline where it is; then with outline nodes beside cut bodies gliding along it, or, failing that, leaving
-it, rigid bodies at the size that they have under W if that is no less than half. At last the way begins at a map without
+it, rigid bodies at the size they have under W if that is no less than half. At last the way begins at a map without
 folds (`safe`: the picture before a handle moved, else the one similarity of all closest to S, or S with small bodies in
 it; `starts`) and handles, sizes and outline are drawn to their goals; what does not get there stays where it came to.
 What cannot be lifted from there is lifted from where all corners still had room. All loops are bounded by counts.
