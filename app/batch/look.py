@@ -143,4 +143,4 @@ def _pin(document: Document, pin: PinTable) -> Pin:
         places_from_pixels(document.canvas_px, np.array(at)).tolist()
     )
     keys = tuple(Key(key.frame, place(key.to), key.easing) for key in pin.keys)
-    return Pin((x, y), keys[0].value if pin.to is None else place(pin.to), keys)  # type: ignore[arg-type]
+    return Pin((x, y), keys[0].value if pin.to is None else place(pin.to), keys=keys)  # type: ignore[arg-type]

@@ -4,7 +4,7 @@ A ring that was never moved is dashed: it shows how the picture is turned by all
 moved, it holds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -12,7 +12,6 @@ import numpy as np
 
 from app.editor.editor import Editor
 from app.model.events import Event, Move, Position, Press
-from app.model.gestures import Gesture
 from app.model.shapes import Circle, Polyline, Role, Shape
 from app.tools.points.box import STEP_RAD
 from app.tools.points.grips import REACH_PX, drag_from
@@ -55,12 +54,12 @@ def is_gripped(editor: Editor, number: int, place: Points, pos: Position) -> boo
     return bool(off_line <= LINE_PX or np.hypot(*np.subtract(pos, _knob(ring, place))) <= REACH_PX)
 
 
-def drag(editor: Editor, press: Press, number: int, place: Points) -> Gesture:
-    """Turn and scale the picture around a pin at `place`; with Shift by whole steps, at the scale that it has."""
+def drag(editor: Editor, press: Press, number: int, place: Points) -> Generator[None, Event, bool]:
+    """Turn and scale the picture around a pin at `place`, with Shift by whole steps; return False for a mere click."""
     start, ring = editor.document, shown(editor, number)
     first = yield from drag_from(press.pos)
     if first is None:
-        return
+        return False
     before = complex(*np.subtract(press.pos, place))
     with editor.group("Turn and scale pin"):
         event: Event = first
@@ -73,6 +72,7 @@ def drag(editor: Editor, press: Press, number: int, place: Points) -> Gesture:
             turned = Ring(_half_turn(turn_deg), float(np.clip(scale, *RING_SCALES)))
             editor.document = with_ring(start, number, turned)
             event = yield
+    return True
 
 
 def remove(editor: Editor, number: int) -> None:

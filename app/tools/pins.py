@@ -76,7 +76,7 @@ def press(editor: Editor, press: Press) -> Gesture | None:
     if pin is not None:
         return drag(editor, press, pin)
     if ringed is not None and on_ring:
-        return pin_ring.drag(editor, press, ringed, places[ringed])
+        return turn_or_add(editor, press, ringed, places[ringed])
     box = box_of(editor)
     grip = box.grip(press.pos) if box is not None else None
     if box is not None and grip is not None:
@@ -87,14 +87,29 @@ def press(editor: Editor, press: Press) -> Gesture | None:
     return add(editor, press, at)
 
 
+def turn_or_add(editor: Editor, press: Press, ringed: int, place: Points) -> Gesture:
+    """Turn and scale the picture around a pin by its ring; a mere click on the ring adds a pin there."""
+    turned = yield from pin_ring.drag(editor, press, ringed, place)
+    at = _picture_place(editor, press.pos)
+    if not turned and at is not None:
+        with editor.group("Add pin"):
+            _put(editor, press, at)
+
+
+def _put(editor: Editor, press: Press, at: Place) -> int:
+    """Put a pin on the picture, select it and return its number."""
+    to = places_from_screen(editor, np.array(press.pos))[0]
+    pin = Pin(at, (float(to[0]), float(to[1])))
+    editor.document = editor.document.changed(pins=(*editor.document.pins, pin))
+    number = len(editor.document.pins) - 1
+    editor.show(selected=frozenset({number}))
+    return number
+
+
 def add(editor: Editor, press: Press, at: Place) -> Gesture:
     """Put a pin on the picture and, while the button is held, move it."""
     with editor.group("Add pin"):
-        to = places_from_screen(editor, np.array(press.pos))[0]
-        pin = Pin(at, (float(to[0]), float(to[1])))
-        editor.document = editor.document.changed(pins=(*editor.document.pins, pin))
-        number = len(editor.document.pins) - 1
-        editor.show(selected=frozenset({number}))
+        number = _put(editor, press, at)
         first = yield from drag_from(press.pos)
         if first is not None:
             yield from _follow(editor, press, [number], first)

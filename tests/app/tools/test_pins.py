@@ -256,3 +256,11 @@ def test_a_ring_that_cannot_be_met_is_reported(drive: EditorDriver) -> None:
     assert report.ring is not None
     assert report.ring.reached_scale == pytest.approx(1)
     assert missed_px(drive.editor, 0) == pytest.approx(report.ring.error_px) != 0
+
+
+def test_a_click_on_the_ring_of_the_selected_pin_adds_a_pin_there(drive: EditorDriver) -> None:
+    drive.tool("pins").press(60, 60).release().press(60 + RING_PX, 60).release()
+    assert len(drive.document.pins) == 2
+    assert all(pin.ring is None for pin in drive.document.pins)
+    drive.editor.undo()
+    assert len(drive.document.pins) == 1
