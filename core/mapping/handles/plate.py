@@ -36,7 +36,7 @@ from core.linalg.blas import one_thread
 from core.linalg.laplacian import divergence, edge_weights, laplacian
 from core.mapping.handles.dirichlet_plate import HeldPlate
 from core.mapping.handles.free_plate import FreePlate
-from core.mapping.jacobians import Complexes, as_complex, linear_parts
+from core.mapping.jacobians import Complexes, Frames, as_complex, linear_parts
 from core.tracing import span
 
 Frame = Literal["held", "free"]
@@ -74,6 +74,8 @@ class HandleField:
             self._plate = HeldPlate(grid, cell=_cell(grid), rounded=rounded)
         self._points, self._M = np.empty((0, 2)), sparse.csr_array((0, 0))
         self._spare = 0
+        self._before: tuple[Complexes, Frames, Complexes, Complexes] | None = None
+        """The z⁰ that was turned last, its linear parts and its edges: while handles are dragged it stays."""
 
     def hold(self, points: Points, M: sparse.csr_array | None = None, *, spare: int) -> None:
         """Declare the places (m, 2) of the points, in pixels of the picture.
@@ -135,13 +137,15 @@ class HandleField:
         """
         if self.frame == "free" or not isinstance(self._plate, HeldPlate):
             return np.zeros_like(z0)
-        turned = _rotations(self.grid, z0, z0 + d) - 1
+        if self._before is None or self._before[0] is not z0:
+            self._before = z0, linear_parts(self.grid, z0), np.diff(z0, axis=1), np.diff(z0, axis=0)
+        _, parts, right, below = self._before
+        turned = _rotations(parts, linear_parts(self.grid, z0 + d)) - 1
         across, down = edge_weights(turned)
-        load = divergence(across * np.diff(z0, axis=1), down * np.diff(z0, axis=0))
+        load = divergence(across * right, down * below)
         held = np.where(self.grid.outline, sides, 0)
-        ones = edge_weights(np.ones(turned.shape))
         if held.any():
-            load -= laplacian(ones, held)
+            load -= laplacian(edge_weights(np.ones(turned.shape)), held)
         with one_thread():
             return self._plate.solve_poisson(load) + held
 
@@ -180,10 +184,9 @@ class HandleField:
         return np.asarray(self._M @ (d[nodes] * weights).sum(axis=1))
 
 
-def _rotations(grid: Grid, z0: Complexes, z: Complexes) -> Complexes:
-    """Return the local rotation (R-1, C-1) of z against z⁰ on every quad, as unit complex numbers."""
+def _rotations(before: Frames, after: Frames) -> Complexes:
+    """Return the local rotation (R-1, C-1) of a mapping against another one on every quad, as unit complex numbers."""
     # J = L L0⁻¹ with L u = a u + b conj(u); its similarity part is (a conj(a0) - b conj(b0)) / det L0.
-    before, after = linear_parts(grid, z0), linear_parts(grid, z)
     part = after.similar * before.similar.conj() - after.opposite * before.opposite.conj()
     size = np.abs(part)
     return np.divide(part, size, out=np.ones_like(part), where=size > 0)
