@@ -212,12 +212,6 @@ def test_a_dragged_ring_turns_and_scales_the_picture_in_one_entry(drive: EditorD
     assert np.allclose(drive.editor.answer.warped, drive.editor.answer.rest, atol=1e-6)
 
 
-def test_a_click_on_a_ring_sets_nothing(drive: EditorDriver) -> None:
-    drive.click(100, 75).click(100 + RING_PX, 75)
-    assert drive.labels == ("Add pin",)
-    assert drive.document.pins[0].ring is None
-
-
 def test_with_shift_a_ring_turns_by_whole_steps_and_keeps_its_scale(drive: EditorDriver) -> None:
     drive.click(100, 75).press(100 + RING_PX, 75).move(100 + RING_PX, 75 + 0.5 * RING_PX, shift=True).release()
     assert ring_of(drive).turn_deg == pytest.approx(30)
