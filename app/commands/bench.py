@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from app.bench import batch, export, machine, mapping, overlay, photographs, retexture
+from app.bench import batch, export, machine, mapping, overlay, photographs, retexture, retexture_photographs
 from app.window.loading import loading
 from core.arrays import InputError
 
@@ -32,7 +32,7 @@ ENGINES: Mapping[str, tuple[Callable[[], list[Record]], Callable[[], list[Record
 """What measures each engine, in full and quickly."""
 USUAL = [name for name in ENGINES if name not in {"window", "batch"}]
 """What is measured unless asked otherwise: the window needs a display, batches take minutes."""
-PHOTOGRAPHS = "photographs"
+PHOTOGRAPHS, RETEXTURED = "photographs", "retexture-photographs"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,21 +45,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         default=USUAL,
         help=f"some of the engines, {', '.join(ENGINES)}, of which window needs a display; "
-        f"or {PHOTOGRAPHS} DIR: how many of a folder are decomposed",
+        f"or {PHOTOGRAPHS} DIR: how many of a folder are decomposed; "
+        f"or {RETEXTURED} DIR: what is regrown of pictures with curves, beside the plain deformation",
     )
+    add = parser.add_argument
+    add("--sheets", type=Path, metavar="FOLDER", help=f"with {RETEXTURED}: show both side by side, enlarged")
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Measure and print."""
     engines, folders = chosen(arguments.only)
+    if arguments.sheets is not None and RETEXTURED not in folders:
+        raise InputError(f"--sheets: only with {RETEXTURED}")
     found: dict[str, Any] = {"machine": machine.describe()}
     for name in engines:
         if sys.stderr.isatty():
             sys.stderr.write(f"timing {name} ...\n")
         found[name] = ENGINES[name][arguments.quick]()
-    for folder in folders:
-        found[PHOTOGRAPHS] = photographs.measure(folder)
+    if PHOTOGRAPHS in folders:
+        found[PHOTOGRAPHS] = photographs.measure(folders[PHOTOGRAPHS])
         found[f"{PHOTOGRAPHS}_by_half"] = photographs.summarise(found[PHOTOGRAPHS])
+    if RETEXTURED in folders:
+        found[RETEXTURED] = retexture_photographs.measure(folders[RETEXTURED], arguments.sheets)
+        found[f"{RETEXTURED}_by_half"] = retexture_photographs.summarise(found[RETEXTURED])
     if arguments.json:
         sys.stdout.write(json.dumps(found, indent=1) + "\n")
         return
@@ -68,18 +76,21 @@ def run(arguments: argparse.Namespace) -> None:
         sys.stdout.write("\n".join(["", name, *table(records), ""]))
 
 
-def chosen(words: Sequence[str]) -> tuple[list[str], list[Path]]:
-    """Return the engines that `--only` names, and the folder of photographs, if any, in a list."""
-    engines, folders = list(words), []
-    if PHOTOGRAPHS in engines:
-        place = engines.index(PHOTOGRAPHS)
-        folders = [Path(word) for word in engines[place + 1 : place + 2]]
+def chosen(words: Sequence[str]) -> tuple[list[str], dict[str, Path]]:
+    """Return the engines that `--only` names, and the folders of pictures that it names for a judgement."""
+    engines, folders = list(words), {}
+    for name, holding in ((PHOTOGRAPHS, "photographs"), (RETEXTURED, "pictures with curves")):
+        if name not in engines:
+            continue
+        place = engines.index(name)
+        after = [Path(word) for word in engines[place + 1 : place + 2]]
         del engines[place : place + 2]
-        if not folders or not folders[0].is_dir():
-            raise InputError(f"--only {PHOTOGRAPHS}: needs a folder of photographs")
+        if not after or not after[0].is_dir():
+            raise InputError(f"--only {name}: needs a folder of {holding}")
+        folders[name] = after[0]
     unknown = next((name for name in engines if name not in ENGINES), None)
     if unknown is not None:
-        raise InputError(f"--only {unknown}: not one of {', '.join(ENGINES)}, {PHOTOGRAPHS}")
+        raise InputError(f"--only {unknown}: not one of {', '.join(ENGINES)}, {PHOTOGRAPHS}, {RETEXTURED}")
     return engines, folders
 
 

@@ -10,9 +10,11 @@ from pathlib import Path
 from app.console import run_shown
 from core.arrays import Bytes, InputError
 from core.curves import feature_curves
+from core.curves.feature_curves import FeatureCurve
 from core.files.atomic import AtomicFiles, check_outputs
 from core.imaging.images import Image, check_writable_format, load, load_mask, write
 from core.retexture.job import Settings, retexture
+from core.retexture.magnification import bands
 from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture
 
@@ -110,7 +112,7 @@ def run(arguments: argparse.Namespace) -> None:
         with ThreadPoolExecutor(2) as helpers:
             list(helpers.map(keep, pictures, paths))
         if arguments.report is not None:
-            text = json.dumps(report(image, result, blend, arguments.seed), indent=1)
+            text = json.dumps(report(image, curves, result, blend, arguments.seed), indent=1)
             with files.place(arguments.report) as place:
                 place.write_text(f"{text}\n", encoding="utf-8")
 
@@ -164,13 +166,17 @@ def mask(path: Path | None, size_px: tuple[int, int]) -> Bytes | None:
     return marked
 
 
-def report(image: Image, result: Retexture, blend: float, seed: int) -> dict[str, object]:
+def report(image: Image, curves: list[FeatureCurve], result: Retexture, blend: float, seed: int) -> dict[str, object]:
     """Return what `--report` writes."""
     seconds = {**result.seconds, "blend": blend, "total": result.seconds["total"] + blend}
     return {
         "size": [image.height_px, image.width_px],
         "patches": result.patches,
         "candidates": result.candidates,
+        "magnified": [
+            {key: round(value, 4) for key, value in band._asdict().items()}
+            for band in bands(result, [curve.target for curve in curves if curve.target is not None])
+        ],
         "seconds": {stage: round(value, 4) for stage, value in seconds.items()},
         "seed": seed,
     }
