@@ -5,9 +5,9 @@ of the same picture. The names are split into two fixed halves, so that what was
 Figures do not see what an eye does: the sheets show both side by side, enlarged.
 """
 
+import hashlib
 import sys
 import time
-import zlib
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -63,7 +63,7 @@ def summarise(records: list[Record]) -> list[Record]:
 
 def half_of(name: str) -> int:
     """Return the half, 0 or 1, that a picture of that name belongs to, whatever other pictures there are."""
-    return zlib.crc32(name.encode()) % 2
+    return hashlib.sha256(name.encode()).digest()[0] % 2
 
 
 def _record(file: Path, sheets: Path | None) -> Record:
