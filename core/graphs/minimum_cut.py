@@ -5,8 +5,6 @@ PyMaxflow (Boykov and Kolmogorov, 2004) where it is installed: it has no wheel f
 """
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
 from core.arrays import Bools, Floats, Ints
 
@@ -37,6 +35,9 @@ def minimum_cut(one: Ints, other: Ints, between: Floats, source: Floats, sink: F
 
 def by_scipy(one: Ints, other: Ints, between: Floats, source: Floats, sink: Floats) -> Bools:
     """Return the same by SciPy's maximum flow: the nodes from which the sink can be reached in what is left."""
+    from scipy.sparse import csr_array  # loads slowly, and is needed without PyMaxflow only
+    from scipy.sparse.csgraph import breadth_first_order, maximum_flow
+
     n = len(source)
     every, start, end = np.arange(n), n, n + 1
     common = np.minimum(source, sink)

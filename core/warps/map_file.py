@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from core.arrays import Bools, Floats, InputError, Ints, Points, Singles, readonly
 from core.imaging.reading import load
@@ -85,7 +85,7 @@ class WarpMap:
         row, column = self._cells.nonzero()
         every = max(1, -(-len(row) // _STARTS))
         row, column = row[::every], column[::every]
-        _, found = cKDTree(self.places[row, column].astype(np.float64)).query(share)
+        _, found = scipy.spatial.cKDTree(self.places[row, column].astype(np.float64)).query(share)
         return np.stack([column[found], row[found]], axis=1)
 
     def _entered(self, cell: Ints, at: Points) -> Ints:
