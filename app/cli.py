@@ -82,7 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         command, options = parse(sys.argv[1:] if arguments is None else arguments)
         check_outputs([options.trace], beside=_other_paths(options))
-        with ended_by_signals(), recorded(options.trace), hearing() as heard:
+        with ended_by_signals(), record(options.trace), hearing() as heard:
             command.run(options)
         for text in heard:
             sys.stderr.write(f"weft: note: {' '.join(text.split())}\n")
@@ -169,7 +169,7 @@ def ended_by_signals() -> Iterator[None]:
 
 
 @contextmanager
-def recorded(trace: Path | None) -> Iterator[None]:
+def record(trace: Path | None) -> Iterator[None]:
     """Write a timeline of the block to `trace`, if there is one, however the block ends."""
     if trace is None:
         yield

@@ -8,7 +8,7 @@ Where to begin, by what is wanted:
 - texture regrown along moved curves: `retexture.job.retexture`, with `curves.bezier.Curve` and
   `curves.feature_curves.FeatureCurve`
 - a patterned cloth taken apart: `overlay.decomposition.decompose`; a new texture in its folds:
-  `overlay.composition.compose`, on a photo of any depth `overlay.laying.overlaid`
+  `overlay.composition.compose`, on a photo of any depth `overlay.compositing.lay_over`
 - what the editor edits: `document.document.Document`; its file: `load_project` and `save_project` of `document.project`
 - linear systems: `linalg.factor.Factor`, factored once and solved many times
 

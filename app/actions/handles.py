@@ -35,7 +35,7 @@ def put_back(editor: Editor) -> None:
     if pair is not None:
         source = pixels_from_places(document.size_px, pair.source)
         seen = editor.map.base_mesh.canvas_from_image(curve_edit.samples_of(source))
-        target = places_from_pixels(document.canvas_px, curve_edit.mapped(source, seen))
+        target = places_from_pixels(document.canvas_px, curve_edit.map_along(source, seen))
         INNER.edit(editor, "Put curve back", replace(pair, target=target))
 
 

@@ -96,7 +96,7 @@ def suggest(editor: Editor) -> None:
 
 def outline_painted(editor: Editor) -> None:
     """Make closed feature curves of the outlines of what is painted."""
-    raster = _painted(editor)
+    raster = _paint(editor)
     found = [] if raster is None else outlines(raster.array)
     document = editor.document
     for curve in found:
@@ -107,7 +107,7 @@ def outline_painted(editor: Editor) -> None:
         editor.show(selected_curve=len(document.feature_curves) - 1, selected_knots=frozenset())
 
 
-def _painted(editor: Editor) -> Raster | None:
+def _paint(editor: Editor) -> Raster | None:
     """Return the mask of this mode that the brush paints; the features of Warp mode where it is empty."""
     document = editor.document
     masks = (getattr(document, editor.session.painted), document.mask)
@@ -204,7 +204,7 @@ RETEXTURE = (
         outline_painted,
         icon="draw-polygon",
         tooltip="Make closed curves around the painted mask",
-        enabled=lambda editor: in_mode(editor) and _painted(editor) is not None,
+        enabled=lambda editor: in_mode(editor) and _paint(editor) is not None,
     ),
     *(_look(*row) for row in _LOOKS),
     Action(

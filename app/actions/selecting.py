@@ -90,7 +90,7 @@ def _part(part: Part, label: str, icon: str, tooltip: str) -> Action:
     )
 
 
-def _refined(name: str, label: str, icon: str, tooltip: str, change: Callable[[Bytes, float], Bytes]) -> Action:
+def _refine(name: str, label: str, icon: str, tooltip: str, change: Callable[[Bytes, float], Bytes]) -> Action:
     def run(editor: Editor) -> None:
         refine(editor, label, lambda mask: change(mask, editor.session.selecting.refine_px))
 
@@ -112,5 +112,5 @@ SELECTING = (
         enabled=lambda editor: editor.session.mode == "warp" and len(editor.session.features) > 1,
         separated=True,
     ),
-    *(_refined(*row) for row in _REFINED),
+    *(_refine(*row) for row in _REFINED),
 )

@@ -8,7 +8,7 @@ from app.actions import Action
 from app.actions.panels import showing
 from app.editor.editor import Editor
 from app.model.session import Compare, Heat
-from app.model.spaces import View, centred, fitted, zoomed_at
+from app.model.spaces import View, centre, fit_curve, zoomed_at
 from core.arrays import Points
 from core.document.document import Mode, pixels_from_places
 from core.document.map import outline_of
@@ -37,7 +37,7 @@ def _handles(editor: Editor) -> Points:
 
 def whole(editor: Editor) -> View:
     """Return the view of the whole of picture and canvas."""
-    return fitted(editor.session.view, *reach(editor))
+    return fit_curve(editor.session.view, *reach(editor))
 
 
 def fit(editor: Editor) -> None:
@@ -49,7 +49,7 @@ def actual_size(editor: Editor) -> None:
     """Show canvas pixels as screen pixels, the middle of the view held in place."""
     view = editor.session.view
     middle = (np.asarray(view.size) / 2 - view.pan) / view.zoom
-    editor.show(view=centred(replace(view, zoom=1.0), middle))
+    editor.show(view=centre(replace(view, zoom=1.0), middle))
 
 
 def zoom(editor: Editor, factor: float) -> None:

@@ -51,10 +51,10 @@ def parse_frames(text: str) -> tuple[int, ...]:
 
 def frames_on_disk(pattern: Path) -> tuple[int, ...]:
     """Return the numbers of the files that there are of a numbered name."""
-    return tuple(sorted(set(_found(pattern))))
+    return tuple(sorted(set(_find(pattern))))
 
 
-def _found(pattern: Path) -> Iterator[int]:
+def _find(pattern: Path) -> Iterator[int]:
     first = _PLACE.search(pattern.name)
     assert first is not None
     fixed = [re.escape(part) for part in (pattern.name[: first.start()], _PLACE.sub("", pattern.name[first.end() :]))]

@@ -23,7 +23,7 @@ def join_segments(chunks: Sequence[Chunk]) -> bool:
     The segments go once none of them holds a frame that failed.
     """
     batch = chunks[0].batch
-    with records.held(batch, "joining"):
+    with records.hold_back(batch, "joining"):
         if records.done(batch, records.JOINED, [batch.output]) is not None:
             return True
         segments = {segment_of(chunk): [item.pts for item in chunk.items] for chunk in chunks}

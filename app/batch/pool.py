@@ -40,7 +40,7 @@ def run_here(chunks: Sequence[Chunk], jobs: int, tell: Tell) -> None:
     has failed.
     """
     waiting, losses = deque(chunks), Counter[tuple[int, int, int]]()
-    workers = [_begun() for _ in range(min(jobs, len(waiting)))]
+    workers = [_begin() for _ in range(min(jobs, len(waiting)))]
     try:
         while waiting or any(worker.chunk is not None for worker in workers):
             for worker in workers:
@@ -57,7 +57,7 @@ def run_here(chunks: Sequence[Chunk], jobs: int, tell: Tell) -> None:
                         worker.chunk = None
                     except (EOFError, ConnectionError):
                         waiting.extend(_again(chunk, losses, tell))
-                        workers[place] = _begun()
+                        workers[place] = _begin()
     finally:
         for worker in workers:
             worker.connection.close()
@@ -66,7 +66,7 @@ def run_here(chunks: Sequence[Chunk], jobs: int, tell: Tell) -> None:
             worker.process.join()
 
 
-def _begun() -> _Worker:
+def _begin() -> _Worker:
     """Begin a process."""
     context = multiprocessing.get_context("spawn")
     ours, its = context.Pipe()

@@ -159,7 +159,7 @@ def read_recipe(path: Path) -> Recipe:
         raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
     except ValueError as fault:
         raise InputError(f"{path}: not a recipe in TOML: {fault}") from None
-    recipe = Recipe(path, _listed(data))
+    recipe = Recipe(path, _list_folder(data))
     try:
         _check_known(RecipeTable, recipe.data, "")
         _check_values(recipe.table)
@@ -168,7 +168,7 @@ def read_recipe(path: Path) -> Recipe:
     return recipe
 
 
-def _listed(data: dict[str, Any]) -> dict[str, Any]:
+def _list_folder(data: dict[str, Any]) -> dict[str, Any]:
     """Return a recipe's data with lists where it may have single values, and the rate as text."""
     data = dict(data)
     if isinstance(data.get("picture"), str):

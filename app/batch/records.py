@@ -57,7 +57,7 @@ def settle(batch: Batch, chunk: Chunk) -> None:
 
 
 @contextmanager
-def held(batch: Batch, name: str) -> Iterator[None]:
+def hold_back(batch: Batch, name: str) -> Iterator[None]:
     """Hold a part of the batch alone; who comes second waits until the first is done, or gone."""
     batch.records.mkdir(parents=True, exist_ok=True)
     path = batch.records / f"{name}.lock"

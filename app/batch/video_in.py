@@ -65,7 +65,7 @@ def index(path: Path) -> Clip:
 
     Raises `InputError` if the file is missing, no video, or has no frame.
     """
-    with _opened(path) as (container, stream):
+    with _open_up(path) as (container, stream):
         pts = sorted(packet.pts for packet in container.demux(stream) if packet.pts is not None and packet.size)
         if not pts or not stream.width:
             raise InputError(f"{path}: the video has no frames")
@@ -82,9 +82,9 @@ def read_frames(path: Path, numbers: Sequence[int]) -> Iterator[tuple[int, Image
     clip = index(path)
     wanted = {clip.pts[number - 1]: number for number in numbers}
     waiting = list(numbers)
-    with _opened(path) as (container, stream):
+    with _open_up(path) as (container, stream):
         container.seek(clip.pts[waiting[0] - 1], stream=stream, backward=True)
-        for frame in _decoded(container, stream):
+        for frame in _decode(container, stream):
             number = wanted.get(frame.pts) if frame.pts is not None else None
             if number is None or number not in waiting:
                 continue
@@ -98,7 +98,7 @@ def read_frames(path: Path, numbers: Sequence[int]) -> Iterator[tuple[int, Image
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
+def _open_up(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
     try:
         container = av.open(str(path), metadata_errors="replace")
     except av.FFmpegError as fault:
@@ -110,7 +110,7 @@ def _opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
         yield container, container.streams.video[0]
 
 
-def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
+def _decode(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
     """Yield the frames that can be decoded, in the order in which they are shown."""
     packets = container.demux(stream)
     while True:

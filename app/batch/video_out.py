@@ -203,7 +203,7 @@ def _samples(image: Image, *, deep: bool, alpha: bool) -> Any:
     pixels = image.pixels
     if image.linear:
         light = color.linear_light(pixels, linear=True)
-        pixels = color.stored(light, depth=depth, linear=False)
+        pixels = color.store(light, depth=depth, linear=False)
     elif pixels.dtype != depth:
         pixels = color.quantise(color.unit(pixels), depth)
     colours = pixels[..., : color.color_channels(image.channels)]

@@ -14,7 +14,7 @@ from app.batch.plan import Batch, Chunk, Item
 from app.batch.records import Row
 from app.batch.video_in import read_frames
 from app.render.export import rendering
-from app.render.picture_file import Drawing, at_depth, drawing_file, warped
+from app.render.picture_file import Drawing, at_depth, draw_warped, drawing_file
 from core.arrays import InputError, WeftError
 from core.document import overlay as document_overlay
 from core.document import retexture as document_retexture
@@ -38,7 +38,7 @@ def do_chunk(chunk: Chunk) -> list[Row]:
     A frame that fails is a row, and the next one is begun. Raises `DiskFullError` where nothing more can be written.
     """
     batch = chunk.batch
-    with records.held(batch, chunk.name), one_thread():
+    with records.hold_back(batch, chunk.name), one_thread():
         records.settle(batch, chunk)
         maker = _VideoMaker(chunk) if batch.writes_video else _PictureMaker(chunk)
         return maker.rows()
@@ -94,7 +94,7 @@ class _Maker:
                 document = document.changed(image=with_alpha(document.image))
             found = run(self._solver.settle(document))
             name = Path(item.output).name
-            return warped(document, found, name, frame=options.frame, scale=options.scale, bits=options.bits)
+            return draw_warped(document, found, name, frame=options.frame, scale=options.scale, bits=options.bits)
         if document.mode == "overlay":
             image = run(document_overlay.picture(document, at_depth(document.image, options.bits)))
         else:

@@ -68,7 +68,7 @@ def measure(frames: int = FRAMES) -> list[dict[str, Any]]:
         recipe, records = write_scene(folder, frames), list[dict[str, Any]]()
         for number, way in enumerate(WAYS):
             if way.needs is None or importlib.util.find_spec(way.needs) is not None:
-                records.append(_measured(way, recipe, folder / str(number)))
+                records.append(_measure(way, recipe, folder / str(number)))
                 records[-1]["speedup"] = records[0]["seconds"] / records[-1]["seconds"]
                 records[-1]["same_bytes"] = digests(folder / str(number)) == digests(folder / "0")
         return records
@@ -92,7 +92,7 @@ def digests(folder: Path) -> dict[str, str]:
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in sorted(folder.glob("*.png"))}
 
 
-def _measured(way: Way, recipe: Path, folder: Path) -> dict[str, Any]:
+def _measure(way: Way, recipe: Path, folder: Path) -> dict[str, Any]:
     started, processor = time.perf_counter(), _processor_s()
     way.make(recipe, folder)
     seconds, processor = time.perf_counter() - started, _processor_s() - processor

@@ -21,10 +21,10 @@ from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging import color
 from core.imaging.image import Image
 from core.imaging.images import load, load_mask
+from core.overlay.compositing import Parts, encode, lay_over, searchable, texture_colours
 from core.overlay.composition import Placement
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.laying import Parts, encoded, overlaid, searchable, texture_colours
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import run
 
@@ -77,15 +77,15 @@ def _records(file: Path, half: int, tasks: tuple[Task, ...], texture: Floats) ->
     for task in tasks:
         if task == "whole_cloth" and cloth is None:
             continue
-        record = {"name": file.stem, "half": half, "task": task, **_tried(image, cloth, task, texture)}
+        record = {"name": file.stem, "half": half, "task": task, **_try_out(image, cloth, task, texture)}
         if sys.stderr.isatty():
             sys.stderr.write(f"{record['name']} {task}: {record['outcome']}\n")
         yield record
 
 
-def _tried(image: Image, cloth: Bools | None, task: Task, texture: Floats) -> Record:
+def _try_out(image: Image, cloth: Bools | None, task: Task, texture: Floats) -> Record:
     """Return what came of one photo: an outcome, scores, whether they are enough, and processor seconds."""
-    finding = partial(decompose, encoded(image))
+    finding = partial(decompose, encode(image))
     region = searchable(image, cloth if task == "painted" else None)
     job = decompose_whole_cloth(image, region, finding) if task == "whole_cloth" else finding(region=region)
     scores = {"covers": 0.0, "spills": 0.0, "likeness": 0.0}
@@ -112,7 +112,7 @@ def _holds(task: Task, outcome: str, scores: dict[str, float]) -> bool:
 def lay(image: Image, found: Decomposition, texture: Floats) -> Image:
     """Return the photo with the texture in its folds."""
     parts = Parts(image, found.uv, found.shading, found.detail, found.coverage, found.basis, found.texel.pixels)
-    return overlaid(parts.under(texture, Placement()), texture, Placement(), alpha=1.0, strength=1.0)
+    return lay_over(parts.under(texture, Placement()), texture, Placement(), alpha=1.0, strength=1.0)
 
 
 def score(image: Image, cloth: Bools | None, found: Decomposition) -> dict[str, float]:
@@ -128,7 +128,7 @@ def score(image: Image, cloth: Bools | None, found: Decomposition) -> dict[str, 
     if covered.sum() < LEAST_PIXELS:
         return {"covers": 0.0, "spills": spills, "likeness": 0.0}
     share = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), SLOW_PX) + 1e-6
-    seen, model = (_without_slow(_grey(part), covered, share) for part in (encoded(image), found.reconstruction))
+    seen, model = (_without_slow(_grey(part), covered, share) for part in (encode(image), found.reconstruction))
     likeness = np.corrcoef(seen, model)[0, 1] if min(seen.std(), model.std()) > 1e-3 else 0.0
     return {"covers": float(covered.sum() / cloth.sum()), "spills": spills, "likeness": float(likeness)}
 

@@ -12,9 +12,9 @@ from core.curves.feature_curves import FeatureCurve
 from core.curves.fitting import fit
 from core.grid import Grid
 from core.progress import Progress, run
+from core.retexture.deformation.preview import LiveDeformation
 from core.retexture.job import Settings, retexture
-from core.retexture.patches import PatchShape
-from core.retexture.preview import LiveDeformation
+from core.retexture.synthesis.patches import PatchShape
 
 RUNS = 3
 
@@ -54,14 +54,14 @@ def measure(cases: tuple[Case, ...] = (*PAPER, HIGHER), *, runs: int = RUNS) -> 
     half in the case that says so.
     `drag_ms` is the median time of one solve while that curve is dragged.
     """
-    return [_measured(case, runs) for case in cases]
+    return [_measure(case, runs) for case in cases]
 
 
-def _measured(case: Case, runs: int) -> dict[str, Any]:
+def _measure(case: Case, runs: int) -> dict[str, Any]:
     width, height = case.size
     picture, curves = fur(width, height), [arch(width, height, case.rise)]
     shape = PatchShape(case.patch[0] // 2, case.patch[1] // 2)
-    times = [_timed(picture, curves, Settings(patch=shape)) for _ in range(runs)]
+    times = [_time_stages(picture, curves, Settings(patch=shape)) for _ in range(runs)]
     first, total = (statistics.median(column) for column in zip(*times, strict=True))
     return {
         "name": case.name,
@@ -74,7 +74,7 @@ def _measured(case: Case, runs: int) -> dict[str, Any]:
     }
 
 
-def _timed(picture: Bytes, curves: list[FeatureCurve], settings: Settings) -> tuple[float, float]:
+def _time_stages(picture: Bytes, curves: list[FeatureCurve], settings: Settings) -> tuple[float, float]:
     """Return the seconds until the coarse and until the final picture is there."""
     started = time.perf_counter()
     coarse: list[float] = []

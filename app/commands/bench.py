@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Measure and print."""
-    engines, folders = chosen(arguments.only)
+    engines, folders = choose(arguments.only)
     if arguments.sheets is not None and RETEXTURED not in folders:
         raise InputError(f"--sheets: only with {RETEXTURED}")
     found: dict[str, Any] = {"machine": machine.describe()}
@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace) -> None:
         sys.stdout.write("\n".join(["", name, *table(records), ""]))
 
 
-def chosen(words: Sequence[str]) -> tuple[list[str], dict[str, Path]]:
+def choose(words: Sequence[str]) -> tuple[list[str], dict[str, Path]]:
     """Return the engines that `--only` names, and the folders of pictures that it names for a judgement."""
     engines, folders = list(words), {}
     for name, holding in ((PHOTOGRAPHS, "photographs"), (RETEXTURED, "pictures with curves")):

@@ -13,13 +13,13 @@ from core.files.atomic import atomic_folder, check_folder_place
 from core.imaging import color
 from core.imaging.images import Image, load, load_mask
 from core.imaging.images import write as write_picture
+from core.overlay.compositing import encode, searchable
 from core.overlay.decomposition import decompose, shrunk
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.detection.stages import Stage
 from core.overlay.folder import read_lattice, write
-from core.overlay.laying import encoded, searchable
 from core.overlay.pictures import stage_picture
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import Job, Progress, stepwise
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Decompose the photo and write the folder."""
     check(arguments)
     image = load(arguments.image)
-    photo, region = encoded(image), usable(image, arguments.region)
+    photo, region = encode(image), usable(image, arguments.region)
     finding = partial(
         decompose,
         photo,
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> None:
     job = decompose_whole_cloth(image, region, finding) if arguments.whole_cloth else finding(region=region)
     shown: list[Stage] = []
     try:
-        found = run_shown(watched(job, shown))
+        found = run_shown(watch(job, shown))
     except NoPatternError:
         write_stages(arguments.stages, photo, shown)
         along = "" if arguments.lattice is None else f" along {arguments.lattice}"
@@ -93,7 +93,7 @@ def given_lattice(path: Path | None, size_px: tuple[int, int]) -> list[Lattice] 
         raise InputError(f"{path}: {fault}") from None
 
 
-def watched(job: Job[T], shown: list[Stage]) -> Job[T]:
+def watch(job: Job[T], shown: list[Stage]) -> Job[T]:
     """Run a job and keep the last preview of every stage."""
 
     def keep(step: Progress) -> Progress:

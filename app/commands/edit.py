@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Open the window; where there is no display, render to a file and say so."""
-    document = warp_sample() if arguments.file is None else opened(arguments.file)
+    document = warp_sample() if arguments.file is None else open_up(arguments.file)
     with loading():
         import imgui_bundle  # noqa: F401  glfw takes its library, else it starts Python once more to find one
 
@@ -50,12 +50,12 @@ def run(arguments: argparse.Namespace) -> None:
         render_without_window(bent(document) if arguments.file is None else document, arguments.file)
         return
     editor = editor_on(document, arguments.file, Jobs(wake=shell.wake))
-    with kept_at_an_end(editor):
+    with keep_at_an_end(editor):
         shell.show(editor, welcomes=arguments.file is None)
 
 
 @contextmanager
-def kept_at_an_end(editor: Editor) -> Iterator[None]:
+def keep_at_an_end(editor: Editor) -> Iterator[None]:
     """Keep unsaved work when the block ends in any other way than by the artist closing the window."""
     try:
         yield
@@ -64,7 +64,7 @@ def kept_at_an_end(editor: Editor) -> Iterator[None]:
             editor.keep_unsaved()
 
 
-def opened(path: Path) -> Document:
+def open_up(path: Path) -> Document:
     """Read a project, or begin one with a picture."""
     return load_project(path) if is_project(path) else Document.of(load(path))
 

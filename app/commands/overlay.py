@@ -8,9 +8,9 @@ from core.arrays import InputError
 from core.files.atomic import check_outputs
 from core.imaging import color
 from core.imaging.images import check_writable_format, load, load_mask, save
+from core.overlay.compositing import lay_over, texture_colours
 from core.overlay.composition import Placement
 from core.overlay.folder import PARTS, read
-from core.overlay.laying import overlaid, texture_colours
 
 MOST_STRENGTH = 20
 
@@ -62,5 +62,5 @@ def run(arguments: argparse.Namespace) -> None:
         kept = color.unit(load_mask(arguments.protect, parts.source.size_px))
         parts = replace(parts, coverage=parts.coverage * (1 - kept))
     parts = parts.under(texture, placement)
-    result = overlaid(parts, texture, placement, alpha=arguments.detail, strength=arguments.shading)
+    result = lay_over(parts, texture, placement, alpha=arguments.detail, strength=arguments.shading)
     save(result, arguments.output)

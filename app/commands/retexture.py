@@ -15,8 +15,8 @@ from core.files.atomic import AtomicFiles, check_outputs
 from core.imaging.images import Image, check_writable_format, load, load_mask, write
 from core.retexture.job import Settings, retexture
 from core.retexture.magnification import bands
-from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture
+from core.retexture.synthesis.patches import PatchShape
 
 
 def size(text: str) -> tuple[int, int]:
@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> None:
     for path, layer in zip(arguments.also, layers, strict=True):
         if layer.size_px != image.size_px:
             raise InputError(f"{path}: has {layer.width_px}x{layer.height_px} pixels, the image {width}x{height}")
-    settings = chosen(arguments, image.size_px)
+    settings = choose(arguments, image.size_px)
     matte, source_mask = (mask(path, image.size_px) for path in (arguments.matte, arguments.source_mask))
     masks = {"matte": matte, "source_mask": source_mask}
     try:
@@ -134,7 +134,7 @@ def check(arguments: argparse.Namespace) -> None:
         raise InputError(f"--seed {arguments.seed}: must not be negative")
 
 
-def chosen(arguments: argparse.Namespace, size_px: tuple[int, int]) -> Settings:
+def choose(arguments: argparse.Namespace, size_px: tuple[int, int]) -> Settings:
     """Return the engine's settings for a picture of that width and height."""
     patch = PatchShape.for_picture(*reversed(size_px))
     if arguments.patch is not None:

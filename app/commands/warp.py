@@ -122,7 +122,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Read, warp, render and write."""
     _check_outputs(arguments)
     document = document_from(arguments)
-    found = _solved(document, allow_folds=arguments.allow_folds)
+    found = _solve_pixels(document, allow_folds=arguments.allow_folds)
     framing: Framing = arguments.frame or ("warp" if document.warp_map is None else "picture")
     canvas = Canvas.of(framing, found.warped, document.canvas_px)
     pins = replace(found.pins, to=canvas.placed(found.pins.to))
@@ -132,7 +132,7 @@ def run(arguments: argparse.Namespace) -> None:
         notice(f"{arguments.output}: {complaint}")
 
 
-def _solved(document: Document, *, allow_folds: bool) -> Warped:
+def _solve_pixels(document: Document, *, allow_folds: bool) -> Warped:
     """Return the map; what the solver has built is let go before the picture is drawn."""
     solver = MapSolver()
     return solver.frame(document) if allow_folds else run_shown(solver.settle(document))

@@ -58,7 +58,7 @@ class CurveKind:
         """Close the curve that is being edited, or open it."""
         pair = self.chosen(editor)
         if pair is not None:
-            changed = curve_pairs.opened(pair) if pair.closed else curve_pairs.closed(pair)
+            changed = curve_pairs.open_up(pair) if pair.closed else curve_pairs.closed(pair)
             self.edit(editor, "Open curve" if pair.closed else "Close curve", changed)
 
     def remove(self, editor: Editor, number: int) -> None:
@@ -77,7 +77,7 @@ def with_found_curve(editor: Editor, document: Document, curve: Curve, *, on_res
     line = seen_through(curve_edit.samples_of(curve.points))
     if np.isnan(line).any():
         return document
-    moved = curve_edit.mapped(curve.points, line)
+    moved = curve_edit.map_along(curve.points, line)
     if np.abs(moved - curve.points).max() < STILL_PX:
         return document
     places, pair = places_from_pixels(document.size_px, moved), document.feature_curves[-1]

@@ -58,7 +58,7 @@ class Interaction:
         """Hold a group open for a slider, unless the same slider holds one already; end what else is in progress."""
         if self._slide is None or self._slide_label != label:
             self.finish()
-            self._slide, self._slide_label = _held(label, group), label
+            self._slide, self._slide_label = _hold_back(label, group), label
             next(self._slide)
 
     def finish(self) -> None:
@@ -132,6 +132,6 @@ class Interaction:
         return self.tool.take_key(self._editor, key)
 
 
-def _held(label: str, group: Group) -> Generator[None, None, None]:
+def _hold_back(label: str, group: Group) -> Generator[None, None, None]:
     with group(label):
         yield

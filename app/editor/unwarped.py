@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.live.warp import Answer
-from app.model.spaces import View, canvas_from_screen, moved
+from app.model.spaces import View, canvas_from_screen, move
 from core.document.document import Document
 from core.mesh import Mesh
 
@@ -54,7 +54,7 @@ class Unwarped:
         self._editor.show(unwarped=True)
         if np.isfinite(place).all():
             x, y = pos - (place * session.view.zoom + session.view.pan)
-            view = moved(session.view, (float(x), float(y)))
+            view = move(session.view, (float(x), float(y)))
             self._views = view, session.view
             self._editor.show(view=view)
 

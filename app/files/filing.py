@@ -24,7 +24,7 @@ from app.model.requests import (
     SaveFile,
     Unsaved,
     Writing,
-    completed,
+    complete,
 )
 from app.state.project_file import ChangedOnDiskError, keep_backup
 from app.state.state_files import read_state
@@ -47,7 +47,7 @@ def is_project(path: Path) -> bool:
     return path.suffix.lower() == SUFFIX
 
 
-def guarded(editor: Editor, then: Callable[[], None]) -> None:
+def guard(editor: Editor, then: Callable[[], None]) -> None:
     """Do `then`, which gives up the document; if it is not saved, ask first."""
     editor.finish()
     if editor.history.is_saved:
@@ -75,7 +75,7 @@ def ask_new(editor: Editor) -> None:
 
 def open_path(editor: Editor, path: Path) -> None:
     """Open a picture or a project in place of the present document."""
-    guarded(editor, lambda: _open(editor, path))
+    guard(editor, lambda: _open(editor, path))
 
 
 def _open(editor: Editor, path: Path) -> None:
@@ -93,7 +93,7 @@ def _open(editor: Editor, path: Path) -> None:
             remember(editor, path)
 
         # What was done while the file was read is not to be lost either.
-        replace_document() if editor.document is before else guarded(editor, replace_document)
+        replace_document() if editor.document is before else guard(editor, replace_document)
 
     editor.background(f"Open {legible(path.name)}", steps, deliver)
 
@@ -111,7 +111,7 @@ def save_as(editor: Editor, *, then: Callable[[], None] | None = None) -> None:
     """Ask where to save the project."""
     editor.finish()
     near = editor.project_path or editor.source_path or Path("Untitled")
-    chosen = lambda path: _save_to(editor, completed(path, PROJECTS), then)  # noqa: E731
+    chosen = lambda path: _save_to(editor, complete(path, PROJECTS), then)  # noqa: E731
     editor.requests.append(SaveFile("Save project as", PROJECTS, near.with_suffix(SUFFIX), chosen))
 
 
@@ -217,7 +217,7 @@ def ask_save_beside(
 
 def quit_editor(editor: Editor) -> None:
     """Close the editor; if there is unsaved work, or a file is being written, ask first."""
-    guarded(editor, lambda: _close_when_written(editor))
+    guard(editor, lambda: _close_when_written(editor))
 
 
 def _close_when_written(editor: Editor) -> None:

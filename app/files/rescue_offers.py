@@ -1,7 +1,7 @@
 """Offers unsaved work of earlier runs to the artist, and opens what is chosen."""
 
 from app.editor.editor import Editor
-from app.files.filing import guarded
+from app.files.filing import guard
 from app.model.requests import AskRecover, Offer
 from app.state.rescues import Rescue, discard
 from core.document.document import Document
@@ -18,7 +18,7 @@ def offer_rescues(editor: Editor) -> None:
 
     def answered(chosen: int | None) -> None:
         if chosen is not None:
-            guarded(editor, lambda: _recover(editor, rescues[chosen]))
+            guard(editor, lambda: _recover(editor, rescues[chosen]))
         else:
             for drawer in {rescue.drawer for rescue in rescues}:
                 discard(drawer)

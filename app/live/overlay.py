@@ -9,7 +9,7 @@ from app.model.jobs import Jobs, Task, Ticket
 from app.model.session import Shown
 from core.arrays import Ints, Points, WeftError
 from core.document.document import Document
-from core.document.overlay import Layers, found, known
+from core.document.overlay import OverlayLayers, found, known
 from core.document.overlay_settings import Search
 from core.document.parts import picture_of
 from core.grid import Grid
@@ -33,14 +33,14 @@ class LiveOverlay:
         self._jobs = jobs
         self._image: Image | None = None
         self._search: Search | None = None
-        self._layers: Layers | None = None
+        self._layers: OverlayLayers | None = None
         self._is_final = False
         self._flat: Answer | None = None
-        self._part: tuple[Layers, Shown, Image] | None = None
+        self._part: tuple[OverlayLayers, Shown, Image] | None = None
         """The picture that was made last."""
 
     @property
-    def layers(self) -> Layers | None:
+    def layers(self) -> OverlayLayers | None:
         """What is shown: the present document's layers, or while those are being found, the ones before."""
         return self._layers
 
@@ -112,7 +112,7 @@ class LiveOverlay:
         def is_present() -> bool:
             return document.image is self._image and document.cloth.search is self._search
 
-        def deliver(layers: Layers) -> None:
+        def deliver(layers: OverlayLayers) -> None:
             if is_present():
                 self._layers, self._is_final = layers, True
 

@@ -20,11 +20,11 @@ from core import tracing
 from core.arrays import CurveError, Points, WeftError
 from core.document.document import Document
 from core.document.map import grid_of
-from core.document.retexture import Regrown, feature_curves, in_pixels, moves, regrown
+from core.document.retexture import Regrown, feature_curves, in_pixels, moves, regrow
 from core.grid import Grid
 from core.imaging.images import Image
 from core.mesh import Mesh
-from core.retexture.preview import LiveDeformation, pulled
+from core.retexture.deformation.preview import LiveDeformation, pull
 
 log = logging.getLogger("weft")
 KEPT_PIXELS = 30_000_000
@@ -158,7 +158,7 @@ class LiveRetexture:
             if self._seen is not None and inputs == _inputs(self._seen):
                 self._take_fault(fault)
 
-        self.ticket = self._jobs.start(Task("Retexture", lambda: regrown(document), deliver, fail))
+        self.ticket = self._jobs.start(Task("Retexture", lambda: regrow(document), deliver, fail))
 
     def cancel(self) -> None:
         """Stop the job under way; what it has brought stays."""
@@ -203,7 +203,7 @@ class LiveRetexture:
 
     def _take(self, stage: Regrown, *, final: bool) -> None:
         if self._stage is None:
-            self._source = pulled(stage.found.grid, stage.found.field, self._grid.nodes)
+            self._source = pull(stage.found.grid, stage.found.field, self._grid.nodes)
         self._stage, self._is_final = stage, final
 
     def _take_fault(self, fault: Exception) -> None:

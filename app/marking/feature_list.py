@@ -56,7 +56,7 @@ class FeatureList:
         found = self.nodes(document, grid)
         if self._seen is None or self._seen[0] is not found or self._seen[1] is not document.features:
             self._seen = found, document.features
-            self._rows = _listed(document, found, grid)
+            self._rows = _list_folder(document, found, grid)
         return self._rows
 
     def owners(self, document: Document, grid: Grid, count: int) -> Bytes:
@@ -134,7 +134,7 @@ def rows_of(editor: Editor) -> list[Listed]:
     return feature_list(editor).rows(editor.document, editor.map.grid)
 
 
-def _listed(document: Document, found: Features, grid: Grid) -> list[Listed]:
+def _list_folder(document: Document, found: Features, grid: Grid) -> list[Listed]:
     said = {feature.number: feature for feature in document.features}
     width, height = grid.cell
     rows = []

@@ -8,7 +8,7 @@ from app.model.events import Event
 Gesture: TypeAlias = Generator[None, Event, None]
 
 
-def resumed(gesture: Gesture | None, event: Event) -> Gesture:
+def resume(gesture: Gesture | None, event: Event) -> Gesture:
     """Go on as `gesture`, which has not begun yet and gets `event` first."""
     if gesture is None:
         return

@@ -32,7 +32,7 @@ PICTURES = ("png", "jpg", "jpeg", "tif", "tiff", "webp", "exr", "jxl")
 PROJECTS = ("weft",)
 
 
-def completed(path: Path, extensions: tuple[str, ...]) -> Path:
+def complete(path: Path, extensions: tuple[str, ...]) -> Path:
     """Return `path` with the first of `extensions`, without the dot, behind a name that ends in none of them.
 
     What has no name, such as `/`, stays.

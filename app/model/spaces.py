@@ -43,20 +43,20 @@ def zoomed_at(view: View, factor: float, screen: tuple[float, float]) -> View:
     return replace(view, zoom=zoom, pan=pan)
 
 
-def moved(view: View, by: tuple[float, float]) -> View:
+def move(view: View, by: tuple[float, float]) -> View:
     """Return the view moved by screen pixels."""
     return replace(view, pan=(view.pan[0] + by[0], view.pan[1] + by[1]))
 
 
-def fitted(view: View, low: Points, high: Points, *, margin_px: float = 24.0) -> View:
+def fit_curve(view: View, low: Points, high: Points, *, margin_px: float = 24.0) -> View:
     """Return the view that shows canvas positions `low` to `high`, (2,) each, whole and centred."""
     extent = np.maximum(np.asarray(high, float) - low, 1e-6)
     room = np.maximum(np.asarray(view.size) - 2 * margin_px, 1.0)
     zoom = float(np.clip((room / extent).min(), LEAST_ZOOM, MOST_ZOOM))
-    return centred(replace(view, zoom=zoom), (np.asarray(low, float) + high) / 2)
+    return centre(replace(view, zoom=zoom), (np.asarray(low, float) + high) / 2)
 
 
-def centred(view: View, middle: Points) -> View:
+def centre(view: View, middle: Points) -> View:
     """Return the view with canvas position `middle`, (2,), at its centre."""
     pan = np.asarray(view.size) / 2 - np.asarray(middle) * view.zoom
     return replace(view, pan=(float(pan[0]), float(pan[1])))

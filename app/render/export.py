@@ -9,10 +9,10 @@ import moderngl
 import numpy as np
 
 from app.render import gpu
-from app.render.passes.mesh import Mesh
+from app.render.passes.mesh import MeshBuffers
 from app.render.passes.picture_pass import LEAST_STRETCH, PicturePass
 from app.render.programs import programs_of
-from app.render.sources.source import DEFAULT_LIMITS, Box, Limits, Source
+from app.render.sources.source import DEFAULT_LIMITS, Box, Source, TextureLimits
 from core import tracing
 from core.arrays import InputError, Pixels, Points
 from core.canvas import has_gaps
@@ -46,7 +46,7 @@ def rendering(
     origin: tuple[float, float] = (0.0, 0.0),
     scale: float = 1.0,
     tile_px: int = TILE_PX,
-    limits: Limits = DEFAULT_LIMITS,
+    limits: TextureLimits = DEFAULT_LIMITS,
 ) -> Job[Image]:
     """Draw `image` as the deformed grid, tile by tile.
 
@@ -145,7 +145,7 @@ def _target(
     moved: Points,
     size: tuple[int, int],
     tile_px: int = TILE_PX,
-    limits: Limits = DEFAULT_LIMITS,
+    limits: TextureLimits = DEFAULT_LIMITS,
 ) -> Iterator["TileTarget"]:
     """Yield what draws the tiles of a result of `size`."""
     target = TileTarget(gpu.standalone(), image, min(tile_px, gpu.power_of_two(max(size))), limits)
@@ -195,7 +195,7 @@ def _is_opaque(pixels: Pixels) -> bool:
 class TileTarget:
     """What draws one tile after another: float accumulation, then encoding to the depth of the file."""
 
-    def __init__(self, context: moderngl.Context, image: Image, side: int, limits: Limits) -> None:
+    def __init__(self, context: moderngl.Context, image: Image, side: int, limits: TextureLimits) -> None:
         self.side = side
         self._context = context
         self._programs = programs_of(context)
@@ -204,12 +204,12 @@ class TileTarget:
         depth = {"u1": "f1", "u2": "nu2", "f4": "f4"}[image.pixels.dtype.str[1:]]
         self._picture = PicturePass(context, (side, side), exact=True)
         self._pixels = gpu.Offscreen(context, (side, side), depth)
-        self._mesh: Mesh | None = None
+        self._mesh: MeshBuffers | None = None
 
     def mesh_of(self, rest: Points, moved: Points) -> None:
         """Take the grid to draw, in source pixels and in output pixels."""
         rows, columns = rest.shape[:2]
-        self._mesh = Mesh(self._context, (rows, columns))
+        self._mesh = MeshBuffers(self._context, (rows, columns))
         self._mesh.place(rest, moved)
 
     def drawing_rows(self, top: int, out: Pixels) -> Job[None]:

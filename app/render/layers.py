@@ -6,7 +6,7 @@ import moderngl
 
 from app.render import gpu
 from app.render.passes.picture_pass import PicturePass
-from app.render.scene import Scene
+from app.render.scene import CanvasScene
 from app.render.sources.source import Box
 
 LEAST_SHRINK, MOST_SHRINK = 2, 3
@@ -14,7 +14,7 @@ EASE = 0.7
 """A draft gets finer again where it would take at most this share of what it may: else it would come and go."""
 
 
-class Layers:
+class CanvasLayers:
     """The picture in linear light, and the canvas as it is shown."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
@@ -23,11 +23,11 @@ class Layers:
         """The canvas, and the one that takes its place when it is whole."""
         for canvas in (self.shown, self.coming):
             canvas.texture.repeat_x = canvas.texture.repeat_y = False
-        self.drawn: Scene | None = None
+        self.drawn: CanvasScene | None = None
         """What `shown` shows."""
         self.bounds: Box = (0, 0, 0, 0)
         """The pixels outside which that is nothing but desk."""
-        self.goal: Scene | None = None
+        self.goal: CanvasScene | None = None
         """What `picture` holds, or what is being drawn there."""
         self.loads: Iterator[None] = iter(())
         """Loads what it is drawn from."""
@@ -42,11 +42,11 @@ class Layers:
         assert self.picture.cells is not None
         return self.picture.cells
 
-    def shows(self, scene: Scene) -> bool:
+    def shows(self, scene: CanvasScene) -> bool:
         """Return whether `shown` shows `scene`, marks included."""
         return scene.shows_same_picture(self.drawn) and scene.shows_same_marks(self.drawn)
 
-    def begin(self, goal: Scene, loads: Iterator[None], steps: Iterator[None]) -> None:
+    def begin(self, goal: CanvasScene, loads: Iterator[None], steps: Iterator[None]) -> None:
         """Take another scene to draw; what was begun is given up."""
         self.goal, self.loads, self.steps, self.spent_s = goal, loads, steps, 0.0
 
@@ -85,13 +85,13 @@ class Costs:
     def learn_full(self, seconds: float, *, finished: bool) -> None:
         """Take note of what the best took, or has taken so far."""
         if finished:
-            self._full_s = _smoothed(self._full_s, seconds)
+            self._full_s = _smooth(self._full_s, seconds)
         else:
             self._full_s = max(self._full_s, seconds)
 
     def learn_draft(self, seconds: float, shrink: int) -> None:
         """Take note of what a draft took."""
-        self._draft_s = _smoothed(self._draft_s, seconds * shrink**2)
+        self._draft_s = _smooth(self._draft_s, seconds * shrink**2)
         fitting = (shrink for shrink in range(LEAST_SHRINK, MOST_SHRINK) if self._fits(shrink))
         self.shrink = next(fitting, MOST_SHRINK)
 
@@ -101,6 +101,6 @@ class Costs:
         return self._draft_s <= share * self.frame_s * shrink**2
 
 
-def _smoothed(before: float, now: float) -> float:
+def _smooth(before: float, now: float) -> float:
     """Return the running mean; a single late frame does not count much."""
     return now if before == 0.0 else 0.7 * before + 0.3 * now

@@ -78,7 +78,10 @@ def writing(
     """
     if document.mode == "warp":
         found = yield from part(settled(document), 0.0, 0.3)
-        drawing, drawn = warped(document, found, path.name, frame=frame, width_px=width_px, scale=scale, bits=bits), 0.3
+        drawing, drawn = (
+            draw_warped(document, found, path.name, frame=frame, width_px=width_px, scale=scale, bits=bits),
+            0.3,
+        )
     elif document.mode == "overlay" and (factor := _factor(document, scale, width_px)) > 1:
         image = yield from part(_enlarged_overlay(document, factor, bits), 0.0, 0.9)
         drawing, drawn = Drawing.unmoved(image), 0.9
@@ -90,7 +93,7 @@ def writing(
         yield from part(drawing_file(drawing, place, named=path, quality=quality), drawn, 1.0)
 
 
-def warped(
+def draw_warped(
     document: Document,
     found: Warped,
     name: str,
@@ -140,7 +143,7 @@ def _enlarged_overlay(document: Document, factor: float, bits: Bits | None) -> J
         layers = yield from part(document_overlay.found(document), 0.0, 0.6)
         photo = yield from part(rendering(photo, nodes, nodes, size=size, scale=factor), 0.6, 0.8)
         yield Progress(0.8, "laying the texture")
-        photo = document_overlay.laid_on(photo, layers, document.cloth)
+        photo = document_overlay.lay_on(photo, layers, document.cloth)
     else:
         photo = yield from part(rendering(photo, nodes, nodes, size=size, scale=factor), 0.0, 0.9)
     return photo
@@ -158,4 +161,4 @@ def at_depth(image: Image, bits: Bits | None) -> Image:
         return image
     depth, linear = DEPTHS[bits]
     light = color.linear_light(image.pixels, linear=image.linear)
-    return Image(color.stored(light, depth=depth, linear=linear), linear, image.icc, image.metadata)
+    return Image(color.store(light, depth=depth, linear=linear), linear, image.icc, image.metadata)

@@ -11,14 +11,14 @@ import numpy as np
 
 from app.model.spaces import View
 from app.render.gpu import Offscreen, Rectangle, around
-from app.render.layers import Costs, Layers
+from app.render.layers import CanvasLayers, Costs
 from app.render.passes.draft import Draft, draft_stride
 from app.render.passes.marks_layer import MarksLayer, names_of
-from app.render.passes.mesh import Mesh
+from app.render.passes.mesh import MeshBuffers
 from app.render.passes.picture_pass import LEAST_STRETCH, strips, what_is_read
 from app.render.passes.thumbnails import draw_thumbnails
 from app.render.programs import programs_of
-from app.render.scene import Color, Scene
+from app.render.scene import CanvasScene, Color
 from app.render.sources.source import Box, Source
 from app.render.sources.sources import Sources
 from app.render.touched import touched_by_painting
@@ -58,11 +58,11 @@ class Renderer:
         self._programs = programs_of(context)
         self._clock = clock
         self._marks = MarksLayer(context)
-        self._meshes: dict[tuple[str, bool], Mesh] = {}
+        self._meshes: dict[tuple[str, bool], MeshBuffers] = {}
         self._placings: dict[tuple[str, bool], _Placing] = {}
         """What each of them was placed for last."""
         self._sources = Sources(context)
-        self._layers: Layers | None = None
+        self._layers: CanvasLayers | None = None
         """The canvas at its best."""
         self._draft: Draft | None = None
         self._costs = Costs(frame_s)
@@ -79,7 +79,7 @@ class Renderer:
         """Whether drawing the same scene once more makes it better."""
         return self._layers is not None and self._layers.steps is not None
 
-    def draw(self, scene: Scene, viewport: Rectangle) -> None:
+    def draw(self, scene: CanvasScene, viewport: Rectangle) -> None:
         """Draw `scene` into the bound framebuffer.
 
         `viewport` is left, bottom (upwards, as OpenGL has it), width and height in framebuffer pixels; the scene's view
@@ -99,7 +99,7 @@ class Renderer:
             else:
                 self._show_draft(scene, viewport)
 
-    def _refine(self, scene: Scene, best: Layers) -> bool:
+    def _refine(self, scene: CanvasScene, best: CanvasLayers) -> bool:
         """Draw on for as long as a frame may take; return whether the canvas is there at its best."""
         if best.shows(scene):
             best.give_up()
@@ -112,24 +112,24 @@ class Renderer:
             _exhaust(self._composing(scene, best))
         return True
 
-    def _loading(self, scene: Scene, layers: Layers) -> Iterator[None]:
+    def _loading(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
         """Send what the picture is drawn from to the GPU, piece by piece."""
         for name, nodes, box in scene.parts(layers.picture.size):
             mesh, source = self._placed(name, scene, nodes), self._source_of(name, scene)
             yield from source.loading(*what_is_read(mesh, source, mesh.bounds_in(box), LEAST_STRETCH))
 
-    def _loads_on(self, best: Layers) -> bool:
+    def _loads_on(self, best: CanvasLayers) -> bool:
         """Load for as long as a frame may take; return whether all is there."""
         started = self._clock()
         return all(self._clock() - started < self._costs.frame_s for _ in best.loads)
 
-    def _best(self, scene: Scene, best: Layers) -> Iterator[None]:
+    def _best(self, scene: CanvasScene, best: CanvasLayers) -> Iterator[None]:
         """Draw the picture and then the canvas, piece by piece."""
         yield from self._drawing(scene, best)
         yield
         yield from self._composing(scene, best)
 
-    def _goes_on(self, best: Layers) -> bool:
+    def _goes_on(self, best: CanvasLayers) -> bool:
         """Take the next steps; return whether there are no more."""
         assert best.steps is not None
         started, fits = self._clock(), self._costs.full_fits
@@ -148,7 +148,7 @@ class Renderer:
         self._costs.learn_full(best.spent_s, finished=True)
         return True
 
-    def _show_draft(self, scene: Scene, viewport: Rectangle) -> None:
+    def _show_draft(self, scene: CanvasScene, viewport: Rectangle) -> None:
         """Draw and show `scene` with fewer pixels and larger cells."""
         shrink = self._costs.shrink
         scene = replace(scene, pixel_ratio=scene.pixel_ratio / shrink, draft=True)
@@ -161,7 +161,7 @@ class Renderer:
                 self._costs.learn_draft(self._clock() - started, shrink)
         self._show(draft, scene.palette.desk, viewport, shrink)
 
-    def _draw_draft(self, scene: Scene, draft: Draft) -> None:
+    def _draw_draft(self, scene: CanvasScene, draft: Draft) -> None:
         """Draw desk, picture and marks."""
         look = self._look(scene, draft.size[0])
         draft.begin(scene)
@@ -180,7 +180,7 @@ class Renderer:
                 held.release()
         self._meshes, self._placings, self._layers, self._draft = {}, {}, None, None
 
-    def _drawing(self, scene: Scene, layers: Layers) -> Iterator[None]:
+    def _drawing(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
         """Draw the picture in linear light: the result, the picture as it was, or both.
 
         That goes piece by piece unless a frame has time for all of it: each piece costs the processor, too.
@@ -192,7 +192,7 @@ class Renderer:
             mesh = self._placed(name, scene, nodes)
             yield from layers.picture.drawing(mesh, self._source_of(name, scene), box, in_pieces=in_pieces)
 
-    def _composing(self, scene: Scene, layers: Layers) -> Iterator[None]:
+    def _composing(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
         """Lay the picture on the desk and the marks on the picture: piece by piece, or only where they have changed."""
         touched = touched_by_painting(scene, layers.drawn)
         if touched is not None:
@@ -204,7 +204,7 @@ class Renderer:
             layers.turn()
         layers.drawn, layers.bounds = scene, scene.bounds(layers.shown.size)
 
-    def _compose(self, scene: Scene, layers: Layers, canvas: Offscreen, part: Rectangle) -> None:
+    def _compose(self, scene: CanvasScene, layers: CanvasLayers, canvas: Offscreen, part: Rectangle) -> None:
         """Compose a part of the canvas."""
         with canvas.drawing(None, part):
             layers.picture.light.texture.use(0)
@@ -212,7 +212,7 @@ class Renderer:
             look = self._look(scene, layers.picture.size[0])
             self._programs.fullscreen("compose.frag", names_of(scene.marks), light=0, cells=1, **look)
 
-    def _look(self, scene: Scene, width: int) -> dict[str, object]:
+    def _look(self, scene: CanvasScene, width: int) -> dict[str, object]:
         """Return the uniforms of canvas.glsl and marks.glsl for a canvas so wide, and bind what they read."""
         frame = NO_FRAME
         if scene.frame is not None:
@@ -229,7 +229,7 @@ class Renderer:
             **self._marks.uniforms(scene),
         }
 
-    def _show(self, drawn: Layers | Draft, desk: Color, viewport: Rectangle, shrink: int) -> None:
+    def _show(self, drawn: CanvasLayers | Draft, desk: Color, viewport: Rectangle, shrink: int) -> None:
         """Copy what was drawn to the window; around it is desk."""
         context, before = self._context, self._context.viewport
         left, top, right, bottom = drawn.bounds
@@ -247,12 +247,12 @@ class Renderer:
             context.scissor = None
         context.viewport = before
 
-    def _layers_of(self, size: tuple[int, int]) -> Layers:
+    def _layers_of(self, size: tuple[int, int]) -> CanvasLayers:
         size = max(size[0], 1), max(size[1], 1)
         if self._layers is None or self._layers.picture.size != size:
             if self._layers is not None:
                 self._layers.release()
-            self._layers = Layers(self._context, size)
+            self._layers = CanvasLayers(self._context, size)
         return self._layers
 
     def _draft_of(self, size: tuple[int, int]) -> Draft:
@@ -263,11 +263,11 @@ class Renderer:
             self._draft = Draft(self._context, size)
         return self._draft
 
-    def _source_of(self, name: str, scene: Scene) -> Source:
+    def _source_of(self, name: str, scene: CanvasScene) -> Source:
         """Return what the part called `name` is drawn from."""
         return self._sources.of(scene.before or scene.image) if name == "before" else self._sources.of_result(scene)
 
-    def _placed(self, name: str, scene: Scene, nodes: Points) -> Mesh:
+    def _placed(self, name: str, scene: CanvasScene, nodes: Points) -> MeshBuffers:
         """Return the mesh of the part called `name` with its `nodes` in place."""
         key, seen = (name, scene.draft), (scene.rest, nodes, scene.view, scene.pixel_ratio)
         if not _says_same(seen, self._placings.get(key)):
@@ -276,7 +276,7 @@ class Renderer:
             self._placings[key] = seen
         return self._meshes[key]
 
-    def _mesh_of(self, name: str, scene: Scene, positions: Points) -> Mesh:
+    def _mesh_of(self, name: str, scene: CanvasScene, positions: Points) -> MeshBuffers:
         """Return the mesh called `name`, made anew for another grid shape; `_placed` knows where its nodes are."""
         key, shape = (name, scene.draft), (positions.shape[0], positions.shape[1])
         stride = draft_stride(positions) if scene.draft else 1
@@ -284,7 +284,7 @@ class Renderer:
         if held is None or (held.shape, held.stride) != (shape, stride):
             if held is not None:
                 held.release()
-            held = self._meshes[key] = Mesh(self._context, shape, stride=stride)
+            held = self._meshes[key] = MeshBuffers(self._context, shape, stride=stride)
         return held
 
 

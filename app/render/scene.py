@@ -21,7 +21,7 @@ Compare: TypeAlias = Literal["result", "before", "split"]
 
 
 @dataclass(frozen=True)
-class Marks:
+class MarkOptions:
     """What is drawn over the picture and bends with it."""
 
     grid: bool = False
@@ -38,7 +38,7 @@ class Marks:
 
 
 @dataclass(frozen=True)
-class Palette:
+class MarkColours:
     """Colours of what is not the picture."""
 
     desk: Color = (0.11, 0.115, 0.125, 1.0)
@@ -56,7 +56,7 @@ class Palette:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class CanvasScene:
     """One frame of the canvas."""
 
     image: Image
@@ -74,13 +74,13 @@ class Scene:
     """Which colour of `Palette.features` the mask has at each node (R, C), from 1; 0 for `Palette.mask`."""
     folded: Bools | None = None
     """Which quads (R - 1, C - 1) are folded."""
-    marks: Marks = Marks()
+    marks: MarkOptions = MarkOptions()
     compare: Compare = "result"
     split: float = 0.5
     """Place of the divider, as a share of the width: the picture as it was is left of it."""
     draft: bool = False
     """Draw faster and a little less sharp: while a gesture moves something."""
-    palette: Palette = Palette()
+    palette: MarkColours = MarkColours()
     dressing: Dressing | None = None
     """A texture laid on the cloth in `image`."""
     before: Image | None = None
@@ -125,7 +125,7 @@ class Scene:
         high = np.clip(np.ceil(places.max(axis=0) + EDGE_PX), 0, size).astype(int).tolist()
         return low[0], low[1], high[0], high[1]
 
-    def fills_same_place(self, other: "Scene | None") -> bool:
+    def fills_same_place(self, other: "CanvasScene | None") -> bool:
         """Return whether the picture in `other` may stay on the screen till this one is drawn."""
         return (
             other is not None
@@ -135,7 +135,7 @@ class Scene:
             == (other.view, other.pixel_ratio, other.compare, other.split)
         )
 
-    def shows_same_picture(self, other: "Scene | None") -> bool:
+    def shows_same_picture(self, other: "CanvasScene | None") -> bool:
         """Return whether the picture without marks looks as in `other`."""
         return (
             other is not None
@@ -152,7 +152,7 @@ class Scene:
             == (other.view, other.pixel_ratio, other.compare, other.split)
         )
 
-    def shows_same_marks(self, other: "Scene | None") -> bool:
+    def shows_same_marks(self, other: "CanvasScene | None") -> bool:
         """Return whether all else looks as in `other` too."""
         return (
             other is not None

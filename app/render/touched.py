@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.render.scene import Scene
+from app.render.scene import CanvasScene
 from app.render.sources.source import Box
 from core.arrays import Bools, Bytes
 
@@ -14,7 +14,7 @@ MASK_MARGIN_PX = 16.0
 """And so far in pixels of the picture, whose mask may be kept smaller."""
 
 
-def touched_by_painting(scene: Scene, before: Scene | None) -> Box | None:
+def touched_by_painting(scene: CanvasScene, before: CanvasScene | None) -> Box | None:
     """Return the framebuffer pixels outside which `scene` looks as `before`; None where that may be nowhere.
 
     They are known where both differ in nothing but the mask, its colours and the folded cells.
@@ -35,7 +35,7 @@ def touched_by_painting(scene: Scene, before: Scene | None) -> Box | None:
     return left, top, right, bottom
 
 
-def _nodes_of_mask(scene: Scene, before: Scene) -> Bools:
+def _nodes_of_mask(scene: CanvasScene, before: CanvasScene) -> Bools:
     """Return the nodes (R, C) of every quad in which the mask differs."""
     assert scene.mask is not None
     quads = np.zeros((scene.rest.shape[0] - 1, scene.rest.shape[1] - 1), bool)
@@ -46,14 +46,14 @@ def _nodes_of_mask(scene: Scene, before: Scene) -> Bools:
     return _corners(quads)
 
 
-def _nodes_of_folds(scene: Scene, before: Scene) -> Bools:
+def _nodes_of_folds(scene: CanvasScene, before: CanvasScene) -> Bools:
     """Return the nodes (R, C) of every quad that is folded in one scene only."""
     if scene.folded is None or before.folded is None or scene.folded is before.folded:
         return np.zeros(scene.rest.shape[:2], bool)
     return _corners(scene.folded != before.folded)
 
 
-def _nodes_of_owners(scene: Scene, before: Scene) -> Bools:
+def _nodes_of_owners(scene: CanvasScene, before: CanvasScene) -> Bools:
     """Return the nodes (R, C) of every quad with a corner that has another colour."""
     if scene.owners is None or before.owners is None or scene.owners is before.owners:
         return np.zeros(scene.rest.shape[:2], bool)

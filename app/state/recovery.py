@@ -88,7 +88,7 @@ class Recovery:
         """Write `document` and what belongs to it."""
         yield Progress(0.0)
         with self._writing:
-            rescues.prepared(self.folder)
+            rescues.prepare(self.folder)
             self._own()
             self._drawer.age(time.time())
             save_project(document, self._drawer.project(), is_whole=False)
@@ -140,4 +140,4 @@ class Recovery:
 
     def found(self) -> list[Rescue]:
         """Return what other editors left behind when they ended without asking, the newest first."""
-        return rescues.found(self.folder)
+        return rescues.find(self.folder)

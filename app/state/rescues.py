@@ -111,7 +111,7 @@ class Rescue:
         return self.drawer.project(self.generation)
 
 
-def prepared(folder: Path) -> None:
+def prepare(folder: Path) -> None:
     """Make the folder of unsaved work, which only its owner can read; raise `InputError` where that cannot be done."""
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -133,7 +133,7 @@ def write_picture(drawer: Drawer, document: Document) -> None:
         save(Image(proxy(image, scale_for(image, PICTURE_PIXELS))), drawer.picture)
 
 
-def found(folder: Path) -> list[Rescue]:
+def find(folder: Path) -> list[Rescue]:
     """Return what was left behind in `folder`, the newest first."""
     rescues = []
     try:

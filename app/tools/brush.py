@@ -31,22 +31,22 @@ HARDNESS_DRAG_PX = 200.0
 """An Alt-drag of so many pixels down takes the hardness from 1 to 0."""
 
 
-def sized(brush: Brush, diameter_px: float) -> Brush:
+def resize(brush: Brush, diameter_px: float) -> Brush:
     """Return the brush with another diameter, within bounds."""
     return replace(brush, diameter_px=float(np.clip(diameter_px, LEAST_PX, MOST_PX)))
 
 
-def hardened(brush: Brush, hardness: float) -> Brush:
+def harden(brush: Brush, hardness: float) -> Brush:
     """Return the brush with another hardness, within bounds."""
     return replace(brush, hardness=float(np.clip(hardness, 0.0, 1.0)))
 
 
-def grown(brush: Brush, steps: int) -> Brush:
+def grow(brush: Brush, steps: int) -> Brush:
     """Return the brush some steps larger, or smaller where `steps` is negative; each step is at least a pixel."""
     for _ in range(abs(steps)):
         bolder, finer = brush.diameter_px * SIZE_STEP, brush.diameter_px / SIZE_STEP
         size = max(bolder, brush.diameter_px + 1) if steps > 0 else min(finer, brush.diameter_px - 1)
-        brush = sized(brush, round(size))
+        brush = resize(brush, round(size))
     return brush
 
 
@@ -67,8 +67,8 @@ def set_brush(editor: Editor, press: Press) -> Gesture:
     try:
         while isinstance(event := (yield), Move):
             across, down = event.pos[0] - press.pos[0], event.pos[1] - press.pos[1]
-            brush = sized(start, start.diameter_px + 2 * across / zoom)
-            editor.show(brush=hardened(brush, start.hardness - down / HARDNESS_DRAG_PX), hover=press.pos)
+            brush = resize(start, start.diameter_px + 2 * across / zoom)
+            editor.show(brush=harden(brush, start.hardness - down / HARDNESS_DRAG_PX), hover=press.pos)
     except GeneratorExit:
         editor.show(brush=start)
         raise
@@ -119,9 +119,9 @@ def take_key(editor: Editor, key: Key) -> bool:
         return False
     match key.name, key.mods.shift:
         case ("[" | "]" as side, False):
-            editor.show(brush=grown(brush, 1 if side == "]" else -1))
+            editor.show(brush=grow(brush, 1 if side == "]" else -1))
         case ("[" | "]" as side, True):
-            editor.show(brush=hardened(brush, brush.hardness + (HARDNESS_STEP if side == "]" else -HARDNESS_STEP)))
+            editor.show(brush=harden(brush, brush.hardness + (HARDNESS_STEP if side == "]" else -HARDNESS_STEP)))
         case ("x", False):
             editor.show(brush=replace(brush, erase=not brush.erase))
         case _:

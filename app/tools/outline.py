@@ -15,8 +15,8 @@ from app.model.shapes import Bezier, Circle, Polyline, Shape, Square
 from app.model.spaces import canvas_from_screen, screen_from_canvas
 from app.tools.curves.curve_set import place_on_line
 from app.tools.points import band
-from app.tools.points.box import Box, Grip, applied
-from app.tools.points.grips import aimed, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
+from app.tools.points.box import Box, Grip, apply
+from app.tools.points.grips import aim, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
 from app.tools.points.selection import Selection
 from core.arrays import InputError, Points
 from core.curves import curve_edit
@@ -28,7 +28,7 @@ CORNERS = 4
 
 
 @dataclass(frozen=True)
-class Part:
+class OutlinePart:
     """What of the outline is gripped: a control point by its number in the ring, or a side by its parameter."""
 
     kind: Literal["corner", "handle", "side"]
@@ -50,18 +50,18 @@ def ring_on_screen(editor: Editor) -> Points:
     return np.concatenate([ring, ring[:1]])
 
 
-def part_at(editor: Editor, pos: Position) -> Part | None:
+def part_at(editor: Editor, pos: Position) -> OutlinePart | None:
     """Return what of the outline is under `pos`; corners before handles before sides."""
     ring = ring_on_screen(editor)
     corner = nearest(ring[:-1:3], pos)
     if corner is not None:
-        return Part("corner", 3 * corner)
+        return OutlinePart("corner", 3 * corner)
     handles = np.array([number for number in range(12) if number % 3])
     handle = nearest(ring[handles], pos)
     if handle is not None:
-        return Part("handle", int(handles[handle]))
+        return OutlinePart("handle", int(handles[handle]))
     t = place_on_line(editor, canvas_from_screen(editor.session.view, ring), pos)
-    return None if t is None else Part("side", t=t)
+    return None if t is None else OutlinePart("side", t=t)
 
 
 def selected(editor: Editor) -> frozenset[int]:
@@ -104,7 +104,7 @@ def drag_corners(editor: Editor, press: Press, corner: int) -> Gesture:
     yield from _follow(editor, "Move corner" if len(corners) == 1 else "Move corners", move, first, by_corners=True)
 
 
-def drag(editor: Editor, press: Press, part: Part) -> Gesture:
+def drag(editor: Editor, press: Press, part: OutlinePart) -> Gesture:
     """Move a handle, or bend a side at its gripped point."""
     editor.show(selected_corners=frozenset())
     first = yield from drag_from(press.pos)
@@ -128,7 +128,7 @@ def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
 
     def move(ring: Points, event: Move) -> Points:
         result = ring.copy()
-        result[numbers] = applied(box.transform(grip, press.pos, event.pos, held=event.mods.shift), ring[numbers])
+        result[numbers] = apply(box.transform(grip, press.pos, event.pos, held=event.mods.shift), ring[numbers])
         return result
 
     label = {"move": "Move", "scale": "Scale", "turn": "Turn"}[grip.kind] + " outline"
@@ -144,13 +144,13 @@ def _follow(
         event: Event = first
         while isinstance(event, Move):
             moved = places_from_screen(editor, move(ring, event)[:-1])
-            result = laid_by_corners(start, moved) if by_corners else start.changed(outline=Outline(moved))
+            result = lay_by_corners(start, moved) if by_corners else start.changed(outline=Outline(moved))
             if result is not None:
                 editor.document = result
             event = yield
 
 
-def laid_by_corners(document: Document, ring: Points) -> Document | None:
+def lay_by_corners(document: Document, ring: Points) -> Document | None:
     """Return the document whose outline went to `ring` (12, 2) by its corners; None where they cannot lie so.
 
     The corners of a perspective stay those of a perspective.
@@ -165,7 +165,7 @@ def laid_by_corners(document: Document, ring: Points) -> Document | None:
 
 def _shift(press: Press, event: Move) -> Points:
     """Return by how much a drag moves what is gripped."""
-    return np.subtract(aimed(press.pos, event), press.pos)
+    return np.subtract(aim(press.pos, event), press.pos)
 
 
 def _handle_moved(ring: Points, handle: int, shift: Points, *, broken: bool) -> Points:
@@ -178,14 +178,14 @@ def _handle_moved(ring: Points, handle: int, shift: Points, *, broken: bool) -> 
     return curve_edit.with_handle_at(ring, handle, ring[handle] + shift, closed=True, linked=smooth and not broken)
 
 
-def straighten(editor: Editor, part: Part) -> None:
+def straighten(editor: Editor, part: OutlinePart) -> None:
     """Lay the handles of a corner, or those of the side, on the straight lines between corners."""
     if perspective.has_corners(editor.document):
         return
     outline = shown_outline(editor)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     if part.kind == "corner":
-        ring = curve_edit.cornered(ring, part.number // 3, closed=True)
+        ring = curve_edit.make_corner(ring, part.number // 3, closed=True)
     else:
         side = int(part.t) if part.kind == "side" else part.number // 3
         a, b = ring[3 * side], ring[3 * side + 3]
@@ -202,18 +202,18 @@ def take_key(editor: Editor, key: Key) -> bool:
         editor.show(selected_corners=frozenset())
     elif step is not None:
         label = "Nudge corner" if len(corners) == 1 else "Nudge corners"
-        editor.edit(label, moved_by(editor, corners, step), joins=True)
+        editor.edit(label, move_by(editor, corners, step), joins=True)
     else:
         return False
     return True
 
 
-def moved_by(editor: Editor, corners: frozenset[int], by_px: Points) -> Document:
+def move_by(editor: Editor, corners: frozenset[int], by_px: Points) -> Document:
     """Return the document with corners of the outline moved by canvas pixels (2,), itself where they cannot."""
     outline = shown_outline(editor)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     moved = curve_edit.with_knots_moved(ring, corners, by_px / editor.canvas_px, closed=True)
-    return laid_by_corners(editor.document, moved[:-1]) or editor.document
+    return lay_by_corners(editor.document, moved[:-1]) or editor.document
 
 
 def hover(editor: Editor, pos: Position) -> object:
@@ -235,7 +235,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
         shapes.append(Polyline(ring[[corner, number]], "link"))
         shapes.append(Circle(place, 4.0, "handle", filled=True))
     part = editor.session.hover
-    if isinstance(part, Part):
+    if isinstance(part, OutlinePart):
         at = _on_side(editor, ring, part.t) if part.kind == "side" else ring[part.number]
         if at is not None:
             shapes.append(Circle((float(at[0]), float(at[1])), 8.0, "hover"))

@@ -39,11 +39,11 @@ def shown(editor: Editor, number: int) -> Ring:
     pin, answer = editor.document.pins[number], editor.answer
     if pin.ring is not None or answer.result is None:
         return pin.ring or Ring()
-    return Ring.of(_turned(answer.result, editor.document.size_px, pin.at))
+    return Ring.of(_turn(answer.result, editor.document.size_px, pin.at))
 
 
 @lru_cache(maxsize=2)
-def _turned(result: Warped, size_px: tuple[int, int], at: Place) -> complex:
+def _turn(result: Warped, size_px: tuple[int, int], at: Place) -> complex:
     return complex(result.turned_at(pixels_from_places(size_px, np.array([at])))[0])
 
 

@@ -13,9 +13,9 @@ from app.model.shapes import Circle, Polyline, Role, Shape
 from app.model.spaces import canvas_from_screen, screen_from_canvas
 from app.tools import pin_ring
 from app.tools.points import band
-from app.tools.points.box import Box, Grip, applied
+from app.tools.points.box import Box, Grip, apply
 from app.tools.points.grips import (
-    aimed,
+    aim,
     drag_from,
     nearest,
     nudge_px,
@@ -130,7 +130,7 @@ def _follow(editor: Editor, press: Press, numbers: Sequence[int], first: Move) -
     start, places = editor.document, targets_on_screen(editor)[list(numbers)]
     event: Event = first
     while isinstance(event, Move):
-        shift = np.subtract(aimed(press.pos, event), press.pos)
+        shift = np.subtract(aim(press.pos, event), press.pos)
         editor.document = with_targets(start, numbers, places_from_screen(editor, places + shift))
         event = yield
 
@@ -146,7 +146,7 @@ def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
         event: Event = first
         while isinstance(event, Move):
             matrix = box.transform(grip, press.pos, event.pos, held=event.mods.shift)
-            editor.document = with_targets(start, numbers, places_from_screen(editor, applied(matrix, places)))
+            editor.document = with_targets(start, numbers, places_from_screen(editor, apply(matrix, places)))
             event = yield
 
 

@@ -10,7 +10,7 @@ from app.marking.resizing import LABEL, Size, limited, propose_if_bare, resized
 from app.model.events import Move, Position, Press
 from app.model.gestures import Gesture
 from app.model.shapes import Polyline, Shape, Square
-from app.model.spaces import moved, screen_from_canvas
+from app.model.spaces import move, screen_from_canvas
 from app.tools.points.grips import REACH_PX, drag_from
 from core.arrays import Points
 
@@ -57,7 +57,7 @@ def _drag(editor: Editor, press: Press, grip: int) -> Gesture:
                 editor.document = resized(start, limited(start, size))
                 grown = np.subtract(editor.document.canvas_px, start.canvas_px) * view.zoom
                 shift = np.where(GRIPS[grip] == 0.0, -grown, 0.0)
-                editor.show(view=moved(view, (float(shift[0]), float(shift[1]))))
+                editor.show(view=move(view, (float(shift[0]), float(shift[1]))))
                 event = yield
     except GeneratorExit:
         editor.show(view=view)

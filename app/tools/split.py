@@ -9,7 +9,7 @@ from app.marking.feature_list import split
 from app.model.events import Move, Press
 from app.model.gestures import Gesture
 from app.model.shapes import Polyline, Shape
-from app.tools.points.grips import aimed
+from app.tools.points.grips import aim
 from app.tools.select.places import picture_places
 
 
@@ -18,7 +18,7 @@ def cut(editor: Editor, press: Press) -> Gesture:
     path, side = [press.pos], side_at(editor, press.pos)
     try:
         while isinstance(event := (yield), Move):
-            path = [press.pos, aimed(press.pos, event)] if event.mods.shift else [*path, event.pos]
+            path = [press.pos, aim(press.pos, event)] if event.mods.shift else [*path, event.pos]
             editor.show(selection=np.array(path))
     finally:
         editor.show(selection=None)

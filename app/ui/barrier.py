@@ -38,7 +38,7 @@ class Fault:
     """All that is known of it."""
 
 
-class Barrier:
+class FaultBarrier:
     """Runs the parts of a frame and catches what goes wrong in them."""
 
     def __init__(self, editor: Editor) -> None:

@@ -8,13 +8,13 @@ from imgui_bundle import ImVec2, imgui
 from app.actions import Action
 from app.actions.table import ActionTable
 from app.editor.editor import Editor
-from app.tools.brush import hardened, sized
+from app.tools.brush import harden, resize
 from app.ui.menus import draw_item
 from app.ui.select_bar import ACTIONS as SELECT_ACTIONS
 from app.ui.select_bar import FURTHER, group_part, setting_parts
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, icon_button
-from app.ui.widgets.overflow import BUTTON_EM, Part, draw_menu, draw_parts, extent, fitting
+from app.ui.widgets.overflow import BUTTON_EM, BarPart, draw_menu, draw_parts, extent, fitting
 from app.ui.widgets.sliders import bar_slider, bar_slider_width
 from app.ui.widgets.theme import em, icon
 
@@ -122,11 +122,11 @@ class OptionsBar:
             draw_menu("More options", parts[count:], end, top)
         imgui.pop_style_var()
 
-    def _tool_parts(self, track_em: float, *, is_named: bool) -> list[Part]:
+    def _tool_parts(self, track_em: float, *, is_named: bool) -> list[BarPart]:
         """Return the tool in hand, its settings and its actions."""
         tool = self._editor.tool
         width = em(1.9) + (imgui.calc_text_size(tool.label).x if is_named else 0)
-        parts = [Part(width, lambda: self._draw_tool(is_named=is_named)), _line()]
+        parts = [BarPart(width, lambda: self._draw_tool(is_named=is_named)), _line()]
         if tool.name == "brush":
             parts += [*brush_parts(self._editor, track_em), _line()]
         if tool.group:
@@ -149,18 +149,18 @@ class OptionsBar:
             )
         return TOOL_ACTIONS.get(f"{tool} in {self._editor.session.mode}", TOOL_ACTIONS.get(tool, ()))
 
-    def _view_parts(self) -> list[Part]:
+    def _view_parts(self) -> list[BarPart]:
         """Return the switches of the view that the mode has; those among the tool's own actions stand there."""
         by_name, of_tool = self._table.by_name, self._tool_actions()
         return [
-            self._action_part(name, self._draw_switch) if name else Part(em(GAP_EM), lambda: None)
+            self._action_part(name, self._draw_switch) if name else BarPart(em(GAP_EM), lambda: None)
             for name in ("", *SWITCHES)
             if not name or (by_name[name].enabled(self._editor) and name not in of_tool)
         ]
 
-    def _action_part(self, name: str, draw: Callable[[Action], None]) -> Part:
+    def _action_part(self, name: str, draw: Callable[[Action], None]) -> BarPart:
         action = self._table.by_name[name]
-        return Part(em(SIDE_EM + 0.15), lambda: draw(action), lambda: draw_item(self._editor, action))
+        return BarPart(em(SIDE_EM + 0.15), lambda: draw(action), lambda: draw_item(self._editor, action))
 
     def _draw_tool(self, *, is_named: bool) -> None:
         imgui.align_text_to_frame_padding()
@@ -190,7 +190,7 @@ class OptionsBar:
                 action.try_run(self._editor)
 
 
-def _line() -> Part:
+def _line() -> BarPart:
     """Return room between parts of the bar, with a line in the middle."""
 
     def draw() -> None:
@@ -198,22 +198,22 @@ def _line() -> Part:
         x = place.x + em(1)
         sheet.add_line((x, place.y), (x, place.y + imgui.get_frame_height()), theme.color(theme.EDGE))
 
-    return Part(em(2), draw)
+    return BarPart(em(2), draw)
 
 
-def brush_parts(editor: Editor, track_em: float) -> list[Part]:
+def brush_parts(editor: Editor, track_em: float) -> list[BarPart]:
     """Return size, hardness and the choice between painting and erasing."""
     brush = editor.session.brush
 
     def draw_size(width_em: float) -> None:
         held = bar_slider("Size", brush.diameter_px, 1, 1000, unit="px", logarithmic=True, width_em=width_em)
         if held.value is not None:
-            editor.show(brush=sized(brush, round(held.value)))
+            editor.show(brush=resize(brush, round(held.value)))
 
     def draw_hardness(width_em: float) -> None:
         held = bar_slider("Hardness", 100 * brush.hardness, 0, 100, unit="%", width_em=width_em)
         if held.value is not None:
-            editor.show(brush=hardened(brush, held.value / 100))
+            editor.show(brush=harden(brush, held.value / 100))
 
     def draw_paint() -> None:
         if icon_button("Paint", "paintbrush", on=not brush.erase, hint="Paint", key="X", size_em=SIDE_EM):
@@ -225,7 +225,7 @@ def brush_parts(editor: Editor, track_em: float) -> list[Part]:
     size_px = bar_slider_width("Size", "px", width_em=track_em) + em(1.0)
     hardness_px = bar_slider_width("Hardness", "%", width_em=track_em) + em(0.8)
     return [
-        Part(size_px, lambda: draw_size(track_em), lambda: draw_size(MENU_TRACK_EM)),
-        Part(hardness_px, lambda: draw_hardness(track_em), lambda: draw_hardness(MENU_TRACK_EM)),
-        Part(em(2 * SIDE_EM + 0.2), draw_paint, draw_paint),
+        BarPart(size_px, lambda: draw_size(track_em), lambda: draw_size(MENU_TRACK_EM)),
+        BarPart(hardness_px, lambda: draw_hardness(track_em), lambda: draw_hardness(MENU_TRACK_EM)),
+        BarPart(em(2 * SIDE_EM + 0.2), draw_paint, draw_paint),
     ]

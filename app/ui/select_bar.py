@@ -5,9 +5,9 @@ from imgui_bundle import imgui
 from app.actions.selecting import set_selecting
 from app.editor.editor import Editor
 from app.editor.tool import Tool
-from app.tools.brush import sized
+from app.tools.brush import resize
 from app.ui.widgets.controls import icon_button
-from app.ui.widgets.overflow import Part
+from app.ui.widgets.overflow import BarPart
 from app.ui.widgets.sliders import bar_slider, bar_slider_width
 from app.ui.widgets.theme import em, icon
 
@@ -17,7 +17,7 @@ FURTHER = {"wand": ("select.contiguous",), "object": ("select.by_stroke",)}
 """By tool, its own switches."""
 
 
-def group_part(editor: Editor, tool: Tool, chord: str) -> Part:
+def group_part(editor: Editor, tool: Tool, chord: str) -> BarPart:
     """Return the button of a tool beside the others of its group."""
     on = editor.tool.name == tool.name
 
@@ -30,10 +30,10 @@ def group_part(editor: Editor, tool: Tool, chord: str) -> Part:
         if imgui.internal.menu_item_ex(f"{tool.label}###in menu {tool.name}", icon(tool.icon), chord, on):
             editor.choose_tool(tool.name)
 
-    return Part(em(SIDE_EM + 0.15), draw, draw_row)
+    return BarPart(em(SIDE_EM + 0.15), draw, draw_row)
 
 
-def setting_parts(editor: Editor, track_em: float) -> list[Part]:
+def setting_parts(editor: Editor, track_em: float) -> list[BarPart]:
     """Return the slider of the tool in hand: the tolerance of colours, or the width of rough paint."""
     settings, name = editor.session.selecting, editor.tool.name
 
@@ -47,12 +47,12 @@ def setting_parts(editor: Editor, track_em: float) -> list[Part]:
             "Width", editor.session.brush.diameter_px, 3, 1000, unit="px", logarithmic=True, width_em=width_em
         )
         if held.value is not None:
-            editor.show(brush=sized(editor.session.brush, round(held.value)))
+            editor.show(brush=resize(editor.session.brush, round(held.value)))
 
     if name in ("wand", "colour-range"):
         extent = bar_slider_width("Tolerance", "", width_em=track_em) + em(0.8)
-        return [Part(extent, lambda: draw_tolerance(track_em), lambda: draw_tolerance(MENU_TRACK_EM))]
+        return [BarPart(extent, lambda: draw_tolerance(track_em), lambda: draw_tolerance(MENU_TRACK_EM))]
     if name == "object" and settings.by_stroke:
         extent = bar_slider_width("Width", "px", width_em=track_em) + em(0.8)
-        return [Part(extent, lambda: draw_width(track_em), lambda: draw_width(MENU_TRACK_EM))]
+        return [BarPart(extent, lambda: draw_width(track_em), lambda: draw_width(MENU_TRACK_EM))]
     return []

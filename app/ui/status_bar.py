@@ -11,7 +11,7 @@ from app.model.events import Position
 from app.model.jobs import Ticket
 from app.model.spaces import View, canvas_from_screen
 from app.ui.widgets import theme
-from app.ui.widgets.controls import Hinted, colors, icon_button, shortened, tip
+from app.ui.widgets.controls import Hinted, colors, icon_button, shorten, tip
 from app.ui.widgets.theme import em, icon
 from core.mesh import Mesh
 
@@ -70,7 +70,7 @@ class StatusBar:
     def _draw_hint(self, room: float) -> None:
         """Say what the tool does, in `room` screen pixels."""
         hint = f"{icon(self._editor.tool.icon)}   {self.hint}"
-        shown = shortened(hint, room)
+        shown = shorten(hint, room)
         with colors(text=theme.FAINT):
             imgui.align_text_to_frame_padding()
             imgui.text(shown)
@@ -86,7 +86,7 @@ class StatusBar:
         imgui.progress_bar(step.fraction, ImVec2(bar, imgui.get_frame_height() * 0.8), "")
         imgui.same_line()
         note = f"{ticket.name} – {step.note}" if step.note else ticket.name
-        imgui.text("Cancelling …" if ticket.cancelled else shortened(note, room - bar))
+        imgui.text("Cancelling …" if ticket.cancelled else shorten(note, room - bar))
         tip(note)
         imgui.same_line()
         if icon_button("Cancel job", "xmark", hint="Cancel", size_em=1.4):
@@ -176,7 +176,7 @@ def _fitting(figures: list[Figure], room: float) -> list[Figure]:
         kept.remove(next(figure for figure in kept if not figure[2]))
     if _width(kept) <= room:
         return kept
-    return [(shortened(text, room / len(kept) - em(GAP_EM)), f"{text}\n{hint}", fault) for text, hint, fault in kept]
+    return [(shorten(text, room / len(kept) - em(GAP_EM)), f"{text}\n{hint}", fault) for text, hint, fault in kept]
 
 
 def _draw_figures(figures: list[Figure], width: float) -> None:

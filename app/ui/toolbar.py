@@ -6,7 +6,7 @@ from app.actions.table import ActionTable
 from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.ui.widgets.controls import icon_button
-from app.ui.widgets.overflow import BUTTON_EM, Part, draw_menu, draw_parts, extent, fitting
+from app.ui.widgets.overflow import BUTTON_EM, BarPart, draw_menu, draw_parts, extent, fitting
 from app.ui.widgets.theme import em, icon
 
 WIDTH_EM = 3.0
@@ -33,7 +33,7 @@ def draw_toolbar(editor: Editor, table: ActionTable) -> None:
         draw_menu("More tools", parts[count:], em(WIDTH_EM - BUTTON_EM) / 2, below)
 
 
-def _part(editor: Editor, tool: Tool, chord: str, side_em: float) -> Part:
+def _part(editor: Editor, tool: Tool, chord: str, side_em: float) -> BarPart:
     on = editor.tool.name == tool.name
 
     def draw() -> None:
@@ -45,4 +45,4 @@ def _part(editor: Editor, tool: Tool, chord: str, side_em: float) -> Part:
         if imgui.internal.menu_item_ex(tool.label, icon(tool.icon), chord, on):
             editor.choose_tool(tool.name)
 
-    return Part(em(side_em + GAP_EM), draw, draw_row)
+    return BarPart(em(side_em + GAP_EM), draw, draw_row)

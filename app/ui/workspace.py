@@ -11,18 +11,19 @@ from app.actions.keys import Keys
 from app.actions.table import ActionTable
 from app.editor.editor import Editor
 from app.model.requests import Panel
-from app.ui.barrier import Barrier
-from app.ui.canvas.canvas import Canvas
+from app.ui.barrier import FaultBarrier
+from app.ui.canvas.canvas import CanvasWidget
 from app.ui.canvas.input import Area, awaits_more
 from app.ui.canvas.welcome import Welcome
 from app.ui.canvas.whole_view import WholeView
 from app.ui.dialogs.fault import FaultMessage
-from app.ui.dialogs.palette import Palette
+from app.ui.dialogs.palette import CommandPalette
 from app.ui.dialogs.requested import Dialogs
 from app.ui.dialogs.sheets import Sheet, Sheets
-from app.ui.features_panel import FeaturesPanel
+from app.ui.dialogs.tour_card import TourCard
 from app.ui.menus import MenuBar
 from app.ui.options_bar import HEIGHT_EM, OptionsBar
+from app.ui.panels.features import FeaturesPanel
 from app.ui.panels.handles import HandlesPanel
 from app.ui.panels.history import HistoryPanel
 from app.ui.panels.overlay import OverlayPanel
@@ -30,11 +31,10 @@ from app.ui.panels.preset_list import PresetList
 from app.ui.panels.retexture import RetexturePanel
 from app.ui.panels.thumbnails import Thumbnails
 from app.ui.panels.warp import WarpPanel
-from app.ui.picture_texture import PictureTexture
 from app.ui.status_bar import StatusBar
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
-from app.ui.tour_card import TourCard
 from app.ui.widgets import theme
+from app.ui.widgets.picture_texture import PictureTexture
 from app.ui.widgets.theme import em
 from app.ui.widgets.toasts import Toasts
 from core import tracing
@@ -58,11 +58,11 @@ class Workspace:
         """Gives the window the whole screen, or takes it back; whoever has the window puts it here."""
         self.wait_s: float | None = None
         """Seconds until the window wants a frame without an event; None for never."""
-        self.barrier = Barrier(editor)
+        self.barrier = FaultBarrier(editor)
         """Where faults end."""
         self.table = table = ActionTable(editor.tools)
         self.picture = PictureTexture()
-        self.canvas = Canvas(editor, table, self.picture)
+        self.canvas = CanvasWidget(editor, table, self.picture)
         self.menus = MenuBar(editor, table)
         self.options_bar = OptionsBar(editor, table)
         self.status_bar = StatusBar(editor)
@@ -74,7 +74,7 @@ class Workspace:
         self.handles_panel = HandlesPanel(editor)
         self.history_panel = HistoryPanel(editor)
         self.dialogs = Dialogs(editor, self.show_panel, self.thumbnails.of_file)
-        self.palette = Palette(editor, table.actions)
+        self.palette = CommandPalette(editor, table.actions)
         self.sheets = Sheets(editor, table)
         self.toasts = Toasts(editor)
         self.fault_message = FaultMessage(editor, self.barrier)

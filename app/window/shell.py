@@ -23,7 +23,7 @@ from app.model.events import Modifiers
 from app.render import gpu
 from app.render.programs import programs_of
 from app.render.renderer import Renderer
-from app.render.scene import Scene
+from app.render.scene import CanvasScene
 from app.ui.canvas.scene import Motion, scene_of
 from app.ui.widgets import theme
 from app.ui.widgets.emblem import emblem
@@ -127,7 +127,7 @@ class Shell:
         self.title = ""
         """What the window is called: the document, with a star while it is not saved."""
         self._motion = Motion()
-        self._scene: Scene | None = None
+        self._scene: CanvasScene | None = None
         """What was drawn last."""
         self._is_lost = False
         self._frame = ExitStack()

@@ -51,7 +51,7 @@ def with_knots_moved(points: Points, knots: AbstractSet[int], by: Points, *, clo
     for knot in knots:
         numbers = [n for n in (*handles_at(points, knot, closed=closed), 3 * knot) if n is not None]
         result[numbers] = points[numbers] + by
-    return _joined(result, closed=closed)
+    return _join(result, closed=closed)
 
 
 def with_handle_at(points: Points, handle: int, place: Points, *, closed: bool, linked: bool) -> Points:
@@ -95,11 +95,11 @@ def without_knot(points: Points, knot: int, *, closed: bool) -> Points | None:
         return None
     if closed:
         turned = np.concatenate([points[3 * knot : -1], points[: 3 * knot + 1]])
-        return _joined(np.concatenate([_merged(turned[-4:], turned[:4]), turned[4:-4], turned[-4:-3]]), closed=True)
+        return _join(np.concatenate([_merge(turned[-4:], turned[:4]), turned[4:-4], turned[-4:-3]]), closed=True)
     if knot in (0, count - 1):
         return points[3:] if knot == 0 else points[:-3]
     at = 3 * knot
-    merged = _merged(points[at - 3 : at + 1], points[at : at + 4])
+    merged = _merge(points[at - 3 : at + 1], points[at : at + 4])
     return np.concatenate([points[: at - 3], merged, points[at + 4 :]])
 
 
@@ -130,7 +130,7 @@ def smoothed(points: Points, knot: int, *, closed: bool) -> Points:
     return result
 
 
-def cornered(points: Points, knot: int, *, closed: bool) -> Points:
+def make_corner(points: Points, knot: int, *, closed: bool) -> Points:
     """Return the curve with straight ends at a knot: its handles lie towards its neighbours."""
     result, count = points.copy(), knots_of(points, closed=closed)
     for number, step in zip(handles_at(points, knot, closed=closed), (-1, 1), strict=True):
@@ -159,7 +159,7 @@ def through(line: Points, u: Floats) -> Points:
     return np.concatenate([line[:1], handles, line[-1:]])
 
 
-def mapped(points: Points, line: Points) -> Points:
+def map_along(points: Points, line: Points) -> Points:
     """Return the curve (3k + 1, 2) that follows `line`, the images of `samples_of(points)` under some map."""
     per = len(line) // (len(points) // 3)
     u = np.linspace(0, 1, per)
@@ -182,7 +182,7 @@ def curve_through(points: Points) -> Curve | None:
         return None
 
 
-def _merged(first: Points, second: Points) -> Points:
+def _merge(first: Points, second: Points) -> Points:
     """Return one cubic in place of two that follow each other."""
     a, b = (np.hypot(*(cubic[3] - cubic[0])) for cubic in (first, second))
     chord = np.hypot(*(second[3] - first[0]))
@@ -192,7 +192,7 @@ def _merged(first: Points, second: Points) -> Points:
     return np.stack([first[0], start, end, second[3]])
 
 
-def _joined(points: Points, *, closed: bool) -> Points:
+def _join(points: Points, *, closed: bool) -> Points:
     """Return the points with the last on the first if the curve is closed."""
     if closed:
         points[-1] = points[0]

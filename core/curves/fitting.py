@@ -51,10 +51,10 @@ def fit(line: Points, *, tolerance: float = 1.5, corner_deg: float = 60.0, close
         raise InputError("a line of one point makes no curve")
     corners = np.flatnonzero(_corners(line, corner_deg))
     seam = direction_at_seam(line) if closed else None
-    return Curve(fitted(line, corners, tolerance=tolerance, seam=seam)[0], closed)
+    return Curve(fit_curve(line, corners, tolerance=tolerance, seam=seam)[0], closed)
 
 
-def fitted(line: Floats, corners: Ints, *, tolerance: float, seam: Floats | None = None) -> tuple[Floats, Ints]:
+def fit_curve(line: Floats, corners: Ints, *, tolerance: float, seam: Floats | None = None) -> tuple[Floats, Ints]:
     """Return control points (3k + 1, 2m) along `line` (n, 2m), and the points (k + 1,) of it that became knots.
 
     The curve may turn at the points numbered `corners`; at both ends it has the direction `seam` (2m,) where it has

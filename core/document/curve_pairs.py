@@ -17,7 +17,7 @@ def knots_of(pair: CurvePair) -> int:
     return curve_edit.knots_of(pair.source, closed=pair.closed)
 
 
-def inserted(pair: CurvePair, t: float) -> CurvePair:
+def insert(pair: CurvePair, t: float) -> CurvePair:
     """Return the same curves with one more knot on both, at parameter `t`."""
     source, target = (Curve(points, pair.closed).inserted(t).points for points in (pair.source, pair.target))
     return replace(pair, source=source, target=target, corners=curve_edit.corners_with(pair.corners, int(t) + 1))
@@ -34,7 +34,7 @@ def without_knot(pair: CurvePair, knot: int) -> CurvePair | None:
 
 def with_corner_toggled(pair: CurvePair, knot: int, sides: Sequence[Literal["source", "target"]]) -> CurvePair:
     """Return the curves with a corner made smooth, or a smooth knot made a corner, by the handles of `sides`."""
-    edit = curve_edit.smoothed if knot in pair.corners else curve_edit.cornered
+    edit = curve_edit.smoothed if knot in pair.corners else curve_edit.make_corner
     source, target = (
         edit(points, knot, closed=pair.closed) if side in sides else points
         for side, points in (("source", pair.source), ("target", pair.target))
@@ -56,7 +56,7 @@ def closed(pair: CurvePair) -> CurvePair:
     return replace(pair, source=source, target=target, closed=True, corners=pair.corners | {0, last})
 
 
-def opened(pair: CurvePair) -> CurvePair:
+def open_up(pair: CurvePair) -> CurvePair:
     """Return the curves without their last segment; a curve of two knots stays closed."""
     if not pair.closed or knots_of(pair) <= 2:
         return pair

@@ -7,7 +7,7 @@ import numpy as np
 
 from core.arrays import Floats, Ints
 from core.curves import curve_edit
-from core.curves.fitting import direction_at_seam, fitted
+from core.curves.fitting import direction_at_seam, fit_curve
 from core.document.document import CurvePair
 
 SAMPLE_PX = 1.5
@@ -23,7 +23,7 @@ def simplified(pair: CurvePair, size_px: tuple[int, int], *, tolerance_px: float
     """
     line, corners = _line(pair, np.array([*size_px, *size_px], float))
     seam = direction_at_seam(line) if pair.closed and 0 not in pair.corners else None
-    points, knots = fitted(line, corners, tolerance=tolerance_px, seam=seam)
+    points, knots = fit_curve(line, corners, tolerance=tolerance_px, seam=seam)
     least = 7 if pair.closed else 4
     if not least <= len(points) < len(pair.source):
         return pair

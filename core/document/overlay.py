@@ -17,15 +17,15 @@ from core.document.document import Document, pixels_from_places, places_from_pix
 from core.document.overlay_settings import Cloth, LatticeVertices, Laying, Search
 from core.imaging import color
 from core.imaging.image import Image
+from core.overlay.compositing import Parts, encode, lay_over, searchable, texture_colours
 from core.overlay.composition import Placement, finite, light_of
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.detail.remains import without_old_pattern
+from core.overlay.detail.residual_cleanup import without_old_pattern
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.enlarging import EnlargedParts
-from core.overlay.layers_file import detail_of, lattice_of, packed, unpacked
-from core.overlay.laying import Parts, encoded, overlaid, searchable, texture_colours
+from core.overlay.layers_file import detail_of, lattice_of, pack, unpacked
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 from core.rasters.raster import Raster
@@ -40,16 +40,16 @@ LAYING = 0.95
 """Share of an export's work that finding the pattern takes."""
 UNSOUGHT = "no pattern was found yet that a texture could take the place of: find the pattern first"
 """Why nothing can be laid on the cloth of a document in which no search was begun."""
-_UNCOVERED: "WeakKeyDictionary[Layers, tuple[Raster, Layers]]" = WeakKeyDictionary()
+_UNCOVERED: "WeakKeyDictionary[OverlayLayers, tuple[Raster, OverlayLayers]]" = WeakKeyDictionary()
 """Layers without what was protected last."""
-_PACKED: "WeakKeyDictionary[Layers, dict[str, bytes]]" = WeakKeyDictionary()
+_PACKED: "WeakKeyDictionary[OverlayLayers, dict[str, bytes]]" = WeakKeyDictionary()
 """Layers as files: those of a project are packed once, however often it is saved."""
 COPIES = 2.5
 """How many copies of a new texture go across the cloth unless the artist says otherwise."""
 
 
 @dataclass(frozen=True, eq=False)
-class Layers:
+class OverlayLayers:
     """What was found of a photo; pixels outside the cloth are NaN in `uv`, `shading` and `detail`."""
 
     uv: Singles
@@ -87,7 +87,7 @@ class Layers:
         return float(max(1, round(np.sqrt(self.covered.sum()) / texel_px / COPIES)))
 
     @cached_property
-    def bare(self) -> "Layers":
+    def bare(self) -> "OverlayLayers":
         """The layers that go with a new texture."""
         return replace(self, detail=self.bare_detail)
 
@@ -106,32 +106,32 @@ class Layers:
 class _Kept:
     """What the last searches came to, by the objects that they began from; used from several threads."""
 
-    entries: list[tuple[Image, Search, Layers | NoPatternError]] = field(default_factory=list)
+    entries: list[tuple[Image, Search, OverlayLayers | NoPatternError]] = field(default_factory=list)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def get(self, image: Image, search: Search) -> Layers | NoPatternError | None:
+    def get(self, image: Image, search: Search) -> OverlayLayers | NoPatternError | None:
         with self.lock:
             return next((found for a, b, found in self.entries if a is image and b is search), None)
 
-    def put(self, image: Image, search: Search, found: Layers | NoPatternError) -> None:
+    def put(self, image: Image, search: Search, found: OverlayLayers | NoPatternError) -> None:
         with self.lock:
-            kinds: tuple[list[tuple[Image, Search, Layers | NoPatternError]], ...] = ([], [])
+            kinds: tuple[list[tuple[Image, Search, OverlayLayers | NoPatternError]], ...] = ([], [])
             for entry in [(image, search, found), *self.entries]:
-                kinds[isinstance(entry[2], Layers)].append(entry)
+                kinds[isinstance(entry[2], OverlayLayers)].append(entry)
             self.entries = [entry for kind in kinds for entry in kind[:KEPT]]
 
 
 _kept = _Kept()
 
 
-def known(document: Document) -> Layers | None:
+def known(document: Document) -> OverlayLayers | None:
     """Return the document's layers if they are found already."""
     search = document.cloth.search
     outcome = None if search is None else _kept.get(document.image, search)
-    return outcome if isinstance(outcome, Layers) else None
+    return outcome if isinstance(outcome, OverlayLayers) else None
 
 
-def found(document: Document) -> Job[Layers]:
+def found(document: Document) -> Job[OverlayLayers]:
     """Return the document's layers, found now or before; raise `NoPatternError` where there are none."""
     search = document.cloth.search
     if search is None:
@@ -139,7 +139,7 @@ def found(document: Document) -> Job[Layers]:
     outcome = _kept.get(document.image, search)
     if outcome is None:
         try:
-            result = yield from part(_decomposed(document, search), 0.0, FINDING)
+            result = yield from part(_decompose_photo(document, search), 0.0, FINDING)
         except NoPatternError as refusal:
             _kept.put(document.image, search, refusal)
             raise
@@ -170,7 +170,7 @@ def files_of(document: Document) -> dict[str, bytes]:
             "scores": frames.scores,
             "explained": np.array(layers.explained),
         }
-        _PACKED[layers] = packed(arrays)
+        _PACKED[layers] = pack(arrays)
     return _PACKED[layers]
 
 
@@ -185,17 +185,17 @@ def take_files(document: Document, read: Callable[[str], bytes]) -> None:
     arrays = unpacked(read, (document.image.height_px, document.image.width_px))
     uv, shading, coverage = (np.asarray(arrays[name], np.float32) for name in ("uv", "shading", "coverage"))
     texel, basis = Texel(arrays["texel"].astype(np.float64) / 255), np.asarray(arrays["basis"], np.float64)
-    detail = detail_of(encoded(document.image), uv, shading, texel)
+    detail = detail_of(encode(document.image), uv, shading, texel)
     bare = without_old_pattern(detail, uv, shading, texel, basis)
     explained = float(arrays["explained"])
-    layers = Layers(uv, shading, detail, bare, coverage, texel.pixels, basis, lattice_of(arrays), explained)
+    layers = OverlayLayers(uv, shading, detail, bare, coverage, texel.pixels, basis, lattice_of(arrays), explained)
     _kept.put(document.image, search, layers)
 
 
-def _decomposed(document: Document, search: Search) -> Job[Decomposition]:
+def _decompose_photo(document: Document, search: Search) -> Job[Decomposition]:
     """Find the layers; a marked texel from which no lattice grows says at least how large a texel is."""
-    inside = _marked(search)
-    photo, region = encoded(document.image), searchable(document.image, inside)
+    inside = _mark(search)
+    photo, region = encode(document.image), searchable(document.image, inside)
     corners = None if search.texel is None else pixels_from_places(document.size_px, np.array(search.texel))
     lattice = None if search.lattice is None else _lattices(document.size_px, search.lattice)
     start = None if corners is None else texel_between(*corners)
@@ -217,7 +217,7 @@ def _refusal(inside: Singles | None) -> NoPatternError:
     return NoPatternError("the picture" if inside is None else "the painted region")
 
 
-def _marked(search: Search) -> Singles | None:
+def _mark(search: Search) -> Singles | None:
     """Return the opacity (H, W) of what is laid on cloth, 0 where there is none; None for 1 everywhere."""
     if search.region is None or search.region.is_empty:
         return None
@@ -228,9 +228,9 @@ def _lattices(size_px: tuple[int, int], vertices: LatticeVertices) -> list[Latti
     return lattices_of(np.rint(vertices.keys).astype(np.int64), pixels_from_places(size_px, vertices.places))
 
 
-def layers_of(result: Decomposition) -> Layers:
+def layers_of(result: Decomposition) -> OverlayLayers:
     """Return what is kept of a decomposition."""
-    return Layers(
+    return OverlayLayers(
         result.uv,
         result.shading,
         result.detail,
@@ -243,18 +243,18 @@ def layers_of(result: Decomposition) -> Layers:
     )
 
 
-def vertices_of(document: Document, layers: Layers) -> LatticeVertices:
+def vertices_of(document: Document, layers: OverlayLayers) -> LatticeVertices:
     """Return the lattice that was found, for the artist to correct."""
     places = places_from_pixels(document.size_px, layers.lattice.frames.points)
     return LatticeVertices(layers.lattice.keys.astype(np.float64), places)
 
 
-def size_of(layers: Layers, laying: Laying) -> float:
+def size_of(layers: OverlayLayers, laying: Laying) -> float:
     """Return the width of a copy in texels."""
     return layers.usual_size if laying.size is None else laying.size
 
 
-def placement_of(layers: Layers, texture: Image | None, laying: Laying) -> Placement:
+def placement_of(layers: OverlayLayers, texture: Image | None, laying: Laying) -> Placement:
     """Return how the texture lies, for the engine; the pattern that was found lies where it was."""
     if texture is None:
         return Placement()
@@ -272,12 +272,12 @@ def is_changed(cloth: Cloth) -> bool:
     return cloth.texture is not None or (cloth.laying.detail, cloth.laying.shading) != (1.0, 1.0)
 
 
-def pattern_of(cloth: Cloth, layers: Layers) -> Image:
+def pattern_of(cloth: Cloth, layers: OverlayLayers) -> Image:
     """Return what is laid on the cloth: the new texture, or the pattern that was found."""
     return layers.pattern if cloth.texture is None else cloth.texture
 
 
-def layers_under(cloth: Cloth, layers: Layers) -> Layers:
+def layers_under(cloth: Cloth, layers: OverlayLayers) -> OverlayLayers:
     """Return the layers that go with what is laid on the cloth, without what is protected."""
     worn = layers if cloth.texture is None else layers.bare
     if cloth.protected is None or cloth.protected.is_empty:
@@ -296,17 +296,17 @@ def picture(document: Document, image: Image) -> Job[Image]:
     if not is_changed(document.cloth):
         return image
     layers = yield from part(found(document), 0.0, LAYING)
-    return laid_on(image, layers, document.cloth)
+    return lay_on(image, layers, document.cloth)
 
 
-def laid_on(image: Image, layers: Layers, cloth: Cloth) -> Image:
+def lay_on(image: Image, layers: OverlayLayers, cloth: Cloth) -> Image:
     """Return `image`, the photo at its own size or at a larger one, with the texture in its folds."""
     if not is_changed(cloth):
         return image
     worn, laying = layers_under(cloth, layers), cloth.laying
     parts = Parts(image, worn.uv, worn.shading, worn.detail, worn.coverage, worn.basis, worn.texel)
     is_larger = image.size_px != worn.uv.shape[1::-1]
-    return overlaid(
+    return lay_over(
         EnlargedParts(parts, image) if is_larger else parts,
         texture_colours(pattern_of(cloth, layers)),
         placement_of(layers, cloth.texture, laying),

@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 
 from core.arrays import Floats
-from core.document.overlay import Layers
+from core.document.overlay import OverlayLayers
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.composition import filtered
-from core.overlay.laying import encoded
+from core.overlay.compositing import encode
+from core.overlay.composition import filter_texture
 from core.overlay.pictures import coordinate_lines
 
 Part: TypeAlias = Literal["pattern", "mesh", "shading", "detail", "reconstruction", "residual"]
@@ -19,7 +19,7 @@ RESIDUAL_GAIN = 4.0
 """The residual is shown so many times as strong."""
 
 
-def values_of(layers: Layers, photo: Image, part: Part) -> Floats:
+def values_of(layers: OverlayLayers, photo: Image, part: Part) -> Floats:
     """Return a part (H, W, 3) on the encoded 0 to 1 scale of the photo; 0 where there is no cloth.
 
     The detail has both signs, the shading is a factor about 1: see `picture_of` for what is shown of them.
@@ -27,9 +27,9 @@ def values_of(layers: Layers, photo: Image, part: Part) -> Floats:
     size = layers.uv.shape[:2]
     if part == "pattern":
         y, x = np.indices(size).astype(float)
-        return filtered(layers.texel, np.stack([x, y], -1) @ np.linalg.inv(layers.basis).T)
+        return filter_texture(layers.texel, np.stack([x, y], -1) @ np.linalg.inv(layers.basis).T)
     if part == "mesh":
-        lines = coordinate_lines(encoded(photo), layers.uv.astype(np.float64))
+        lines = coordinate_lines(encode(photo), layers.uv.astype(np.float64))
         return np.asarray(cv2.resize(lines, size[::-1], interpolation=cv2.INTER_AREA) / 255, np.float64)
     detail = np.nan_to_num(layers.detail.astype(np.float64))
     if part == "shading":
@@ -39,10 +39,10 @@ def values_of(layers: Layers, photo: Image, part: Part) -> Floats:
         return detail
     if part == "residual":
         return np.abs(detail)
-    return np.where(layers.covered[..., None], encoded(photo) - detail, 0.0)
+    return np.where(layers.covered[..., None], encode(photo) - detail, 0.0)
 
 
-def picture_of(layers: Layers, photo: Image, part: Part, *, bits: Bits = 8) -> Image:
+def picture_of(layers: OverlayLayers, photo: Image, part: Part, *, bits: Bits = 8) -> Image:
     """Return a part as a picture of so many bits a sample; with 32 its values as they are.
 
     With fewer bits the median shading and no detail are middle grey, and the residual is amplified.

@@ -63,13 +63,13 @@ def decode(hint: Any, data: Any, parts: Unpack, *, name: str = "") -> Any:
     if kept is not None:
         return kept
     if origin is typing.Literal:
-        return _checked(data, data in inner, name, f"one of {', '.join(map(str, inner))}")
+        return _check(data, data in inner, name, f"one of {', '.join(map(str, inner))}")
     if origin is tuple:
         return _decode_tuple(inner, data, parts, name)
     if origin is frozenset:
         return frozenset(decode(inner[0], item, parts, name=name) for item in _checked_list(data, name))
     if origin is not None and issubclass(origin, Mapping):
-        _checked(data, isinstance(data, dict), name, "an object")
+        _check(data, isinstance(data, dict), name, "an object")
         return MappingProxyType(
             {key: decode(inner[1], item, parts, name=_below(name, key)) for key, item in data.items()}
         )
@@ -82,9 +82,9 @@ def _decode_plain(hint: Any, data: Any, name: str) -> Any:
     """Return a number, text or truth value."""
     if hint is float:
         number = isinstance(data, int | float) and not isinstance(data, bool) and abs(data) <= sys.float_info.max
-        return float(_checked(data, number, name, "a finite number"))
+        return float(_check(data, number, name, "a finite number"))
     if hint in (int, str, bool):
-        return _checked(data, type(data) is hint, name, f"of type {hint.__name__}")
+        return _check(data, type(data) is hint, name, f"of type {hint.__name__}")
     raise TypeError(f"{name}: no way to read {hint}")
 
 
@@ -92,7 +92,7 @@ def _decode_tuple(inner: tuple[Any, ...], data: Any, parts: Unpack, name: str) -
     """Return a tuple of any length of one type, or one of given types."""
     items = _checked_list(data, name)
     kinds = [inner[0]] * len(items) if len(inner) == 2 and inner[1] is Ellipsis else list(inner)
-    _checked(items, len(items) == len(kinds), name, f"a list of {len(kinds)}")
+    _check(items, len(items) == len(kinds), name, f"a list of {len(kinds)}")
     return tuple(
         decode(kind, item, parts, name=f"{name}.{i}") for i, (kind, item) in enumerate(zip(kinds, items, strict=True))
     )
@@ -100,7 +100,7 @@ def _decode_tuple(inner: tuple[Any, ...], data: Any, parts: Unpack, name: str) -
 
 def _decode_dataclass(hint: Any, data: Any, parts: Unpack, name: str) -> Any:
     """Return a dataclass; what `data` lacks takes its default."""
-    _checked(data, isinstance(data, dict), name, "an object")
+    _check(data, isinstance(data, dict), name, "an object")
     hints = typing.get_type_hints(hint)
     found = {}
     for entry in fields(hint):
@@ -113,11 +113,11 @@ def _decode_dataclass(hint: Any, data: Any, parts: Unpack, name: str) -> Any:
 
 def _checked_list(data: Any, name: str) -> list[Any]:
     """Return `data` if it is a list."""
-    checked: list[Any] = _checked(data, isinstance(data, list), name, "a list")
+    checked: list[Any] = _check(data, isinstance(data, list), name, "a list")
     return checked
 
 
-def _checked(data: Any, fits: bool, name: str, what: str) -> Any:
+def _check(data: Any, fits: bool, name: str, what: str) -> Any:
     """Return `data` if it fits."""
     if not fits:
         raise InputError(f"{name}: is not {what}")

@@ -128,7 +128,7 @@ class _Writer:
         if isinstance(value, Image):
             return self._put_image(value, name)
         if isinstance(value, Raster):
-            self.files[f"{name}.png"] = _encoded(Image(value.array[..., None]))
+            self.files[f"{name}.png"] = _encode(Image(value.array[..., None]))
             return {"file": f"{name}.png"}
         if isinstance(value, np.ndarray):
             if value.size <= _INLINE_NUMBERS:
@@ -141,7 +141,7 @@ class _Writer:
 
     def _put_image(self, image: Image, name: str) -> object:
         file = f"{name}{_suffix(image)}"
-        self.files[file] = _cached(image)
+        self.files[file] = _cache(image)
         data: dict[str, Any] = {"file": file, "linear": image.linear}
         if image.icc is not None:
             data["profile"] = f"{name}.icc"
@@ -161,7 +161,7 @@ class _Reader:
         if kind is Image:
             return self._image(data, name)
         if kind is Raster:
-            pixels = _decoded(self._file(data, name), ".png", name).pixels
+            pixels = _decode(self._file(data, name), ".png", name).pixels
             if pixels.dtype != np.uint8 or pixels.shape[2] != 1:
                 raise InputError(f"{name}: is not an 8-bit grey picture")
             return Raster.from_array(pixels[..., 0])
@@ -170,10 +170,10 @@ class _Reader:
         return None
 
     def _image(self, data: Any, name: str) -> Image:
-        pixels = _decoded(self._file(data, name), Path(str(data["file"])).suffix, name)
+        pixels = _decode(self._file(data, name), Path(str(data["file"])).suffix, name)
         profile = data.get("profile")
         try:
-            metadata = tuple(Attribute(a, kind, _frozen(value)) for a, kind, value in data.get("metadata", ()))
+            metadata = tuple(Attribute(a, kind, _freeze(value)) for a, kind, value in data.get("metadata", ()))
         except (TypeError, ValueError):
             raise InputError(f"{name}: has damaged metadata") from None
         icc = None if profile is None else self._file({"file": profile}, name)
@@ -204,14 +204,14 @@ def _suffix(image: Image) -> str:
 _kept: WeakKeyDictionary[Image, bytes] = WeakKeyDictionary()
 
 
-def _cached(image: Image) -> bytes:
+def _cache(image: Image) -> bytes:
     """Return the file of a picture's pixels; a document's picture is packed once, however often it is saved."""
     if image not in _kept:
-        _kept[image] = _encoded(image)
+        _kept[image] = _encode(image)
     return _kept[image]
 
 
-def _encoded(image: Image) -> bytes:
+def _encode(image: Image) -> bytes:
     """Return the pixels, and nothing else of `image`, as a PNG or TIFF file."""
     with scratch_folder() as folder:
         place = folder / f"picture{_suffix(image)}"
@@ -220,7 +220,7 @@ def _encoded(image: Image) -> bytes:
         return place.read_bytes()
 
 
-def _decoded(content: bytes, suffix: str, name: str) -> Image:
+def _decode(content: bytes, suffix: str, name: str) -> Image:
     """Return the picture in a file's bytes."""
     if suffix not in (".png", ".tif", ".tiff", ".exr"):
         raise InputError(f"{name}: holds a damaged picture")
@@ -247,5 +247,5 @@ def _as_data(entry: Attribute) -> list[Any] | None:
     return data
 
 
-def _frozen(value: Any) -> Any:
+def _freeze(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value

@@ -13,11 +13,11 @@ from core.document.document import CurvePair, Document, pixels_from_places, plac
 from core.imaging.image import Image
 from core.progress import Job, Progress, Steps
 from core.rasters.raster import Raster
-from core.retexture import overlays
+from core.retexture import debug_views as overlays
 from core.retexture.job import Settings, retexture
-from core.retexture.patches import PatchShape
 from core.retexture.result import Retexture
-from core.retexture.scene import followed
+from core.retexture.synthesis.patches import PatchShape
+from core.retexture.synthesis.scene import follow
 
 APPLYING = 0.95
 """Share of the work after which only the picture is to be resampled."""
@@ -64,7 +64,7 @@ class Regrown:
     def followers(self) -> list[Curve]:
         """Where passive curves are in the result."""
         pieces = disjoint(feature_curves(self.document))
-        return [followed(piece.source, self.found) for piece in pieces if piece.target is None]
+        return [follow(piece.source, self.found) for piece in pieces if piece.target is None]
 
 
 def is_moved(pair: CurvePair) -> bool:
@@ -176,18 +176,18 @@ def found(document: Document) -> Job[Retexture]:
     )
 
 
-def regrown(document: Document) -> Job[Regrown]:
+def regrow(document: Document) -> Job[Regrown]:
     """Retexture the document's picture; every step's preview is a `Regrown`, or None before the first."""
     image, steps, stage = document.image, Steps(found(document)), None
     for step in steps:
         if step.preview is not None:
-            stage = Regrown(step.preview, _applied(image, step.preview, blend=False), document)
+            stage = Regrown(step.preview, _apply(image, step.preview, blend=False), document)
         yield Progress(APPLYING * step.fraction, step.note, stage)
     yield Progress(APPLYING, "resampling", stage)
-    return Regrown(steps.result, _applied(image, steps.result, blend=True), document)
+    return Regrown(steps.result, _apply(image, steps.result, blend=True), document)
 
 
-def _applied(image: Image, result: Retexture, *, blend: bool) -> Image | None:
+def _apply(image: Image, result: Retexture, *, blend: bool) -> Image | None:
     """Return the retextured picture; None where no texture is regrown yet."""
     if not result.patches:
         return None

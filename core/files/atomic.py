@@ -64,7 +64,7 @@ class AtomicFiles:
         Raises `InputError` naming `path` for any `OSError` of the block.
         """
         with _faults_named(path):
-            target = _resolved(path)
+            target = _resolve(path)
             if target.is_dir():
                 raise InputError(f"{path}: is a folder, not a file")
             folder = target.parent if _is_replaceable(target) else None
@@ -99,7 +99,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
     `OSError` of the block.
     """
     with _faults_named(path):
-        target = _resolved(path)
+        target = _resolve(path)
         if target.exists() and not target.is_dir():
             raise InputError(f"{path}: is a file, not a folder")
         tidy(target.parent)
@@ -183,7 +183,7 @@ def write_text(path: Path, text: str) -> None:
 
 def _try_beside(path: Path) -> None:
     """Raise `InputError` naming `path` if its folder takes no new file; a device or a pipe needs none."""
-    target = _resolved(path)
+    target = _resolve(path)
     if not target.parent.is_dir():
         raise InputError(f"{path}: there is no folder {target.parent}")
     if not target.exists() or target.is_file() or target.is_dir():
@@ -191,7 +191,7 @@ def _try_beside(path: Path) -> None:
             pass
 
 
-def _resolved(path: Path) -> Path:
+def _resolve(path: Path) -> Path:
     """Return `path` without links; raise `InputError` if they lead to one another."""
     try:
         target = path.resolve()
@@ -205,7 +205,7 @@ def _resolved(path: Path) -> Path:
 def _identity(path: Path) -> object:
     """Return what two paths have in common if they lead to one file, linked or not."""
     with _faults_named(path):
-        target = _resolved(path)
+        target = _resolve(path)
         if not target.exists():
             return target
         found = target.stat()

@@ -70,7 +70,7 @@ def linear_light(pixels: Pixels, *, linear: bool) -> Singles:
     return np.concatenate([light, unit(pixels[..., -1:])], axis=-1)
 
 
-def stored(light: Singles, *, depth: DTypeLike, linear: bool) -> Pixels:
+def store(light: Singles, *, depth: DTypeLike, linear: bool) -> Pixels:
     """Return (..., C) linear light as pixels of `depth`, encoded unless `linear`; the inverse of `linear_light`."""
     if linear:
         return quantise(light, depth)

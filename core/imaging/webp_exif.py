@@ -46,7 +46,7 @@ def add_exif(path: Path, entries: OpenImageIO.ImageSpec) -> None:
         return
     chunks = [(name, body) for name, body in _chunks(path.read_bytes()) if name != b"EXIF"]
     if chunks[0][0] != b"VP8X":
-        chunks.insert(0, (b"VP8X", _extended(entries.width, entries.height, alpha=_has_alpha(*chunks[0]))))
+        chunks.insert(0, (b"VP8X", _extend(entries.width, entries.height, alpha=_has_alpha(*chunks[0]))))
     features = chunks[0][1]
     chunks[0] = (b"VP8X", bytes([features[0] | _EXIF_FLAG]) + features[1:])
     chunks.append((b"EXIF", exif))
@@ -63,7 +63,7 @@ def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
         place += 8 + length + length % 2
 
 
-def _extended(width: int, height: int, *, alpha: bool) -> bytes:
+def _extend(width: int, height: int, *, alpha: bool) -> bytes:
     """Return the contents of a chunk VP8X: flags, three bytes unused, width - 1 and height - 1 in three bytes each."""
     sides = (width - 1).to_bytes(3, "little") + (height - 1).to_bytes(3, "little")
     return bytes([_ALPHA_FLAG if alpha else 0, 0, 0, 0]) + sides

@@ -78,7 +78,7 @@ def writing_rows(
         raise InputError(f"{named}: {_first_line(fault_of(OpenImageIO))}")
     fitted = _fit_to_format(_with_what_fits(sample, named, quality).with_pixels(sample.pixels[:1, :1]), suffix)
     spec = _spec(fitted, size_px, suffix, quality)
-    with _staged(place, spec.image_bytes() + len(sample.icc or b"")) as name:
+    with _stage(place, spec.image_bytes() + len(sample.icc or b"")) as name:
         rows = _Rows(sink, name, spec, sample, suffix, named)
         try:
             yield rows.append
@@ -147,35 +147,35 @@ def _fit_to_format(image: Image, suffix: str) -> Image:
     if suffix in (".jpg", ".jpeg"):
         if image.has_alpha:
             light = color.linear_light(pixels, linear=linear)
-            pixels = color.stored(color.over(light, 1.0), depth=np.uint8, linear=False)
+            pixels = color.store(color.over(light, 1.0), depth=np.uint8, linear=False)
         elif linear or pixels.dtype != np.uint8:
-            pixels = _restored(image, np.uint8, linear=False)
+            pixels = _restore(image, np.uint8, linear=False)
         linear = False
     elif suffix == ".webp":
-        pixels = pixels if pixels.dtype == np.uint8 else _restored(image, np.uint8, linear=False)
+        pixels = pixels if pixels.dtype == np.uint8 else _restore(image, np.uint8, linear=False)
         if image.channels <= 2:
             pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
         linear = False
     elif suffix == ".jxl" and image.channels == 2:  # its writer knows no grey with alpha
         pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
     elif suffix == ".png" and pixels.dtype == np.float32:
-        pixels, linear = _restored(image, np.uint16, linear=False), False
+        pixels, linear = _restore(image, np.uint16, linear=False), False
     elif suffix == ".exr":
         if not (linear and pixels.dtype == np.float32):
-            pixels, linear = _restored(image, np.float32, linear=True), True
+            pixels, linear = _restore(image, np.float32, linear=True), True
         pixels = color.premultiply(pixels)
     return image if pixels is image.pixels else replace(image, pixels=pixels, linear=linear)
 
 
-def _restored(image: Image, depth: Any, *, linear: bool) -> Pixels:
+def _restore(image: Image, depth: Any, *, linear: bool) -> Pixels:
     """Return the pixels at another depth; the transfer function is applied only where `linear` differs."""
     if linear == image.linear:
         return color.quantise(color.unit(image.pixels), depth)
-    return color.stored(color.linear_light(image.pixels, linear=image.linear), depth=depth, linear=linear)
+    return color.store(color.linear_light(image.pixels, linear=image.linear), depth=depth, linear=linear)
 
 
 @contextmanager
-def _staged(place: Path, size_bytes: int) -> Iterator[str]:
+def _stage(place: Path, size_bytes: int) -> Iterator[str]:
     """Yield the name of a file in memory whose contents then go to `place`.
 
     The libraries behind OpenImageIO write to a full disk in silence, or end the process; Python says what is wrong.

@@ -43,16 +43,16 @@ class Assembly:
 
     def gradient(self, parts: list[Floats]) -> Floats:
         """Return the sum (count,) of the elements' gradients, (m, k) for each kind."""
-        return np.asarray(np.sum([_summed(d, p, self.count) for d, p in zip(self._dofs, parts, strict=True)], axis=0))
+        return np.asarray(np.sum([_sum_up(d, p, self.count) for d, p in zip(self._dofs, parts, strict=True)], axis=0))
 
     def entries(self, parts: list[Floats]) -> Floats:
         """Return the stored entries of the sum of the elements' matrices, packed (m, k (k + 1) / 2) for each kind."""
         total = np.zeros(self._entries)
         for slots, twice, part in zip(self._slots, self._twice, parts, strict=True):
             values = part.ravel()
-            total += _summed(slots, values, self._entries)
+            total += _sum_up(slots, values, self._entries)
             if twice.size:
-                total += _summed(slots[twice], values[twice], self._entries)
+                total += _sum_up(slots[twice], values[twice], self._entries)
         return total
 
     def solve(self, entries: Floats, b: Floats) -> Floats:
@@ -66,7 +66,7 @@ class Assembly:
         return self._factor.factorise(entries)
 
 
-def _summed(places: Ints, values: Floats, count: int) -> Floats:
+def _sum_up(places: Ints, values: Floats, count: int) -> Floats:
     """Add up `values` by their places below `count`."""
     return np.asarray(np.bincount(places.ravel(), values.ravel(), count + 1)[:-1], np.float64)
 
@@ -78,7 +78,7 @@ def triangle(size: int) -> tuple[Ints, Ints]:
     return row, column
 
 
-def packed(matrices: NDArray[Any]) -> Floats:
+def pack(matrices: NDArray[Any]) -> Floats:
     """Return what is kept of matrices (m, k, k)."""
     size = matrices.shape[-1]
     row, column = triangle(size)

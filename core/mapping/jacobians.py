@@ -28,7 +28,7 @@ def as_positions(z: Complexes) -> Points:
 
 
 @dataclass(frozen=True)
-class Frames:
+class Jacobians:
     """Linear parts (R-1, C-1) of a mapping: u -> `similar` u + `opposite` conj(u)."""
 
     similar: Complexes
@@ -47,12 +47,12 @@ class Frames:
         return values
 
 
-def linear_parts(grid: Grid, z: Complexes) -> Frames:
+def linear_parts(grid: Grid, z: Complexes) -> Jacobians:
     """Fit a linear map to every quad (R-1, C-1) of the grid mapped to z (R, C)."""
     return corner_frames(grid, (z[:-1, :-1], z[:-1, 1:], z[1:, 1:], z[1:, :-1]))
 
 
-def corner_frames(grid: Grid, corners: tuple[Complexes, Complexes, Complexes, Complexes]) -> Frames:
+def corner_frames(grid: Grid, corners: tuple[Complexes, Complexes, Complexes, Complexes]) -> Jacobians:
     """Fit a linear map to every quad of the grid by where its corners end, clockwise from the top left.
 
     Rest quads are w x h rectangles, so that U Uᵀ = diag(w², h²) and T = U' U* of FAT eq. 1 has for its columns the
@@ -62,4 +62,4 @@ def corner_frames(grid: Grid, corners: tuple[Complexes, Complexes, Complexes, Co
     one, two, three, four = corners
     t_x = ((two - one) + (three - four)) / (2 * width)
     t_y = 1j * (((four - one) + (three - two)) / (2 * height))
-    return Frames((t_x - t_y) / 2, (t_x + t_y) / 2)
+    return Jacobians((t_x - t_y) / 2, (t_x + t_y) / 2)

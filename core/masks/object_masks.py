@@ -43,7 +43,7 @@ def object_within(image: Image, low: Points, high: Points) -> Job[Bytes]:
     if (labels == cv2.GC_PR_FGD).all():
         raise InputError("the rectangle leaves no ground around the object")
     inside = yield from _cut(picture, labels)
-    return _enlarged(inside, image)
+    return _enlarge(inside, image)
 
 
 def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
@@ -64,7 +64,7 @@ def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
     inside = _without_noise(inside, marked)
     if (inside & marked).sum() < LEAST_KEPT * marked.sum():
         raise InputError("what is painted looks like what is around it: no object was found")
-    return _enlarged(inside, image)
+    return _enlarge(inside, image)
 
 
 def whole_object(image: Image, known: Bools) -> Job[Bools]:
@@ -131,7 +131,7 @@ def _without_noise(inside: Bools, marked: Bools) -> Bools:
     return inside
 
 
-def _enlarged(inside: Bools, image: Image) -> Bytes:
+def _enlarge(inside: Bools, image: Image) -> Bytes:
     """Return a mask as large as the picture, soft where it is enlarged."""
     values = inside.astype(np.uint8) * 255
     return np.asarray(cv2.resize(values, image.size_px, interpolation=cv2.INTER_LINEAR), np.uint8)

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Singles
-from core.overlay.sampling import looked_up
+from core.overlay.filters.sampling import look_up
 
 DENSITY = 1.5
 """Texture samples to a pixel of undeformed cloth."""
@@ -113,10 +113,12 @@ def compose(
     `uv` (H, W, 2), `shading` (H, W) or (H, W, 3) and `detail` (H, W, 3) are NaN outside, where the opacity is 0.
     """
     norm = Norm.of(uv, shading, scale)
-    return composed(texture, (uv, shading, detail), norm, placement or Placement(), alpha=alpha, strength=strength)
+    return compose_layers(
+        texture, (uv, shading, detail), norm, placement or Placement(), alpha=alpha, strength=strength
+    )
 
 
-def composed(
+def compose_layers(
     texture: Floats,
     layers: tuple[Floats, Floats, Floats],
     norm: Norm,
@@ -128,8 +130,8 @@ def composed(
     """Return what `compose` does for a part of a cloth of that norm; the layers are uv, shading and detail."""
     uv, shading, detail = layers
     covered = finite(uv)
-    light = relit(shading, strength, norm.light)
-    colours = laid(with_opacity(texture), placement, uv, norm, covered)
+    light = relight(shading, strength, norm.light)
+    colours = lay(with_opacity(texture), placement, uv, norm, covered)
     wp = np.nan_to_num(light if light.ndim == 3 else light[..., None])
     return wp * colours[..., :3] + alpha * np.nan_to_num(detail), colours[..., 3] * covered
 
@@ -150,17 +152,17 @@ def light_of(shading: Floats | Singles) -> float:
     return float(np.nanmedian(shading)) if np.isfinite(shading).any() else 1.0
 
 
-def relit(shading: Floats, strength: float, usual_light: float) -> Floats:
+def relight(shading: Floats, strength: float, usual_light: float) -> Floats:
     """Return the shading with its contrast, in stops about the usual light, times `strength`."""
     return shading if strength == 1 else np.asarray(usual_light * (shading / usual_light) ** strength)
 
 
-def laid(texture: Floats, placement: Placement, uv: Floats, norm: Norm, covered: Bools) -> Floats:
+def lay(texture: Floats, placement: Placement, uv: Floats, norm: Norm, covered: Bools) -> Floats:
     """Return the texture (H, W, 4), premultiplied by its opacity, as the cloth shows it; 0 outside."""
-    source = prepared(texture, placement, norm.scale)
+    source = prepare(texture, placement, norm.scale)
     copies = placement(np.nan_to_num(uv), norm.scale, norm.middle)
     at = copies / 2 if placement.mirror else copies
-    colours = filtered(source, np.where(covered[..., None], at, np.nan))
+    colours = filter_texture(source, np.where(covered[..., None], at, np.nan))
     if not placement.tile:
         inside = (copies.min(-1) >= 0) & (copies.max(-1) < 1)
         colours = np.where(inside[..., None], colours, 0.0)
@@ -168,17 +170,17 @@ def laid(texture: Floats, placement: Placement, uv: Floats, norm: Norm, covered:
     return np.concatenate([straight, colours[..., 3:]], -1)
 
 
-def prepared(texture: Floats, placement: Placement, scale: Floats) -> Floats:
+def prepare(texture: Floats, placement: Placement, scale: Floats) -> Floats:
     """Return a texture (h, w, 4) premultiplied, with its mirror images if it has such, and no finer than needed."""
     source = np.concatenate([texture[..., :3] * texture[..., 3:], texture[..., 3:]], -1)
     steps = np.linalg.norm(scale @ np.linalg.inv(placement.matrix(scale)), axis=0) / np.array(texture.shape[1::-1])
     if placement.mirror:
         source = np.concatenate([source, source[:, ::-1]], 1)
         source = np.concatenate([source, source[::-1]], 0)
-    return thinned(source, 1 / (DENSITY * steps))
+    return thin(source, 1 / (DENSITY * steps))
 
 
-def thinned(texture: Floats, excess: Floats) -> Floats:
+def thin(texture: Floats, excess: Floats) -> Floats:
     """Return the texture with fewer columns and rows where `excess` (2,) says there are that many times too many."""
     h, w = texture.shape[:2]
     size = max(1, round(w / max(1.0, excess[0]))), max(1, round(h / max(1.0, excess[1])))
@@ -188,7 +190,7 @@ def thinned(texture: Floats, excess: Floats) -> Floats:
     return np.asarray(out, np.float64).reshape(size[1], size[0], -1)
 
 
-def filtered(texture: Floats, at: Floats) -> Floats:
+def filter_texture(texture: Floats, at: Floats) -> Floats:
     """Return a repeating texture (h, w, C) at places (H, W, 2), in copies; NaN places give 0."""
     covered = finite(at)
     out = np.zeros((*at.shape[:2], texture.shape[-1]))
@@ -267,7 +269,7 @@ def trilinear(levels: list[Singles], at: Floats, level: Floats) -> Floats:
     for k, texture in enumerate(levels):
         near = np.flatnonzero(np.abs(level - k) < 1)
         if len(near):
-            total[near] += (1 - np.abs(level[near] - k))[:, None] * wrapped(texture, at[near])
+            total[near] += (1 - np.abs(level[near] - k))[:, None] * wrap(texture, at[near])
     return total
 
 
@@ -275,18 +277,18 @@ def pyramid(texture: Floats, count: int) -> list[Singles]:
     """Return the first levels of a repeating texture's pyramid (h, w, C), each with a border of one sample around."""
     levels = [texture]
     while len(levels) < count:
-        levels.append(halved(levels[-1]))
+        levels.append(halve(levels[-1]))
     return [np.pad(level, ((1, 1), (1, 1), (0, 0)), mode="wrap").astype(np.float32) for level in levels]
 
 
-def halved(texture: Floats) -> Floats:
+def halve(texture: Floats) -> Floats:
     """Return the next level of a pyramid."""
     h, w = texture.shape[:2]
     size = max(1, w // 2), max(1, h // 2)
     return np.asarray(cv2.resize(texture, size, interpolation=cv2.INTER_AREA), np.float64).reshape(size[1], size[0], -1)
 
 
-def wrapped(texture: Singles, at: Floats) -> Singles:
+def wrap(texture: Singles, at: Floats) -> Singles:
     """Return a repeating texture with a border of one sample at places (n, 2), in copies, bilinear: (n, C)."""
     inside = at - np.floor(at)
-    return looked_up(texture, inside * (np.array(texture.shape[1::-1]) - 2) + 0.5)
+    return look_up(texture, inside * (np.array(texture.shape[1::-1]) - 2) + 0.5)

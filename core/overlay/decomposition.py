@@ -12,28 +12,28 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
 from core.linalg.blas import on_one_thread, one_thread
-from core.overlay.bands import bands
-from core.overlay.composition import filtered, finite
-from core.overlay.detection.alignment import Frames
+from core.overlay.albedo_scale import gauge_of
+from core.overlay.composition import filter_texture, finite
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.filters.bands import bands
 from core.overlay.finding import find_cloth
-from core.overlay.gauge import gauge_of
-from core.overlay.mesh import Mesh
-from core.overlay.pixels.fold_light import fold_light
+from core.overlay.mesh import ClothMesh
+from core.overlay.pixels.gap_completion import sew
 from core.overlay.pixels.layers import add_rest, explained, other_things, painted
 from core.overlay.pixels.matting import carried_past_border, matte_of
-from core.overlay.pixels.recovery import recovered
-from core.overlay.pixels.refinement import refined
-from core.overlay.pixels.sewing import sewn
-from core.overlay.pixels.tint import tint
-from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.pixels.refinement import refine
+from core.overlay.pixels.shading.chromatic_shading import tint
+from core.overlay.pixels.shading.fold_light import fold_light
+from core.overlay.pixels.shading.relighting import recover
+from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import weigh
 from core.overlay.registration.fitting import fit
-from core.overlay.registration.phase import in_phase
+from core.overlay.registration.integer_translation import in_phase
 from core.overlay.registration.vertices import whole_lattice
-from core.overlay.texel import Texel, drawn, estimate_texel
+from core.overlay.texel import Texel, draw_sample, estimate_texel
 from core.progress import Job, Progress, part
 
 T = TypeVar("T")
@@ -109,8 +109,8 @@ def decompose(
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
         job = find_cloth(small, canvas, seed, texel_px=side, start=marked)
     else:
-        job = fit(small, canvas, [rescaled(piece, scale) for piece in lattice], seed, trusted=True)
-    cloth, found = yield from timed(part(on_one_thread(job), 0.0, 0.9), seconds)
+        job = fit(small, canvas, [rescale(piece, scale) for piece in lattice], seed, trusted=True)
+    cloth, found = yield from time_stages(part(on_one_thread(job), 0.0, 0.9), seconds)
     yield Progress(0.9, "splitting off the detail")
     started = time.perf_counter()
     with one_thread():
@@ -138,13 +138,13 @@ def to_small(points: Points, scale: int) -> Points:
     return (points - (scale - 1) / 2) / scale
 
 
-def rescaled(lattice: Lattice, scale: int) -> Lattice:
+def rescale(lattice: Lattice, scale: int) -> Lattice:
     """Return a lattice of a picture on the picture that `shrunk` makes."""
     frames = lattice.frames
-    return replace(lattice, frames=Frames(to_small(frames.points, scale), frames.bases / scale, frames.scores))
+    return replace(lattice, frames=PatchFrames(to_small(frames.points, scale), frames.bases / scale, frames.scores))
 
 
-def timed(job: Job[T], seconds: dict[str, float]) -> Job[T]:
+def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
     """Run a job and add the time after each of its notes to `seconds`; what the watcher takes is not counted."""
     note = "starting"
     while True:
@@ -160,11 +160,11 @@ def timed(job: Job[T], seconds: dict[str, float]) -> Job[T]:
         yield step
 
 
-def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> Decomposition:
+def split(cloth: FittedCloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> Decomposition:
     """Return the parts at every pixel of the photo, of which the cloth was fitted at 1 / `scale` of the size."""
     pieces = in_phase(cloth.mesh, found.pieces, cloth.step_px)
     masks = explained(cloth, found, pieces)
-    mesh = Mesh(photo.shape[:2], cloth.mesh.cell * scale)
+    mesh = ClothMesh(photo.shape[:2], cloth.mesh.cell * scale)
     uv, shading = painted(mesh, pieces, masks, valid)
     followed = np.isfinite(shading)
     texel = found.texel if scale == 1 else finer_texel(cloth, photo, uv, shading, followed, scale)
@@ -172,11 +172,11 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     uv[~valid], shading[~valid] = np.nan, np.nan
     off = other_things(photo, (uv, shading), texel, cloth, scale)
     # Cloth goes on under what lies on it.
-    uv, other = sewn(photo, (uv, shading), followed, texel, cloth.basis, cloth.step_px, scale, hidden=off)
+    uv, other = sew(photo, (uv, shading), followed, texel, cloth.basis, cloth.step_px, scale, hidden=off)
     followed &= ~other
     uv[off], shading[off], followed[off] = np.nan, np.nan, False
-    uv, shading = recovered(photo, (uv, shading), texel, cloth.basis * scale, followed, scale=scale)
-    uv = refined(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
+    uv, shading = recover(photo, (uv, shading), texel, cloth.basis * scale, followed, scale=scale)
+    uv = refine(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
     texel = finer_texel(cloth, photo, uv, shading, followed, scale)
     gauge = gauge_of(shading, texel.pixels)
     # The texel is rounded as its file is, so that the parts that are written recombine.
@@ -188,11 +188,11 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     modelled *= np.nan_to_num(light)
     folds = fold_light(photo, modelled, uv, followed, texel, cloth.basis * scale)
     light, modelled = light * folds, modelled * folds
-    colour = coloured_light(photo, modelled, followed, scale, TINT_STEPS * cloth.step_px)
+    colour = estimate_coloured_light(photo, modelled, followed, scale, TINT_STEPS * cloth.step_px)
     if colour is not None:
         light, modelled = light * colour, modelled * colour
     lattice = whole_lattice(cloth, pieces, found)
-    frames = Frames(
+    frames = PatchFrames(
         scale * lattice.frames.points + (scale - 1) / 2, scale * lattice.frames.bases, lattice.frames.scores
     )
     return Decomposition(
@@ -208,9 +208,9 @@ def split(cloth: Cloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> 
     )
 
 
-def finer_texel(cloth: Cloth, photo: Floats, uv: Singles, shading: Singles, followed: Bools, scale: int) -> Texel:
+def finer_texel(cloth: FittedCloth, photo: Floats, uv: Singles, shading: Singles, followed: Bools, scale: int) -> Texel:
     """Return the texel at the photo's own resolution, from what is followed (H, W)."""
-    covered = drawn(followed, TEXEL_PIXELS)
+    covered = draw_sample(followed, TEXEL_PIXELS)
     h, w = cloth.texel_samples
     return estimate_texel(photo, uv, shading, covered, (h * scale, w * scale))
 
@@ -219,11 +219,13 @@ def texture_at(texel: Texel, uv: Singles) -> Singles:
     """Return the texture's colours (H, W, 3) at coordinates (H, W, 2), 0 where they are NaN."""
     out = np.empty((*uv.shape[:2], 3), np.float32)
     for first, top, bottom, last in bands(len(uv), margin=1):
-        out[top:bottom] = filtered(texel.pixels, uv[first:last].astype(float))[top - first : bottom - first]
+        out[top:bottom] = filter_texture(texel.pixels, uv[first:last].astype(float))[top - first : bottom - first]
     return out
 
 
-def coloured_light(photo: Floats, modelled: Singles, inside: Bools, scale: int, sigma_px: float) -> Singles | None:
+def estimate_coloured_light(
+    photo: Floats, modelled: Singles, inside: Bools, scale: int, sigma_px: float
+) -> Singles | None:
     """Return each channel's own factor (H, W, 3), or None where light has one colour.
 
     `sigma_px` is over every `scale`-th pixel; as few are looked at as that allows.

@@ -12,8 +12,8 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Singles
 from core.imaging.image import Image
+from core.overlay.compositing import Parts
 from core.overlay.composition import Norm, finite, steepness
-from core.overlay.laying import Parts
 
 JUMP = 0.25
 """Texels between what two neighbours tell of a place from which they are of two pieces."""

@@ -11,17 +11,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.detection.alignment import Canvas
+from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
-from core.overlay.detection.lattice import Lattice, connected
+from core.overlay.detection.lattice import Lattice, keep_connected
 from core.overlay.detection.seeding import LEAST_VERTICES, NoPatternError, divides, find_lattices, flat_canvas
 from core.overlay.detection.stages import Stage
+from core.overlay.large_periods import find_wide
 from core.overlay.magnified import TIMES, at_photo_size, can_be_magnified, magnified
-from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, weigh
-from core.overlay.registration.fitting import begun, completed
-from core.overlay.registration.following import followed, pruned
-from core.overlay.wide import find_wide
+from core.overlay.registration.fitting import begun, complete
+from core.overlay.registration.region_growing import followed, prune
 from core.progress import Job, Progress, part
 
 AS_MUCH = 0.9
@@ -35,7 +35,7 @@ LEAST_PART = 0.05
 class Find:
     """A cloth as far as it was followed from where it was found."""
 
-    cloth: Cloth
+    cloth: FittedCloth
     followed: Fit
     weight: Evidence
 
@@ -60,8 +60,8 @@ class Find:
 
 
 def find_cloth(
-    photo: Floats, canvas: Canvas, seed: int, *, texel_px: float | None = None, start: Proposal | None = None
-) -> Job[tuple[Cloth, Fit]]:
+    photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None, start: Proposal | None = None
+) -> Job[tuple[FittedCloth, Fit]]:
     """Return the registered cloth of a photo (H, W, 3).
 
     `texel_px` is the side of a texel where the user knows it; the search begins at `start` alone if it is given.
@@ -71,15 +71,15 @@ def find_cloth(
         marked = find_lattices(canvas, np.random.default_rng(seed), start=start)
         lattice = (yield from part(marked, 0.0, 0.4))[0]
         first = yield from part(begun(photo, canvas, lattice, seed), 0.4, 0.45)
-        return (yield from part(completed(*first, [], seed), 0.45, 1.0))
-    finds = yield from part(found_by_lattice(photo, canvas, canvas, seed, texel_px), 0.0, 0.3)
+        return (yield from part(complete(*first, [], seed), 0.45, 1.0))
+    finds = yield from part(find_by_lattice(photo, canvas, canvas, seed, texel_px), 0.0, 0.3)
     if not is_any_clear(finds) and not canvas.valid.all():
         whole = flat_canvas(photo, np.ones(canvas.shape, np.bool_))
-        finds += yield from part(found_by_lattice(photo, canvas, whole, seed, texel_px), 0.3, 0.4)
+        finds += yield from part(find_by_lattice(photo, canvas, whole, seed, texel_px), 0.3, 0.4)
     if not any(find.is_credible for find in finds) and can_be_magnified(canvas.shape):
         large, place = magnified(photo, np.asarray(canvas.valid[..., 0] > 0, np.bool_))
         side = None if texel_px is None else TIMES * texel_px
-        small = yield from part(found_by_lattice(large, place, place, seed, side), 0.4, 0.5)
+        small = yield from part(find_by_lattice(large, place, place, seed, side), 0.4, 0.5)
         finds += [replace(find, scale=TIMES) for find in small]
     if not is_any_clear(finds):
         try:
@@ -97,8 +97,8 @@ def is_any_clear(finds: list[Find]) -> bool:
     return any(find.is_clear for find in finds)
 
 
-def found_by_lattice(
-    photo: Floats, canvas: Canvas, place: Canvas, seed: int, texel_px: float | None
+def find_by_lattice(
+    photo: Floats, canvas: FlatPicture, place: FlatPicture, seed: int, texel_px: float | None
 ) -> Job[list[Find]]:
     """Return what is found of the cloth that `canvas` bounds from the lattices of `place`, until one is clear."""
     finds: list[Find] = []
@@ -109,7 +109,7 @@ def found_by_lattice(
         return finds
     for lattice in lattices:
         try:
-            finds.append((yield from part(registered(photo, canvas, inside(lattice, canvas), seed), 0.8, 1.0)))
+            finds.append((yield from part(register(photo, canvas, inside(lattice, canvas), seed), 0.8, 1.0)))
         except NoPatternError:
             continue
         if finds[-1].is_clear:
@@ -119,11 +119,11 @@ def found_by_lattice(
     return finds
 
 
-def least_texel(photo: Floats, canvas: Canvas, found: Find, finer: Iterator[Lattice], seed: int) -> Job[Find]:
+def least_texel(photo: Floats, canvas: FlatPicture, found: Find, finer: Iterator[Lattice], seed: int) -> Job[Find]:
     """Return the find, or the one of a `finer` lattice that explains as much: several texels explain what one does."""
     for lattice in finer:
         try:
-            other = yield from registered(photo, canvas, inside(lattice, canvas), seed)
+            other = yield from register(photo, canvas, inside(lattice, canvas), seed)
         except NoPatternError:
             continue
         if other.weight.share > AS_MUCH * found.weight.share:
@@ -131,26 +131,26 @@ def least_texel(photo: Floats, canvas: Canvas, found: Find, finer: Iterator[Latt
     return found
 
 
-def inside(lattice: Lattice, canvas: Canvas) -> Lattice:
+def inside(lattice: Lattice, canvas: FlatPicture) -> Lattice:
     """Return the largest connected part of a lattice whose vertices may be cloth; refuse it if that has too few."""
     x, y = np.clip(np.rint(lattice.frames.points).astype(int), 0, np.array(canvas.shape[::-1]) - 1).T
-    kept = connected(lattice[canvas.valid[y, x, 0] > 0])
+    kept = keep_connected(lattice[canvas.valid[y, x, 0] > 0])
     if len(kept) < LEAST_VERTICES:
         raise NoPatternError
     return kept
 
 
-def registered(photo: Floats, canvas: Canvas, lattice: Lattice, seed: int) -> Job[Find]:
+def register(photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int) -> Job[Find]:
     """Return the cloth registered and followed from a lattice; raise `NoPatternError` where it cannot be followed."""
     yield Progress(0.0, "registering", Stage("lattice", lattice, shape=canvas.shape))
     cloth, found = yield from begun(photo, canvas, lattice, seed)
-    found = yield from followed(cloth, pruned(cloth, found), Progress(0.5, "following the cloth"))
+    found = yield from followed(cloth, prune(cloth, found), Progress(0.5, "following the cloth"))
     if not found.cells.any():
         raise NoPatternError
     return Find(cloth, found, weigh(cloth, found))
 
 
-def best_completed(finds: list[Find], seed: int) -> Job[tuple[Find, tuple[Cloth, Fit]]]:
+def best_completed(finds: list[Find], seed: int) -> Job[tuple[Find, tuple[FittedCloth, Fit]]]:
     """Return the find that explains most, and what it comes to when completed.
 
     The next one where it then proves to be none.
@@ -159,7 +159,7 @@ def best_completed(finds: list[Find], seed: int) -> Job[tuple[Find, tuple[Cloth,
         if not find.is_credible:
             continue
         try:
-            return find, (yield from completed(find.cloth, find.followed, [], seed))
+            return find, (yield from complete(find.cloth, find.followed, [], seed))
         except NoPatternError:
             continue
     raise NoPatternError

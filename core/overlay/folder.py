@@ -18,11 +18,11 @@ from core.files.npy_file import read_npz
 from core.imaging import color
 from core.imaging.images import Image, load
 from core.imaging.images import write as write_picture
+from core.overlay.compositing import Parts, texture_colours
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
 from core.overlay.detection.lattice import Lattice
-from core.overlay.laying import Parts, texture_colours
-from core.overlay.registration.region import feathered
+from core.overlay.registration.region import feather
 
 PARTS = (
     *("source.png", "texel.png", "reconstruction.png", "report.json", "lattice.json"),
@@ -128,7 +128,7 @@ def read(folder: Path) -> Parts:
     shading = array(folder / "shading.npz", "shading", [shape, (*shape, 3)], covered)
     detail = array(folder / "detail.npz", "detail", [(*shape, 3)], covered)
     # Another program's folder need not have these two.
-    soft, edge = folder / "coverage.npz", feathered(covered)
+    soft, edge = folder / "coverage.npz", feather(covered)
     return Parts(
         source,
         uv=uv,

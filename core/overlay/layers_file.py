@@ -12,7 +12,7 @@ from core.arrays import Floats, InputError, Pixels, Singles
 from core.files.npy_file import read_npy
 from core.overlay.composition import finite
 from core.overlay.decomposition import difference, texture_at
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.texel import Texel
 
@@ -21,7 +21,7 @@ NAMES = ("uv", "shading", "coverage", "texel", "basis", "keys", "points", "bases
 """Arrays of the layers, and the lattice's."""
 
 
-def packed(arrays: Mapping[str, Pixels]) -> dict[str, bytes]:
+def pack(arrays: Mapping[str, Pixels]) -> dict[str, bytes]:
     """Return the files of arrays, by their place in a project."""
     files: dict[str, bytes] = {}
     for name in NAMES:
@@ -61,7 +61,7 @@ def unpacked(read: Callable[[str], bytes], shape: tuple[int, int]) -> dict[str, 
 def lattice_of(arrays: Mapping[str, Pixels]) -> Lattice:
     """Return the lattice of unpacked arrays."""
     points, bases, scores = (np.asarray(arrays[name], np.float64) for name in ("points", "bases", "scores"))
-    return Lattice(np.asarray(arrays["keys"], np.int64), Frames(points, bases, scores))
+    return Lattice(np.asarray(arrays["keys"], np.int64), PatchFrames(points, bases, scores))
 
 
 def detail_of(photo: Floats, uv: Singles, shading: Singles, texel: Texel) -> Singles:

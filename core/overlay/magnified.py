@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.detection.alignment import Canvas, Frames
+from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import flat_canvas
-from core.overlay.mesh import Mesh
-from core.overlay.registration.cloth import Cloth, Fit, estimated, measured
+from core.overlay.mesh import ClothMesh
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate, measure
 from core.overlay.registration.registration import Registration
 
 TIMES = 2
@@ -26,7 +26,7 @@ def can_be_magnified(shape: tuple[int, int]) -> bool:
     return TIMES * max(shape) <= LONGEST_PX
 
 
-def magnified(photo: Floats, valid: Bools) -> tuple[Floats, Canvas]:
+def magnified(photo: Floats, valid: Bools) -> tuple[Floats, FlatPicture]:
     """Return a photo (H, W, 3) `TIMES` as large, by cubic interpolation, and the canvas of what is `valid` (H, W)."""
     size = TIMES * photo.shape[1], TIMES * photo.shape[0]
     large = np.asarray(np.clip(cv2.resize(photo, size, interpolation=cv2.INTER_CUBIC), 0, 1), np.float64)
@@ -34,17 +34,17 @@ def magnified(photo: Floats, valid: Bools) -> tuple[Floats, Canvas]:
     return large, flat_canvas(large, inside)
 
 
-def at_photo_size(cloth: Cloth, found: Fit, photo: Floats, canvas: Canvas) -> tuple[Cloth, Fit]:
+def at_photo_size(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture) -> tuple[FittedCloth, Fit]:
     """Return the cloth registered with an enlarged photo as that of the photo (H, W, 3), with the same nodes."""
-    mesh = Mesh(photo.shape[:2], cloth.mesh.cell // TIMES)
+    mesh = ClothMesh(photo.shape[:2], cloth.mesh.cell // TIMES)
     lattice = shrunk_lattice(cloth.lattice)
     registration = Registration(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice.basis @ cloth.M)
-    small = Cloth(photo, canvas, lattice, cloth.M, mesh, registration)
-    return small, measured(small, estimated(small, found.pieces), found.pieces)
+    small = FittedCloth(photo, canvas, lattice, cloth.M, mesh, registration)
+    return small, measure(small, estimate(small, found.pieces), found.pieces)
 
 
 def shrunk_lattice(lattice: Lattice) -> Lattice:
     """Return a lattice of an enlarged photo in pixels of the photo."""
     frames = lattice.frames
     points = (frames.points - (TIMES - 1) / 2) / TIMES
-    return replace(lattice, frames=Frames(points, frames.bases / TIMES, frames.scores))
+    return replace(lattice, frames=PatchFrames(points, frames.bases / TIMES, frames.scores))

@@ -15,7 +15,7 @@ from core.arrays import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)
-class Mesh:
+class ClothMesh:
     """A grid over a picture of `shape` (H, W); node (r, c) lies at (c, r) * cell - 0.5."""
 
     shape: tuple[int, int]

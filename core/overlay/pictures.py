@@ -30,7 +30,7 @@ def stage_picture(photo: Floats, stage: Stage) -> Bytes:
 
 def keypoint_groups(photo: Floats, groups: Sequence[Points]) -> Bytes:
     """Return the photo, enlarged and dimmed, with keypoints (n, 2), those of a group in one colour."""
-    canvas = levels(enlarged(photo) * DIM)
+    canvas = levels(enlarge(photo) * DIM)
     for points, colour in zip(groups, itertools.cycle(COLOURS)):
         for place in on_enlarged(points):
             cv2.circle(canvas, place, 3, colour, 1, cv2.LINE_AA)
@@ -39,7 +39,7 @@ def keypoint_groups(photo: Floats, groups: Sequence[Points]) -> Bytes:
 
 def seed_boxes(photo: Floats, seeds: Sequence[tuple[Points, Floats]]) -> Bytes:
     """Return the photo, enlarged and dimmed, with the texel that each seed proposes, the best one's last."""
-    canvas = levels(enlarged(photo) * DIM)
+    canvas = levels(enlarge(photo) * DIM)
     for point, basis in reversed(seeds):
         corners = on_enlarged(point + UNIT_BOX @ basis.T)
         colour = DOT if point is seeds[0][0] else LINE
@@ -49,7 +49,7 @@ def seed_boxes(photo: Floats, seeds: Sequence[tuple[Points, Floats]]) -> Bytes:
 
 def lattice_lines(photo: Floats, lattice: Lattice) -> Bytes:
     """Return the photo, enlarged and dimmed, with the lattice's steps and vertices."""
-    canvas = levels(enlarged(photo) * DIM)
+    canvas = levels(enlarge(photo) * DIM)
     at = on_enlarged(lattice.frames.points)
     for row, near in enumerate(neighbour_rows(lattice.keys)[:, :2].tolist()):
         for other in near:
@@ -70,7 +70,7 @@ def coordinate_lines(photo: Floats, uv: Floats) -> Bytes:
     edge = np.zeros(shown.shape, bool)
     edge[:, 1:] |= (texel[:, 1:] != texel[:, :-1]).any(-1)
     edge[1:] |= (texel[1:] != texel[:-1]).any(-1)
-    out = levels(enlarged(photo) * np.where(shown, 1.0, 0.35)[..., None])
+    out = levels(enlarge(photo) * np.where(shown, 1.0, 0.35)[..., None])
     out[edge & shown] = LINE
     return out
 
@@ -80,7 +80,7 @@ def on_enlarged(points: Points) -> list[tuple[int, int]]:
     return [(round(ZOOM * float(x + 0.5)), round(ZOOM * float(y + 0.5))) for x, y in points]
 
 
-def enlarged(photo: Floats) -> Floats:
+def enlarge(photo: Floats) -> Floats:
     """Return the photo `ZOOM` times as large."""
     size = photo.shape[1] * ZOOM, photo.shape[0] * ZOOM
     return np.asarray(cv2.resize(photo, size, interpolation=cv2.INTER_LINEAR), np.float64)

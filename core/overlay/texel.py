@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Bools, Floats, Ints, Singles
-from core.overlay.sampling import looked_up
+from core.overlay.filters.sampling import look_up
 
 BORDER = 3
 OBSERVED, LEAST_OBSERVED = 32, 100_000
@@ -57,7 +57,7 @@ class Texel:
 
     def at(self, uv: Floats) -> Floats:
         """Return T(uv) (n, 3) for a list uv (n, 2)."""
-        return looked_up(self._padded, np.stack(self.places(uv), -1)).astype(np.float64)
+        return look_up(self._padded, np.stack(self.places(uv), -1)).astype(np.float64)
 
     def with_gradient(self, uv: Floats) -> tuple[Floats, Floats, Floats]:
         """Return T, ∂T/∂u and ∂T/∂v (H, W, 3) at uv (H, W, 2)."""
@@ -143,7 +143,7 @@ def estimate_texel(
     gather what is still missing, which takes out the blur of sharing a pixel among four samples. `photo` (H, W, 3),
     `uv` (H, W, 2), `shading` and `weight` (H, W).
     """
-    use = drawn(weight > 0, max(OBSERVED * shape[0] * shape[1], LEAST_OBSERVED))
+    use = draw_sample(weight > 0, max(OBSERVED * shape[0] * shape[1], LEAST_OBSERVED))
     colours, light, w = (plane[use].astype(np.float32) for plane in (photo, shading, weight))
     shares = shares_of(*splat(uv[use].astype(np.float64), shape), shape).astype(np.float32)
     pixels = np.zeros((shares.shape[1], photo.shape[-1]), np.float32)
@@ -154,11 +154,11 @@ def estimate_texel(
             error = np.abs(missing) @ np.full(missing.shape[1], 1 / missing.shape[1], np.float32)
             bend = np.float32(2.0 * np.median(error) + 1e-3)
             robust = w * np.minimum(1, (bend / np.maximum(error, np.float32(1e-9))) ** 2)
-        pixels = pixels + weighted(shares, missing, light, robust, shape).reshape(pixels.shape).astype(np.float32)
+        pixels = pixels + weigh(shares, missing, light, robust, shape).reshape(pixels.shape).astype(np.float32)
     return Texel(np.clip(pixels, 0, None).astype(np.float64).reshape(*shape, -1))
 
 
-def drawn(use: Bools, most: int) -> Bools:
+def draw_sample(use: Bools, most: int) -> Bools:
     """Return about `most` of the marked places, drawn evenly."""
     count = int(use.sum())
     return use if count <= most else use & (np.random.default_rng(0).random(use.shape, np.float32) < most / count)
@@ -182,30 +182,30 @@ def shares_of(index: Ints, share: Floats, shape: tuple[int, int]) -> sparse.csr_
     return sparse.csr_array((share.ravel(), index.ravel(), ends), shape=(len(index), shape[0] * shape[1]))
 
 
-def gathered(
+def gather(
     index: Ints, share: Floats, colours: Floats, light: Floats, weight: Floats, shape: tuple[int, int]
 ) -> Floats:
     """Return the weighted mean colours (h, w, C); samples that nothing reached take their neighbours'."""
-    return weighted(shares_of(index, share, shape), colours, light, weight, shape)
+    return weigh(shares_of(index, share, shape), colours, light, weight, shape)
 
 
-def weighted(
+def weigh(
     shares: sparse.csr_array,
     colours: Floats | Singles,
     light: Floats | Singles,
     weight: Floats | Singles,
     shape: tuple[int, int],
 ) -> Floats:
-    """Return what `gathered` does for shares (n, h * w) of the samples."""
+    """Return what `gather` does for shares (n, h * w) of the samples."""
     share = weight * light
     seen = np.empty((len(colours), colours.shape[1] + 1), colours.dtype)
     np.multiply(colours, share[:, None], out=seen[:, :-1])
     np.multiply(light, share, out=seen[:, -1])
     sums = np.asarray(shares.T @ seen, np.float64)
-    return filled(sums[:, :-1].reshape(*shape, -1), sums[:, -1].reshape(shape))
+    return fill(sums[:, :-1].reshape(*shape, -1), sums[:, -1].reshape(shape))
 
 
-def filled(sums: Floats, mass: Floats) -> Floats:
+def fill(sums: Floats, mass: Floats) -> Floats:
     """Return sums over mass; where mass is small, a blurred ratio of both is mixed in."""
     little = 0.02 * max(float(np.median(mass)), float(mass.mean()) * 0.1, 1e-12)
     wide, base = (np.pad(a, [(8, 8), (8, 8)] + [(0, 0)] * (a.ndim - 2), mode="wrap") for a in (sums, mass))

@@ -80,15 +80,15 @@ class Components:
             number = _ranks(self._roots(before, total), np.concatenate([f for line in self._first for f in line]))
         table = np.append(0, number).astype(np.int32)
         where = np.ix_(self._rows // REGION_PX, self._columns // REGION_PX)
-        return np.asarray(table[_numbered(self._local, before[where])])
+        return np.asarray(table[_number(self._local, before[where])])
 
     def _roots(self, before: Ints, total: int) -> Ints:
         """Return for each component of a region the one (of the whole raster) that it is part of."""
         height, width = self._left.shape[1], self._top.shape[1]
         across, down = (np.repeat(b, REGION_PX, axis=1)[:, :size] for b, size in ((before, width), (before.T, height)))
         pairs = [
-            *_touching(_numbered(self._bottom[:-1], across[:-1]), _numbered(self._top[1:], across[1:])),
-            *_touching(_numbered(self._right[:-1], down[:-1]), _numbered(self._left[1:], down[1:])),
+            *_touching(_number(self._bottom[:-1], across[:-1]), _number(self._top[1:], across[1:])),
+            *_touching(_number(self._right[:-1], down[:-1]), _number(self._left[1:], down[1:])),
         ]
         one, other = (np.concatenate([pair[side] for pair in pairs]) - 1 for side in (0, 1))
         graph = scipy.sparse.coo_array((np.ones(len(one), bool), (one, other)), shape=(total, total))
@@ -122,7 +122,7 @@ def _first_blocks(labels: Labels, count: int, corner: tuple[int, int], blocks_ac
     return first[1:]
 
 
-def _numbered(local: Labels, before: Ints) -> Labels:
+def _number(local: Labels, before: Ints) -> Labels:
     """Return numbers that are unique among all regions, from 1, for those in regions; 0 stays."""
     return np.asarray(np.where(local > 0, local + before, 0), np.int32)
 

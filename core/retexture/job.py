@@ -9,18 +9,18 @@ from core.arrays import Bools, Bytes, CurveError, InputError, Pixels, Singles
 from core.curves.feature_curves import FeatureCurve, disjoint
 from core.imaging import color
 from core.progress import Job, Progress, part
-from core.retexture import diffusion
-from core.retexture.canvas import Canvas
 from core.retexture.defaults import VARIETY
-from core.retexture.layout import ordered_origins
-from core.retexture.patches import Patches, PatchShape, lay_coarsely
+from core.retexture.deformation import diffusion
 from core.retexture.region import Region
 from core.retexture.result import Retexture, plain_place
 from core.retexture.sampling import Kernel, read
-from core.retexture.scene import Scene, prepared
-from core.retexture.stock import Bounds, stocked_ahead
 from core.retexture.stopwatch import Stopwatch
-from core.retexture.synthesis import Painter, lattice, synthesised
+from core.retexture.synthesis.candidate_pool import Bounds, stock_ahead
+from core.retexture.synthesis.graph_cut import GrownPicture
+from core.retexture.synthesis.patches import Patches, PatchShape, lay_coarsely
+from core.retexture.synthesis.placement import ordered_origins
+from core.retexture.synthesis.scene import RetextureScene, prepare
+from core.retexture.synthesis.synthesis import Painter, lattice, synthesise
 
 REACH, REACH_PER_MOVE = 0.12, 1.25
 """Texture is regrown this far from a target curve: a share of the picture's longer side, less if nothing moves far."""
@@ -79,25 +79,30 @@ def retexture(
     watch = Stopwatch("diffuse", "coordinates", "search", "seams", "blend")
     with watch("diffuse"):
         pieces = disjoint(curves)
-        found = deformed(shape, pieces, settings.diffusion_reach_px)
+        found = deform(shape, pieces, settings.diffusion_reach_px)
     yield Progress(0.05, "deforming", found)
     with watch("coordinates"):
-        picture = compared(pixels, linear=linear)
-        scene = prepared(pieces, found, picture, patch, settings.reach_px or usual_reach(found), matte)
+        picture = compare(pixels, linear=linear)
+        scene = prepare(pieces, found, picture, patch, settings.reach_px or usual_reach(found), matte)
         found = replace(found, compression=scene.way.compression)
-        rough = laid(sparser(scene, patch), scene.area, found) if previews else None
+        rough = lay(sparser(scene, patch), scene.area, found) if previews else None
     yield Progress(0.15, "laying patches", rough)
     # Not kept: a picture's worth of places is a hundred megabytes for a large one.
     del rough
     usable = None if source_mask is None else source_mask > 127
-    painter, work = begun(picture, scene, found, usable, settings, watch)
+    painter, work = begin(picture, scene, found, usable, settings, watch)
     work = part(work, 0.15, 1.0)
     yield from with_previews(work, found, painter) if previews else work
-    return finished(found, painter, watch)
+    return finish(found, painter, watch)
 
 
-def begun(
-    picture: Singles, scene: Scene, plain: Retexture, usable: Bools | None, settings: Settings, watch: Stopwatch
+def begin(
+    picture: Singles,
+    scene: RetextureScene,
+    plain: Retexture,
+    usable: Bools | None,
+    settings: Settings,
+    watch: Stopwatch,
 ) -> tuple[Painter, Job[None]]:
     """Return a painter before the plain deformation of a picture (H, W, 3), and the job that lays its patches.
 
@@ -107,16 +112,16 @@ def begun(
     with watch("coordinates"):
         bounds = Bounds(scene.area.may, scene.area.free, usable, scene.kept)
         origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
-        first = stocked_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
+        first = stock_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
     shown = read(picture, plain.place, Kernel.CUBIC)
-    canvas = Canvas(shown, plain.place, must=scene.area.must, may=scene.area.may)
+    canvas = GrownPicture(shown, plain.place, must=scene.area.must, may=scene.area.may)
     # The generator of the standard library: loading NumPy's takes longer than all that is drawn here.
     chance = Random(settings.seed)
     painter = Painter(picture, bounds, canvas, patch, settings.variety, settings.mirrored, chance, watch)
-    return painter, synthesised(painter, scene, first, len(origins), refine=settings.refine)
+    return painter, synthesise(painter, scene, first, len(origins), refine=settings.refine)
 
 
-def deformed(shape: tuple[int, int], pieces: list[FeatureCurve], reach_px: float | None) -> Retexture:
+def deform(shape: tuple[int, int], pieces: list[FeatureCurve], reach_px: float | None) -> Retexture:
     """Return the plain deformation of a picture of `shape`, (H, W)."""
     grid, move = diffusion.deformation(shape, pieces, reach_px=reach_px)
     place = plain_place(grid, move, (slice(0, shape[0]), slice(0, shape[1])))
@@ -129,7 +134,7 @@ def usual_reach(plain: Retexture) -> float:
     return max(min(REACH * max(plain.grid.shape), REACH_PER_MOVE * farthest), LEAST_REACH_PX)
 
 
-def finished(plain: Retexture, painter: Painter, watch: Stopwatch) -> Retexture:
+def finish(plain: Retexture, painter: Painter, watch: Stopwatch) -> Retexture:
     """Return what the canvas shows in the end, and what it took."""
     return replace(
         plain,
@@ -153,7 +158,7 @@ def with_previews(work: Job[None], plain: Retexture, painter: Painter) -> Job[No
         yield step
 
 
-def compared(pixels: Pixels, *, linear: bool) -> Singles:
+def compare(pixels: Pixels, *, linear: bool) -> Singles:
     """Return what patches are compared by: encoded RGB (H, W, 3) from 0 to 1, before grey where transparent."""
     light = color.unit(pixels)
     split = color.color_channels(light.shape[2])
@@ -163,7 +168,7 @@ def compared(pixels: Pixels, *, linear: bool) -> Singles:
     return np.ascontiguousarray(np.broadcast_to(colours, (*light.shape[:2], 3)), np.float32)
 
 
-def laid(patches: Patches, area: Region, plain: Retexture) -> Retexture:
+def lay(patches: Patches, area: Region, plain: Retexture) -> Retexture:
     """Return the result without any choice: every pixel from the most central patch, at its corresponding place."""
     best = np.where(area.must, np.inf, -1).astype(np.float32)
     place, label, count = plain.place.copy(), plain.label.copy(), 0
@@ -173,7 +178,7 @@ def laid(patches: Patches, area: Region, plain: Retexture) -> Retexture:
     return replace(plain, place=place, label=label, origins=(patches.origins,))
 
 
-def sparser(scene: Scene, patch: PatchShape) -> Patches:
+def sparser(scene: RetextureScene, patch: PatchShape) -> Patches:
     """Return patches for the coarse result alone, that hardly overlap and hold no candidates to choose from."""
     origins = ordered_origins(scene.way, scene.area.must, lattice(patch, stride=COARSE_STRIDE))
     return Patches(origins, replace(patch, search_along=1, search_across=1), scene.fields, scene.way)

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Bytes, Floats, Singles
-from core.retexture.coordinates import CurveSet
-from core.retexture.diffusion import Diffusion, distortion
+from core.retexture.deformation.coordinates import SpineCurves
+from core.retexture.deformation.diffusion import Diffusion, distortion
 
 CALM = 0.06
 """Where the deformation stretches by less than this (as a logarithm), near a curve, it stands."""
@@ -89,7 +89,7 @@ class Region:
 def region(
     grid: Diffusion,
     field: Floats,
-    curves: CurveSet,
+    curves: SpineCurves,
     detail: Singles,
     apart: Apart,
     sizes: Sizes,
@@ -111,7 +111,7 @@ def region(
     aside = ~_beyond_ends(curves, distance, FARTHEST * reach_px)
     texture = detail > np.where(apart.missing, CLEAR, np.clip(SEEN / np.maximum(strain, 1e-3), CONTRAST, CLEAR))
     must = (near | far) & aside & texture | (distance < edge_px) & (strain > CALM)
-    must = _cleaned(must, min(SPECK_PX, edge_px / 2))
+    must = _clean(must, min(SPECK_PX, edge_px / 2))
     may = _away_from(must) <= RIM_PX
     allowed = ~_kept(landmarks, strain)
     if matte is not None:
@@ -184,7 +184,7 @@ def ramp(x: Singles) -> Singles:
     return np.asarray(share, np.float32)
 
 
-def _distance(curves: CurveSet, shape: tuple[int, int]) -> Singles:
+def _distance(curves: SpineCurves, shape: tuple[int, int]) -> Singles:
     """Return the distance of every pixel (H, W) to the nearest curve, to about a pixel."""
     far = np.ones(shape, np.uint8)
     for curve in curves.curves:
@@ -207,7 +207,7 @@ def contrast(picture: Singles) -> Singles:
     return np.asarray(cv2.dilate(fine, _disc(AROUND_PX // 2)), np.float32)
 
 
-def _beyond_ends(curves: CurveSet, distance: Singles, reach_px: float) -> Bools:
+def _beyond_ends(curves: SpineCurves, distance: Singles, reach_px: float) -> Bools:
     """Return which pixels (H, W) have an open curve's end for their nearest point, and lie before it."""
     beyond = np.zeros(distance.shape, bool)
     for curve in curves.curves:
@@ -224,7 +224,7 @@ def _beyond_ends(curves: CurveSet, distance: Singles, reach_px: float) -> Bools:
     return beyond
 
 
-def _cleaned(mask: Bools, speck_px: float) -> Bools:
+def _clean(mask: Bools, speck_px: float) -> Bools:
     """Close gaps, and drop specks narrower than twice `speck_px`."""
     closed = _away_from(_away_from(mask) > GAP_PX) > GAP_PX
     return _away_from(_away_from(~closed) > speck_px) <= speck_px

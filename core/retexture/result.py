@@ -9,14 +9,14 @@ import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Ints, Pixels, Singles
 from core.imaging import color
-from core.retexture.ahead import ahead
-from core.retexture.blend import correction
-from core.retexture.diffusion import Diffusion
-from core.retexture.layout import Origins
-from core.retexture.minified import Boxes, average, boxes
-from core.retexture.ringing import Limits
+from core.retexture.deformation.diffusion import Diffusion
+from core.retexture.picture.area_filter import Boxes, average, boxes
+from core.retexture.picture.overshoot import ColourLimits
+from core.retexture.picture.poisson_blend import correction
+from core.retexture.picture.seam_antialiasing import SHARE, Mixture, across_seams
+from core.retexture.prefetch import ahead
 from core.retexture.sampling import Kernel, read, read_stored
-from core.retexture.softening import SHARE, Mixture, across_seams
+from core.retexture.synthesis.placement import Origins
 
 BAND = 256
 """Rows resampled at a time."""
@@ -106,7 +106,7 @@ class Retexture:
     ) -> Pixels:
         self._check(layer)
         source = color.premultiply(color.linear_light(layer, linear=linear))
-        low, high, limits = float(source.min()), float(source.max()), Limits(source, linear=linear)
+        low, high, limits = float(source.min()), float(source.max()), ColourLimits(source, linear=linear)
         result = layer.copy()
 
         def resample(start: int) -> None:
@@ -123,7 +123,7 @@ class Retexture:
                 _mix(light, source, mixture.rows(rows.start, rows.stop, layer.shape[1]))
             # The kernel overshoots beside edges; nothing becomes brighter or darker than the whole layer.
             light = np.clip(light, low, high)
-            stored = color.stored(color.unpremultiply(light), depth=layer.dtype, linear=linear)
+            stored = color.store(color.unpremultiply(light), depth=layer.dtype, linear=linear)
             np.copyto(result[rows], stored, where=moved[..., None])
 
         for _ in ahead(resample, range(0, layer.shape[0], BAND)):

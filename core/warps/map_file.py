@@ -72,7 +72,7 @@ class WarpMap:
             inside = np.clip(at - cell, 0, 1)
             value, across, down = _affine(places, cell, inside)
             beyond = at - cell - inside
-            step = _solved(across, down, share - value - across * beyond[:, :1] - down * beyond[:, 1:])
+            step = _solve_pixels(across, down, share - value - across * beyond[:, :1] - down * beyond[:, 1:])
             long = np.abs(step).max(axis=1, keepdims=True)
             at = at + step * np.minimum(1, _STEP / np.maximum(long, _STEP))
             cell = self._entered(cell, at)
@@ -104,7 +104,7 @@ def _affine(places: Points, cell: Ints, inside: Points) -> tuple[Points, Points,
     return a * (1 - u) * (1 - v) + b * u * (1 - v) + c * (1 - u) * v + d * u * v, across, down
 
 
-def _solved(across: Points, down: Points, rest: Points) -> Points:
+def _solve_pixels(across: Points, down: Points, rest: Points) -> Points:
     """Return the steps (n, 2) that make up for what is left, 0 where the map stands still."""
     area = across[:, 0] * down[:, 1] - across[:, 1] * down[:, 0]
     step = np.stack(

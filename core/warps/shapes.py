@@ -156,7 +156,7 @@ def twist(s: Floats, t: Floats, amount: Amount) -> Pair:
     det = 1 + df/d(polar angle); here that derivative is at most 0.18 times the largest angle, 0.38.
     """
     angle = (2 * math.pi / 3 * amount.bend) * np.square(np.maximum(bow(s), 0) * np.maximum(bow(t), 0))
-    return _turned(s, t, angle)
+    return _turn(s, t, angle)
 
 
 def swirl(s: Floats, t: Floats, amount: Amount) -> Pair:
@@ -169,7 +169,7 @@ def swirl(s: Floats, t: Floats, amount: Amount) -> Pair:
     across, down = max(amount.aspect, 1.0), max(1 / amount.aspect, 1.0)
     x, y = (s + 1 - at_x) * across, (t + 1 - at_y) * down
     inside = np.maximum(1 - (x * x + y * y) * (4 / radius**2), 0)
-    x, y = _turned(x, y, (math.pi * amount.bend) * inside * inside)
+    x, y = _turn(x, y, (math.pi * amount.bend) * inside * inside)
     return x / across - 1 + at_x, y / down - 1 + at_y
 
 
@@ -199,7 +199,7 @@ def stretch(s: Floats, t: Floats, amount: Amount) -> Pair:
     return s * width, t * height
 
 
-def _turned(x: Floats, y: Floats, angle: Floats) -> Pair:
+def _turn(x: Floats, y: Floats, angle: Floats) -> Pair:
     """Return (x, y) turned by `angle`; with y down a positive angle is clockwise."""
     sine, cosine = np.sin(angle), np.cos(angle)
     return cosine * x - sine * y, sine * x + cosine * y

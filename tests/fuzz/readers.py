@@ -16,7 +16,7 @@ import numpy as np
 
 from app.files.filing import recent_files
 from app.state.preferences import load_preferences
-from app.state.rescues import found
+from app.state.rescues import find
 from core.arrays import WeftError
 from core.curves import feature_curves
 from core.document import handles_file
@@ -204,7 +204,7 @@ READERS: dict[str, Reader] = {
     "folder": Reader(_make_folder, parts_folder.read, "parts"),
     "preferences": _json_reader(PREFERENCES, load_preferences, "preferences.json"),
     "recent": _json_reader(["/a/b.png", "/c.weft"], recent_files, "recent.json"),
-    "rescue": Reader(_make_rescue, found, "recovery"),
+    "rescue": Reader(_make_rescue, find, "recovery"),
 }
 """Every reader by a short name."""
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from app.render import gpu
 from app.render.renderer import Renderer
-from app.render.scene import Scene
+from app.render.scene import CanvasScene
 from core.arrays import Bytes
 
 
@@ -17,7 +17,7 @@ class Surface:
         self.framebuffer = context.simple_framebuffer(size, 4)
         self.renderer = Renderer(context, frame_s=frame_s)
 
-    def shot(self, scene: Scene) -> Bytes:
+    def shot(self, scene: CanvasScene) -> Bytes:
         """Draw one frame and return what is seen, (h, w, 3), the lowest row first."""
         self.framebuffer.use()
         self.renderer.draw(scene, (0, 0, *self._size))

@@ -8,14 +8,14 @@ import pytest
 from app.model.spaces import View
 from app.render import gpu
 from app.render.renderer import Renderer
-from app.render.scene import Scene
+from app.render.scene import CanvasScene
 from app.render.sources.cloth import DressedSource
 from app.render.sources.dressing import Dressing
 from core.arrays import Floats, Singles
 from core.imaging import color
 from core.imaging.images import Image
+from core.overlay.compositing import encode
 from core.overlay.composition import Placement, compose
-from core.overlay.laying import encoded
 from tests.gpu import scenes
 
 pytestmark = pytest.mark.gpu
@@ -50,7 +50,7 @@ def cloth() -> Cloth:
 def on_processor(photo: Image, dressing: Dressing) -> Floats:
     """Return the colours (H, W, 3) that the processor's composition gives, encoded."""
     parts, texture = dressing.parts, dressing.texture
-    colours = encoded(texture)
+    colours = encode(texture)
     if texture.has_alpha:
         colours = np.concatenate([colours, color.unit(texture.pixels[..., -1:])], axis=-1)
     new, opacity = compose(
@@ -64,7 +64,7 @@ def on_processor(photo: Image, dressing: Dressing) -> Floats:
         strength=dressing.shading,
     )
     share = (opacity * parts.coverage)[..., None]
-    return np.clip(share * new + (1 - share) * encoded(photo), 0, 1)
+    return np.clip(share * new + (1 - share) * encode(photo), 0, 1)
 
 
 def on_gpu(photo: Image, dressing: Dressing) -> Floats:
@@ -93,7 +93,7 @@ def test_shader_and_processor_agree(channels: int, dressing: dict[str, object]) 
     texture = scenes.picture(40, 34, channels, seed=6)
     worn = Dressing(cloth(), texture, **dressing)  # type: ignore[arg-type]  # the parameters above
     seen, expected = on_gpu(photo, worn), on_processor(photo, worn)
-    assert np.abs(expected - encoded(photo)).max() > 0.3
+    assert np.abs(expected - encode(photo)).max() > 0.3
     difference = np.abs(seen - expected).max(axis=-1)
     assert difference.max() < 0.5 / 255
 
@@ -109,7 +109,7 @@ def test_canvas_shows_the_dressed_photo_and_follows_the_slider() -> None:
     shots = []
     for detail in (1.0, 0.0):
         worn = Dressing(parts, texture, detail=detail)
-        renderer.draw(Scene(photo, rest, rest, view, dressing=worn), (0, 0, WIDTH, HEIGHT))
+        renderer.draw(CanvasScene(photo, rest, rest, view, dressing=worn), (0, 0, WIDTH, HEIGHT))
         shot = np.frombuffer(framebuffer.read(), np.uint8).reshape(HEIGHT, WIDTH, 3)[::-1]
         assert np.abs(shot / 255 - on_gpu(photo, worn)).max() <= 1.1 / 255
         shots.append(shot)

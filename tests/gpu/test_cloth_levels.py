@@ -7,11 +7,11 @@ from app.render import gpu
 from app.render.sources.cloth import DressedSource
 from app.render.sources.dressing import Dressing
 from core.arrays import Floats, Singles
-from core.document.overlay import Layers, laid_on, layers_under, pattern_of, placement_of
+from core.document.overlay import OverlayLayers, lay_on, layers_under, pattern_of, placement_of
 from core.document.overlay_settings import Cloth, Laying
 from core.imaging import color
 from core.imaging.images import Image
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from tests.gpu import scenes
 
@@ -26,7 +26,7 @@ LAYINGS = {
 }
 
 
-def layers(*, folded: bool = True) -> Layers:
+def layers(*, folded: bool = True) -> OverlayLayers:
     """Make cloth with folds, a border, a hole and two pieces."""
     y, x = np.mgrid[:HEIGHT, :WIDTH].astype(float)
     u = x / 14 + 0.8 * np.sin(x / 9) * folded + 0.1 * np.sin(y / 8)
@@ -38,8 +38,8 @@ def layers(*, folded: bool = True) -> Layers:
     detail = np.where(cloth[..., None], 0.05 * np.random.default_rng(3).normal(size=(HEIGHT, WIDTH, 3)), np.nan)
     coverage = np.where(cloth, np.clip((x - 6) / 4, 0, 1), 0)
     texel = np.random.default_rng(4).uniform(0.1, 0.9, (18, 21, 3))
-    lattice = Lattice(np.zeros((0, 2), np.int64), Frames(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0)))
-    return Layers(
+    lattice = Lattice(np.zeros((0, 2), np.int64), PatchFrames(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0)))
+    return OverlayLayers(
         uv.astype(np.float32),
         shading.astype(np.float32),
         detail.astype(np.float32),
@@ -51,13 +51,13 @@ def layers(*, folded: bool = True) -> Layers:
     )
 
 
-def dressing(cloth: Cloth, found: Layers) -> Dressing:
+def dressing(cloth: Cloth, found: OverlayLayers) -> Dressing:
     placement = placement_of(found, cloth.texture, cloth.laying)
     worn = layers_under(cloth, found)
     return Dressing(worn, pattern_of(cloth, found), placement, cloth.laying.detail, cloth.laying.shading)
 
 
-def composed(photo: Image, cloth: Cloth, found: Layers) -> Floats:
+def composed(photo: Image, cloth: Cloth, found: OverlayLayers) -> Floats:
     """Return what the shader makes of the photo, encoded, (H, W, 3 or 4)."""
     source = DressedSource(gpu.standalone(), photo, layers_under(cloth, found))
     try:
@@ -78,7 +78,7 @@ def test_shader_agrees_with_the_cpu(name: str, new: bool) -> None:
     photo, found = scenes.picture(WIDTH, HEIGHT, depth="f4", seed=1), layers()
     # The old pattern with all of its detail is the photo itself.
     cloth = Cloth(texture=texture, laying=LAYINGS[name]).laid(**({} if new else {"detail": 0.9}))
-    pixels: Singles = laid_on(photo, found, cloth).pixels
+    pixels: Singles = lay_on(photo, found, cloth).pixels
     expected = color.encode(pixels)
     seen = composed(photo, cloth, found)[..., :3]
     inside = np.abs(expected) <= 1
@@ -92,7 +92,7 @@ def test_what_is_transparent_stays_so() -> None:
     photo, found = scenes.picture(WIDTH, HEIGHT, channels=4, seed=1), layers()
     texture = scenes.picture(50, 40, channels=4, seed=2)
     cloth = Cloth(texture=texture, laying=LAYINGS["far"])
-    expected = laid_on(photo, found, cloth).pixels / 255
+    expected = lay_on(photo, found, cloth).pixels / 255
     seen = composed(photo, cloth, found)
     visible = expected[..., 3] > 0.2
     np.testing.assert_allclose(np.clip(seen, 0, 1)[visible], expected[visible], atol=1.5 / 255)

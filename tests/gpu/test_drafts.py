@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.model.spaces import View
-from app.render.scene import Marks, Scene
+from app.render.scene import CanvasScene, MarkOptions
 from core.arrays import Bytes, Ints
 from core.imaging.images import Image
 from core.rasters.raster import Raster
@@ -25,11 +25,11 @@ class Screen(Surface):
     def __init__(self, frame_s: float) -> None:
         super().__init__((WIDTH, HEIGHT), frame_s)
 
-    def shot(self, scene: Scene) -> Bytes:
+    def shot(self, scene: CanvasScene) -> Bytes:
         """Draw one frame and return what is seen, (h, w, 3), the top row first."""
         return super().shot(scene)[::-1]
 
-    def draft(self, scene: Scene) -> Bytes:
+    def draft(self, scene: CanvasScene) -> Bytes:
         """Return what is seen of `scene` while it moves."""
         self.shot(scene)
         while self.renderer.is_refining:
@@ -55,11 +55,11 @@ def fast() -> Iterator[Screen]:
     screen.close()
 
 
-def a_scene(**changes: object) -> Scene:
+def a_scene(**changes: object) -> CanvasScene:
     rest = scenes.grid(260, 180, cells=130)
     view = View(0.93, (31.5, 22.5), (WIDTH, HEIGHT))
     frame = (-0.5, -0.5, 259.5, 179.5)
-    scene = Scene(Image(smooth(3)), rest, scenes.wavy(rest), view, frame=frame)
+    scene = CanvasScene(Image(smooth(3)), rest, scenes.wavy(rest), view, frame=frame)
     return replace(scene, **changes)  # type: ignore[arg-type]
 
 
@@ -85,10 +85,10 @@ def half_mask() -> Raster:
 def test_a_draft_looks_like_the_picture_with_its_marks(slow: Screen, fast: Screen, compare: str) -> None:
     folded = np.zeros((90, 130), bool)
     folded[20:40, 20:40] = True
-    scene = a_scene(marks=Marks(mask=True, folds=True), mask=half_mask(), folded=folded, compare=compare)
+    scene = a_scene(marks=MarkOptions(mask=True, folds=True), mask=half_mask(), folded=folded, compare=compare)
     draft, best = slow.draft(scene), fast.shot(scene)
     assert np.quantile(apart(draft, best), 0.9) <= 4
-    unmarked = fast.shot(replace(scene, marks=Marks()))
+    unmarked = fast.shot(replace(scene, marks=MarkOptions()))
     marked = apart(best, unmarked) > 30
     if compare != "before":
         assert marked.sum() > 3000
@@ -108,7 +108,7 @@ def test_a_draft_lets_what_is_behind_a_transparent_picture_through(slow: Screen,
 def test_a_draft_has_the_grid_and_the_scale_that_are_switched_on(slow: Screen) -> None:
     scene = a_scene(warped=1.3 * a_scene().warped)
     plain = slow.draft(scene)
-    for marks in (Marks(grid=True), Marks(heat="area"), Marks(outline=True)):
+    for marks in (MarkOptions(grid=True), MarkOptions(heat="area"), MarkOptions(outline=True)):
         assert (apart(slow.draft(replace(scene, marks=marks)), plain) > 20).sum() > 300
 
 
@@ -135,7 +135,7 @@ def test_what_leaves_the_frame_and_the_window_is_drawn(slow: Screen, fast: Scree
 
 @pytest.mark.parametrize("zoom", [0.4, 1.0])
 def test_bounds_hold_all_but_desk(fast: Screen, zoom: float) -> None:
-    scene = a_scene(marks=Marks(outline=True), view=View(zoom, (40.0, 30.0), (WIDTH, HEIGHT)))
+    scene = a_scene(marks=MarkOptions(outline=True), view=View(zoom, (40.0, 30.0), (WIDTH, HEIGHT)))
     left, top, right, bottom = scene.bounds((WIDTH, HEIGHT))
     shot = fast.shot(scene)
     desk = (255 * np.asarray(scene.palette.desk[:3]) + 0.5).astype(np.uint8)

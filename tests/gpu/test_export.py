@@ -13,7 +13,7 @@ import pytest
 
 from app.render import export, gpu
 from app.render.export import render_mesh, rendering, rendering_file
-from app.render.sources.source import Limits, Source
+from app.render.sources.source import Source, TextureLimits
 from core.arrays import InputError, Pixels, Points
 from core.canvas import has_gaps
 from core.imaging.images import Attribute, Image, load, write
@@ -77,7 +77,7 @@ def test_windows_of_a_large_picture_leave_no_trace(scale: float, cells: int) -> 
     warped = scenes.wavy(rest)
     size = (round(700 * scale), round(500 * scale))
     whole = render_mesh(image, rest, warped, size=size, scale=scale).pixels
-    small = Limits(side_px=384)
+    small = TextureLimits(side_px=384)
     assert not Source(gpu.standalone(), image, limits=small).fits((0, 0, 700, 500), 0)
     windows = run(rendering(image, rest, warped, size=size, scale=scale, limits=small)).pixels
     assert np.abs(windows.astype(int) - whole).max() <= (0 if scale == 1.0 else 1)

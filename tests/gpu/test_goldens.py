@@ -10,7 +10,7 @@ import pytest
 from app.model.spaces import View
 from app.render import gpu
 from app.render.renderer import Renderer
-from app.render.scene import Marks, Scene
+from app.render.scene import CanvasScene, MarkOptions
 from core.arrays import Bytes
 from core.imaging.images import Image
 from core.rasters.raster import Raster
@@ -34,23 +34,23 @@ def poster() -> Image:
     return Image(pixels)
 
 
-def the_scene() -> Scene:
+def the_scene() -> CanvasScene:
     image, rest = poster(), scenes.grid(220, 160, cells=28)
     x, y = np.moveaxis(rest, -1, 0)
     warped = rest + np.stack([14 * np.sin(y / 40), 16 * np.sin(x / 45)], axis=-1)
     mask = Raster.from_array(np.asarray(cv2.circle(np.zeros((160, 220), np.uint8), (110, 84), 48, 255, -1), np.uint8))
     view = View(1.15, (24.0, 18.0), (WIDTH, HEIGHT))
-    return Scene(image, rest, warped, view, frame=(-0.5, -0.5, 219.5, 159.5), mask=mask)
+    return CanvasScene(image, rest, warped, view, frame=(-0.5, -0.5, 219.5, 159.5), mask=mask)
 
 
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
         ("canvas", {}),
-        ("canvas_marks", {"marks": Marks(grid=True, mask=True, outline=True)}),
-        ("canvas_scale_split", {"marks": Marks(heat="area", outline=True), "compare": "split"}),
-        ("canvas_zoomed", {"view": View(4.0, (-240.0, -200.0), (WIDTH, HEIGHT)), "marks": Marks(grid=True)}),
-        ("canvas_small", {"view": View(0.31, (100.0, 80.0), (WIDTH, HEIGHT)), "marks": Marks(outline=True)}),
+        ("canvas_marks", {"marks": MarkOptions(grid=True, mask=True, outline=True)}),
+        ("canvas_scale_split", {"marks": MarkOptions(heat="area", outline=True), "compare": "split"}),
+        ("canvas_zoomed", {"view": View(4.0, (-240.0, -200.0), (WIDTH, HEIGHT)), "marks": MarkOptions(grid=True)}),
+        ("canvas_small", {"view": View(0.31, (100.0, 80.0), (WIDTH, HEIGHT)), "marks": MarkOptions(outline=True)}),
     ],
 )
 def test_canvas_looks_as_it_did(name: str, changes: dict[str, object], golden: Compare) -> None:

@@ -10,9 +10,9 @@ import pytest
 from app.model.spaces import View
 from app.render import gpu
 from app.render.passes import draft
-from app.render.scene import Scene
+from app.render.scene import CanvasScene
 from app.render.sources import source
-from app.render.sources.source import Limits, Source
+from app.render.sources.source import Source, TextureLimits
 from core.imaging.images import Image
 from tests.gpu import scenes
 from tests.gpu.surface import Surface
@@ -52,13 +52,13 @@ def writes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return sent
 
 
-def a_scene(image_size: tuple[int, int]) -> Scene:
+def a_scene(image_size: tuple[int, int]) -> CanvasScene:
     rest = scenes.grid(*image_size, cells=20)
     zoom = 0.9 * min(WIDTH / image_size[0], HEIGHT / image_size[1])
     y, x = np.mgrid[: image_size[1], : image_size[0]] / 60.0
     waves = np.stack([np.sin(x + y), np.cos(x - y), np.sin(x) * np.cos(y)], axis=-1)
     image = Image((127 + 100 * waves).astype(np.uint8))
-    return Scene(image, rest, rest + 0.0, View(zoom, (4.0, 4.0), (WIDTH, HEIGHT)))
+    return CanvasScene(image, rest, rest + 0.0, View(zoom, (4.0, 4.0), (WIDTH, HEIGHT)))
 
 
 def test_a_large_picture_is_sent_over_several_frames(
@@ -122,7 +122,7 @@ def test_few_texels_show_the_whole_picture_in_its_place(size: tuple[int, int], m
 
 def test_a_window_that_cannot_be_had_is_loaded_once(writes: list[int]) -> None:
     image = scenes.picture(700, 500)
-    held = Source(gpu.standalone(), image, limits=Limits(budget_bytes=1_000_000))
+    held = Source(gpu.standalone(), image, limits=TextureLimits(budget_bytes=1_000_000))
     first = held.window((0, 0, 690, 490), 0)
     assert first.base > 0
     sent = sum(writes)
@@ -146,7 +146,7 @@ def test_two_that_load_the_same_share_the_work(writes: list[int], monkeypatch: p
 
 def test_what_another_place_has_replaced_is_given_up() -> None:
     image = scenes.picture(900, 600)
-    held = Source(gpu.standalone(), image, limits=Limits(budget_bytes=1_000_000))
+    held = Source(gpu.standalone(), image, limits=TextureLimits(budget_bytes=1_000_000))
     first = held.loading((0, 0, 100, 100), 0)
     next(first)
     window = held.window((800, 500, 900, 600), 0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.model.spaces import View
-from app.render.scene import Marks, Scene
+from app.render.scene import CanvasScene, MarkOptions
 from core.arrays import Bytes
 from core.imaging.images import Image
 from core.rasters.raster import Raster
@@ -26,7 +26,7 @@ class Screen(Surface):
     def __init__(self, frame_s: float) -> None:
         super().__init__((WIDTH, HEIGHT), frame_s)
 
-    def rest(self, scene: Scene) -> list[Bytes]:
+    def rest(self, scene: CanvasScene) -> list[Bytes]:
         """Draw frames until nothing gets better."""
         shots = [self.shot(scene)]
         while self.renderer.is_refining:
@@ -62,15 +62,17 @@ def fast(screen: Callable[[float], Screen]) -> Screen:
     return screen(1e9)
 
 
-def a_scene(**changes: object) -> Scene:
+def a_scene(**changes: object) -> CanvasScene:
     rest = scenes.grid(260, 180, cells=130)
     view = View(1.07, (11.5, 12.5), (WIDTH, HEIGHT))
     frame = (-0.5, -0.5, 259.5, 179.5)
-    scene = Scene(scenes.picture(260, 180), rest, scenes.wavy(rest), view, frame=frame, marks=Marks(outline=True))
+    scene = CanvasScene(
+        scenes.picture(260, 180), rest, scenes.wavy(rest), view, frame=frame, marks=MarkOptions(outline=True)
+    )
     return replace(scene, **changes)  # type: ignore[arg-type]
 
 
-def moved(scene: Scene, x: float) -> Scene:
+def moved(scene: CanvasScene, x: float) -> CanvasScene:
     return replace(scene, warped=scene.warped + [x, 0.0])
 
 
@@ -97,7 +99,7 @@ def test_a_slow_canvas_gets_better_over_several_frames_to_the_very_picture(slow:
 
 
 def test_no_piece_of_the_picture_is_left_out(slow: Screen) -> None:
-    scene = a_scene(marks=Marks())
+    scene = a_scene(marks=MarkOptions())
     view = View(1.0, (20.5, 20.5), (WIDTH, HEIGHT))
     shown = slow.rest(replace(scene, warped=scene.rest, view=view))[-1][::-1]
     assert np.array_equal(shown[20:200, 20:280], scene.image.pixels)
@@ -179,7 +181,7 @@ def test_another_view_does_not_wait_for_its_best(slow: Screen) -> None:
 
 
 def test_what_is_painted_meanwhile_shows_at_once_and_at_the_end(slow: Screen, fast: Screen) -> None:
-    scene = a_scene(marks=Marks(mask=True), mask=Raster.filled(260, 180))
+    scene = a_scene(marks=MarkOptions(mask=True), mask=Raster.filled(260, 180))
     slow.rest(scene)
     scene = moved(scene, 5.0)
     plain = slow.shot(replace(scene, draft=True))
@@ -196,7 +198,7 @@ def test_a_draft_does_not_mix_in_the_opposite_edge(slow: Screen) -> None:
     half[:, : WIDTH // 2] = 255
     rest = scenes.grid(WIDTH, HEIGHT, cells=20)
     view = View(1.2, (-30.0, -22.0), (WIDTH, HEIGHT))
-    scene = Scene(Image(half), rest, rest, view)
+    scene = CanvasScene(Image(half), rest, rest, view)
     slow.rest(scene)
     shot = slow.shot(replace(scene, view=replace(view, pan=(-31.0, -22.0)), draft=True))
     assert (shot[:, 0] == 255).all()

@@ -10,9 +10,9 @@ import pytest
 from app.model.spaces import View
 from app.render import gpu
 from app.render.export import render_mesh
-from app.render.passes.mesh import Mesh
+from app.render.passes.mesh import MeshBuffers
 from app.render.renderer import Renderer
-from app.render.scene import Marks, Palette, Scene
+from app.render.scene import CanvasScene, MarkColours, MarkOptions
 from core.arrays import Bytes, Points
 from core.imaging import color
 from core.imaging.images import Image
@@ -31,7 +31,7 @@ class Screen:
         self.framebuffer = context.simple_framebuffer((WIDTH, HEIGHT), 4)
         self.renderer = Renderer(context)
 
-    def shot(self, scene: Scene, viewport: tuple[int, int, int, int] = (0, 0, WIDTH, HEIGHT)) -> Bytes:
+    def shot(self, scene: CanvasScene, viewport: tuple[int, int, int, int] = (0, 0, WIDTH, HEIGHT)) -> Bytes:
         """Draw and return what is seen, (h, w, 3), the top row first."""
         self.framebuffer.use()
         self.renderer.draw(scene, viewport)
@@ -46,11 +46,11 @@ def screen() -> Iterator[Screen]:
     screen.framebuffer.release()
 
 
-def a_scene(channels: int = 3, **changes: object) -> Scene:
+def a_scene(channels: int = 3, **changes: object) -> CanvasScene:
     image = scenes.picture(150, 110, channels)
     rest = scenes.grid(150, 110, cells=30)
     view = View(1.0, (15.5, 12.5), (WIDTH, HEIGHT))
-    return replace(Scene(image, rest, scenes.wavy(rest), view), **changes)  # type: ignore[arg-type]
+    return replace(CanvasScene(image, rest, scenes.wavy(rest), view), **changes)  # type: ignore[arg-type]
 
 
 def in_light(image: Image) -> Image:
@@ -60,7 +60,7 @@ def in_light(image: Image) -> Image:
     return Image(np.ascontiguousarray(colors), linear=True)
 
 
-def over_desk(image: Image, palette: Palette) -> Bytes:
+def over_desk(image: Image, palette: MarkColours) -> Bytes:
     """Return what float `image` looks like on the desk."""
     light = color.premultiply(image.pixels)
     desk = color.decode(np.array(palette.desk[:3], np.float32))
@@ -90,7 +90,7 @@ def test_hundred_percent_shows_the_pixels_of_the_file(screen: Screen) -> None:
 
 
 def test_before_and_split(screen: Screen) -> None:
-    scene = a_scene(marks=Marks(grid=True, outline=True))
+    scene = a_scene(marks=MarkOptions(grid=True, outline=True))
     result = screen.shot(scene)
     before = screen.shot(replace(scene, compare="before"))
     split = screen.shot(replace(scene, compare="split", split=0.4))
@@ -101,7 +101,7 @@ def test_before_and_split(screen: Screen) -> None:
 
 
 def test_mask_tints_where_it_is_painted_and_nowhere_else(screen: Screen) -> None:
-    scene = a_scene(marks=Marks(mask=True))
+    scene = a_scene(marks=MarkOptions(mask=True))
     values = np.zeros((110, 150), np.uint8)
     mask = Raster.from_array(values)
     plain = screen.shot(replace(scene, warped=scene.rest, mask=mask))
@@ -123,7 +123,9 @@ def painted_square(tile: Bytes) -> Bytes:
 
 
 def test_a_stroke_composes_only_where_it_is(screen: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = a_scene(marks=Marks(mask=True, folds=True), image=scenes.picture(600, 440), rest=scenes.grid(600, 440))
+    scene = a_scene(
+        marks=MarkOptions(mask=True, folds=True), image=scenes.picture(600, 440), rest=scenes.grid(600, 440)
+    )
     scene = replace(scene, warped=scenes.wavy(scene.rest), view=View(0.25, (15.0, 12.0), (WIDTH, HEIGHT)))
     cells = np.zeros((scene.rest.shape[0] - 1, scene.rest.shape[1] - 1), bool)
     scene = replace(scene, mask=Raster.filled(600, 440), folded=cells)
@@ -143,7 +145,7 @@ def test_a_stroke_composes_only_where_it_is(screen: Screen, monkeypatch: pytest.
         with monkeypatch.context() as watched:
             watched.setattr(gpu.Offscreen, "drawing", noted)
             shown = screen.shot(stroke)
-        assert np.array_equal(shown, screen.shot(replace(stroke, palette=Palette(grid=(0.0, 0.0, 0.0, 0.0)))))
+        assert np.array_equal(shown, screen.shot(replace(stroke, palette=MarkColours(grid=(0.0, 0.0, 0.0, 0.0)))))
         assert (shown != plain).any()
         part = composed.pop()
         assert part is not None
@@ -151,7 +153,7 @@ def test_a_stroke_composes_only_where_it_is(screen: Screen, monkeypatch: pytest.
 
 
 def test_folded_cells_are_marked(screen: Screen) -> None:
-    scene = a_scene(marks=Marks(folds=True))
+    scene = a_scene(marks=MarkOptions(folds=True))
     folded = np.zeros((scene.rest.shape[0] - 1, scene.rest.shape[1] - 1), bool)
     plain = screen.shot(replace(scene, warped=scene.rest, folded=folded))
     folded = folded.copy()
@@ -166,7 +168,7 @@ def test_folded_cells_are_marked(screen: Screen) -> None:
 
 
 def test_scale_is_shown_by_colour(screen: Screen) -> None:
-    scene = a_scene(marks=Marks(heat="area"))
+    scene = a_scene(marks=MarkOptions(heat="area"))
     middle = scene.rest.mean(axis=(0, 1))
     grown = screen.shot(replace(scene, warped=middle + 1.6 * (scene.rest - middle)))[70, 90].astype(int)
     shrunk = screen.shot(replace(scene, warped=middle + 0.6 * (scene.rest - middle)))[70, 90].astype(int)
@@ -174,7 +176,7 @@ def test_scale_is_shown_by_colour(screen: Screen) -> None:
 
 
 def test_grid_lines_run_through_nodes(screen: Screen) -> None:
-    scene = a_scene(marks=Marks(grid=True), palette=Palette(grid=(0.0, 1.0, 0.0, 1.0)))
+    scene = a_scene(marks=MarkOptions(grid=True), palette=MarkColours(grid=(0.0, 1.0, 0.0, 1.0)))
     scene = replace(scene, view=View(4.0, (-100.0, -80.0), (WIDTH, HEIGHT)))
     shown = screen.shot(scene)
     nodes = (scene.warped * 4.0 + [-100.0, -80.0]).reshape(-1, 2)
@@ -210,7 +212,7 @@ def test_what_did_not_change_is_not_drawn_again(screen: Screen, monkeypatch: pyt
         render(self, *arguments, **options)  # type: ignore[arg-type]  # passes on what it is given
 
     monkeypatch.setattr(moderngl.VertexArray, "render", counted)
-    scene = a_scene(marks=Marks(mask=True), mask=Raster.filled(150, 110))
+    scene = a_scene(marks=MarkOptions(mask=True), mask=Raster.filled(150, 110))
     first = screen.shot(scene)
     full, drawn[:] = len(drawn), []
     assert np.array_equal(screen.shot(replace(scene)), first)
@@ -235,18 +237,18 @@ def test_a_moved_picture_is_placed_once_and_one_that_rests_not_at_all(
     screen: Screen, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     placed: list[Points] = []
-    place = Mesh.place
+    place = MeshBuffers.place
 
-    def counting(mesh: Mesh, rest: Points, moved: Points) -> None:
+    def counting(mesh: MeshBuffers, rest: Points, moved: Points) -> None:
         placed.append(moved)
         place(mesh, rest, moved)
 
-    monkeypatch.setattr(Mesh, "place", counting)
-    scene = a_scene(marks=Marks(grid=True))
+    monkeypatch.setattr(MeshBuffers, "place", counting)
+    scene = a_scene(marks=MarkOptions(grid=True))
     before = screen.shot(scene)
     assert len(placed) == 1
     screen.shot(scene)
-    screen.shot(replace(scene, marks=Marks()))
+    screen.shot(replace(scene, marks=MarkOptions()))
     assert len(placed) == 1
     moved = screen.shot(replace(scene, warped=scene.warped + 7))
     assert len(placed) == 2
@@ -260,7 +262,7 @@ def test_a_moved_picture_is_placed_once_and_one_that_rests_not_at_all(
 def test_a_mesh_placed_again_draws_as_one_placed_at_once(cells: int, screen: Screen) -> None:
     rest = scenes.grid(150, 110, cells=cells)
     first = a_scene(rest=rest, warped=scenes.wavy(rest) * [1.2, 0.8] + 9)
-    last = replace(first, warped=scenes.wavy(rest), marks=Marks(grid=True, outline=True))
+    last = replace(first, warped=scenes.wavy(rest), marks=MarkOptions(grid=True, outline=True))
     screen.shot(first)
     after = screen.shot(last)
     screen.renderer.release()

@@ -8,8 +8,8 @@ import pytest
 from imgui_bundle import imgui
 
 from app.editor.editor import Editor
+from app.ui.dialogs.keys_sheet import balance
 from app.ui.dialogs.palette import matches
-from app.ui.keys_sheet import balanced
 from app.ui.menus import menu_tree
 from core.imaging.images import Image, save
 from tests.gui.window_driver import WindowDriver, drive
@@ -129,5 +129,5 @@ def test_every_action_stands_in_a_menu(editor: Editor) -> None:
 
 def test_columns_of_keys_are_of_about_the_same_height() -> None:
     groups = [(str(n), [("k", "name", "")] * n) for n in (6, 5, 4, 3, 3, 3)]
-    heights = [sum(len(rows) for _, rows in column) for column in balanced(groups, 3)]
+    heights = [sum(len(rows) for _, rows in column) for column in balance(groups, 3)]
     assert max(heights) - min(heights) <= 3

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.commands.edit import editor_on, opened
+from app.commands.edit import editor_on, open_up
 from app.model.jobs import Jobs
 from app.state.recovery import Recovery
 from app.tours.samples import warp_sample
@@ -93,8 +93,8 @@ def test_it_opens_pictures_and_projects(tmp_path: Path) -> None:
     picture, project = tmp_path / "a.png", tmp_path / "a.weft"
     save(Image(np.zeros((20, 30, 3), np.uint8)), picture)
     save_project(document().with_warp(preset="arc"), project)
-    assert opened(picture).size_px == (30, 20)
-    assert opened(project).warp.preset == "arc"
+    assert open_up(picture).size_px == (30, 20)
+    assert open_up(project).warp.preset == "arc"
 
 
 def test_the_sample_has_features() -> None:

@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.files.typed_paths import resolved_name
-from app.ui.dialogs.file_browser import FileBrowser, dated, listed, places
+from app.ui.dialogs.file_browser import FileBrowser, format_date, list_folder, places
 
 
 def test_shows_the_whole_way_to_a_relative_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,7 +74,7 @@ def test_random_names_are_answered(tmp_path: Path, name: str, saves: bool) -> No
 def test_a_name_that_is_not_utf_8_is_listed_and_taken(tmp_path: Path) -> None:
     file = Path(os.fsdecode(os.fsencode(tmp_path) + b"/J\xfcrgen.png"))
     file.write_bytes(b"x")
-    (item,) = listed(tmp_path, ("png",))
+    (item,) = list_folder(tmp_path, ("png",))
     assert item.path == file
     browser = FileBrowser(("png",), tmp_path)
     browser._name, browser._picked = "Jürgen.png", file
@@ -91,5 +91,5 @@ def test_places_are_listed_where_the_working_folder_is_gone(tmp_path: Path, monk
 
 
 def test_a_date_beyond_the_calendar_is_left_out() -> None:
-    assert dated(1e300) == ""
-    assert dated(0.0).endswith("1970")
+    assert format_date(1e300) == ""
+    assert format_date(0.0).endswith("1970")

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from app.editor.editor import Editor
-from app.render.passes.mesh import Mesh as DrawnMesh
-from app.render.scene import Scene
+from app.render.passes.mesh import MeshBuffers as DrawnMesh
+from app.render.scene import CanvasScene
 from app.ui.canvas.scene import Motion
 from core.mesh import Mesh
 from core.rasters.raster import Raster
@@ -17,8 +17,8 @@ pytestmark = pytest.mark.gui
 WORK: tuple[tuple[type, str], ...] = (
     (Mesh, "image_from_canvas"),
     (DrawnMesh, "place"),
-    (Scene, "in_framebuffer"),
-    (Scene, "bounds"),
+    (CanvasScene, "in_framebuffer"),
+    (CanvasScene, "bounds"),
     (Motion, "_take"),
     (Raster, "_distinct"),
 )

@@ -7,7 +7,7 @@ import pytest
 
 from app.editor.editor import Editor
 from app.render.heat import heat_of
-from app.render.scene import Palette
+from app.render.scene import MarkColours
 from core.arrays import Bytes
 from core.rasters.raster import Raster
 from tests.gui.window_driver import WindowDriver, drive
@@ -68,7 +68,7 @@ def test_a_heat_map_has_a_legend_and_there_is_one_at_a_time(editor: Editor, tmp_
             assert editor.session.overlays.heat == name
             pixels = window.wait(3).screenshot(tmp_path / f"heat_{name}.png")
             assert (pixels[corner] != plain[corner]).any()
-            grown = (np.array(Palette().grown[:3]) * 255).astype(int)
+            grown = (np.array(MarkColours().grown[:3]) * 255).astype(int)
             strip = pixels[corner][:, : round(area.x) + 260].reshape(-1, 3).astype(int)
             assert np.abs(strip - grown).max(axis=1).min() < 30
         table.run("view.overlay.area", editor)

@@ -10,10 +10,10 @@ import moderngl
 import numpy as np
 
 from app.render import gpu
-from app.render.passes.mesh import Mesh
+from app.render.passes.mesh import MeshBuffers
 from app.render.passes.picture_pass import DRAFT_STRETCH, PICTURE_UNIT, picture_uniforms, viewport_around, what_is_read
 from app.render.programs import Names, programs_of
-from app.render.scene import Scene
+from app.render.scene import CanvasScene
 from app.render.sources.source import Box, Source
 from core.arrays import Points
 
@@ -34,7 +34,7 @@ class Draft:
         self.shown = gpu.Offscreen(context, size, "f1")
         self.shown.texture.repeat_x = self.shown.texture.repeat_y = False
         self.shown.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        self.drawn: Scene | None = None
+        self.drawn: CanvasScene | None = None
         """What `shown` shows."""
         self.bounds: Box = (0, 0, 0, 0)
         """The pixels outside which there is nothing but desk."""
@@ -43,16 +43,16 @@ class Draft:
         self._places = context.framebuffer([self._place.texture, self._shape.texture])
         self._programs = programs_of(context)
 
-    def shows(self, scene: Scene) -> bool:
+    def shows(self, scene: CanvasScene) -> bool:
         """Return whether `shown` shows `scene`, marks included."""
         return scene.shows_same_picture(self.drawn) and scene.shows_same_marks(self.drawn)
 
-    def begin(self, scene: Scene) -> None:
+    def begin(self, scene: CanvasScene) -> None:
         """Clear the desk for `scene`."""
         self.drawn, self.bounds = scene, scene.bounds(self.size)
         self.shown.clear(scene.palette.desk)
 
-    def draw(self, mesh: Mesh, source: Source, box: Box, look: dict[str, object], defined: Names) -> None:
+    def draw(self, mesh: MeshBuffers, source: Source, box: Box, look: dict[str, object], defined: Names) -> None:
         """Draw the pixels of `box`, with the uniforms of canvas.glsl and marks.glsl and what the latter has defined.
 
         What is not loaded is shown by few texels, and loaded for a while.

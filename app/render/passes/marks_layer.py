@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.render.heat import Heat, heat_of
-from app.render.scene import Color, Marks, Scene
+from app.render.scene import CanvasScene, Color, MarkOptions
 from app.render.sources.mask_texture import MaskTexture
 from core.arrays import Points, Singles
 from core.rasters.raster import Raster
@@ -33,7 +33,7 @@ class MarksLayer:
         self._heated: tuple[Points, Heat, Singles] | None = None
         """The map that was looked at last, for what, and what was found."""
 
-    def uniforms(self, scene: Scene) -> dict[str, object]:
+    def uniforms(self, scene: CanvasScene) -> dict[str, object]:
         """Bind the textures that marks.glsl reads, and return its uniforms for `scene`."""
         self._mask_texture(scene.mask or NO_MASK).use(MASK_UNIT)
         folded = NO_FOLDS if scene.folded is None else scene.folded
@@ -80,12 +80,12 @@ class MarksLayer:
         self._mask, self._textures, self._seen, self._heated = None, {}, {}, None
 
 
-def names_of(marks: Marks) -> tuple[str, ...]:
+def names_of(marks: MarkOptions) -> tuple[str, ...]:
     """Return what marks.glsl must have defined to show `marks`."""
     return ("SCALE",) * (marks.heat is not None) + ("GRID",) * marks.grid
 
 
-def _look(scene: Scene) -> dict[str, object]:
+def _look(scene: CanvasScene) -> dict[str, object]:
     """Return the uniforms of marks.glsl that say what is shown and how."""
     marks, palette = scene.marks, scene.palette
     step, fade = _grid_step(scene)
@@ -104,7 +104,7 @@ def _look(scene: Scene) -> dict[str, object]:
     }
 
 
-def _table(scene: Scene) -> list[Color]:
+def _table(scene: CanvasScene) -> list[Color]:
     """Return the colours of the mask by the numbers in `Scene.owners`: first that where there is none."""
     palette, marks = scene.palette, scene.marks
     colors = [palette.mask, *(palette.features if scene.owners is not None else ())][:MOST_COLORS]
@@ -116,7 +116,7 @@ def _shown(switch: bool, color: Color) -> Color:
     return color if switch else (0.0, 0.0, 0.0, 0.0)
 
 
-def _grid_step(scene: Scene) -> tuple[float, float]:
+def _grid_step(scene: CanvasScene) -> tuple[float, float]:
     """Return how many cells lie between grid lines, a power of two, and how strong the lines halfway between are.
 
     Zooming out, every second line fades before it goes: `fade` falls from 1 to 0 while lines close in from twice the

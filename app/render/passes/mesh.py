@@ -29,7 +29,7 @@ STRAIGHT_PX = 1e-6
 """An outline that misses a rectangle by less is one."""
 
 
-class Mesh:
+class MeshBuffers:
     """A grid of R x C nodes, R and C at least 2, with source and output positions.
 
     With a `stride` only every so manieth node of a row and a column is drawn, and the last ones.

@@ -12,7 +12,7 @@ import moderngl
 import numpy as np
 
 from app.render import gpu
-from app.render.passes.mesh import Mesh
+from app.render.passes.mesh import MeshBuffers
 from app.render.programs import programs_of
 from app.render.sources.source import Box, Source, Window
 from core.arrays import Bools
@@ -55,7 +55,7 @@ class PicturePass:
             self.cells.clear()
 
     def draw(
-        self, mesh: Mesh, source: Source, box: Box, *, origin: tuple[int, int] = (0, 0), draft: bool = False
+        self, mesh: MeshBuffers, source: Source, box: Box, *, origin: tuple[int, int] = (0, 0), draft: bool = False
     ) -> None:
         """Draw the output pixels of `box`, which nothing was drawn in since `clear`.
 
@@ -66,7 +66,7 @@ class PicturePass:
 
     def drawing(
         self,
-        mesh: Mesh,
+        mesh: MeshBuffers,
         source: Source,
         box: Box,
         *,
@@ -126,7 +126,7 @@ class PicturePass:
                 layer.release()
 
 
-def what_is_read(mesh: Mesh, source: Source, box: Box, least_stretch: float) -> tuple[Box, int]:
+def what_is_read(mesh: MeshBuffers, source: Source, box: Box, least_stretch: float) -> tuple[Box, int]:
     """Return which pixels of the picture drawing the output pixels of `box` reads, and the finest level among them."""
     return (source.whole, 0) if source.is_small else mesh.source_of(box, least_stretch=least_stretch)
 

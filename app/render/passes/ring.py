@@ -20,8 +20,8 @@ def put_ring(moved: Points, *alike: Points) -> None:
     left, right = _reach(inner[:, 0], inner[:, 1]), _reach(inner[:, -1], inner[:, -2])
     for ring in (moved, *alike):
         nodes = ring[1:-1, 1:-1]
-        ring[0], ring[-1] = _continued(nodes[0]), _continued(nodes[-1])
-        ring[:, 0], ring[:, -1] = _continued(nodes[:, 0]), _continued(nodes[:, -1])
+        ring[0], ring[-1] = _continue_on(nodes[0]), _continue_on(nodes[-1])
+        ring[:, 0], ring[:, -1] = _continue_on(nodes[:, 0]), _continue_on(nodes[:, -1])
         ring[0] += _steps(top, nodes[0] - nodes[1])
         ring[-1] += _steps(bottom, nodes[-1] - nodes[-2])
         ring[:, 0] += _steps(left, nodes[:, 0] - nodes[:, 1])
@@ -41,9 +41,9 @@ def _reach(edge: Points, inner: Points) -> Floats:
 
 def _steps(reach: Floats, step: Points) -> Points:
     """Return the way from the nodes of one side of the border, and of the corners beyond its ends, to the ring."""
-    return _continued(reach[:, None] * step)
+    return _continue_on(reach[:, None] * step)
 
 
-def _continued(nodes: Points) -> Points:
+def _continue_on(nodes: Points) -> Points:
     """Return the array with its first and its last element once more."""
     return np.concatenate([nodes[:1], nodes, nodes[-1:]])

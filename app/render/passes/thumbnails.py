@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 
 from app.render import gpu
-from app.render.passes.mesh import Mesh
+from app.render.passes.mesh import MeshBuffers
 from app.render.passes.picture_pass import PicturePass
 from app.render.programs import programs_of
 from app.render.sources.source import Source
@@ -21,10 +21,10 @@ def draw_thumbnails(
     Each is (h, w, 4), straight alpha, encoded for the screen.
     """
     target, pixels = PicturePass(context, size), gpu.Offscreen(context, size, "f1")
-    mesh = Mesh(context, (rest.shape[0], rest.shape[1]))
+    mesh = MeshBuffers(context, (rest.shape[0], rest.shape[1]))
     pictures = []
     for warped in warps:
-        mesh.place(rest, _fitted(warped, size))
+        mesh.place(rest, _fit_curve(warped, size))
         target.clear()
         target.draw(mesh, source, (0, 0, *size), draft=True)
         with pixels.drawing():
@@ -36,7 +36,7 @@ def draw_thumbnails(
     return pictures
 
 
-def _fitted(warped: Points, size: tuple[int, int]) -> Points:
+def _fit_curve(warped: Points, size: tuple[int, int]) -> Points:
     """Return positions scaled and moved so that they fill `size` in one direction and are centred."""
     low, high = warped.min(axis=(0, 1)), warped.max(axis=(0, 1))
     zoom = (np.asarray(size) / np.maximum(high - low, 1e-6)).min()

@@ -11,13 +11,13 @@ from app.render import gpu
 from app.render.programs import programs_of
 from app.render.sources.cloth_layers import ClothLayers
 from app.render.sources.dressing import ClothParts, Dressing
-from app.render.sources.source import Box, Limits, Source, Window
+from app.render.sources.source import Box, Source, TextureLimits, Window
 from core.arrays import Floats
 from core.imaging.images import Image
-from core.overlay.composition import DENSITY, TAPS, halved, prepared, with_opacity
-from core.overlay.laying import texture_colours
+from core.overlay.compositing import texture_colours
+from core.overlay.composition import DENSITY, TAPS, halve, prepare, with_opacity
 
-LIMITS = Limits(budget_bytes=64_000_000)
+LIMITS = TextureLimits(budget_bytes=64_000_000)
 """The layers take five times as much."""
 PATTERN_UNIT = 4
 """Texture unit after those of the layers."""
@@ -156,7 +156,7 @@ class Pattern:
     def use(self, worn: Dressing, unit: int) -> None:
         """Bind the pattern of `worn`."""
         if self._texture is None or not _same_samples(worn, self._seen):
-            self._send(prepared(self._colours(worn.texture), worn.placement, worn.parts.basis))
+            self._send(prepare(self._colours(worn.texture), worn.placement, worn.parts.basis))
             self._seen = worn
         assert self._texture is not None
         self._texture.use(unit)
@@ -175,7 +175,7 @@ class Pattern:
             samples = np.asarray(cv2.resize(samples, size, interpolation=cv2.INTER_AREA), np.float64)
         levels = [samples]
         while max(levels[-1].shape[:2]) > 1:
-            levels.append(halved(levels[-1]))
+            levels.append(halve(levels[-1]))
         self.release()
         self._texture = self._context.texture((samples.shape[1], samples.shape[0]), 4, dtype="f4")
         self._texture.build_mipmaps()

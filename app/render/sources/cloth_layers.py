@@ -15,8 +15,8 @@ from app.render.sources.source import Box
 from core.arrays import Singles
 from core.imaging import color
 from core.imaging.images import Image
+from core.overlay.compositing import encode
 from core.overlay.composition import finite, light_of, middle_of
-from core.overlay.laying import encoded
 
 Halves: TypeAlias = NDArray[np.float16]
 ALL = slice(None)
@@ -27,7 +27,7 @@ NEAR = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Level:
+class LayerLevel:
     """All layers at one size, (h, w, 4) each; half precision is enough for all but the coordinates."""
 
     coordinates: Singles
@@ -42,12 +42,12 @@ class Level:
         """The layers in the order of the texture units."""
         return self.coordinates, self.shading, self.detail, self.photo
 
-    def part(self, rows: slice, columns: slice = ALL) -> "Level":
+    def part(self, rows: slice, columns: slice = ALL) -> "LayerLevel":
         """Return a view of some of it."""
         at = rows, columns
-        return Level(self.coordinates[at], self.shading[at], self.detail[at], self.photo[at])
+        return LayerLevel(self.coordinates[at], self.shading[at], self.detail[at], self.photo[at])
 
-    def halved(self) -> "Level":
+    def halved(self) -> "LayerLevel":
         """Return the level of half the size: means over the pixels of a block that are cloth."""
         coordinates, *others, photo = (_even(array) for array in self.arrays)
         # Where there is no cloth all values are 0.
@@ -58,16 +58,16 @@ class Level:
         _keep_apart(mean, coordinates)
         mean[..., 2], mean[..., 3] = mean[..., 2] > 0, coverage
         shading, detail = ((share * _means(other)).astype(np.float16) for other in others)
-        return Level(mean, shading, detail, _means(photo).astype(np.float16))
+        return LayerLevel(mean, shading, detail, _means(photo).astype(np.float16))
 
 
-def empty_level(height: int, width: int) -> Level:
+def empty_level(height: int, width: int) -> LayerLevel:
     """Return a level without values."""
     shape = (height, width, 4)
-    return Level(np.empty(shape, np.float32), *(np.empty(shape, np.float16) for _ in range(3)))
+    return LayerLevel(np.empty(shape, np.float32), *(np.empty(shape, np.float16) for _ in range(3)))
 
 
-def half_of(finer: Callable[[slice], Level], size_px: tuple[int, int]) -> Level:
+def half_of(finer: Callable[[slice], LayerLevel], size_px: tuple[int, int]) -> LayerLevel:
     """Return the level of half the size of one of `size_px`, of which `finer` gives rows."""
     width, height = (-(-side // 2) for side in size_px)
     out = empty_level(height, width)
@@ -104,7 +104,7 @@ def _keep_apart(mean: Singles, coordinates: Singles) -> None:
     np.copyto(mean[..., :2], first, where=apart[..., None])
 
 
-def full_level(parts: ClothParts, photo: Image, rows: slice, columns: slice = ALL) -> Level:
+def full_level(parts: ClothParts, photo: Image, rows: slice, columns: slice = ALL) -> LayerLevel:
     """Return some of the layers at the photo's own size."""
     covered = finite(parts.uv[rows, columns])
     light = parts.shading if parts.shading.ndim == 3 else parts.shading[..., None]
@@ -115,7 +115,7 @@ def full_level(parts: ClothParts, photo: Image, rows: slice, columns: slice = AL
         np.copyto(layer, 0, where=~covered[..., None])
     out.coordinates[..., 2], out.coordinates[..., 3] = covered, parts.coverage[rows, columns]
     seen = photo.with_pixels(photo.pixels[rows, columns])
-    out.photo[..., :3] = encoded(seen)
+    out.photo[..., :3] = encode(seen)
     out.photo[..., 3:] = color.unit(seen.pixels[..., -1:]) if photo.has_alpha else 1.0
     return out
 
@@ -130,7 +130,7 @@ class ClothLayers:
         self.usual_light = light_of(parts.shading)
         self._context = context
         self._parts, self._photo = parts, photo
-        self._levels: list[Level] = []
+        self._levels: list[LayerLevel] = []
         """From half the photo's size on."""
         self._window: tuple[Box, int] | None = None
         self._textures: list[moderngl.Texture] = []
@@ -153,7 +153,7 @@ class ClothLayers:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
             self._textures.append(texture)
 
-    def _level(self, base: int, rows: slice, columns: slice) -> Level:
+    def _level(self, base: int, rows: slice, columns: slice) -> LayerLevel:
         """Return some of a level; of the finest one nothing is kept."""
         if base == 0:
             return full_level(self._parts, self._photo, rows, columns)

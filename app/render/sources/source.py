@@ -15,7 +15,7 @@ from functools import cached_property
 import moderngl
 import numpy as np
 
-from app.render.sources.texels import halves, light_of, reduced, texels_of
+from app.render.sources.texels import halves, light_of, reduce, texels_of
 from core import tracing
 from core.imaging.images import Image
 
@@ -31,7 +31,7 @@ Box = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True)
-class Limits:
+class TextureLimits:
     """What a texture may take at most."""
 
     side_px: int = 1 << 16
@@ -39,7 +39,7 @@ class Limits:
     """A whole picture may take so much; a window half, since drivers let go of the one before late."""
 
 
-DEFAULT_LIMITS = Limits()
+DEFAULT_LIMITS = TextureLimits()
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Source:
         image: Image,
         *,
         exact: bool = False,
-        limits: Limits = DEFAULT_LIMITS,
+        limits: TextureLimits = DEFAULT_LIMITS,
         margin: float = 0.0,
     ) -> None:
         self._context = context
@@ -207,10 +207,10 @@ class Source:
         parts = list(_parts(box, 1 << (base + self.levels)))
         for left, part in zip(reversed(range(len(parts))), parts, strict=True):
             with tracing.span("upload", what="picture"):
-                texels = reduced(texels_of(self.image, part), 1 << base)
+                texels = reduce(texels_of(self.image, part), 1 << base)
                 x, y = (part[0] - box[0]) >> base, (part[1] - box[1]) >> base
                 for level in range(self.levels + 1):
-                    texels = reduced(texels, 2) if level else texels
+                    texels = reduce(texels, 2) if level else texels
                     shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
                     corner = ((x >> level) + shift[0], (y >> level) + shift[1])
                     sent = texels if self.dtype == "f4" else halves(texels)

@@ -2,7 +2,7 @@
 
 import moderngl
 
-from app.render.scene import Scene
+from app.render.scene import CanvasScene
 from app.render.sources.cloth import DressedSource
 from app.render.sources.source import Source
 from core.imaging.images import Image
@@ -31,7 +31,7 @@ class Sources:
         self._plain = sources[:MOST_KEPT]
         return held
 
-    def of_result(self, scene: Scene) -> Source:
+    def of_result(self, scene: CanvasScene) -> Source:
         """Return what the result is drawn from: the picture, with the texture laid on if there is one."""
         dressing = scene.dressing
         if dressing is None:

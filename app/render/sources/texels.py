@@ -50,7 +50,7 @@ def halves(texels: Singles) -> NDArray[np.float16]:
     return np.asarray(cv2.subtract(texels, np.zeros(4), dtype=cv2.CV_16F), np.float16)
 
 
-def reduced(texels: Singles, block: int) -> Singles:
+def reduce(texels: Singles, block: int) -> Singles:
     """Return the means of blocks of `block` x `block` texels."""
     if block == 1:
         return texels

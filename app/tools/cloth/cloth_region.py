@@ -59,10 +59,10 @@ def mark_region(editor: Editor, corners: Points, *, joins: bool, cuts: bool) -> 
     region = editor.document.cloth.region
     base = region if region is not None and (joins or cuts) else Raster.filled(width, height, 255 if cuts else 0)
     with editor.group("Cut from region" if cuts else "Region"):
-        editor.document = editor.document.with_cloth(region=filled(base, box, 0 if cuts else 255))
+        editor.document = editor.document.with_cloth(region=fill(base, box, 0 if cuts else 255))
 
 
-def filled(raster: Raster, box: Box, value: int) -> Raster:
+def fill(raster: Raster, box: Box, value: int) -> Raster:
     """Return `raster` with `value` in a box."""
 
     def edit(tile: Bytes, around: Box) -> Bytes:

@@ -11,7 +11,7 @@ from app.model.gestures import Gesture
 from app.model.spaces import canvas_from_screen
 from app.tools.points.grips import NUDGES, drag_from
 from core.arrays import Floats, Points
-from core.document.overlay import Layers, placement_of, size_of
+from core.document.overlay import OverlayLayers, placement_of, size_of
 from core.document.overlay_settings import Laying
 from core.overlay.composition import finite
 
@@ -32,7 +32,7 @@ def press(editor: Editor, press: Press) -> Gesture | None:
     return drag(editor, press, layers)
 
 
-def drag(editor: Editor, press: Press, layers: Layers) -> Gesture:
+def drag(editor: Editor, press: Press, layers: OverlayLayers) -> Gesture:
     """Follow the pointer."""
     start, before = editor.document, editor.document.cloth.laying
     first = yield from drag_from(press.pos)
@@ -48,21 +48,21 @@ def drag(editor: Editor, press: Press, layers: Layers) -> Gesture:
 
 
 def _changes(
-    editor: Editor, layers: Layers, before: Laying, kind: str, start: Position, now: Position
+    editor: Editor, layers: OverlayLayers, before: Laying, kind: str, start: Position, now: Position
 ) -> dict[str, object]:
     """Return what a drag changes of how the texture lies."""
     across, down = now[0] - start[0], now[1] - start[1]
     if kind == "Scale texture":
         return {"size": float(np.clip(size_of(layers, before) * np.exp((across - down) / 200), LEAST_SIZE, MOST_SIZE))}
     if kind == "Turn texture":
-        return {"rotate_deg": wrapped_deg(before.rotate_deg + 0.4 * across)}
+        return {"rotate_deg": wrap_deg(before.rotate_deg + 0.4 * across)}
     texture = editor.document.cloth.texture
     matrix = placement_of(layers, texture, before).matrix(layers.basis)
     moved = matrix @ (texels_at(editor, layers, now) - texels_at(editor, layers, start))
-    return {"offset": wrapped(before, np.array(before.offset) + moved)}
+    return {"offset": wrap(before, np.array(before.offset) + moved)}
 
 
-def texels_at(editor: Editor, layers: Layers, pos: Position) -> Floats:
+def texels_at(editor: Editor, layers: OverlayLayers, pos: Position) -> Floats:
     """Return the texture coordinates (2,) of the cloth at a screen position, of the undeformed cloth far beside it."""
     x, y = canvas_from_screen(editor.session.view, np.array(pos))
     height, width = layers.coverage.shape
@@ -77,14 +77,14 @@ def texels_at(editor: Editor, layers: Layers, pos: Position) -> Floats:
     return np.asarray(part[rows[near], columns[near]] + np.linalg.solve(layers.basis, [x, y] - place), np.float64)
 
 
-def wrapped(laying: Laying, offset: Floats) -> tuple[float, float]:
+def wrap(laying: Laying, offset: Floats) -> tuple[float, float]:
     """Return an offset without whole copies, which look the same, where the texture repeats."""
     period = 2.0 if laying.mirror else 1.0
     u, v = np.mod(offset + period / 2, period) - period / 2 if laying.tile else offset
     return float(u), float(v)
 
 
-def wrapped_deg(angle: float) -> float:
+def wrap_deg(angle: float) -> float:
     """Return an angle from -180 to 180 degrees."""
     return float((angle + 180) % 360 - 180)
 
@@ -95,7 +95,7 @@ def take_key(editor: Editor, key: Key) -> bool:
     if key.name not in NUDGES or key.mods.ctrl or key.mods.alt or editor.document.cloth.texture is None:
         return False
     step = NUDGE * (10 if key.mods.shift else 1) * np.array(NUDGES[key.name])
-    cloth = editor.document.cloth.laid(offset=wrapped(laying, np.array(laying.offset) + step))
+    cloth = editor.document.cloth.laid(offset=wrap(laying, np.array(laying.offset) + step))
     editor.edit("Nudge texture", replace(editor.document, cloth=cloth), joins=True)
     return True
 

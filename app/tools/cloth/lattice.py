@@ -16,7 +16,7 @@ from app.tools.cloth.lattice_web import Web, web_of
 from app.tools.points.grips import drag_from, nearest
 from core.arrays import Floats, Points
 from core.document.document import pixels_from_places, places_from_pixels
-from core.document.overlay import Layers, vertices_of
+from core.document.overlay import OverlayLayers, vertices_of
 from core.document.overlay_settings import LatticeVertices, Search
 
 VERTEX_PX, LEAST_VERTEX_PX = 3.5, 1.6
@@ -27,7 +27,7 @@ WEAK = 0.5
 """Confidence below which a quad is marked."""
 
 
-_FOUND: "WeakKeyDictionary[Layers, LatticeVertices]" = WeakKeyDictionary()
+_FOUND: "WeakKeyDictionary[OverlayLayers, LatticeVertices]" = WeakKeyDictionary()
 """Layers and their lattice, which is drawn in every frame."""
 
 

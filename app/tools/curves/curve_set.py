@@ -36,7 +36,7 @@ class Hit:
 
 
 @dataclass(frozen=True, eq=False)
-class CurveSet:
+class EditedCurves:
     """Curves of one kind in a document, and how their sources lie on the canvas.
 
     Targets are places on the canvas. Sources are places on the picture and are seen through `mesh`.
@@ -75,7 +75,7 @@ class CurveSet:
         if side == "target":
             return pixels_from_places(editor.canvas_px, pair.target)
         pixels = pixels_from_places(editor.document.size_px, pair.source)
-        return curve_edit.mapped(pixels, self.mesh(editor).canvas_from_image(curve_edit.samples_of(pixels)))
+        return curve_edit.map_along(pixels, self.mesh(editor).canvas_from_image(curve_edit.samples_of(pixels)))
 
     def on_screen(self, editor: Editor, pair: CurvePair, side: Side) -> Points:
         """Return the control points of a side in screen pixels."""
@@ -101,7 +101,7 @@ class CurveSet:
     def source_places(self, editor: Editor, mesh: Mesh, points: Points) -> Points:
         """Return places on the picture of a curve on the screen, (3k + 1, 2), as `mesh` shows the picture."""
         canvas = canvas_from_screen(editor.session.view, points)
-        found = curve_edit.mapped(canvas, pulled_back(mesh, curve_edit.samples_of(canvas)))
+        found = curve_edit.map_along(canvas, pulled_back(mesh, curve_edit.samples_of(canvas)))
         return places_from_pixels(editor.document.size_px, found)
 
     def hit(self, editor: Editor, pos: Position, *, first: Side = "target") -> Hit | None:

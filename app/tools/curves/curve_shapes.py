@@ -8,7 +8,7 @@ from app.editor.editor import Editor
 from app.model.events import Position
 from app.model.shapes import Bezier, Circle, Polyline, Role, Shape, Square
 from app.model.spaces import screen_from_canvas
-from app.tools.curves.curve_set import CurveSet, Hit, Side, sides_of
+from app.tools.curves.curve_set import EditedCurves, Hit, Side, sides_of
 from app.tools.points import band
 from app.tools.points.box import Box
 from core.arrays import Bools, Points
@@ -33,7 +33,7 @@ def side_of(pair: CurvePair, side: Side) -> Side:
     return "source" if pair.passive else side
 
 
-def box_of(editor: Editor, curves: CurveSet) -> Box | None:
+def box_of(editor: Editor, curves: EditedCurves) -> Box | None:
     """Return the box around the selected knots if they are several; all of them have the whole curve in it."""
     number, knots = curves.selected(editor), curves.knots(editor)
     if number is None:
@@ -45,7 +45,7 @@ def box_of(editor: Editor, curves: CurveSet) -> Box | None:
     return Box.around(points[[3 * knot for knot in sorted(knots)]])
 
 
-def overlay(editor: Editor, curves: CurveSet) -> Sequence[Shape]:
+def overlay(editor: Editor, curves: EditedCurves) -> Sequence[Shape]:
     """Draw every curve, the points of the selected one, its box, and the path in progress."""
     shapes: list[Shape] = []
     chosen = curves.selected(editor)
@@ -66,7 +66,7 @@ def overlay(editor: Editor, curves: CurveSet) -> Sequence[Shape]:
     return shapes
 
 
-def _curve_shapes(editor: Editor, curves: CurveSet, pair: CurvePair, *, is_faulty: bool) -> list[Shape]:
+def _curve_shapes(editor: Editor, curves: EditedCurves, pair: CurvePair, *, is_faulty: bool) -> list[Shape]:
     """Return source, target and the ticks between them."""
     view, source = editor.session.view, curves.on_canvas(editor, pair, "source")
     if pair.passive:
@@ -99,7 +99,7 @@ def _spread(ticks: Points) -> Bools:
     return np.concatenate([[True], along[1:] > along[:-1]])
 
 
-def _point_shapes(editor: Editor, curves: CurveSet, pair: CurvePair) -> list[Shape]:
+def _point_shapes(editor: Editor, curves: EditedCurves, pair: CurvePair) -> list[Shape]:
     """Return knots and handles of the selected curve; knots of the other side where it lies elsewhere."""
     shapes: list[Shape] = []
     active, chosen = side_of(pair, active_side(editor)), curves.knots(editor)
@@ -137,7 +137,7 @@ def _pulled_shapes(editor: Editor) -> list[Shape]:
     return [*links, *(Circle(_position(end), 3.5, "handle", filled=True) for end in ends)]
 
 
-def _hover_shapes(editor: Editor, curves: CurveSet, hit: Hit) -> list[Shape]:
+def _hover_shapes(editor: Editor, curves: EditedCurves, hit: Hit) -> list[Shape]:
     """Return the mark of what is under the pointer."""
     pair = curves.pairs(editor)[hit.curve]
     points = curves.on_screen(editor, pair, hit.side)

@@ -9,12 +9,12 @@ from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.model.events import Event, Key, Move, Press
 from app.model.gestures import Gesture
-from app.tools.curves.curve_set import CurveSet, Hit, Side
+from app.tools.curves.curve_set import EditedCurves, Hit, Side
 from app.tools.curves.curve_shapes import active_side, box_of, overlay, side_of
 from app.tools.curves.pen import draw
 from app.tools.curves.soft_drag import is_dense, with_knot_pulled
-from app.tools.points.box import Box, Grip, applied
-from app.tools.points.grips import aimed, drag_from, nearest, nudge_px
+from app.tools.points.box import Box, Grip, apply
+from app.tools.points.grips import aim, drag_from, nearest, nudge_px
 from app.tools.points.selection import Selection
 from core.arrays import Points
 from core.curves import curve_edit
@@ -23,12 +23,12 @@ from core.document.document import CurvePair, Mode
 from core.mesh import Mesh
 
 
-def selection(curves: CurveSet) -> Selection:
+def selection(curves: EditedCurves) -> Selection:
     """Return which knots of the selected curve are selected."""
     return Selection("selected_knots", curves.knots)
 
 
-def press(editor: Editor, curves: CurveSet, press: Press) -> Gesture | None:
+def press(editor: Editor, curves: EditedCurves, press: Press) -> Gesture | None:
     """Edit what is under the pointer, or draw."""
     hit = curves.hit(editor, press.pos, first=active_side(editor, swapped=press.mods.ctrl))
     if hit is not None and hit.kind == "knot":
@@ -49,13 +49,13 @@ def press(editor: Editor, curves: CurveSet, press: Press) -> Gesture | None:
     return draw(editor, curves, press)
 
 
-def _is_whole(editor: Editor, curves: CurveSet, hit: Hit) -> bool:
+def _is_whole(editor: Editor, curves: EditedCurves, hit: Hit) -> bool:
     """Return whether all of the curve that was hit is selected, so that its line moves it instead of bending."""
     count = curve_pairs.knots_of(curves.pairs(editor)[hit.curve])
     return hit.curve == curves.selected(editor) and len(curves.knots(editor)) == count
 
 
-def drag_knots(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
+def drag_knots(editor: Editor, curves: EditedCurves, press: Press, hit: Hit) -> Gesture:
     """Move a knot, and the other selected ones if it is selected.
 
     Where knots stand close together, the curve beside one alone goes along.
@@ -69,7 +69,7 @@ def drag_knots(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gest
     gives_way = len(knots) == 1 and is_dense(points)
 
     def move(points: Points, pair: CurvePair, event: Move) -> Points:
-        by = np.subtract(aimed(press.pos, event), press.pos)
+        by = np.subtract(aim(press.pos, event), press.pos)
         if gives_way:
             return with_knot_pulled(points, hit.number, by, closed=pair.closed)
         return curve_edit.with_knots_moved(points, knots, by, closed=pair.closed)
@@ -78,7 +78,7 @@ def drag_knots(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gest
     yield from _follow(editor, curves, hit, label, move, first)
 
 
-def drag_handle(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
+def drag_handle(editor: Editor, curves: EditedCurves, press: Press, hit: Hit) -> Gesture:
     """Move a handle; at a smooth knot the one across turns along, unless Alt breaks the knot."""
     pair = curves.pairs(editor)[hit.curve]
     knot = curve_edit.knot_beside(pair.source, hit.number, closed=pair.closed)
@@ -90,13 +90,13 @@ def drag_handle(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Ges
     linked = knot not in pair.corners
 
     def move(points: Points, pair: CurvePair, event: Move) -> Points:
-        place = points[hit.number] + np.subtract(aimed(press.pos, event), press.pos)
+        place = points[hit.number] + np.subtract(aim(press.pos, event), press.pos)
         return curve_edit.with_handle_at(points, hit.number, place, closed=pair.closed, linked=linked)
 
     yield from _follow(editor, curves, hit, "Move curve handle", move, first, pair)
 
 
-def drag_line(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gesture:
+def drag_line(editor: Editor, curves: EditedCurves, press: Press, hit: Hit) -> Gesture:
     """Bend the curve where it is gripped; a click selects it, and inserts a knot where it is selected already.
 
     Where knots stand close together, the nearest one is pulled; a knot under the pointer is moved.
@@ -112,7 +112,7 @@ def drag_line(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gestu
         smooth = frozenset(range(count)) - pair.corners
 
         def bend(points: Points, pair: CurvePair, event: Move) -> Points:
-            by = np.subtract(aimed(press.pos, event), press.pos)
+            by = np.subtract(aim(press.pos, event), press.pos)
             if gives_way:
                 return with_knot_pulled(points, round(hit.t), by, closed=pair.closed)
             if knot is not None:
@@ -122,12 +122,12 @@ def drag_line(editor: Editor, curves: CurveSet, press: Press, hit: Hit) -> Gestu
         yield from _follow(editor, curves, hit, "Bend curve", bend, first)
     elif was_selected:
         with editor.group("Insert curve point"):
-            pair = curve_pairs.inserted(curves.pairs(editor)[hit.curve], hit.t)
+            pair = curve_pairs.insert(curves.pairs(editor)[hit.curve], hit.t)
             editor.document = curves.replaced(editor.document, hit.curve, pair)
         editor.show(selected_knots=frozenset({int(hit.t) + 1}))
 
 
-def transform(editor: Editor, curves: CurveSet, press: Press, box: Box, grip: Grip) -> Gesture:
+def transform(editor: Editor, curves: EditedCurves, press: Press, box: Box, grip: Grip) -> Gesture:
     """Move, scale or turn the selected knots by their box; a click deselects them."""
     number, side = curves.selected(editor), active_side(editor, swapped=press.mods.ctrl)
     first = yield from selection(curves).grip_box(editor, press)
@@ -138,7 +138,7 @@ def transform(editor: Editor, curves: CurveSet, press: Press, box: Box, grip: Gr
 
     def move(points: Points, pair: CurvePair, event: Move) -> Points:
         result = points.copy()
-        result[numbers] = applied(box.transform(grip, press.pos, event.pos, held=event.mods.shift), points[numbers])
+        result[numbers] = apply(box.transform(grip, press.pos, event.pos, held=event.mods.shift), points[numbers])
         return result
 
     label = {"move": "Move curve", "scale": "Scale curve", "turn": "Turn curve"}[grip.kind]
@@ -147,7 +147,7 @@ def transform(editor: Editor, curves: CurveSet, press: Press, box: Box, grip: Gr
 
 def _follow(
     editor: Editor,
-    curves: CurveSet,
+    curves: EditedCurves,
     hit: Hit,
     label: str,
     move: Callable[[Points, CurvePair, Move], Points],
@@ -166,7 +166,7 @@ def _follow(
             event = yield
 
 
-def rubber_band(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
+def rubber_band(editor: Editor, curves: EditedCurves, press: Press) -> Gesture:
     """Select knots of the selected curve in a rectangle, beside those that are selected."""
     number = curves.selected(editor)
     if number is None:
@@ -177,7 +177,7 @@ def rubber_band(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
     yield from selection(curves).span(editor, press, knots)
 
 
-def toggle_corner(editor: Editor, curves: CurveSet, hit: Hit) -> None:
+def toggle_corner(editor: Editor, curves: EditedCurves, hit: Hit) -> None:
     """Make a knot a corner, or smooth; where source and target lie apart, only the gripped one changes its shape."""
     pair = curves.pairs(editor)[hit.curve]
     sides: tuple[Side, ...] = ("source", "target") if curves.is_unmoved(editor, pair) else (hit.side,)
@@ -186,7 +186,7 @@ def toggle_corner(editor: Editor, curves: CurveSet, hit: Hit) -> None:
     editor.edit(label, curves.replaced(editor.document, hit.curve, pair))
 
 
-def remove(editor: Editor, curves: CurveSet) -> None:
+def remove(editor: Editor, curves: EditedCurves) -> None:
     """Remove the selected knots, or the whole curve where none is selected or fewer than two are left."""
     number, knots = curves.selected(editor), curves.knots(editor)
     if number is None:
@@ -199,7 +199,7 @@ def remove(editor: Editor, curves: CurveSet) -> None:
     editor.show(selected_knots=frozenset(), selected_curve=None if pair is None else number)
 
 
-def take_key(editor: Editor, curves: CurveSet, key: Key) -> bool:
+def take_key(editor: Editor, curves: EditedCurves, key: Key) -> bool:
     """Remove, nudge, select all or deselect."""
     number, step = curves.selected(editor), nudge_px(key)
     if number is None:
@@ -222,7 +222,7 @@ def take_key(editor: Editor, curves: CurveSet, key: Key) -> bool:
     return True
 
 
-def moment(editor: Editor, curves: CurveSet) -> str:
+def moment(editor: Editor, curves: EditedCurves) -> str:
     """Return what can be done while a curve is being drawn, or with the one that is being edited."""
     if editor.session.draft is not None:
         return (
@@ -238,7 +238,7 @@ def moment(editor: Editor, curves: CurveSet) -> str:
 
 
 def curve_tool(
-    curves: CurveSet, *, name: str, label: str, icon: str, key: str, modes: frozenset[Mode], hint: str
+    curves: EditedCurves, *, name: str, label: str, icon: str, key: str, modes: frozenset[Mode], hint: str
 ) -> Tool:
     """Return the tool that draws and edits `curves`."""
     return Tool(
@@ -257,7 +257,7 @@ def curve_tool(
     )
 
 
-WARP_CURVES = CurveSet(
+WARP_CURVES = EditedCurves(
     kind=INNER,
     mesh=lambda editor: editor.answer.base_mesh,
     seen_through=lambda editor: editor.answer.mesh,
@@ -278,7 +278,7 @@ def _seen(editor: Editor) -> Mesh:
     return editor.regrowth.flat if editor.session.look == "original" else editor.answer.mesh
 
 
-FEATURE_CURVES = CurveSet(
+FEATURE_CURVES = EditedCurves(
     kind=FEATURE,
     mesh=lambda editor: editor.regrowth.flat,
     seen_through=_seen,

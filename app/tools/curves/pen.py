@@ -9,7 +9,7 @@ from app.editor.editor import Editor
 from app.model.events import Event, Finish, Key, Move, Position, Press, Release
 from app.model.gestures import Gesture
 from app.model.spaces import canvas_from_screen, screen_from_canvas
-from app.tools.curves.curve_set import CurveSet
+from app.tools.curves.curve_set import EditedCurves
 from app.tools.points.grips import REACH_PX, held_to_axis, is_click
 from core.arrays import Points
 from core.curves import curve_edit
@@ -48,7 +48,7 @@ class Path:
         return np.concatenate(pieces)
 
 
-def draw(editor: Editor, curves: CurveSet, press: Press) -> Gesture:
+def draw(editor: Editor, curves: EditedCurves, press: Press) -> Gesture:
     """Draw a curve until Enter, a double click, or a click on its first knot, which closes it.
 
     Where that makes none, the curve that was edited before is edited on.

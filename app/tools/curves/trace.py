@@ -9,7 +9,7 @@ from app.editor.curve_kinds import with_found_curve
 from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.model.events import Event, Finish, Key, Move, Position, Press
-from app.model.gestures import Gesture, resumed
+from app.model.gestures import Gesture, resume
 from app.model.shapes import Bezier, Polyline, Shape, Square
 from app.model.spaces import canvas_from_screen, screen_from_canvas
 from app.tools.curves.curves import FEATURE_CURVE_TOOL, FEATURE_CURVES
@@ -69,7 +69,7 @@ def begin(editor: Editor, event: Press) -> Gesture:
         yield from trace(editor, event)
     elif FEATURE_CURVES.hit(editor, event.pos) is not None:
         editor.show(tool=FEATURE_CURVE_TOOL.name, hover=None)
-        yield from resumed(FEATURE_CURVE_TOOL.press(editor, event), first)
+        yield from resume(FEATURE_CURVE_TOOL.press(editor, event), first)
     else:
         yield from cut_out(editor, event, first)
 

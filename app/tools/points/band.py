@@ -10,7 +10,7 @@ from app.model.gestures import Gesture
 from app.model.shapes import Polyline, Shape
 
 
-def spanned(editor: Editor, press: Press, take: Callable[[Position, Position], None]) -> Gesture:
+def span(editor: Editor, press: Press, take: Callable[[Position, Position], None]) -> Gesture:
     """Span a rectangle from the press on, and hand its corners to `take` whenever it changes."""
     try:
         while isinstance(event := (yield), Move):

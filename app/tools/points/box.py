@@ -94,7 +94,7 @@ class Box:
         return [Polyline(self.corners, "box", closed=True), stem, *corners, Circle(self.knob, 4.5, "box", filled=True)]
 
 
-def applied(matrix: Floats, points: Points) -> Points:
+def apply(matrix: Floats, points: Points) -> Points:
     """Return `points` (n, 2) under an affine map (2, 3)."""
     moved: Points = points @ matrix[:, :2].T + matrix[:, 2]
     return moved

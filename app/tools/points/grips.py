@@ -61,7 +61,7 @@ def drag_from(start: Position) -> Generator[None, Event, Move | None]:
     return None
 
 
-def aimed(start: Position, move: Move) -> Position:
+def aim(start: Position, move: Move) -> Position:
     """Return where a move leads, on an axis through `start` while Shift is held."""
     return held_to_axis(start, move.pos) if move.mods.shift else move.pos
 

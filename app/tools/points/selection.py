@@ -53,4 +53,4 @@ class Selection:
         def take(a: Position, b: Position) -> None:
             self.choose(editor, before | frozenset(within(points(), a, b).tolist()))
 
-        yield from band.spanned(editor, press, take)
+        yield from band.span(editor, press, take)

@@ -10,11 +10,11 @@ from app.actions.view import whole
 from app.editor.editor import Editor
 from app.model.events import Event, Key, KeyUp, Modifiers, Move, Press, Release
 from app.tools.marks import marks
+from app.ui.canvas.comparing import draw_legend, draw_onion
 from app.ui.canvas.input import Area, Chords, Pointer, key_events
-from app.ui.canvas.marks import Marks
-from app.ui.comparing import draw_legend, draw_onion
-from app.ui.picture_texture import PictureTexture
+from app.ui.canvas.marks import MarkPainter
 from app.ui.widgets import theme
+from app.ui.widgets.picture_texture import PictureTexture
 from app.ui.widgets.theme import color, em, icon
 
 CURSORS = {
@@ -26,7 +26,7 @@ CURSORS = {
 }
 
 
-class Canvas:
+class CanvasWidget:
     """Where the picture is, between the panels."""
 
     def __init__(self, editor: Editor, table: ActionTable, picture: PictureTexture) -> None:
@@ -89,7 +89,7 @@ class Canvas:
         if session.compare != "before":
             left = self._divider_x if session.compare == "split" else area.x
             sheet.push_clip_rect((left, area.y), (area.x + area.width, area.y + area.height), True)
-            Marks(sheet, (area.x, area.y)).draw(marks(self.editor))
+            MarkPainter(sheet, (area.x, area.y)).draw(marks(self.editor))
             sheet.pop_clip_rect()
         if session.compare == "split":
             self._draw_divider(sheet)

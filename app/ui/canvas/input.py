@@ -79,7 +79,7 @@ def modifiers() -> Modifiers:
     return Modifiers(shift=io.key_shift, ctrl=io.key_ctrl or io.key_super, alt=io.key_alt)
 
 
-def spaced(trail: Sequence[Position], start: Position | None, most: int = MOST_WAY) -> list[Position]:
+def space_out(trail: Sequence[Position], start: Position | None, most: int = MOST_WAY) -> list[Position]:
     """Return at most so many of the places of `trail` that say where it goes, seen from `start`; none too close."""
     kept: list[Position] = []
     before = start
@@ -126,7 +126,7 @@ class Pointer:
         if self._held is not None and imgui.is_mouse_down(self._held):
             start = self._last and (self._last[0] + area.x, self._last[1] + area.y)
             most = min(max(int(WAY_S / max(self._place_s, 1e-6)), 1), MOST_WAY)
-            for x, y in spaced(trail, start, most):
+            for x, y in space_out(trail, start, most):
                 started = self._clock()
                 yield Move((x - area.x, y - area.y), mods)
                 self._place_s = (self._place_s + self._clock() - started) / 2

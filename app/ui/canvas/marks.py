@@ -59,7 +59,7 @@ PENS: dict[Role, Pen] = {
 DASH_EM, GAP_EM = 0.38, 0.28
 
 
-class Marks:
+class MarkPainter:
     """Draws shapes on a draw list; `origin` is where the canvas's (0, 0) lies on it."""
 
     def __init__(self, sheet: imgui.ImDrawList, origin: tuple[float, float]) -> None:

@@ -11,7 +11,7 @@ from app.actions.overlay import PHOTO_TOOLS
 from app.editor.editor import Editor
 from app.live.warp import Answer
 from app.marking.feature_list import feature_list
-from app.render.scene import Marks, Palette, Scene
+from app.render.scene import CanvasScene, MarkColours, MarkOptions
 from app.render.sources.dressing import Dressing
 from app.state.preferences import Preferences
 from app.ui.widgets import theme
@@ -26,7 +26,7 @@ def _shade(code: int, alpha: float = 1.0) -> tuple[float, float, float, float]:
     return tone.x, tone.y, tone.z, tone.w
 
 
-PALETTE = Palette(
+PALETTE = MarkColours(
     desk=_shade(theme.DESK),
     mask=_shade(theme.MASK, 0.4),
     grid=_shade(theme.TEXT, 0.45),
@@ -106,11 +106,11 @@ def _kept(before: Points, now: Points) -> Points:
     return before if all(np.abs(before[::k, ::k] - now[::k, ::k]).max() < SAME_PX for k in steps) else now
 
 
-def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
+def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> CanvasScene:
     """Return one frame of the canvas."""
     session, answer = editor.session, editor.answer
     width, height = editor.canvas_px
-    scene = Scene(
+    scene = CanvasScene(
         image=answer.document.image,
         rest=answer.rest,
         warped=answer.warped,
@@ -126,7 +126,7 @@ def scene_of(editor: Editor, pixel_ratio: float, motion: Motion) -> Scene:
     return of_mode[session.mode](scene, editor, motion)
 
 
-def _warp_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
+def _warp_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> CanvasScene:
     """Return one frame of Warp mode: the picture as it is bent, with what is switched on over it."""
     overlays = editor.session.overlays
     return replace(
@@ -137,7 +137,7 @@ def _warp_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
         owners=feature_owners(editor) if editor.preferences.feature_colors else None,
         palette=warp_palette(editor.preferences),
         folded=motion.folded,
-        marks=Marks(
+        marks=MarkOptions(
             grid=overlays.grid,
             mask=overlays.mask,
             outline=overlays.outline,
@@ -148,7 +148,7 @@ def _warp_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
 
 
 @lru_cache(maxsize=4)
-def warp_palette(preferences: Preferences) -> Palette:
+def warp_palette(preferences: Preferences) -> MarkColours:
     """Return the colours of Warp mode."""
     opacity = preferences.mask_opacity
     features = tuple(_shade(code, opacity) for code in (*theme.FEATURES, theme.GIVEN_UP))
@@ -160,7 +160,7 @@ def feature_owners(editor: Editor) -> Bytes:
     return feature_list(editor).owners(editor.document, editor.map.grid, len(theme.FEATURES))
 
 
-def _retexture_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
+def _retexture_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> CanvasScene:
     """Return one frame of Retexture mode: the picture as the artist wants to look at it."""
     document, session = editor.document, editor.session
     overlays, before = session.overlays, session.compare == "before"
@@ -172,7 +172,7 @@ def _retexture_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
         rest=shown.rest,
         warped=shown.warped,
         mask=mask,
-        marks=Marks(grid=overlays.grid, mask=mask is not None and not before, heat=overlays.heat),
+        marks=MarkOptions(grid=overlays.grid, mask=mask is not None and not before, heat=overlays.heat),
         compare="result" if before else scene.compare,
         draft=editor.regrowth.is_moving and session.look != "original" and editor.preferences.drafts,
         palette=palette,
@@ -180,7 +180,7 @@ def _retexture_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
     )
 
 
-def _overlay_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
+def _overlay_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> CanvasScene:
     """Return one frame of Overlay mode: the photo with the texture laid on, or a part of what was found."""
     document, session = editor.document, editor.session
     layers, cloth = editor.overlay.layers, document.cloth
@@ -198,12 +198,12 @@ def _overlay_scene(scene: Scene, editor: Editor, motion: Motion) -> Scene:
         scene,
         image=document.image if part is None or session.compare == "before" else part,
         mask=mask,
-        marks=Marks(mask=session.overlays.mask and mask is not None and session.tool in ("brush", "region")),
+        marks=MarkOptions(mask=session.overlays.mask and mask is not None and session.tool in ("brush", "region")),
         dressing=dressing,
     )
 
 
-def _tinted(editor: Editor) -> tuple[Raster | None, Palette]:
+def _tinted(editor: Editor) -> tuple[Raster | None, MarkColours]:
     """Return what is laid over the picture, and in which colours: seams, the compression, or what the brush paints.
 
     The matte lies on the result and stays where it is; where texture is taken from lies on the original only.

@@ -7,7 +7,7 @@ from imgui_bundle import ImVec2, imgui
 from app.actions.edit import TOURS
 from app.editor.editor import Editor
 from app.ui.canvas.input import Area
-from app.ui.tour_card import TourCard
+from app.ui.dialogs.tour_card import TourCard
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, plain_button, primary_button, tip
 from app.ui.widgets.theme import em, icon, rgb

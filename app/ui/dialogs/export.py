@@ -19,7 +19,7 @@ from app.ui.widgets.controls import (
     plain_button,
     primary_button,
     segments,
-    shortened,
+    shorten,
     tip,
 )
 from app.ui.widgets.sliders import slider
@@ -57,7 +57,7 @@ def format_of(path: Path) -> str | None:
     return suffix if suffix in FORMATS else None
 
 
-def named(path: Path, chosen: str) -> Path:
+def with_ending(path: Path, chosen: str) -> Path:
     """Return `path` with the ending of a format in the place of another's, or behind a name that has none."""
     if not path.name:  # such as "/"
         return path
@@ -134,7 +134,7 @@ class ExportDialog:
         if imgui.button("Browse …", ImVec2(em(6.6), 0)):
             self._browser = FileBrowser((*FORMATS, *ALIASES), self.path.parent, name=self.path.name)
         label("Folder")
-        faint(shortened(legible(str(self.path.parent)), imgui.get_content_region_avail().x, keeps_end=True))
+        faint(shorten(legible(str(self.path.parent)), imgui.get_content_region_avail().x, keeps_end=True))
         tip(legible(str(self.path.parent)))
 
     @property
@@ -147,7 +147,7 @@ class ExportDialog:
     def path(self) -> Path:
         """The file that is written."""
         path = self.options.path
-        return path if format_of(path) else named(path, self._format)
+        return path if format_of(path) else with_ending(path, self._format)
 
     def write_to(self, name: str) -> None:
         """Take a name, in the folder or with one of its own; its ending says which format.
@@ -168,7 +168,7 @@ class ExportDialog:
     def choose_format(self, chosen: str) -> None:
         """Take a format, and give the file its ending."""
         self._typed, self.fault = None, ""
-        self.options = replace(self.options, path=named(self.path, chosen), bits=None)
+        self.options = replace(self.options, path=with_ending(self.path, chosen), bits=None)
         self._format = chosen
 
     def _draw_format(self) -> None:

@@ -3,7 +3,7 @@
 from imgui_bundle import ImVec2, imgui
 
 from app.editor.editor import Editor
-from app.ui.barrier import Barrier, Fault
+from app.ui.barrier import Fault, FaultBarrier
 from app.ui.canvas.input import Area
 from app.ui.fault_reports import reports_folder, write_report
 from app.ui.widgets import theme
@@ -15,7 +15,7 @@ from core.arrays import InputError
 class FaultMessage:
     """The message that shows while there is a fault that the artist has not answered."""
 
-    def __init__(self, editor: Editor, barrier: Barrier) -> None:
+    def __init__(self, editor: Editor, barrier: FaultBarrier) -> None:
         self._editor = editor
         self._barrier = barrier
 

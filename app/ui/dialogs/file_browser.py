@@ -10,7 +10,7 @@ import platformdirs
 from imgui_bundle import ImVec2, imgui
 
 from app.files.typed_paths import is_file, is_folder, is_there, resolved_name
-from app.model.requests import completed
+from app.model.requests import complete
 from app.ui.dialogs.modal import within, within_height
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, icon_button, plain_button, primary_button, tip
@@ -54,7 +54,7 @@ class FileBrowser:
         """Show another folder."""
         try:
             folder = folder.absolute()
-            self._items = listed(folder, self._extensions)
+            self._items = list_folder(folder, self._extensions)
         except (OSError, ValueError) as fault:
             self._fault = f"{folder}: {getattr(fault, 'strerror', None) or fault}"
             return
@@ -163,7 +163,7 @@ class FileBrowser:
         if not self._saves:
             self._fault = "" if is_file(path) else f"{path.name}: no such file here"
             return path if is_file(path) else True
-        path = completed(path, self._extensions)
+        path = complete(path, self._extensions)
         if not is_folder(path.parent):
             self._fault = f"{path.parent}: no such folder"
             return True
@@ -186,10 +186,10 @@ def _draw_details(item: Item) -> None:
         imgui.table_next_column()
         imgui.text("" if item.is_folder else readable(item.size))
         imgui.table_next_column()
-        imgui.text(dated(item.modified))
+        imgui.text(format_date(item.modified))
 
 
-def dated(modified: float, *, with_time: bool = False) -> str:
+def format_date(modified: float, *, with_time: bool = False) -> str:
     """Return a time in seconds as a date; nothing for one that no calendar has."""
     try:
         return time.strftime("%d %b %Y, %H:%M" if with_time else "%d %b %Y", time.localtime(modified))
@@ -233,7 +233,7 @@ def home() -> Path:
         return Path("/")
 
 
-def listed(folder: Path, extensions: tuple[str, ...]) -> tuple[Item, ...]:
+def list_folder(folder: Path, extensions: tuple[str, ...]) -> tuple[Item, ...]:
     """Return the folder's entries, folders first; hidden ones and other kinds of file are left out."""
     items = []
     with os.scandir(folder) as entries:

@@ -9,7 +9,7 @@ from app.actions.file import recent_actions
 from app.editor.editor import Editor
 from app.ui.dialogs.modal import within, within_height
 from app.ui.widgets import theme
-from app.ui.widgets.controls import colors, shortened
+from app.ui.widgets.controls import colors, shorten
 from app.ui.widgets.theme import em, icon
 
 NAME = "##palette"
@@ -44,7 +44,7 @@ def matches(query: str, actions: Sequence[Action]) -> list[Action]:
     return [action for _, action in sorted(found, key=lambda row: -row[0])]
 
 
-class Palette:
+class CommandPalette:
     """A list of actions under a line to type into."""
 
     def __init__(self, editor: Editor, actions: Sequence[Action]) -> None:
@@ -115,10 +115,10 @@ class Palette:
         imgui.text(icon(action.icon) if action.icon else "")
         imgui.same_line(left + em(2.2))
         width = imgui.get_window_width()
-        imgui.text(shortened(action.label, width * MENU_AT - em(2.4)))
+        imgui.text(shorten(action.label, width * MENU_AT - em(2.4)))
         imgui.same_line(left + width * MENU_AT)
         with colors(text=theme.FAINT):
-            imgui.text(shortened(action.menu.replace("/", " › "), width * (KEY_AT - MENU_AT)))
+            imgui.text(shorten(action.menu.replace("/", " › "), width * (KEY_AT - MENU_AT)))
         imgui.same_line(left + width * KEY_AT)
         with colors(text=theme.ACCENT):
             imgui.text(action.chord)

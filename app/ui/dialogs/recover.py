@@ -7,11 +7,11 @@ from typing import TypeAlias
 from imgui_bundle import ImVec2, imgui
 
 from app.model.requests import AskRecover, Offer
-from app.ui.dialogs.file_browser import dated
+from app.ui.dialogs.file_browser import format_date
 from app.ui.dialogs.modal import within, within_height
 from app.ui.panels.preset_list import Thumbnail
 from app.ui.widgets import theme
-from app.ui.widgets.controls import colors, faint, move_right, plain_button, primary_button, shortened, tip
+from app.ui.widgets.controls import colors, faint, move_right, plain_button, primary_button, shorten, tip
 from app.ui.widgets.theme import em
 
 ThumbnailOf: TypeAlias = Callable[[Path], Thumbnail | None]
@@ -66,12 +66,12 @@ class RecoverDialog:
         below = imgui.get_cursor_pos()
         left, room = at.x + em(PICTURE_EM + 1), within(34) - em(PICTURE_EM + 2)
         imgui.set_cursor_pos(ImVec2(left, at.y + em(0.4)))
-        imgui.text(shortened(offer.name, room))
+        imgui.text(shorten(offer.name, room))
         imgui.set_cursor_pos_x(left)
         with colors(text=theme.FAINT):
-            imgui.text(f"{dated(offer.kept_at, with_time=True)}{', an earlier state' if offer.earlier else ''}")
+            imgui.text(f"{format_date(offer.kept_at, with_time=True)}{', an earlier state' if offer.earlier else ''}")
         imgui.set_cursor_pos_x(left)
-        faint(shortened(offer.folder, room, keeps_end=True))
+        faint(shorten(offer.folder, room, keeps_end=True))
         imgui.set_cursor_pos(below)
         imgui.dummy(ImVec2(0, 0))
 

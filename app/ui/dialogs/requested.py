@@ -21,7 +21,7 @@ from app.model.requests import (
     Request,
     SaveFile,
     ShowPanel,
-    completed,
+    complete,
 )
 from app.ui.dialogs.changed import ChangedDialog
 from app.ui.dialogs.export import ExportDialog
@@ -188,7 +188,7 @@ class SystemFileDialog:
 
     def _takes(self, path: Path) -> bool:
         """Take the answer; a name that is not written out may be that of another file, which only it can ask about."""
-        whole = completed(path, self._extensions) if self._saves else path
+        whole = complete(path, self._extensions) if self._saves else path
         if whole != path and whole.exists():
             self._dialog = self._shown(whole)
             return False

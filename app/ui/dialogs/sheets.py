@@ -7,9 +7,9 @@ from imgui_bundle import ImVec2, imgui
 
 from app.actions.table import ActionTable
 from app.editor.editor import Editor
+from app.ui.dialogs.keys_sheet import KeysSheet
 from app.ui.dialogs.modal import modal, within
 from app.ui.dialogs.preferences import PreferencesSheet
-from app.ui.keys_sheet import KeysSheet
 from app.ui.widgets import theme
 from app.ui.widgets.controls import faint, primary_button
 from app.ui.widgets.theme import em

@@ -62,7 +62,7 @@ class HandlesPanel:
         place = pixels_from_places(document.canvas_px, outline.shown_outline(self._editor).ring[3 * corner])
         typed = _typed_place(f"corner {corner}", place)
         if typed is not None:
-            self._editor.edit("Move corner", outline.moved_by(self._editor, corners, typed - place))
+            self._editor.edit("Move corner", outline.move_by(self._editor, corners, typed - place))
 
     def _draw_pins(self, document: Document) -> None:
         heading(f"Pins  {len(document.pins)}", "location-dot")

@@ -20,7 +20,7 @@ from app.ui.widgets.controls import (
     primary_button,
     section,
     segments,
-    shortened,
+    shorten,
     tip,
 )
 from app.ui.widgets.sliders import Held, slider
@@ -32,7 +32,7 @@ DEFAULTS = Laying()
 
 
 @dataclass(frozen=True)
-class Row:
+class OverlayRow:
     """A slider for a number of `Laying`."""
 
     name: str
@@ -47,13 +47,17 @@ class Row:
 
 
 PLACE = (
-    Row("Size", "size", 0.1, 60, "Width of one copy, in repeats of the old pattern", 2, logarithmic=True),
-    Row("Stretch", "stretch", 25, 400, "Height of a copy, per cent of an undistorted one", 0, 100, logarithmic=True),
-    Row("Rotation", "rotate_deg", -180, 180, "Clockwise, in the plane of the cloth, in degrees", 1),
+    OverlayRow("Size", "size", 0.1, 60, "Width of one copy, in repeats of the old pattern", 2, logarithmic=True),
+    OverlayRow(
+        "Stretch", "stretch", 25, 400, "Height of a copy, per cent of an undistorted one", 0, 100, logarithmic=True
+    ),
+    OverlayRow("Rotation", "rotate_deg", -180, 180, "Clockwise, in the plane of the cloth, in degrees", 1),
 )
 BLEND = (
-    Row("Detail", "detail", 0, 200, "How much of the photo's fine detail goes over the texture, per cent", 0, 100),
-    Row("Shading", "shading", 0, 200, "How strong the folds' light and shade are, per cent", 0, 100),
+    OverlayRow(
+        "Detail", "detail", 0, 200, "How much of the photo's fine detail goes over the texture, per cent", 0, 100
+    ),
+    OverlayRow("Shading", "shading", 0, 200, "How strong the folds' light and shade are, per cent", 0, 100),
 )
 ADVICE = "Paint the cloth (B) or drag a rectangle around it (R) and look again, or mark one repeat of it (I)."
 UNSOUGHT = "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
@@ -141,7 +145,7 @@ class OverlayPanel:
                 faint(NO_TEXTURE)
             else:
                 name = legible(self._cloth.texture_name) or "Texture"
-                imgui.text(shortened(name, imgui.get_content_region_avail().x))
+                imgui.text(shorten(name, imgui.get_content_region_avail().x))
                 tip(name)
                 faint(f"{image.width_px} × {image.height_px} px. {self._whereabouts()}")
         action_buttons(self._editor, [self._table.by_name[name] for name in ("overlay.texture", "overlay.old_pattern")])
@@ -177,7 +181,7 @@ class OverlayPanel:
         held = slider("Down", 100 * down, -100, 100, default=0, digits=1, hint=hint)
         self._take("Move texture", held, lambda new: self._cloth.laid(offset=(across, new / 100)))
 
-    def _draw_rows(self, rows: tuple[Row, ...]) -> None:
+    def _draw_rows(self, rows: tuple[OverlayRow, ...]) -> None:
         for row in rows:
             value, default = (row.factor * self._number(laying, row) for laying in (self._cloth.laying, DEFAULTS))
             held = slider(
@@ -192,7 +196,7 @@ class OverlayPanel:
             )
             self._take(row.name, held, lambda new, row=row: self._cloth.laid(**{row.field: new / row.factor}))  # type: ignore[misc]
 
-    def _number(self, laying: Laying, row: Row) -> float:
+    def _number(self, laying: Laying, row: OverlayRow) -> float:
         """Return a number of `laying`; a size that is not chosen is the one that suits the cloth."""
         number = getattr(laying, row.field)
         layers = self._editor.overlay.layers

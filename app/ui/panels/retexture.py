@@ -41,7 +41,7 @@ ONLY_STEERS = "Passive curves only steer. Draw another curve and drag it, or swi
 
 
 @dataclass(frozen=True)
-class Row:
+class RetextureRow:
     """A slider for a whole number of pixels of `RetextureSettings`."""
 
     name: str
@@ -54,7 +54,7 @@ class Row:
 
 
 PATCH = (
-    Row(
+    RetextureRow(
         "Length",
         "Length of patches",
         "along_px",
@@ -62,10 +62,10 @@ PATCH = (
         121,
         "Length of a patch along the curve, in pixels: some repeats of the texture",
     ),
-    Row("Width", "Width of patches", "across_px", 5, 81, "Width of a patch across the curve, in pixels"),
+    RetextureRow("Width", "Width of patches", "across_px", 5, 81, "Width of a patch across the curve, in pixels"),
 )
 SEARCH = (
-    Row(
+    RetextureRow(
         "Along",
         "Search along the curve",
         "search_along_px",
@@ -73,7 +73,7 @@ SEARCH = (
         61,
         "How far along the curve patches are looked for, in pixels",
     ),
-    Row(
+    RetextureRow(
         "Across",
         "Search across the curve",
         "search_across_px",
@@ -221,7 +221,7 @@ class RetexturePanel:
             actions = [self._table.by_name[f"retexture.{verb}_{name}"] for verb in ("paint", "clear")]
             action_buttons(self._editor, actions)
 
-    def _slide(self, row: Row) -> None:
+    def _slide(self, row: RetextureRow) -> None:
         usual = usual_sides(self._editor.document.size_px)[row.field]
         value = getattr(self._settings, row.field) or usual
         held = slider(row.name, value, row.low, row.high, default=usual, hint=row.hint)

@@ -102,14 +102,14 @@ class Thumbnails:
             return
         width, height = self._editor.document.size_px
         grid = Grid(width, height, cell_px=max(width, height) / CELLS)
-        warped = _warped(name, grid)
+        warped = _draw_warped(name, grid)
         pixels = self._renderer.thumbnails(self._image, grid.nodes, [warped], SIZE_PX)[0]
         texture = self._context.texture(SIZE_PX, 4, np.ascontiguousarray(pixels).tobytes())
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         self._textures[name] = texture
 
 
-def _warped(name: str, grid: Grid) -> Points:
+def _draw_warped(name: str, grid: Grid) -> Points:
     """Return the nodes of `grid` under preset `name`, bent so that it shows."""
     bend = BEND if PRESETS[name].bends else 0.0
     warp = make_warp(name, grid.width_px, grid.height_px, bend=bend, settings=SHOWN_SETTINGS.get(name))

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 from app.actions.warp import choose_preset
 from app.editor.editor import Editor
 from app.ui.panels.preset_list import PresetList
-from app.ui.resize_panel import ResizePanel
+from app.ui.panels.resize import ResizePanel
 from app.ui.widgets.controls import check, faint, label, section, segments
 from app.ui.widgets.sliders import Held, slider
 from core.document import perspective
@@ -45,7 +45,7 @@ AXES = (
 
 
 @dataclass(frozen=True)
-class Row:
+class WarpRow:
     """A slider for a number of `WarpSettings`."""
 
     name: str
@@ -56,18 +56,18 @@ class Row:
     digits: int = 0
 
 
-BEND = Row("Bend", "bend", -100, 100, "How strongly the picture bends, per cent")
+BEND = WarpRow("Bend", "bend", -100, 100, "How strongly the picture bends, per cent")
 DISTORTIONS = (
-    Row("Horizontal", "horizontal", -100, 100, "Perspective from side to side, per cent"),
-    Row("Vertical", "vertical", -100, 100, "Perspective from top to bottom, per cent"),
+    WarpRow("Horizontal", "horizontal", -100, 100, "Perspective from side to side, per cent"),
+    WarpRow("Vertical", "vertical", -100, 100, "Perspective from top to bottom, per cent"),
 )
 STRICTNESS = (
     (
-        Row("Weight", "weight", 1, 100, "How much more features count than the rest"),
+        WarpRow("Weight", "weight", 1, 100, "How much more features count than the rest"),
         "How hard what lies beside a feature is drawn along with it: more keeps its surroundings stiffer, too.",
     ),
     (
-        Row("Falloff ρ", "falloff", 0, 20, "How far around a feature the weight fades, in cells", 1),
+        WarpRow("Falloff ρ", "falloff", 0, 20, "How far around a feature the weight fades, in cells", 1),
         "How far around a feature that reaches, in cells of the grid; 0 ends it at the feature's edge.",
     ),
 )
@@ -173,7 +173,7 @@ class WarpPanel:
         imgui.end_disabled()
         self._take("Cell size", held, lambda new: {"cell_px": new})
 
-    def _slide(self, row: Row) -> None:
+    def _slide(self, row: WarpRow) -> None:
         """Draw a slider over one number of the settings."""
         value, default = getattr(self._warp, row.field), getattr(DEFAULTS, row.field)
         held = slider(row.name, value, row.low, row.high, default=default, digits=row.digits, hint=row.hint)

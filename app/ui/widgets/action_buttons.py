@@ -6,7 +6,7 @@ from imgui_bundle import ImVec2, imgui
 
 from app.actions import Action
 from app.editor.editor import Editor
-from app.ui.widgets.controls import shortened, tip
+from app.ui.widgets.controls import shorten, tip
 from app.ui.widgets.theme import em
 
 GAP_EM = 0.3
@@ -17,7 +17,7 @@ def action_button(editor: Editor, action: Action, *, text: str = "", width: floa
     imgui.begin_disabled(not action.enabled(editor))
     size = ImVec2(width or imgui.get_content_region_avail().x, height)
     label = text or action.label
-    shown = shortened(label, size.x - 2 * imgui.get_style().frame_padding.x)
+    shown = shorten(label, size.x - 2 * imgui.get_style().frame_padding.x)
     if imgui.button(shown if shown == label else f"{shown}###{label}", size):
         action.run(editor)
     imgui.end_disabled()

@@ -119,7 +119,7 @@ def label(text: str, hint: str = "", *, beside_em: float = 0.0) -> bool:
     left, room, narrow = imgui.get_cursor_pos_x(), imgui.get_content_region_avail().x, is_narrow()
     imgui.align_text_to_frame_padding()
     width = room - em(beside_em) if narrow else em(LABEL_EM) * min(room / em(ROW_EM), 1)
-    shown = shortened(text, width - em(0.4))
+    shown = shorten(text, width - em(0.4))
     with colors(text=theme.FAINT):
         imgui.text(shown)
     tip(hint if shown == text else f"{text}\n{hint}".strip())
@@ -129,7 +129,7 @@ def label(text: str, hint: str = "", *, beside_em: float = 0.0) -> bool:
     return reset
 
 
-def shortened(text: str, width: float, *, keeps_end: bool = False) -> str:
+def shorten(text: str, width: float, *, keeps_end: bool = False) -> str:
     """Return `text`, cut and with an ellipsis where it is wider than `width` screen pixels."""
     if imgui.calc_text_size(text).x <= width:
         return text

@@ -13,7 +13,7 @@ BUTTON_EM = 1.9
 
 
 @dataclass(frozen=True)
-class Part:
+class BarPart:
     """Something that stands in a bar."""
 
     extent: float
@@ -24,12 +24,12 @@ class Part:
     """Draws it in the menu; None for what only holds others apart."""
 
 
-def extent(parts: Sequence[Part]) -> float:
+def extent(parts: Sequence[BarPart]) -> float:
     """Return how much of a bar the parts take together, in screen pixels."""
     return sum(part.extent for part in parts)
 
 
-def fitting(parts: Sequence[Part], room: float) -> int:
+def fitting(parts: Sequence[BarPart], room: float) -> int:
     """Return how many parts, from the first on, a bar holds: all, or those that leave room for the menu's button."""
     if extent(parts) <= room:
         return len(parts)
@@ -42,7 +42,7 @@ def fitting(parts: Sequence[Part], room: float) -> int:
     return count
 
 
-def draw_parts(parts: Sequence[Part], x: float, y: float, *, down: bool = False) -> None:
+def draw_parts(parts: Sequence[BarPart], x: float, y: float, *, down: bool = False) -> None:
     """Draw parts in a row, or a column, that begins at (x, y) in the window."""
     for part in parts:
         imgui.set_cursor_pos(ImVec2(x, y))
@@ -51,7 +51,7 @@ def draw_parts(parts: Sequence[Part], x: float, y: float, *, down: bool = False)
     imgui.dummy(ImVec2(0, 0))
 
 
-def draw_menu(name: str, parts: Sequence[Part], x: float, y: float) -> None:
+def draw_menu(name: str, parts: Sequence[BarPart], x: float, y: float) -> None:
     """Draw the button that opens a menu of the parts a bar has no room for, at (x, y) in the window."""
     imgui.set_cursor_pos(ImVec2(x, y))
     if icon_button(name, "ellipsis", quiet=True, hint=name, size_em=BUTTON_EM):

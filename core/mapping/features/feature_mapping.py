@@ -16,9 +16,9 @@ from core.mapping.features.columns import fields_of
 from core.mapping.features.per_quad import load_per_quad
 from core.mapping.features.pose import Approach, HeldPoints, Pose
 from core.mapping.features.quad_weights import assign_roles
-from core.mapping.features.reduced_system import Placement, as_one, as_two
+from core.mapping.features.reduced_system import ReducedSystem, as_one, as_two
 from core.mapping.features.similarity import Bodies, bodies_of, body_index
-from core.mapping.jacobians import Complexes, Frames, as_complex, as_positions, corner_frames
+from core.mapping.jacobians import Complexes, Jacobians, as_complex, as_positions, corner_frames
 from core.mapping.stopwatch import Stopwatch
 
 Keep = Literal["similarity", "rigid"]
@@ -133,7 +133,7 @@ class FeatureMapping:
         """How many bodies, the first, are placed together."""
         return min(len(self.bodies), JOINT_AT_MOST) if self.method == "exact" else len(self.bodies)
 
-    def _place_features(self, previous: "FeatureMapping | None") -> Placement:
+    def _place_features(self, previous: "FeatureMapping | None") -> ReducedSystem:
         known = previous._placement.fields if previous is not None and previous._placement is not None else []
         fields = fields_of(
             self.bodies[: self.joint_count],
@@ -144,7 +144,7 @@ class FeatureMapping:
             reach=self._roles.reach,
             known=known,
         )
-        return Placement(fields, free=self.free, factor=self.factor)
+        return ReducedSystem(fields, free=self.free, factor=self.factor)
 
     def solve(self, warped: Points) -> Points:
         """Return where the nodes (R, C, 2) end, given where W takes them."""
@@ -312,7 +312,7 @@ class FeatureMapping:
         frames = corner_frames(self.grid, tuple(w.ravel()[self.grid.quads[inside].T]))
         parts = frames.similar.real, frames.similar.imag, frames.opposite.real, frames.opposite.imag
         means = [self._roles.means(part, inside, len(self.bodies))[chosen] for part in parts]
-        found = Frames(means[0] + 1j * means[1], means[2] + 1j * means[3]).smaller_singular_values
+        found = Jacobians(means[0] + 1j * means[1], means[2] + 1j * means[3]).smaller_singular_values
         return np.where(found > 0, found, [abs(self.bodies[i].fit(w.ravel())[0]) for i in chosen])
 
     def _per_quad(self, w: Complexes) -> Solution:

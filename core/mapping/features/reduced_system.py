@@ -36,7 +36,7 @@ _TIE = 1e-7
 _ROUNDS = 50
 
 
-class Placement:
+class ReducedSystem:
     """The reduced system of (α, t) over a factorised grid.
 
     Parameters
@@ -80,7 +80,7 @@ class Placement:
         if moving.size:
             reduced = self.prepare(moving)
             g = np.array([self.fields[i].weighed(r, z0, w, _TIE) for i in moving]).T.ravel() - (self._G @ c)[chosen]
-            g += _gathered(as_one(reduced.half.T @ y), len(moving))
+            g += _gather(as_one(reduced.half.T @ y), len(moving))
             c[chosen] = _minimise(reduced.S, g, scales)
         return c, y
 
@@ -155,7 +155,7 @@ def _spread(c: Complexes, count: int) -> Complexes:
     return np.concatenate([c[:count], 1j * c[:count], c[count:]])
 
 
-def _gathered(p: Complexes, count: int) -> Complexes:
+def _gather(p: Complexes, count: int) -> Complexes:
     """Return U* p for p (3 count,)."""
     return np.concatenate([p[:count] - 1j * p[count : 2 * count], p[2 * count :]])
 

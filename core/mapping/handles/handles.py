@@ -94,7 +94,7 @@ class Handles:
     def _points(self, grid: Grid) -> tuple[Points, Points]:
         """Return places and targets (n, 2) of pins and curve samples, each spot once."""
         spacing = _SPACING * min(grid.cell)
-        at, to = [*self.pins_at], [*_agreed(self.pins_at, self.pins_to)]
+        at, to = [*self.pins_at], [*_agree(self.pins_at, self.pins_to)]
         for source, target in self.curves:
             count = max(2, round(source.length / spacing) + 1)
             t = source.parameter_at(np.linspace(0, source.length, count))
@@ -109,7 +109,7 @@ def ring_radius(grid: Grid) -> float:
     return max(_RING * float(np.hypot(grid.width_px, grid.height_px)), *grid.cell)
 
 
-def _agreed(at: Points, to: Points) -> Points:
+def _agree(at: Points, to: Points) -> Points:
     """Return the targets (k, 2) of pins, those of pins on one spot in the middle of theirs."""
     agreed = to.copy()
     pairs = scipy.spatial.cKDTree(at).query_pairs(_SAME_SPOT_PX) if len(at) else set()

@@ -36,7 +36,7 @@ from core.linalg.blas import one_thread
 from core.linalg.laplacian import divergence, edge_weights, laplacian
 from core.mapping.handles.dirichlet_plate import HeldPlate
 from core.mapping.handles.free_plate import FreePlate
-from core.mapping.jacobians import Complexes, Frames, as_complex, linear_parts
+from core.mapping.jacobians import Complexes, Jacobians, as_complex, linear_parts
 from core.tracing import span
 
 Frame = Literal["held", "free"]
@@ -74,7 +74,7 @@ class HandleField:
             self._plate = HeldPlate(grid, cell=_cell(grid), rounded=rounded)
         self._points, self._M = np.empty((0, 2)), sparse.csr_array((0, 0))
         self._spare = 0
-        self._before: tuple[Complexes, Frames, Complexes, Complexes] | None = None
+        self._before: tuple[Complexes, Jacobians, Complexes, Complexes] | None = None
         """The z⁰ that was turned last, its linear parts and its edges: while handles are dragged it stays."""
 
     def hold(self, points: Points, M: sparse.csr_array | None = None, *, spare: int) -> None:
@@ -184,7 +184,7 @@ class HandleField:
         return np.asarray(self._M @ (d[nodes] * weights).sum(axis=1))
 
 
-def _rotations(before: Frames, after: Frames) -> Complexes:
+def _rotations(before: Jacobians, after: Jacobians) -> Complexes:
     """Return the local rotation (R-1, C-1) of a mapping against another one on every quad, as unit complex numbers."""
     # J = L L0⁻¹ with L u = a u + b conj(u); its similarity part is (a conj(a0) - b conj(b0)) / det L0.
     part = after.similar * before.similar.conj() - after.opposite * before.opposite.conj()

@@ -19,7 +19,7 @@ Corners come first: what there is of m quads is (4, m), clockwise, so that the s
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.linalg.assembly import packed
+from core.linalg.assembly import pack
 from core.mapping.jacobians import Complexes
 
 _THIN = 0.1
@@ -33,7 +33,7 @@ for _k in range(4):
         _EDGES[_k, [_axis, 2 + _axis], 2 * _k + _axis] -= 1
 _PAIRS = [(i, j) for i in range(4) for j in range(i, 4)]
 # Takes the upper triangles of four matrices over a corner's edges to the one over the quad's corners: (40, 36).
-_SUM = packed(
+_SUM = pack(
     np.concatenate(
         [[np.outer(E[i], E[j]) + (np.outer(E[j], E[i]) if i != j else 0.0) for i, j in _PAIRS] for E in _EDGES]
     )
@@ -47,14 +47,14 @@ def edges_of(z: Complexes) -> tuple[Complexes, Complexes]:
     return ahead, -ahead[[3, 0, 1, 2]]
 
 
-class Barrier:
+class AreaBarrier:
     """f of the corners of quads, measured against corners `shape` (4, m) of a map without folds.
 
     Of the quads `single` (m,) only the first corner counts: they stand for corners that no quad of this grid has.
     """
 
     def __init__(self, shape: Complexes, single: Bools) -> None:
-        ahead, behind = edges_of(_opened(shape, single))
+        ahead, behind = edges_of(_open_up(shape, single))
         product = np.conj(ahead) * behind
         self._left_out = np.zeros(shape.shape, bool)
         self._left_out[1:, single] = True
@@ -108,7 +108,7 @@ class Barrier:
         return gradient, curvature.reshape(40, -1).T @ _SUM
 
 
-def _opened(shape: Complexes, single: Bools) -> Complexes:
+def _open_up(shape: Complexes, single: Bools) -> Complexes:
     """Return quads (4, m) with those that all but fold at a corner opened to the parallelogram of their mean edges."""
     ahead, behind = edges_of(shape)
     areas = (np.conj(ahead) * behind).imag

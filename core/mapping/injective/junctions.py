@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Ints
-from core.mapping.injective.levels import Level
+from core.mapping.injective.levels import GridLevel
 from core.mapping.jacobians import Complexes
 
 
@@ -31,7 +31,7 @@ class Junctions:
         return cls(np.empty((0, 3), np.int64), empty, empty, np.empty(0, np.int64))
 
     @classmethod
-    def of(cls, fine: Level, coarse: Level, *, held_outline: bool) -> "Junctions":
+    def of(cls, fine: GridLevel, coarse: GridLevel, *, held_outline: bool) -> "Junctions":
         """Find those of the fine grid that bodies of the coarse one and, if it is held, the outline decide."""
         quads, index = fine.grid.quads, fine.index
         moves = fine.inner | fine.constraints.glide.ravel()

@@ -14,7 +14,7 @@ from core.mapping.features.feature_mapping import JOINT_AT_MOST, FeatureMapping,
 from core.mapping.features.quad_weights import assign_roles
 from core.mapping.folds import corner_areas
 from core.mapping.handles.constraints import Constraints
-from core.mapping.injective.outline import SIDES, Outline
+from core.mapping.injective.outline import SIDES, OutlineNodes
 from core.mapping.jacobians import Complexes, as_complex
 
 _WEIGHT, _FALLOFF, _MOST_WEIGHT = 10.0, 2.0, 4.0
@@ -37,7 +37,7 @@ class Map:
 
 
 @dataclass(frozen=True, eq=False)
-class Level:
+class GridLevel:
     """A grid of R x C nodes with its bodies, what its quads follow, and what its map is measured against."""
 
     grid: Grid
@@ -52,13 +52,13 @@ class Level:
     follow_body: Floats
     """Weights (M,) of a quad's equations."""
     constraints: Constraints
-    outline: Outline
+    outline: OutlineNodes
     """That of the fine grid's `shape`."""
 
     @classmethod
     def of(
         cls, mapping: FeatureMapping, wanted: Complexes, start: Solution, shape: Complexes, held: Constraints
-    ) -> "Level":
+    ) -> "GridLevel":
         """Return the picture's own grid. Without poses (FAT as printed) quads follow the linear answer itself."""
         weight = np.minimum(mapping.follow_feature.ravel(), _MOST_WEIGHT)
         index, owner = mapping.index.ravel(), mapping.owner.ravel()
@@ -66,9 +66,19 @@ class Level:
             none = np.full(mapping.grid.size, -1)
             follow = mapping.follow_w.ravel() + weight
             return cls(
-                mapping.grid, start.z, shape, none, np.full(len(owner), -1), follow, 0 * weight, held, Outline.of(shape)
+                mapping.grid,
+                start.z,
+                shape,
+                none,
+                np.full(len(owner), -1),
+                follow,
+                0 * weight,
+                held,
+                OutlineNodes.of(shape),
             )
-        return cls(mapping.grid, wanted, shape, index, owner, mapping.follow_w.ravel(), weight, held, Outline.of(shape))
+        return cls(
+            mapping.grid, wanted, shape, index, owner, mapping.follow_w.ravel(), weight, held, OutlineNodes.of(shape)
+        )
 
     @property
     def rest(self) -> Complexes:
@@ -121,7 +131,7 @@ class Level:
 class Transfer:
     """Restriction of a level to a coarser one, and prolongation back from it."""
 
-    def __init__(self, fine: Level, cells: float, *, held_outline: bool) -> None:
+    def __init__(self, fine: GridLevel, cells: float, *, held_outline: bool) -> None:
         """Take about `cells` cells as one.
 
         With a `held_outline`, every fine outline node that stays lies between coarse ones that stay.
@@ -141,7 +151,7 @@ class Transfer:
         owner = np.where(roles.owner < JOINT_AT_MOST, roles.owner, -1).ravel()
         followed = owner >= 0
         wanted, shape = self.restrict(fine.wanted.ravel()), self.restrict(fine.shape.ravel())
-        self.coarse = Level(
+        self.coarse = GridLevel(
             grid,
             wanted.reshape(grid.shape),
             shape.reshape(grid.shape),

@@ -6,7 +6,7 @@ import numpy as np
 
 from core.arrays import Floats
 from core.mapping.injective.problem import Model, Problem
-from core.mapping.injective.unknowns import State
+from core.mapping.injective.unknowns import Iterate
 from core.mapping.jacobians import Complexes
 
 _STIFF, _ROUNDS = 1e4, 3
@@ -81,7 +81,7 @@ def take_step(problem: Problem, mu: float, epsilon: float, *, clear: bool) -> fl
     return far
 
 
-def _merit(problem: Problem, state: State, mu: float, epsilon: float, price: float, least: float) -> float:
+def _merit(problem: Problem, state: Iterate, mu: float, epsilon: float, price: float, least: float) -> float:
     """Return E with the distance from constraints; infinity where a corner has no more than the least D."""
     energy, worst = problem.energy(state, mu, epsilon)
     if worst <= least or (least > -np.inf and problem.crosses_itself(state)):

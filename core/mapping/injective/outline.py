@@ -22,14 +22,14 @@ SIDES: tuple[tuple[int | slice, int | slice], ...] = ((0, _ALL), (-1, _ALL), (_A
 
 
 @dataclass(frozen=True)
-class Outline:
+class OutlineNodes:
     """The four lines that a map draws: the points of each and their arc lengths."""
 
     lines: tuple[Complexes, ...]
     arcs: tuple[Floats, ...]
 
     @classmethod
-    def of(cls, shape: Complexes) -> "Outline":
+    def of(cls, shape: Complexes) -> "OutlineNodes":
         """Return the outline of a map (R, C)."""
         lines = tuple(np.ascontiguousarray(shape[side]) for side in SIDES)
         return cls(lines, tuple(np.append(0.0, np.cumsum(np.abs(np.diff(line)))) for line in lines))
@@ -59,7 +59,7 @@ class Outline:
 class Gliders:
     """Nodes (g,) of a grid that glide along an outline, side by side."""
 
-    def __init__(self, outline: Outline, grid: Grid, glide: Bools) -> None:
+    def __init__(self, outline: OutlineNodes, grid: Grid, glide: Bools) -> None:
         self._outline = outline
         number = np.arange(grid.size).reshape(grid.shape)
         inner = [number[side][1:-1] for side in SIDES]

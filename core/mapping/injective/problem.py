@@ -5,15 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints
-from core.linalg.assembly import Assembly, packed, triangle
+from core.linalg.assembly import Assembly, pack, triangle
 from core.linalg.factor import Factor
 from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
-from core.mapping.injective.barrier import Barrier, edges_of
+from core.mapping.injective.barrier import AreaBarrier, edges_of
 from core.mapping.injective.junctions import Junctions
-from core.mapping.injective.levels import Level, Map
+from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.outline import crosses_itself, ring_of
 from core.mapping.injective.springs import Springs
-from core.mapping.injective.unknowns import Freedoms, State, Unknowns
+from core.mapping.injective.unknowns import Freedoms, Iterate, Unknowns
 from core.mapping.jacobians import Complexes
 
 _SIZE_FRICTION, _OUTLINE_FRICTION, _HANDLE_FRICTION = 200.0, 20.0, 3e4
@@ -22,7 +22,7 @@ pinned pose's pull to its goal; the latter per cell."""
 _NO_WEIGHT = 1e-6
 """Weight of a node in a point's place that is none."""
 # Second derivative of half the squared lengths of a quad's edges, by the x and y of its corners.
-_RING = packed(np.kron(2 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0), np.eye(2))[None])
+_RING = pack(np.kron(2 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0), np.eye(2))[None])
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Problem:
 
     def __init__(
         self,
-        level: Level,
+        level: GridLevel,
         start: Map,
         window: Bools,
         goal: Goal,
@@ -93,7 +93,7 @@ class Problem:
         single = chosen >= len(level.grid.quads)
         at = np.where(single, 0, self._at)
         self._wanted, self._rest = edges_of(level.wanted.ravel()[at])[0], edges_of(level.rest[at])[0]
-        self._barrier = Barrier(np.concatenate([level.shape.ravel(), junctions.shape])[self._at], single)
+        self._barrier = AreaBarrier(np.concatenate([level.shape.ravel(), junctions.shape])[self._at], single)
         bound = unknowns.special[self._at].any(axis=0) | owned[chosen]
         self._plain, self._bound = np.flatnonzero(~bound), np.flatnonzero(bound)
 
@@ -135,25 +135,25 @@ class Problem:
         moves = self.unknowns.moves()[self._at]
         return bool(((self.determinants() <= 0) & ~(moves | moves[[1, 2, 3, 0]] | moves[[3, 0, 1, 2]])).any())
 
-    def crosses_itself(self, state: State) -> bool:
+    def crosses_itself(self, state: Iterate) -> bool:
         """Return whether the outline, where it is loose, crosses itself."""
         return bool(self.unknowns.loose.size) and crosses_itself(state.z[ring_of(self.level.grid)])
 
-    def misses(self, state: State) -> Complexes:
+    def misses(self, state: Iterate) -> Complexes:
         """Return how far points are from their targets (k,), in pixels."""
         return np.asarray((state.z[self._point_nodes] * self._point_weights).sum(axis=1) - self._point_to)
 
-    def size_changes(self, state: State) -> tuple[Ints, Floats]:
+    def size_changes(self, state: Iterate) -> tuple[Ints, Floats]:
         """Return the bodies whose size may change, and the logarithms by which it has."""
         bodies = np.flatnonzero(self.unknowns.yields)
         return bodies, np.log(np.abs(state.alpha[bodies]) / self.goal.scales[bodies])
 
-    def outline_changes(self, state: State) -> Complexes:
+    def outline_changes(self, state: Iterate) -> Complexes:
         """Return how far loose nodes are from the outline, in cells."""
         loose = self.unknowns.loose
         return np.asarray((state.z[loose] - self.level.shape.ravel()[loose]) / self.side)
 
-    def _springs(self, state: State) -> list[Springs]:
+    def _springs(self, state: Iterate) -> list[Springs]:
         """Return what friction holds, beside points."""
         unknowns = self.unknowns
         bodies, change = self.size_changes(state)
@@ -188,13 +188,13 @@ class Problem:
         """Return what draws points to their targets."""
         return Springs(self._point_dofs[:, :2], miss / self.side, np.full(len(miss), _HANDLE_FRICTION), self.side)
 
-    def _differences(self, state: State) -> tuple[Complexes, Complexes, Complexes]:
+    def _differences(self, state: Iterate) -> tuple[Complexes, Complexes, Complexes]:
         """Return α dp of quads' edges (4, m), and how far edges are from `wanted` and from α dp  [FAT eqs. 3, 4]."""
         turned = np.append(state.alpha, 0)[self._owner] * self._rest
         edges, _ = edges_of(state.z[self._at])
         return turned, edges - self._wanted, edges - turned
 
-    def energy(self, state: State, mu: float, epsilon: float) -> tuple[float, float]:
+    def energy(self, state: Iterate, mu: float, epsilon: float) -> tuple[float, float]:
         """Return E and the least D."""
         _, plain, halo = self._differences(state)
         barrier, worst = self._barrier.energy(state.z[self._at], epsilon)
@@ -249,7 +249,7 @@ class Problem:
         slope[:, :8] = gradient[b]
         along = -weight * (np.conj(turned) * halo).sum(axis=0)
         slope[:, 8], slope[:, 9] = along.real, along.imag
-        return (slope[:, None, :] @ T)[:, 0], packed(T.transpose(0, 2, 1) @ wide @ T)
+        return (slope[:, None, :] @ T)[:, 0], pack(T.transpose(0, 2, 1) @ wide @ T)
 
     def factorise(self, model: Model, weights: Floats) -> Factor:
         """Factorise the second derivative with the squares of the points' rows added, by `weights` (k,)."""

@@ -9,15 +9,15 @@ from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
 from core.mapping.injective.continuation import FEW_STEPS, HEAVY, ROOMY, clear_folds, is_met, relax
 from core.mapping.injective.junctions import Junctions
-from core.mapping.injective.levels import Level, Map, Transfer
+from core.mapping.injective.levels import GridLevel, Map, Transfer
 from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.springs import SLACK
-from core.mapping.injective.unknowns import Freedoms, State
+from core.mapping.injective.unknowns import Freedoms, Iterate
 from core.mapping.injective.windows import (
     MET,
     count_folds,
     nearness,
-    widened,
+    widen,
     window_around,
     with_points_at,
     wrong_nodes,
@@ -69,7 +69,7 @@ class Refinement:
         yield preview(level, found)
         return (yield from self._improve(way, level, found, problem.found, Freedoms(yields, loose=loose)))
 
-    def _with_reached(self, way: Transfer, problem: Problem) -> Level:
+    def _with_reached(self, way: Transfer, problem: Problem) -> GridLevel:
         """Return the fine level with targets of points of the coarse one as they are there."""
         to = way.fine.constraints.to.copy()
         to[way.kept] = problem.level.constraints.to
@@ -117,7 +117,7 @@ class Refinement:
                 return q, gave
         return p, p.unknowns.yields
 
-    def _clear(self, level: Level, found: Map, reach: int, freedoms: Freedoms) -> Job[Map]:
+    def _clear(self, level: GridLevel, found: Map, reach: int, freedoms: Freedoms) -> Job[Map]:
         """Return the map with fewer folds, from windows around them and around points off their targets."""
         window = window_around(level, found.z, reach, bodies=freedoms.moves)
         if freedoms.moves:
@@ -127,7 +127,7 @@ class Refinement:
         yield from clear_folds(problem)
         return problem.found if problem.count_folds() <= before else found
 
-    def _improve(self, way: Transfer, level: Level, found: Map, coarse: Map, freedoms: Freedoms) -> Job[Map]:
+    def _improve(self, way: Transfer, level: GridLevel, found: Map, coarse: Map, freedoms: Freedoms) -> Job[Map]:
         """Bring a map without folds to the least of E, near where the smooth map with its poses folds.
 
         Where that cannot be told, everywhere.
@@ -144,8 +144,8 @@ class Refinement:
         if 0 < count_folds(level, mixed.z) < _MANY:
             mixed = yield from self._clear(level, mixed, CLOSE, replace(freedoms, moves=False))
         if not count_folds(level, mixed.z):
-            near = window_around(level, smooth.z, REACH) | widened(level, loose, REACH) | (share > 0)
-            found, window, mu = mixed, near | widened(level, wrong_nodes(level, mixed.z), CLOSE), HEAVY / 10
+            near = window_around(level, smooth.z, REACH) | widen(level, loose, REACH) | (share > 0)
+            found, window, mu = mixed, near | widen(level, wrong_nodes(level, mixed.z), CLOSE), HEAVY / 10
         problem = Problem(level, found, window, self._goal, freedoms)
         if not problem.unknowns.yields.any():
             yield from relax(problem, mu, steps=_LAST_STEPS)
@@ -158,7 +158,7 @@ class Refinement:
                 break
         return problem.found
 
-    def _smooth(self, way: Transfer, level: Level, found: Map, coarse: Map, *, leaves: bool) -> Map:
+    def _smooth(self, way: Transfer, level: GridLevel, found: Map, coarse: Map, *, leaves: bool) -> Map:
         """Return the map that the poses found would have if nothing kept it from folding.
 
         Without handles and with the outline where it was, it is the linear answer for these poses; else the linear
@@ -173,7 +173,7 @@ class Refinement:
         return replace(found, z=self._mapping.place_at(level.wanted, solution.alpha, solution.t).z.ravel())
 
 
-def _set_exactly(p: Problem, limit: float, back: Ints) -> tuple[State, Bools]:
+def _set_exactly(p: Problem, limit: float, back: Ints) -> tuple[Iterate, Bools]:
     """Return the state with sizes exact that changed by less than `limit`, `back` on the outline; and who yields."""
     bodies, change = p.size_changes(p.state)
     near = bodies[np.abs(change) < limit]
@@ -185,7 +185,7 @@ def _set_exactly(p: Problem, limit: float, back: Ints) -> tuple[State, Bools]:
     return p.unknowns.moved(replace(p.state, z=z, alpha=alpha), np.zeros(p.unknowns.count)), gave
 
 
-def _is_allowed(p: Problem, state: State) -> bool:
+def _is_allowed(p: Problem, state: Iterate) -> bool:
     """Return whether a state folds nothing, nor all but folds it, and has all held points on their targets."""
     least = min(_LEAST, p.worst() / 2)
     kept, p.state = p.state, state
@@ -194,6 +194,6 @@ def _is_allowed(p: Problem, state: State) -> bool:
     return allowed
 
 
-def preview(level: Level, found: Map) -> Progress:
+def preview(level: GridLevel, found: Map) -> Progress:
     """Return the step that shows a map without folds."""
     return Progress(0.0, "unfolding", as_positions(found.z.reshape(level.grid.shape)))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.mapping.handles.constraints import ALONG_X, SCALE
-from core.mapping.injective.levels import Level, Map
+from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.problem import Goal
 from core.mapping.injective.windows import count_folds
 
@@ -13,7 +13,7 @@ _HALVINGS = 8
 """Times that the way from a map without folds to one that folds is halved."""
 
 
-def similar(level: Level) -> Map:
+def similar(level: GridLevel) -> Map:
     """Return the one similarity of the whole that is closest to S: it folds nothing and keeps every body."""
     rest, shape, pivots = level.rest, level.shape.ravel(), level.constraints.pivots
     arms = rest - rest.mean()
@@ -22,7 +22,7 @@ def similar(level: Level) -> Map:
     return Map(shape.mean() + alpha * arms, np.full(len(place), alpha), place)
 
 
-def small(level: Level, goal: Goal) -> Map:
+def small(level: GridLevel, goal: Goal) -> Map:
     """Return S with small bodies in it, those that the outline cuts where it does: it hardly ever folds."""
     held, inside = level.constraints, level.index >= 0
     cut = inside & level.grid.outline.ravel()
@@ -39,7 +39,7 @@ def small(level: Level, goal: Goal) -> Map:
     return level.placed(level.shape.ravel(), alpha, place)
 
 
-def part_of_the_way(level: Level, safe: Map, folded: Map) -> Map:
+def part_of_the_way(level: GridLevel, safe: Map, folded: Map) -> Map:
     """Return the map without folds that is as far on the way from `safe` to a `folded` one as halving finds.
 
     A mean of two places of a body, but for its size, is one: bodies keep their shape on the way.

@@ -63,7 +63,7 @@ from core.mapping.injective.continuation import (
     relax,
 )
 from core.mapping.injective.junctions import Junctions
-from core.mapping.injective.levels import Level, Map, Transfer
+from core.mapping.injective.levels import GridLevel, Map, Transfer
 from core.mapping.injective.outline import CORNERS, nodes_beside_cuts
 from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.refinement import REACH, Refinement, preview
@@ -125,7 +125,7 @@ def unfold(
     held = replace(constraints, probes=constraints.probes[order], to=constraints.to[order])
     if not n:
         held = replace(held, pivots=held.pivots[:0], free=held.free[:0])
-    level = Level.of(mapping, wanted, start, shape, held)
+    level = GridLevel.of(mapping, wanted, start, shape, held)
     linear = level.of_solution(start, centres)
     begin = None if safe is None else level.of_solution(safe, centres)
     ways = Ways(mapping, level, linear, Goal(scales[:n], linear.alpha, linear.place), centres)
@@ -142,7 +142,7 @@ def _counted(job: Job[T]) -> Job[T]:
 class Ways:
     """The ways from a linear answer that folds to a map that does not."""
 
-    def __init__(self, mapping: FeatureMapping, level: Level, linear: Map, goal: Goal, centres: Complexes) -> None:
+    def __init__(self, mapping: FeatureMapping, level: GridLevel, linear: Map, goal: Goal, centres: Complexes) -> None:
         self._mapping, self._centres = mapping, centres
         self._level, self._linear, self._goal = level, linear, goal
         self._refinement = Refinement(mapping, linear, goal, centres)
@@ -195,7 +195,7 @@ class Ways:
                 return found
         return left
 
-    def _gliding_beside_cuts(self) -> Level | None:
+    def _gliding_beside_cuts(self) -> GridLevel | None:
         """Return the level with outline nodes that glide beside cut bodies; None where there are none, or all glide."""
         level = self._level
         beside = nodes_beside_cuts(level.grid, level.index, _BESIDE)
@@ -216,7 +216,7 @@ class Ways:
         return problem.found
 
     def _from_coarse(
-        self, level: Level, cells: float, *, leaves: bool = False, begin: Map | None = None
+        self, level: GridLevel, cells: float, *, leaves: bool = False, begin: Map | None = None
     ) -> Job[Map | None]:
         """Clear folds on a grid of larger cells, with outline nodes beside cuts that may leave it, and refine that."""
         way = Transfer(level, cells, held_outline=not leaves)

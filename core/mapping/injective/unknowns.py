@@ -11,7 +11,7 @@ import numpy as np
 from core.arrays import Bools, Floats
 from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
 from core.mapping.injective.junctions import Junctions
-from core.mapping.injective.levels import Level, Map
+from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.outline import Gliders
 from core.mapping.jacobians import Complexes
 
@@ -34,7 +34,7 @@ class Freedoms:
 
 
 @dataclass(frozen=True)
-class State:
+class Iterate:
     """A map, with the nodes of junctions after those of the grid, and the arc lengths of gliding nodes."""
 
     z: Complexes
@@ -46,14 +46,14 @@ class State:
 class Unknowns:
     """Those of the nodes (N,) of a window and of the bodies in it; what lies outside stays where `start` has it."""
 
-    def __init__(self, level: Level, start: Map, window: Bools, freedoms: Freedoms, junctions: Junctions) -> None:
+    def __init__(self, level: GridLevel, start: Map, window: Bools, freedoms: Freedoms, junctions: Junctions) -> None:
         self._level = level
         self.index = np.concatenate([level.index, junctions.index])
         """Body of every node, -1 for none."""
         self._find_bodies(junctions, window, freedoms)
         self._number(window, freedoms)
         z = np.concatenate([start.z, junctions.shape])
-        self.start = self._placed(State(z, start.alpha, start.place, self._gliders.arcs_of(start.z)))
+        self.start = self._placed(Iterate(z, start.alpha, start.place, self._gliders.arcs_of(start.z)))
 
     def _find_bodies(self, junctions: Junctions, window: Bools, freedoms: Freedoms) -> None:
         """Find the bodies that move, with all their nodes and arms from their pivots."""
@@ -106,14 +106,14 @@ class Unknowns:
         """Return the nodes that any unknown moves."""
         return np.asarray((self.of_nodes < self.count).any(axis=1))
 
-    def _placed(self, state: State) -> State:
+    def _placed(self, state: Iterate) -> Iterate:
         """Return the state with nodes of moving bodies where their poses have them, gliding nodes on the outline."""
         z = state.z.copy()
         z[self._nodes] = state.place[self._of] + state.alpha[self._of] * self._arms
         z[self._gliders.nodes] = self._gliders.places(state.arcs)
         return replace(state, z=z)
 
-    def moved(self, state: State, step: Floats) -> State:
+    def moved(self, state: Iterate, step: Floats) -> Iterate:
         """Return the state after a step (count,)."""
         step = np.append(step, 0.0)
         z, alpha, place = state.z.copy(), state.alpha.copy(), state.place.copy()
@@ -122,9 +122,9 @@ class Unknowns:
         grown = np.clip(by[:, SCALE], -_MOST_GROWTH, _MOST_GROWTH)
         alpha[self.active] *= np.exp(grown + 1j * by[:, TURN])
         place[self.active] += by[:, ALONG_X] + 1j * by[:, ALONG_Y]
-        return self._placed(State(z, alpha, place, state.arcs + step[self.of_nodes[self._gliders.nodes, 0]]))
+        return self._placed(Iterate(z, alpha, place, state.arcs + step[self.of_nodes[self._gliders.nodes, 0]]))
 
-    def directions(self, state: State) -> Complexes:
+    def directions(self, state: Iterate) -> Complexes:
         """Return how nodes (·, 4) move with their unknowns."""
         by = self._directions
         by[self._nodes] = 1, 1, 1, 1j

@@ -7,30 +7,30 @@ import numpy as np
 
 from core.arrays import Bools, Floats
 from core.mapping.folds import folded_quads
-from core.mapping.injective.levels import Level
+from core.mapping.injective.levels import GridLevel
 from core.mapping.jacobians import Complexes
 
 MET = 1e-4
 """Pixels within which a point is on its target."""
 
 
-def count_folds(level: Level, z: Complexes) -> int:
+def count_folds(level: GridLevel, z: Complexes) -> int:
     """Return how many quads of a map (N,) are folded."""
     return int(folded_quads(z.reshape(level.grid.shape)).sum())
 
 
-def with_points_at(level: Level, z: Complexes, far: float) -> Level:
+def with_points_at(level: GridLevel, z: Complexes, far: float) -> GridLevel:
     """Return the level with targets that points miss by more than `far` pixels in a map (N,) put where these are."""
     to, there = level.constraints.to, level.constraints.probes.read(level.grid, z)
     return replace(level, constraints=replace(level.constraints, to=np.where(np.abs(there - to) > far, there, to)))
 
 
-def misses(level: Level, z: Complexes) -> Floats:
+def misses(level: GridLevel, z: Complexes) -> Floats:
     """Return how far points are from their targets (k,) in a map (N,), in pixels."""
     return np.asarray(np.abs(level.constraints.probes.read(level.grid, z) - level.constraints.to))
 
 
-def wrong_nodes(level: Level, z: Complexes) -> Bools:
+def wrong_nodes(level: GridLevel, z: Complexes) -> Bools:
     """Return the corners (N,) of quads of a map that are folded or hold a point off its target."""
     wrong = np.zeros(level.grid.size, bool)
     wrong[level.grid.quads[folded_quads(z.reshape(level.grid.shape)).ravel()]] = True
@@ -39,23 +39,23 @@ def wrong_nodes(level: Level, z: Complexes) -> Bools:
     return wrong
 
 
-def widened(level: Level, marked: Bools, reach: int) -> Bools:
+def widen(level: GridLevel, marked: Bools, reach: int) -> Bools:
     """Return the nodes (N,) within `reach` rows and columns of marked ones."""
     size = 2 * reach + 1
     grown = cv2.dilate(marked.reshape(level.grid.shape).astype(np.uint8), np.ones((size, size), np.uint8))
     return np.asarray(grown.ravel() > 0)
 
 
-def window_around(level: Level, z: Complexes, reach: int, *, bodies: bool = True) -> Bools:
+def window_around(level: GridLevel, z: Complexes, reach: int, *, bodies: bool = True) -> Bools:
     """Return the nodes (N,) around what is wrong and, if wanted, around all of the bodies that come near it."""
-    window = widened(level, wrong_nodes(level, z), reach)
+    window = widen(level, wrong_nodes(level, z), reach)
     if bodies:
         near = np.unique(level.index[window & (level.index >= 0)])
-        window |= widened(level, np.isin(level.index, near), reach)
+        window |= widen(level, np.isin(level.index, near), reach)
     return window
 
 
-def nearness(level: Level, marked: Bools, reach: float) -> Floats:
+def nearness(level: GridLevel, marked: Bools, reach: float) -> Floats:
     """Return 1 on marked nodes (N,) and around them, falling to 0 over `reach` cells in all."""
     clear = (~marked).reshape(level.grid.shape).astype(np.uint8)
     far = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_5).ravel()

@@ -10,8 +10,8 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.composition import finite
-from core.overlay.sampling import looked_up
-from core.overlay.smoothing import gaussian
+from core.overlay.filters.sampling import look_up
+from core.overlay.filters.smoothing import gaussian
 from core.overlay.texel import Texel
 
 AROUND = 0.5
@@ -41,7 +41,7 @@ class Contrast:
         rows, columns = np.nonzero(covered)
         at = (np.stack([columns, rows + top], -1) / self.step).astype(np.float32)
         out = np.zeros(model.shape, np.float32)
-        out[covered] = looked_up(self.amount, at) * (model[covered] - looked_up(self.mean, at))
+        out[covered] = look_up(self.amount, at) * (model[covered] - look_up(self.mean, at))
         return out
 
 

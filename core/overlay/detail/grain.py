@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.bands import bands
-from core.overlay.smoothing import gaussian, mean
-from core.overlay.texel import Texel, gathered, splat
+from core.overlay.filters.bands import bands
+from core.overlay.filters.smoothing import gaussian, mean
+from core.overlay.texel import Texel, gather, splat
 
 COARSE_PX = 4.0
 """Width of the neighbourhood whose mean is the coarse part."""
@@ -64,7 +64,7 @@ def grain_of(detail: Singles, uv: Singles, clear: Bools, shape: tuple[int, int],
     fine = np.clip(fine, *np.percentile(np.abs(fine), 98.5, axis=0) * [[-1], [1]])
     even, index = np.ones(len(places)), splat(places, shape)
     products = np.stack([fine[:, i] * fine[:, j] for i, j in PAIRS], -1)
-    planes = Texel(gathered(*index, products, even, even, shape)).blurred(SOFT_PX, basis).pixels
+    planes = Texel(gather(*index, products, even, even, shape)).blurred(SOFT_PX, basis).pixels
     variance = Texel(np.maximum(planes[..., :3], LEAST_VARIANCE))
     size = variance.at(places).sum(-1)
     least = size <= np.percentile(size, 100 * USUAL)
@@ -105,7 +105,7 @@ def wiener(grain: Floats, seen: Floats) -> Floats:
     return np.asarray(root @ kept @ inverse, np.float64)
 
 
-def evened(detail: Singles, uv: Singles, clear: Bools, held: Singles, grain: Grain) -> Singles:
+def even_out(detail: Singles, uv: Singles, clear: Bools, held: Singles, grain: Grain) -> Singles:
     """Return the detail (H, W, 3) with the grain alone in its fine part.
 
     There is no fine part where the cloth is not `clear` (H, W), and no coarse one where the model is not trusted, of

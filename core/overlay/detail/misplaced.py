@@ -20,7 +20,7 @@ DARKEST = 0.3
 """Brightness of a shadow, over that of the model."""
 
 
-def misplaced(detail: Singles, model: Singles, light: Singles, texel: Texel, noise: float) -> Bools:
+def find_misplaced(detail: Singles, model: Singles, light: Singles, texel: Texel, noise: float) -> Bools:
     """Return where (H, W) the photo, `model` + `detail` (H, W, 3), has a colour of the pattern that is not the model's.
 
     `light` (H, W, 1 or 3) is ρ, `noise` how large a detail usually is.

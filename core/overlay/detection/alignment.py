@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.overlay.detection.likeness import Forms, Windows
+from core.overlay.detection.normalised_correlation import Forms, Windows
 
 DAMPING = 1e-3
 """Of the Gauss-Newton matrix's own diagonal: keeps weakly textured templates from jumping."""
@@ -26,7 +26,7 @@ REACH, FINEST = 0.25, 1 / 12
 
 
 @dataclass(frozen=True)
-class Frames:
+class PatchFrames:
     """K places in a picture with the lattice's vectors there."""
 
     points: Points
@@ -36,9 +36,9 @@ class Frames:
     scores: Floats
     """(K,), correlation with the template, -1 to 1."""
 
-    def __getitem__(self, which: Ints | Bools) -> "Frames":
+    def __getitem__(self, which: Ints | Bools) -> "PatchFrames":
         """Return the frames that an index array or mask picks."""
-        return Frames(self.points[which], self.bases[which], self.scores[which])
+        return PatchFrames(self.points[which], self.bases[which], self.scores[which])
 
     def __len__(self) -> int:
         return len(self.points)
@@ -127,7 +127,7 @@ def sample(image: Singles, x: Singles, y: Singles) -> Singles:
 
 
 @dataclass(frozen=True)
-class Canvas:
+class FlatPicture:
     """A flattened picture and where it may be looked at."""
 
     image: Singles
@@ -151,9 +151,9 @@ class Canvas:
         mean = cv2.mean(self.image, (self.valid[..., 0] > 0).astype(np.uint8))[: self.image.shape[2]]
         return np.asarray(self.image - np.array(mean, np.float32), np.float32)
 
-    def everywhere(self) -> "Canvas":
+    def everywhere(self) -> "FlatPicture":
         """Return the canvas without its limits."""
-        return Canvas(self.image, np.ones_like(self.valid))
+        return FlatPicture(self.image, np.ones_like(self.valid))
 
     def patches(self, points: Points, bases: Floats, places: Points) -> tuple[Singles, Singles | None]:
         """Return values (K, M, C), but for the mean colour, at places (M, 2) of frames (K, ...), and weights (K, M).
@@ -181,12 +181,12 @@ class Canvas:
         return np.asarray(whole, np.bool_)
 
 
-def correlate(canvas: Canvas, template: Template, points: Points, bases: Floats) -> Floats:
+def correlate(canvas: FlatPicture, template: Template, points: Points, bases: Floats) -> Floats:
     """Return the correlation (K,) of the template with frames; frames half outside score -1."""
     return template.likeness.compared(*canvas.patches(points, bases, template.places))[0]
 
 
-def align(canvas: Canvas, template: Template, frames: Frames, *, rounds: int = 12) -> Frames:
+def align(canvas: FlatPicture, template: Template, frames: PatchFrames, *, rounds: int = 12) -> PatchFrames:
     """Return the frames moved to where the template fits best, with their scores."""
     points, bases = frames.points.copy(), frames.bases.copy()
     moving = np.arange(len(points))
@@ -200,10 +200,10 @@ def align(canvas: Canvas, template: Template, frames: Frames, *, rounds: int = 1
         bases[moving] = bases[moving] @ np.linalg.inv(np.eye(2) + turn.reshape(-1, 2, 2))
         points[moving] -= np.einsum("kij,kj->ki", bases[moving], shift)
         moving = moving[(np.abs(shift).max(1) > STILL[0]) | (np.abs(turn).max(1) > STILL[1])]
-    return Frames(points, bases, correlate(canvas, template, points, bases))
+    return PatchFrames(points, bases, correlate(canvas, template, points, bases))
 
 
-def search(canvas: Canvas, template: Template, frames: Frames) -> Frames:
+def search(canvas: FlatPicture, template: Template, frames: PatchFrames) -> PatchFrames:
     """Return the frames moved to the best of several shifts up to `REACH` texels."""
     windows = template.windows
     spacing = 2 * template.reach / len(windows.template)
@@ -214,4 +214,4 @@ def search(canvas: Canvas, template: Template, frames: Frames) -> Frames:
     count = 2 * windows.shifts + 1
     moves = raster(spacing * count / 2, count)[best]
     points = frames.points + np.einsum("kij,kj->ki", frames.bases, moves)
-    return Frames(points, frames.bases, scores[np.arange(len(frames)), best])
+    return PatchFrames(points, frames.bases, scores[np.arange(len(frames)), best])

@@ -5,7 +5,7 @@ import numpy as np
 from core.arrays import Floats, Ints
 
 
-def reduced(basis: Floats) -> Floats:
+def reduce(basis: Floats) -> Floats:
     """Return the shortest basis of the same lattice (Lagrange, Gauss), in canonical order; columns are vectors."""
     a, b = basis[:, 0].copy(), basis[:, 1].copy()
     for _ in range(64):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Floats, InputError, Ints, Points
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.basis import canonical
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice, neighbour_rows, parts
@@ -22,7 +22,7 @@ def lattices_of(keys: Ints, points: Points) -> list[Lattice]:
     if len(np.unique(keys, axis=0)) < len(keys):
         raise InputError("lattice: a vertex comes twice")
     near = neighbour_rows(keys)
-    whole = Lattice(keys, Frames(points, vectors(points, near), np.ones(len(keys))))
+    whole = Lattice(keys, PatchFrames(points, vectors(points, near), np.ones(len(keys))))
     found = [whole[rows] for rows in parts(near) if len(rows) >= LEAST_VERTICES and spans(keys[rows])]
     if not found:
         raise InputError("lattice: needs vertices that are next to each other in both directions")

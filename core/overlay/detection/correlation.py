@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.overlay.detection.basis import reduced
+from core.overlay.detection.basis import reduce
 
 SIDES_PX = (20, 32, 48, 72, 108)
 """Sides of the exemplar patches."""
@@ -43,7 +43,7 @@ def propose(image: Singles, valid: Bools, rng: np.random.Generator, *, places: i
     return sorted(found, key=lambda proposal: -proposal.support)
 
 
-def snapped(image: Singles, marked: Proposal) -> list[Proposal]:
+def snap(image: Singles, marked: Proposal) -> list[Proposal]:
     """Return proposals around a texel that a user marked, of about its size: its sides may slant."""
     sides = np.linalg.norm(marked.basis, axis=0)
     found: list[Proposal] = []
@@ -132,7 +132,7 @@ def shortest_pair(vectors: Points) -> Floats | None:
         first = ordered[0]
         sine = abs(first[0] * second[1] - first[1] * second[0]) / (np.linalg.norm(first) * np.linalg.norm(second))
         if sine > 0.35:
-            return reduced(np.stack([first, second], -1))
+            return reduce(np.stack([first, second], -1))
     return None
 
 

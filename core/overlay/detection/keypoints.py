@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.overlay.detection.basis import reduced
+from core.overlay.detection.basis import reduce
 from core.overlay.detection.correlation import Proposal
 
 BANDWIDTH = 0.55
@@ -94,5 +94,5 @@ def vectors_at(members: Points, *, places: int = 2) -> list[Proposal]:
         cosine = np.abs(near @ near.T) / np.outer(lengths, lengths)
         i, j = divmod(int(cosine.argmin()), len(near))
         if cosine[i, j] < 0.85:
-            found.append(Proposal(point, reduced(np.stack([near[i], near[j]], -1)), SUPPORT))
+            found.append(Proposal(point, reduce(np.stack([near[i], near[j]], -1)), SUPPORT))
     return found

@@ -12,7 +12,7 @@ import scipy
 from scipy.sparse import csr_array
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.overlay.detection.alignment import Canvas, Frames, Template, align, make_template, raster, search
+from core.overlay.detection.alignment import FlatPicture, PatchFrames, Template, align, make_template, raster, search
 
 NEIGHBOURS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
 AROUND = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j])
@@ -28,7 +28,7 @@ class Lattice:
     """K vertices: integer coordinates (K, 2), u before v, and their frames in the picture."""
 
     keys: Ints
-    frames: Frames
+    frames: PatchFrames
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -55,7 +55,7 @@ def window(basis: Floats) -> tuple[float, int]:
     return reach, int(np.clip(round(2 * reach * length / 1.5), 16, 36))
 
 
-def mean_template(canvas: Canvas, frames: Frames, *, reach: float | None = None) -> Template:
+def mean_template(canvas: FlatPicture, frames: PatchFrames, *, reach: float | None = None) -> Template:
     """Return the robust mean appearance within `reach` texels of the vertices as a template; weighs by score."""
     usual, count = window(np.median(frames.bases, axis=0))
     reach = reach or usual
@@ -75,14 +75,14 @@ def weighted_mean(values: Singles, weights: Singles) -> Singles:
     )
 
 
-def seeded(canvas: Canvas, point: Points, basis: Floats) -> tuple[Lattice, Template]:
+def seed(canvas: FlatPicture, point: Points, basis: Floats) -> tuple[Lattice, Template]:
     """Return the lattice of one vertex and the template of its surroundings."""
-    frames = Frames(point[None].astype(float), basis[None].astype(float), np.ones(1))
+    frames = PatchFrames(point[None].astype(float), basis[None].astype(float), np.ones(1))
     return Lattice(np.zeros((1, 2), np.int64), frames), mean_template(canvas, frames)
 
 
 def grow(
-    canvas: Canvas, lattice: Lattice, template: Template, *, least: float = 0.5, most: int = 4000
+    canvas: FlatPicture, lattice: Lattice, template: Template, *, least: float = 0.5, most: int = 4000
 ) -> Iterator[Lattice]:
     """Yield the lattice after each ring of new vertices, until nothing more fits.
 
@@ -102,14 +102,14 @@ def grow(
             tried[tuple(key)] = tried.get(tuple(key), 0) + 1
         if not fits.any():
             continue
-        lattice = joined(lattice, Lattice(keys[fits], found[fits]))
+        lattice = join(lattice, Lattice(keys[fits], found[fits]))
         yield lattice
 
 
-def joined(a: Lattice, b: Lattice) -> Lattice:
+def join(a: Lattice, b: Lattice) -> Lattice:
     """Return the vertices of both."""
     pairs = ((a.frames.points, b.frames.points), (a.frames.bases, b.frames.bases), (a.frames.scores, b.frames.scores))
-    return Lattice(np.concatenate([a.keys, b.keys]), Frames(*(np.concatenate(pair) for pair in pairs)))
+    return Lattice(np.concatenate([a.keys, b.keys]), PatchFrames(*(np.concatenate(pair) for pair in pairs)))
 
 
 def index_of(keys: Ints) -> dict[tuple[int, int], int]:
@@ -130,7 +130,7 @@ def frontier(lattice: Lattice, tried: dict[tuple[int, int], int]) -> Ints:
     )
 
 
-def predict(lattice: Lattice, keys: Ints) -> tuple[Ints, Frames]:
+def predict(lattice: Lattice, keys: Ints) -> tuple[Ints, PatchFrames]:
     """Return the keys that have a neighbour and the frames that their neighbours predict there."""
     rows = index_of(lattice.keys)
     near = np.array([[rows.get((i + di, j + dj), -1) for di, dj in AROUND.tolist()] for i, j in keys.tolist()])
@@ -138,13 +138,13 @@ def predict(lattice: Lattice, keys: Ints) -> tuple[Ints, Frames]:
     weight = weight / weight.sum(1, keepdims=True)
     bases, points = lattice.frames.bases[near], lattice.frames.points[near]
     steps = points - np.einsum("knij,nj->kni", bases, AROUND.astype(float))
-    frames = Frames(
+    frames = PatchFrames(
         np.einsum("kn,kni->ki", weight, steps), np.einsum("kn,knij->kij", weight, bases), np.zeros(len(keys))
     )
     return keys, frames
 
 
-def plausible(found: Frames, predicted: Frames, typical: Floats) -> Bools:
+def plausible(found: PatchFrames, predicted: PatchFrames, typical: Floats) -> Bools:
     """Return which frames are neither folded nor stretched too far."""
     good = np.linalg.det(found.bases) * np.linalg.det(typical) > 0
     for reference, (low, high) in ((predicted.bases, (0.6, 1.6)), (typical[None], STRETCH)):
@@ -155,7 +155,7 @@ def plausible(found: Frames, predicted: Frames, typical: Floats) -> Bools:
     return np.asarray(good & (np.abs(drift).max(1) < 0.4), np.bool_)
 
 
-def agreeing(lattice: Lattice, keys: Ints, found: Frames) -> Bools:
+def agreeing(lattice: Lattice, keys: Ints, found: PatchFrames) -> Bools:
     """Return which new vertices lie where their neighbours' vectors and their own lead, and on nobody else's place."""
     rows = index_of(lattice.keys)
     near = np.array(
@@ -165,11 +165,11 @@ def agreeing(lattice: Lattice, keys: Ints, found: Frames) -> Bools:
     known = near >= 0
     agree = ((wrong < SLACK) & known).sum(1) * 2 > known.sum(1)
     if len(keys):
-        agree &= ~crowded(lattice, found)
+        agree &= ~find_crowded(lattice, found)
     return np.asarray(agree, np.bool_)
 
 
-def step_errors(points: Points, bases: Floats, others: Frames, near: Ints) -> Floats:
+def step_errors(points: Points, bases: Floats, others: PatchFrames, near: Ints) -> Floats:
     """Return (K, 4) texels between the steps to the neighbours and the mean of the vectors at both ends."""
     mean = (bases[:, None] + others.bases[near]) / 2
     steps = others.points[near] - points[:, None] - np.einsum("knij,nj->kni", mean, NEIGHBOURS.astype(float))
@@ -177,7 +177,7 @@ def step_errors(points: Points, bases: Floats, others: Frames, near: Ints) -> Fl
     return np.where(near >= 0, np.linalg.norm(inside, axis=-1), 0.0)
 
 
-def crowded(lattice: Lattice, found: Frames) -> Bools:
+def find_crowded(lattice: Lattice, found: PatchFrames) -> Bools:
     """Return which new frames fall within half a texel of a vertex that exists."""
     steps = found.points[:, None] - lattice.frames.points
     nearest = (steps**2).sum(-1).argmin(1)
@@ -198,20 +198,20 @@ def neighbour_rows(keys: Ints) -> Ints:
     return np.where(number[order][place] == wanted, order[place], -1)
 
 
-def refined(canvas: Canvas, lattice: Lattice, *, rounds: int = 8) -> tuple[Lattice, Template]:
+def refine(canvas: FlatPicture, lattice: Lattice, *, rounds: int = 8) -> tuple[Lattice, Template]:
     """Return the lattice aligned anew with its own mean appearance, outliers rejected, and that appearance."""
     template = mean_template(canvas, lattice.frames)
     found = align(canvas, template, lattice.frames, rounds=rounds)
     good = plausible(found, lattice.frames, lattice.basis)
-    frames = Frames(
+    frames = PatchFrames(
         np.where(good[:, None], found.points, lattice.frames.points),
         np.where(good[:, None, None], found.bases, lattice.frames.bases),
         np.where(good, found.scores, -1.0),
     )
-    return connected(rejected(replace(lattice, frames=frames))), template
+    return keep_connected(reject_outliers(replace(lattice, frames=frames))), template
 
 
-def rejected(lattice: Lattice, *, spread: float = 4.0) -> Lattice:
+def reject_outliers(lattice: Lattice, *, spread: float = 4.0) -> Lattice:
     """Return the lattice without vertices whose likeness or continuity is an outlier by the MAD (NRT sec. 3.1)."""
     scores = lattice.frames.scores
     near = neighbour_rows(lattice.keys)
@@ -227,7 +227,7 @@ def median_bound(values: Floats, spread: float, least: float) -> float:
     return middle + spread * max(1.4826 * float(np.median(np.abs(values - middle))), least)
 
 
-def connected(lattice: Lattice) -> Lattice:
+def keep_connected(lattice: Lattice) -> Lattice:
     """Return the largest part whose vertices are connected by lattice steps."""
     return lattice[max(parts(neighbour_rows(lattice.keys)), key=len)] if len(lattice) else lattice
 

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Floats, Ints, Singles
-from core.overlay.detection.alignment import Canvas, raster
+from core.overlay.detection.alignment import FlatPicture, raster
 from core.overlay.detection.basis import sublattices
 from core.overlay.detection.lattice import Lattice, index_of
 from core.overlay.texel import estimate_texel
@@ -60,7 +60,7 @@ def estimate_halves(photo: Floats, uv: Floats, weight: Floats, count: int, seed:
 
 def change(halves: Halves, shift: Floats) -> tuple[float, float]:
     """Return what a translation by `shift` texels changes: mean and worst spot, over the texture's variance."""
-    changes = [moved(part, shift / halves.count) - part for part in (halves.first, halves.second)]
+    changes = [move(part, shift / halves.count) - part for part in (halves.first, halves.second)]
     mean = (halves.first + halves.second) / 2
     variance = float(mean.var(axis=(0, 1)).sum())
     product = (changes[0] * changes[1]).sum(-1)
@@ -72,7 +72,7 @@ def change(halves: Halves, shift: Floats) -> tuple[float, float]:
     return float(product.mean()) / max(variance, 1e-9), worst / max(variance, 1e-9)
 
 
-def moved(pixels: Floats, shift: Floats) -> Floats:
+def move(pixels: Floats, shift: Floats) -> Floats:
     """Return a periodic texture moved by a share (2,) of its sides."""
     h, w = pixels.shape[:2]
     phase = np.exp(-2j * np.pi * (np.fft.fftfreq(w) * w * shift[0] + (np.fft.fftfreq(h) * h * shift[1])[:, None]))
@@ -107,7 +107,7 @@ def coarser(*draws: Halves) -> Ints:
     return n * np.eye(2, dtype=np.int64)
 
 
-def far_period(canvas: Canvas, lattice: Lattice) -> Ints:
+def far_period(canvas: FlatPicture, lattice: Lattice) -> Ints:
     """Return after how many steps (2,) of each vector texels look alike again; 1 unless it is after many.
 
     Evenly spaced stripes of five colours have neighbours that differ, whichever blocks of two or three are taken.

@@ -3,12 +3,12 @@
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Points
-from core.overlay.detection.alignment import Canvas, Frames, Template, align, correlate
-from core.overlay.detection.correlation import Proposal, propose, snapped
+from core.overlay.detection.alignment import FlatPicture, PatchFrames, Template, align, correlate
+from core.overlay.detection.correlation import Proposal, propose, snap
 from core.overlay.detection.keypoints import alike_keypoints, propose_from_keypoints
-from core.overlay.detection.lattice import Lattice, grow, mean_template, neighbour_rows, refined, seeded, step_errors
+from core.overlay.detection.lattice import Lattice, grow, mean_template, neighbour_rows, refine, seed, step_errors
 from core.overlay.detection.stages import Stage
-from core.overlay.smoothing import flatten
+from core.overlay.filters.smoothing import flatten
 from core.progress import Job, Progress
 
 LEAST_VERTICES, LEAST_MARKED = 9, 2
@@ -50,13 +50,13 @@ class NoPatternError(InputError):
         super().__init__(f"no repeating texture found in {where}")
 
 
-def flat_canvas(photo: Floats, valid: Bools) -> Canvas:
+def flat_canvas(photo: Floats, valid: Bools) -> FlatPicture:
     """Return the photo (H, W, 3) freed of slow changes of light, to be looked at inside `valid`."""
-    return Canvas(flatten(photo.astype(np.float32), valid, LIGHT_PX), valid.astype(np.float32)[..., None])
+    return FlatPicture(flatten(photo.astype(np.float32), valid, LIGHT_PX), valid.astype(np.float32)[..., None])
 
 
 def find_lattices(
-    canvas: Canvas, rng: np.random.Generator, *, texel_px: float | None = None, start: Proposal | None = None
+    canvas: FlatPicture, rng: np.random.Generator, *, texel_px: float | None = None, start: Proposal | None = None
 ) -> Job[list[Lattice]]:
     """Return the lattices that grow from several seeds and detectors, the most likely one first.
 
@@ -64,9 +64,9 @@ def find_lattices(
     those that it has or others of about its size, whichever fit. Raises `NoPatternError` if there is no lattice.
     """
     if start is not None:
-        marked = [tried(canvas, proposal) for proposal in (start, *snapped(canvas.image, start))]
+        marked = [try_out(canvas, proposal) for proposal in (start, *snap(canvas.image, start))]
         best = max(marked, key=promise)
-        return ranked([(yield from full_grown(canvas, best, Progress(0.3, GROWING)))], LEAST_MARKED)
+        return rank([(yield from full_grown(canvas, best, Progress(0.3, GROWING)))], LEAST_MARKED)
     valid = canvas.valid[..., 0] > 0
     yield Progress(0.0, "correlating patches")
     proposals = propose(canvas.image, valid, rng)
@@ -78,8 +78,8 @@ def find_lattices(
     lattices: list[Lattice] = []
     for number, proposal in enumerate(proposals):
         yield Progress(0.2 + 0.3 * number / TRIALS, "trying seeds", Stage("seeds", seeds=seeds, shape=canvas.shape))
-        lattices.append(tried(canvas, proposal))
-        if agreed(lattices):
+        lattices.append(try_out(canvas, proposal))
+        if agree(lattices):
             break
     grown: list[Lattice] = []
     for lattice in finalists(lattices):
@@ -87,10 +87,10 @@ def find_lattices(
             break
         if not is_grown(lattice, grown):
             grown.append((yield from full_grown(canvas, lattice, Progress(0.5 + 0.12 * len(grown), GROWING))))
-    return ranked(grown, LEAST_VERTICES)
+    return rank(grown, LEAST_VERTICES)
 
 
-def ranked(lattices: list[Lattice], least: int) -> list[Lattice]:
+def rank(lattices: list[Lattice], least: int) -> list[Lattice]:
     """Return the lattices of the `least` vertices or more, the most likely one first, the others by their merit.
 
     Raises `NoPatternError` if there are none.
@@ -167,15 +167,15 @@ def in_turn(proposals: list[Proposal]) -> list[Proposal]:
     return [proposals[row] for row in np.argsort(turns, kind="stable").tolist()]
 
 
-def tried(canvas: Canvas, proposal: Proposal) -> Lattice:
+def try_out(canvas: FlatPicture, proposal: Proposal) -> Lattice:
     """Return the small lattice that grows around a proposal."""
-    lattice, template = seeded(canvas, proposal.point, proposal.basis)
+    lattice, template = seed(canvas, proposal.point, proposal.basis)
     for grown in grow(canvas, lattice, template, most=TRIAL_VERTICES):
         lattice = grown
-    return refined(canvas, lattice, rounds=4)[0] if len(lattice) > 4 else lattice
+    return refine(canvas, lattice, rounds=4)[0] if len(lattice) > 4 else lattice
 
 
-def agreed(lattices: list[Lattice]) -> bool:
+def agree(lattices: list[Lattice]) -> bool:
     """Return whether enough seeds have grown well, and into texels of one size."""
     good = [lattice.texel_area for lattice in lattices if len(lattice) >= TRIAL_VERTICES and likeness(lattice) > 0.42]
     return len(good) >= ENOUGH and max(good) < 1.5 * min(good)
@@ -197,13 +197,13 @@ def finalists(lattices: list[Lattice]) -> list[Lattice]:
     return first + others
 
 
-def full_grown(canvas: Canvas, lattice: Lattice, step: Progress, *, rounds: int = 2) -> Job[Lattice]:
+def full_grown(canvas: FlatPicture, lattice: Lattice, step: Progress, *, rounds: int = 2) -> Job[Lattice]:
     """Return the lattice grown to its end, its template and outliers looked at anew in between."""
     for _ in range(rounds):
         for grown in grow(canvas, lattice, mean_template(canvas, lattice.frames)):
             lattice = grown
             yield Progress(step.fraction, step.note, Stage("lattice", lattice, shape=canvas.shape))
-        lattice, _ = refined(canvas, lattice)
+        lattice, _ = refine(canvas, lattice)
     return lattice
 
 
@@ -234,20 +234,20 @@ def bend_px(lattice: Lattice) -> float:
     return float(np.median(wrong)) * float(np.sqrt(lattice.texel_area)) if len(wrong) else 0.0
 
 
-def scattered(valid: Bools, rng: np.random.Generator, count: int) -> Points:
+def scatter(valid: Bools, rng: np.random.Generator, count: int) -> Points:
     """Return up to `count` random places (n, 2) in `valid`."""
     y, x = np.nonzero(valid)
     chosen = rng.permutation(len(x))[:count]
     return np.stack([x[chosen], y[chosen]], -1).astype(np.float64)
 
 
-def find_texels(canvas: Canvas, known: Lattice, rng: np.random.Generator) -> Frames:
+def find_texels(canvas: FlatPicture, known: Lattice, rng: np.random.Generator) -> PatchFrames:
     """Return places, best first, that look like the vertices of a known lattice, turned in any direction.
 
     `canvas` is valid where to look.
     """
     template = mean_template(canvas.everywhere(), known.frames, reach=0.5)
-    points = scattered(canvas.valid[..., 0] > 0, rng, PLACES)
+    points = scatter(canvas.valid[..., 0] > 0, rng, PLACES)
     angles = np.arange(0, 2 * np.pi, np.pi / 9)
     turns = np.array([[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in angles])
     where = np.repeat(points, len(turns), 0)
@@ -258,13 +258,13 @@ def find_texels(canvas: Canvas, known: Lattice, rng: np.random.Generator) -> Fra
     turn = (scores.reshape(len(points), -1) - habit).argmax(1)
     scores = scores.reshape(len(points), -1).max(1)
     best = np.argsort(-scores)[:ALIGNED]
-    found = align(canvas, template, Frames(points[best], turns[turn[best]] @ known.basis, scores[best]))
+    found = align(canvas, template, PatchFrames(points[best], turns[turn[best]] @ known.basis, scores[best]))
     sizes = np.abs(np.linalg.det(found.bases)) / known.texel_area
     good = (found.scores > LEAST_LIKENESS) & (sizes > 0.3) & (sizes < 3)
-    return spaced(found[good], 0.7 * float(np.sqrt(known.texel_area)))
+    return space_out(found[good], 0.7 * float(np.sqrt(known.texel_area)))
 
 
-def spaced(frames: Frames, least_px: float) -> Frames:
+def space_out(frames: PatchFrames, least_px: float) -> PatchFrames:
     """Return the frames, best first, without those closer than `least_px` to a better one."""
     kept: list[int] = []
     for row in np.argsort(-frames.scores).tolist():
@@ -273,7 +273,7 @@ def spaced(frames: Frames, least_px: float) -> Frames:
     return frames[np.array(kept, np.int64)]
 
 
-def grown_piece(canvas: Canvas, template: Template, frame: Frames) -> Lattice:
+def grown_piece(canvas: FlatPicture, template: Template, frame: PatchFrames) -> Lattice:
     """Return the lattice that grows from one frame with the appearance of a known one."""
     lattice = Lattice(np.zeros((1, 2), np.int64), frame)
     for grown in grow(canvas, lattice, template):

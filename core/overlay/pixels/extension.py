@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points
+from core.overlay.filters.smoothing import gaussian
 from core.overlay.mesh import around
-from core.overlay.smoothing import gaussian
 
 SIZES = (0.4, 2.5)
 """Area of cloth under a pixel, over the usual, that is carried on."""

@@ -14,13 +14,13 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.composition import DENSITY
-from core.overlay.distances import distance
-from core.overlay.mesh import Mesh, around
+from core.overlay.filters.distances import distance
+from core.overlay.filters.smoothing import gaussian
+from core.overlay.mesh import ClothMesh, around
 from core.overlay.palette import from_shades, palette
-from core.overlay.registration.cloth import Cloth, Fit
-from core.overlay.registration.region import cleaned, continued
-from core.overlay.registration.registration import State
-from core.overlay.smoothing import gaussian
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.region import clean, continue_on
+from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
 
 SHADES = (0.4, 1.3)
@@ -51,7 +51,7 @@ AMID = 0.6
 class Filling:
     """What is filled, as seen by the fit; the masks (H, W) do not overlap."""
 
-    pieces: list[State]
+    pieces: list[ClothState]
     """Pieces carried on."""
     masks: list[Bools]
     """What each of them fills."""
@@ -59,13 +59,13 @@ class Filling:
     """(H, W), what the nearest cloth alone fills."""
 
 
-def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) -> Filling:
+def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list[Bools]) -> Filling:
     """Return what there is to fill beside the pixels (H, W) that the pieces explain."""
     covered = np.asarray(np.any(masks, axis=0), np.bool_)
     gaps = np.stack([distance(mask) for mask in masks])
     open_to = cloth.valid & ~covered
     if not cloth.in_region:
-        open_to &= enclosed(covered) & (gaps.min(0) < cloth.step_px)
+        open_to &= find_enclosed(covered) & (gaps.min(0) < cloth.step_px)
     owner = gaps.argmin(0)
     carried, possible = [], []
     # What is further away changes neither a pixel's colour nor the width of its patch.
@@ -87,33 +87,33 @@ def filled(cloth: Cloth, found: Fit, pieces: list[State], masks: list[Bools]) ->
     whole = covered | (alike & (reached | (gaps.min(0) < STRAIGHT * cloth.step_px)))
     if cloth.in_region:
         light = light_around(cloth, found)
-        own = coloured_as(palette(found.texel), cloth.photo, found, light, SHADES)
+        own = find_coloured_as(palette(found.texel), cloth.photo, found, light, SHADES)
         alike |= open_to & own & ~colours_of(cloth.photo, found, light)[1]
-        coloured |= open_to & coloured_as(palette(found.texel), cloth.photo, found, light, (SHADES[0], GLARING))
+        coloured |= open_to & find_coloured_as(palette(found.texel), cloth.photo, found, light, (SHADES[0], GLARING))
         further = solid(covered | alike, SOLID * cloth.step_px) & ~whole
         whole |= small_parts(further, PART * float(covered.sum()))
-    whole = cleaned(whole, cloth.sigma_px / 2)
+    whole = clean(whole, cloth.sigma_px / 2)
     # What is left amid cloth, and no larger than this, is no belt.
     spots = amid(cloth.valid & ~whole, whole, SPOT * cloth.step_px**2) & open_to & coloured
-    whole = cleaned(whole | spots, cloth.sigma_px / 2)
+    whole = clean(whole | spots, cloth.sigma_px / 2)
     masks = [np.asarray(mask & whole, np.bool_) for mask in possible]
     apart = open_to & whole & ~np.any(masks, axis=0)
     used = [number for number, mask in enumerate(masks) if mask.any()]
     return Filling([carried[number] for number in used], [masks[number] for number in used], apart)
 
 
-def enclosed(covered: Bools) -> Bools:
+def find_enclosed(covered: Bools) -> Bools:
     """Return the holes (H, W) of a region, which do not reach the picture's edge."""
     _, labels = cv2.connectedComponents((~covered).astype(np.uint8), connectivity=4)
     outside = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
     return np.asarray(~covered & ~np.isin(labels, outside), np.bool_)
 
 
-def carried_on(mesh: Mesh, piece: State, wanted: Bools, texel_area: float) -> tuple[State, Bools]:
+def carried_on(mesh: ClothMesh, piece: ClothState, wanted: Bools, texel_area: float) -> tuple[ClothState, Bools]:
     """Return a piece with values at the nodes around wanted pixels (H, W), and the cells that have sound ones."""
     cells = piece.cells | (mesh.cell_means(wanted.astype(float)) > 0)
     cells = np.asarray(cv2.dilate(cells.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0, np.bool_)
-    further = continued(mesh, piece, cells)
+    further = continue_on(mesh, piece, cells)
     low, usual, high = np.percentile(piece.rho[mesh.nodes_of(piece.cells)], [2, 50, 98])
     rho = np.where(mesh.nodes_of(cells), np.clip(further.rho, low, high), usual)
     further = replace(further, rho=rho)
@@ -157,14 +157,14 @@ def solid(mask: Bools, radius_px: float) -> Bools:
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc) > 0, np.bool_)
 
 
-def light_around(cloth: Cloth, found: Fit) -> Floats:
+def light_around(cloth: FittedCloth, found: Fit) -> Floats:
     """Return the light (H, W, 1) in which each neighbourhood would have the texel's mean brightness."""
     mass = gaussian(cloth.valid.astype(np.float64), cloth.step_px / 2)
     seen = gaussian(cloth.photo.mean(-1) * cloth.valid, cloth.step_px / 2) / np.maximum(mass, 1e-6)
     return np.asarray(seen[..., None] / max(float(found.texel.pixels.mean()), 1e-6), np.float64)
 
 
-def coloured_as(colours: Singles, photo: Floats, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:
+def find_coloured_as(colours: Singles, photo: Floats, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:
     """Return which pixels (H, W) of a photo (H, W, 3) have one of the colours (k, 3) in a shade of light (H, W, 1)."""
     off = np.min([from_shades(photo, light * colour, shades) for colour in colours], axis=0)
     return mostly(off < limit_of(found) * light[..., 0])

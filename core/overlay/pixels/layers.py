@@ -4,17 +4,17 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.bands import bands
-from core.overlay.distances import distance, within
-from core.overlay.mesh import Mesh, around
+from core.overlay.filters.bands import bands
+from core.overlay.filters.distances import distance, within
+from core.overlay.mesh import ClothMesh, around
 from core.overlay.pixels.extension import Extension, extension_of
 from core.overlay.pixels.filling import carried_on, filled, parts_with, small_parts
-from core.overlay.pixels.obstacles import obstacles
+from core.overlay.pixels.occluders.things_on_cloth import obstacles
 from core.overlay.pixels.outline import beside, beyond
-from core.overlay.registration.carrying import settled
-from core.overlay.registration.cloth import Cloth, Fit
-from core.overlay.registration.region import LIMIT, cleaned, misfit, ring, without_specks
-from core.overlay.registration.registration import LEAST_SHADING, State
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.constrained_registration import settle
+from core.overlay.registration.region import LIMIT, clean, misfit, ring, without_specks
+from core.overlay.registration.registration import LEAST_SHADING, ClothState
 from core.overlay.texel import Texel
 
 Layers = tuple[Singles, Singles]
@@ -33,7 +33,7 @@ RIM_PX = 4.0
 """Least width of the rim that is looked at pixel by pixel."""
 
 
-def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
+def explained(cloth: FittedCloth, found: Fit, pieces: list[ClothState]) -> list[Bools]:
     """Return the pixels (H, W) that each piece explains, as seen by the fit; they do not overlap.
 
     Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
@@ -52,12 +52,12 @@ def explained(cloth: Cloth, found: Fit, pieces: list[State]) -> list[Bools]:
         bad = np.where(mesh.pixels_of(core > 0)[box], mild / LENIENCE, strict)
         near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1))[box] & valid
         near &= rho * brightest < GLARE
-        better = cleaned(near & (bad < best[box]), cloth.sigma_px) & near
+        better = clean(near & (bad < best[box]), cloth.sigma_px) & near
         owner[box][better], best[box][better] = number, bad[better]
     return [np.asarray(owner == number, np.bool_) for number in range(len(pieces))]
 
 
-def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -> Layers:
+def painted(mesh: ClothMesh, pieces: list[ClothState], masks: list[Bools], valid: Bools) -> Layers:
     """Return coordinates (H, W, 2) and shading (H, W) of the pieces' pixels, NaN elsewhere.
 
     `masks` may be of a smaller picture than `mesh` and `valid` are.
@@ -67,7 +67,7 @@ def painted(mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -
     return layers
 
 
-def paint(layers: Layers, mesh: Mesh, pieces: list[State], masks: list[Bools], valid: Bools) -> None:
+def paint(layers: Layers, mesh: ClothMesh, pieces: list[ClothState], masks: list[Bools], valid: Bools) -> None:
     """Put what `painted` returns where the layers have nothing yet."""
     uv, shading = layers
     for piece, mask in zip(pieces, masks, strict=True):
@@ -80,7 +80,13 @@ def paint(layers: Layers, mesh: Mesh, pieces: list[State], masks: list[Bools], v
 
 
 def add_rest(
-    layers: Layers, cloth: Cloth, found: Fit, mesh: Mesh, pieces: list[State], masks: list[Bools], photo: Floats
+    layers: Layers,
+    cloth: FittedCloth,
+    found: Fit,
+    mesh: ClothMesh,
+    pieces: list[ClothState],
+    masks: list[Bools],
+    photo: Floats,
 ) -> None:
     """Put coordinates and shading also where cloth is seen but not followed: in gaps, and up to its outline.
 
@@ -92,7 +98,7 @@ def add_rest(
     valid = spread_mask(cloth.valid, layers[1].shape)
     more = filled(cloth, found, pieces, masks)
     covered = np.asarray(np.any(masks, axis=0), np.bool_)
-    carried = [settled(cloth, found, *filling, covered) for filling in zip(more.pieces, more.masks, strict=True)]
+    carried = [settle(cloth, found, *filling, covered) for filling in zip(more.pieces, more.masks, strict=True)]
     paint(layers, mesh, carried, more.masks, valid)
     extension = extension_from(cloth, pieces, masks)
     if extension is None:
@@ -104,16 +110,16 @@ def add_rest(
     held, cloth_there = up_to_outline(seen, cloth, found, pieces, extension, photo[few, few])
     # What the mesh reaches has been registered; the rest has not.
     paint(layers, mesh, pieces, [mask & cloth_there for mask in held], valid)
-    for piece, mine in zip(pieces, shared(cloth_there & ~np.any(held, axis=0), masks), strict=True):
+    for piece, mine in zip(pieces, share_out(cloth_there & ~np.any(held, axis=0), masks), strict=True):
         if mine.any():
             wider, sound = carried_on(cloth.mesh, piece, mine, abs(float(np.linalg.det(cloth.basis))))
-            wider = settled(cloth, found, wider, mine, covered)
+            wider = settle(cloth, found, wider, mine, covered)
             paint(layers, mesh, [wider], [mine & cloth.mesh.pixels_of(sound)], valid)
     carry_on(layers, extension, spread_mask(cloth_there, valid.shape) & valid, scale)
 
 
 def up_to_outline(
-    layers: Layers, cloth: Cloth, found: Fit, pieces: list[State], extension: Extension, photo: Floats
+    layers: Layers, cloth: FittedCloth, found: Fit, pieces: list[ClothState], extension: Extension, photo: Floats
 ) -> tuple[list[Bools], Bools]:
     """Return the pixels (H, W) near the layers' border that each piece's mesh reaches, and which there are cloth."""
     width = max(RIM_PX, cloth.sigma_px)
@@ -128,7 +134,7 @@ def up_to_outline(
     return held, beyond(photo, found.texel(uv), rho, covered, further, width, width)
 
 
-def shared(wanted: Bools, masks: list[Bools]) -> list[Bools]:
+def share_out(wanted: Bools, masks: list[Bools]) -> list[Bools]:
     """Return which of the wanted pixels (H, W) are nearest to each of the masks."""
     owner = np.stack([distance(mask) for mask in masks]).argmin(0)
     return [np.asarray(wanted & (owner == number), np.bool_) for number in range(len(masks))]
@@ -141,7 +147,7 @@ def carry_on(layers: Layers, extension: Extension, wanted: Bools, scale: int) ->
     layers[0][rows, columns], layers[1][rows, columns] = extension.at(places)
 
 
-def extension_from(cloth: Cloth, pieces: list[State], masks: list[Bools]) -> Extension | None:
+def extension_from(cloth: FittedCloth, pieces: list[ClothState], masks: list[Bools]) -> Extension | None:
     """Return how the pieces' pixels go on, None if nothing of them is sound."""
     owner = np.full(cloth.valid.shape, -1)
     for number, mask in enumerate(masks):
@@ -150,7 +156,7 @@ def extension_from(cloth: Cloth, pieces: list[State], masks: list[Bools]) -> Ext
     return extension_of(uv, rho, owner, abs(float(np.linalg.det(cloth.basis))), cloth.sigma_px)
 
 
-def other_things(photo: Floats, layers: Layers, texel: Texel, cloth: Cloth, scale: int) -> Bools:
+def other_things(photo: Floats, layers: Layers, texel: Texel, cloth: FittedCloth, scale: int) -> Bools:
     """Return which covered pixels (H, W) are not the cloth's after all: beside its rim, or of a thing that lies on it.
 
     Every `scale`-th pixel is looked at.

@@ -15,7 +15,7 @@ NEXT, OTHER = 0.6, 1e4
 """P1, and P2 where no other shift than the next one is to come."""
 
 
-def summed_along_paths(costs: Singles, covered: Bools, cuts: tuple[Bools, Bools], other: float = OTHER) -> Singles:
+def sum_along_paths(costs: Singles, covered: Bools, cuts: tuple[Bools, Bools], other: float = OTHER) -> Singles:
     """Return the least costs (rows, columns, H, W) of paths to each place, one from every side, added up.
 
     A path begins anew where the cloth is not `covered` (H, W), and at the cuts from the place above and to the left;

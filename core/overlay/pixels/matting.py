@@ -14,7 +14,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.composition import finite, steepness
-from core.overlay.distances import distance, nearest_of
+from core.overlay.filters.distances import distance, nearest_of
 
 BAND_PX = 2
 """Widest that a border is soft, to either side of the outline."""

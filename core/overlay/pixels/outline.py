@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.distances import distance, within
+from core.overlay.filters.distances import distance, within
+from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import from_shades
-from core.overlay.pixels.cutting import MOST, cut_out
-from core.overlay.smoothing import gaussian
+from core.overlay.pixels.occluders.graph_cut import MOST, cut_out
 
 SHADES = (0.5, 1.25)
 """Light at the rim, over that further inside."""

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.bands import bands
-from core.overlay.smoothing import gaussian
+from core.overlay.filters.bands import bands
+from core.overlay.filters.smoothing import gaussian
 from core.overlay.texel import Texel
 
 SIGMA_PX = 3.0
@@ -26,7 +26,7 @@ LEAST_NOISE = 0.005
 ROUNDS = 3
 
 
-def refined(photo: Floats, uv: Singles, shading: Singles, texel: Texel, basis: Floats, *, every: int = 1) -> Singles:
+def refine(photo: Floats, uv: Singles, shading: Singles, texel: Texel, basis: Floats, *, every: int = 1) -> Singles:
     """Return `uv` (H, W, 2) moved by at most `MOST_PX` to where the texel explains the photo (H, W, 3) best.
 
     `uv` and `shading` (H, W) are NaN outside the cloth; `basis` (2, 2) is pixels of undeformed cloth a texel. Only

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from core.arrays import Bools, Floats, Ints
 from core.graphs.minimum_cut import minimum_cut
 from core.overlay.composition import steepness
-from core.overlay.distances import nearest_of, within
+from core.overlay.filters.distances import nearest_of, within
 
 SIDE, FULL = 0.6, 0.4
 """Side of a square, in lattice steps, and how much of it is sure."""
@@ -64,7 +64,7 @@ class Squares:
     """(n, 2, 2), usual slopes around of places in the undeformed cloth, by row and column."""
 
 
-def unwrapped(uv: Floats, sheet: Ints, torn: Bools, basis: Floats, step_px: float) -> tuple[Floats, Bools]:
+def unwrap(uv: Floats, sheet: Ints, torn: Bools, basis: Floats, step_px: float) -> tuple[Floats, Bools]:
     """Return by how many whole texels (H, W, 2) places are moved, and which of them (H, W) remain sure.
 
     `uv` (H, W, 2) are texels, `sheet` (H, W) the number from 1 of the sure cloth that was followed as one, 0 for none,

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.smoothing import gaussian
+from core.overlay.filters.smoothing import gaussian
 
 SHOWN = 0.35
 """Share of the photo's variance that the texture explains over what is cloth."""

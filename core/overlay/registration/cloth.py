@@ -6,13 +6,13 @@ import numpy as np
 
 from core.arrays import Bools, Floats
 from core.overlay.composition import DENSITY
-from core.overlay.detection.alignment import Canvas
+from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import LEAST_VERTICES
 from core.overlay.detection.stages import Stage
-from core.overlay.mesh import Mesh
+from core.overlay.mesh import ClothMesh
 from core.overlay.registration.region import LIMIT, Tolerance, misfit_of_cells, sums_of_cells, tolerance_of
-from core.overlay.registration.registration import Registration, State
+from core.overlay.registration.registration import ClothState, Registration
 from core.overlay.registration.thin_plate import spread
 from core.overlay.texel import Texel, estimate_texel
 
@@ -23,18 +23,18 @@ SIZES = (0.1, 8.0)
 
 
 @dataclass(frozen=True)
-class Cloth:
+class FittedCloth:
     """What stays the same while a photo is fitted."""
 
     photo: Floats
     """(H, W, 3), 0 to 1."""
-    canvas: Canvas
+    canvas: FlatPicture
     """The photo freed of slow changes of light, and where cloth may be."""
     lattice: Lattice
     """The lattice that was found, of steps that may be finer than the texel."""
     M: Floats
     """(2, 2), columns are the texel's sides in steps of the lattice."""
-    mesh: Mesh
+    mesh: ClothMesh
     registration: Registration
 
     @property
@@ -88,7 +88,7 @@ class Fit:
     """A texel and the pieces of cloth that it is registered with; their cells do not overlap."""
 
     texel: Texel
-    pieces: tuple[State, ...]
+    pieces: tuple[ClothState, ...]
     tolerance: Tolerance
 
     @property
@@ -97,16 +97,16 @@ class Fit:
         return np.asarray(np.any([piece.cells for piece in self.pieces], axis=0), np.bool_)
 
 
-def make_cloth(photo: Floats, canvas: Canvas, lattice: Lattice, M: Floats) -> Cloth:
+def make_cloth(photo: Floats, canvas: FlatPicture, lattice: Lattice, M: Floats) -> FittedCloth:
     """Return the cloth of a photo whose texel is M of a lattice's steps."""
     # About four cells to a step (NRT sec. 3.2: finer than the lattice).
     cell = int(np.clip(2 * round(np.sqrt(lattice.texel_area) / 8), 4, 14))
-    mesh = Mesh(photo.shape[:2], cell)
+    mesh = ClothMesh(photo.shape[:2], cell)
     registration = Registration(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice.basis @ M)
-    return Cloth(photo, canvas, lattice, M, mesh, registration)
+    return FittedCloth(photo, canvas, lattice, M, mesh, registration)
 
 
-def starting_state(cloth: Cloth, lattice: Lattice) -> State:
+def starting_state(cloth: FittedCloth, lattice: Lattice) -> ClothState:
     """Return coordinates spread from the lattice, in its own texels, and shading from the local brightness."""
     uv = spread(cloth.mesh, lattice)
     cells = near_lattice(cloth.mesh, lattice, uv) & (cloth.mesh.cell_means(cloth.valid.astype(float)) > 0.5)
@@ -115,10 +115,10 @@ def starting_state(cloth: Cloth, lattice: Lattice) -> State:
     rho = np.where(cloth.valid, brightness, np.nan)[at[..., 1], at[..., 0]]
     middle = float(np.nanmedian(rho))
     rho = np.clip(np.nan_to_num(rho / middle, nan=1.0), 0.1, 5.0)
-    return State(np.nan_to_num(uv), rho, np.asarray(cells, np.bool_))
+    return ClothState(np.nan_to_num(uv), rho, np.asarray(cells, np.bool_))
 
 
-def near_lattice(mesh: Mesh, lattice: Lattice, uv: Floats) -> Bools:
+def near_lattice(mesh: ClothMesh, lattice: Lattice, uv: Floats) -> Bools:
     """Return the cells whose corners are nearer to a vertex of the lattice than to any place that lacks one."""
     known = set(map(tuple, lattice.keys.tolist()))
     spread_to = np.isfinite(uv[..., 0])
@@ -127,7 +127,7 @@ def near_lattice(mesh: Mesh, lattice: Lattice, uv: Floats) -> Bools:
     return np.asarray(near[:-1, :-1] & near[1:, :-1] & near[:-1, 1:] & near[1:, 1:], np.bool_)
 
 
-def estimated(cloth: Cloth, pieces: tuple[State, ...], *, parity: tuple[int, int] | None = None) -> Texel:
+def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...], *, parity: tuple[int, int] | None = None) -> Texel:
     """Return the texel that the pieces show; with a `parity`, axis and rest by 2, that of these rows or columns."""
     uv, rho, weight = np.zeros((*cloth.valid.shape, 2)), np.ones(cloth.valid.shape), np.zeros(cloth.valid.shape)
     for piece in pieces:
@@ -139,14 +139,14 @@ def estimated(cloth: Cloth, pieces: tuple[State, ...], *, parity: tuple[int, int
     return estimate_texel(cloth.photo, uv, rho, weight, cloth.texel_samples)
 
 
-def measured(cloth: Cloth, texel: Texel, pieces: tuple[State, ...]) -> Fit:
+def measure(cloth: FittedCloth, texel: Texel, pieces: tuple[ClothState, ...]) -> Fit:
     """Return the fit of a texel and pieces with the tolerance that they suggest."""
     whole = cloth.registration.by_cells()
     sums = np.concatenate([sums_of_cells(cloth.mesh, *whole, piece, texel) for piece in pieces])
     return Fit(texel, pieces, tolerance_of(sums, texel, IN_REGION if cloth.in_region else 1.0))
 
 
-def misfits(cloth: Cloth, state: State, found: Fit) -> Floats:
+def misfits(cloth: FittedCloth, state: ClothState, found: Fit) -> Floats:
     """Return the misfit (rows, columns) of the cells in use, by the measure of what has been found."""
     sums = sums_of_cells(cloth.mesh, *cloth.registration.by_cells(), state, found.texel)
     strict, mild = misfit_of_cells(cloth.mesh, state.cells, sums, found.tolerance, cloth.sigma_px)
@@ -154,7 +154,7 @@ def misfits(cloth: Cloth, state: State, found: Fit) -> Floats:
     return mild if cloth.in_region else strict
 
 
-def fitting_cells(cloth: Cloth, state: State, found: Fit, *, limit: float = LIMIT) -> Bools:
+def fitting_cells(cloth: FittedCloth, state: ClothState, found: Fit, *, limit: float = LIMIT) -> Bools:
     """Return the cells in use in which the texture explains the photo, neither blown up nor crushed."""
     usual = cloth.mesh.cell**2 / abs(np.linalg.det(cloth.basis))
     sizes = np.abs(cloth.mesh.areas(state.uv, state.cells)) / usual
@@ -163,7 +163,7 @@ def fitting_cells(cloth: Cloth, state: State, found: Fit, *, limit: float = LIMI
     return np.asarray(sound & (misfits(cloth, state, found) < limit), np.bool_)
 
 
-def stage(cloth: Cloth, found: Fit) -> Stage:
+def stage(cloth: FittedCloth, found: Fit) -> Stage:
     """Return what a fit can show."""
     uv = np.full((*cloth.valid.shape, 2), np.nan)
     for piece in found.pieces:

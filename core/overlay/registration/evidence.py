@@ -16,9 +16,9 @@ from scipy import sparse
 
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
-from core.overlay.registration.cloth import Cloth, Fit, estimated
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate
 from core.overlay.registration.region import LEAST_NOISE, sums_of_cells
-from core.overlay.registration.registration import LEAST_SHADING, Smoothness, State, huber
+from core.overlay.registration.registration import LEAST_SHADING, ClothState, Smoothness, huber
 from core.overlay.texel import Texel
 
 CLEAR, CREDIBLE = 0.5, 0.05
@@ -49,24 +49,24 @@ class Evidence:
         return self.share > CLEAR
 
 
-def weigh(cloth: Cloth, found: Fit) -> Evidence:
+def weigh(cloth: FittedCloth, found: Fit) -> Evidence:
     """Return what speaks for a fit on its cells; what is seen only once explains itself and says nothing."""
     stripes = found.texel.striped()
     striped = tuple(relight(cloth, piece, stripes) for piece in found.pieces)
-    before, count = unexplained(cloth, striped, stripes)
+    before, count = measure_unexplained(cloth, striped, stripes)
     ways = [along(cloth, found, axis, before, count) for axis in (0, 1)]
     return Evidence(min(way.explained for way in ways), min(way.share for way in ways))
 
 
-def along(cloth: Cloth, found: Fit, axis: int, before: Floats, count: Floats) -> Evidence:
+def along(cloth: FittedCloth, found: Fit, axis: int, before: Floats, count: Floats) -> Evidence:
     """Return what speaks for a fit along an axis, where stripes leave an error `before` (K,) in `count` (K,) pixels."""
-    seen_again, after = repeated(piece_parts(found), axis), foretold(cloth, found, axis)
+    seen_again, after = count_repeated(piece_parts(found), axis), foretold(cloth, found, axis)
     ratios = np.log((before + LEAST_NOISE * count) / (after + LEAST_NOISE * count))
     share = 1 - float(after.sum()) / max(float(before.sum()), 1e-9)
     return Evidence(seen_again * 0.5 * float(count @ ratios), seen_again * share)
 
 
-def foretold(cloth: Cloth, found: Fit, axis: int) -> Floats:
+def foretold(cloth: FittedCloth, found: Fit, axis: int) -> Floats:
     """Return the squared error in each cell (K,) of the pieces, each texel shown as those of other parity along `axis`.
 
     Summed over channels.
@@ -74,7 +74,7 @@ def foretold(cloth: Cloth, found: Fit, axis: int) -> Floats:
     mesh, (photo, weight) = cloth.mesh, cloth.registration.by_cells()
     errors = [np.zeros(int(piece.cells.sum())) for piece in found.pieces]
     for half in (0, 1):
-        texel = estimated(cloth, found.pieces, parity=(axis, 1 - half))
+        texel = estimate(cloth, found.pieces, parity=(axis, 1 - half))
         for piece, error in zip(found.pieces, errors, strict=True):
             at = mesh.weights @ piece.uv.reshape(-1, 2)[mesh.corners[piece.cells]]
             own = np.zeros_like(weight)
@@ -97,7 +97,7 @@ def piece_parts(found: Fit) -> Ints:
     )
 
 
-def repeated(parts: Ints, axis: int) -> float:
+def count_repeated(parts: Ints, axis: int) -> float:
     """Return the share of the parts of texels (n, 3) that are seen elsewhere in the same row of texels along `axis`.
 
     A border repeats along one axis only.
@@ -108,7 +108,7 @@ def repeated(parts: Ints, axis: int) -> float:
     return float(times[times > 1].sum()) / max(len(parts), 1)
 
 
-def relight(cloth: Cloth, piece: State, texel: Texel) -> State:
+def relight(cloth: FittedCloth, piece: ClothState, texel: Texel) -> ClothState:
     """Return a piece, its geometry as it is, with the light that suits a texel best (NRT eq. 6, its terms in rho)."""
     mesh, used = cloth.mesh, cloth.mesh.nodes_of(piece.cells).ravel()
     number = np.cumsum(used) - 1
@@ -135,7 +135,7 @@ def relight(cloth: Cloth, piece: State, texel: Texel) -> State:
     return replace(piece, rho=whole.reshape(piece.rho.shape))
 
 
-def unexplained(cloth: Cloth, pieces: tuple[State, ...], texel: Texel) -> tuple[Floats, Floats]:
+def measure_unexplained(cloth: FittedCloth, pieces: tuple[ClothState, ...], texel: Texel) -> tuple[Floats, Floats]:
     """Return the squared error of the model in each cell (K,) of the pieces, summed over channels, and its pixels."""
     planes = cloth.registration.by_cells()
     sums = np.concatenate([sums_of_cells(cloth.mesh, *planes, piece, texel) for piece in pieces])

@@ -6,15 +6,15 @@ from functools import partial
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.detection.alignment import Canvas
-from core.overlay.detection.basis import reduced
+from core.overlay.detection.alignment import FlatPicture
+from core.overlay.detection.basis import reduce
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.period import coarser, estimate_halves, far_period
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.registration.cloth import Cloth, Fit, estimated, make_cloth, measured, stage, starting_state
-from core.overlay.registration.following import all_followed, doubtful, followed, pruned, surest
-from core.overlay.registration.pieces import joined_by, with_more_pieces
-from core.overlay.registration.registration import Smoothness, State
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, stage, starting_state
+from core.overlay.registration.pieces import join_by, with_more_pieces
+from core.overlay.registration.region_growing import all_followed, doubtful, followed, prune, surest
+from core.overlay.registration.registration import ClothState, Smoothness
 from core.progress import Job, Progress
 
 LEAST_EVENNESS = 0.12
@@ -28,18 +28,20 @@ DOUBTFUL, BEGUN = 20, 15
 which they begin."""
 
 
-def fit(photo: Floats, canvas: Canvas, lattices: list[Lattice], seed: int, *, trusted: bool) -> Job[tuple[Cloth, Fit]]:
+def fit(
+    photo: Floats, canvas: FlatPicture, lattices: list[Lattice], seed: int, *, trusted: bool
+) -> Job[tuple[FittedCloth, Fit]]:
     """Return the cloth registered from the lattice of its largest part, and of others if there are.
 
     A `trusted` lattice is the user's: its steps are the texel. Raises `NoPatternError` where nothing can be followed.
     """
     cloth, found = yield from begun(photo, canvas, lattices[0], seed, trusted=trusted)
-    return (yield from completed(cloth, found, lattices[1:], seed))
+    return (yield from complete(cloth, found, lattices[1:], seed))
 
 
 def begun(
-    photo: Floats, canvas: Canvas, lattice: Lattice, seed: int, *, trusted: bool = False
-) -> Job[tuple[Cloth, Fit]]:
+    photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int, *, trusted: bool = False
+) -> Job[tuple[FittedCloth, Fit]]:
     """Return the cloth registered where its lattice lies.
 
     Raises `NoPatternError` where there are stripes only, and where no texel lies on what may be cloth.
@@ -52,50 +54,50 @@ def begun(
         M = true_period(cloth, start, seed)
         if abs(np.linalg.det(M)) > 1.5:
             # Vertices that lie badly make texels look different: what counts is how they look once registered.
-            found = measured(cloth, estimated(cloth, (start,)), (start,))
-            start = refitted(cloth, found, rounds=5, blur_px=1.5).pieces[0]
+            found = measure(cloth, estimate(cloth, (start,)), (start,))
+            start = refit(cloth, found, rounds=5, blur_px=1.5).pieces[0]
             M = true_period(cloth, start, seed)
         cloth = make_cloth(photo, canvas, lattice, M)
     start = replace(start, uv=start.uv @ np.linalg.inv(cloth.M).T)
-    found = measured(cloth, estimated(cloth, (start,)), (start,))
+    found = measure(cloth, estimate(cloth, (start,)), (start,))
     if evenness(cloth, found) < LEAST_EVENNESS:
         raise NoPatternError
     for number, blur_px in enumerate((1.5, 0.7)):
         yield Progress(0.05 + 0.1 * number, "registering", stage(cloth, found))
-        found = refitted(cloth, found, rounds=5, blur_px=blur_px)
+        found = refit(cloth, found, rounds=5, blur_px=blur_px)
     return cloth, found
 
 
-def completed(cloth: Cloth, found: Fit, others: list[Lattice], seed: int) -> Job[tuple[Cloth, Fit]]:
+def complete(cloth: FittedCloth, found: Fit, others: list[Lattice], seed: int) -> Job[tuple[FittedCloth, Fit]]:
     """Return the cloth followed to its end from where it has been registered, with its further pieces.
 
     Raises `NoPatternError` where hardly anything can be followed.
     """
-    found = yield from followed(cloth, pruned(cloth, found), Progress(0.25, "following the cloth"))
+    found = yield from followed(cloth, prune(cloth, found), Progress(0.25, "following the cloth"))
     if cloth.steps_of(found.cells) < LEAST_STEPS:
         raise NoPatternError
     for other in others:
-        found = yield from joined_by(cloth, found, other, Progress(0.4, "following the cloth"))
+        found = yield from join_by(cloth, found, other, Progress(0.4, "following the cloth"))
     anew = (yield from from_the_surest(cloth, found, seed)) if doubtful(cloth, found) > DOUBTFUL else None
     found = anew or (yield from with_the_rest(cloth, found, seed))
     yield Progress(0.9, "registering finely", stage(cloth, found))
-    return cloth, refitted(cloth, found, rounds=4)
+    return cloth, refit(cloth, found, rounds=4)
 
 
-def with_the_rest(cloth: Cloth, found: Fit, seed: int) -> Job[Fit]:
+def with_the_rest(cloth: FittedCloth, found: Fit, seed: int) -> Job[Fit]:
     """Return the cloth with its further pieces, the first one followed anew where it proves to lie wrong."""
     rng = np.random.default_rng(seed)
     for fraction in (0.4, 0.6):
         found = yield from with_more_pieces(cloth, found, rng, fraction)
     yield Progress(0.8, "registering finely", stage(cloth, found))
-    found = refitted(cloth, found, rounds=3)
+    found = refit(cloth, found, rounds=3)
     # What is wrong shows now that the texel is sharp; the rest of the cloth may lead there another way.
-    found = pruned(cloth, replace(found, pieces=(*found.pieces[1:], found.pieces[0])))
+    found = prune(cloth, replace(found, pieces=(*found.pieces[1:], found.pieces[0])))
     found = yield from followed(cloth, found, Progress(0.85, "following the cloth"))
     return replace(found, pieces=(found.pieces[-1], *found.pieces[:-1]))
 
 
-def from_the_surest(cloth: Cloth, found: Fit, seed: int) -> Job[Fit | None]:
+def from_the_surest(cloth: FittedCloth, found: Fit, seed: int) -> Job[Fit | None]:
     """Return the cloth with its pieces, each followed first to where it surely lies right; None if hardly more does.
 
     Where folds hide parts of texels one piece soon goes on beside the pattern, or in other steps of the lattice than
@@ -103,7 +105,7 @@ def from_the_surest(cloth: Cloth, found: Fit, seed: int) -> Job[Fit | None]:
     """
     rng = np.random.default_rng(seed)
     yield Progress(0.4, "registering finely", stage(cloth, found))
-    sure, limit = surest(cloth, refitted(cloth, found, rounds=3))
+    sure, limit = surest(cloth, refit(cloth, found, rounds=3))
     more = yield from with_more_pieces(cloth, sure, rng, 0.45, limit=limit, vertices=BEGUN)
     if cloth.steps_of(more.cells & ~sure.cells) < DOUBTFUL:
         return None
@@ -111,12 +113,12 @@ def from_the_surest(cloth: Cloth, found: Fit, seed: int) -> Job[Fit | None]:
     return (yield from with_more_pieces(cloth, whole, rng, 0.8))
 
 
-def evenness(cloth: Cloth, found: Fit) -> float:
+def evenness(cloth: FittedCloth, found: Fit) -> float:
     """Return how much the texel changes along its stripes over across them, without its grain."""
     return found.texel.blurred(0.1 * cloth.step_px, cloth.basis).evenness(cloth.basis)
 
 
-def true_period(cloth: Cloth, state: State, seed: int) -> Floats:
+def true_period(cloth: FittedCloth, state: ClothState, seed: int) -> Floats:
     """Return the sides (2, 2), in lattice steps, of the smallest texel that explains the photo in colour."""
     M = np.diag(far_period(cloth.canvas, cloth.lattice)).astype(float)
     weight = cloth.mesh.pixels_of(state.cells) * cloth.valid.astype(float)
@@ -130,12 +132,12 @@ def true_period(cloth: Cloth, state: State, seed: int) -> Floats:
             # Few texels look different by chance: others have to agree.
             steps = coarser(*(drawn(seed + k) for k in range(DRAWS)))
         finer = cloth.lattice.basis @ M
-        M = M @ np.rint(np.linalg.solve(finer, reduced(finer @ steps)))
+        M = M @ np.rint(np.linalg.solve(finer, reduce(finer @ steps)))
     return M
 
 
-def refitted(cloth: Cloth, found: Fit, *, rounds: int, blur_px: float = 0.0) -> Fit:
+def refit(cloth: FittedCloth, found: Fit, *, rounds: int, blur_px: float = 0.0) -> Fit:
     """Return the pieces registered anew and the texel estimated anew from them."""
     run = cloth.registration.run
     pieces = tuple(run(piece, found.texel, Smoothness(), rounds=rounds, blur_px=blur_px) for piece in found.pieces)
-    return measured(cloth, estimated(cloth, pieces), pieces)
+    return measure(cloth, estimate(cloth, pieces), pieces)

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.detection.alignment import Canvas
+from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.lattice import Lattice, mean_template
 from core.overlay.detection.seeding import find_texels, grown_piece
-from core.overlay.mesh import Mesh
-from core.overlay.registration.cloth import Cloth, Fit, fitting_cells, misfits, stage, starting_state
-from core.overlay.registration.following import followed
-from core.overlay.registration.region import LIMIT, continued, ring
-from core.overlay.registration.registration import Smoothness, State
-from core.overlay.registration.turning import turned
+from core.overlay.mesh import ClothMesh
+from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells, misfits, stage, starting_state
+from core.overlay.registration.orientation import turned
+from core.overlay.registration.region import LIMIT, continue_on, ring
+from core.overlay.registration.region_growing import followed
+from core.overlay.registration.registration import ClothState, Smoothness
 from core.progress import Job, Progress
 
 MOST_PIECES, MOST_CANDIDATES = 12, 16
@@ -29,7 +29,7 @@ LEAST_SHARE = 0.03
 
 
 def with_more_pieces(
-    cloth: Cloth,
+    cloth: FittedCloth,
     found: Fit,
     rng: np.random.Generator,
     fraction: float,
@@ -54,18 +54,18 @@ def with_more_pieces(
         if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
             piece = grown_piece(rest, template, candidates[np.array([row])])
             if len(piece) >= (1 if cloth.few else vertices):
-                found = yield from joined_by(cloth, found, piece, step, limit=limit)
+                found = yield from join_by(cloth, found, piece, step, limit=limit)
                 rest = free(cloth, found)
     return found
 
 
-def free(cloth: Cloth, found: Fit) -> Canvas:
+def free(cloth: FittedCloth, found: Fit) -> FlatPicture:
     """Return the canvas limited to what no piece has."""
     rest = cloth.valid & ~cloth.mesh.pixels_of(found.cells)
-    return Canvas(cloth.canvas.image, rest.astype(np.float32)[..., None])
+    return FlatPicture(cloth.canvas.image, rest.astype(np.float32)[..., None])
 
 
-def joined_by(cloth: Cloth, found: Fit, lattice: Lattice, step: Progress, *, limit: float = LIMIT) -> Job[Fit]:
+def join_by(cloth: FittedCloth, found: Fit, lattice: Lattice, step: Progress, *, limit: float = LIMIT) -> Job[Fit]:
     """Return the fit with the piece that begins at another lattice, if the texture explains enough of it."""
     start = starting_state(cloth, lattice)
     start = replace(start, cells=start.cells & ~found.cells)
@@ -78,20 +78,20 @@ def joined_by(cloth: Cloth, found: Fit, lattice: Lattice, step: Progress, *, lim
         return found
     wider = yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step, limit=limit)
     new = wider.pieces[-1]
-    pieces = merged(cloth, found.pieces, new)
+    pieces = merge(cloth, found.pieces, new)
     apart = len(pieces) > len(found.pieces)
     share = LEAST_SHARE if cloth.in_region else 3 * LEAST_SHARE
     least = max(LEAST_PIECE[cloth.few], share * cloth.steps_of(found.pieces[0].cells)) if apart else 1.0
     return replace(found, pieces=pieces) if cloth.steps_of(new.cells) > least else found
 
 
-def merged(cloth: Cloth, pieces: tuple[State, ...], new: State) -> tuple[State, ...]:
+def merge(cloth: FittedCloth, pieces: tuple[ClothState, ...], new: ClothState) -> tuple[ClothState, ...]:
     """Return the pieces with a new one, made one with an old one that it continues without a break."""
     for number, old in enumerate(pieces):
         near = ring(old.cells, new.cells, 3)
         if near.sum() < 4:
             continue
-        carried = continued(cloth.mesh, old, old.cells | near)
+        carried = continue_on(cloth.mesh, old, old.cells | near)
         nodes = cloth.mesh.nodes_of(near) & ~cloth.mesh.nodes_of(old.cells)
         gap = (carried.uv - new.uv)[nodes]
         step = np.rint(np.median(gap, axis=0)) if len(gap) else np.zeros(2)
@@ -99,26 +99,26 @@ def merged(cloth: Cloth, pieces: tuple[State, ...], new: State) -> tuple[State, 
         if len(gap) and np.median(rest) < LARGEST_BREAK:
             mine = cloth.mesh.nodes_of(new.cells) & ~cloth.mesh.nodes_of(old.cells)
             uv = np.where(mine[..., None], new.uv + step, old.uv)
-            whole = State(uv, np.where(mine, new.rho, old.rho), old.cells | new.cells)
-            if not folded(cloth.mesh, whole):
+            whole = ClothState(uv, np.where(mine, new.rho, old.rho), old.cells | new.cells)
+            if not is_folded(cloth.mesh, whole):
                 return (*pieces[:number], whole, *pieces[number + 1 :])
     return (*pieces, new)
 
 
-def folded(mesh: Mesh, state: State) -> bool:
+def is_folded(mesh: ClothMesh, state: ClothState) -> bool:
     """Return whether the triangles of a state turn in different senses."""
     areas = mesh.areas(state.uv, state.cells)
     return bool(areas.min() < 0 < areas.max())
 
 
-def in_step(cloth: Cloth, state: State, found: Fit) -> State:
+def in_step(cloth: FittedCloth, state: ClothState, found: Fit) -> ClothState:
     """Return a state in lattice steps registered in texels: of a texel's several steps the one that fits best.
 
     Where the texture is alike when turned, it lies as the cloth beside it.
     """
     count = round(abs(float(np.linalg.det(cloth.M))))
     inverse = np.linalg.inv(cloth.M)
-    run, tried = cloth.registration.run, list[tuple[float, State]]()
+    run, tried = cloth.registration.run, list[tuple[float, ClothState]]()
     for shift in classes(cloth.M, count):
         moved = replace(state, uv=(state.uv + shift) @ inverse.T)
         moved = run(moved, found.texel, Smoothness(), rounds=6 if count == 1 else 4, blur_px=1.0)

@@ -8,9 +8,9 @@ from scipy import sparse
 
 from core.arrays import Bools, Floats, Singles
 from core.linalg.factor import Factor
-from core.overlay.mesh import Mesh, around
-from core.overlay.registration.registration import State
-from core.overlay.smoothing import gaussian
+from core.overlay.filters.smoothing import gaussian
+from core.overlay.mesh import ClothMesh, around
+from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
 
 LIMIT = 0.6
@@ -36,7 +36,7 @@ class Tolerance:
 
 
 def sums(photo: Floats, modelled: Floats, light: Floats, weight: Floats) -> Floats:
-    """Return what `judged` needs of cells (K, 18): sums over their pixels, times the weight.
+    """Return what `judge` needs of cells (K, 18): sums over their pixels, times the weight.
 
     That is: the squared error, 1, the model's three colours and their squares, ρ², the photo's colours and their
     squares, and the products of both. `photo` and `modelled` are (K, n, 3), `light` and `weight` (K, n).
@@ -50,7 +50,7 @@ def sums(photo: Floats, modelled: Floats, light: Floats, weight: Floats) -> Floa
     return np.concatenate([error, count, model.sum(1), own, bright, seen.sum(1), squares, both], -1)
 
 
-def judged(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
+def judge(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
     """Return the misfit from smoothed `sums` (..., 18), strictly and mildly: 0 is perfect, `LIMIT` the cloth's end.
 
     Strictly it is the unexplained variance over the texture's in the same neighbourhood. Mildly it is what the
@@ -85,10 +85,10 @@ def misfit(
         planes[..., first : first + 3] = of_colours
     if not valid.all():
         planes *= w
-    return judged(gaussian(planes, sigma_px), tolerance)
+    return judge(gaussian(planes, sigma_px), tolerance)
 
 
-def sums_of_cells(mesh: Mesh, photo: Floats, weight: Floats, state: State, texel: Texel) -> Floats:
+def sums_of_cells(mesh: ClothMesh, photo: Floats, weight: Floats, state: ClothState, texel: Texel) -> Floats:
     """Return the `sums` (K, 18) over each of the K cells in use.
 
     `photo` (rows, columns, cell², 3) and `weight` (rows, columns, cell²) are by cells.
@@ -105,7 +105,7 @@ def tolerance_of(found: Floats, texel: Texel, leniency: float) -> Tolerance:
 
 
 def misfit_of_cells(
-    mesh: Mesh, cells: Bools, found: Floats, tolerance: Tolerance, sigma_px: float
+    mesh: ClothMesh, cells: Bools, found: Floats, tolerance: Tolerance, sigma_px: float
 ) -> tuple[Floats, Floats]:
     """Return the strict and the mild misfit (rows, columns) of the cells that the sums (K, 18) are of, 0 elsewhere."""
     out = np.zeros((2, *mesh.cells))
@@ -113,7 +113,7 @@ def misfit_of_cells(
     box = around(cells, 1 + round(4 * sigma_px / mesh.cell))
     planes = np.zeros((*cells[box].shape, found.shape[1]))
     planes[cells[box]] = found
-    out[:, *box] = np.where(cells[box], judged(gaussian(planes, sigma_px / mesh.cell), tolerance), 0.0)
+    out[:, *box] = np.where(cells[box], judge(gaussian(planes, sigma_px / mesh.cell), tolerance), 0.0)
     return out[0], out[1]
 
 
@@ -123,7 +123,7 @@ def ring(cells: Bools, allowed: Bools, width: int) -> Bools:
     return np.asarray((cv2.dilate(cells.astype(np.uint8), kernel) > 0) & allowed & ~cells, np.bool_)
 
 
-def continued(mesh: Mesh, state: State, cells: Bools) -> State:
+def continue_on(mesh: ClothMesh, state: ClothState, cells: Bools) -> ClothState:
     """Return the state on more cells, its values carried on as a thin plate that is fixed at the nodes in use."""
     fixed = mesh.nodes_of(state.cells).ravel()
     used = mesh.nodes_of(cells).ravel()
@@ -139,7 +139,7 @@ def continued(mesh: Mesh, state: State, cells: Bools) -> State:
     A = inner.T @ inner + 1e-9 * sparse.eye_array(len(new))
     values[new] = -np.asarray(Factor(A).solve(inner.T @ outer), np.float64)
     grid = values.reshape(*mesh.nodes, 3)
-    return State(grid[..., :2], np.exp(np.clip(grid[..., 2], -4, 3)), cells)
+    return ClothState(grid[..., :2], np.exp(np.clip(grid[..., 2], -4, 3)), cells)
 
 
 def without_specks(cells: Bools, least: int) -> Bools:
@@ -153,13 +153,13 @@ def without_specks(cells: Bools, least: int) -> Bools:
     return out
 
 
-def cleaned(inside: Bools, sigma_px: float) -> Bools:
+def clean(inside: Bools, sigma_px: float) -> Bools:
     """Return a region without specks and holes smaller than a few `sigma_px`, its outline smoothed."""
     soft = gaussian(inside.astype(np.float64), max(1.0, sigma_px / 4))
     return without_specks(soft > 0.5, max(4, round(4 * sigma_px**2)))
 
 
-def feathered(inside: Bools, width_px: float = 1.0) -> Singles:
+def feather(inside: Bools, width_px: float = 1.0) -> Singles:
     """Return the coverage (H, W): 1 inside, falling to 0 over the last pixel before the region's border."""
     padded = np.pad(inside.astype(np.uint8), 1, mode="edge")
     distance = cv2.distanceTransform(padded, cv2.DIST_L2, 3)[1:-1, 1:-1]

@@ -21,7 +21,7 @@ from scipy import sparse
 
 from core.arrays import Bools, Floats, Ints, Singles
 from core.linalg.factor import Factor
-from core.overlay.mesh import Mesh
+from core.overlay.mesh import ClothMesh
 from core.overlay.texel import Texel
 from core.tracing import span
 
@@ -37,7 +37,7 @@ BAND = 1 << 15
 
 
 @dataclass(frozen=True)
-class State:
+class ClothState:
     """Values at the nodes of a mesh, θ of NRT eq. 3, and the cells in which they count."""
 
     uv: Floats
@@ -67,7 +67,7 @@ class System:
     Unknown are the values at those nodes of the cells that are `free` (R, C); the others hold them.
     """
 
-    def __init__(self, mesh: Mesh, cells: Bools, free: Bools) -> None:
+    def __init__(self, mesh: ClothMesh, cells: Bools, free: Bools) -> None:
         used = mesh.nodes_of(cells)
         self.around: Ints = np.flatnonzero(used)
         self.free: Bools = free.ravel()[self.around]
@@ -156,7 +156,7 @@ class Registration:
         S (2, 2), pixels of the undeformed texture from texels.
     """
 
-    def __init__(self, mesh: Mesh, photo: Floats, weight: Floats, scale: Floats) -> None:
+    def __init__(self, mesh: ClothMesh, photo: Floats, weight: Floats, scale: Floats) -> None:
         self.mesh, self.photo, self.scale = mesh, photo, scale
         self._weight = mesh.in_cells(weight[..., None])[..., 0]
         self._blurred: dict[float, Floats] = {}
@@ -165,14 +165,14 @@ class Registration:
 
     def run(
         self,
-        state: State,
+        state: ClothState,
         texel: Texel,
         smoothness: Smoothness,
         *,
         rounds: int,
         blur_px: float = 0.0,
         free: Bools | None = None,
-    ) -> State:
+    ) -> ClothState:
         """Return the state after up to `rounds` Gauss-Newton steps on pictures blurred by `blur_px`  [NRT eqs. 6, 7].
 
         Only the nodes `free` (R, C) move, all if it is not given.
@@ -212,8 +212,8 @@ class Registration:
         return known[2]
 
     def _step(
-        self, system: System, state: State, texel: Texel, photo: Singles, smoothness: Smoothness, turn: float
-    ) -> tuple[State, float]:
+        self, system: System, state: ClothState, texel: Texel, photo: Singles, smoothness: Smoothness, turn: float
+    ) -> tuple[ClothState, float]:
         """Return the state after one Gauss-Newton step and how far it went, pixels; areas have the sign `turn`."""
         residual, slopes = self.linearised(state, texel, photo)
         weight = self._weight[state.cells]
@@ -243,7 +243,7 @@ class Registration:
         return self._room[name][:size].reshape(shape)
 
     def linearised(
-        self, state: State, texel: Texel, photo: Singles
+        self, state: ClothState, texel: Texel, photo: Singles
     ) -> tuple[Singles, tuple[Singles, Singles, Singles]]:
         """Return the residuals (K, cell², 3) of NRT eq. 2 and their slopes by m_x, m_y and ρ (NRT eq. 9) in K cells.
 
@@ -270,7 +270,7 @@ class Registration:
         in_bands(photo.shape, look_up)
         return residual, (by_x, by_y, by_rho)
 
-    def _moved(self, system: System, state: State, step: Floats, turn: float) -> tuple[State, float]:
+    def _moved(self, system: System, state: ClothState, step: Floats, turn: float) -> tuple[ClothState, float]:
         """Return the state moved by as much of the step as folds no triangle, and the 95th percentile of the move."""
         length = float(np.percentile(np.abs(step[:2]), 95))
         # Far from the answer a step may point anywhere: none goes further than a few pixels.
@@ -279,7 +279,7 @@ class Registration:
         uv[system.nodes] += (step[:2] * limit).T @ np.linalg.inv(self.scale).T
         rho = state.rho.ravel().copy()
         rho[system.nodes] = np.maximum(rho[system.nodes] + step[2], LEAST_SHADING)
-        uv = unfolded(self.mesh, state, uv.reshape(state.uv.shape), turn)
+        uv = unfold(self.mesh, state, uv.reshape(state.uv.shape), turn)
         return replace(state, uv=uv, rho=rho.reshape(state.rho.shape)), length
 
 
@@ -295,7 +295,7 @@ def in_bands(shape: tuple[int, ...], work: Callable[[slice], None]) -> None:
         list(workers.map(work, bands))
 
 
-def unfolded(mesh: Mesh, before: State, uv: Floats, turn: float) -> Floats:
+def unfold(mesh: ClothMesh, before: ClothState, uv: Floats, turn: float) -> Floats:
     """Return the new coordinates, taken back where an area would not have the sign `turn` any more."""
     for attempt in range(8):
         wrong = (mesh.areas(uv, before.cells) * turn).min(-1) <= 0

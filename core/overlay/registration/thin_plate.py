@@ -10,13 +10,13 @@ from scipy import sparse
 from core.arrays import Bools, Floats, Points
 from core.linalg.factor import Factor
 from core.overlay.detection.lattice import Lattice
-from core.overlay.mesh import Mesh
+from core.overlay.mesh import ClothMesh
 
 REACH = 2.0
 """Longest lattice vectors beyond the outermost vertices to which coordinates are spread."""
 
 
-def spread(mesh: Mesh, lattice: Lattice, *, stiffness: float = 1e-3) -> Floats:
+def spread(mesh: ClothMesh, lattice: Lattice, *, stiffness: float = 1e-3) -> Floats:
     """Return texture coordinates (R, C, 2) at the nodes of the mesh, NaN far from the lattice."""
     points, keys = lattice.frames.points, lattice.keys.astype(float)
     inverse = np.linalg.inv(lattice.frames.bases)
@@ -32,13 +32,13 @@ def spread(mesh: Mesh, lattice: Lattice, *, stiffness: float = 1e-3) -> Floats:
     return solve_plate(mesh, used, sparse.csr_array(sparse.vstack(rows)), np.concatenate(targets), stiffness)
 
 
-def nodes_between(mesh: Mesh, low: Points, high: Points) -> Bools:
+def nodes_between(mesh: ClothMesh, low: Points, high: Points) -> Bools:
     """Return which nodes (R, C) lie in the box from `low` to `high` (2,), pixels."""
     places = mesh.positions()
     return np.asarray(((places >= low) & (places <= high)).all(-1), np.bool_)
 
 
-def solve_plate(mesh: Mesh, used: Bools, rows: sparse.csr_array, targets: Floats, stiffness: float) -> Floats:
+def solve_plate(mesh: ClothMesh, used: Bools, rows: sparse.csr_array, targets: Floats, stiffness: float) -> Floats:
     """Return values (R, C, k) at the nodes in use that meet rows @ values = targets (n, k) and bend little."""
     L, rows = (matrix[:, used.ravel()] for matrix in (mesh.bending(used), rows))
     A = rows.T @ rows + stiffness * (L.T @ L)
@@ -48,7 +48,7 @@ def solve_plate(mesh: Mesh, used: Bools, rows: sparse.csr_array, targets: Floats
     return values
 
 
-def interpolation(mesh: Mesh, points: Points) -> sparse.csr_array:
+def interpolation(mesh: ClothMesh, points: Points) -> sparse.csr_array:
     """Return the matrix that takes node values to places (n, 2), bilinear, zero rows for places off the mesh."""
     at = (points + 0.5) / mesh.cell
     first = np.floor(at).astype(np.int64)

@@ -3,19 +3,19 @@
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
-from core.overlay.mesh import Mesh, cross
-from core.overlay.registration.cloth import Cloth, Fit
+from core.overlay.mesh import ClothMesh, cross
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.multivalued_lattice import lay_apart
 from core.overlay.registration.region import misfit
-from core.overlay.registration.registration import State
-from core.overlay.registration.sheets import laid_apart
+from core.overlay.registration.registration import ClothState
 
 TRIANGLES = ((0, 1, 3), (0, 3, 2))
 """Corners of a cell's two triangles, as in `Mesh.weights`."""
 
 
-def vertices(mesh: Mesh, state: State) -> Lattice:
+def vertices(mesh: ClothMesh, state: ClothState) -> Lattice:
     """Return the vertices of the lattice inside the cells in use, with the vectors that the mesh has there.
 
     A triangle with an edge much shorter than a texel holds at most one vertex; two that share it both have it.
@@ -36,22 +36,22 @@ def vertices(mesh: Mesh, state: State) -> Lattice:
         edges = np.stack([places[b] - places[a], places[c] - places[a]], -1)
         bases.append(edges @ np.linalg.inv(np.stack([uv[b] - uv[a], uv[c] - uv[a]], -1)))
     whole = np.concatenate(keys).astype(np.int64)
-    return Lattice(whole, Frames(np.concatenate(points), np.concatenate(bases), np.ones(len(whole))))
+    return Lattice(whole, PatchFrames(np.concatenate(points), np.concatenate(bases), np.ones(len(whole))))
 
 
-def whole_lattice(cloth: Cloth, pieces: list[State], fit: Fit) -> Lattice:
+def whole_lattice(cloth: FittedCloth, pieces: list[ClothState], fit: Fit) -> Lattice:
     """Return the vertices of all pieces, scored by how well the texture explains the quad to their lower right."""
     parts = [vertices(cloth.mesh, piece) for piece in pieces]
     scores = [confidence(cloth, piece, found, fit) for piece, found in zip(pieces, parts, strict=True)]
-    frames = Frames(
+    frames = PatchFrames(
         np.concatenate([found.frames.points for found in parts]),
         np.concatenate([found.frames.bases for found in parts]),
         np.concatenate(scores),
     )
-    return laid_apart(Lattice(np.concatenate([found.keys for found in parts]), frames))
+    return lay_apart(Lattice(np.concatenate([found.keys for found in parts]), frames))
 
 
-def confidence(cloth: Cloth, piece: State, found: Lattice, fit: Fit) -> Floats:
+def confidence(cloth: FittedCloth, piece: ClothState, found: Lattice, fit: Fit) -> Floats:
     """Return the share of the variance (K,) that is explained in the quad to the lower right of each vertex."""
     box = cloth.mesh.box_of(piece.cells, 1 + round(8 / cloth.mesh.cell))
     at = cloth.mesh.smooth_to_pixels(piece.values, box)

@@ -13,7 +13,7 @@ from core.document.document import Document
 from core.document.retexture import settings_of
 from core.imaging.images import Image, load, save
 from core.retexture.job import Settings
-from core.retexture.patches import PatchShape
+from core.retexture.synthesis.patches import PatchShape
 from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, bent, stripes
 
 

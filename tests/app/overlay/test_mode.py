@@ -16,7 +16,7 @@ from app.tools.marks import marks
 from core.arrays import InputError
 from core.document import overlay as document_overlay
 from core.document.document import Document
-from core.document.overlay import laid_on, layers_under, placement_of, size_of
+from core.document.overlay import lay_on, layers_under, placement_of, size_of
 from core.document.overlay_settings import Search
 from core.document.project import load_project, save_project
 from core.imaging.images import Image, load, save
@@ -185,7 +185,7 @@ def test_rendering_a_project_finds_the_pattern_again(drive: OverlayDriver, tmp_p
     written = load(tmp_path / "out.png").pixels
     layers = drive.editor.overlay.layers
     assert layers is not None
-    expected = laid_on(PHOTO, layers, drive.cloth).pixels
+    expected = lay_on(PHOTO, layers, drive.cloth).pixels
     assert np.abs(written.astype(int) - expected).max() <= 1
 
 
@@ -219,8 +219,8 @@ def test_result_is_seen_once_there_is_something_new_to_see(drive: OverlayDriver,
 def test_a_photo_on_which_nothing_is_laid_stays_as_it_is(drive: OverlayDriver) -> None:
     layers = drive.editor.overlay.layers
     assert layers is not None
-    assert laid_on(PHOTO, layers, drive.cloth) is PHOTO
-    fainter = laid_on(PHOTO, layers, drive.cloth.laid(detail=0.0))
+    assert lay_on(PHOTO, layers, drive.cloth) is PHOTO
+    fainter = lay_on(PHOTO, layers, drive.cloth.laid(detail=0.0))
     assert np.abs(fainter.pixels.astype(int) - PHOTO.pixels).max() > 10
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.commands.edit import kept_at_an_end
+from app.commands.edit import keep_at_an_end
 from app.editor.editor import Editor
 from app.files import filing
 from app.files.rescue_offers import offer_rescues
@@ -179,7 +179,7 @@ def test_kept_work_can_be_read_by_its_owner_only(tmp_path: Path) -> None:
 def test_an_end_without_asking_keeps_what_is_not_kept_yet(tmp_path: Path) -> None:
     run = Rescued(tmp_path)
     run.bend()
-    with pytest.raises(ZeroDivisionError), kept_at_an_end(run.editor):
+    with pytest.raises(ZeroDivisionError), keep_at_an_end(run.editor):
         raise ZeroDivisionError
     crashed(run)
     (rescue,) = Rescued(tmp_path).recovery.found()
@@ -189,7 +189,7 @@ def test_an_end_without_asking_keeps_what_is_not_kept_yet(tmp_path: Path) -> Non
 def test_an_end_by_closing_keeps_nothing(tmp_path: Path) -> None:
     run = Rescued(tmp_path)
     run.bend()
-    with kept_at_an_end(run.editor):
+    with keep_at_an_end(run.editor):
         run.close_without_saving()
     assert not list(tmp_path.iterdir())
 

@@ -5,7 +5,7 @@ from app.model.shapes import Circle, Polyline
 from app.tools import pin_ring
 from app.tools.pin_ring import RING_PX
 from app.tools.pins import missed_px, targets_on_screen
-from app.tools.points.box import Box, Grip, applied
+from app.tools.points.box import Box, Grip, apply
 from core.document.document import Document, Ring, pixels_from_places
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, document
@@ -154,12 +154,12 @@ def test_a_grip_of_the_box_in_numbers() -> None:
     knob = box.grip((53, -25))
     assert knob is not None
     assert knob.kind == "turn"
-    assert np.allclose(applied(box.transform(knob, (50, -24), (99, 25), held=False), np.array([[50.0, 0.0]])), (75, 25))
+    assert np.allclose(apply(box.transform(knob, (50, -24), (99, 25), held=False), np.array([[50.0, 0.0]])), (75, 25))
     assert box.grip((300, 300)) is None
     scaled = box.transform(Grip("scale", 2), (100, 50), (200, 50), held=False)
-    assert np.allclose(applied(scaled, np.array([[0.0, 0.0], [50.0, 50.0]])), [[0, 0], [100, 50]])
+    assert np.allclose(apply(scaled, np.array([[0.0, 0.0], [50.0, 50.0]])), [[0, 0], [100, 50]])
     turned = box.transform(Grip("turn", 1), (100, 25), (50, 75), held=False)
-    assert np.allclose(applied(turned, np.array([[100.0, 25.0]])), [[50, 75]])
+    assert np.allclose(apply(turned, np.array([[100.0, 25.0]])), [[50, 75]])
 
 
 def faulty_lines(drive: EditorDriver) -> list[Polyline]:

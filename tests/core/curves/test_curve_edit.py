@@ -132,7 +132,7 @@ def test_smooth_is_straight_and_a_corner_points_at_its_neighbours(kind: tuple[in
     smooth = curve_edit.smoothed(points, knot, closed=closed)
     if before is not None and after is not None and not (closed and count == 2):
         assert curve_edit.is_straight(smooth[before], smooth[3 * knot], smooth[after])
-    sharp = curve_edit.cornered(points, knot, closed=closed)
+    sharp = curve_edit.make_corner(points, knot, closed=closed)
     if after is not None:
         following = points[3 * ((knot + 1) % count)]
         assert np.allclose(sharp[after], points[3 * knot] + (following - points[3 * knot]) / 3)
@@ -143,9 +143,9 @@ def test_a_curve_is_refitted_exactly_and_follows_an_affine_map(kind: tuple[int, 
     segments, closed, seed = kind
     points = wavy(segments, closed=closed, seed=seed)
     line = curve_edit.samples_of(points)
-    assert np.allclose(curve_edit.mapped(points, line), points)
+    assert np.allclose(curve_edit.map_along(points, line), points)
     matrix = np.array([[1.5, 0.3], [-0.2, 0.8]])
-    assert np.allclose(curve_edit.mapped(points, line @ matrix + 7), points @ matrix + 7)
+    assert np.allclose(curve_edit.map_along(points, line @ matrix + 7), points @ matrix + 7)
 
 
 def test_a_curve_folded_into_a_point_is_sampled_there() -> None:
@@ -153,4 +153,4 @@ def test_a_curve_folded_into_a_point_is_sampled_there() -> None:
     assert (curve_edit.samples_of(points, per_segment=5) == 4.0).all()
     assert curve_edit.samples_of(points, per_segment=5).shape == (10, 2)
     assert curve_edit.curve_through(points) is None
-    assert np.allclose(curve_edit.mapped(points, curve_edit.samples_of(points) + 1), 5.0)
+    assert np.allclose(curve_edit.map_along(points, curve_edit.samples_of(points) + 1), 5.0)

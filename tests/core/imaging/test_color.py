@@ -42,14 +42,14 @@ def test_encoding_undoes_decoding(values: Singles) -> None:
 def test_every_level_comes_back(depth: Any) -> None:
     levels = np.arange(np.iinfo(depth).max + 1, dtype=depth).reshape(-1, 1)
     light = color.linear_light(levels, linear=False)
-    np.testing.assert_array_equal(color.stored(light, depth=depth, linear=False), levels)
+    np.testing.assert_array_equal(color.store(light, depth=depth, linear=False), levels)
     assert (np.diff(light[:, 0]) > 0).all()
 
 
 def test_alpha_is_not_light() -> None:
     light = color.linear_light(octets([[128, 128, 128, 128]]), linear=False)
     np.testing.assert_allclose(light, [[0.2158605, 0.2158605, 0.2158605, 128 / 255]], rtol=1e-5)
-    np.testing.assert_array_equal(color.stored(light, depth=np.uint8, linear=False), [[128] * 4])
+    np.testing.assert_array_equal(color.store(light, depth=np.uint8, linear=False), [[128] * 4])
 
 
 @given(PIXELS)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.grid import Grid
-from core.linalg.assembly import Assembly, packed
+from core.linalg.assembly import Assembly, pack
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.jacobians import as_complex
 
@@ -27,9 +27,7 @@ def test_elements_that_meet_an_unknown_twice_add_up_to_the_whole_system() -> Non
         np.add.at(whole, np.ix_(of, of), element)
     b = chance.random(5)
     assembly = Assembly(5, [dofs])
-    np.testing.assert_allclose(
-        assembly.solve(assembly.entries([packed(elements)]), b), np.linalg.solve(whole[:5, :5], b)
-    )
+    np.testing.assert_allclose(assembly.solve(assembly.entries([pack(elements)]), b), np.linalg.solve(whole[:5, :5], b))
 
 
 def test_a_quad_is_folded_when_one_corner_is() -> None:

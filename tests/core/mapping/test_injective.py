@@ -12,9 +12,9 @@ from core.mapping.features.similarity import fit_residual
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.probes import Probes
-from core.mapping.injective.levels import Level, Transfer
+from core.mapping.injective.levels import GridLevel, Transfer
 from core.mapping.injective.newton import find_direction
-from core.mapping.injective.outline import CORNERS, SIDES, Outline
+from core.mapping.injective.outline import CORNERS, SIDES, OutlineNodes
 from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.unfold import unfold
 from core.mapping.injective.unknowns import Freedoms
@@ -135,7 +135,7 @@ def problem_with_everything(*, driven: bool) -> Problem:
     held = replace(held, free=free, pivots=pivots)
     w = as_complex(make_warp("flag", WIDTH, HEIGHT, bend=30)(GRID.nodes))
     start = mapping.place(w)
-    level = Level.of(mapping, w, start, w, held)
+    level = GridLevel.of(mapping, w, start, w, held)
     centres = np.array([REST.ravel()[body.nodes].mean() for body in mapping.bodies])
     begin = level.of_solution(start, centres)
     coarse = Transfer(level, 2.0, held_outline=True)
@@ -190,7 +190,7 @@ def test_gliding_nodes_stay_on_the_line_whatever_the_step() -> None:
 
 
 def test_points_of_a_line_are_found_again_by_arc_length() -> None:
-    outline = Outline.of(as_complex(make_warp("arch", WIDTH, HEIGHT, bend=60)(GRID.nodes)))
+    outline = OutlineNodes.of(as_complex(make_warp("arch", WIDTH, HEIGHT, bend=60)(GRID.nodes)))
     for side in range(4):
         arcs = np.linspace(0, outline.arcs[side][-1], 37)
         assert np.allclose(outline.project(side, outline.point_at(side, arcs)), arcs)

@@ -8,10 +8,19 @@ from hypothesis import strategies as st
 from core.arrays import InputError
 from core.imaging.color import quantise
 from core.imaging.image import Image
-from core.overlay import bands
-from core.overlay.composition import DENSITY, Norm, Placement, compose, composed, filtered, middle_of, rows_deg
-from core.overlay.laying import Parts, encoded, overlaid, texture_colours
-from core.overlay.registration.region import feathered
+from core.overlay.compositing import Parts, encode, lay_over, texture_colours
+from core.overlay.composition import (
+    DENSITY,
+    Norm,
+    Placement,
+    compose,
+    compose_layers,
+    filter_texture,
+    middle_of,
+    rows_deg,
+)
+from core.overlay.filters import bands
+from core.overlay.registration.region import feather
 from core.overlay.texel import Texel, estimate_texel
 
 RNG = np.random.default_rng(0)
@@ -36,18 +45,18 @@ def test_mean_texel_on_its_own_cloth_is_laid_as_it_is(basis: list[list[float]]) 
     uv = np.stack([x, y], -1) @ np.linalg.inv(scale).T + 0.3
     texture = RNG.random((height, width, 3))
     flat, none = np.ones((40, 50)), np.zeros((40, 50, 3))
-    assert np.allclose(compose(texture, uv, flat, none, scale)[0], filtered(texture, uv), atol=1e-5)
+    assert np.allclose(compose(texture, uv, flat, none, scale)[0], filter_texture(texture, uv), atol=1e-5)
 
 
 def test_without_minification_the_filter_is_bilinear() -> None:
     texture = RNG.random((24, 24, 3))
     uv = grid()
-    assert np.allclose(filtered(texture, uv), Texel(texture)(uv), atol=1e-5)
+    assert np.allclose(filter_texture(texture, uv), Texel(texture)(uv), atol=1e-5)
 
 
 def test_strong_minification_gives_the_mean() -> None:
     texture = RNG.random((64, 64, 3))
-    shown = filtered(texture, grid(pixels_per_copy=0.9))
+    shown = filter_texture(texture, grid(pixels_per_copy=0.9))
     assert np.abs(shown - texture.mean((0, 1))).max() < 0.06
 
 
@@ -55,8 +64,8 @@ def test_minification_in_one_direction_keeps_the_other_sharp() -> None:
     rows = np.zeros((32, 32, 3))
     rows[:, ::2] = 1.0
     columns = grid() * [4.0, 0.2]
-    across = filtered(rows, columns)
-    along = filtered(rows.swapaxes(0, 1), columns)
+    across = filter_texture(rows, columns)
+    along = filter_texture(rows.swapaxes(0, 1), columns)
     assert across.std() < 0.1
     assert along.std() > 0.2
 
@@ -64,7 +73,7 @@ def test_minification_in_one_direction_keeps_the_other_sharp() -> None:
 def test_nan_places_are_empty() -> None:
     uv = grid()
     uv[:10] = np.nan
-    assert (filtered(np.ones((8, 8, 3)), uv)[:10] == 0).all()
+    assert (filter_texture(np.ones((8, 8, 3)), uv)[:10] == 0).all()
 
 
 def test_a_jump_between_pieces_does_not_blur() -> None:
@@ -72,7 +81,7 @@ def test_a_jump_between_pieces_does_not_blur() -> None:
     uv = grid()
     moved = uv.copy()
     moved[:, 25:] += 37.0
-    assert np.allclose(filtered(texture, uv), filtered(texture, moved), atol=1e-4)
+    assert np.allclose(filter_texture(texture, uv), filter_texture(texture, moved), atol=1e-4)
 
 
 @settings(max_examples=20)
@@ -192,7 +201,7 @@ def test_repeat_puts_that_many_copies_on_a_texel() -> None:
     pivot = np.rint(middle_of(uv))
     twice = compose(texture, uv, flat, none, SCALE, placement=Placement(repeat=(2.0, 2.0)))[0]
     norm = Norm(SCALE, pivot, 1.0)
-    closer = composed(texture, (2 * uv - pivot, flat, none), norm, Placement(), alpha=1.0, strength=1.0)[0]
+    closer = compose_layers(texture, (2 * uv - pivot, flat, none), norm, Placement(), alpha=1.0, strength=1.0)[0]
     assert np.allclose(twice, closer, atol=1e-4)
     assert np.abs(twice - compose(texture, uv, flat, none, SCALE)[0]).mean() > 0.05
 
@@ -231,7 +240,7 @@ def test_beside_the_cloth_every_bit_is_the_photo(dtype: type) -> None:
     source = Image(
         (values if dtype is np.float32 else values * np.iinfo(dtype).max).astype(dtype), linear=dtype is np.float32
     )
-    out = overlaid(parts(source), RNG.random((8, 8, 3)), Placement(), alpha=1.0, strength=1.0).pixels
+    out = lay_over(parts(source), RNG.random((8, 8, 3)), Placement(), alpha=1.0, strength=1.0).pixels
     assert np.array_equal(out[:, :12], source.pixels[:, :12])
     assert np.array_equal(out[..., 3], source.pixels[..., 3])
     assert (out[:, 15:, :3] != source.pixels[:, 15:, :3]).any(-1).mean() > 0.9
@@ -254,45 +263,45 @@ def test_any_kind_of_texture_goes_on_any_kind_of_photo(
 ) -> None:
     source, new = of_kind((40, 50), *photo_kind), of_kind((8, 8), *texture_kind)
     cloth, texture = parts(source), texture_colours(new)
-    image = overlaid(cloth, texture, Placement(), alpha=0.0, strength=0.0)
+    image = lay_over(cloth, texture, Placement(), alpha=0.0, strength=0.0)
     is_grey = max(source.channels, new.channels) <= 2
     assert image.channels == (1 if is_grey else 3) + source.has_alpha
     assert image.pixels.dtype == source.pixels.dtype
-    assert np.allclose(encoded(image)[:, :12], encoded(source)[:, :12], atol=1e-6)
+    assert np.allclose(encode(image)[:, :12], encode(source)[:, :12], atol=1e-6)
     if source.has_alpha:
         assert np.array_equal(image.pixels[..., -1], source.pixels[..., -1])
     uv, shading, detail = (layer.astype(np.float64) for layer in (cloth.uv, cloth.shading, cloth.detail))
     expected = compose(texture, uv, shading, detail, SCALE, alpha=0.0, strength=0.0)[0]
-    assert np.allclose(encoded(image)[:, 16:], np.clip(expected, 0, 1)[:, 16:], atol=1 / 255)
+    assert np.allclose(encode(image)[:, 16:], np.clip(expected, 0, 1)[:, 16:], atol=1 / 255)
 
 
 def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     cloth = parts(Image(RNG.integers(0, 65535, (40, 50, 3)).astype(np.uint16)))
     texture, placement = RNG.random((30, 30, 3)), Placement((3.0, 0.7), 20.0)
-    whole = overlaid(cloth, texture, placement, alpha=0.7, strength=1.4).pixels
+    whole = lay_over(cloth, texture, placement, alpha=0.7, strength=1.4).pixels
     monkeypatch.setattr(bands, "ROWS", 7)
-    assert np.array_equal(overlaid(cloth, texture, placement, alpha=0.7, strength=1.4).pixels, whole)
+    assert np.array_equal(lay_over(cloth, texture, placement, alpha=0.7, strength=1.4).pixels, whole)
 
 
 def test_a_photo_takes_as_much_detail_and_shading_as_is_asked_for() -> None:
     cloth, white = parts(Image(np.zeros((40, 50, 3), np.uint16))), np.ones((4, 4, 3))
-    flat = overlaid(cloth, white, Placement(), alpha=0.0, strength=0.0).pixels[:, 16:] / 65535
+    flat = lay_over(cloth, white, Placement(), alpha=0.0, strength=0.0).pixels[:, 16:] / 65535
     assert np.allclose(flat, np.nanmedian(cloth.shading), atol=1e-4)
-    rough = overlaid(cloth, 0.5 * white, Placement(), alpha=0.5, strength=0.0).pixels[:, 16:] / 65535
+    rough = lay_over(cloth, 0.5 * white, Placement(), alpha=0.5, strength=0.0).pixels[:, 16:] / 65535
     assert np.allclose(rough, 0.5 * np.nanmedian(cloth.shading) + 0.5 * cloth.detail[:, 16:], atol=1e-4)
 
 
 def test_a_texture_that_is_half_transparent_lets_half_of_the_photo_through() -> None:
     veil = np.dstack([np.full((6, 6, 3), 0.8), np.full((6, 6), 0.5)])
     cloth = parts(Image(np.zeros((40, 50, 3), np.uint16)))
-    out = overlaid(cloth, veil, Placement(), alpha=0.0, strength=0.0).pixels[:, 16:] / 65535
+    out = lay_over(cloth, veil, Placement(), alpha=0.0, strength=0.0).pixels[:, 16:] / 65535
     assert np.allclose(out, 0.5 * 0.8 * np.nanmedian(cloth.shading), atol=1e-4)
 
 
 def test_the_edge_of_the_cloth_is_as_soft_as_its_coverage() -> None:
     photo, white = Image(np.full((40, 50, 3), 30000, np.uint16)), np.ones((4, 4, 3))
     cloth = parts(photo)
-    out = overlaid(cloth, white, Placement(), alpha=0.0, strength=0.0).pixels[:, 12:15] / 65535
+    out = lay_over(cloth, white, Placement(), alpha=0.0, strength=0.0).pixels[:, 12:15] / 65535
     share = cloth.coverage[:, 12:15, None]
     assert 0.1 < share.min() < share.max() < 0.9
     expected = share * np.nanmedian(cloth.shading) + (1 - share) * 30000 / 65535
@@ -302,6 +311,6 @@ def test_the_edge_of_the_cloth_is_as_soft_as_its_coverage() -> None:
 def test_coverage_falls_over_the_last_pixel_before_the_border() -> None:
     inside = np.zeros((9, 20), bool)
     inside[:, 8:] = True
-    row = feathered(inside)[4]
+    row = feather(inside)[4]
     assert np.allclose(row[7:12], [0.0, 1 / 2, 1.0, 1.0, 1.0], atol=0.05)
     assert row[-1] == 1.0

@@ -5,7 +5,7 @@ import pytest
 
 from core.arrays import Singles
 from core.overlay.detail.contrast import contrast_of
-from core.overlay.detail.remains import without_old_pattern
+from core.overlay.detail.residual_cleanup import without_old_pattern
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
 TEXEL = motif()

@@ -5,7 +5,7 @@ import pytest
 
 from core.arrays import Floats
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.detection.basis import reduced
+from core.overlay.detection.basis import reduce
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.pixels import layers
 from core.progress import Progress, run
@@ -113,7 +113,7 @@ def test_noise_and_an_even_picture_are_refused() -> None:
 
 def test_reduced_basis_spans_the_same_lattice() -> None:
     basis = np.array([[30.0, 94.0], [4.0, 31.0]])
-    short = reduced(basis)
+    short = reduce(basis)
     change = np.linalg.solve(basis, short)
     assert np.allclose(change, np.rint(change))
     assert np.linalg.det(short) == pytest.approx(abs(np.linalg.det(basis)))

@@ -7,9 +7,9 @@ import numpy as np
 
 from core.arrays import Floats
 from core.imaging.image import Image
+from core.overlay.compositing import Parts, encode, lay_over
 from core.overlay.composition import Placement
 from core.overlay.enlarging import EnlargedParts, mixed, places
-from core.overlay.laying import Parts, encoded, overlaid
 from tests.core.overlay.overlay_scenes import coordinates, make_scene, motif, stored
 
 TEXEL = motif()
@@ -65,8 +65,8 @@ def test_pieces_are_not_mixed_where_they_meet_and_nothing_is_laid_beside_the_clo
 
 def test_fine_texture_has_detail_at_twice_the_size_that_it_lacks_at_the_photos() -> None:
     placement, source = Placement((1.0, 1.0)), parts()
-    small = encoded(overlaid(source, CHECKS, placement, alpha=1.0, strength=1.0))
-    large = encoded(overlaid(doubled(source), CHECKS, placement, alpha=1.0, strength=1.0))
+    small = encode(lay_over(source, CHECKS, placement, alpha=1.0, strength=1.0))
+    large = encode(lay_over(doubled(source), CHECKS, placement, alpha=1.0, strength=1.0))
     blown_up = np.asarray(cv2.resize(small, (2 * WIDTH, 2 * HEIGHT), interpolation=cv2.INTER_CUBIC), np.float64)
     inner = slice(20, -20), slice(20, -20)
 

@@ -12,12 +12,12 @@ from core.arrays import Bools, Floats, Singles
 from core.imaging.image import Image
 from core.overlay import finding, whole_cloth
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
-from core.overlay.finding import Find, find_cloth, registered
-from core.overlay.registration.cloth import Cloth, Fit
-from core.overlay.registration.evidence import Evidence, piece_parts, repeated, weigh
+from core.overlay.finding import Find, find_cloth, register
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.evidence import Evidence, count_repeated, piece_parts, weigh
 from core.overlay.registration.fitting import begun
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import Job, Progress, run
@@ -34,13 +34,13 @@ def weighed(photo: Floats, side: float, height: float | None = None) -> Evidence
     return weigh(*begun_with(photo, side, height))
 
 
-def begun_with(photo: Floats, side: float, height: float | None = None) -> tuple[Cloth, Fit]:
+def begun_with(photo: Floats, side: float, height: float | None = None) -> tuple[FittedCloth, Fit]:
     """Return the cloth registered with an upright lattice of texels of that side, or of that width and height."""
     sides = np.array([side, height or side])
     count = (np.array(photo.shape[1::-1]) - 10) // sides
     keys = np.stack(np.meshgrid(*(np.arange(n) for n in count)), -1).reshape(-1, 2).astype(np.int64)
     points = (sides * keys + 10).astype(np.float64)
-    frames = Frames(points, np.tile(np.diag(sides), (len(keys), 1, 1)), np.ones(len(keys)))
+    frames = PatchFrames(points, np.tile(np.diag(sides), (len(keys), 1, 1)), np.ones(len(keys)))
     canvas = flat_canvas(photo, np.ones(photo.shape[:2], bool))
     return run(begun(photo, canvas, Lattice(keys, frames), 0, trusted=True))
 
@@ -65,14 +65,14 @@ def test_stripes_and_a_border_are_no_evidence() -> None:
 def test_texels_of_one_row_are_evidence_along_it_only(scene: Scene) -> None:
     _, found = begun_with(scene.photo, 24.0)
     state = found.pieces[0]
-    whole = min(repeated(piece_parts(found), axis) for axis in (0, 1))
+    whole = min(count_repeated(piece_parts(found), axis) for axis in (0, 1))
     assert whole > 0.7
     for axis in (0, 1):
         middle = np.floor(np.median(state.uv[..., axis]))
         row = state.cells & (np.floor(state.uv[:-1, :-1, axis]) == middle)
         parts = piece_parts(replace(found, pieces=(replace(state, cells=row),)))
-        assert repeated(parts, axis) == 0
-        assert repeated(parts, 1 - axis) > 0.7
+        assert count_repeated(parts, axis) == 0
+        assert count_repeated(parts, 1 - axis) > 0.7
 
 
 def test_texel_that_columns_do_not_foretell_is_none() -> None:
@@ -109,14 +109,14 @@ def test_what_repeats_in_a_corner_of_a_photo_is_not_its_cloth(scene: Scene) -> N
 
 
 def test_a_lattice_that_cannot_be_followed_is_refused(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    def lost(_: Cloth, found: Fit, step: Progress) -> Job[Fit]:
+    def lost(_: FittedCloth, found: Fit, step: Progress) -> Job[Fit]:
         yield step
         return replace(found, pieces=tuple(replace(piece, cells=piece.cells & False) for piece in found.pieces))
 
     monkeypatch.setattr(finding, "followed", lost)
     cloth, _ = begun_with(scene.photo, 24.0)
     with pytest.raises(NoPatternError):
-        run(registered(scene.photo, cloth.canvas, cloth.lattice, 0))
+        run(register(scene.photo, cloth.canvas, cloth.lattice, 0))
 
 
 def test_a_region_too_narrow_to_be_searched_takes_the_lattice_of_the_whole_picture(scene: Scene) -> None:

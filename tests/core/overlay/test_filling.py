@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import flat_canvas
 from core.overlay.pixels.filling import Filling, amid, carried_on, filled, small_parts, solid
-from core.overlay.registration.cloth import Cloth, Fit, estimated, make_cloth, measured
-from core.overlay.registration.registration import State
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure
+from core.overlay.registration.registration import ClothState
 from tests.core.overlay.overlay_scenes import COLOURS, make_scene, motif
 
 SCENE = make_scene(motif(), bend=0.0, noise=0.004)
@@ -17,27 +17,27 @@ SIZE = SCENE.shading.shape
 HOLE = (slice(72, 92), slice(72, 96))
 
 
-def straight(photo: Floats, valid: Bools) -> tuple[Cloth, State]:
+def straight(photo: Floats, valid: Bools) -> tuple[FittedCloth, ClothState]:
     """Return the cloth of a photo and its whole mesh where the scene has it."""
     keys = np.array([(i, j) for i in range(-2, 9) for j in range(-2, 9)])
     points = keys @ SCENE.basis.T
     inside = (points > 4).all(1) & (points < np.array(SIZE[::-1]) - 4).all(1)
     keys, points = keys[inside], points[inside]
-    lattice = Lattice(keys, Frames(points, np.repeat(SCENE.basis[None], len(keys), 0), np.ones(len(keys))))
+    lattice = Lattice(keys, PatchFrames(points, np.repeat(SCENE.basis[None], len(keys), 0), np.ones(len(keys))))
     cloth = make_cloth(photo, flat_canvas(photo, valid), lattice, np.eye(2))
     uv = cloth.mesh.positions() @ np.linalg.inv(SCENE.basis).T
-    return cloth, State(uv, 0.9 + 0.25 * np.sin(uv @ np.array([0.5, 0.6])), np.ones(cloth.mesh.cells, bool))
+    return cloth, ClothState(uv, 0.9 + 0.25 * np.sin(uv @ np.array([0.5, 0.6])), np.ones(cloth.mesh.cells, bool))
 
 
-def filling(photo: Floats, missing: Bools, valid: Bools | None = None) -> tuple[Cloth, Filling]:
+def filling(photo: Floats, missing: Bools, valid: Bools | None = None) -> tuple[FittedCloth, Filling]:
     """Return the cloth and what is filled where it is missing."""
     cloth, whole = straight(photo, np.ones(SIZE, bool) if valid is None else valid)
     cells = cloth.mesh.cell_means(missing.astype(float)) == 0
-    piece = State(whole.uv + 0.0, whole.rho + 0.0, cells)
+    piece = ClothState(whole.uv + 0.0, whole.rho + 0.0, cells)
     # What is not followed has values that mean nothing.
     unknown = ~cloth.mesh.nodes_of(cells)
     piece.uv[unknown], piece.rho[unknown] = 0.0, 9.0
-    found: Fit = measured(cloth, estimated(cloth, (piece,)), (piece,))
+    found: Fit = measure(cloth, estimate(cloth, (piece,)), (piece,))
     return cloth, filled(cloth, found, [piece], [cloth.mesh.pixels_of(cells) & cloth.valid])
 
 
@@ -160,8 +160,8 @@ def test_cloth_is_not_carried_on_where_it_would_be_crushed() -> None:
     uv[:, 11:] += [-2.0, 0.0]
     wanted = cloth.mesh.pixels_of(~cells)
     area = abs(float(np.linalg.det(SCENE.basis)))
-    assert carried_on(cloth.mesh, State(whole.uv, whole.rho, cells), wanted, area)[1].all()
-    crushed = carried_on(cloth.mesh, State(uv, whole.rho, cells), wanted, area)[1]
+    assert carried_on(cloth.mesh, ClothState(whole.uv, whole.rho, cells), wanted, area)[1].all()
+    crushed = carried_on(cloth.mesh, ClothState(uv, whole.rho, cells), wanted, area)[1]
     assert crushed[:, 9].mean() < 0.2
 
 
@@ -171,8 +171,8 @@ def test_gap_in_which_cloth_would_be_crushed_is_filled_from_its_sides() -> None:
     cells[4:-4, 8:11] = False
     uv = whole.uv.copy()
     uv[:, 11:] += [-2.0, 0.0]
-    piece = State(uv, whole.rho, cells)
-    found = measured(cloth, estimated(cloth, (State(whole.uv, whole.rho, cells),)), (piece,))
+    piece = ClothState(uv, whole.rho, cells)
+    found = measure(cloth, estimate(cloth, (ClothState(whole.uv, whole.rho, cells),)), (piece,))
     gap = cloth.mesh.pixels_of(~cells)
     more = filled(cloth, found, [piece], [~gap])
     assert more.apart[gap].mean() > 0.5

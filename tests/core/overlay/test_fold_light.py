@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay.pixels.fold_light import fold_light
+from core.overlay.pixels.shading.fold_light import fold_light
 from core.overlay.texel import Texel
 
 SIDE = 32

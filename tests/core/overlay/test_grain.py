@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Singles
-from core.overlay.detail.grain import COARSE_PX, evened, grain_of, without_tint
-from core.overlay.smoothing import gaussian, mean
+from core.overlay.detail.grain import COARSE_PX, even_out, grain_of, without_tint
+from core.overlay.filters.smoothing import gaussian, mean
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
 TEXEL = motif()
@@ -43,7 +43,7 @@ def test_what_is_not_trusted_keeps_no_coarse_part() -> None:
     detail = (GREY + 0.1).astype(np.float32)
     grain = grain_of(detail, UV, CLEAR, TEXEL.shape, SCENE.basis)
     held = np.where(np.indices(SIZE)[1] < 90, 1.0, 0.0).astype(np.float32)
-    kept = evened(detail, UV, CLEAR, held, grain)
+    kept = even_out(detail, UV, CLEAR, held, grain)
     assert kept[:, :90].mean() == pytest.approx(0.1, abs=0.01)
     assert kept[:, 90:].mean() == pytest.approx(0.0, abs=0.01)
 

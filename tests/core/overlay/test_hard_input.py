@@ -5,7 +5,7 @@ import pytest
 
 from core.arrays import Bools, Floats, InputError
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
@@ -153,7 +153,7 @@ def test_vertices_that_lie_badly_in_every_second_column_do_not_double_the_texel(
     points = keys @ scene.basis.T
     points[keys[:, 0] % 2 == 0, 1] += 4.0
     canvas = flat_canvas(scene.photo, np.ones(scene.photo.shape[:2], bool))
-    frames = Frames(points, np.tile(scene.basis, (len(keys), 1, 1)), np.full(len(keys), 0.9))
+    frames = PatchFrames(points, np.tile(scene.basis, (len(keys), 1, 1)), np.full(len(keys), 0.9))
     cloth = make_cloth(scene.photo, canvas, Lattice(keys, frames), np.eye(2))
     assert abs(np.linalg.det(true_period(cloth, starting_state(cloth, cloth.lattice), 0))) == pytest.approx(2)
     cloth, _ = run(fit(scene.photo, canvas, [cloth.lattice], 0, trusted=False))

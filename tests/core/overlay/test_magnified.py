@@ -5,7 +5,7 @@ import pytest
 
 from core.arrays import Floats
 from core.overlay import finding
-from core.overlay.detection.alignment import Canvas
+from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import flat_canvas
 from core.overlay.finding import Find, find_cloth
 from core.overlay.magnified import TIMES, can_be_magnified, magnified
@@ -17,10 +17,10 @@ EVERYWHERE = np.ones(SCENE.photo.shape[:2], bool)
 
 
 def test_what_is_found_enlarged_lies_on_the_photos_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
-    search = finding.found_by_lattice
+    search = finding.find_by_lattice
 
     def enlarged_only(
-        photo: Floats, canvas: Canvas, place: Canvas, seed: int, texel_px: float | None
+        photo: Floats, canvas: FlatPicture, place: FlatPicture, seed: int, texel_px: float | None
     ) -> Job[list[Find]]:
         if photo.shape == SCENE.photo.shape:
             yield Progress(0.0)

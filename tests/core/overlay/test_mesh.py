@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
-from core.overlay.mesh import Mesh
-from core.overlay.registration.region import Tolerance, judged, misfit, sums
+from core.overlay.mesh import ClothMesh
+from core.overlay.registration.region import Tolerance, judge, misfit, sums
 from core.overlay.registration.thin_plate import spread
-from core.overlay.texel import drawn, estimate_texel
+from core.overlay.texel import draw_sample, estimate_texel
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
 RNG = np.random.default_rng(0)
 
 
 def test_a_box_of_pixels_has_the_values_of_the_whole() -> None:
-    mesh = Mesh((53, 71), 6)
+    mesh = ClothMesh((53, 71), 6)
     values = RNG.random((*mesh.nodes, 3))
     cells = np.zeros(mesh.cells, bool)
     cells[7:, 3:5] = True
@@ -26,7 +26,7 @@ def test_a_box_of_pixels_has_the_values_of_the_whole() -> None:
 
 
 def test_areas_are_those_of_the_marked_cells_triangles() -> None:
-    mesh = Mesh((30, 40), 10)
+    mesh = ClothMesh((30, 40), 10)
     turn = np.array([[0.0, -2.0], [3.0, 1.0]])
     cells = RNG.random(mesh.cells) < 0.5
     areas = mesh.areas(mesh.positions() @ turn.T, cells)
@@ -39,8 +39,8 @@ def test_coordinates_are_spread_around_the_lattice_and_no_further() -> None:
     basis = np.array([[20.0, 2.0], [-3.0, 18.0]])
     keys = np.stack(np.meshgrid(np.arange(3), np.arange(3)), -1).reshape(-1, 2)
     points = keys @ basis.T + 100
-    mesh = Mesh((300, 400), 8)
-    uv = spread(mesh, Lattice(keys, Frames(points, np.tile(basis, (9, 1, 1)), np.ones(9))))
+    mesh = ClothMesh((300, 400), 8)
+    uv = spread(mesh, Lattice(keys, PatchFrames(points, np.tile(basis, (9, 1, 1)), np.ones(9))))
     known = np.isfinite(uv[..., 0])
     away = np.linalg.norm(mesh.positions()[:, :, None] - points, axis=-1).min(-1)
     assert known[away < 30].all()
@@ -53,7 +53,7 @@ def test_cells_and_neighbourhoods_of_pixels_are_judged_alike() -> None:
     model, valid = photo + RNG.normal(0, 0.1, photo.shape), RNG.random((24, 24)) < 0.8
     tolerance = Tolerance(0.1, 0.002, 1.25)
     one = [a.reshape(1, 576, -1) for a in (photo, model)]
-    cell = judged(sums(one[0], one[1], light.reshape(1, 576), valid.reshape(1, 576).astype(float)), tolerance)
+    cell = judge(sums(one[0], one[1], light.reshape(1, 576), valid.reshape(1, 576).astype(float)), tolerance)
     wide = misfit(photo, model, light, valid, tolerance, 400.0)
     for of_cell, of_pixels in zip(cell, wide, strict=True):
         assert np.ptp(of_pixels) < 0.02 * of_cell[0]
@@ -64,8 +64,8 @@ def test_a_share_of_a_large_photo_shows_the_texel_as_well() -> None:
     scene = make_scene(motif(), size=(400, 420))
     weight = np.ones((400, 420))
     coarse = estimate_texel(scene.photo, scene.uv, scene.shading, weight, (20, 20)).pixels
-    assert drawn(weight > 0, 32 * 400).mean() == pytest.approx(32 * 400 / weight.size, rel=0.05)
-    assert drawn(weight > 0, 10**6).all()
-    assert not (drawn(scene.shading > 1, 500) & (scene.shading <= 1)).any()
+    assert draw_sample(weight > 0, 32 * 400).mean() == pytest.approx(32 * 400 / weight.size, rel=0.05)
+    assert draw_sample(weight > 0, 10**6).all()
+    assert not (draw_sample(scene.shading > 1, 500) & (scene.shading <= 1)).any()
     truth = motif(20).pixels
     assert np.sqrt(((coarse - truth) ** 2).mean()) < 0.06

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.period import SAMPLES, Halves, change, coarser, estimate_halves, far_period, periods
 from core.overlay.detection.seeding import flat_canvas
@@ -40,7 +40,7 @@ def test_evenly_spaced_stripes_repeat_with_their_colours(count: int) -> None:
     scene = make_scene(striped(count), size=(230, 240), basis=9.0 * count * np.eye(2), bend=0.0)
     canvas = flat_canvas(scene.photo, np.ones((230, 240), bool))
     keys = np.stack(np.meshgrid(np.arange(2, 23), np.arange(2, 23)), -1).reshape(-1, 2)
-    frames = Frames(9.0 * keys.astype(np.float64), np.tile(9.0 * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys)))
+    frames = PatchFrames(9.0 * keys.astype(np.float64), np.tile(9.0 * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys)))
     assert far_period(canvas, Lattice(keys, frames)).tolist() == [count, count]
 
 
@@ -48,7 +48,9 @@ def test_texels_that_are_alike_repeat_after_one_step() -> None:
     scene = make_scene(motif(), basis=12.0 * np.eye(2), bend=1.0)
     canvas = flat_canvas(scene.photo, np.ones(scene.photo.shape[:2], bool))
     keys = np.stack(np.meshgrid(np.arange(1, 15), np.arange(1, 13)), -1).reshape(-1, 2)
-    frames = Frames(12.0 * keys.astype(np.float64), np.tile(12.0 * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys)))
+    frames = PatchFrames(
+        12.0 * keys.astype(np.float64), np.tile(12.0 * np.eye(2), (len(keys), 1, 1)), np.ones(len(keys))
+    )
     assert far_period(canvas, Lattice(keys, frames)).tolist() == [1, 1]
 
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats
-from core.overlay.detection.alignment import Canvas, Frames, Template
+from core.overlay.detection.alignment import FlatPicture, PatchFrames, Template
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import flat_canvas, grown_piece
 from core.overlay.registration import pieces
-from core.overlay.registration.cloth import Cloth, Fit
-from core.overlay.registration.fitting import begun, completed
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.fitting import begun, complete
 from core.progress import run
 from tests.core.overlay.overlay_scenes import make_scene
-from tests.core.overlay.test_wide import LARGE, sett
+from tests.core.overlay.test_large_periods import LARGE, sett
 
 SIZE, BELT = (120, 290), slice(165, 185)
 
@@ -27,25 +27,25 @@ def belted() -> tuple[Floats, Floats]:
 
 
 @pytest.fixture(scope="module")
-def found() -> tuple[Cloth, Fit]:
+def found() -> tuple[FittedCloth, Fit]:
     """Return the cloth that is found from one side of the belt, and from single texels beyond it."""
     photo, uv = belted()
     inside: Bools = np.ones(SIZE, bool)
     inside[:, BELT] = False
     keys = np.array([(0, 1), (1, 1), (2, 1)])
     points = np.array([np.argwhere(np.linalg.norm(uv - key, axis=-1) < 0.02).mean(0)[::-1] for key in keys])
-    lattice = Lattice(keys, Frames(points, np.tile(LARGE, (3, 1, 1)), np.ones(3)))
+    lattice = Lattice(keys, PatchFrames(points, np.tile(LARGE, (3, 1, 1)), np.ones(3)))
     cloth, fit = run(begun(photo, flat_canvas(photo, inside), lattice, 0, trusted=True))
 
-    def single(canvas: Canvas, template: Template, frame: Frames) -> Lattice:
+    def single(canvas: FlatPicture, template: Template, frame: PatchFrames) -> Lattice:
         return grown_piece(canvas, template, frame)[np.array([0])]
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pieces, "grown_piece", single)
-        return run(completed(cloth, fit, [], 0))
+        return run(complete(cloth, fit, [], 0))
 
 
-def test_of_few_texels_one_is_enough_to_go_on_from_beyond_a_belt(found: tuple[Cloth, Fit]) -> None:
+def test_of_few_texels_one_is_enough_to_go_on_from_beyond_a_belt(found: tuple[FittedCloth, Fit]) -> None:
     cloth, fit = found
     covered = cloth.mesh.pixels_of(fit.cells)
     assert len(fit.pieces) == 2

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay import bands
-from core.overlay.pixels.refinement import MOST_PX, refined
+from core.overlay.filters import bands
+from core.overlay.pixels.refinement import MOST_PX, refine
 from core.overlay.texel import Texel, estimate_texel
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
@@ -29,7 +29,7 @@ def length_px(difference: Floats) -> Floats:
 
 def moved(uv: Floats, texel: Texel | None = None) -> Floats:
     return np.asarray(
-        refined(SCENE.photo, uv.astype(np.float32), LIGHT, texel or TEXEL, SCENE.basis),
+        refine(SCENE.photo, uv.astype(np.float32), LIGHT, texel or TEXEL, SCENE.basis),
         np.float64,
     )
 
@@ -65,7 +65,7 @@ def test_no_pixel_goes_far() -> None:
 def test_beyond_the_cloth_is_nothing() -> None:
     uv, shading = SCENE.uv.astype(np.float32), LIGHT.copy()
     uv[:, :40] = shading[:, :40] = np.nan
-    out = refined(SCENE.photo, uv, shading, TEXEL, SCENE.basis)
+    out = refine(SCENE.photo, uv, shading, TEXEL, SCENE.basis)
     np.testing.assert_array_equal(np.isnan(out[..., 0]), np.isnan(shading))
 
 
@@ -81,6 +81,6 @@ def test_large_photo_is_moved_as_a_small_one_is() -> None:
 
     before = misplaced(0.5)
     uv, light = (enlarged(layer).astype(np.float32) for layer in (before, SCENE.shading))
-    out = refined(enlarged(SCENE.photo), uv, light, TEXEL, 2 * SCENE.basis, every=2) - uv
+    out = refine(enlarged(SCENE.photo), uv, light, TEXEL, 2 * SCENE.basis, every=2) - uv
     assert np.median(length_px(out[::2, ::2] - (moved(before) - before))) < 0.1
     assert np.percentile(length_px(out.astype(np.float64)), 99) > 0.45

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.detection.alignment import Frames
+from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import (
@@ -19,7 +19,7 @@ from core.overlay.detection.seeding import (
     is_grown,
     merit,
     part_of,
-    ranked,
+    rank,
 )
 
 FINE = np.array([[15.0, 2.0], [-1.0, 12.0]])
@@ -29,7 +29,7 @@ def lattice(basis: Floats, columns: int, rows: int, score: float, *, uneven_px: 
     keys = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2)
     points = 30 + keys @ basis.T
     points[:, 0] += uneven_px * np.where(keys.sum(1) % 2, 1.0, -1.0)
-    frames = Frames(points, np.tile(basis, (len(keys), 1, 1)), np.full(len(keys), score))
+    frames = PatchFrames(points, np.tile(basis, (len(keys), 1, 1)), np.full(len(keys), score))
     return Lattice(keys, frames)
 
 
@@ -43,11 +43,11 @@ def test_every_size_has_its_turn_before_the_best_size_goes_on() -> None:
 def test_of_a_lattice_and_one_of_several_of_its_texels_the_finer_one_is_taken() -> None:
     fine, coarse = lattice(FINE, 12, 12, 0.8), lattice(FINE @ np.diag([4, 1]), 3, 12, 0.82)
     assert merit(fine) < merit(coarse)
-    assert ranked([coarse, fine], LEAST_VERTICES)[0] is fine
+    assert rank([coarse, fine], LEAST_VERTICES)[0] is fine
     elsewhere = lattice(1.37 * FINE @ np.diag([2, 1]), 5, 7, 0.82)
     assert NEARLY * merit(elsewhere) < merit(fine) < merit(elsewhere)
     assert not divides(fine, elsewhere)
-    assert ranked([elsewhere, fine], LEAST_VERTICES)[0] is elsewhere
+    assert rank([elsewhere, fine], LEAST_VERTICES)[0] is elsewhere
 
 
 def test_a_finer_lattice_that_lies_unevenly_or_is_much_less_alike_is_not_taken() -> None:
@@ -56,7 +56,7 @@ def test_a_finer_lattice_that_lies_unevenly_or_is_much_less_alike_is_not_taken()
     assert bend_px(uneven) > 1 > bend_px(coarse)
     for other in (uneven, unlike):
         assert divides(other, coarse)
-        assert ranked([coarse, other], LEAST_VERTICES)[0] is coarse
+        assert rank([coarse, other], LEAST_VERTICES)[0] is coarse
 
 
 def test_a_finer_lattice_of_a_part_of_the_cloth_is_not_taken() -> None:
@@ -65,7 +65,7 @@ def test_a_finer_lattice_of_a_part_of_the_cloth_is_not_taken() -> None:
     assert merit(coarse) > merit(half) > NEARLY * merit(coarse)
     assert divides(whole, coarse)
     assert not divides(half, coarse)
-    assert ranked([coarse, half], LEAST_VERTICES)[0] is coarse
+    assert rank([coarse, half], LEAST_VERTICES)[0] is coarse
 
 
 def test_a_finer_lattice_may_lie_less_evenly_if_its_texels_are_clearly_more_alike() -> None:
@@ -74,7 +74,7 @@ def test_a_finer_lattice_may_lie_less_evenly_if_its_texels_are_clearly_more_alik
         fine = lattice(FINE, 12, 10, score, uneven_px=uneven_px)
         assert bend_px(fine) > bend_px(coarse)
         assert merit(fine) < merit(coarse)
-        assert (ranked([coarse, fine], LEAST_VERTICES)[0] is fine) is taken
+        assert (rank([coarse, fine], LEAST_VERTICES)[0] is fine) is taken
 
 
 def test_a_small_lattice_is_part_of_a_grown_one_if_it_lies_in_it_and_spans_its_texels_at_one_phase() -> None:

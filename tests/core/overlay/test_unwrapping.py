@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats, Ints
-from core.overlay.pixels.unwrapping import unwrapped
+from core.overlay.pixels.unwrapping import unwrap
 
 STEP = 10.0
 BASIS = np.diag([STEP, STEP])
@@ -14,7 +14,7 @@ NOTHING = np.zeros(Y.shape, bool)
 
 
 def freed(uv: Floats, sheet: Ints | None = None, torn: Bools = NOTHING) -> tuple[Floats, Bools]:
-    return unwrapped(uv, np.ones(Y.shape, np.int64) if sheet is None else sheet, torn, BASIS, STEP)
+    return unwrap(uv, np.ones(Y.shape, np.int64) if sheet is None else sheet, torn, BASIS, STEP)
 
 
 def off(uv: Floats, where: Bools) -> Floats:
@@ -73,6 +73,6 @@ def test_nothing_sure_and_pictures_smaller_than_a_pair_are_no_error() -> None:
     assert not moved.any()
     assert not sure.any()
     for h, w in ((3, 40), (40, 3), (3, 3), (15, 14)):
-        moved, sure = unwrapped(UV[:h, :w], np.ones((h, w), np.int64), NOTHING[:h, :w], BASIS, STEP)
+        moved, sure = unwrap(UV[:h, :w], np.ones((h, w), np.int64), NOTHING[:h, :w], BASIS, STEP)
         assert not moved.any()
         assert sure.all()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from core.overlay.pixels.obstacles import obstacles
+from core.overlay.pixels.occluders.things_on_cloth import obstacles
 from core.overlay.pixels.visible_pattern import without_cloth
 from tests.core.overlay.overlay_scenes import make_scene, motif
 

@@ -7,24 +7,24 @@ from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.curves.fitting import fit
 from core.progress import run
-from core.retexture.elsewhere import far_outside
-from core.retexture.job import Settings, deformed, retexture
-from core.retexture.layout import along_curves
-from core.retexture.patches import PatchShape, grown
+from core.retexture.job import Settings, deform, retexture
 from core.retexture.region import share_along
 from core.retexture.result import plain_place
-from core.retexture.scene import Scene, prepared
-from core.retexture.stock import Bounds, stocked
+from core.retexture.source_outside_frame import far_outside
+from core.retexture.synthesis.candidate_pool import Bounds, stock
+from core.retexture.synthesis.patches import PatchShape, grow
+from core.retexture.synthesis.placement import along_curves
+from core.retexture.synthesis.scene import RetextureScene, prepare
 from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
 
 SHAPE = (HEIGHT, WIDTH)
 PATCH = PatchShape()
 
 
-def scene_of(curves: list[FeatureCurve], reach_px: float) -> Scene:
+def scene_of(curves: list[FeatureCurve], reach_px: float) -> RetextureScene:
     """Return the scene of curves over noise, which has detail everywhere."""
     noise = np.random.default_rng(0).random((*SHAPE, 3)).astype(np.float32)
-    return prepared(curves, deformed(SHAPE, curves, None), noise, PATCH, reach_px, None)
+    return prepare(curves, deform(SHAPE, curves, None), noise, PATCH, reach_px, None)
 
 
 def upright(x: float, top: float, bottom: float) -> Points:
@@ -114,7 +114,7 @@ def test_parts_that_lead_far_outside_are_whole_and_shallow_ones_are_left() -> No
 def test_patches_end_where_the_deformation_has_it() -> None:
     scene = scene_of(bent(), 60.0)
     inside = np.argwhere((scene.way.inner > 0.3) & (scene.way.inner < 0.9))[::97, ::-1].astype(float)
-    batch = grown(scene.way.origins(inside), PATCH, scene.fields, scene.way)
+    batch = grow(scene.way.origins(inside), PATCH, scene.fields, scene.way)
     across, along = PATCH.search_across, PATCH.search_along
     shown = batch.source[:, across:-across, along:-along].reshape(-1, 2)
     target = batch.target.reshape(-1, 2).astype(float)
@@ -127,9 +127,9 @@ def test_patches_end_where_the_deformation_has_it() -> None:
 
 def test_a_batch_whose_patches_may_show_nothing_has_no_rounds() -> None:
     scene = scene_of(bent(), 60.0)
-    batch = grown(scene.way.origins(upright(WIDTH / 2, 84, 90)), PATCH, scene.fields, scene.way)
+    batch = grow(scene.way.origins(upright(WIDTH / 2, 84, 90)), PATCH, scene.fields, scene.way)
     picture, nowhere = np.zeros((*SHAPE, 3), np.float32), np.zeros(SHAPE, bool)
-    assert stocked(batch, picture, Bounds(nowhere, scene.area.free)).rounds == []
+    assert stock(batch, picture, Bounds(nowhere, scene.area.free)).rounds == []
 
 
 def test_candidates_are_free_inside_and_held_at_the_edge() -> None:

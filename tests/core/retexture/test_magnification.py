@@ -5,7 +5,7 @@ import pytest
 
 from core.arrays import Singles
 from core.curves.feature_curves import FeatureCurve
-from core.retexture.job import deformed
+from core.retexture.job import deform
 from core.retexture.magnification import BAND_PX, BANDS, bands, distance, magnified
 from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, bent, straight
 
@@ -43,7 +43,7 @@ def test_distances_are_those_from_the_nearest_curve() -> None:
 
 def test_bands_compare_what_is_shown_with_the_plain_deformation() -> None:
     curves: list[FeatureCurve] = bent()
-    plain = deformed((HEIGHT, WIDTH), curves, None)
+    plain = deform((HEIGHT, WIDTH), curves, None)
     targets = [curve.target for curve in curves if curve.target is not None]
     found = bands(plain, targets)
     assert [(band.from_px, band.to_px) for band in found] == [(10 * i, 10 * i + 10) for i in range(len(found))]

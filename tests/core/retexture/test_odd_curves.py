@@ -10,8 +10,8 @@ from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.grid import Grid
 from core.progress import run
+from core.retexture.deformation.preview import LiveDeformation
 from core.retexture.job import retexture
-from core.retexture.preview import LiveDeformation
 
 WIDTH, HEIGHT = 180, 130
 

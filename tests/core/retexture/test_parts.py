@@ -10,17 +10,17 @@ from hypothesis import strategies as st
 from core.arrays import Points, Singles
 from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
-from core.retexture import coordinates
-from core.retexture.candidates import STRETCH, Pool, costs, drift
-from core.retexture.coordinates import CurveSet, DirectionField, trace, traced
-from core.retexture.diffusion import Diffusion, compression, deformation, distortion
-from core.retexture.grids import filled, located
-from core.retexture.job import deformed
-from core.retexture.layout import Lattice, gap_places, ordered_origins, pace
-from core.retexture.patches import Covered, Patches, PatchShape
+from core.retexture.deformation import coordinates
+from core.retexture.deformation.coordinates import DirectionField, SpineCurves, trace, traced
+from core.retexture.deformation.diffusion import Diffusion, compression, deformation, distortion
+from core.retexture.deformation.grids import fill, locate
+from core.retexture.job import deform
 from core.retexture.sampling import Kernel, read
-from core.retexture.scene import near_curves, prepared
-from core.retexture.stock import rounds
+from core.retexture.synthesis.candidate_choice import STRETCH, Pool, costs, drift
+from core.retexture.synthesis.candidate_pool import rounds
+from core.retexture.synthesis.patches import Covered, Patches, PatchShape
+from core.retexture.synthesis.placement import PatchGrid, gap_places, ordered_origins, pace
+from core.retexture.synthesis.scene import near_curves, prepare
 from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, arched, bent, straight
 
 SHAPE = (HEIGHT, WIDTH)
@@ -55,13 +55,15 @@ def test_the_deformation_is_harmonic_and_rests_at_the_border() -> None:
     assert not field[:, 0].any()
     inner = field[1:-1, 1:-1]
     mean = (field[2:, 1:-1] + field[:-2, 1:-1] + field[1:-1, 2:] + field[1:-1, :-2]) / 4
-    away = CurveSet([arched()]).distance(grid.nodes[1:-1, 1:-1].reshape(-1, 2)).reshape(inner.shape[:2]) > 2 * grid.step
+    away = (
+        SpineCurves([arched()]).distance(grid.nodes[1:-1, 1:-1].reshape(-1, 2)).reshape(inner.shape[:2]) > 2 * grid.step
+    )
     np.testing.assert_allclose(inner[away], mean[away], atol=1e-9)
 
 
 def test_nothing_moves_beyond_the_chosen_distance() -> None:
     grid, field = deformation(SHAPE, bent(), reach_px=30)
-    far = CurveSet([arched()]).distance(grid.nodes.reshape(-1, 2)).reshape(grid.rows, grid.columns) > 31
+    far = SpineCurves([arched()]).distance(grid.nodes.reshape(-1, 2)).reshape(grid.rows, grid.columns) > 31
     assert not field[far].any()
     assert np.abs(field).max() > 20
 
@@ -92,11 +94,11 @@ def test_compression_is_clamped_and_distortion_is_that_of_the_map() -> None:
 
 
 def test_feet_are_nearest_points_with_a_side() -> None:
-    feet = CurveSet([straight(100.0), straight(20.0)]).feet(np.array([[50.0, 110.0], [50.0, 90.0], [70.0, 25.0]]))
+    feet = SpineCurves([straight(100.0), straight(20.0)]).feet(np.array([[50.0, 110.0], [50.0, 90.0], [70.0, 25.0]]))
     np.testing.assert_array_equal(feet.curve, [0, 0, 1])
     np.testing.assert_allclose(feet.offset, [10, -10, 5], atol=1e-9)
     np.testing.assert_allclose(feet.length, [50, 50, 70], atol=1e-6)
-    assert CurveSet([straight(left=50)]).feet(np.array([[40.0, 100.0]])).beyond.all()
+    assert SpineCurves([straight(left=50)]).feet(np.array([[40.0, 100.0]])).beyond.all()
 
 
 @settings(max_examples=25)
@@ -104,7 +106,7 @@ def test_feet_are_nearest_points_with_a_side() -> None:
 @example(40.0, -15.0, 0.789)
 def test_on_a_circle_spines_are_arcs_and_ribs_radii(radius: float, offset: float, angle: float) -> None:
     centre = np.array([110.0, 100.0])
-    curves = CurveSet([ring(radius, (110, 100))])
+    curves = SpineCurves([ring(radius, (110, 100))])
     field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
     r = radius + offset
     outward = np.array([np.cos(angle), np.sin(angle)])
@@ -119,7 +121,7 @@ def test_on_a_circle_spines_are_arcs_and_ribs_radii(radius: float, offset: float
 
 
 def test_a_grid_that_would_fold_is_smoothed(monkeypatch: pytest.MonkeyPatch) -> None:
-    curves = CurveSet([ring(12, (110, 100))])
+    curves = SpineCurves([ring(12, (110, 100))])
     field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
     origin, heading = np.array([[122.0, 100.0]]), np.array([[0.0, 1.0]])
 
@@ -135,13 +137,13 @@ def test_a_grid_that_would_fold_is_smoothed(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_patches_stop_two_pixels_short_of_another_curve() -> None:
-    kept = near_curves(CurveSet([straight(60.0), straight(100.0)]), SHAPE)
+    kept = near_curves(SpineCurves([straight(60.0), straight(100.0)]), SHAPE)
     np.testing.assert_array_equal(np.flatnonzero(kept[:, 110] == 0), np.arange(58, 63))
     np.testing.assert_array_equal(np.flatnonzero(kept[:, 110] == 1), np.arange(98, 103))
 
 
 def test_traces_keep_their_sense_between_curves_of_opposite_sense() -> None:
-    curves = CurveSet([straight(80.0), straight(120.0).reversed()])
+    curves = SpineCurves([straight(80.0), straight(120.0).reversed()])
     field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
     grid = trace(field, np.array([[100.0, 100.0]]), np.array([[1.0, 0.0]]), spine=10, rib=10)[0]
     np.testing.assert_allclose(grid[10], np.column_stack([np.arange(90, 111), np.full(21, 100)]), atol=1e-3)
@@ -149,15 +151,15 @@ def test_traces_keep_their_sense_between_curves_of_opposite_sense() -> None:
 
 
 def test_pixels_find_their_place_in_a_bent_grid() -> None:
-    curves = CurveSet([arched()])
+    curves = SpineCurves([arched()])
     field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
     place, tangent = curves.place(np.zeros(1, int), np.array([100.0]), np.array([12.0]))
     rough = traced(field, place, tangent, spine=20, rib=12)
-    grid = filled(rough, spine=20, rib=12)[0]
+    grid = fill(rough, spine=20, rib=12)[0]
     corner = np.rint(place[0]).astype(int) - 26
     # Of two windows the second lies where only a part of the grid reaches.
     corners = np.stack([corner, corner + 30])
-    number, pixel, at = located(np.concatenate([rough, rough]), corners, 53, spine=20, rib=12)
+    number, pixel, at = locate(np.concatenate([rough, rough]), corners, 53, spine=20, rib=12)
     np.testing.assert_array_equal(number, np.sort(number))
     inside = (at > 0).all(axis=-1) & (at < [40, 24]).all(axis=-1)
     assert (inside & (number == 0)).sum() > 800
@@ -171,7 +173,7 @@ def test_pixels_find_their_place_in_a_bent_grid() -> None:
 
 
 def test_the_pace_is_how_fast_the_source_goes_by() -> None:
-    short, long = CurveSet([straight(60.0, left=80)]), CurveSet([straight(100.0)])
+    short, long = SpineCurves([straight(60.0, left=80)]), SpineCurves([straight(100.0)])
     places = np.array([[90.0, 100.0], [110.0, 120.0], [130.0, 80.0]])
     slow, fast = short.curves[0].length, long.curves[0].length
     np.testing.assert_allclose(pace(short, long, long.feet(places)), slow / fast, atol=1e-6)
@@ -181,8 +183,8 @@ def test_the_pace_is_how_fast_the_source_goes_by() -> None:
 @pytest.mark.parametrize("count", [0, 1, 30, 400])
 def test_batches_hold_all_patches_of_a_scale_in_order_and_the_first_few_of_them(count: int) -> None:
     curves = bent()
-    scene = prepared(
-        curves, deformed(SHAPE, curves, None), np.zeros((HEIGHT, WIDTH, 3), np.float32), PatchShape(), 60.0, None
+    scene = prepare(
+        curves, deform(SHAPE, curves, None), np.zeros((HEIGHT, WIDTH, 3), np.float32), PatchShape(), 60.0, None
     )
     origins = scene.way.origins(np.random.default_rng(0).uniform(20, 180, (count, 2)))
     origins = origins.taken(np.argsort(origins.scale, kind="stable"))
@@ -198,7 +200,7 @@ def test_batches_hold_all_patches_of_a_scale_in_order_and_the_first_few_of_them(
 def test_smaller_patches_cover_the_middle_of_whole_ones_and_are_searched_for_as_far() -> None:
     curves, shape = bent(), PatchShape()
     picture = np.random.default_rng(0).random((HEIGHT, WIDTH, 3)).astype(np.float32)
-    scene = prepared(curves, deformed(SHAPE, curves, None), picture, shape, 60.0, None)
+    scene = prepare(curves, deform(SHAPE, curves, None), picture, shape, 60.0, None)
     origins = scene.way.origins(np.tile([[110.0, 150.0]], (3, 1)))
     patches = Patches(replace(origins, scale=np.array([1.0, 2.0, 3.0])), shape, scene.fields, scene.way)
     whole, half, third = (patches.batch(slice(i, i + 1)) for i in range(3))
@@ -212,9 +214,9 @@ def test_smaller_patches_cover_the_middle_of_whole_ones_and_are_searched_for_as_
 
 def test_patches_keep_their_size_beside_a_curve_that_only_bends() -> None:
     curves = bent()
-    plain = deformed(SHAPE, curves, None)
+    plain = deform(SHAPE, curves, None)
     picture = np.random.default_rng(0).random((HEIGHT, WIDTH, 3)).astype(np.float32)
-    scene = prepared(curves, plain, picture, PatchShape(), 60.0, None)
+    scene = prepare(curves, plain, picture, PatchShape(), 60.0, None)
     beside = scene.area.nearness > 0.99
     assert beside.sum() > 500
     dense = plain.grid.at_pixels(scene.way.compression[..., None])[..., 0]
@@ -229,14 +231,14 @@ def test_gaps_are_covered_by_one_place_in_each_square() -> None:
     assert len(places) == 3
     x, y = places.astype(int).T
     assert bare[y, x].all()
-    assert Lattice(10, 5).shift == 0
+    assert PatchGrid(10, 5).shift == 0
 
 
 def test_rows_are_laid_from_the_curve_outwards_and_from_their_ends() -> None:
     curves = [FeatureCurve(straight(80.0), straight(100.0))]
     picture = np.random.default_rng(0).random((HEIGHT, WIDTH, 3)).astype(np.float32)
-    scene = prepared(curves, deformed(SHAPE, curves, None), picture, PatchShape(), 60.0, None)
-    lattice = Lattice((WIDTH - 1) / 10, 10)
+    scene = prepare(curves, deform(SHAPE, curves, None), picture, PatchShape(), 60.0, None)
+    lattice = PatchGrid((WIDTH - 1) / 10, 10)
     origins = ordered_origins(scene.way, scene.area.must, lattice)
     whole = origins.taken(origins.scale == 1)
     row = np.rint(np.abs(whole.offset) / lattice.across)

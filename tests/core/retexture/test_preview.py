@@ -9,9 +9,9 @@ from core.arrays import Points
 from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.grid import Grid
-from core.retexture.diffusion import Diffusion, deformation
-from core.retexture.membrane import Membrane
-from core.retexture.preview import NODES, LiveDeformation, pulled, spaced
+from core.retexture.deformation.diffusion import Diffusion, deformation
+from core.retexture.deformation.dirichlet_membrane import Membrane
+from core.retexture.deformation.preview import NODES, LiveDeformation, pull, space_out
 
 HEIGHT, WIDTH = 150, 220
 
@@ -56,7 +56,7 @@ def test_what_is_shown_while_dragging_is_the_final_deformation(by: tuple[float, 
     curves = [FeatureCurve(source, Curve(source.points + by))]
     nodes = Grid(WIDTH, HEIGHT, cell_px=5.0).nodes
     live = LiveDeformation((HEIGHT, WIDTH), nodes, reach_px=reach_px).solve(curves)
-    final = pulled(*deformation((HEIGHT, WIDTH), curves, reach_px=reach_px), nodes)
+    final = pull(*deformation((HEIGHT, WIDTH), curves, reach_px=reach_px), nodes)
     # Where D is held to 0 beyond its reach, the outermost cells differ by how the limit falls on the nodes.
     most = 0.3 if reach_px is None else 2.0
     assert np.abs(live - final).max() < most
@@ -97,7 +97,7 @@ def test_a_long_curve_is_held_at_few_points_and_keeps_its_place() -> None:
 @pytest.mark.parametrize("shape", [(495, 660), (356, 498), (566, 800), (692, 500), (3000, 4000), (614, 554)])
 def test_the_live_grid_has_as_many_nodes_as_usual_in_rows_that_transforms_are_fast_for(shape: tuple[int, int]) -> None:
     """Painting, wave and pizza of DPD table 1 would have 179, 131 and 131 cells in a row or column."""
-    step = spaced(shape)
+    step = space_out(shape)
     cells = [int(np.ceil((side - 1) / step)) for side in shape]
     assert 0.85 * NODES < cells[0] * cells[1] < 1.05 * NODES
     for count in cells:
@@ -105,4 +105,4 @@ def test_the_live_grid_has_as_many_nodes_as_usual_in_rows_that_transforms_are_fa
 
 
 def test_the_live_grid_of_a_small_picture_is_the_final_one() -> None:
-    assert spaced((HEIGHT, WIDTH)) == Diffusion((HEIGHT, WIDTH), np.array([[50.0, 50.0]])).step
+    assert space_out((HEIGHT, WIDTH)) == Diffusion((HEIGHT, WIDTH), np.array([[50.0, 50.0]])).step

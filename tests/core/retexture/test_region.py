@@ -5,11 +5,11 @@ import numpy as np
 from core.arrays import Bools, Singles
 from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
-from core.retexture.diffusion import distortion
-from core.retexture.job import deformed
-from core.retexture.patches import PatchShape
+from core.retexture.deformation.diffusion import distortion
+from core.retexture.job import deform
 from core.retexture.region import CLEAR, CONTRAST, SEEN, contrast
-from core.retexture.scene import Scene, prepared
+from core.retexture.synthesis.patches import PatchShape
+from core.retexture.synthesis.scene import RetextureScene, prepare
 from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, arched, straight
 
 SHAPE = (HEIGHT, WIDTH)
@@ -25,18 +25,18 @@ def noise(strength: float) -> Singles:
 
 def scene_of(
     target: Curve, strength: float, y: float = 100.0, patch: PatchShape | None = None
-) -> tuple[Scene, Singles, Singles]:
+) -> tuple[RetextureScene, Singles, Singles]:
     """Return the scene of a straight line moved to `target`, the strain (H, W), and the distance from it (H, W)."""
     curves = [FeatureCurve(straight(y), target)]
-    plain = deformed(SHAPE, curves, None)
-    scene = prepared(curves, plain, noise(strength), patch or PatchShape(), REACH, None)
+    plain = deform(SHAPE, curves, None)
+    scene = prepare(curves, plain, noise(strength), patch or PatchShape(), REACH, None)
     strain = plain.grid.at_pixels(distortion(plain.grid, plain.field)[..., None])[..., 0]
     rows, columns = np.mgrid[:HEIGHT, :WIDTH]
     places = np.column_stack([columns.ravel(), rows.ravel()]).astype(float)
     return scene, strain, scene.way.target.distance(places).reshape(SHAPE).astype(np.float32)
 
 
-def regrown(scene: Scene, where: Bools) -> float:
+def regrown(scene: RetextureScene, where: Bools) -> float:
     return float(scene.area.must[where].mean())
 
 

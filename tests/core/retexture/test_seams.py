@@ -5,20 +5,20 @@ import pytest
 
 from core.arrays import Bools, Ints, Singles
 from core.linalg import poisson
-from core.retexture.blend import correction
-from core.retexture.canvas import STEADY, Canvas
-from core.retexture.footprint import footprint
+from core.retexture.picture.poisson_blend import correction
+from core.retexture.picture.seam_antialiasing import SHARE, across_seams
 from core.retexture.sampling import read
-from core.retexture.softening import SHARE, across_seams
+from core.retexture.synthesis.graph_cut import STEADY, GrownPicture
+from core.retexture.synthesis.pixel_adjacency import footprint
 
 
-def empty_canvas(shown: Singles) -> Canvas:
+def empty_canvas(shown: Singles) -> GrownPicture:
     """Return a canvas that shows a picture (H, W, c), which patches may cover anywhere and must nowhere."""
     nothing = np.zeros(shown.shape[:2], bool)
-    return Canvas(shown.copy(), np.zeros((*shown.shape[:2], 2), np.float32), must=nothing, may=~nothing)
+    return GrownPicture(shown.copy(), np.zeros((*shown.shape[:2], 2), np.float32), must=nothing, may=~nothing)
 
 
-def merge(canvas: Canvas, label: int, patch: Singles, reach: Bools, usable: Bools | None = None) -> int:
+def merge(canvas: GrownPicture, label: int, patch: Singles, reach: Bools, usable: Bools | None = None) -> int:
     """Merge a picture (H, W, c) into the canvas where it reaches, with (label, label) for its place everywhere.
 
     `usable` (H, W) is where it may be shown; None for everywhere.
@@ -51,7 +51,7 @@ def test_only_what_a_patch_has_laid_counts_in_full_and_bare_pixels_do_not() -> N
     shown = np.zeros((20, 30, 3), np.float32)
     must = np.zeros((20, 30), bool)
     must[:, 20:] = True
-    canvas = Canvas(shown, np.zeros((20, 30, 2), np.float32), must=must, may=~np.zeros_like(must))
+    canvas = GrownPicture(shown, np.zeros((20, 30, 2), np.float32), must=must, may=~np.zeros_like(must))
     reach = np.zeros((20, 30), bool)
     reach[:10, 18:26] = True
     merge(canvas, 7, shown + np.float32(0.5), reach)
@@ -96,7 +96,7 @@ def test_the_cut_runs_where_both_pictures_agree() -> None:
 def test_a_patch_never_leaves_its_reach_and_mends_an_old_seam() -> None:
     shown = np.zeros((16, 16, 3), np.float32)
     shown[:, 8:] = 1
-    canvas = Canvas(
+    canvas = GrownPicture(
         shown, np.zeros((16, 16, 2), np.float32), must=np.zeros((16, 16), bool), may=np.ones((16, 16), bool)
     )
     canvas.seams[0, :, 7] = 6

@@ -1,0 +1,1 @@
+"""Sampling, smoothing and distances of pictures."""

@@ -1,0 +1,1 @@
+"""Segmentation of what lies on the cloth or before it."""

@@ -1,0 +1,50 @@
+"""Cutting a thing out of the cloth along edges in the photo: the cheapest cut through a graph of the pixels."""
+
+import numpy as np
+
+from core.arrays import Bools, Floats
+from core.graphs.minimum_cut import minimum_cut
+from core.overlay.filters.smoothing import gaussian
+
+BORDER = 0.5
+"""What a pixel of the outline costs where the photo has no edge."""
+EDGE, LEAST_BORDER = 4.0, 0.02
+"""Squared difference of neighbours, over the usual one, at an edge, and what a pixel of the outline costs, over that
+without an edge, at the sharpest one."""
+BLUR_PX = 0.7
+"""Blur of the photo in which edges are seen."""
+STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
+"""Rows and columns to neighbours, one of each two opposite ones."""
+LEAST = 1e-3
+"""What costs are whole multiples of: the search ends with exact sums only."""
+MOST = 1e3
+"""Cost of what must not be."""
+
+
+def cut_out(photo: Floats, alike: Bools, thing: Floats, cloth: Floats) -> Bools:
+    """Return the pixels (H, W) of a thing: the ones with which the pixels' costs and the outline's are least together.
+
+    `thing` and `cloth` (H, W) are what a pixel costs as part of either, 0 to `MOST`; edges in the photo (H, W, 3) are
+    measured over what neighbours usually differ by that are `alike` (H, W).
+    """
+    shape, soft = thing.shape, gaussian(photo, BLUR_PX)
+    nodes, costs = np.arange(thing.size).reshape(shape), list[Floats]()
+    pairs = [pair(shape, *step) for step in STEPS]
+    changes = [((soft[here] - soft[there]) ** 2).sum(-1) for here, there in pairs]
+    inside = [change[alike[here] & alike[there]] for change, (here, there) in zip(changes[:2], pairs[:2], strict=True)]
+    usual = EDGE * float(np.median(np.concatenate(inside))) if any(map(len, inside)) else 0.0
+    for change, (down, across) in zip(changes, STEPS, strict=True):
+        length = float(np.hypot(down, across))
+        kept = np.maximum(np.exp(-change / (2 * length**2 * max(usual, 1e-9))), LEAST_BORDER)
+        costs.append(np.rint(BORDER / length * kept / LEAST).ravel())
+    one, other = (np.concatenate([nodes[pair[end]].ravel() for pair in pairs]) for end in (0, 1))
+    of_thing, of_cloth = (np.rint(np.clip(cost, 0, MOST) / LEAST).ravel() for cost in (thing, cloth))
+    return minimum_cut(one, other, np.concatenate(costs), of_thing, of_cloth).reshape(shape)
+
+
+def pair(shape: tuple[int, ...], down: int, across: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """Return the parts of a picture of that shape (H, W) that lie so many rows and columns apart."""
+    h, w = shape
+    here = slice(0, h - down), slice(max(0, -across), w - max(0, across))
+    there = slice(down, h), slice(max(0, across), w + min(0, across))
+    return here, there

@@ -1,0 +1,197 @@
+"""What is known of a batch of patches whatever the canvas shows: found once, in another thread."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise, starmap
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Ints, Points, Singles
+from core.retexture.prefetch import ahead
+from core.retexture.sampling import read, read_nearest
+from core.retexture.synthesis.candidate_choice import drift
+from core.retexture.synthesis.graph_cut import CELL
+from core.retexture.synthesis.patches import Batch, Covered, Patches
+from core.retexture.synthesis.pixel_adjacency import Footprint, footprint
+
+AT_ONCE_PX = 16_000
+"""Pixels merged at a time: a larger graph no longer fits into the processor's cache."""
+EVERY = 2
+"""Freedom is looked up at every second node: the smallest patches have three."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Where patches may be, and where texture may be taken from."""
+
+    may: Bools
+    """(H, W) of the result."""
+    free: Singles
+    """(H, W) of the result, see `region.Region`."""
+    usable: Bools | None = None
+    """(H, W) of the source; None for everywhere."""
+    kept: tuple[Ints, Ints] | None = None
+    """(H, W) of the source and of the result: the number of the curve within two pixels, else -1."""
+
+    def usable_at(self, positions: Singles, curve: Ints) -> Bools:
+        """Return where texture for patches of a `curve` (n,) may be taken at `positions` (n, ..., 2)."""
+        inside = within(positions, self.may.shape)
+        if self.usable is None and self.kept is None:
+            return inside
+        pixel = nearest(positions, self.may.shape)
+        if self.usable is not None:
+            inside &= self.usable.reshape(-1)[pixel]
+        if self.kept is not None:
+            inside &= _free_for(curve.reshape(-1, *[1] * (pixel.ndim - 1)), self.kept[0].reshape(-1)[pixel])
+        return inside
+
+    def open_to(self, pixel: Ints, curve: Ints) -> Bools:
+        """Return which of the result's pixels (m,) patches of a `curve` (m,) may show."""
+        allowed = self.may.reshape(-1)[pixel]
+        if self.kept is not None:
+            allowed &= _free_for(curve, self.kept[1].reshape(-1)[pixel])
+        return np.asarray(allowed)
+
+
+def _free_for(curve: Ints, kept: Ints) -> Bools:
+    """Return where no other curve than `curve` runs within two pixels."""
+    return np.asarray((kept < 0) | (kept == curve))
+
+
+def within(positions: Singles | Points, size: tuple[int, ...]) -> Bools:
+    """Return which `positions` (..., 2) lie in a picture of `size`, (H, W)."""
+    x, y = positions[..., 0], positions[..., 1]
+    return np.asarray((x >= 0) & (y >= 0) & (x <= size[1] - 1) & (y <= size[0] - 1))
+
+
+def nearest(positions: Singles | Points, size: tuple[int, ...]) -> Ints:
+    """Return the numbers of the pixels nearest to `positions` (..., 2) in a flattened picture of `size`, (H, W)."""
+    x, y = np.clip(np.rint(positions[..., 0]), 0, size[1] - 1), np.clip(np.rint(positions[..., 1]), 0, size[0] - 1)
+    return y.astype(np.int64) * size[1] + x.astype(np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """Patches that do not touch each other, and come after all earlier ones that they touch."""
+
+    patches: slice
+    """Of a stock."""
+    pixels: slice
+    """Of those that the stock covers."""
+    cover: Footprint
+
+
+@dataclass(frozen=True, eq=False)
+class Stock:
+    """Patches of n origins with their grids of candidates (n, K', J') and of the result (n, K, J), round by round."""
+
+    batch: Batch
+    """With those m pixels alone that the patches may show."""
+    rounds: list[Round]
+    middle: Singles
+    """(m, 2) where the central candidates have the pixels, as (j, k) in the source grids."""
+    held: Singles
+    """(m, 1) how far other candidates may have them elsewhere, as a share of the patches' own freedom."""
+    colours: Singles
+    """(n, K', J', c + 1) of the candidates, with the sums of their squares for a last channel."""
+    variance: Floats
+    """(n,) of these."""
+    unusable: Singles
+    """(n, K', J') 1 where no texture may be taken from."""
+    cells: Singles
+    """(n, K', J', 2) where the uses of candidates are counted, in cells."""
+    needed: Singles
+    """(n, K, J) 1 where the patch may be used."""
+    drift: Floats
+    """(n, 2 search_across + 1, 2 search_along + 1), see `candidate_choice.drift`."""
+
+
+def stock(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
+    """Return what is known of a batch of patches with the colours of a picture (H, W, c)."""
+    size, shape = bounds.may.shape, batch.shape
+    batch, ends = in_rounds(batch, bounds)
+    origins, covered = batch.origins, batch.covered
+    first = np.searchsorted(covered.patch, ends)
+    starts = zip(starmap(slice, pairwise(ends)), starmap(slice, pairwise(first)), strict=True)
+    middle = np.array([shape.search_along, shape.search_across], np.float32)
+    whole = np.maximum(origins.free, 1e-3)
+    free = bounds.free.reshape(-1)[covered.pixel] / whole[covered.patch]
+    colours, variance = _colours(picture, batch.source)
+    return Stock(
+        batch,
+        [Round(some, mine, footprint(covered.patch[mine], covered.pixel[mine], size)) for some, mine in starts],
+        covered.at + middle,
+        np.clip(free, 0, 1).astype(np.float32)[:, None],
+        colours,
+        variance,
+        (~bounds.usable_at(batch.source, origins.curve)).astype(np.float32),
+        batch.source / np.float32(CELL),
+        read_nearest(bounds.may.astype(np.float32), batch.target),
+        drift(shape, origins.offset, origins.free, _slope(bounds.free, batch.target, whole)),
+    )
+
+
+def _slope(free: Singles, target: Singles, whole: Floats) -> Floats:
+    """Return by how much freedom, as a share of the patches' own, changes from a pixel to the next, at most (n,).
+
+    `free` (H, W) is read at `target` grids (n, K, J, 2), and is `whole` (n,) for the patches themselves.
+    """
+    shares = np.clip(read(free, target[:, ::EVERY, ::EVERY]) / whole[:, None, None], 0, 1)
+    across, along = (np.abs(np.diff(shares, axis=axis)).max(axis=(1, 2)) for axis in (1, 2))
+    return np.asarray(np.maximum(across, along) / EVERY)
+
+
+def in_rounds(batch: Batch, bounds: Bounds) -> tuple[Batch, Ints]:
+    """Return those patches of a batch that may show anything, round by round, and where rounds begin and end."""
+    origins = batch.origins
+    covered = batch.covered.where(bounds.open_to(batch.covered.pixel, origins.curve[batch.covered.patch]))
+    found = in_parts(rounds(covered, len(origins), bounds.may.shape), np.bincount(covered.patch))
+    order = np.concatenate([*found, np.empty(0, np.int64)])
+    ends = np.cumsum([0, *map(len, found)])
+    taken = Batch(batch.shape, origins.taken(order), batch.target[order], batch.source[order], covered.of(order))
+    return taken, ends
+
+
+def in_parts(groups: list[Ints], pixels: Ints) -> list[Ints]:
+    """Return groups of patches that cover `pixels` (n,) each, the large ones in parts of about `AT_ONCE_PX`."""
+    counts = [max(round(int(pixels[group].sum()) / AT_ONCE_PX), 1) for group in groups]
+    parts = zip(groups, counts, strict=True)
+    return [part for group, count in parts for part in np.array_split(group, min(count, len(group)))]
+
+
+def _colours(picture: Singles, places: Singles) -> tuple[Singles, Floats]:
+    """Return colours of grids (n, K', J', c + 1), see `Stock`, and their variances (n,)."""
+    plain = read(picture, places)
+    colours = np.empty((*plain.shape[:3], plain.shape[3] + 1), np.float32)
+    colours[..., :-1] = plain
+    np.einsum("nkjc,nkjc->nkj", plain, plain, out=colours[..., -1])
+    flat = colours.reshape(len(colours), colours.shape[1] * colours.shape[2], colours.shape[3])
+    mean = np.full((1, flat.shape[1]), 1 / flat.shape[1], np.float32) @ flat
+    variance = mean[:, 0, -1] - np.einsum("nic,nic->n", mean[..., :-1], mean[..., :-1])
+    return colours, np.maximum(variance, 0).astype(np.float64) + 1e-4
+
+
+def stock_ahead(patches: Patches, picture: Singles, bounds: Bounds) -> Iterator[Stock]:
+    """Return the batches of `patches`, the first of them begun at once."""
+    # In one thread: patches are laid beside it, and on two cores a third would be in the way of both.
+    return ahead(lambda part: stock(patches.batch(part), picture, bounds), patches.parts, threads=1)
+
+
+def rounds(covered: Covered, count: int, size: tuple[int, ...]) -> list[Ints]:
+    """Return `count` patches in groups that do not touch, each after all earlier patches that it touches.
+
+    Laying a group at once comes to the same as laying its patches one by one, but for the count of uses. Patches that
+    cover nothing are left out.
+    """
+    width = size[1] + 2
+    pixel = covered.pixel + 2 * (covered.pixel // size[1]) + width + 1
+    beside = np.array([[0], [-1], [1], [-width], [width]])
+    first = np.searchsorted(covered.patch, np.arange(count + 1))
+    latest = np.zeros((size[0] + 2) * width, np.uint8)
+    number = np.zeros(count, np.int64)
+    for i in range(count):
+        mine = pixel[first[i] : first[i + 1]]
+        if len(mine):
+            number[i] = 1 + latest.take(mine + beside).max()
+            latest[mine] = number[i]
+    return [np.flatnonzero(number == n) for n in range(1, number.max(initial=0) + 1)]
