@@ -14,13 +14,13 @@ from core.retexture.deformation import diffusion
 from core.retexture.region import Region
 from core.retexture.result import Retexture, plain_place
 from core.retexture.sampling import Kernel, read
-from core.retexture.stopwatch import Stopwatch
 from core.retexture.synthesis.candidate_pool import Bounds, stock_ahead
 from core.retexture.synthesis.graph_cut import GrownPicture
 from core.retexture.synthesis.patches import Patches, PatchShape, lay_coarsely
 from core.retexture.synthesis.placement import ordered_origins
 from core.retexture.synthesis.scene import RetextureScene, prepare
 from core.retexture.synthesis.synthesis import Painter, lattice, synthesise
+from core.stopwatch import Stopwatch
 
 REACH, REACH_PER_MOVE = 0.12, 1.25
 """Texture is regrown this far from a target curve: a share of the picture's longer side, less if nothing moves far."""
@@ -77,11 +77,11 @@ def retexture(
     check(shape, curves, matte, source_mask)
     patch = settings.patch_for(*shape)
     watch = Stopwatch("diffuse", "coordinates", "search", "seams", "blend")
-    with watch("diffuse"):
+    with watch.measure("diffuse"):
         pieces = disjoint(curves)
         found = deform(shape, pieces, settings.diffusion_reach_px)
     yield Progress(0.05, "deforming", found)
-    with watch("coordinates"):
+    with watch.measure("coordinates"):
         picture = compare(pixels, linear=linear)
         scene = prepare(pieces, found, picture, patch, settings.reach_px or usual_reach(found), matte)
         found = replace(found, compression=scene.way.compression)
@@ -109,7 +109,7 @@ def begin(
     `usable` (H, W) is where texture may be taken from, None for everywhere.
     """
     patch = settings.patch_for(*plain.grid.shape)
-    with watch("coordinates"):
+    with watch.measure("coordinates"):
         bounds = Bounds(scene.area.may, scene.area.free, usable, scene.kept)
         origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
         first = stock_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)

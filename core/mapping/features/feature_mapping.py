@@ -19,7 +19,7 @@ from core.mapping.features.quad_weights import assign_roles
 from core.mapping.features.reduced_system import ReducedSystem, as_one, as_two
 from core.mapping.features.similarity import Bodies, bodies_of, body_index
 from core.mapping.jacobians import Complexes, Jacobians, as_complex, as_positions, corner_frames
-from core.mapping.stopwatch import Stopwatch
+from core.stopwatch import Stopwatch
 
 Keep = Literal["similarity", "rigid"]
 Method = Literal["exact", "per-quad"]

@@ -11,13 +11,13 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.progress import Job, Progress
 from core.retexture.sampling import Kernel, read, read_nearest
-from core.retexture.stopwatch import Stopwatch
 from core.retexture.synthesis.candidate_choice import CHANCE, Pool, costs
 from core.retexture.synthesis.candidate_pool import Bounds, Round, Stock, stock_ahead
 from core.retexture.synthesis.graph_cut import GrownPicture
 from core.retexture.synthesis.patches import Patches, PatchShape, grid_places
 from core.retexture.synthesis.placement import Origins, PatchGrid, gap_places, ordered_origins
 from core.retexture.synthesis.scene import RetextureScene
+from core.stopwatch import Stopwatch
 
 ALONG, ACROSS = 0.62, 0.54
 """Distances between origins, as shares of a patch's sides: the rest is overlap."""
@@ -56,14 +56,14 @@ class Painter:
             self.labels += len(stock.batch.origins)
 
     def _next(self, stocks: Iterator[Stock]) -> Stock | None:
-        with self.watch("coordinates"):
+        with self.watch.measure("coordinates"):
             return next(stocks, None)
 
     def _lay(self, stock: Stock, some: Round, *, over_seams: bool) -> None:
         """Choose candidates for the patches of a round and merge them."""
-        with self.watch("search"):
+        with self.watch.measure("search"):
             off, turned = self._best(stock, some, over_seams=over_seams)
-        with self.watch("seams"):
+        with self.watch.measure("seams"):
             patch = stock.batch.covered.patch[some.pixels]
             number = patch - some.patches.start
             # Where the patch reaches the region's edge it shows its corresponding place, whichever was chosen.
@@ -140,7 +140,7 @@ def synthesise(
         for _ in painter.cover(stocks(gaps)):
             yield Progress(count / whole, "choosing patches")
     yield Progress(count / whole, "mending seams")
-    with painter.watch("coordinates"):
+    with painter.watch.measure("coordinates"):
         again = ordered_origins(scene.way, scene.area.must, lattice(shape, 0.5))
         worst = stocks(_worst(again, canvas.seams.sum(axis=0), shape, refine))
     for done in painter.cover(worst, over_seams=True):
