@@ -13,6 +13,7 @@ from core.retexture.defaults import VARIETY
 from core.retexture.deformation import diffusion
 from core.retexture.region import Region
 from core.retexture.result import Retexture, plain_place
+from core.retexture.retract import retract
 from core.retexture.sampling import Kernel, read
 from core.retexture.synthesis.candidate_pool import Bounds, stock_ahead
 from core.retexture.synthesis.graph_cut import GrownPicture
@@ -85,14 +86,16 @@ def retexture(
         picture = compare(pixels, linear=linear)
         scene = prepare(pieces, found, picture, patch, settings.reach_px or usual_reach(found), matte)
         found = replace(found, compression=scene.way.compression)
-        rough = lay(sparser(scene, patch), scene.area, found) if previews else None
+        usable = None if source_mask is None else source_mask > 127
+        rough = cut_back(lay(sparser(scene, patch), scene.area, found), found, picture, usable) if previews else None
     yield Progress(0.15, "laying patches", rough)
     # Not kept: a picture's worth of places is a hundred megabytes for a large one.
     del rough
-    usable = None if source_mask is None else source_mask > 127
     painter, work = begin(picture, scene, found, usable, settings, watch)
     work = part(work, 0.15, 1.0)
-    yield from with_previews(work, found, painter) if previews else work
+    yield from with_previews(work, found, painter, usable) if previews else work
+    with watch.measure("seams"):
+        retract(painter.canvas, picture, found.place, usable)
     return finish(found, painter, watch)
 
 
@@ -147,13 +150,28 @@ def finish(plain: Retexture, painter: Painter, watch: Stopwatch) -> Retexture:
     )
 
 
-def with_previews(work: Job[None], plain: Retexture, painter: Painter) -> Job[None]:
-    """Run `work` and show the painter's canvas whenever a stage of it is done."""
+def cut_back(
+    preview: Retexture, plain: Retexture, picture: Singles, usable: Bools | None, seams: Singles | None = None
+) -> Retexture:
+    """Return a preview that shows the plain deformation again where that costs less, see `retract`.
+
+    `seams` (2, H, W) are the costs of those between its patches, None for nothing.
+    """
+    nowhere = np.zeros(plain.label.shape, bool)
+    canvas = GrownPicture(read(picture, preview.place, Kernel.CUBIC), preview.place, must=nowhere, may=~nowhere)
+    canvas.label = preview.label.copy()
+    canvas.seams = canvas.seams if seams is None else seams.copy()
+    retract(canvas, picture, plain.place, usable)
+    return replace(preview, place=canvas.place, label=canvas.label)
+
+
+def with_previews(work: Job[None], plain: Retexture, painter: Painter, usable: Bools | None) -> Job[None]:
+    """Run `work` and show the painter's canvas whenever a stage of it is done, as far as it will stay."""
     stage, canvas = "", painter.canvas
     for step in work:
         if stage and step.note != stage:
-            place, label, origins = canvas.place.copy(), canvas.label.copy(), tuple(painter.origins)
-            step = replace(step, preview=replace(plain, place=place, label=label, origins=origins))
+            shown = replace(plain, place=canvas.place, label=canvas.label, origins=tuple(painter.origins))
+            step = replace(step, preview=cut_back(shown, plain, painter.picture, usable, canvas.seams))
         stage = step.note
         yield step
 

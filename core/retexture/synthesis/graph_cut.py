@@ -10,6 +10,11 @@ its last term the difference of their gradients; where q lies outside of the pat
 one break through a stroke shows more than many faint steps beside it. When both keep, the cost S(p, q) of a seam that
 already runs between them stays; when both take, none. That is a cut with the edge weight M - S / 2 and S / 2 at either
 terminal of keeping. Bare pixels take the patch, and those that may not keep what they show, whatever it costs.
+
+The plain deformation is merged last, over all that is regrown, and there either choice costs besides what its map
+stretches (see `stretch`). M - S / 2 counts as 0 where it is less, which makes no cut seem cheaper than it is, nor all
+or none dearer: what is shown in the end costs no more than all that was regrown, and no more than the plain
+deformation.
 """
 
 from collections.abc import Iterator
@@ -51,11 +56,20 @@ class GrownPicture:
         self.uses = np.zeros((may.shape[0] // CELL + 1, may.shape[1] // CELL + 1), np.float32)
         """How often each cell of the source is shown, on average over its pixels."""
 
-    def merge(self, cover: Footprint, label: Ints, colour: Singles, place: Singles, usable: Bools) -> int:
+    def merge(
+        self,
+        cover: Footprint,
+        label: Ints,
+        colour: Singles,
+        place: Singles,
+        usable: Bools,
+        data: tuple[Singles, Singles] | None = None,
+    ) -> int:
         """Merge patches that do not touch and return the number of pixels that took them.
 
         `label` (m,), `colour` (m, c) and `place` (m, 2) are what the patches show at the pixels that they `cover`;
-        `usable` (m,) is where they may be shown.
+        `usable` (m,) is where they may be shown, and `data` what it costs besides to keep what is shown, and to take
+        them (m,).
         """
         shown = self.colour.reshape(-1, self.colour.shape[2]).take(cover.pixel, axis=0)
         # Plane by plane: neighbours are looked up several times as fast as in pixels of several channels.
@@ -69,6 +83,9 @@ class GrownPicture:
         old, edge_old = seams.take(cover.seam), seams.take(cover.edge_seam)
         seen = np.flatnonzero(old)
         half, keep, take = old.take(seen) / 2, np.zeros(len(label)), np.zeros(len(label))
+        if data is not None:
+            keep += data[0]
+            take += data[1]
         for pixel, cheaper in ((cover.one.take(seen), half), (cover.other.take(seen), half), (cover.edge, edge_old)):
             keep += np.bincount(pixel, cheaper, len(label))
         take += np.bincount(cover.edge, edge_cost, len(label))
@@ -79,15 +96,15 @@ class GrownPicture:
         seams[cover.seam] = np.where(one ^ other, cost, np.where(one, 0, old))
         seams[cover.edge_seam] = np.where(taken.take(cover.edge), edge_cost, edge_old)
         which = np.flatnonzero(taken)
-        pixel, place = cover.pixel.take(which), place.take(which, axis=0)
+        pixel, place, label = cover.pixel.take(which), place.take(which, axis=0), label.take(which)
         replaced = pixel[self.label.reshape(-1).take(pixel) > 0]
         self._count(self.place.reshape(-1, 2).take(replaced, axis=0), -1)
-        self._count(place, 1)
+        self._count(place[label > 0], 1)
         self.colour.reshape(-1, self.colour.shape[2])[pixel] = colour.take(which, axis=0)
         self.place.reshape(-1, 2)[pixel] = place
-        self.label.reshape(-1)[pixel] = label.take(which)
+        self.label.reshape(-1)[pixel] = label
         self.bare.reshape(-1)[pixel] = False
-        self.counts.reshape(-1)[pixel] = 1
+        self.counts.reshape(-1)[pixel] = np.where(label > 0, np.float32(1), np.float32(STEADY))
         return len(pixel)
 
     def _count(self, place: Singles, sign: int) -> None:

@@ -45,7 +45,7 @@ def test_a_fault_is_counted_and_the_rest_goes_on(folder: Path, monkeypatch: pyte
     def broken(*_: object, **__: object) -> None:
         raise ValueError("broken")
 
-    monkeypatch.setattr(photographs, "overlaid", broken)
+    monkeypatch.setattr(photographs, "lay_over", broken)
     records = photographs.measure(folder)
     assert [record["outcome"] for record in records] == ["fault", "fault", "refused", "refused"]
     assert [row["faults"] for row in photographs.summarise(records)] == [2, 0, 2]

@@ -58,7 +58,7 @@ def no_memory(folder: Path, patch: pytest.MonkeyPatch) -> Iterator[None]:
         raise MemoryError
 
     with patch.context() as inner:
-        inner.setattr(project_module, "_cached", refuse)
+        inner.setattr(project_module, "_cache", refuse)
         inner.setattr("core.imaging.writing._fit_to_format", refuse)
         yield
 

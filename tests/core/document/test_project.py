@@ -219,7 +219,7 @@ def test_no_room_to_unpack_is_named(project: Path, monkeypatch: pytest.MonkeyPat
 
     document = load_project(project)
     monkeypatch.setattr(Path, "write_bytes", full)
-    monkeypatch.setattr("core.document.project._encoded", full)
+    monkeypatch.setattr("core.document.project._encode", full)
     with pytest.raises(InputError, match=r"project\.weft: cannot be unpacked: no space left on device"):
         load_project(project)
     with pytest.raises(InputError, match=r"again\.weft: no space left on device"):

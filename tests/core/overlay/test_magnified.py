@@ -27,7 +27,7 @@ def test_what_is_found_enlarged_lies_on_the_photos_pixels(monkeypatch: pytest.Mo
             return []
         return (yield from search(photo, canvas, place, seed, texel_px))
 
-    monkeypatch.setattr(finding, "found_by_lattice", enlarged_only)
+    monkeypatch.setattr(finding, "find_by_lattice", enlarged_only)
     cloth, found = run(find_cloth(SCENE.photo, flat_canvas(SCENE.photo, EVERYWHERE), 0))
     assert list(cloth.mesh.shape) == list(EVERYWHERE.shape)
     steps = np.linalg.solve(SCENE.basis, cloth.basis)

@@ -1,12 +1,14 @@
 """Where regrown texture meets the plain deformation, and the coordinates of one curve those of another."""
 
 import numpy as np
+import pytest
 
 from core.arrays import Points
 from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.curves.fitting import fit
 from core.progress import run
+from core.retexture import job
 from core.retexture.job import Settings, deform, retexture
 from core.retexture.region import share_along
 from core.retexture.result import plain_place
@@ -141,7 +143,8 @@ def test_candidates_are_free_inside_and_held_at_the_edge() -> None:
     assert scene.way.origins(held).free.max() == 0
 
 
-def test_whatever_was_chosen_patches_meet_the_deformation_at_the_edge() -> None:
+def test_whatever_was_chosen_patches_meet_the_deformation_at_the_edge(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(job, "retract", lambda *_: None)
     noise = np.random.default_rng(0).integers(0, 256, (*SHAPE, 3)).astype(np.uint8)
     found = run(retexture(noise, bent(), Settings(PATCH, reach_px=60.0)))
     plain = plain_place(found.grid, found.field, (slice(0, HEIGHT), slice(0, WIDTH)))

@@ -1,10 +1,12 @@
 """What a picture shows once along a curve stays whole; what recurs along it is regrown."""
 
 import numpy as np
+import pytest
 
 from core.arrays import Bools, Points, Singles
 from core.curves.feature_curves import FeatureCurve
 from core.progress import run
+from core.retexture import job
 from core.retexture import saliency as landmarks
 from core.retexture.deformation.coordinates import SpineCurves
 from core.retexture.job import Settings, retexture
@@ -76,7 +78,8 @@ def shown(picture: Singles, curve: FeatureCurve, origin: Points) -> tuple[Bools,
     return found.label[there] == 0, np.linalg.norm(found.place - plain, axis=-1)[there]
 
 
-def test_the_deformation_stands_where_it_shows_a_landmark() -> None:
+def test_the_deformation_stands_where_it_shows_a_landmark(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(job, "retract", lambda *_: None)
     picture = noise()
     picture[THING] += 0.4
     stands, gap = shown(picture, GENTLE, np.array([70.0, 135.0]))
