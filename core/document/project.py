@@ -64,7 +64,7 @@ def load_project(path: Path) -> Document:
         archive = zipfile.ZipFile(path)
     except OSError as fault:
         raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
-    except (zipfile.BadZipFile, ValueError) as fault:
+    except (zipfile.BadZipFile, ValueError, NotImplementedError) as fault:
         raise InputError(f"{path}: not a Weft project, or damaged") from fault
     with archive:
         return _document(path, Members(archive))

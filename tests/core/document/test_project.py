@@ -301,3 +301,13 @@ def test_a_mask_of_another_size_is_refused(project: Path, name: str) -> None:
     save_project(document, project)
     with pytest.raises(InputError, match=f"the {name} has another size"):
         load_project(project)
+
+
+def test_a_project_that_asks_for_a_later_zip_is_refused_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "a.weft"
+    save_project(Document.of(Image(np.full((6, 8, 3), 9, np.uint8))), path)
+    data = bytearray(path.read_bytes())
+    data[data.index(b"PK\x01\x02") + 6] = 99  # the version that is needed to unpack the first member
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=r"a\.weft"):
+        load_project(path)
