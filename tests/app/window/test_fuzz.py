@@ -106,9 +106,12 @@ def test_escape_anywhere_leaves_no_trace(stream: list[Event | str]) -> None:
 @given(streams)
 def test_at_rest_there_is_a_final_answer_or_a_reason(stream: list[Event | str]) -> None:
     drive = begun()
+    faults: list[Exception] = []
+    drive.editor.take_fault = faults.append
     play(drive, stream)
     drive.editor.choose_mode("warp")
     drive.frame().rest()
     assert drive.editor.live.is_settled
     assert drive.editor.live.fault is not None or drive.editor.answer.document is drive.document
-    assert all(notice.level == "info" for notice in drive.editor.notices)
+    # A search may say that it found nothing; a fault of the program itself may not happen.
+    assert faults == []
