@@ -225,14 +225,14 @@ class Placed:
         return cls(alpha, t, np.zeros(len(alpha), bool), None)
 
 
-def place_cut(mapping: FeatureMapping, w: Complexes, rectangle: Rectangle) -> Placed | None:
-    """Return where the bodies are that a straight frame cuts; None if there are none.
+def place_cut(mapping: FeatureMapping, w: Complexes, rectangle: Rectangle) -> Placed:
+    """Return where the bodies are that a straight frame cuts.
 
     A body has the size that W alone would give it, and lies as near to where W has it as its sides, and the other
     bodies there, allow.
     """
     if not (mapping.index[mapping.grid.outline] >= 0).any():
-        return None
+        return Placed.none(mapping)
     rest = as_complex(mapping.grid.nodes)
     cut = np.array([sides_cut(body, mapping.grid.shape) for body in mapping.bodies])
     is_cut = np.asarray(cut.any(axis=1))

@@ -1,0 +1,72 @@
+"""The linear answer to W, by all that depends on a mask and the options alone and is kept while W changes."""
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from core.arrays import Points
+from core.grid import Features
+from core.mapping.features.feature_mapping import FeatureMapping, Solution
+from core.mapping.handles.curved_frame import Cut, cuts_of, fit_cuts
+from core.mapping.handles.frame_glide import FrameGlide
+from core.mapping.handles.straight_frame import Placed, Rectangle, place_cut
+from core.mapping.jacobians import as_complex
+from core.mapping.options import DEFAULT_OPTIONS, MappingOptions
+from core.mapping.stroke import Stroke
+
+
+class PreparedMask:
+    """The mapping of features, and how the frame of the picture meets them."""
+
+    def __init__(self, mapping: FeatureMapping, options: MappingOptions) -> None:
+        self.mapping, self._options = mapping, _of_features(options)
+
+    def fits(self, features: Features, options: MappingOptions) -> bool:
+        """Return whether it was prepared for just these features and options."""
+        return self.mapping.features is features and self.fits_options(options)
+
+    def fits_options(self, options: MappingOptions) -> bool:
+        """Return whether the options say the same about features."""
+        return self._options == _of_features(options)
+
+    def answer(self, plain: Points, stroke: Stroke) -> Solution:
+        """Return the linear answer without handles, which may fold, for W at the nodes (R, C, 2).
+
+        Where W keeps the frame a rectangle, features that it cuts slide along its sides, and where it stretches the
+        picture, all of the frame glides with what the features do; where W bends it, they fit between its nodes.
+        """
+        mapping, w = self.mapping, as_complex(plain)
+        if not mapping.has_poses:
+            stroke.forget()
+            return mapping.place(w)
+        rectangle = Rectangle.of(w)
+        if rectangle is None:
+            pose = stroke.pose(mapping, plain, Placed.none(mapping))
+            rigid = mapping.keep == "rigid"
+            return mapping.follow(pose, *fit_cuts(self._cuts, w, pose.alpha, pose.t, rigid=rigid))
+        placed = place_cut(mapping, w, rectangle)
+        if placed.frame is not None:
+            cut = np.isin(mapping.index, np.flatnonzero(placed.bodies))
+            if not rectangle.holds(placed.frame[cut]):
+                stroke.forget()
+                return rectangle.cover(mapping)
+        found = mapping.follow(stroke.pose(mapping, plain, placed))
+        if not rectangle.stretches(mapping.grid):
+            return found
+        stroke.forget()
+        glided = replace(placed, frame=self._glide.glide(found.z, w))
+        return mapping.follow(mapping.pose(w, glided.alpha, glided.t, moving=~glided.bodies, frame=glided.frame))
+
+    @cached_property
+    def _glide(self) -> FrameGlide:
+        return FrameGlide(self.mapping)
+
+    @cached_property
+    def _cuts(self) -> list[Cut]:
+        return cuts_of(self.mapping)
+
+
+def _of_features(options: MappingOptions) -> MappingOptions:
+    """Return the options without what they say about handles alone."""
+    return replace(options, frame=DEFAULT_OPTIONS.frame)
