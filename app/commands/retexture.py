@@ -7,12 +7,16 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from app.console import run_shown
 from core.arrays import Bytes, InputError
 from core.curves import feature_curves
+from core.curves.edge_snapping import snap_to_edge
 from core.curves.feature_curves import FeatureCurve
 from core.files.atomic import AtomicFiles, check_outputs
 from core.imaging.images import Image, check_writable_format, load, load_mask, write
+from core.notices import notice
 from core.retexture.job import Settings, retexture
 from core.retexture.magnification import bands
 from core.retexture.result import Retexture
@@ -72,6 +76,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--search", type=size, metavar="ALONGxACROSS", help="candidates' region, px (default: 25x13, and more)")
     add("--reach", type=pixels, metavar="PX", help="regrow this far from a curve (default: by the motion)")
     add("--move-within", type=pixels, metavar="PX", help="move nothing farther than this from a curve")
+    add("--no-snap", action="store_true", help="leave curves that were drawn beside an edge where they are")
+    add("--no-edges", action="store_true", help="do not keep long edges near moved curves as passive curves")
     add("--mirror", action="store_true", help="allow mirrored patches")
     add("--seed", type=int, default=0, metavar="N", help="for the random choices (default: 0)")
     add("--report", type=Path, metavar="REPORT.json", help="write what was done and how long it took")
@@ -82,7 +88,8 @@ def run(arguments: argparse.Namespace) -> None:
     check(arguments)
     image = load(arguments.image)
     width, height = image.size_px
-    curves = feature_curves.read(arguments.curves)
+    drawn = feature_curves.read(arguments.curves)
+    curves = drawn if arguments.no_snap else snap(image, drawn)
     layers = [load(path) for path in arguments.also]
     for path, layer in zip(arguments.also, layers, strict=True):
         if layer.size_px != image.size_px:
@@ -115,6 +122,17 @@ def run(arguments: argparse.Namespace) -> None:
             text = json.dumps(report(image, curves, result, blend, arguments.seed), indent=1)
             with files.place(arguments.report) as place:
                 place.write_text(f"{text}\n", encoding="utf-8")
+
+
+def snap(image: Image, curves: list[FeatureCurve]) -> list[FeatureCurve]:
+    """Return the curves, those with a target that were drawn beside an edge on it, and say which these are."""
+    snapped = [curve if curve.passive else snap_to_edge(image, curve) for curve in curves]
+    for number, (curve, found) in enumerate(zip(curves, snapped, strict=True), 1):
+        if found is not curve:
+            t = curve.source.parameters(step=4.0)
+            far = np.linalg.norm(found.source.at(t) - curve.source.at(t), axis=1).max()
+            notice(f"curve {number}: moved onto the edge beside it, by up to {far:.0f} px; --no-snap leaves it")
+    return snapped
 
 
 def check(arguments: argparse.Namespace) -> None:
@@ -152,6 +170,7 @@ def choose(arguments: argparse.Namespace, size_px: tuple[int, int]) -> Settings:
         reach_px=arguments.reach,
         diffusion_reach_px=arguments.move_within,
         mirrored=arguments.mirror,
+        long_edges=not arguments.no_edges,
         seed=arguments.seed,
     )
 

@@ -11,6 +11,7 @@ from core.imaging import color
 from core.progress import Job, Progress, part
 from core.retexture.defaults import VARIETY
 from core.retexture.deformation import diffusion
+from core.retexture.long_edges import find_long_edges
 from core.retexture.region import Region
 from core.retexture.result import Retexture, plain_place
 from core.retexture.retract import retract
@@ -49,6 +50,8 @@ class Settings:
     """Share of the patches that is done again, over the worst seams."""
     mirrored: bool = False
     """Whether candidates may be mirrored across the curve's normal."""
+    long_edges: bool = True
+    """Whether long edges near moved curves are kept as passive curves would be."""
     seed: int = 0
 
     def patch_for(self, height: int, width: int) -> PatchShape:
@@ -84,7 +87,9 @@ def retexture(
     yield Progress(0.05, "deforming", found)
     with watch.measure("coordinates"):
         picture = compare(pixels, linear=linear)
-        scene = prepare(pieces, found, picture, patch, settings.reach_px or usual_reach(found), matte)
+        reach = settings.reach_px or usual_reach(found)
+        edges = find_long_edges(picture, pieces, patch, reach) if settings.long_edges else []
+        scene = prepare(pieces, found, picture, patch, reach, matte, edges)
         found = replace(found, compression=scene.way.compression)
         usable = None if source_mask is None else source_mask > 127
         rough = cut_back(lay(sparser(scene, patch), scene.area, found), found, picture, usable) if previews else None
@@ -113,7 +118,7 @@ def begin(
     """
     patch = settings.patch_for(*plain.grid.shape)
     with watch.measure("coordinates"):
-        bounds = Bounds(scene.area.may, scene.area.free, usable, scene.kept)
+        bounds = Bounds(scene.area.may, scene.area.free, usable, scene.kept, scene.drawn)
         origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
         first = stock_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
     shown = read(picture, plain.place, Kernel.CUBIC)

@@ -32,6 +32,8 @@ class Bounds:
     """(H, W) of the source; None for everywhere."""
     kept: tuple[Ints, Ints] | None = None
     """(H, W) of the source and of the result: the number of the curve within two pixels, else -1."""
+    drawn: int = 0
+    """Of the curves, so many, the first, were drawn: texture beyond another one of them is not used."""
 
     def usable_at(self, positions: Singles, curve: Ints) -> Bools:
         """Return where texture for patches of a `curve` (n,) may be taken at `positions` (n, ..., 2)."""
@@ -44,6 +46,13 @@ class Bounds:
         if self.kept is not None:
             inside &= _free_for(curve.reshape(-1, *[1] * (pixel.ndim - 1)), self.kept[0].reshape(-1)[pixel])
         return inside
+
+    def hidden_at(self, grids: Singles, curve: Ints) -> Bools:
+        """Return which nodes of source grids (n, K', J', 2) lie beyond another drawn curve than their `curve` (n,)."""
+        if self.kept is None:
+            return np.zeros(grids.shape[:3], bool)
+        there = self.kept[0].reshape(-1)[nearest(grids, self.may.shape)]
+        return hide((there >= 0) & (there < self.drawn) & (there != curve[:, None, None]))
 
     def open_to(self, pixel: Ints, curve: Ints) -> Bools:
         """Return which of the result's pixels (m,) patches of a `curve` (m,) may show."""
@@ -68,6 +77,25 @@ def nearest(positions: Singles | Points, size: tuple[int, ...]) -> Ints:
     """Return the numbers of the pixels nearest to `positions` (..., 2) in a flattened picture of `size`, (H, W)."""
     x, y = np.clip(np.rint(positions[..., 0]), 0, size[1] - 1), np.clip(np.rint(positions[..., 1]), 0, size[0] - 1)
     return y.astype(np.int64) * size[1] + x.astype(np.int64)
+
+
+def hide(walls: Bools) -> Bools:
+    """Return which nodes of grids (n, K, J) lie behind `walls`, as seen from the middle: round either corner."""
+    if not walls.any():
+        return walls
+    rows, columns = (_spread_outwards(walls, axis) for axis in (1, 2))
+    middle, centre = walls.shape[1] // 2, walls.shape[2] // 2
+    return np.asarray((rows | columns[:, middle : middle + 1]) & (columns | rows[:, :, centre : centre + 1]))
+
+
+def _spread_outwards(walls: Bools, axis: int) -> Bools:
+    """Return which nodes of grids (n, K, J) have a wall between them and the middle one along an axis."""
+    lines = np.moveaxis(walls, axis, 0)
+    middle = len(lines) // 2
+    found = np.concatenate(
+        [np.logical_or.accumulate(lines[middle::-1])[:0:-1], np.logical_or.accumulate(lines[middle:])]
+    )
+    return np.moveaxis(found, 0, axis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +126,8 @@ class Stock:
     """(n,) of these."""
     unusable: Singles
     """(n, K', J') 1 where no texture may be taken from."""
+    hidden: Bools
+    """(n, K', J') what of that lies beyond another curve."""
     cells: Singles
     """(n, K', J', 2) where the uses of candidates are counted, in cells."""
     needed: Singles
@@ -117,6 +147,7 @@ def stock(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
     whole = np.maximum(origins.free, 1e-3)
     free = bounds.free.reshape(-1)[covered.pixel] / whole[covered.patch]
     colours, variance = _colours(picture, batch.source)
+    hidden = bounds.hidden_at(batch.source, origins.curve)
     return Stock(
         batch,
         [Round(some, mine, footprint(covered.patch[mine], covered.pixel[mine], size)) for some, mine in starts],
@@ -124,7 +155,8 @@ def stock(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
         np.clip(free, 0, 1).astype(np.float32)[:, None],
         colours,
         variance,
-        (~bounds.usable_at(batch.source, origins.curve)).astype(np.float32),
+        (hidden | ~bounds.usable_at(batch.source, origins.curve)).astype(np.float32),
+        hidden,
         batch.source / np.float32(CELL),
         read_nearest(bounds.may.astype(np.float32), batch.target),
         drift(shape, origins.offset, origins.free, _slope(bounds.free, batch.target, whole)),

@@ -1,5 +1,6 @@
 """What is known before a patch is grown: coordinates around both sides of the curves, and where to regrow."""
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -39,7 +40,8 @@ class RetextureScene:
     area: Region
     fields: Fields
     kept: tuple[Ints, Ints] | None
-    """See `stock.Bounds.kept`."""
+    drawn: int
+    """See `candidate_pool.Bounds`."""
 
 
 def prepare(
@@ -49,8 +51,13 @@ def prepare(
     patch: PatchShape,
     reach_px: float,
     matte: Bytes | None,
+    edges: Sequence[Curve] = (),
 ) -> RetextureScene:
-    """Return the scene of curves in `pieces`, with texture regrown as far as `reach_px` from their targets."""
+    """Return the scene of drawn curves in `pieces`, with texture regrown as far as `reach_px` from their targets.
+
+    Long `edges` of the picture follow the deformation, as passive curves do.
+    """
+    drawn, pieces = len(pieces), [*pieces, *map(FeatureCurve, edges)]
     targets = [piece.target or follow(piece.source, plain) for piece in pieces]
     source, target = SpineCurves([piece.source for piece in pieces]), SpineCurves(targets)
     with ThreadPoolExecutor(1) as helper:
@@ -81,7 +88,7 @@ def prepare(
     )
     shape = plain.grid.shape
     kept = (near_curves(source, shape), near_curves(target, shape)) if len(pieces) > 1 else None
-    return RetextureScene(way, area, direction_fields(way, area, patch, reach_px), kept)
+    return RetextureScene(way, area, direction_fields(way, area, patch, reach_px), kept, drawn)
 
 
 def direction_fields(way: Correspondence, area: Region, patch: PatchShape, reach_px: float) -> Fields:

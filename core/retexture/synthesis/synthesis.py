@@ -68,11 +68,12 @@ class Painter:
             number = patch - some.patches.start
             # Where the patch reaches the region's edge it shows its corresponding place, whichever was chosen.
             at = stock.middle[some.pixels] + stock.held[some.pixels] * off.take(number, axis=0)
+            last = np.array(stock.hidden.shape[:0:-1]) - 1
             if turned.any():
-                last = stock.batch.source.shape[2] - 1
-                at[:, 0] = np.where(turned.take(number), last - at[:, 0], at[:, 0])
+                at[:, 0] = np.where(turned.take(number), last[0] - at[:, 0], at[:, 0])
             place = grid_places(stock.batch, patch, at)
             usable = self.bounds.usable_at(place, stock.batch.origins.curve.take(patch))
+            usable &= ~stock.hidden[patch, *np.rint(at).astype(np.int64).clip(0, last).T[::-1]]
             colour = read(self.picture, place, Kernel.CUBIC)
             self.canvas.merge(some.cover, self.labels + 1 + patch, colour, place, usable)
 

@@ -187,3 +187,29 @@ def test_a_picture_that_is_none_is_named(scene: Path, tmp_path: Path, capsys: py
     ]
     assert main(words) == 2
     assert "no.png: no such file" in capsys.readouterr().err
+
+
+def test_a_curve_beside_an_edge_is_moved_onto_it_and_that_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pixels = np.full((HEIGHT, WIDTH, 3), 200, np.uint8)
+    pixels[HEIGHT // 2 :] = 40
+    save(Image(pixels), tmp_path / "image.png")
+    y = HEIGHT / 2 + 6
+    line = [[20.0, y], [WIDTH / 3, y], [WIDTH / 1.5, y], [WIDTH - 20.0, y]]
+    curves = {"curves": [{"source": line, "target": [[x, y - 15] for x, _ in line]}]}
+    (tmp_path / "curves.json").write_text(json.dumps(curves))
+    asked = ["retexture", tmp_path / "image.png", "--curves", tmp_path / "curves.json", "-o"]
+    assert main([*map(str, (*asked, tmp_path / "snapped.png"))]) == 0
+    assert "curve 1: moved onto the edge beside it, by up to 7 px" in capsys.readouterr().err
+    assert main([*map(str, (*asked, tmp_path / "drawn.png", "--no-snap"))]) == 0
+    assert "moved onto" not in capsys.readouterr().err
+    # The edge itself goes to where the curve went.
+    snapped = load(tmp_path / "snapped.png").pixels[:, WIDTH // 2, 0]
+    assert abs(int((snapped > 120).sum()) - (HEIGHT // 2 - 15)) <= 1
+
+
+def test_long_edges_can_be_left_alone(scene: Path, tmp_path: Path) -> None:
+    for name, options in (("with.png", []), ("without.png", ["--no-edges"])):
+        assert command(scene, "-o", tmp_path / name, *options) == 0
+        assert load(tmp_path / name).pixels.shape == (HEIGHT, WIDTH, 3)
