@@ -52,6 +52,25 @@ def put_back(editor: Editor) -> None:
         FEATURE.edit(editor, "Copy source to target", replace(pair, target=pair.source))
 
 
+def snap(editor: Editor) -> None:
+    """Bring the edited curve onto the edge beside it."""
+    editor.finish()
+    if not FEATURE.snap(editor):
+        editor.notify("The curve is on its edge, or there is none beside it.")
+
+
+def toggle_snapping(editor: Editor) -> None:
+    """Switch whether a curve that was drawn beside an edge is brought onto it."""
+    editor.show(snaps_curves=not editor.session.snaps_curves)
+
+
+def toggle_edges(editor: Editor) -> None:
+    """Switch whether long edges near moved curves are kept, all of them."""
+    kept = not editor.document.retexture.long_edges
+    changed = editor.document.with_retexture(long_edges=kept, left_out=())
+    editor.edit("Keep long edges" if kept else "Keep no long edges", changed)
+
+
 def select_all(editor: Editor) -> None:
     """Select all points of the edited curve, so that a box moves, scales and turns it."""
     pair = FEATURE.chosen(editor)
@@ -239,6 +258,27 @@ RETEXTURE = (
         "closed", "Closed", FEATURE.toggle_closed, "circle-notch", "Join the curve's end to its beginning", "closed"
     ),
     _of_curve("put_back", "Copy source to target", put_back, "arrow-rotate-left", "Lay the target where the curve is"),
+    _of_curve("snap", "Snap to edge", snap, "magnet", "Bring the curve onto the edge that it was drawn beside"),
+    Action(
+        "feature.snaps",
+        "Snap new curves",
+        "Retexture/Curve",
+        toggle_snapping,
+        icon="magnet",
+        tooltip="A curve that is drawn beside an edge comes onto it; undo takes that back alone",
+        enabled=in_mode,
+        checked=lambda editor: editor.session.snaps_curves,
+    ),
+    Action(
+        "retexture.edges",
+        "Keep long edges",
+        "Retexture",
+        toggle_edges,
+        icon="grip-lines",
+        tooltip="Rails and the like near the curve stay whole; Alt+click with the curve tool drops one of them",
+        enabled=in_mode,
+        checked=lambda editor: editor.document.retexture.long_edges,
+    ),
     _of_curve("simplify", "Simplify curve", simplify, "bezier-curve", "Take out the points that it does not need"),
     _of_curve("select_all", "Select all points", select_all, "vector-square", "Move, scale and turn it by a box"),
     removal(

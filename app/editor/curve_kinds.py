@@ -10,6 +10,7 @@ from app.editor.editor import Editor
 from core.curves import curve_edit
 from core.curves.bezier import Curve
 from core.document import curve_pairs
+from core.document.curve_snapping import snap
 from core.document.document import CurvePair, Document, Mode, places_from_pixels
 from core.document.retexture import with_curve
 
@@ -60,6 +61,16 @@ class CurveKind:
         if pair is not None:
             changed = curve_pairs.open_up(pair) if pair.closed else curve_pairs.closed(pair)
             self.edit(editor, "Open curve" if pair.closed else "Close curve", changed)
+
+    def snap(self, editor: Editor) -> bool:
+        """Bring the curve that is being edited onto the edge beside it, as one undo entry; return whether it moved."""
+        number, pair = self.number(editor), self.chosen(editor)
+        found = None if pair is None else snap(pair, editor.document.image)
+        if number is None or found is None or found is pair:
+            return False
+        with editor.group("Snap curve to edge"):
+            editor.document = self.replaced(editor.document, number, found)
+        return True
 
     def remove(self, editor: Editor, number: int) -> None:
         """Take a curve out."""

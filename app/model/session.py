@@ -134,6 +134,8 @@ class Session:
     """Whether the panels beside the canvas show."""
     look: Look = "retextured"
     auto_retexture: bool = True
+    snaps_curves: bool = True
+    """Whether a feature curve that was drawn beside an edge is brought onto it."""
     """Whether texture is regrown as soon as the artist lets go."""
     painted: Painted = "matte"
     painted_on_cloth: PaintedOnCloth = "region"

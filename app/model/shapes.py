@@ -15,6 +15,7 @@ Role: TypeAlias = Literal[
     "source",
     "target",
     "passive",
+    "edge",
     "faulty",
     "suggestion",
     "patch",

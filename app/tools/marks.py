@@ -8,6 +8,7 @@ from app.model.shapes import Bezier, Circle, Polyline, Role, Shape
 from app.model.spaces import screen_from_canvas
 from app.tools.cloth.lattice import lattice_shapes
 from app.tools.curves.curves import FEATURE_CURVES, WARP_CURVES
+from app.tools.curves.kept_edges import edge_shapes
 from app.tools.outline import ring_on_screen
 from app.tools.pins import targets_on_screen
 from app.tools.select.places import screen_places
@@ -76,7 +77,7 @@ def _feature_curves(editor: Editor) -> list[Shape]:
     session = editor.session
     if session.mode != "retexture" or not session.overlays.handles:
         return []
-    shapes: list[Shape] = _followers(editor)
+    shapes: list[Shape] = [*edge_shapes(editor), *_followers(editor)]
     if session.tool in CURVE_TOOLS:
         return shapes
     for pair in editor.document.feature_curves:

@@ -79,6 +79,10 @@ class RetextureSettings:
     """Cost of showing a place of the picture once more."""
     mirrored: bool = False
     """Whether patches may be mirrored across the curve's normal."""
+    long_edges: bool = True
+    """Whether long edges near moved curves are kept as passive curves would be."""
+    left_out: tuple[Place, ...] = ()
+    """Points on long edges, normalised, that are not to be kept."""
     seed: int = 0
 
 

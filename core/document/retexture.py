@@ -140,12 +140,15 @@ def settings_of(document: Document) -> Settings:
         raise InputError(f"retexture: variety {chosen.variety:g}: not from 0 to {MOST_VARIETY}")
     if chosen.seed < 0:
         raise InputError(f"retexture: seed {chosen.seed}: must not be negative")
+    left_out = pixels_from_places(document.size_px, np.reshape(chosen.left_out, (-1, 2)))
     return Settings(
         patch=shape_of(document),
         reach_px=in_pixels(document, chosen.reach),
         diffusion_reach_px=in_pixels(document, chosen.move_within),
         variety=chosen.variety,
         mirrored=chosen.mirrored,
+        long_edges=chosen.long_edges,
+        left_out=tuple((float(x), float(y)) for x, y in left_out),
         seed=chosen.seed,
     )
 

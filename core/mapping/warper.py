@@ -109,6 +109,8 @@ class Warper:
         if mask is None:
             self._stroke.forget()
             return Solution(as_complex(plain), *_NO_POSES)
+        if not mask.mapping.has_poses:
+            return mask.answer(plain, self._stroke)
         if shown is None or shown.mask is not mask or shown.plain is not plain:
             self._shown = shown = _Shown(mask, plain, mask.answer(plain, self._stroke), is_settled=False)
         return shown.reference

@@ -11,7 +11,7 @@ from core.imaging import color
 from core.progress import Job, Progress, part
 from core.retexture.defaults import VARIETY
 from core.retexture.deformation import diffusion
-from core.retexture.long_edges import find_long_edges
+from core.retexture.long_edges import find_long_edges, passes
 from core.retexture.region import Region
 from core.retexture.result import Retexture, plain_place
 from core.retexture.retract import retract
@@ -52,6 +52,8 @@ class Settings:
     """Whether candidates may be mirrored across the curve's normal."""
     long_edges: bool = True
     """Whether long edges near moved curves are kept as passive curves would be."""
+    left_out: tuple[tuple[float, float], ...] = ()
+    """Points on long edges, px, that are not to be kept."""
     seed: int = 0
 
     def patch_for(self, height: int, width: int) -> PatchShape:
@@ -89,8 +91,9 @@ def retexture(
         picture = compare(pixels, linear=linear)
         reach = settings.reach_px or usual_reach(found)
         edges = find_long_edges(picture, pieces, patch, reach) if settings.long_edges else []
+        edges = [edge for edge in edges if not passes(edge, settings.left_out, patch.rib)]
         scene = prepare(pieces, found, picture, patch, reach, matte, edges)
-        found = replace(found, compression=scene.way.compression)
+        found = replace(found, compression=scene.way.compression, edges=tuple(edges))
         usable = None if source_mask is None else source_mask > 127
         rough = cut_back(lay(sparser(scene, patch), scene.area, found), found, picture, usable) if previews else None
     yield Progress(0.15, "laying patches", rough)

@@ -9,6 +9,7 @@ own direction: of edges beside a curve, with directions a and b from the curve's
 1 - |mean exp 2ia| and 1 - |mean exp 2ib| tell which.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -70,6 +71,11 @@ def find_long_edges(picture: Singles, curves: list[FeatureCurve], patch: PatchSh
         if not any(edge.is_beside(other, patch.rib) for other in chosen):
             chosen.append(edge)
     return [fit(edge.places) for edge in chosen]
+
+
+def passes(edge: Curve, points: Sequence[tuple[float, float]], near_px: float) -> bool:
+    """Return whether an edge passes within `near_px` of any of some points (x, y)."""
+    return bool(len(points)) and bool((edge.nearest(np.array(points, np.float64))[1] < near_px).any())
 
 
 @dataclass(frozen=True, eq=False)

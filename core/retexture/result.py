@@ -8,6 +8,7 @@ from dataclasses import field as default
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Ints, Pixels, Singles
+from core.curves.bezier import Curve
 from core.imaging import color
 from core.retexture.deformation.diffusion import Diffusion
 from core.retexture.picture.area_filter import Boxes, average, boxes
@@ -43,6 +44,8 @@ class Retexture:
     """Where the patches were grown."""
     compression: Floats = default(default_factory=lambda: np.empty((0, 0)))
     """(R, C) at the nodes, from 1 to 3."""
+    edges: tuple[Curve, ...] = ()
+    """Long edges of the source that were kept as passive curves."""
     candidates: int = 0
     """How many were compared."""
     seconds: dict[str, float] = default(default_factory=dict)

@@ -11,6 +11,7 @@ from app.model.events import Event, Key, Move, Press
 from app.model.gestures import Gesture
 from app.tools.curves.curve_set import EditedCurves, Hit, Side
 from app.tools.curves.curve_shapes import active_side, box_of, overlay, side_of
+from app.tools.curves.kept_edges import leave_edge_out
 from app.tools.curves.pen import draw
 from app.tools.curves.soft_drag import is_dense, with_knot_pulled
 from app.tools.points.box import Box, Grip, apply
@@ -46,6 +47,8 @@ def press(editor: Editor, curves: EditedCurves, press: Press) -> Gesture | None:
         return drag_line(editor, curves, press, hit)
     if press.mods.shift and curves.selected(editor) is not None:
         return rubber_band(editor, curves, press)
+    if press.mods.alt and leave_edge_out(editor, press.pos):
+        return None
     return draw(editor, curves, press)
 
 
@@ -291,5 +294,5 @@ FEATURE_CURVE_TOOL = curve_tool(
     icon="bezier-curve",
     key="c",
     modes=frozenset(("retexture",)),
-    hint="Click and drag to draw, Enter ends · drag the blue target to move texture · S edits the source",
+    hint="Click and drag to draw, Enter ends · drag the blue target · S edits the source · Alt+click a thin edge",
 )

@@ -74,6 +74,9 @@ def draw(editor: Editor, curves: EditedCurves, press: Press) -> Gesture:
         pair = CurvePair(source, target, closed=path.closed, corners=corners)
         editor.document = curves.kind.put(editor.document, (*curves.pairs(editor), pair))
     editor.show(selected_curve=len(curves.pairs(editor)) - 1, selected_knots=frozenset())
+    if curves.kind.mode == "retexture" and editor.session.snaps_curves:
+        # An undo entry of its own: the artist may take it back alone.
+        curves.kind.snap(editor)
 
 
 def _draw(editor: Editor, path: Path, press: Press) -> Gesture:

@@ -35,6 +35,7 @@ PENS: dict[Role, Pen] = {
     "target": Pen(theme.TARGET, 2.2),
     "faulty": Pen(theme.FAULT, 2.6),
     "passive": Pen(theme.GOOD, 1.8),
+    "edge": Pen(theme.GOOD, 1.0, alpha=0.8),
     "suggestion": Pen(theme.GOOD, 2.0, alpha=0.9),
     "patch": Pen(theme.ACCENT, 1.0, alpha=0.7),
     "spine": Pen(theme.TARGET, 1.0, alpha=0.7),

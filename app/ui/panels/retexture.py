@@ -165,16 +165,21 @@ class RetexturePanel:
         count = len(editor.document.feature_curves)
         faint("Click a curve to edit it." if number is None else f"Curve {number + 1} of {count}")
         for name in ("feature.passive", "feature.closed"):
-            action = self._table.by_name[name]
-            on = action.checked is not None and action.checked(editor)
-            imgui.begin_disabled(not action.enabled(editor))
-            if check(action.label, on, action.tooltip) is not None:
-                action.run(editor)
-            imgui.end_disabled()
+            self._draw_switch(name)
             imgui.same_line(0, em(1.2))
         imgui.new_line()
-        for name in ("feature.put_back", "feature.simplify", "feature.select_all"):
+        self._draw_switch("feature.snaps")
+        for name in ("feature.put_back", "feature.snap", "feature.simplify", "feature.select_all"):
             action_button(editor, self._table.by_name[name])
+
+    def _draw_switch(self, name: str) -> None:
+        """Draw an action that is on or off as a box to check."""
+        action = self._table.by_name[name]
+        imgui.begin_disabled(not action.enabled(self._editor))
+        on = action.checked is not None and action.checked(self._editor)
+        if check(action.label, on, action.tooltip) is not None:
+            action.run(self._editor)
+        imgui.end_disabled()
 
     def _draw_patches(self) -> None:
         for row in PATCH:
@@ -199,6 +204,7 @@ class RetexturePanel:
         self._share("Texture", "reach", usual, hint)
         hint = "How far from a curve the picture moves at all, per cent of its longer side"
         self._share("Motion", "move_within", 0.1, hint)
+        self._draw_switch("retexture.edges")
 
     def _share(self, name: str, field: Literal["reach", "move_within"], usual: float, hint: str) -> None:
         """Draw a switch between the automatic value and one's own, and a slider over that."""

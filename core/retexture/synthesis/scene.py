@@ -68,7 +68,9 @@ def prepare(
         fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
         between = apart(beside, nearest, lost, missing, plain)
     sizes = Sizes(reach_px, 1.5 * patch.rib, patch.search_along)
-    area = region(plain.grid, plain.field, target, fine, between, sizes, stands.result(), matte=matte)
+    area = region(
+        plain.grid, plain.field, SpineCurves(targets[:drawn]), fine, between, sizes, stands.result(), matte=matte
+    )
     # Each share of a place's source compresses as its own map does.
     near = read(area.nearness, plain.grid.nodes, Kernel.NEAREST)
     pressed = near * spread(paces, plain.grid)[..., 0] + (1 - near) * diffusion.compression(plain.grid, plain.field)
