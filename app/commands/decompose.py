@@ -106,7 +106,7 @@ def watch(job: Job[T], shown: list[Stage]) -> Job[T]:
     return stepwise(job, keep)
 
 
-def write_stages(folder: Path | None, photo: Floats, shown: list[Stage]) -> None:
+def write_stages(folder: Path | None, photo: Floats | Singles, shown: list[Stage]) -> None:
     """Write a numbered picture of every stage, on the photo at the working size, into `folder` if there is one."""
     if folder is None:
         return

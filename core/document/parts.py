@@ -29,7 +29,7 @@ def values_of(layers: OverlayLayers, photo: Image, part: Part) -> Floats:
         y, x = np.indices(size).astype(float)
         return filter_texture(layers.texel, np.stack([x, y], -1) @ np.linalg.inv(layers.basis).T)
     if part == "mesh":
-        lines = coordinate_lines(encode(photo), layers.uv.astype(np.float64))
+        lines = coordinate_lines(encode(photo).astype(np.float64), layers.uv.astype(np.float64))
         return np.asarray(cv2.resize(lines, size[::-1], interpolation=cv2.INTER_AREA) / 255, np.float64)
     detail = np.nan_to_num(layers.detail.astype(np.float64))
     if part == "shading":

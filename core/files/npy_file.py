@@ -18,6 +18,8 @@ from core.arrays import InputError
 
 KINDS = "fiub"
 """Floats, whole numbers of both kinds, and truth values; nothing else is a picture's or a curve's."""
+PACKED = 1
+"""How hard zlib tries, from 1 to 9."""
 HEADER_BYTES = 4096
 """No header of such an array is longer."""
 
@@ -39,6 +41,17 @@ def read_npy(data: bytes, name: str) -> NDArray[Any]:
         raise InputError(f"{name}: is cut short, or not as large as it says")
     values = np.frombuffer(data, dtype, count, start)
     return values.reshape(shape, order="F" if by_columns else "C")
+
+
+def write_npz(path: Path, **arrays: NDArray[Any] | np.generic) -> None:
+    """Write arrays of numbers by their names to an `.npz` file, packed as far as takes little time.
+
+    More would make numbers that were measured a fiftieth smaller, in twice the time.
+    """
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=PACKED) as archive:
+        for name, values in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.asanyarray(values), allow_pickle=False)
 
 
 def read_npz(path: Path, key: str, shapes: Sequence[tuple[int, ...]]) -> NDArray[Any]:

@@ -101,17 +101,17 @@ def in_place_of(source: Image, colours: Floats, changed: Bools) -> Image:
     return source.with_pixels(np.ascontiguousarray(pixels))
 
 
-def encode(image: Image) -> Floats:
+def encode(image: Image) -> Singles:
     """Return a picture's colours (H, W, 3) on the 0 to 1 scale of an encoded picture, alpha left out."""
     colours = color.unit(image.pixels)[..., : color.color_channels(image.channels)]
     if image.linear:
         colours = color.encode(colours)
-    return np.broadcast_to(colours, (*colours.shape[:2], 3)).astype(np.float64)
+    return np.ascontiguousarray(np.broadcast_to(colours, (*colours.shape[:2], 3)))
 
 
 def texture_colours(image: Image) -> Floats:
     """Return a picture as a texture: (H, W, 3), or (H, W, 4) with alpha, encoded, 0 to 1."""
-    colours = encode(image)
+    colours = encode(image).astype(np.float64)
     return np.concatenate([colours, color.unit(image.pixels[..., -1:])], -1) if image.has_alpha else colours
 
 

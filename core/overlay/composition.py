@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, InputError, Singles
+from core.arrays import Bools, Floats, InputError, Ints, Singles
 from core.overlay.filters.sampling import look_up
 
 DENSITY = 1.5
@@ -194,12 +194,12 @@ def filter_texture(texture: Floats, at: Floats) -> Floats:
     """Return a repeating texture (h, w, C) at places (H, W, 2), in copies; NaN places give 0."""
     covered = finite(at)
     out = np.zeros((*at.shape[:2], texture.shape[-1]))
-    along, length, width = (field[covered] for field in footprints(at, texture.shape[:2]))
+    along, length, width = footprints(at, covered, texture.shape[:2])
     level = np.log2(np.clip(np.maximum(width, length / TAPS), 1, None))
     taps = np.clip(np.ceil(length), 1, TAPS)
     levels = pyramid(texture, int(np.ceil(level.max(initial=0))) + 1)
     total = np.zeros((len(level), texture.shape[-1]))
-    reach = np.where(length > 1, length - np.maximum(width, 1), 0.0)[:, None] * along
+    reach = (length - np.maximum(width, 1))[:, None] * along
     place = at[covered]
     for k in range(int(taps.max(initial=1))):
         # Most pixels need one sample only.
@@ -235,32 +235,46 @@ def finite(at: Floats | Singles) -> Bools:
     return np.asarray(np.isfinite(at[..., 0]) & np.isfinite(at[..., 1]), np.bool_)
 
 
-def footprints(at: Floats, shape: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
-    """Return a pixel's footprint in the texture: its long axis (H, W, 2), in copies a sample, its length and width.
+def footprints(at: Floats, covered: Bools, shape: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
+    """Return the footprint of n `covered` pixels (H, W) in the texture: its long axis (n, 2), its length and width.
 
-    Length and width are over `DENSITY` samples.
+    The axis is in copies a sample, 0 where the length is 1 at most; length and width (n,) are over `DENSITY` samples.
     """
     samples = np.array(shape[::-1], float)
-    columns = [steepness(at * samples / DENSITY, axis) for axis in (1, 0)]
-    J = np.stack(columns, -1)
+    places = at * samples / DENSITY
+    J = np.stack([steepness(places, axis)[covered] for axis in (1, 0)], -1)
     # Singular values and the first left vector of a 2 x 2 matrix, from the angle that diagonalises J Jᵀ.
-    a, b, c = (J[..., 0, :] ** 2).sum(-1), (J[..., 0, :] * J[..., 1, :]).sum(-1), (J[..., 1, :] ** 2).sum(-1)
-    half, gap = (a + c) / 2, np.hypot((a - c) / 2, b)
-    angle = np.arctan2(b, (a - c) / 2) / 2
-    along = np.stack([np.cos(angle), np.sin(angle)], -1) * DENSITY / samples
-    return along, np.sqrt(half + gap), np.sqrt(np.maximum(half - gap, 0))
+    a, b, c = (np.einsum("nk,nk->n", J[:, i], J[:, j]) for i, j in ((0, 0), (0, 1), (1, 1)))
+    half, off = (a + c) / 2, (a - c) / 2
+    gap = np.hypot(off, b)
+    length, along = np.sqrt(half + gap), np.zeros(J.shape[:2])
+    long = length > 1
+    angle = np.arctan2(b[long], off[long]) / 2
+    along[long] = np.stack([np.cos(angle), np.sin(angle)], -1) * DENSITY / samples
+    return along, length, np.sqrt(np.maximum(half - gap, 0))
 
 
 def steepness(at: Floats, axis: int) -> Floats:
     """Return the smaller of the differences to both neighbours along an axis: it does not see a jump between pieces."""
-    steps = np.diff(at, axis=axis)
-    pad = [(0, 0)] * at.ndim
-    pad[axis] = (1, 0)
-    before = np.pad(steps, pad, constant_values=np.nan)
-    pad[axis] = (0, 1)
-    after = np.pad(steps, pad, constant_values=np.nan)
-    sizes = [np.nan_to_num((step**2).sum(-1), nan=np.inf) for step in (before, after)]
-    return np.asarray(np.nan_to_num(np.where((sizes[0] <= sizes[1])[..., None], before, after)), np.float64)
+    steps = np.diff(np.moveaxis(at, axis, 0), axis=0)
+    sizes = np.nan_to_num(steps[..., 0] ** 2 + steps[..., 1] ** 2, nan=np.inf)
+    beyond = np.full((1, *sizes.shape[1:]), np.inf)
+    is_before = np.concatenate([beyond, sizes]) <= np.concatenate([sizes, beyond])
+    steps = np.nan_to_num(steps, copy=False)
+    out = np.zeros((len(steps) + 1, *steps.shape[1:]))
+    out[:-1] = steps
+    np.copyto(out[1:], steps, where=is_before[1:, ..., None])
+    return np.asarray(np.moveaxis(out, 0, axis), np.float64)
+
+
+def steepness_at(at: Floats | Singles, rows: Ints, columns: Ints, axis: int) -> Floats:
+    """Return what `steepness` of places (H, W, 2) has in those `rows` and `columns` (n,): (n, 2)."""
+    around = np.full((3, len(rows), 2), np.nan)
+    for place, step in enumerate((-1, 0, 1)):
+        there = (rows + step, columns) if axis == 0 else (rows, columns + step)
+        inside = (there[axis] >= 0) & (there[axis] < at.shape[axis])
+        around[place, inside] = at[there[0][inside], there[1][inside]]
+    return np.asarray(steepness(around, 0)[1], np.float64)
 
 
 def trilinear(levels: list[Singles], at: Floats, level: Floats) -> Floats:

@@ -52,7 +52,7 @@ TINT_SAMPLES = 12
 class Decomposition:
     """The parts of a photo; pixels outside the cloth are NaN in `uv`, `shading` and `detail`."""
 
-    photo: Floats
+    photo: Floats | Singles
     """(H, W, 3), 0 to 1."""
     uv: Singles
     """(H, W, 2), texels."""
@@ -81,7 +81,7 @@ class Decomposition:
 
 
 def decompose(
-    photo: Floats,
+    photo: Floats | Singles,
     *,
     region: Bools | Singles | None = None,
     texel_px: float | None = None,
@@ -123,14 +123,14 @@ def decompose(
     return replace(result, coverage=result.coverage * opacity, explained=explained, seconds=seconds)
 
 
-def shrunk(image: Floats, scale: int) -> Floats:
+def shrunk(image: Floats | Singles, scale: int) -> Floats:
     """Return the means (h, w, C) of squares of `scale` pixels; the last may be cut by the picture's edge."""
     if scale == 1:
-        return image
+        return image.astype(np.float64, copy=False)
     h, w = (-(-n // scale) for n in image.shape[:2])
     rest = h * scale - image.shape[0], w * scale - image.shape[1]
     padded = np.pad(image, ((0, rest[0]), (0, rest[1]), (0, 0)), mode="edge") if any(rest) else image
-    return np.asarray(padded.reshape(h, scale, w, scale, -1).mean((1, 3)), np.float64)
+    return np.asarray(padded.reshape(h, scale, w, scale, -1).mean((1, 3), np.float64))
 
 
 def to_small(points: Points, scale: int) -> Points:
@@ -160,7 +160,7 @@ def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
         yield step
 
 
-def split(cloth: FittedCloth, found: Fit, photo: Floats, valid: Bools, scale: int) -> Decomposition:
+def split(cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools, scale: int) -> Decomposition:
     """Return the parts at every pixel of the photo, of which the cloth was fitted at 1 / `scale` of the size."""
     pieces = in_phase(cloth.mesh, found.pieces, cloth.step_px)
     masks = explained(cloth, found, pieces)
@@ -187,7 +187,9 @@ def split(cloth: FittedCloth, found: Fit, photo: Floats, valid: Bools, scale: in
     modelled = texture_at(texel, uv)
     modelled *= np.nan_to_num(light)
     folds = fold_light(photo, modelled, uv, followed, texel, cloth.basis * scale)
-    light, modelled = light * folds, modelled * folds
+    light *= folds
+    modelled *= folds
+    del folds
     colour = estimate_coloured_light(photo, modelled, followed, scale, TINT_STEPS * cloth.step_px)
     if colour is not None:
         light, modelled = light * colour, modelled * colour
@@ -208,7 +210,9 @@ def split(cloth: FittedCloth, found: Fit, photo: Floats, valid: Bools, scale: in
     )
 
 
-def finer_texel(cloth: FittedCloth, photo: Floats, uv: Singles, shading: Singles, followed: Bools, scale: int) -> Texel:
+def finer_texel(
+    cloth: FittedCloth, photo: Floats | Singles, uv: Singles, shading: Singles, followed: Bools, scale: int
+) -> Texel:
     """Return the texel at the photo's own resolution, from what is followed (H, W)."""
     covered = draw_sample(followed, TEXEL_PIXELS)
     h, w = cloth.texel_samples
@@ -224,7 +228,7 @@ def texture_at(texel: Texel, uv: Singles) -> Singles:
 
 
 def estimate_coloured_light(
-    photo: Floats, modelled: Singles, inside: Bools, scale: int, sigma_px: float
+    photo: Floats | Singles, modelled: Singles, inside: Bools, scale: int, sigma_px: float
 ) -> Singles | None:
     """Return each channel's own factor (H, W, 3), or None where light has one colour.
 
@@ -232,13 +236,13 @@ def estimate_coloured_light(
     """
     every = max(1, int(sigma_px / TINT_SAMPLES))
     few = slice(None, None, scale * every)
-    colour = tint(photo[few, few], modelled[few, few].astype(float), inside[few, few], sigma_px / every)
+    colour = tint(photo[few, few].astype(float), modelled[few, few].astype(float), inside[few, few], sigma_px / every)
     if colour is None:
         return None
     return np.asarray(cv2.resize(colour.astype(np.float32), inside.shape[::-1], interpolation=cv2.INTER_LINEAR))
 
 
-def difference(photo: Floats, modelled: Singles, inside: Bools) -> Singles:
+def difference(photo: Floats | Singles, modelled: Singles, inside: Bools) -> Singles:
     """Return the photo less the model (H, W, 3), NaN outside."""
     out: Singles = np.subtract(photo, modelled, dtype=np.float32, casting="same_kind")
     out[~inside] = np.nan

@@ -14,7 +14,7 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Singles
 from core.files.atomic import atomic_folder
 from core.files.json_file import read_json
-from core.files.npy_file import read_npz
+from core.files.npy_file import read_npz, write_npz
 from core.imaging import color
 from core.imaging.images import Image, load
 from core.imaging.images import write as write_picture
@@ -42,11 +42,11 @@ def write(found: Decomposition, source: Image, folder: Path) -> None:
         "detail": {"detail": found.detail},
         "coverage": {"coverage": found.coverage},
     }
-    run = np.uint32(zlib.crc32(found.detail.tobytes(), zlib.crc32(found.uv.tobytes())))
+    run = np.uint32(zlib.crc32(found.detail.data, zlib.crc32(found.uv.data)))
     # What takes long is packing, and that is done without Python's lock.
     with atomic_folder(folder) as place, ThreadPoolExecutor(2) as writers:
         packed = [
-            writers.submit(np.savez_compressed, place / f"{name}.npz", allow_pickle=False, run=run, **values)
+            writers.submit(write_npz, place / f"{name}.npz", run=run, **values)
             for name, values in sorted(arrays.items(), key=lambda pair: -sum(a.nbytes for a in pair[1].values()))
         ]
         for name, image in pictures.items():

@@ -64,7 +64,7 @@ def lattice_of(arrays: Mapping[str, Pixels]) -> Lattice:
     return Lattice(np.asarray(arrays["keys"], np.int64), PatchFrames(points, bases, scores))
 
 
-def detail_of(photo: Floats, uv: Singles, shading: Singles, texel: Texel) -> Singles:
+def detail_of(photo: Floats | Singles, uv: Singles, shading: Singles, texel: Texel) -> Singles:
     """Return HF = I - Wp T(Wg) (H, W, 3), NaN outside the cloth."""
     light = shading if shading.ndim == 3 else shading[..., None]
     return difference(photo, texture_at(texel, uv) * np.nan_to_num(light), finite(uv))

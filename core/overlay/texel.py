@@ -129,7 +129,7 @@ class Texel:
 
 
 def estimate_texel(
-    photo: Floats,
+    photo: Floats | Singles,
     uv: Floats | Singles,
     shading: Floats | Singles,
     weight: Floats | Bools,

@@ -50,7 +50,7 @@ def cloth() -> Cloth:
 def on_processor(photo: Image, dressing: Dressing) -> Floats:
     """Return the colours (H, W, 3) that the processor's composition gives, encoded."""
     parts, texture = dressing.parts, dressing.texture
-    colours = encode(texture)
+    colours = encode(texture).astype(np.float64)
     if texture.has_alpha:
         colours = np.concatenate([colours, color.unit(texture.pixels[..., -1:])], axis=-1)
     new, opacity = compose(

@@ -7,14 +7,18 @@ from core.arrays import Points, Singles
 
 WIDTH = 4096
 """A list is looked up in rows of this length: remap takes at most 32767 rows or columns."""
+ROWS = 64
+"""So many of them at a time."""
 
 
 def look_up(image: Singles, at: Points | Singles) -> Singles:
     """Return an image (H, W, C) at places (n, 2), columns first, bilinear, its border carried on: (n, C)."""
-    padded = np.zeros((-(-len(at) // WIDTH) * WIDTH, 2), np.float32)
-    padded[: len(at)] = at
-    x, y = np.ascontiguousarray(padded.T).reshape(2, -1, WIDTH)
-    if not len(at):
-        return np.zeros((0, image.shape[-1]), np.float32)
-    found = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(found, np.float32).reshape(-1, image.shape[-1])[: len(at)]
+    out = np.empty((len(at), image.shape[-1]), np.float32)
+    for first in range(0, len(at), ROWS * WIDTH):
+        part = at[first : first + ROWS * WIDTH]
+        places = np.zeros((2, -(-len(part) // WIDTH) * WIDTH), np.float32)
+        places[:, : len(part)] = part.T
+        x, y = places.reshape(2, -1, WIDTH)
+        found = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        out[first : first + len(part)] = found.reshape(-1, image.shape[-1])[: len(part)]
+    return out

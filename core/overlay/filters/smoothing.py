@@ -19,7 +19,7 @@ def gaussian(values: NDArray[Any], sigma_px: float) -> NDArray[Any]:
         return np.asarray(cv2.GaussianBlur(values, (0, 0), sigma_px, borderType=cv2.BORDER_REFLECT))
     h, w = values.shape[:2]
     rest = [(0, -n % step) for n in (h, w)] + [(0, 0)] * (values.ndim - 2)
-    padded = np.pad(values, rest, mode="symmetric")
+    padded = np.pad(values, rest, mode="symmetric") if np.any(rest) else values
     size = padded.shape[1] // step, padded.shape[0] // step
     small = cv2.resize(padded, size, interpolation=cv2.INTER_AREA)
     soft = cv2.GaussianBlur(small, (0, 0), sigma_px / step, borderType=cv2.BORDER_REFLECT)

@@ -14,6 +14,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints, Singles
 from core.overlay.composition import finite, steepness
 from core.overlay.detail.model_validity import trust_in
+from core.overlay.filters.bands import bands
 from core.overlay.filters.distances import distance, nearest_of, within
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.pixels.filling import solid
@@ -58,7 +59,7 @@ class Sewn:
 
 
 def sew(
-    photo: Floats,
+    photo: Floats | Singles,
     layers: tuple[Singles, Singles],
     followed: Bools,
     texel: Texel,
@@ -181,14 +182,17 @@ def finer(uv: Singles, small: Sewn, every: int) -> tuple[Singles, Bools]:
     What is found is of every so many pixels; from the nearest of them the cloth goes straight on.
     """
     h, w = small.sheet.shape
-    rows, columns = np.nonzero(finite(uv))
-    nearest = np.minimum((rows + every // 2) // every, h - 1), np.minimum((columns + every // 2) // every, w - 1)
-    place = nearest_of(finite(small.uv))[1][nearest]
-    own = small.sheet.ravel()[place]
-    slopes = np.stack([steepness(small.uv, 0), steepness(small.uv, 1)], -1).reshape(-1, 2, 2)[place]
-    way = np.stack([rows / every - place // w, columns / every - place % w], -1)
-    on = small.uv.reshape(-1, 2)[place] + np.einsum("nij,nj->ni", slopes, way)
+    nearest = nearest_of(finite(small.uv))[1]
+    slopes = np.stack([steepness(small.uv, 0), steepness(small.uv, 1)], -1).reshape(-1, 2, 2)
     out, anew = uv.copy(), np.zeros(uv.shape[:2], bool)
-    out[rows, columns] = np.where(own[:, None] >= 0, uv[rows, columns] + small.moved.reshape(-1, 2)[place], on)
-    anew[rows, columns] = own < 0
+    for _, top, bottom, _ in bands(len(uv), margin=0):
+        rows, columns = np.nonzero(finite(uv[top:bottom]))
+        rows += top
+        near = np.minimum((rows + every // 2) // every, h - 1), np.minimum((columns + every // 2) // every, w - 1)
+        place = nearest[near]
+        own = small.sheet.ravel()[place]
+        way = np.stack([rows / every - place // w, columns / every - place % w], -1)
+        on = small.uv.reshape(-1, 2)[place] + np.einsum("nij,nj->ni", slopes[place], way)
+        out[rows, columns] = np.where(own[:, None] >= 0, uv[rows, columns] + small.moved.reshape(-1, 2)[place], on)
+        anew[rows, columns] = own < 0
     return out, anew

@@ -86,7 +86,7 @@ def add_rest(
     mesh: ClothMesh,
     pieces: list[ClothState],
     masks: list[Bools],
-    photo: Floats,
+    photo: Floats | Singles,
 ) -> None:
     """Put coordinates and shading also where cloth is seen but not followed: in gaps, and up to its outline.
 
@@ -107,7 +107,7 @@ def add_rest(
     few = slice(None, None, scale)
     seen: Layers = layers[0][few, few], layers[1][few, few]
     covered = np.asarray(np.isfinite(seen[1]), np.bool_)
-    held, cloth_there = up_to_outline(seen, cloth, found, pieces, extension, photo[few, few])
+    held, cloth_there = up_to_outline(seen, cloth, found, pieces, extension, photo[few, few].astype(np.float64))
     # What the mesh reaches has been registered; the rest has not.
     paint(layers, mesh, pieces, [mask & cloth_there for mask in held], valid)
     for piece, mine in zip(pieces, share_out(cloth_there & ~np.any(held, axis=0), masks), strict=True):
@@ -156,14 +156,14 @@ def extension_from(cloth: FittedCloth, pieces: list[ClothState], masks: list[Boo
     return extension_of(uv, rho, owner, abs(float(np.linalg.det(cloth.basis))), cloth.sigma_px)
 
 
-def other_things(photo: Floats, layers: Layers, texel: Texel, cloth: FittedCloth, scale: int) -> Bools:
+def other_things(photo: Floats | Singles, layers: Layers, texel: Texel, cloth: FittedCloth, scale: int) -> Bools:
     """Return which covered pixels (H, W) are not the cloth's after all: beside its rim, or of a thing that lies on it.
 
     Every `scale`-th pixel is looked at.
     """
     few, (uv, shading) = slice(None, None, scale), layers
     covered = np.isfinite(shading[few, few])
-    seen, rho = photo[few, few], np.nan_to_num(shading[few, few].astype(np.float64))
+    seen, rho = photo[few, few].astype(np.float64), np.nan_to_num(shading[few, few].astype(np.float64))
     texture = texel(np.nan_to_num(uv[few, few].astype(np.float64)))
     off = beside(seen, texture, rho, covered, max(RIM_PX, cloth.sigma_px))
     at = np.where((covered & ~off)[..., None], uv[few, few].astype(np.float64), np.nan)

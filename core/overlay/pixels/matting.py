@@ -13,7 +13,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.composition import finite, steepness
+from core.overlay.composition import finite, steepness_at
+from core.overlay.filters.bands import bands
 from core.overlay.filters.distances import distance, nearest_of
 
 BAND_PX = 2
@@ -40,29 +41,34 @@ def carried_past_border(uv: Singles, shading: Singles, allowed: Bools) -> tuple[
     rows, columns = np.nonzero((away > 0) & (away <= BAND_PX) & allowed)
     there = np.divmod(nearest[rows, columns], uv.shape[1])
     out, light = uv.copy(), shading.copy()
-    down, across = (steepness(uv.astype(np.float64), axis)[there] for axis in (0, 1))
+    down, across = (steepness_at(uv, *there, axis) for axis in (0, 1))
     moved = down * (rows - there[0])[:, None] + across * (columns - there[1])[:, None]
     out[rows, columns], light[rows, columns] = uv[there] + moved, shading[there]
     return out, light
 
 
-def matte_of(photo: Floats, modelled: Singles, inside: Bools, carried: Bools) -> Singles:
+def matte_of(photo: Floats | Singles, modelled: Singles, inside: Bools, carried: Bools) -> Singles:
     """Return the share of cloth (H, W) in each pixel: 1 inside, 0 outside what is `carried`, soft in a band between.
 
     `photo` and the model `modelled`, as far as it is `carried` (H, W), are (H, W, 3); `inside` (H, W) is the outline.
     """
     share = inside.astype(np.float32)
-    depth = distance(~inside) - distance(inside)
-    around = np.asarray(depth < -BAND_PX, np.float32)
-    mass = cv2.GaussianBlur(around, (0, 0), AROUND_PX)
-    near = carried & (np.abs(depth) <= BAND_PX) & (mass > LEAST_SEEN)
+    depth = distance(~inside)
+    depth -= distance(inside)
+    near, grounds = np.zeros(inside.shape, bool), []
+    for first, top, bottom, last in bands(len(photo), margin=int(4 * AROUND_PX) + 1):
+        part, own = slice(first, last), slice(top - first, bottom - first)
+        around = np.asarray(depth[part] < -BAND_PX, np.float32)
+        mass = cv2.GaussianBlur(around, (0, 0), AROUND_PX)[own]
+        here = carried[top:bottom] & (np.abs(depth[top:bottom]) <= BAND_PX) & (mass > LEAST_SEEN)
+        ground = cv2.GaussianBlur(photo[part].astype(np.float32) * around[..., None], (0, 0), AROUND_PX)[own]
+        grounds.append(ground[here] / mass[here][:, None])
+        near[top:bottom] = here
     if not near.any():
         return share
-    ground = cv2.GaussianBlur(photo.astype(np.float32) * around[..., None], (0, 0), AROUND_PX)[near]
-    ground /= mass[near][:, None]
-    core = inside & ~near
+    ground, core = np.concatenate(grounds), inside & ~near
     errors = np.abs(photo[core] - modelled[core]) if core.any() else np.zeros(1)
-    variance = max(1.4826 * float(np.median(errors)), LEAST_NOISE) ** 2
+    variance = max(1.4826 * float(np.median(errors, overwrite_input=True)), LEAST_NOISE) ** 2
     # The outline runs half a pixel from the first pixels to its sides.
     known = np.clip(0.5 + (depth[near] - 0.5 * np.sign(depth[near])) / BAND_PX, 0, 1)
     cloth = modelled[near] - ground

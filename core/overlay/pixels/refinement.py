@@ -26,7 +26,9 @@ LEAST_NOISE = 0.005
 ROUNDS = 3
 
 
-def refine(photo: Floats, uv: Singles, shading: Singles, texel: Texel, basis: Floats, *, every: int = 1) -> Singles:
+def refine(
+    photo: Floats | Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats, *, every: int = 1
+) -> Singles:
     """Return `uv` (H, W, 2) moved by at most `MOST_PX` to where the texel explains the photo (H, W, 3) best.
 
     `uv` and `shading` (H, W) are NaN outside the cloth; `basis` (2, 2) is pixels of undeformed cloth a texel. Only
@@ -45,7 +47,7 @@ def refine(photo: Floats, uv: Singles, shading: Singles, texel: Texel, basis: Fl
     return np.asarray(uv + shift, np.float32)
 
 
-def usual_error(photo: Floats, uv: Singles, shading: Singles, texel: Texel) -> float:
+def usual_error(photo: Floats | Singles, uv: Singles, shading: Singles, texel: Texel) -> float:
     """Return the median error of a pixel's colour, from a share of the pixels."""
     rows, columns = np.nonzero(np.isfinite(shading))
     some = slice(None, None, max(1, len(rows) // 200_000))
@@ -58,7 +60,7 @@ def usual_error(photo: Floats, uv: Singles, shading: Singles, texel: Texel) -> f
     return max(float(np.median(magnitude(error))), LEAST_NOISE)
 
 
-def shifts(photo: Floats, uv: Singles, shading: Singles, texel: Texel, basis: Floats, noise: float) -> Floats:
+def shifts(photo: Floats | Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats, noise: float) -> Floats:
     """Return by how many texels (H, W, 2) each pixel moves, 0 outside the cloth."""
     inside, to_uv = np.isfinite(shading), np.linalg.inv(basis)
     light, start = np.nan_to_num(shading.astype(np.float64))[..., None], np.nan_to_num(uv.astype(np.float64))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from core.arrays import Floats
+from core.arrays import Floats, Singles
 from core.imaging.image import Image
 from core.overlay.compositing import Parts, encode, lay_over
 from core.overlay.composition import Placement
@@ -70,7 +70,7 @@ def test_fine_texture_has_detail_at_twice_the_size_that_it_lacks_at_the_photos()
     blown_up = np.asarray(cv2.resize(small, (2 * WIDTH, 2 * HEIGHT), interpolation=cv2.INTER_CUBIC), np.float64)
     inner = slice(20, -20), slice(20, -20)
 
-    def fineness(picture: Floats) -> float:
+    def fineness(picture: Floats | Singles) -> float:
         return float((picture - cv2.GaussianBlur(picture, (0, 0), 1.0))[inner].std())
 
     assert fineness(large) > 1.5 * fineness(blown_up)

@@ -25,7 +25,13 @@ LEAST = 0.1
 
 
 def recover(
-    photo: Floats, layers: tuple[Singles, Singles], texel: Texel, basis: Floats, followed: Bools, *, scale: int = 1
+    photo: Floats | Singles,
+    layers: tuple[Singles, Singles],
+    texel: Texel,
+    basis: Floats,
+    followed: Bools,
+    *,
+    scale: int = 1,
 ) -> tuple[Singles, Singles]:
     """Return coordinates (H, W, 2) and shading (H, W) that suit the photo (H, W, 3) also where the model does not.
 
