@@ -102,9 +102,12 @@ def retexture(
     painter, work = begin(picture, scene, found, usable, settings, watch)
     work = part(work, 0.15, 1.0)
     yield from with_previews(work, found, painter, usable) if previews else work
+    canvas, found = painter.canvas, replace(found, origins=tuple(painter.origins), candidates=painter.candidates)
+    # Of a large picture, what patches are laid by takes as much memory as what follows.
+    del painter, work, scene
     with watch.measure("seams"):
-        retract(painter.canvas, picture, found.place, usable)
-    return finish(found, painter, watch)
+        retract(canvas, picture, found.place, usable)
+    return finish(found, canvas, watch)
 
 
 def begin(
@@ -145,17 +148,10 @@ def usual_reach(plain: Retexture) -> float:
     return max(min(REACH * max(plain.grid.shape), REACH_PER_MOVE * farthest), LEAST_REACH_PX)
 
 
-def finish(plain: Retexture, painter: Painter, watch: Stopwatch) -> Retexture:
+def finish(plain: Retexture, canvas: GrownPicture, watch: Stopwatch) -> Retexture:
     """Return what the canvas shows in the end, and what it took."""
-    return replace(
-        plain,
-        place=painter.canvas.place,
-        label=painter.canvas.label,
-        origins=tuple(painter.origins),
-        candidates=painter.candidates,
-        seconds={**watch.seconds, "total": watch.total},
-        final=True,
-    )
+    seconds = {**watch.seconds, "total": watch.total}
+    return replace(plain, place=canvas.place, label=canvas.label, seconds=seconds, final=True)
 
 
 def cut_back(

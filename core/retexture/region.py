@@ -36,6 +36,8 @@ GAP_PX, SPECK_PX = 16, 8
 small."""
 SMOOTH_PX = 6.0
 """Strain is averaged over about so far."""
+BAND = 128
+"""Rows worked on at a time."""
 RIM_PX = 12
 """Width of the rim in which the seam between both may run."""
 
@@ -119,17 +121,41 @@ def region(
     may &= allowed
     must &= _away_from(~allowed) > RIM_PX / 2
     depth = cv2.distanceTransform(np.pad(may, 1, mode="edge").astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    planes: tuple[Singles, ...] = (
+        np.asarray(depth, np.float32),
+        _away_from(apart.torn),
+        _away_from(apart.creased),
+        apart.gap_px,
+        distance,
+        strain,
+    )
+    shares: tuple[Singles, Singles, Singles] = np.empty_like(strain), np.empty_like(strain), np.empty_like(strain)
+    for top in range(0, len(may), BAND):
+        rows = slice(top, top + BAND)
+        for share, part in zip(shares, _shares(sizes, *(plane[rows] for plane in planes)), strict=True):
+            share[rows] = part
+    return Region(must, may, *shares)
+
+
+def _shares(
+    sizes: Sizes, depth: Singles, torn: Singles, creased: Singles, gap_px: Singles, distance: Singles, strain: Singles
+) -> tuple[Singles, Singles, Singles]:
+    """Return `Region.inner`, `nearness` and `free` (H, W).
+
+    From the `depth` of a pixel in the region, its distances to what is torn and creased and to the nearest curve, px,
+    how far the two ways to its source part, and the strain (H, W).
+    """
+    reach_px, edge_px = sizes.reach_px, sizes.edge_px
     # A region without an outer edge is infinitely deep.
     inside = np.minimum(depth, 1e4).astype(np.float32) - np.float32(RIM_PX / 2)
     inner = ramp(inside / np.float32(JOIN * reach_px))
-    band = np.float32(JOIN * reach_px) + np.float32(GENTLE) * apart.gap_px
-    whole = np.minimum(inside, _away_from(apart.torn))
-    nearness = ramp(whole / band)
+    band = np.float32(JOIN * reach_px) + np.float32(GENTLE) * gap_px
+    whole = np.minimum(inside, torn)
     free = ramp(whole / np.float32(JOIN * reach_px + GENTLE * sizes.search_px))
     # The feature itself stays on its curve, however tightly that bends.
-    uncreased = np.maximum(ramp(_away_from(apart.creased) / band), 1 - ramp(distance / edge_px - 1))
-    nearness *= share_along(distance / reach_px, strain, uncreased)
-    return Region(must, may, inner, nearness, free)
+    uncreased = np.maximum(ramp(creased / band), 1 - ramp(distance / edge_px - 1))
+    nearness = ramp(whole / band) * share_along(distance / reach_px, strain, uncreased)
+    return inner, nearness, free
 
 
 def share_along(far: Singles, strain: Singles, uncreased: Singles) -> Singles:

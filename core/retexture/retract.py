@@ -10,6 +10,9 @@ from core.retexture.synthesis.candidate_pool import nearest, within
 from core.retexture.synthesis.graph_cut import GrownPicture
 from core.retexture.synthesis.pixel_adjacency import footprint
 
+BAND = 128
+"""Rows worked on at a time."""
+
 
 def retract(canvas: GrownPicture, picture: Singles, plain: Singles, usable: Bools | None) -> None:
     """Let a canvas show the plain deformation again wherever that costs less than what was regrown.
@@ -43,12 +46,17 @@ def _around(mask: Bools) -> tuple[slice, slice]:
 
 def _stretch_costs(picture: Singles, shown: Singles, plain: Singles, label: Ints) -> tuple[Singles, Singles]:
     """Return what the stretches cost (h, w) of the places `shown` (h, w, 2) and of the `plain` ones."""
-    both = np.concatenate([shown, plain])
-    low, high = both.min(axis=(0, 1)).astype(int), both.max(axis=(0, 1)).astype(int)
+    low = np.minimum(shown.min(axis=(0, 1)), plain.min(axis=(0, 1))).astype(int)
+    high = np.maximum(shown.max(axis=(0, 1)), plain.max(axis=(0, 1))).astype(int)
     start = np.clip(low - AROUND_PX, 0, np.array(picture.shape[1::-1]) - 1)
     stop = np.maximum(high + AROUND_PX, start + 1)
     tensor, origin = structure(picture[start[1] : stop[1], start[0] : stop[0]]), start.astype(np.float32)
-    return (
-        stretch_cost(tensor, shown - origin, label),
-        stretch_cost(tensor, plain - origin, np.zeros_like(label)),
-    )
+    costs = np.empty((2, *label.shape), np.float32)
+    for top in range(0, len(label), BAND):
+        # A row more on either side: a stretch is the step from a neighbour.
+        first, last = max(top - 1, 0), min(top + BAND + 1, len(label))
+        part, own = slice(first, last), slice(top - first, top - first + BAND)
+        for cost, place, of in ((costs[0], shown, label), (costs[1], plain, None)):
+            same = np.zeros_like(label[part]) if of is None else of[part]
+            cost[top : top + BAND] = stretch_cost(tensor, place[part] - origin, same)[own]
+    return costs[0], costs[1]

@@ -50,5 +50,7 @@ def _remapped(picture: Pixels, at: Singles | Points, kernel: Kernel, border: int
         some = np.ascontiguousarray(places[:, i : i + LONGEST])
         # The stubs know neither None for the second map nor that it must be None beside a map of pairs.
         parts.append(cv2.remap(picture, some, None, kernel.value, borderMode=border))  # type: ignore[call-overload]
-    whole = np.concatenate(parts, axis=1) if parts else np.empty(0, picture.dtype)
+    if not parts:
+        return np.empty((*at.shape[:-1], *picture.shape[2:]), picture.dtype)
+    whole = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
     return whole.reshape(*at.shape[:-1], *picture.shape[2:])

@@ -47,9 +47,9 @@ def structure(picture: Singles) -> Singles:
     tensor = np.zeros((*picture.shape[:2], 3), np.float32)
     for plane in np.moveaxis(picture, -1, 0):
         x, y = (cv2.Scharr(plane, cv2.CV_32F, *axis, scale=1 / 32) for axis in ((1, 0), (0, 1)))
-        for part, product in enumerate((x * x, x * y, y * y)):
-            tensor[..., part] += product
-    return np.asarray(cv2.GaussianBlur(tensor, (0, 0), NEAR_PX), np.float32)
+        for part, (one, other) in enumerate(((x, x), (x, y), (y, y))):
+            tensor[..., part] += one * other
+    return np.asarray(cv2.GaussianBlur(tensor, (0, 0), NEAR_PX, dst=tensor), np.float32)
 
 
 def steps(place: Singles, label: Ints) -> tuple[Singles, Singles]:

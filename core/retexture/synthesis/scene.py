@@ -171,10 +171,10 @@ def follow(source: Curve, plain: Retexture) -> Curve:
 
 def near_curves(curves: SpineCurves, shape: tuple[int, int]) -> Ints:
     """Return which curve runs within `KEPT_PX` of each pixel (H, W); -1 where none does."""
-    kept = np.full(shape, -1, np.int32)
+    kept: Ints = np.full(shape, -1, np.int16)
     # The round ends of steps this short widen a line by a pixel on either side.
     wide = int(2 * KEPT_PX) - 1
     for i in range(len(curves.curves)):
         line = curves.points[curves.index == i]
         cv2.polylines(kept, [np.rint(line).astype(np.int32)], curves.curves[i].closed, i, wide)
-    return kept.astype(np.int64)
+    return kept

@@ -143,18 +143,19 @@ def synthesise(
     yield Progress(count / whole, "mending seams")
     with painter.watch.measure("coordinates"):
         again = ordered_origins(scene.way, scene.area.must, lattice(shape, 0.5))
-        worst = stocks(_worst(again, canvas.seams.sum(axis=0), shape, refine))
+        worst = stocks(_worst(again, canvas.seams, shape, refine))
     for done in painter.cover(worst, over_seams=True):
         yield Progress(min((count + done) / whole, 1.0), "mending seams")
 
 
 def _worst(origins: Origins, seams: Singles, shape: PatchShape, share: float) -> Origins:
-    """Return the `share` of the origins with the costliest seams around them, in their order."""
+    """Return the `share` of the origins with the costliest `seams` (2, H, W) around them, in their order."""
     if not len(origins):
         return origins
     side = 2 * shape.rib + 1
-    around = cv2.boxFilter(seams, -1, (side, side), borderType=cv2.BORDER_CONSTANT)
-    limit = np.array(seams.shape[::-1]) - 1
+    total = seams[0] + seams[1]
+    around = cv2.boxFilter(total, -1, (side, side), dst=total, borderType=cv2.BORDER_CONSTANT)
+    limit = np.array(around.shape[::-1]) - 1
     x, y = np.clip(np.rint(origins.target).astype(int), 0, limit).T
     cost = around[y, x]
     least = np.sort(cost)[int((1 - share) * (len(cost) - 1))]
