@@ -34,8 +34,9 @@ _FORMATS = {
 SUFFIXES = tuple(_FORMATS)
 """Endings of the formats that `save` writes."""
 BAND_ROWS = 64
-PNG_LEVEL = 3
-"""Of zlib: takes half the time that its usual level takes, for a twentieth more bytes."""
+PNG_LEVEL, PNG_FILTER = 2, 16
+"""Of zlib, and that of differences to the left in every row. Of photographs the files are as large as with the best
+filter of each row and level 3, to a twentieth, in two fifths of the time."""
 
 
 def save(image: Image, path: Path | str, *, quality: int = 95) -> None:
@@ -259,6 +260,7 @@ def _spec(image: Image, size_px: tuple[int, int], suffix: str, quality: int) -> 
         spec.attribute("compression", f"jpegxl:{quality}")
     if suffix == ".png":
         spec.attribute("png:compressionLevel", PNG_LEVEL)
+        spec.attribute("png:filter", PNG_FILTER)
         # Colours are tagged by a profile alone: beside a gamma, libpng reads colour as grey by other weights.
         spec.attribute("oiio:ColorSpace", "unknown")
     if suffix in (".jpg", ".jpeg"):
