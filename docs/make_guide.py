@@ -11,6 +11,7 @@ from app.actions import overlay
 from app.editor.editor import Editor
 from app.marking.applying import select as select_area
 from app.marking.feature_list import merge
+from app.marking.keying import select_keys
 from app.model.jobs import Jobs
 from app.model.session import Brush
 from app.model.spaces import screen_from_canvas
@@ -18,6 +19,7 @@ from app.tools.all import TOOLS
 from app.tours.samples import overlay_sample, retexture_sample, warp_sample
 from assets import asset
 from core.document.document import Document, Pin
+from core.document.keys import Key
 from core.imaging.images import Image, load, save
 from core.selection.shapes import ellipse_outline, fill_polygon
 from docs.make_pictures import THUMBNAIL_FRAMES, shrunk
@@ -40,6 +42,7 @@ def main() -> None:
     show("features", warp_sample(), list_features)
     show("resize", plain, resize)
     show("pins", warp_sample().changed(pins=(Pin((0.32, 0.42), (0.32, 0.42)), Pin((0.75, 0.4), (0.8, 0.3)))), pin)
+    show("animate", warp_sample(), animate)
     show("seeing", warp_sample().with_warp(preset="twist", bend=40.0), heat)
     show("split", arched, split)
     show("retexture", retexture_sample(), regrow)
@@ -70,6 +73,24 @@ def place(window: WindowDriver, x: float, y: float) -> tuple[float, float]:
     pixel = np.multiply((x, y), window.editor.document.size_px)
     there = screen_from_canvas(window.editor.session.view, pixel)
     return float(there[0]), float(there[1])
+
+
+def animate(window: WindowDriver) -> None:
+    """Show a flag in the wind, and a balloon that rises, between two of their keys."""
+    editor = window.editor
+    ways = {"bend": [(1, -30.0), (50, 45.0), (100, -30.0)], "waves": [(1, 1.0), (100, 1.6)]}
+    tracks = {name: tuple(Key(frame, (value,), "ease") for frame, value in way) for name, way in ways.items()}
+    rising = Pin((0.51, 0.46), (0.52, 0.5), keys=(Key(10, (0.52, 0.5), "ease-in"), Key(80, (0.62, 0.2), "hold")))
+    still = Pin((0.5, 0.9), (0.5, 0.9))
+    flag = editor.document.with_warp(preset="flag").changed(pins=(rising, still), tracks=tracks)
+    editor.show(timeline=True)
+    editor.choose_tool("pins")
+    editor.animation.edit("Flag", flag)
+    editor.animation.go_to(64)
+    select_keys(editor, [("bend", 50)])
+    settle(window)
+    window.shell.workspace.table.run("view.fit", editor)
+    settle(window)
 
 
 def paint(window: WindowDriver) -> None:

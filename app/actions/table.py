@@ -10,6 +10,7 @@ from app.actions.keys import Keys, with_keys
 from app.actions.overlay import OVERLAY
 from app.actions.retexture import RETEXTURE
 from app.actions.selecting import SELECTING
+from app.actions.timeline import TIMELINE
 from app.actions.view import MODES, VIEW
 from app.actions.warp import MASK, WARP
 from app.editor.editor import Editor
@@ -23,7 +24,7 @@ class ActionTable:
     def __init__(self, tools: Mapping[str, Tool]) -> None:
         tool_actions = tuple(_tool(tool) for tool in tools.values())
         self._plain = (
-            *(*FILE, *EDIT, *VIEW, *MASK, *SELECTING, *WARP, *HANDLES, *RETEXTURE, *OVERLAY),
+            *(*FILE, *EDIT, *VIEW, *MASK, *SELECTING, *WARP, *HANDLES, *RETEXTURE, *OVERLAY, *TIMELINE),
             *(*tool_actions, *MODES, *HELP),
         )
         self.actions: list[Action] = []

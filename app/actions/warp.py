@@ -1,5 +1,6 @@
 """Actions on the mask and the warp."""
 
+from types import MappingProxyType
 from typing import get_args
 
 import numpy as np
@@ -8,7 +9,8 @@ from app.actions import Action
 from app.editor.editor import Editor
 from app.editor.painting import LAYERS, layer, painted, with_layer
 from app.files import filing, masks
-from core.document.document import Keep, WarpSettings
+from core.document.animated import NUMBERS
+from core.document.document import Document, Keep, WarpSettings
 from core.imaging.images import Image
 from core.rasters.raster import Raster
 from core.selection.sources import has_transparency
@@ -92,18 +94,29 @@ def choose_preset(editor: Editor, name: str) -> None:
     """Take a preset, bent visibly where the artist has not bent anything yet."""
     warp = editor.document.warp
     if name == "none":
-        editor.edit("No preset", editor.document.with_warp(preset=None, values=WarpSettings().values))
+        document = _without_own_tracks(editor.document)
+        editor.edit("No preset", document.with_warp(preset=None, values=WarpSettings().values))
         return
-    bend = 50.0 if warp.bend == 0 and PRESETS[name].bends else warp.bend
-    values = warp.values if name == warp.preset else WarpSettings().values
-    editor.edit(f"Preset {PRESETS[name].label}", editor.document.with_warp(preset=name, bend=bend, values=values))
+    bent = warp.bend != 0 or "bend" in editor.document.tracks or not PRESETS[name].bends
+    document, values = editor.document, warp.values
+    if name != warp.preset:
+        document, values = _without_own_tracks(document), WarpSettings().values
+    changes = {"preset": name, "bend": warp.bend if bent else 50.0, "values": values}
+    editor.edit(f"Preset {PRESETS[name].label}", document.with_warp(**changes))
+
+
+def _without_own_tracks(document: Document) -> Document:
+    """Return the document without keys of parameters that only its preset has."""
+    kept = {name: track for name, track in document.tracks.items() if name in NUMBERS}
+    return document if len(kept) == len(document.tracks) else document.changed(tracks=MappingProxyType(kept))
 
 
 def reset_warp(editor: Editor) -> None:
-    """Take preset, sliders and size back; how features are kept stays."""
+    """Take preset, sliders and size back, and their keys; how features are kept stays."""
     plain = WarpSettings()
     names = ("preset", "bend", "horizontal", "vertical", "vertical_axis", "values", "aspect")
-    editor.edit("Reset warp", editor.document.with_warp(**{name: getattr(plain, name) for name in names}))
+    still = editor.document if not editor.document.tracks else editor.document.changed(tracks=MappingProxyType({}))
+    editor.edit("Reset warp", still.with_warp(**{name: getattr(plain, name) for name in names}))
 
 
 def _preset(name: str) -> Action:
@@ -146,7 +159,7 @@ def _paste(editor: Editor) -> None:
     copied = editor.session.copied_warp
     assert copied is not None
     parts = {name: getattr(copied, name) for name in COPIED}
-    editor.edit("Paste warp", editor.document.changed(**parts))
+    editor.animation.edit("Paste warp", editor.document.changed(**parts))
 
 
 _NO_PICTURE = Image(np.zeros((1, 1, 1), np.uint8))

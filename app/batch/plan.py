@@ -13,6 +13,9 @@ from app.batch.frames import frames_on_disk, is_numbered, numbered, parse_frames
 from app.batch.recipe import Recipe, RecipeTable
 from app.batch.video_in import UNTAGGED, Tags
 from core.arrays import InputError
+from core.document.animated import is_animated
+from core.document.document import Document
+from core.document.keys import Span
 from core.document.project import load_project
 from core.files.atomic import check_outputs
 from core.imaging.images import SUFFIXES, check_writable_format
@@ -22,6 +25,8 @@ Kind: TypeAlias = Literal["still", "pictures", "sequence", "video"]
 VIDEOS = (".mov", ".mp4", ".mkv", ".avi", ".webm", ".mxf", ".nut", ".m4v")
 VIDEOS_WRITTEN = (".mov", ".mp4", ".mkv")
 _GLOB = frozenset("*?[")
+_ROUNDED = 0.005
+"""Rates are typed with two decimals or more."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +100,7 @@ def plan(
     _check_targets(items, output, table, writes_video=writes_video)
     first, (size_px, bits) = _first_of(kind, items, recipe, clip)
     batch = Batch(recipe, kind, first, size_px, bits, output, records_of(output), _digest(recipe, kind), writes_video)
-    rate = table.output.frames_per_second
+    rate = table.output.frames_per_second or (_rate_of(recipe) if writes_video else batch.rate)
     batch = replace(batch, rate=rate, time_base=1 / rate, resume=resume)
     if clip is None:
         items = [replace(item, pts=place) for place, item in enumerate(items)]
@@ -104,6 +109,13 @@ def plan(
         items = [replace(item, pts=clip.pts[item.frame - 1] - begin) for item in items]
         batch = replace(batch, rate=clip.rate, time_base=clip.time_base, tags=clip.tags)
     return list(_cut(batch, items, table.chunk))
+
+
+def _rate_of(recipe: Recipe) -> Fraction:
+    """Return the rate of a project's timeline, 29.97 as 30000/1001; 24 frames a second where there is no project."""
+    rate = Span().rate if recipe.project is None else load_project(recipe.project).span.rate
+    broadcast = Fraction(1000 * round(rate * 1.001), 1001)
+    return broadcast if abs(rate - broadcast) < _ROUNDED else Fraction(rate).limit_denominator(1000)
 
 
 def shard(chunks: Sequence[Chunk], number: int, count: int) -> list[Chunk]:
@@ -124,7 +136,7 @@ def _sources(
     if not places:
         if recipe.project is None:
             raise InputError(f"{recipe.path}: names no picture")
-        return "still", [(number, "") for number in frames or (1,)], None
+        return "still", [(number, "") for number in frames or _frames_of(load_project(recipe.project))], None
     if one is not None and is_numbered(one.name):
         numbers = frames if frames is not None else frames_on_disk(one)
         if not numbers:
@@ -143,6 +155,12 @@ def _sources(
     if not chosen:
         raise InputError(f"{places[0]}: no picture is among the frames")
     return "pictures", chosen, None
+
+
+def _frames_of(document: Document) -> Sequence[int]:
+    """Return the frames of a project's timeline; of one without keys, one frame."""
+    span = document.span
+    return range(span.first, span.last + 1) if is_animated(document) else (1,)
 
 
 def _files(place: Path) -> list[Path]:

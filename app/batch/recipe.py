@@ -76,11 +76,13 @@ class OutputTable:
     quality: int = 95
     codec: Codec | None = None
     alpha: bool = False
-    rate: str = "24"
+    rate: str | None = None
 
     @property
-    def frames_per_second(self) -> Fraction:
-        """The rate of a video that is made of pictures, such as 24 or 30000/1001."""
+    def frames_per_second(self) -> Fraction | None:
+        """The rate of a video that is made of pictures, such as 24 or 30000/1001; None for that of the project."""
+        if self.rate is None:
+            return None
         try:
             rate = Fraction(self.rate)
         except (ValueError, ZeroDivisionError):

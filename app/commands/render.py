@@ -1,4 +1,4 @@
-"""Export a saved project."""
+"""Export a saved project; of one with key frames its first frame, `weft batch` makes them all."""
 
 import argparse
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 from app.console import run_shown
 from app.render.picture_file import writing
 from core.arrays import InputError
+from core.document.animated import document_at
 from core.document.project import load_project
 from core.files.atomic import check_outputs
 from core.imaging.images import check_writable_format, load
@@ -42,6 +43,7 @@ def run(arguments: argparse.Namespace) -> None:
     document = load_project(arguments.project)
     if arguments.picture is not None:
         document = document.with_image(load(arguments.picture))
+    document = document_at(document, document.span.first)
     job = writing(
         document,
         arguments.output,

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
+from app.editor.animation import Animation
 from app.editor.errands import Errands
 from app.editor.interaction import Interaction
 from app.editor.tool import Tool, first_tool
@@ -78,16 +79,17 @@ class Editor(Errands):
         """Shows Warp mode's picture as it was, to paint on."""
         self._tools_left: dict[Mode, str] = {}
         """By mode, the tool in hand when it was left."""
+        self.animation = Animation(self)
         self.choose_mode(document.mode)
 
     @property
     def document(self) -> Document:
-        """The present document; set it inside a group only."""
-        return self.history.document
+        """The present document as it is at the present frame; set it inside a group only."""
+        return self.animation.show(self.history.document)
 
     @document.setter
     def document(self, document: Document) -> None:
-        self.history.document = document
+        self.history.document = self.animation.take(document)
 
     @property
     def tool(self) -> Tool:
@@ -154,6 +156,7 @@ class Editor(Errands):
     @contextmanager
     def group(self, label: str, *, joins: bool = False) -> Iterator[None]:
         """Make one undo entry of all edits in the block; with `joins`, of those just before with this label too."""
+        self.animation.stop()
         with self.history.group(label, joins=joins):
             before = self.document
             yield
@@ -180,6 +183,7 @@ class Editor(Errands):
         self.jobs.drain(hold_edits=self.is_busy)
         for text in self.jobs.take_notices():
             self.notify(text)
+        self.animation.update()
         if self.session.mode == "retexture":
             self._update_retexture()
         elif self.session.mode == "overlay":
@@ -188,12 +192,12 @@ class Editor(Errands):
             self.live.update(self.document)
         self.unwarped.update()
         if self.recovery is not None and not self.is_busy:
-            self.recovery.update(self.document, saved=self.history.is_saved, now=self.clock(), **self._origin)
+            self.recovery.update(self.history.document, saved=self.history.is_saved, now=self.clock(), **self._origin)
 
     def keep_unsaved(self) -> None:
         """Keep unsaved work at once, since the program ends without having asked for it."""
         if self.recovery is not None and not self.history.is_saved:
-            self.recovery.keep(self.document, **self._origin)
+            self.recovery.keep(self.history.document, **self._origin)
 
     @property
     def _origin(self) -> Origin:
@@ -211,10 +215,8 @@ class Editor(Errands):
     def wait_s(self) -> float | None:
         """Seconds until `update` has something to do without an event; None when that needs an event."""
         due = None if self.recovery is None else self.recovery.due_at
-        waits = [
-            self.live.wait_s if self.session.mode == "warp" else None,
-            None if due is None else max(0.0, due - self.clock()),
-        ]
+        waits = [self.animation.wait_s, None if due is None else max(0.0, due - self.clock())]
+        waits += [self.live.wait_s] if self.session.mode == "warp" else []
         return min((wait for wait in waits if wait is not None), default=None)
 
     def choose_tool(self, name: str) -> None:
@@ -278,6 +280,7 @@ class Editor(Errands):
             hover=None,
             shown="result",
         )
+        self.animation.open_up()
         if source is None:
             self.choose_mode(document.mode)
 

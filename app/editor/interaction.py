@@ -95,6 +95,8 @@ class Interaction:
         return False
 
     def _press(self, press: Press) -> bool:
+        if press.button == "left":
+            self._editor.animation.let_go()
         if press.button == "middle":
             self._navigation.begin(self._tools["hand"].press(self._editor, press))
         elif self._spring is not None and press.button == "left":
@@ -123,7 +125,7 @@ class Interaction:
     def _key(self, key: Key) -> bool:
         if key.name == "escape" and self.cancel():
             return True
-        if key.name == "space" and not (key.mods.ctrl or key.mods.alt):
+        if key.name == "space" and not (key.mods.ctrl or key.mods.alt or key.mods.shift):
             self._spring = "hand"
             return True
         if self._gesture and key.name in GESTURE_KEYS and not key.mods.ctrl:

@@ -117,7 +117,7 @@ def save_as(editor: Editor, *, then: Callable[[], None] | None = None) -> None:
 
 def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None, *, overwrites: bool = False) -> None:
     """Write the project to `path`; ask first where somebody else has written it, unless it `overwrites` that."""
-    document, backups = editor.document, editor.preferences.backups
+    document, backups = editor.history.document, editor.preferences.backups
 
     def steps() -> Job[None]:
         yield Progress(0.0, "writing")

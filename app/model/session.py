@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 
 from app.model.spaces import View
 from core.arrays import Points
+from core.document.animated import Animated
 from core.document.document import Document, Mode
 from core.selection.combining import Combining
 
@@ -130,6 +131,14 @@ class Session:
     """Whether Warp mode shows the picture as it was, to paint on."""
     paints_unwarped: bool = True
     """Whether it shows that as soon as something is painted."""
+    timeline: bool = False
+    """Whether the timeline shows, and with it what puts keys on sliders and pins."""
+    frame: int = 1
+    """The frame of the timeline that is shown."""
+    loops: bool = True
+    """Whether playing begins anew at the end."""
+    selected_keys: frozenset[tuple[Animated, float]] = frozenset()
+    """What has the selected keys, and at which frames they are."""
     panels: bool = True
     """Whether the panels beside the canvas show."""
     look: Look = "retextured"

@@ -11,7 +11,7 @@ from app.model.events import Event, Key, Move, Position, Press
 from app.model.gestures import Gesture
 from app.model.shapes import Circle, Polyline, Role, Shape
 from app.model.spaces import canvas_from_screen, screen_from_canvas
-from app.tools import pin_ring
+from app.tools import pin_path, pin_ring
 from app.tools.points import band
 from app.tools.points.box import Box, Grip, apply
 from app.tools.points.grips import (
@@ -187,6 +187,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
     shapes: list[Shape] = [] if box is None else list(box.shapes())
     targets = targets_on_screen(editor)
     shapes.extend(_misses(editor, targets))
+    shapes.extend(pin_path.shapes(editor))
     ringed = ringed_pin(editor)
     if ringed is not None:
         shapes.extend(pin_ring.shapes(editor, ringed, targets[ringed]))

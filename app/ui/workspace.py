@@ -30,6 +30,7 @@ from app.ui.panels.overlay import OverlayPanel
 from app.ui.panels.preset_list import PresetList
 from app.ui.panels.retexture import RetexturePanel
 from app.ui.panels.thumbnails import Thumbnails
+from app.ui.panels.timeline import TimelinePanel
 from app.ui.panels.warp import WarpPanel
 from app.ui.status_bar import StatusBar
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
@@ -40,7 +41,7 @@ from app.ui.widgets.toasts import Toasts
 from core import tracing
 from core.document.document import Mode
 
-SIDE, LOWER_SIDE = "Side", "LowerSide"
+SIDE, LOWER_SIDE, BELOW = "Side", "LowerSide", "Below"
 PANELS_EM, PANELS_SHARE = 19.0, 0.45
 """Least width of the panels, and how much of the window they take at most for it."""
 FITTING_FRAMES = 4
@@ -73,6 +74,7 @@ class Workspace:
         self.features_panel = FeaturesPanel(editor, table, self.picture)
         self.handles_panel = HandlesPanel(editor)
         self.history_panel = HistoryPanel(editor)
+        self.timeline_panel = TimelinePanel(editor, table)
         self.dialogs = Dialogs(editor, self.show_panel, self.thumbnails.of_file)
         self.palette = CommandPalette(editor, table.actions)
         self.sheets = Sheets(editor, table)
@@ -116,6 +118,7 @@ class Workspace:
         docking.docking_splits = [
             hello_imgui.DockingSplit("MainDockSpace", SIDE, right, 0.235),
             hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.27),
+            hello_imgui.DockingSplit("MainDockSpace", BELOW, down, 0.25),
         ]
         panels = (
             ("Warp", SIDE, self.warp_panel.draw),
@@ -124,6 +127,7 @@ class Workspace:
             ("Handles", LOWER_SIDE, self.handles_panel.draw),
             ("Features", LOWER_SIDE, self.features_panel.draw),
             ("History", LOWER_SIDE, self.history_panel.draw),
+            ("Timeline", BELOW, self.timeline_panel.draw),
         )
         docking.dockable_windows = [
             hello_imgui.DockableWindow(name, side, self.barrier.drawing(f"draw the panel {name}", draw))
@@ -131,7 +135,7 @@ class Workspace:
         ]
         for panel in docking.dockable_windows:
             panel.can_be_closed = False
-            panel.is_visible = panel.label not in ("Retexture", "Overlay")
+            panel.is_visible = panel.label not in ("Retexture", "Overlay", "Timeline")
 
     def show_panel(self, panel: Panel) -> None:
         """Show one of the window's own panels."""
@@ -194,18 +198,12 @@ class Workspace:
 
     def _show_mode(self) -> None:
         """Show the panels of the mode."""
-        docking = hello_imgui.get_runner_params().docking_params
-        for mode, name in PANELS.items():
-            panel = docking.dockable_window_of_name(name)
-            if panel is not None:
-                panel.is_visible = mode == self.editor.session.mode and self.editor.session.panels
-        for name in ("Handles", "Features"):
-            panel = docking.dockable_window_of_name(name)
-            if panel is not None:
-                panel.is_visible = self.editor.session.mode == "warp" and self.editor.session.panels
-        history = docking.dockable_window_of_name("History")
-        if history is not None:
-            history.is_visible = self.editor.session.panels
+        session = self.editor.session
+        in_warp = session.mode == "warp"
+        shown = {name: mode == session.mode for mode, name in PANELS.items()}
+        shown |= {"Handles": in_warp, "Features": in_warp, "History": True, "Timeline": in_warp and session.timeline}
+        for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
+            panel.is_visible = shown[panel.label] and session.panels
         _back_panels()
 
     def end_frame(self) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import InputError, Points, as_points, readonly
-from core.document.keys import Track
+from core.document.keys import Span, Track
 from core.document.overlay_settings import Cloth
 from core.imaging.images import Image
 from core.rasters.raster import Raster
@@ -215,6 +215,8 @@ class Document:
     """A warp that was read from a file; the preset bends what it gives."""
     tracks: Mapping[str, Track] = field(default_factory=lambda: MappingProxyType({}))
     """Keys of parameters of the warp by name: `core.document.animated` says which. `size` is in times the picture."""
+    span: Span = field(default_factory=Span)
+    """The frames of the timeline."""
 
     @classmethod
     def of(cls, image: Image) -> "Document":

@@ -16,6 +16,7 @@ import numpy as np
 
 from core.arrays import InputError, readonly
 from core.document import overlay as document_overlay
+from core.document.animated import check_tracks
 from core.document.document import Document
 from core.document.plain_data import as_list, decode, encode
 from core.files.atomic import atomic_file
@@ -85,6 +86,7 @@ def _document(path: Path, members: Members) -> Document:
         raise InputError(f"{path}: made by a newer Weft (format {version}; this one reads up to {VERSION})")
     try:
         document: Document = decode(Document, _up_to_date(data["document"]), _Reader(members))
+        check_tracks(document)
     except InputError as fault:
         raise InputError(f"{path}: damaged project: {fault}") from fault
     except OSError as fault:

@@ -10,6 +10,7 @@ from app.editor.editor import Editor
 from app.tools import outline, pin_ring, pins
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, faint, heading, icon_button, tip
+from app.ui.widgets.key_button import key_button
 from app.ui.widgets.sliders import number_box
 from app.ui.widgets.theme import em
 from core.arrays import Points
@@ -74,6 +75,7 @@ class HandlesPanel:
             text = f"{number + 1}    {at[0]:.0f}, {at[1]:.0f}{moved}##pin {number}"
             flags = imgui.SelectableFlags_.allow_overlap
             missed = pins.missed_px(self._editor, number)
+            key_button(self._editor, number, is_low=True)
             with colors(text=theme.FAULT) if missed else nullcontext():
                 pressed = imgui.selectable(text, number in selected, flags)[0]
             if missed:

@@ -6,6 +6,7 @@ from app.editor.editor import Editor
 from app.marking.resizing import is_proposal, propose_kept, proposed, resize, set_resizing, with_ratio
 from app.model.session import Unit
 from app.ui.widgets.controls import check, faint, label, section, segments
+from app.ui.widgets.key_button import key_button
 from app.ui.widgets.sliders import number_box, slider
 from app.ui.widgets.theme import em
 
@@ -73,6 +74,7 @@ class ResizePanel:
             dpi = number_box(settings.dpi, 10, 2400, 0, name="dpi", width_em=6.0)
             if dpi.value is not None:
                 set_resizing(editor, dpi=dpi.value)
+        key_button(editor, "size", is_low=True)
         faint(f"{size[0]} × {size[1]} pixels, from {editor.document.size_px[0]} × {editor.document.size_px[1]}")
 
     def _take(self, axis: int, side: float) -> None:

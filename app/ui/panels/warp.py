@@ -11,8 +11,10 @@ from app.editor.editor import Editor
 from app.ui.panels.preset_list import PresetList
 from app.ui.panels.resize import ResizePanel
 from app.ui.widgets.controls import check, faint, label, section, segments
+from app.ui.widgets.key_button import key_button
 from app.ui.widgets.sliders import Held, slider
 from core.document import perspective
+from core.document.animated import NUMBERS
 from core.document.document import Keep, Method, WarpSettings
 from core.grid import Grid
 from core.warps.presets import PRESETS, Parameter
@@ -176,11 +178,14 @@ class WarpPanel:
     def _slide(self, row: WarpRow) -> None:
         """Draw a slider over one number of the settings."""
         value, default = getattr(self._warp, row.field), getattr(DEFAULTS, row.field)
+        if row.field in NUMBERS:
+            key_button(self._editor, row.field)
         held = slider(row.name, value, row.low, row.high, default=default, digits=row.digits, hint=row.hint)
         self._take(row.name, held, lambda new: {row.field: new})
 
     def _slide_parameter(self, parameter: Parameter) -> None:
         """Draw a slider over a parameter that only this preset has."""
+        key_button(self._editor, parameter.name)
         values, default = self._warp.values, parameter.default
         value, digits = values.get(parameter.name, default), 0 if parameter.unit == "%" else 2
         held = slider(parameter.label, value, parameter.low, parameter.high, default=default, digits=digits)

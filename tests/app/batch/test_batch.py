@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import cv2
@@ -21,7 +22,7 @@ from app.cli import main
 from core import tracing
 from core.document import retexture as document_retexture
 from core.document.document import CurvePair, Document
-from core.document.keys import Key
+from core.document.keys import Key, Span
 from core.document.project import save_project
 from core.files import atomic as files_module
 from core.files import litter
@@ -266,6 +267,19 @@ def test_key_frames_of_a_project_move_its_own_picture(tmp_path: Path) -> None:
     assert main(["render", str(tmp_path / "b.weft"), "-o", str(tmp_path / "g.png"), "--frame", "picture"]) == 0
     assert (tmp_path / "g.png").read_bytes() == (tmp_path / "f.2.png").read_bytes()
     assert (tmp_path / "f.1.png").read_bytes() != (tmp_path / "f.2.png").read_bytes()
+
+
+def test_a_project_brings_the_frames_and_the_rate_of_its_timeline(tmp_path: Path) -> None:
+    moving = replace(Document.of(Image(plate(1))).with_warp(preset="arc"), span=Span(3, 5, 29.97))
+    save_project(moving, tmp_path / "still.weft")
+    save_project(replace(moving, tracks={"bend": (Key(3, (40.0,)), Key(5, (0.0,)))}), tmp_path / "a.weft")
+    frames = [item.frame for chunk in chunks_of(tmp_path / "a.weft", tmp_path / "f.#.png") for item in chunk.items]
+    assert frames == [3, 4, 5]
+    assert chunks_of(tmp_path / "a.weft", tmp_path / "a.mov")[0].batch.rate == Fraction(30000, 1001)
+    assert [item.frame for item in chunks_of(tmp_path / "still.weft", tmp_path / "f.#.png")[0].items] == [1]
+    rows = make(tmp_path / "a.weft", tmp_path / "f.#.png")
+    assert main(["render", str(tmp_path / "a.weft"), "-o", str(tmp_path / "g.png"), "--frame", "picture"]) == 0
+    assert (tmp_path / "g.png").read_bytes() == Path(rows[0].output).read_bytes()
 
 
 def test_st_maps_can_be_a_sequence(tmp_path: Path) -> None:

@@ -83,7 +83,12 @@ def test_every_action_runs_and_is_undone(name: str, drive: EditorDriver) -> None
     if action.try_run(drive.editor):
         drive.frame()
         if action.checked is not None and not name.startswith(("warp.keep", "view.overlay", "view.split")):
-            assert action.checked(drive.editor) or name in ("warp.vertical_axis", "handles.frame", "select.contiguous")
+            assert action.checked(drive.editor) or name in (
+                "warp.vertical_axis",
+                "handles.frame",
+                "select.contiguous",
+                "timeline.loop",
+            )
     drive.editor.go_to(0)
     assert drive.document is drive.start
 

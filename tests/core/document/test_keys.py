@@ -7,9 +7,19 @@ import numpy as np
 import pytest
 
 from core.arrays import InputError
-from core.document.animated import document_at, is_animated
+from core.document.animated import document_at, is_animated, keyed, posed, with_track
 from core.document.document import Document, Pin
-from core.document.keys import Easing, Key, Track, value_at
+from core.document.keys import (
+    Easing,
+    Key,
+    Span,
+    Track,
+    value_at,
+    with_easing,
+    with_key,
+    with_moved_keys,
+    without_keys,
+)
 from core.document.project import load_project, save_project
 from core.imaging.images import Image
 
@@ -89,3 +99,50 @@ def test_keys_are_saved_with_the_project(tmp_path: Path) -> None:
 def test_keys_that_cannot_be_are_named(tracks: dict[str, Track], fault: str) -> None:
     with pytest.raises(InputError, match=f"^{fault}$"):
         document_at(document(**tracks), 2)
+
+
+def test_a_new_key_is_eased_as_the_way_it_lies_on() -> None:
+    track = with_key((), 5, (1.0,))
+    assert track == (Key(5, (1.0,), "ease"),)
+    track = with_easing(with_key(track, 9, (2.0,)), (5,), "hold")
+    track = with_key(with_key(track, 7, (3.0,)), 1, (0.0,))
+    assert [(key.frame, key.easing) for key in track] == [(1, "hold"), (5, "hold"), (7, "hold"), (9, "ease")]
+    assert with_key(track, 7, (4.0,))[2] == Key(7, (4.0,), "hold")
+
+
+def test_keys_are_moved_past_others_and_onto_them() -> None:
+    track = tuple(Key(frame, (float(frame),)) for frame in (1, 5, 9))
+    assert [key.value[0] for key in with_moved_keys(track, (1,), 6)] == [5, 1, 9]
+    assert [(key.frame, key.value[0]) for key in with_moved_keys(track, (1, 5), 4)] == [(5, 1), (9, 5)]
+    assert without_keys(track, (1, 9)) == track[1:2]
+
+
+def test_values_are_those_at_a_frame_and_a_changed_one_becomes_a_key() -> None:
+    moving = document(bend=(Key(1, (0.0,)), Key(11, (20.0,))), size=(Key(1, (1.0, 1.0)), Key(11, (3.0, 1.0))))
+    middle = posed(moving, 6)
+    assert (middle.warp.bend, middle.warp.aspect) == (10, (2, 1))
+    assert middle.tracks == moving.tracks
+    assert posed(middle, 6) is middle
+    assert keyed(middle, 6) is middle
+    changed = keyed(middle.with_warp(bend=15.0), 6)
+    assert [key.value for key in changed.tracks["bend"]] == [(0,), (15,), (20,)]
+    assert changed.tracks["size"] == moving.tracks["size"]
+
+
+def test_a_track_without_keys_goes() -> None:
+    moving = document(bend=(Key(1, (0.0,)),))
+    assert with_track(moving, "bend", ()).tracks == {}
+
+
+def test_a_project_with_keys_out_of_order_is_damaged(tmp_path: Path) -> None:
+    save_project(document(bend=(Key(3, (0.0,)), Key(2, (1.0,)))), tmp_path / "a.weft")
+    with pytest.raises(InputError, match=r"a.weft: damaged project: keys of bend: frame 2 comes after frame 3$"):
+        load_project(tmp_path / "a.weft")
+
+
+def test_the_timelines_frames_are_saved_with_the_project(tmp_path: Path) -> None:
+    save_project(document().changed(span=Span(-5, 40, 29.97)), tmp_path / "a.weft")
+    assert load_project(tmp_path / "a.weft").span == Span(-5, 40, 29.97)
+    for first, last, rate in ((2, 1, 24), (1, 10**8, 24), (1, 2, 0)):
+        with pytest.raises(InputError, match=r"^timeline: "):
+            Span(first, last, rate)
