@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from app.actions import Action
+from app.actions.removal import removal
 from app.editor.editor import Editor
-from app.files import filing
+from app.files import filing, warp_files
 from core.files.text import legible
 
 
@@ -33,6 +34,33 @@ FILE = (
         "Begin a project with a picture",
     ),
     Action("file.open", "Open…", "File", filing.ask_open, "Ctrl+O", "folder-open", "Open a picture or a project"),
+    Action(
+        "file.open_st_map",
+        "ST map…",
+        "File/Open warp",
+        lambda editor: warp_files.ask_open_warp(editor, "st"),
+        icon="bezier-curve",
+        tooltip="Bend the picture by an ST map (EXR) of another program",
+        enabled=lambda editor: editor.session.mode == "warp",
+    ),
+    Action(
+        "file.open_displacement",
+        "Displacement…",
+        "File/Open warp",
+        lambda editor: warp_files.ask_open_warp(editor, "displacement"),
+        icon="arrows-up-down-left-right",
+        tooltip="Bend the picture by a displacement (EXR): pixels to the right and up, of the picture's own size",
+        enabled=lambda editor: editor.session.mode == "warp",
+    ),
+    removal(
+        "file.remove_warp",
+        "Remove opened warp",
+        "File/Open warp",
+        "warp",
+        "trash-can",
+        "Take the ST map or the displacement out",
+        {"warp_map": None},
+    ),
     Action(
         "file.save",
         "Save",

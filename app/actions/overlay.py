@@ -111,14 +111,6 @@ def lay(editor: Editor, path: Path) -> None:
     editor.start(f"Texture {legible(path.name)}", steps, laid, beside=True)
 
 
-def open_or_lay(editor: Editor, path: Path) -> None:
-    """Lay a dropped picture on the cloth where a pattern was found, or is looked for; open it otherwise."""
-    if (has_layers(editor) or (in_mode(editor) and editor.overlay.is_running)) and not filing.is_project(path):
-        lay(editor, path)
-    else:
-        filing.open_path(editor, path)
-
-
 def old_pattern(editor: Editor) -> None:
     """Take the new texture off."""
     editor.edit("Old pattern", editor.document.with_cloth(texture=None, texture_name=""))

@@ -13,10 +13,11 @@ from core.arrays import InputError
 from core.document.animated import NUMBERS, document_at, key_frames
 from core.document.document import Document, Pin, places_from_pixels
 from core.document.keys import Key, Track, check_track
-from core.document.map import preset_of, with_handles
+from core.document.map import preset_of, with_handles, with_warp_map
+from core.document.mask_file import with_mask_file
 from core.document.project import load_project
-from core.imaging.images import Image, load_mask
-from core.rasters.raster import Raster
+from core.imaging.images import Image
+from core.notices import hearing
 from core.warps.map_file import warp_map_of
 
 _WARP_NAMES = {"cell": "cell_px", "outline": "frame"}
@@ -60,8 +61,8 @@ class Look:
                 self._sized = self._base.with_image(picture)
             document = self._sized.changed(image=picture)
         if self._masks is not None:
-            mask = load_mask(Path(numbered(self._masks, frame)), document.size_px)
-            document = document.changed(mask=Raster.from_array(mask))
+            with hearing():  # what is said of a mask is said of all of them, and only once
+                document = with_mask_file(document, Path(numbered(self._masks, frame)))
         st_map, displacement = (_of_frame(name, frame) for name in (self._st_maps, self._displacements))
         found = warp_map_of(st_map, displacement)
         return document_at(document if found is None else document.changed(warp_map=found), frame)
@@ -86,9 +87,7 @@ def base_document(batch: Batch) -> Document:
     places = (None if name is None else str(recipe.place(name)) for name in names)
     found = warp_map_of(*(_of_frame(place, batch.first.frame) for place in places))
     if found is not None:
-        width, height = document.size_px
-        aspect = found.size_px[0] / width, found.size_px[1] / height
-        document = document.changed(warp_map=found).with_warp(aspect=aspect)
+        document = with_warp_map(document, found)
     try:
         document = with_keys(with_warp(document, recipe, table), table)
         for frame in {batch.first.frame, *key_frames(document)}:
@@ -98,8 +97,7 @@ def base_document(batch: Batch) -> Document:
     if table.handles is not None:
         document = with_handles(document, recipe.place(table.handles))
     if table.mask is not None and not is_numbered(table.mask):
-        mask = load_mask(recipe.place(table.mask), document.size_px)
-        document = document.changed(mask=Raster.from_array(mask))
+        document = with_mask_file(document, recipe.place(table.mask))
     return document
 
 

@@ -56,9 +56,10 @@ class _Maker:
 
     @property
     def look(self) -> Look:
-        """The look; read when the first frame needs it."""
+        """The look; read when the first frame needs it, what there is to say of it was said before."""
         if self._look is None:
-            self._look = Look(self.batch)
+            with hearing():
+                self._look = Look(self.batch)
         return self._look
 
     def pictures(self, items: list[Item]) -> Iterator[tuple[Item, Image | InputError | None]]:

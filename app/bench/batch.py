@@ -115,9 +115,9 @@ def _processor_s() -> float:
     return times.children_user + times.children_system
 
 
-def _weft(recipe: Path, folder: Path, *words: str) -> None:
-    """Run `weft batch` with these words."""
-    _run([*_WEFT, "batch", str(recipe), "-o", str(folder / "f.####.png"), *words])
+def _weft(recipe: Path, folder: Path, *words: str) -> str:
+    """Run `weft batch` with these words, and return what it prints."""
+    return _run([*_WEFT, "batch", str(recipe), "-o", str(folder / "f.####.png"), *words])
 
 
 def _run(command: Sequence[str]) -> str:
@@ -127,6 +127,11 @@ def _run(command: Sequence[str]) -> str:
     if done.returncode:
         raise WeftError(f"{shlex.join(command)}: {done.stderr.strip() or done.stdout.strip()}")
     return done.stdout
+
+
+def _with_jobs(recipe: Path, folder: Path, jobs: int) -> None:
+    """Make the frames in so many processes of one run."""
+    _weft(recipe, folder, "--jobs", str(jobs))
 
 
 def _on_cluster(recipe: Path, folder: Path) -> None:
@@ -167,17 +172,21 @@ def _by_template(recipe: Path, folder: Path) -> None:
 
 
 def _in_shards(recipe: Path, folder: Path) -> None:
-    """Run the commands of four shards, two at a time."""
-    words = [["--shard", f"{number}/{_SHARDS}", "--resume"] for number in range(1, _SHARDS + 1)]
+    """Have the commands of four shards printed, and run those of two shards at a time, one after another."""
+
+    def run_shard(number: int) -> None:
+        for line in _weft(recipe, folder, "--print-commands", "--shard", f"{number}/{_SHARDS}").splitlines():
+            _run([*_WEFT, *shlex.split(line)[1:]])
+
     with ThreadPoolExecutor(WORKERS) as pool:
-        list(pool.map(lambda shard: _weft(recipe, folder, *shard), words))
+        list(pool.map(run_shard, range(1, _SHARDS + 1)))
 
 
 WAYS = (
-    Way("--jobs 1", 1, lambda recipe, folder: _weft(recipe, folder, "--jobs", "1")),
-    Way("--jobs 2", WORKERS, lambda recipe, folder: _weft(recipe, folder, "--jobs", str(WORKERS))),
+    Way("--jobs 1", 1, lambda recipe, folder: _with_jobs(recipe, folder, 1)),
+    Way("--jobs 2", WORKERS, lambda recipe, folder: _with_jobs(recipe, folder, WORKERS)),
     Way("--cluster, 2 workers", WORKERS, _on_cluster, "distributed"),
     Way("openjd run", 1, _by_template, "openjd"),
-    Way("--shard 1/4 to 4/4, two at a time", WORKERS, _in_shards),
+    Way("--print-commands of 4 shards, two at a time", WORKERS, _in_shards),
 )
 """The first is what the others are compared with."""

@@ -18,12 +18,12 @@ from core.arrays import InputError
 from core.canvas import Canvas, Framing
 from core.document.document import Document, WarpSettings
 from core.document.map import MapSolver, with_handles
+from core.document.mask_file import with_mask_file
 from core.files.atomic import AtomicFiles, check_outputs
-from core.imaging.images import Image, check_writable_format, load, mask_of
+from core.imaging.images import Image, check_writable_format, load
 from core.interchange.obj import obj_mesh
 from core.interchange.stmap import write_st_map
 from core.mapping.result import Warped
-from core.masks.mask_files import marks_of
 from core.notices import notice
 from core.rasters.raster import Raster
 from core.selection.importance import importance, propose
@@ -187,18 +187,8 @@ def document_from(arguments: argparse.Namespace) -> Document:
         mask = propose(run_shown(importance(image)), arguments.propose / 100, image.size_px)
         document = replace(document, mask=Raster.from_array(mask))
     if arguments.mask is not None:
-        document = _with_mask(document, arguments.mask)
+        document = with_mask_file(document, arguments.mask)
     return document if arguments.handles is None else with_handles(document, arguments.handles)
-
-
-def _with_mask(document: Document, path: Path) -> Document:
-    """Return `document` with the features that the file `path` marks."""
-    found = load(path)
-    mask, numbers, said = marks_of(found, mask_of(found, path, document.size_px))
-    if numbers is None:
-        return replace(document, mask=Raster.from_array(mask))
-    notice(f"{path}: {said}")
-    return replace(document, mask=Raster.from_array(mask), numbers=Raster.from_array(numbers))
 
 
 def _write(arguments: argparse.Namespace, image: Image, found: Warped, canvas: Canvas) -> None:

@@ -1,17 +1,37 @@
-"""A warp as a file of its own, for programs that do it to pictures of theirs."""
+"""A warp as a file of its own: written for other programs, and opened from them."""
 
 from pathlib import Path
 
+from app.editor.editor import Editor
+from app.model.requests import OpenFile
 from core.arrays import InputError
 from core.canvas import Canvas
 from core.document.document import Document
-from core.document.map import settled
+from core.document.map import settled, with_warp_map
 from core.files.atomic import atomic_file
+from core.files.text import legible
 from core.interchange.obj import obj_mesh
 from core.interchange.stmap import write_st_map
 from core.progress import Job, Progress, part
+from core.warps.map_file import Kind, WarpMap, read_warp_map
 
 SUFFIXES = ("exr", "obj")
+_TITLES: dict[Kind, str] = {"st": "Open an ST map as the warp", "displacement": "Open a displacement as the warp"}
+
+
+def ask_open_warp(editor: Editor, kind: Kind) -> None:
+    """Ask for an ST map or a displacement, and bend the picture by it."""
+    editor.requests.append(OpenFile(_TITLES[kind], ("exr",), lambda path: open_warp(editor, path, kind)))
+
+
+def open_warp(editor: Editor, path: Path, kind: Kind = "st") -> None:
+    """Bend the picture by the warp in a file; the result has its size, and preset and handles bend it further."""
+
+    def steps() -> Job[WarpMap]:
+        yield Progress(0.0, "reading")
+        return read_warp_map(path, kind)
+
+    editor.start(f"Warp {legible(path.name)}", steps, with_warp_map)
 
 
 def writing_warp(document: Document, path: Path) -> Job[None]:

@@ -6,7 +6,7 @@ from typing import cast
 
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
-from app.actions import overlay
+from app.actions import dropped
 from app.actions.keys import Keys
 from app.actions.table import ActionTable
 from app.editor.editor import Editor
@@ -153,9 +153,9 @@ class Workspace:
             self.sheets.shown = cast("Sheet", panel)
 
     def drop(self, paths: Sequence[Path]) -> None:
-        """Open the first of the files dropped on the window, or lay it on the cloth."""
+        """Take the first of the files dropped on the window."""
         if paths:
-            self.barrier.run("take a dropped file", lambda: overlay.open_or_lay(self.editor, paths[0]))
+            self.barrier.run("take a dropped file", lambda: dropped.take(self.editor, paths[0]))
 
     def begin_frame(self) -> None:
         """Take the input and let the editor act on it."""

@@ -104,6 +104,13 @@ def with_handles(document: Document, path: Path) -> Document:
     return document
 
 
+def with_warp_map(document: Document, found: WarpMap) -> Document:
+    """Return `document` under a warp that was read, on a canvas of its size."""
+    width, height = document.size_px
+    aspect = found.size_px[0] / width, found.size_px[1] / height
+    return document.changed(warp_map=found).with_warp(aspect=aspect)
+
+
 def outline_of(document: Document) -> Outline:
     """Return the document's outline, or the one nearest to where the preset takes the picture's edge."""
     if document.outline is not None:

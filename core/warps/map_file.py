@@ -9,11 +9,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Literal, TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
 
 from core.arrays import Bools, Floats, InputError, Ints, Points, Singles, readonly
+from core.imaging.image import Image
 from core.imaging.reading import load
 from core.warps.warp import Warp
 
@@ -24,6 +26,8 @@ _ROUNDS = 40
 _STEP = 8.0
 """No step of Newton's method is longer than so many cells."""
 _DONE_PX = 1e-6
+_LEAST_SLOPE = 0.1
+"""An ST map says where a picture is magnified or shrunk by less than ten times, at most of its pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +63,10 @@ class WarpMap:
 
         def warp(points: Points) -> Points:
             share = ((points + 0.5) / size_px).reshape(-1, 2)
-            return self._met(share).reshape(points.shape)
+            before = _met_last.get(self)
+            if before is None or not np.array_equal(before[0], share):
+                before = _met_last[self] = share, self._met(share)
+            return before[1].reshape(points.shape).copy()
 
         return warp
 
@@ -93,6 +100,10 @@ class WarpMap:
         height, width = self._cells.shape
         new = np.clip(np.floor(at), 0, [width - 1, height - 1]).astype(np.int64)
         return np.where(self._cells[new[:, 1], new[:, 0]][:, None], new, cell)
+
+
+_met_last: WeakKeyDictionary[WarpMap, tuple[Points, Points]] = WeakKeyDictionary()
+"""The shares that a map was asked for last, the nodes of a grid mostly, and where it has them."""
 
 
 def _affine(places: Points, cell: Ints, inside: Points) -> tuple[Points, Points, Points]:
@@ -132,9 +143,16 @@ def read_warp_map(path: Path, kind: Kind = "st") -> WarpMap:
 
     Raises `InputError` that names the file where it is none of the two.
     """
-    image = load(path)
+    try:
+        return warp_map_in(load(path), kind)
+    except InputError as fault:
+        raise InputError(str(fault) if str(path) in str(fault) else f"{path}: {fault}") from None
+
+
+def warp_map_in(image: Image, kind: Kind = "st") -> WarpMap:
+    """Return the warp map that a float picture holds; raise `InputError` where it holds none."""
     if not image.linear or image.channels < 3:
-        raise InputError(f"{path}: a warp map is a float picture with red and green, such as an EXR file")
+        raise InputError("a warp map is a float picture with red and green, such as an EXR file")
     height, width = image.pixels.shape[:2]
     values: Floats = image.pixels[..., :2].astype(np.float64)
     y, x = np.mgrid[0:height, 0:width]
@@ -144,7 +162,14 @@ def read_warp_map(path: Path, kind: Kind = "st") -> WarpMap:
         places = np.stack([(x + 0.5 + values[..., 0]) / width, (y + 0.5 - values[..., 1]) / height], axis=-1)
     if image.has_alpha:
         places[image.pixels[..., -1] <= 0.5] = np.nan
-    try:
-        return WarpMap(places.astype(np.float32))
-    except InputError as fault:
-        raise InputError(f"{path}: {fault}") from None
+    return WarpMap(places.astype(np.float32))
+
+
+def is_st_map(image: Image) -> bool:
+    """Return whether a picture is an ST map and nothing to look at: red grows to the right, green up, blue is 0."""
+    if not image.linear or image.channels < 3 or image.pixels[..., 2].any() or min(image.size_px) < 2:
+        return False
+    values = image.pixels[..., :2].astype(np.float64)
+    across, up = np.median(np.diff(values[..., 0], axis=1)), np.median(-np.diff(values[..., 1], axis=0))
+    slopes = across * image.width_px, up * image.height_px
+    return all(_LEAST_SLOPE < slope < 1 / _LEAST_SLOPE for slope in slopes)

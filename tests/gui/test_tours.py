@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from app.actions import overlay
+from app.actions import dropped
 from app.editor.editor import Editor
 from app.model.jobs import Jobs
 from app.model.spaces import screen_from_canvas
@@ -102,7 +102,7 @@ def test_the_tour_of_overlay(editor: Editor) -> None:
         at_step(window, 0)
         window.item("//Overlay/Find pattern")
         window.wait_until(lambda: window.shell.workspace.tour.step == 2, frames=20000)
-        overlay.open_or_lay(editor, asset("balloons.png"))
+        dropped.take(editor, asset("balloons.png"))
         at_step(window, 3)
         low, high = np.array(editor.session.view.size) * 0.45, np.array(editor.session.view.size) * 0.55
         window.drag((low[0], low[1]), (high[0], high[1]))

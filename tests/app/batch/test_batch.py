@@ -142,6 +142,24 @@ def test_texture_is_regrown_from_the_same_places_in_every_frame(tmp_path: Path) 
     assert np.abs(alone.astype(int) - load(rows[1].output).pixels).max() > 100
 
 
+def test_a_mask_of_labels_has_a_feature_for_each_and_says_so_once(tmp_path: Path) -> None:
+    recipe = write_scene(tmp_path)
+    labels = np.zeros((HEIGHT, WIDTH, 1), np.uint8)
+    labels[14:30, 20:30], labels[14:30, 30:40] = 1, 2  # they touch: as one mask they were one feature
+    save(Image(labels), tmp_path / "mask.png")
+    done = weft(recipe, "-o", tmp_path / "out" / "f.####.png", folder=tmp_path)
+    assert done.returncode == 0
+    assert done.stderr == f"weft: note: {tmp_path / 'mask.png'}: The mask holds 2 labels, each of them a feature.\n"
+    share = 2 / 5
+    bend = 50 * share * share * (3 - 2 * share)
+    words = ["--mask", str(tmp_path / "mask.png"), "--preset", "arc", f"--bend={bend!r}", "--frame", "picture"]
+    assert main(["warp", str(tmp_path / "plates" / "shot.0003.png"), *words, "-o", str(tmp_path / "one.png")]) == 0
+    np.testing.assert_array_equal(load(tmp_path / "out" / "f.0003.png").pixels, load(tmp_path / "one.png").pixels)
+    save(Image(np.where(labels > 0, 255, 0).astype(np.uint8)), tmp_path / "mask.png")
+    assert make(recipe, tmp_path / "plain" / "f.####.png")[2].state == "done"
+    assert (load(tmp_path / "plain" / "f.0003.png").pixels != load(tmp_path / "one.png").pixels).any()
+
+
 def test_masks_can_be_a_sequence_too(tmp_path: Path) -> None:
     recipe = write_scene(tmp_path, RECIPE.replace('"mask.png"', '"mask.#.png"'))
     mask = load(tmp_path / "mask.png")

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.actions import overlay
+from app.actions import dropped, overlay
 from app.cli import main
 from app.files import filing
 from app.model.jobs import InlineExecutor, Jobs
@@ -35,7 +35,7 @@ def answer(drive: EditorDriver, path: Path) -> None:
 
 def test_dropped_file_is_laid_into_the_folds(drive: OverlayDriver, tmp_path: Path) -> None:
     save(TEXTURE, tmp_path / "new.png")
-    overlay.open_or_lay(drive.editor, tmp_path / "new.png")
+    dropped.take(drive.editor, tmp_path / "new.png")
     drive.frame()
     assert drive.cloth.texture is not None
     assert drive.cloth.texture_name == "new.png"
@@ -47,7 +47,7 @@ def test_dropped_file_is_laid_into_the_folds(drive: OverlayDriver, tmp_path: Pat
 def test_dropped_file_is_opened_while_no_pattern_is_found(tmp_path: Path) -> None:
     drive = OverlayDriver(Document.of(PHOTO))
     save(TEXTURE, tmp_path / "new.png")
-    overlay.open_or_lay(drive.editor, tmp_path / "new.png")
+    dropped.take(drive.editor, tmp_path / "new.png")
     drive.frame()
     assert drive.document.size_px == (80, 60)
 
@@ -154,7 +154,7 @@ def test_dropped_picture_is_a_texture_at_once_while_the_pattern_is_looked_for(tm
     drive = EditorDriver(Document.of(PHOTO).changed(mode="overlay"), jobs=jobs)
     drive.editor.edit("Find pattern", drive.document.with_cloth(search=Search()))
     drive.frame()
-    overlay.open_or_lay(drive.editor, tmp_path / "new.png")
+    dropped.take(drive.editor, tmp_path / "new.png")
     drive.frame()
     assert drive.editor.overlay.is_running
     assert drive.document.image is PHOTO
