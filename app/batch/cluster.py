@@ -3,6 +3,7 @@
 import importlib
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from app.batch.plan import Chunk
@@ -50,6 +51,8 @@ def _do(distributed: Any, client: Any, chunks: Sequence[Chunk], address: str, te
         client.wait_for_workers(1, timeout=ANSWER_S)
     except TimeoutError:
         raise InputError(f"--cluster {address}: has no workers") from None
+    # Dask does a lost worker's tasks again: what that worker had done of them is to be kept.
+    chunks = [replace(chunk, batch=replace(chunk.batch, resume=True)) for chunk in chunks]
     waiting = {client.submit(do_chunk, chunk, pure=False): chunk for chunk in chunks}
     while waiting:
         try:

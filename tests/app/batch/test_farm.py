@@ -54,8 +54,12 @@ def test_a_cluster_worker_that_is_killed_costs_nothing(tmp_path: Path) -> None:
         for process in processes("worker")[:1]:
             for one in [process, *process.children(recursive=True)]:
                 one.send_signal(signal.SIGKILL)
+        records = output.parent.glob("*.batch/frame-*.json")
+        whole = {path: path.stat().st_mtime_ns for path in records}
         said = running.communicate()[1]
     assert (running.returncode, said) == (0, "")
+    assert whole
+    assert all(path.stat().st_mtime_ns == time for path, time in whole.items()), "a frame was made twice"
     assert len(states(tmp_path / "t.json")) == 40
     assert len(bytes_of(output.parent)) == 40
 
