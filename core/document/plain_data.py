@@ -55,6 +55,7 @@ def encode(value: object, parts: Pack, *, name: str = "") -> object:
 
 def decode(hint: Any, data: Any, parts: Unpack, *, name: str = "") -> Any:
     """Return the value of type `hint` that `data` stands for; raise `InputError` that names what does not fit."""
+    hint = _unaliased(hint)
     origin, inner = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
         rest = [kind for kind in inner if kind is not type(None)]
@@ -76,6 +77,13 @@ def decode(hint: Any, data: Any, parts: Unpack, *, name: str = "") -> Any:
     if is_dataclass(hint):
         return _decode_dataclass(hint, data, parts, name)
     return _decode_plain(hint, data, name)
+
+
+def _unaliased(hint: Any) -> Any:
+    """Return what a name made by `type` stands for: from NumPy 2.5 on, `NDArray` is one where Python has them."""
+    while hasattr(alias := typing.get_origin(hint) or hint, "__value__"):
+        hint = alias.__value__
+    return hint
 
 
 def _decode_plain(hint: Any, data: Any, name: str) -> Any:

@@ -9,7 +9,7 @@ import shutil
 import stat
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Self
 
@@ -199,6 +199,8 @@ def _resolve(path: Path) -> Path:
         target = path
     if target.is_symlink():
         raise InputError(f"{path}: too many levels of symbolic links")
+    with suppress(FileNotFoundError, NotADirectoryError):
+        target.lstat()  # raises what `exists` does not say from Python 3.14 on, such as a name that is too long
     return target
 
 
