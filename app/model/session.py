@@ -100,6 +100,7 @@ class Overlays:
     """Which heat map of what the warp does to small things."""
     patches: bool = False
     spines: bool = False
+    regrown: bool = False
     seams: bool = False
     compression: bool = False
 

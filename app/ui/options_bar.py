@@ -37,6 +37,7 @@ SWITCHES = (
     "view.overlay.folds",
     "view.overlay.spines",
     "view.overlay.patches",
+    "view.overlay.regrown",
     "view.overlay.seams",
     "view.overlay.compression",
     "view.overlay.scale",

@@ -44,6 +44,11 @@ class Regrown:
         return bool((self.found.label > 0).any())
 
     @cached_property
+    def regrown(self) -> Raster:
+        """Where texture is regrown, in the result; the rest is the plain deformation."""
+        return Raster.from_array(np.where(self.found.label > 0, 255, 0).astype(np.uint8))
+
+    @cached_property
     def seams(self) -> Raster:
         """Where patches meet, in the result."""
         return Raster.from_array(overlays.seams(self.found))

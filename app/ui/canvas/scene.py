@@ -204,15 +204,19 @@ def _overlay_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canvas
 
 
 def _tinted(editor: Editor) -> tuple[Raster | None, MarkColours]:
-    """Return what is laid over the picture, and in which colours: seams, the compression, or what the brush paints.
+    """Return what is laid over the picture, and in which colours: what is regrown, seams, or what the brush paints.
 
     The matte lies on the result and stays where it is; where texture is taken from lies on the original only.
     """
     document, session, stage = editor.document, editor.session, editor.regrowth.stage
     overlays = session.overlays
-    if stage is not None and session.look != "original" and (overlays.seams or overlays.compression):
-        field, shade = (stage.seams, theme.ACCENT) if overlays.seams else (stage.compression, theme.FOLD)
-        return field, replace(PALETTE, mask=_shade(shade, 0.8))
+    if stage is not None and session.look != "original":
+        if overlays.seams:
+            return stage.seams, replace(PALETTE, mask=_shade(theme.ACCENT, 0.8))
+        if overlays.regrown:
+            return stage.regrown, replace(PALETTE, mask=_shade(theme.TARGET, 0.45))
+        if overlays.compression:
+            return stage.compression, replace(PALETTE, mask=_shade(theme.FOLD, 0.8))
     if session.painted == "matte":
         raster = document.matte
     else:

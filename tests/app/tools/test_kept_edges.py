@@ -92,3 +92,11 @@ def test_all_of_them_can_be_switched_off(drive: EditorDriver) -> None:
     drive.frame().rest()
     assert edges(drive) == []
     assert not drive.document.retexture.long_edges
+
+
+def test_what_is_regrown_is_told_from_what_is_only_deformed(drive: EditorDriver) -> None:
+    moved(drive)
+    stage = drive.editor.regrowth.stage
+    assert stage is not None
+    assert np.array_equal(stage.regrown.array > 0, stage.found.label > 0)
+    assert 0 < (stage.regrown.array > 0).mean() < 0.5
