@@ -77,7 +77,7 @@ _OVERLAYS = {
     "folds": ("Folded cells", "", "triangle-exclamation", "Cells of the grid that are turned over"),
     "spines": ("Curvilinear grids", "", "diagram-project", "The curved coordinates that texture is laid along"),
     "patches": ("Patches", "", "vector-square", "The patches that the texture is made of"),
-    "regrown": ("Regrown texture", "Y", "seedling", "What is regrown; the rest is only deformed"),
+    "regrown": ("Regrown texture", "Shift+Y", "seedling", "What is regrown; the rest is only deformed"),
     "seams": ("Seams", "", "puzzle-piece", "Where patches meet"),
     "compression": ("Compression", "", "compress", "Where the deformation presses the picture together"),
 }

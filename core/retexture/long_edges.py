@@ -16,7 +16,6 @@ from typing import Literal
 
 import cv2
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from core.arrays import Floats, Points, Singles
 from core.curves.bezier import Curve
@@ -150,9 +149,10 @@ def _leave_out_repeated(edges: list[_Edge], near_px: float) -> list[_Edge]:
     What repeats within a patch is texture where nothing tells otherwise. Two edges of a rail have it on either hand.
     """
     alike = np.array([[a.is_beside(b, near_px) and a.sense_of(b) > 0 for b in edges] for a in edges], bool)
-    count, group = connected_components(alike.reshape(len(edges), len(edges)), directed=False)
-    sizes = np.bincount(group, minlength=count)
-    return [edge for edge, own in zip(edges, group, strict=True) if sizes[own] < GROUP]
+    together = np.reshape(alike | alike.T, (len(edges), len(edges))) | np.eye(len(edges), dtype=bool)
+    while (further := together @ together).sum() > together.sum():
+        together = further
+    return [edge for edge, others in zip(edges, together, strict=True) if others.sum() < GROUP]
 
 
 def _find_chains(picture: Singles, drawn: list[Curve], patch: PatchShape, reach_px: float) -> list[Points]:

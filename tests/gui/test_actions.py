@@ -23,6 +23,8 @@ ASKING = {
     "file.save_as": "Save project as",
     "file.export": "Export picture",
     "file.replace_picture": "Replace picture",
+    "file.open_st_map": "Open an ST map as the warp",
+    "file.open_displacement": "Open a displacement as the warp",
     "mask.load": "Load mask",
     "mask.save": "Save mask",
     "warp.export": "Export warp: ST map (.exr) or mesh (.obj)",

@@ -17,9 +17,12 @@ def test_a_key_is_set_in_the_sheet_and_works(editor: Editor, tmp_path: Path) -> 
     def script(window: WindowDriver) -> None:
         window.move(300, 300).key(imgui.Key.f1).wait(4)
         window.screenshot(tmp_path / "keys.png")
+        window.context.mouse_wheel_y(-20)
+        window.wait(4)
         window.item("//Keys/**/P##tool.pins").wait(2).key(imgui.Key.y).wait(3)
         assert editor.preferences.keys == (("tool.pins", "Y"),)
-        window.item("//Keys/**/Y##tool.pins").wait(2).key(imgui.Key.escape).wait(2)
+        window.context.mouse_wheel_y(-20)
+        window.wait(4).item("//Keys/**/Y##tool.pins").wait(2).key(imgui.Key.escape).wait(2)
         assert window.shell.workspace.sheets.shown == "keys"
         window.key(imgui.Key.escape).wait(3)
         assert window.shell.workspace.sheets.shown is None
