@@ -7,7 +7,7 @@ from app.actions import Action
 from app.actions.removal import removal
 from app.editor.curve_kinds import FEATURE, with_found_curve
 from app.editor.editor import Editor
-from app.model.session import Look, Painted
+from app.model.session import Before, Look, Painted
 from core.curves.bezier import Curve
 from core.curves.edge_tracing import outlines, suggestions
 from core.document import curve_pairs
@@ -98,6 +98,12 @@ def paint(editor: Editor, name: Painted) -> None:
     editor.show(painted=name, look="original" if name == "source_mask" else "retextured")
 
 
+def show_look(editor: Editor, look: Look) -> None:
+    """Show the result in one of its looks, right of the divider where there is one."""
+    compare = editor.session.compare
+    editor.show(look=look, compare="split" if compare == "split" else "result")
+
+
 def suggest(editor: Editor) -> None:
     """Look for prominent edges of the original and offer them."""
     document = editor.document
@@ -145,12 +151,29 @@ def _look(look: Look, label: str, chord: str, icon: str, tooltip: str) -> Action
         f"look.{look}",
         label,
         "View/Retexture",
-        lambda editor: editor.show(look=look, compare="result"),
+        lambda editor: show_look(editor, look),
         chord,
         icon,
         tooltip,
         enabled=in_mode,
         checked=lambda editor: editor.session.look == look,
+    )
+
+
+def _beside(look: Before, label: str, chord: str, icon: str) -> Action:
+    def is_beside(editor: Editor) -> bool:
+        return editor.session.compare == "split" and editor.session.look_before == look
+
+    return Action(
+        f"look.beside.{look}",
+        f"{label} at the left",
+        "View/Retexture",
+        lambda editor: editor.show(look_before=look, compare="result" if is_beside(editor) else "split"),
+        chord,
+        icon,
+        f"Show {label.lower()} at the left of a line, and what is looked at at the right; drag the line",
+        enabled=in_mode,
+        checked=is_beside,
     )
 
 
@@ -176,6 +199,7 @@ def _of_curve(
 
 
 _PAINTED: tuple[tuple[Painted, str, str, str], ...] = (
+    ("regrow", "more or less", "seedling", "Paint what is regrown, and with X what is not, whatever is found"),
     ("matte", "matte", "draw-polygon", "Paint where the result may differ from the plain deformation"),
     ("source_mask", "source mask", "eye-dropper", "Paint where texture may be taken from"),
 )
@@ -192,7 +216,7 @@ def _mask(name: Painted, label: str, icon: str, tooltip: str) -> tuple[Action, .
             tooltip=tooltip,
             enabled=in_mode,
             checked=lambda editor: editor.session.tool == "brush" and editor.session.painted == name,
-            separated=name == "matte",
+            separated=name == "regrow",
         ),
         removal(
             f"retexture.clear_{name}",
@@ -226,6 +250,8 @@ RETEXTURE = (
         enabled=lambda editor: in_mode(editor) and _paint(editor) is not None,
     ),
     *(_look(*row) for row in _LOOKS),
+    _beside("original", "Original", "Shift+1", "image"),
+    _beside("deformed", "Deformed", "Shift+2", "water"),
     Action(
         "retexture.start",
         "Retexture",

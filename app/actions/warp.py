@@ -7,7 +7,7 @@ import numpy as np
 
 from app.actions import Action
 from app.editor.editor import Editor
-from app.editor.painting import LAYERS, layer, painted, with_layer
+from app.editor.painting import BLANK, LAYERS, layer, painted, with_layer
 from app.files import filing, masks
 from core.document.animated import NUMBERS
 from core.document.document import Document, Keep, WarpSettings
@@ -17,9 +17,11 @@ from core.selection.sources import has_transparency
 from core.warps.presets import PRESETS
 
 
-def _fill(editor: Editor, value: int) -> None:
+def _fill(editor: Editor, value: int | None) -> None:
+    """Give all of what is painted one value, None for that of nothing painted."""
     document, name = editor.document, painted(editor)
-    label = f"{'Fill' if value else 'Clear'} {LAYERS[name]}"
+    label = f"{'Clear' if value is None else 'Fill'} {LAYERS[name]}"
+    value = BLANK.get(name, 0) if value is None else value
     editor.edit(label, with_layer(document, name, Raster.filled(*document.size_px, value)))
 
 
@@ -43,7 +45,7 @@ MASK = (
         "mask.clear",
         "Clear mask",
         "Mask",
-        lambda e: _fill(e, 0),
+        lambda e: _fill(e, None),
         "Ctrl+Shift+A",
         "eraser",
         "Keep nothing",

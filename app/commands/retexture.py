@@ -19,8 +19,11 @@ from core.imaging.images import Image, check_writable_format, load, load_mask, w
 from core.notices import notice
 from core.retexture.job import Settings, retexture
 from core.retexture.magnification import bands
+from core.retexture.region import REFUSED
 from core.retexture.result import Retexture
 from core.retexture.synthesis.patches import PatchShape
+
+MASKS = ("matte", "source_mask", "regrow")
 
 
 def size(text: str) -> tuple[int, int]:
@@ -66,6 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--deformed", type=Path, metavar="FILE", help="write the plain deformation, too")
     add("--matte", type=Path, metavar="MATTE", help="where the result may differ from it: over 127")
+    add("--regrow", type=Path, metavar="GREY", help="what is regrown, over 191, or not, under 64, whatever is found")
     add("--source-mask", type=Path, metavar="MASK", help="where texture may be taken from: over 127")
     add(
         "--patch",
@@ -95,8 +99,7 @@ def run(arguments: argparse.Namespace) -> None:
         if layer.size_px != image.size_px:
             raise InputError(f"{path}: has {layer.width_px}x{layer.height_px} pixels, the image {width}x{height}")
     settings = choose(arguments, image.size_px)
-    matte, source_mask = (mask(path, image.size_px) for path in (arguments.matte, arguments.source_mask))
-    masks = {"matte": matte, "source_mask": source_mask}
+    masks = {name: mask(getattr(arguments, name), name, image.size_px) for name in MASKS}
     try:
         result = run_shown(retexture(image.pixels, curves, settings, linear=image.linear, previews=False, **masks))
     except InputError as fault:
@@ -143,7 +146,9 @@ def check(arguments: argparse.Namespace) -> None:
     for path in pictures:
         check_writable_format(path)
     sources = [arguments.image, *arguments.also]
-    check_outputs([*pictures, arguments.report], beside=[arguments.curves, arguments.matte, arguments.source_mask])
+    check_outputs(
+        [*pictures, arguments.report], beside=[arguments.curves, *(getattr(arguments, name) for name in MASKS)]
+    )
     check_outputs([arguments.deformed, arguments.report], beside=sources)
     for path, own in zip(arguments.output, sources, strict=True):
         # A result may take the place of what it is made from, and of nothing else that is read.
@@ -175,12 +180,12 @@ def choose(arguments: argparse.Namespace, size_px: tuple[int, int]) -> Settings:
     )
 
 
-def mask(path: Path | None, size_px: tuple[int, int]) -> Bytes | None:
-    """Return a mask for a picture of that width and height, or None; refuse one that marks nothing."""
+def mask(path: Path | None, name: str, size_px: tuple[int, int]) -> Bytes | None:
+    """Return a mask for a picture of that width and height, or None; refuse one that says nothing."""
     if path is None:
         return None
     marked = load_mask(path, size_px)
-    if not (marked > 127).any():
+    if not (marked > 127).any() and not (name == "regrow" and (marked < REFUSED).any()):
         raise InputError(f"{path}: the mask marks nothing")
     return marked
 

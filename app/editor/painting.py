@@ -4,21 +4,24 @@ from typing import Literal, TypeAlias
 
 from app.editor.editor import Editor
 from app.model.events import Position
-from core.document.document import Document
+from core.document.document import UNSAID, Document
 from core.mesh import Mesh
 from core.rasters.raster import Raster
 from core.selection.features import only_marked
 
-Layer: TypeAlias = Literal["mask", "matte", "source_mask", "region", "protected"]
+Layer: TypeAlias = Literal["mask", "matte", "source_mask", "regrow", "region", "protected"]
 Side: TypeAlias = Literal["before", "result"]
 LAYERS: dict[Layer, str] = {
     "mask": "mask",
     "matte": "matte",
     "source_mask": "source mask",
+    "regrow": "what is regrown",
     "region": "region",
     "protected": "protection",
 }
 """What the brush can paint, by its part of the document."""
+BLANK: dict[Layer, int] = {"regrow": UNSAID}
+"""What each holds where nothing was painted, if not 0."""
 OF_CLOTH = ("region", "protected")
 """Those that Overlay mode paints."""
 
@@ -33,7 +36,7 @@ def painted(editor: Editor) -> Layer:
 def layer(document: Document, name: Layer) -> Raster:
     """Return a raster of the document; an empty one where it has none yet."""
     raster: Raster | None = getattr(document.cloth if name in OF_CLOTH else document, name)
-    return raster or Raster.filled(*document.size_px)
+    return raster or Raster.filled(*document.size_px, BLANK.get(name, 0))
 
 
 def with_layer(document: Document, name: Layer, raster: Raster) -> Document:

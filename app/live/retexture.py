@@ -40,6 +40,8 @@ class Shown:
     image: Image
     rest: Points
     warped: Points
+    source: Points | None = None
+    """Where something in `image` was regrown: the places (R, C, 2) of the document's picture that it was made from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +85,8 @@ class LiveRetexture:
         self._stage: Regrown | None = None
         self._final: list[tuple[Inputs, Regrown]] = []
         self._is_final = False
+        self._outlived = False
+        """Whether the result shown is that of a document with other masks, which stays till the next is there."""
         self.is_moving = False
         """Whether what is in progress has moved curves."""
 
@@ -121,7 +125,7 @@ class LiveRetexture:
         """Return what the canvas draws; where the retextured picture is not there yet, the deformation."""
         nodes = self._grid.nodes
         if look == "retextured" and self._stage is not None and self._stage.image is not None:
-            return Shown(self._stage.image, nodes, nodes)
+            return Shown(self._stage.image, nodes, nodes, self._source)
         if look == "original" or self._source is None:
             return Shown(document.image, nodes, nodes)
         return Shown(document.image, self._source, nodes)
@@ -166,10 +170,12 @@ class LiveRetexture:
             self.ticket.cancel()
 
     def _follow(self, document: Document) -> None:
-        """Forget what belongs to other inputs and solve for these."""
+        """Forget what belongs to other inputs and solve for these; where masks alone differ, what is shown stays."""
         self.cancel()
-        self.ticket = self._stage = self._source = self.fault = self.faulty_curve = None
-        self._is_final = False
+        self.ticket = self.fault = self.faulty_curve = None
+        self._is_final, self._outlived = False, self._stage is not None and _differ_by_masks(self._seen, document)
+        if not self._outlived:
+            self._stage = self._source = None
         grid = grid_of(document)
         # The renderer knows the nodes by their identity.
         self._grid = self._grid if grid == self._grid else grid
@@ -177,7 +183,7 @@ class LiveRetexture:
         try:
             if kept is not None:
                 self._take(kept, final=True)
-            elif moves(document):
+            elif moves(document) and not self._outlived:
                 self._solve(document)
         except Exception as fault:  # noqa: BLE001  whatever it is, the picture stays and the artist goes on
             self._take_fault(fault)
@@ -198,13 +204,13 @@ class LiveRetexture:
     def _take_stage(self) -> None:
         """Show the newest stage of the job."""
         stage = None if self.ticket is None or self.ticket.cancelled else self.ticket.progress.preview
-        if isinstance(stage, Regrown) and stage is not self._stage and not self._is_final:
+        if isinstance(stage, Regrown) and stage is not self._stage and not (self._is_final or self._outlived):
             self._take(stage, final=False)
 
     def _take(self, stage: Regrown, *, final: bool) -> None:
         if self._stage is None:
             self._source = pull(stage.found.grid, stage.found.field, self._grid.nodes)
-        self._stage, self._is_final = stage, final
+        self._stage, self._is_final, self._outlived = stage, final, False
 
     def _take_fault(self, fault: Exception) -> None:
         if not isinstance(fault, WeftError):
@@ -225,14 +231,16 @@ class LiveRetexture:
 
 def _inputs(document: Document) -> Inputs:
     """Return all that the result depends on; two are equal if they are the same objects or say the same."""
-    return (
-        document.image,
-        document.feature_curves,
-        document.retexture,
-        document.matte,
-        document.source_mask,
-        document.warp.cell_px,
-    )
+    return (*_inputs_but_masks(document), *document.retexture_masks.values())
+
+
+def _inputs_but_masks(document: Document) -> Inputs:
+    return document.image, document.feature_curves, document.retexture, document.warp.cell_px
+
+
+def _differ_by_masks(before: Document | None, after: Document) -> bool:
+    """Return whether nothing differs that matters for the result but where it may be."""
+    return before is not None and _inputs_but_masks(before) == _inputs_but_masks(after)
 
 
 def _targets_moved(before: Document, after: Document) -> bool:

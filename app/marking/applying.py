@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from app.editor.editor import Editor
-from app.editor.painting import LAYERS, Layer, layer, painted, with_layer
+from app.editor.painting import BLANK, LAYERS, Layer, layer, painted, with_layer
 from app.model.events import Modifiers
 from core.arrays import Bools, Bytes
 from core.document.document import Document
@@ -30,7 +30,14 @@ def selected(document: Document, name: Layer, found: Bytes, how: Combining, part
     Of the mask, what is added gets the number `part`; None leaves it without.
     """
     before = layer(document, name)
-    mask = Raster.from_array(combine(before.array, found, how)).sharing(before)
+    blank = BLANK.get(name, 0)
+    if blank and how == "replace":
+        values = combine(np.full_like(found, blank), found, "add")
+    elif blank and how == "intersect":
+        values = np.where(found > MARKED, before.array, np.uint8(blank))
+    else:
+        values = combine(before.array, found, how)
+    mask = Raster.from_array(values).sharing(before)
     if name != "mask":
         return with_layer(document, name, mask)
     if how == "replace":

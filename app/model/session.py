@@ -18,7 +18,8 @@ Look: TypeAlias = Literal["original", "deformed", "retextured"]
 """What Retexture mode shows."""
 Shown: TypeAlias = Literal["result", "photo", "pattern", "mesh", "shading", "detail", "reconstruction", "residual"]
 """What Overlay mode shows: the result, or a part of what was found."""
-Painted: TypeAlias = Literal["matte", "source_mask"]
+Before: TypeAlias = Literal["original", "deformed"]
+Painted: TypeAlias = Literal["matte", "source_mask", "regrow"]
 """What the brush paints in Retexture mode: where the result may differ, or where texture is taken from."""
 
 PaintedOnCloth: TypeAlias = Literal["region", "protected"]
@@ -144,10 +145,12 @@ class Session:
     """Whether the panels beside the canvas show."""
     look: Look = "retextured"
     auto_retexture: bool = True
+    """Whether texture is regrown as soon as the artist lets go."""
     snaps_curves: bool = True
     """Whether a feature curve that was drawn beside an edge is brought onto it."""
-    """Whether texture is regrown as soon as the artist lets go."""
-    painted: Painted = "matte"
+    look_before: Before = "original"
+    """What Retexture mode shows left of the divider."""
+    painted: Painted = "regrow"
     painted_on_cloth: PaintedOnCloth = "region"
     shown: Shown = "result"
     selected: frozenset[int] = frozenset()

@@ -18,6 +18,7 @@ class CanvasLayers:
     """The picture in linear light, and the canvas as it is shown."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
+        self.size = size
         self.picture = PicturePass(context, size, with_cells=True)
         self.shown, self.coming = (gpu.Offscreen(context, size, "f1") for _ in range(2))
         """The canvas, and the one that takes its place when it is whole."""

@@ -4,24 +4,27 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import moderngl
 import numpy as np
 
 from app.model.spaces import View
-from app.render.gpu import Offscreen, Rectangle, around
+from app.render.bending import find_places
+from app.render.gpu import Offscreen, Rectangle
 from app.render.layers import CanvasLayers, Costs
+from app.render.passes.bent import BentCanvas
 from app.render.passes.draft import Draft, draft_stride
 from app.render.passes.marks_layer import MarksLayer, names_of
 from app.render.passes.mesh import MeshBuffers
 from app.render.passes.picture_pass import LEAST_STRETCH, strips, what_is_read
 from app.render.passes.thumbnails import draw_thumbnails
+from app.render.passes.window import Window
 from app.render.programs import programs_of
 from app.render.scene import CanvasScene, Color
 from app.render.sources.source import Box, Source
 from app.render.sources.sources import Sources
-from app.render.touched import touched_by_painting
+from app.render.touched import touched_by_moving, touched_by_painting
 from core import tracing
 from core.arrays import Bytes, Points
 from core.imaging import color
@@ -34,8 +37,10 @@ AT_REST = 2.5
 """So much longer than while something moves a frame may take to make what rests better: nothing waits for it."""
 NO_MARKS = 1e9
 NO_FRAME = (0.0, 0.0, 0.0, 0.0)
+Size: TypeAlias = tuple[int, int]
+_Sized = TypeVar("_Sized", CanvasLayers, Draft, BentCanvas)
 _Placing: TypeAlias = tuple[Points, Points, View, float]
-"""Nodes on the picture and on the canvas, how that is looked at, and framebuffer pixels per screen pixel."""
+"""Nodes on the picture and on the canvas, how that is looked at, and drawn pixels per screen pixel."""
 
 
 class Renderer:
@@ -57,6 +62,7 @@ class Renderer:
         self._context = context
         self._programs = programs_of(context)
         self._clock = clock
+        self._window = Window(context)
         self._marks = MarksLayer(context)
         self._meshes: dict[tuple[str, bool], MeshBuffers] = {}
         self._placings: dict[tuple[str, bool], _Placing] = {}
@@ -65,6 +71,7 @@ class Renderer:
         self._layers: CanvasLayers | None = None
         """The canvas at its best."""
         self._draft: Draft | None = None
+        self._bent: BentCanvas | None = None
         self._costs = Costs(frame_s)
         self._shows_best = False
         """Whether the window shows the canvas at its best."""
@@ -85,7 +92,7 @@ class Renderer:
         `viewport` is left, bottom (upwards, as OpenGL has it), width and height in framebuffer pixels; the scene's view
         is that of a canvas widget of this size.
         """
-        best = self._layers_of((viewport[2], viewport[3]))
+        best = self._layers = self._fitting(self._layers, CanvasLayers, (viewport[2], viewport[3]))
         with tracing.span("draw"):
             if scene.draft and self._costs.full_fits is False:
                 best.give_up()
@@ -95,9 +102,9 @@ class Renderer:
             elif not (self._shows_best and scene.fills_same_place(best.drawn)):
                 self._shows_best = False
             if self._shows_best:
-                self._show(best, scene.palette.desk, viewport, 1)
+                self._window.show(best, scene.palette.desk, viewport)
             else:
-                self._show_draft(scene, viewport)
+                self._show_draft(scene, viewport, best)
 
     def _refine(self, scene: CanvasScene, best: CanvasLayers) -> bool:
         """Draw on for as long as a frame may take; return whether the canvas is there at its best."""
@@ -148,23 +155,47 @@ class Renderer:
         self._costs.learn_full(best.spent_s, finished=True)
         return True
 
-    def _show_draft(self, scene: CanvasScene, viewport: Rectangle) -> None:
-        """Draw and show `scene` with fewer pixels and larger cells."""
-        shrink = self._costs.shrink
-        scene = replace(scene, pixel_ratio=scene.pixel_ratio / shrink, draft=True)
-        draft = self._draft_of((-(-viewport[2] // shrink), -(-viewport[3] // shrink)))
+    def _show_draft(self, scene: CanvasScene, viewport: Rectangle, best: CanvasLayers) -> None:
+        """Show `scene` as fast as can be, but what stands still at its best.
+
+        What moves is bent along from the best, or drawn with fewer pixels and larger cells where that lacks something.
+        """
+        moved, shrink, window = touched_by_moving(scene, best.drawn), self._costs.shrink, self._window
+        if moved is None or best.drawn is None:
+            window.show(self._drafted(scene, viewport, shrink, None), scene.palette.desk, viewport, shrink)
+            return
+        window.show(best, scene.palette.desk, viewport)
+        box = _common(moved, (scene.divider(best.size[0]), 0, *best.size))
+        if box[0] >= box[2] or box[1] >= box[3]:
+            return
+        bent = self._bent = self._fitting(self._bent, BentCanvas, best.size)
+        if not bent.shows(scene, best.drawn):
+            places = find_places(scene, best.drawn, box)
+            if places is None:
+                part = _shrunk(box, shrink)
+                window.copy(self._drafted(scene, viewport, shrink, part).shown, part, viewport, shrink)
+                return
+            with tracing.span("bend"):
+                bent.draw(best, scene, places, box, self._desk(scene))
+        window.copy(bent.shown, box, viewport)
+
+    def _drafted(self, scene: CanvasScene, viewport: Rectangle, shrink: int, part: Box | None) -> Draft:
+        """Return a draft of `scene`, so many times smaller, or of `part` of it, in its pixels."""
+        scene = replace(scene, shrink=shrink, draft=True)
+        size = -(-viewport[2] // shrink), -(-viewport[3] // shrink)
+        draft = self._draft = self._fitting(self._draft, Draft, size)
         with tracing.span("draft", shrink=shrink):
-            if not draft.shows(scene):
+            if not draft.shows(scene, part):
                 started = self._clock()
-                self._draw_draft(scene, draft)
+                self._draw_draft(scene, draft, part)
                 self._context.finish()
                 self._costs.learn_draft(self._clock() - started, shrink)
-        self._show(draft, scene.palette.desk, viewport, shrink)
+        return draft
 
-    def _draw_draft(self, scene: CanvasScene, draft: Draft) -> None:
-        """Draw desk, picture and marks."""
+    def _draw_draft(self, scene: CanvasScene, draft: Draft, part: Box | None) -> None:
+        """Draw desk, picture and marks, in the pixels of `part` if it is given."""
         look = self._look(scene, draft.size[0])
-        draft.begin(scene)
+        draft.begin(scene, part)
         for name, nodes, box in scene.parts(draft.size):
             mesh = self._placed(name, scene, nodes)
             draft.draw(mesh, self._source_of(name, scene), box, look, names_of(scene.marks))
@@ -175,10 +206,10 @@ class Renderer:
 
     def release(self) -> None:
         """Free the GPU objects; drawing makes them anew."""
-        for held in (self._marks, self._sources, *self._meshes.values(), self._layers, self._draft):
+        for held in (self._marks, self._sources, *self._meshes.values(), self._layers, self._draft, self._bent):
             if held is not None:
                 held.release()
-        self._meshes, self._placings, self._layers, self._draft = {}, {}, None, None
+        self._meshes, self._placings, self._layers, self._draft, self._bent = {}, {}, None, None, None
 
     def _drawing(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
         """Draw the picture in linear light: the result, the picture as it was, or both.
@@ -214,54 +245,32 @@ class Renderer:
 
     def _look(self, scene: CanvasScene, width: int) -> dict[str, object]:
         """Return the uniforms of canvas.glsl and marks.glsl for a canvas so wide, and bind what they read."""
+        marks_from = float(scene.divider(width)) if scene.marks.any else NO_MARKS
+        return {"marks_from": marks_from, **self._desk(scene), **self._marks.uniforms(scene)}
+
+    def _desk(self, scene: CanvasScene) -> dict[str, object]:
+        """Return the uniforms of canvas.glsl."""
         frame = NO_FRAME
         if scene.frame is not None:
             left, top, right, bottom = (scene.in_framebuffer(np.reshape(scene.frame, (2, 2))) + 0.5).ravel()
             frame = float(left), float(top), float(right), float(bottom)
         dark, light = scene.palette.checks
         return {
-            "marks_from": float(scene.divider(width)) if scene.marks.any else NO_MARKS,
             "frame": frame,
-            "check_px": CHECK_PX * scene.pixel_ratio,
+            "check_px": CHECK_PX * scene.pixel_ratio / scene.shrink,
             "desk": _linear(scene.palette.desk),
             "check_dark": _linear(dark),
             "check_light": _linear(light),
-            **self._marks.uniforms(scene),
         }
 
-    def _show(self, drawn: CanvasLayers | Draft, desk: Color, viewport: Rectangle, shrink: int) -> None:
-        """Copy what was drawn to the window; around it is desk."""
-        context, before = self._context, self._context.viewport
-        left, top, right, bottom = drawn.bounds
-        corner = viewport[0] + left * shrink, viewport[1] + viewport[3] - bottom * shrink
-        place = (*corner, (right - left) * shrink, (bottom - top) * shrink)
-        for strip in around(place, viewport):
-            context.detect_framebuffer().clear(*desk, viewport=strip)
-        if left < right and top < bottom:
-            width, height = drawn.shown.size
-            context.viewport = place
-            context.scissor = viewport
-            drawn.shown.texture.use(0)
-            shown = left / width, top / height, right / width, bottom / height
-            self._programs.fullscreen("show.frag", (), "show.vert", canvas=0, shown=shown)
-            context.scissor = None
-        context.viewport = before
-
-    def _layers_of(self, size: tuple[int, int]) -> CanvasLayers:
+    def _fitting(self, held: _Sized | None, make: Callable[[moderngl.Context, Size], _Sized], size: Size) -> _Sized:
+        """Return what is held for canvases of a size, (w, h), made anew for another one."""
         size = max(size[0], 1), max(size[1], 1)
-        if self._layers is None or self._layers.picture.size != size:
-            if self._layers is not None:
-                self._layers.release()
-            self._layers = CanvasLayers(self._context, size)
-        return self._layers
-
-    def _draft_of(self, size: tuple[int, int]) -> Draft:
-        size = max(size[0], 1), max(size[1], 1)
-        if self._draft is None or self._draft.size != size:
-            if self._draft is not None:
-                self._draft.release()
-            self._draft = Draft(self._context, size)
-        return self._draft
+        if held is not None and held.size == size:
+            return held
+        if held is not None:
+            held.release()
+        return make(self._context, size)
 
     def _source_of(self, name: str, scene: CanvasScene) -> Source:
         """Return what the part called `name` is drawn from."""
@@ -269,10 +278,11 @@ class Renderer:
 
     def _placed(self, name: str, scene: CanvasScene, nodes: Points) -> MeshBuffers:
         """Return the mesh of the part called `name` with its `nodes` in place."""
-        key, seen = (name, scene.draft), (scene.rest, nodes, scene.view, scene.pixel_ratio)
+        rest = scene.before_rest if name == "before" and scene.before_rest is not None else scene.rest
+        key, seen = (name, scene.draft), (rest, nodes, scene.view, scene.pixel_ratio / scene.shrink)
         if not _says_same(seen, self._placings.get(key)):
             positions = scene.in_framebuffer(nodes)
-            self._mesh_of(name, scene, positions).place(scene.rest, positions)
+            self._mesh_of(name, scene, positions).place(rest, positions)
             self._placings[key] = seen
         return self._meshes[key]
 
@@ -297,6 +307,16 @@ def _exhaust(steps: Iterator[None]) -> None:
     """Take all steps at once."""
     for _ in steps:
         pass
+
+
+def _shrunk(box: Box, shrink: int) -> Box:
+    """Return the pixels that cover `box` in what is drawn `shrink` times smaller."""
+    return box[0] // shrink, box[1] // shrink, -(-box[2] // shrink), -(-box[3] // shrink)
+
+
+def _common(a: Box, b: Box) -> Box:
+    """Return the part that two boxes share; its sides may be the wrong way round."""
+    return max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), min(a[3], b[3])
 
 
 def _rectangle(box: Box, size: tuple[int, int]) -> Rectangle:

@@ -56,6 +56,15 @@ class MarkColours:
 
 
 @dataclass(frozen=True, eq=False)
+class Beneath:
+    """What a regrown picture was regrown from: a picture, and where its places are without that."""
+
+    image: Image
+    rest: Points
+    """Nodes (R, C, 2) in pixels of the picture."""
+
+
+@dataclass(frozen=True, eq=False)
 class CanvasScene:
     """One frame of the canvas."""
 
@@ -85,18 +94,30 @@ class CanvasScene:
     """A texture laid on the cloth in `image`."""
     before: Image | None = None
     """The picture as it was, of the size of `image`; None where that is `image`."""
+    before_rest: Points | None = None
+    """Nodes (R, C, 2) of `before` that lie where those of the result do; None where it lies as it was."""
+    beneath: Beneath | None = None
+    """None where nothing is regrown."""
+    shrink: int = 1
+    """It is drawn so many times smaller than the framebuffer."""
+
+    @property
+    def plain(self) -> Beneath:
+        """The picture and its nodes, without what was regrown."""
+        return self.beneath or Beneath(self.image, self.rest)
 
     def in_framebuffer(self, points: Points) -> Points:
         """Return canvas positions in framebuffer pixels, centres at integers.
 
         Where a canvas pixel is a whole number of framebuffer pixels, their borders are made to coincide, which moves
-        the picture by half a pixel at most: at 100 % the pixels of the file are those of the screen.
+        the picture by half a pixel at most: at 100 % the pixels of the file are those of the screen. What is drawn
+        smaller lies in the same place.
         """
         zoom = self.view.zoom * self.pixel_ratio
         corner = np.asarray(self.view.pan) * self.pixel_ratio - zoom / 2
-        if abs(zoom - round(zoom)) < 1e-6 and zoom > 0.5 and not self.draft:
+        if abs(zoom - round(zoom)) < 1e-6 and zoom > 0.5:
             corner = np.round(corner)
-        positions: Points = (points + 0.5) * zoom + corner - 0.5
+        positions: Points = ((points + 0.5) * zoom + corner) / self.shrink - 0.5
         return positions
 
     def divider(self, width: int) -> int:
@@ -108,7 +129,7 @@ class CanvasScene:
         width, height = size
         divider = self.divider(width)
         parts = [
-            ("before", self.rest, (0, 0, divider, height)),
+            ("before", self.rest if self.before_rest is None else self.warped, (0, 0, divider, height)),
             ("result", self.warped, (divider, 0, width, height)),
         ]
         return [part for part in parts if part[2][0] < part[2][2]]
@@ -141,9 +162,10 @@ class CanvasScene:
             other is not None
             and self.image is other.image
             and self.before is other.before
+            and self.before_rest is other.before_rest
             and self.rest is other.rest
             and self.warped is other.warped
-            and self.draft == other.draft
+            and (self.draft, self.shrink) == (other.draft, other.shrink)
             and (
                 self.dressing is other.dressing
                 or (self.dressing is not None and self.dressing.looks_like(other.dressing))

@@ -1,4 +1,4 @@
-"""Which part of the canvas a stroke of the brush changes: the rest of it is kept."""
+"""Which part of the canvas a stroke of the brush, or a drag, changes: the rest of it is kept."""
 
 from dataclasses import replace
 
@@ -6,12 +6,14 @@ import numpy as np
 
 from app.render.scene import CanvasScene
 from app.render.sources.source import Box
-from core.arrays import Bools, Bytes
+from core.arrays import Bools, Bytes, Points
 
 MARGIN_PX = 2.0
 """What is blended reaches so far beyond its place, in pixels of the canvas."""
 MASK_MARGIN_PX = 16.0
 """And so far in pixels of the picture, whose mask may be kept smaller."""
+STILL_PX = 0.125
+"""What moves by less, in framebuffer pixels, is not seen to move."""
 
 
 def touched_by_painting(scene: CanvasScene, before: CanvasScene | None) -> Box | None:
@@ -21,15 +23,56 @@ def touched_by_painting(scene: CanvasScene, before: CanvasScene | None) -> Box |
     """
     if before is None or scene.mask is None or before.mask is None or not scene.shows_same_picture(before):
         return None
+    marks = _nodes_of_marks(scene, before)
+    return None if marks is None else _box_around(marks, scene)
+
+
+def touched_by_moving(scene: CanvasScene, before: CanvasScene | None) -> Box | None:
+    """Return the same where the map differs, too: what moves by less than `STILL_PX` looks as before.
+
+    Of a regrown picture, what it was regrown from is compared.
+    """
+    if before is None:
+        return None
+    now, then = scene.plain, before.plain
+    if not replace(scene, image=now.image).fills_same_place(replace(before, image=then.image)):
+        return None
+    if (
+        scene.before_rest is not before.before_rest
+        or now.rest.shape != then.rest.shape
+        or scene.dressing is not before.dressing
+    ):
+        return None
+    marks = _nodes_of_marks(scene, before)
+    if marks is None:
+        return None
+    moved = _moved(now.rest, then.rest, scene) | _moved(scene.warped, before.warped, scene)
+    return _box_around(_corners(_any_corner(moved | marks)), scene, before)
+
+
+def _moved(now: Points, then: Points, scene: CanvasScene) -> Bools:
+    """Return which nodes (R, C) are seen to move."""
+    if now is then:
+        return np.zeros(now.shape[:2], bool)
+    return np.asarray((np.abs(now - then) * (scene.view.zoom * scene.pixel_ratio) > STILL_PX).any(axis=-1))
+
+
+def _nodes_of_marks(scene: CanvasScene, before: CanvasScene) -> Bools | None:
+    """Return the nodes (R, C) of all quads whose mask, its colour or fold differs; None where other marks differ."""
     same_shapes = _shape(scene.folded) == _shape(before.folded) and _shape(scene.owners) == _shape(before.owners)
     alike = replace(scene, mask=before.mask, folded=before.folded, owners=before.owners)
-    if not (same_shapes and alike.shows_same_marks(before)):
+    if not (same_shapes and (scene.mask is None) == (before.mask is None) and alike.shows_same_marks(before)):
         return None
-    nodes = _nodes_of_mask(scene, before) | _nodes_of_folds(scene, before) | _nodes_of_owners(scene, before)
+    return _nodes_of_mask(scene, before) | _nodes_of_folds(scene, before) | _nodes_of_owners(scene, before)
+
+
+def _box_around(nodes: Bools, *scenes: CanvasScene) -> Box:
+    """Return the framebuffer pixels that hold `nodes` (R, C) in all `scenes`, and what is blended beside them."""
     if not nodes.any():
         return 0, 0, 0, 0
-    sides = [scene.warped[nodes], scene.rest[nodes]] if scene.compare == "split" else [scene.warped[nodes]]
-    places = scene.in_framebuffer(np.concatenate(sides))
+    sides = [scene.warped[nodes] for scene in scenes]
+    sides += [scenes[0].rest[nodes]] if scenes[0].compare == "split" else []
+    places = scenes[0].in_framebuffer(np.concatenate(sides))
     left, top = np.floor(places.min(axis=0) - MARGIN_PX).astype(int).tolist()
     right, bottom = np.ceil(places.max(axis=0) + MARGIN_PX).astype(int).tolist()
     return left, top, right, bottom
@@ -37,7 +80,8 @@ def touched_by_painting(scene: CanvasScene, before: CanvasScene | None) -> Box |
 
 def _nodes_of_mask(scene: CanvasScene, before: CanvasScene) -> Bools:
     """Return the nodes (R, C) of every quad in which the mask differs."""
-    assert scene.mask is not None
+    if scene.mask is None or scene.mask is before.mask:
+        return np.zeros(scene.rest.shape[:2], bool)
     quads = np.zeros((scene.rest.shape[0] - 1, scene.rest.shape[1] - 1), bool)
     x, y = np.moveaxis(scene.rest, -1, 0)
     for (left, top, right, bottom), _ in scene.mask.changed_boxes(before.mask):

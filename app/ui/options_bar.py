@@ -65,6 +65,7 @@ TOOL_ACTIONS = {
         "overlay.find",
     ),
     "brush in retexture": (
+        "retexture.paint_regrow",
         "retexture.paint_matte",
         "retexture.paint_source_mask",
         "mask.fit",

@@ -183,6 +183,10 @@ class Outline:
         return top, right, bottom, left
 
 
+UNSAID = 127
+"""Grey level of `Document.regrow` where the artist has said nothing."""
+
+
 @dataclass(frozen=True, eq=False)
 class Document:
     """Inputs only; arrays inside are read-only. An edit that changes nothing returns the document itself."""
@@ -209,6 +213,8 @@ class Document:
     """The picture's size; over 127 is where texture may be regrown. None, or nothing painted, for everywhere."""
     source_mask: Raster | None = None
     """The picture's size; over 127 is where texture may be taken from. None, or nothing painted, for everywhere."""
+    regrow: Raster | None = None
+    """The picture's size; 255 where texture is regrown whatever is found, 0 where it is not, `UNSAID` elsewhere."""
     mode: Mode = "warp"
     """The mode of the last edit, whose result an export shows."""
     warp_map: WarpMap | None = None
@@ -242,16 +248,20 @@ class Document:
             return self
         return replace(self, **changes)  # type: ignore[arg-type]
 
+    @property
+    def retexture_masks(self) -> dict[str, Raster | None]:
+        """What bounds Retexture, by name."""
+        return {"matte": self.matte, "source_mask": self.source_mask, "regrow": self.regrow}
+
     def with_image(self, image: Image) -> "Document":
         """Return the document with another picture; what was done keeps its places, the masks are stretched."""
         size = image.size_px
-        matte, source_mask = (part and part.resized(*size) for part in (self.matte, self.source_mask))
+        masks = {name: part and part.resized(*size) for name, part in self.retexture_masks.items()}
         return self.changed(
             image=image,
             mask=self.mask.resized(*size),
             numbers=self.numbers and self.numbers.resized(*size, blends=False),
-            matte=matte,
-            source_mask=source_mask,
+            **masks,
             cloth=self.cloth.resized(*size),
         )
 

@@ -91,7 +91,7 @@ def _document(path: Path, members: Members) -> Document:
         raise InputError(f"{path}: damaged project: {fault}") from fault
     except OSError as fault:
         raise InputError(f"{path}: cannot be unpacked: {(fault.strerror or str(fault)).lower()}") from fault
-    for name in ("mask", "numbers", "matte", "source_mask"):
+    for name in ("mask", "numbers", *document.retexture_masks):
         mask = getattr(document, name)
         if mask is not None and (mask.width_px, mask.height_px) != document.size_px:
             raise InputError(f"{path}: damaged project: the {name} has another size than the picture")

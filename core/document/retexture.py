@@ -180,6 +180,7 @@ def found(document: Document) -> Job[Retexture]:
             linear=document.image.linear,
             matte=bound(document.matte),
             source_mask=bound(document.source_mask),
+            regrow=None if document.regrow is None else document.regrow.array,
         )
     )
 

@@ -12,7 +12,7 @@ from core.progress import Job, Progress, part
 from core.retexture.defaults import VARIETY
 from core.retexture.deformation import diffusion
 from core.retexture.long_edges import find_long_edges, passes
-from core.retexture.region import Region
+from core.retexture.region import Region, Wishes
 from core.retexture.result import Retexture, plain_place
 from core.retexture.retract import retract
 from core.retexture.sampling import Kernel, read
@@ -69,18 +69,21 @@ def retexture(
     linear: bool = False,
     matte: Bytes | None = None,
     source_mask: Bytes | None = None,
+    regrow: Bytes | None = None,
     previews: bool = True,
 ) -> Job[Retexture]:
     """Move feature curves of a picture (H, W, C) and regrow the texture along them.
 
     Each preview is a `Retexture` too: the plain deformation, the coarse result, then better ones; without `previews`
     none but the first is made. `matte` (H, W), over 127, bounds where the result may differ from the plain
-    deformation, `source_mask` where texture is taken from.
+    deformation, `source_mask` where texture is taken from. Where `regrow` (H, W) is over 191 texture is regrown, and
+    under 64 it is not, whatever would be found.
     Raises `InputError` for curves or masks that cannot be used.
     """
     settings = settings or Settings()
     shape = pixels.shape[0], pixels.shape[1]
     check(shape, curves, matte, source_mask)
+    wishes = Wishes.of(matte, regrow)
     patch = settings.patch_for(*shape)
     watch = Stopwatch("diffuse", "coordinates", "search", "seams", "blend")
     with watch.measure("diffuse"):
@@ -92,21 +95,23 @@ def retexture(
         reach = settings.reach_px or usual_reach(found)
         edges = find_long_edges(picture, pieces, patch, reach) if settings.long_edges else []
         edges = [edge for edge in edges if not passes(edge, settings.left_out, patch.rib)]
-        scene = prepare(pieces, found, picture, patch, reach, matte, edges)
+        scene = prepare(pieces, found, picture, patch, reach, wishes, edges)
         found = replace(found, compression=scene.way.compression, edges=tuple(edges))
         usable = None if source_mask is None else source_mask > 127
-        rough = cut_back(lay(sparser(scene, patch), scene.area, found), found, picture, usable) if previews else None
+        asked = wishes.regrown
+        rough = lay(sparser(scene, patch), scene.area, found) if previews else None
+        rough = rough and cut_back(rough, found, picture, usable, asked)
     yield Progress(0.15, "laying patches", rough)
     # Not kept: a picture's worth of places is a hundred megabytes for a large one.
     del rough
     painter, work = begin(picture, scene, found, usable, settings, watch)
     work = part(work, 0.15, 1.0)
-    yield from with_previews(work, found, painter, usable) if previews else work
+    yield from with_previews(work, found, painter, usable, asked) if previews else work
     canvas, found = painter.canvas, replace(found, origins=tuple(painter.origins), candidates=painter.candidates)
     # Of a large picture, what patches are laid by takes as much memory as what follows.
     del painter, work, scene
     with watch.measure("seams"):
-        retract(canvas, picture, found.place, usable)
+        retract(canvas, picture, found.place, usable, asked)
     return finish(found, canvas, watch)
 
 
@@ -155,7 +160,12 @@ def finish(plain: Retexture, canvas: GrownPicture, watch: Stopwatch) -> Retextur
 
 
 def cut_back(
-    preview: Retexture, plain: Retexture, picture: Singles, usable: Bools | None, seams: Singles | None = None
+    preview: Retexture,
+    plain: Retexture,
+    picture: Singles,
+    usable: Bools | None,
+    asked: Bools | None,
+    seams: Singles | None = None,
 ) -> Retexture:
     """Return a preview that shows the plain deformation again where that costs less, see `retract`.
 
@@ -165,17 +175,19 @@ def cut_back(
     canvas = GrownPicture(read(picture, preview.place, Kernel.CUBIC), preview.place, must=nowhere, may=~nowhere)
     canvas.label = preview.label.copy()
     canvas.seams = canvas.seams if seams is None else seams.copy()
-    retract(canvas, picture, plain.place, usable)
+    retract(canvas, picture, plain.place, usable, asked)
     return replace(preview, place=canvas.place, label=canvas.label)
 
 
-def with_previews(work: Job[None], plain: Retexture, painter: Painter, usable: Bools | None) -> Job[None]:
+def with_previews(
+    work: Job[None], plain: Retexture, painter: Painter, usable: Bools | None, asked: Bools | None
+) -> Job[None]:
     """Run `work` and show the painter's canvas whenever a stage of it is done, as far as it will stay."""
     stage, canvas = "", painter.canvas
     for step in work:
         if stage and step.note != stage:
             shown = replace(plain, place=canvas.place, label=canvas.label, origins=tuple(painter.origins))
-            step = replace(step, preview=cut_back(shown, plain, painter.picture, usable, canvas.seams))
+            step = replace(step, preview=cut_back(shown, plain, painter.picture, usable, asked, canvas.seams))
         stage = step.note
         yield step
 

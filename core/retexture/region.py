@@ -40,6 +40,27 @@ BAND = 128
 """Rows worked on at a time."""
 RIM_PX = 12
 """Width of the rim in which the seam between both may run."""
+ASKED, REFUSED = 191, 64
+"""Grey levels over which, or under which, the artist has painted that texture is regrown, or is not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wishes:
+    """What the artist has painted: masks over the picture (H, W), None where that is nothing."""
+
+    regrown: Bools | None = None
+    """Texture is regrown here, whatever is found."""
+    allowed: Bools | None = None
+    """And nowhere but here."""
+
+    @classmethod
+    def of(cls, matte: Bytes | None, regrow: Bytes | None) -> "Wishes":
+        """Return what a matte and a raster of more or less say (H, W): over 127, and by `ASKED` and `REFUSED`."""
+        allowed = None if matte is None else matte > 127
+        if regrow is None:
+            return cls(None, allowed)
+        kept = regrow >= REFUSED
+        return cls(regrow > ASKED, kept if allowed is None else kept & allowed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,14 +118,15 @@ def region(
     sizes: Sizes,
     landmarks: Bools,
     *,
-    matte: Bytes | None = None,
+    wishes: Wishes | None = None,
 ) -> Region:
     """Return where to regrow texture: near the target curves, as far as the deformation is not rigid.
 
     Farther off, too, where it stretches much. And wherever the deformed picture has no `detail` (H, W) that would show
     its strain, there is nothing to regrow, but close to a curve: a seam, or an edge that is bent anew, would show more.
-    The deformation stands where it shows `landmarks` (H, W).
+    The deformation stands where it shows `landmarks` (H, W). The `wishes` of the artist go before all of that.
     """
+    wishes = wishes or Wishes()
     reach_px, edge_px = sizes.reach_px, sizes.edge_px
     strain = grid.at_pixels(_smooth(distortion(grid, field), SMOOTH_PX / grid.step)[..., None])[..., 0]
     distance = _distance(curves, grid.shape)
@@ -114,10 +136,13 @@ def region(
     texture = detail > np.where(apart.missing, CLEAR, np.clip(SEEN / np.maximum(strain, 1e-3), CONTRAST, CLEAR))
     must = (near | far) & aside & texture | (distance < edge_px) & (strain > CALM)
     must = _clean(must, min(SPECK_PX, edge_px / 2))
-    may = _away_from(must) <= RIM_PX
     allowed = ~_kept(landmarks, strain)
-    if matte is not None:
-        allowed &= matte > 127
+    if wishes.regrown is not None:
+        must |= wishes.regrown
+        allowed |= wishes.regrown
+    may = _away_from(must) <= RIM_PX
+    if wishes.allowed is not None:
+        allowed &= wishes.allowed
     may &= allowed
     must &= _away_from(~allowed) > RIM_PX / 2
     depth = cv2.distanceTransform(np.pad(may, 1, mode="edge").astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]

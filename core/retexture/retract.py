@@ -14,11 +14,14 @@ BAND = 128
 """Rows worked on at a time."""
 
 
-def retract(canvas: GrownPicture, picture: Singles, plain: Singles, usable: Bools | None) -> None:
+def retract(
+    canvas: GrownPicture, picture: Singles, plain: Singles, usable: Bools | None, asked: Bools | None = None
+) -> None:
     """Let a canvas show the plain deformation again wherever that costs less than what was regrown.
 
     `plain` (H, W, 2) are the places of the `picture` (H, W, c) that the deformation shows. Where these lie outside the
-    picture, or not where it is `usable` (H, W), what was regrown stays; None is for everywhere.
+    picture, or not where it is `usable` (H, W; None for everywhere), what was regrown stays, and so it does where that
+    was `asked` for (H, W; None for nowhere).
     """
     if not (canvas.label > 0).any():
         return
@@ -34,6 +37,8 @@ def retract(canvas: GrownPicture, picture: Singles, plain: Singles, usable: Bool
     allowed = within(np.rint(place), canvas.label.shape)
     if usable is not None:
         allowed &= usable.reshape(-1)[nearest(place, usable.shape)]
+    if asked is not None:
+        allowed &= ~asked[window][regrown]
     colour = read(picture, place, Kernel.CUBIC)
     canvas.merge(cover, np.zeros(len(pixel), np.int32), colour, place, allowed, (costs[0][regrown], costs[1][regrown]))
 

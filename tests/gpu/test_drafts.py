@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from app.model.spaces import View
-from app.render.scene import CanvasScene, MarkOptions
-from core.arrays import Bytes, Ints
+from app.render.scene import Beneath, CanvasScene, MarkOptions
+from core.arrays import Bytes, Ints, Points, Singles
 from core.imaging.images import Image
 from core.rasters.raster import Raster
 from tests.gpu import scenes
@@ -30,11 +30,16 @@ class Screen(Surface):
         return super().shot(scene)[::-1]
 
     def draft(self, scene: CanvasScene) -> Bytes:
-        """Return what is seen of `scene` while it moves."""
-        self.shot(scene)
+        """Return what is seen of `scene` while all of it may move: it is another picture than the last."""
+        self.rest(scene)
+        return self.shot(replace(scene, image=Image(scene.image.pixels.copy()), draft=True))
+
+    def rest(self, scene: CanvasScene) -> Bytes:
+        """Return what is seen of `scene` at its best."""
+        shot = self.shot(scene)
         while self.renderer.is_refining:
-            self.shot(scene)
-        return self.shot(replace(scene, warped=scene.warped + 0.0, draft=True))
+            shot = self.shot(scene)
+        return shot
 
     def close(self) -> None:
         self.renderer.release()
@@ -131,6 +136,81 @@ def test_what_leaves_the_frame_and_the_window_is_drawn(slow: Screen, fast: Scree
     best = fast.shot(far)
     assert np.quantile(apart(slow.draft(far), best), 0.9) <= 8
     assert not (best == best[0, 0]).all(axis=-1)[:, :20].all()
+
+
+def fine(seed: int) -> Image:
+    """Make a picture of blots of a few pixels, which a draft shows less sharp."""
+    noise = np.random.default_rng(seed).normal(size=(180, 260, 3)).astype(np.float32)
+    return Image(np.clip(128 + 500 * cv2.GaussianBlur(noise, (0, 0), 1.5), 0, 255).astype(np.uint8))
+
+
+@pytest.mark.parametrize("compare", ["result", "split"])
+def test_what_stands_still_stays_at_its_best_while_the_rest_moves(slow: Screen, compare: str) -> None:
+    scene = a_scene(image=fine(1), compare=compare)
+    best = slow.rest(scene)
+    shift = np.zeros_like(scene.warped)
+    shift[:, 100:, 1] = 5.0
+    moved = replace(scene, warped=scene.warped + shift, draft=True)
+    shot, all_draft = slow.shot(moved), slow.draft(replace(moved, draft=False))
+    still = scene.warped[:, :99, 0].max() * 0.93 + 31.5 - 12
+    assert np.array_equal(shot[:, : int(still)], best[:, : int(still)])
+    assert (apart(best, all_draft)[:, : int(still)] > 20).mean() > 0.2
+    right = np.s_[60:160, int(still) + 40 : 250]
+    after = slow.rest(replace(moved, draft=False))
+    assert (apart(shot, best)[right] > 20).mean() > 0.2
+    assert apart(shot, after)[right].mean() < 0.3 * apart(all_draft, after)[right].mean(), "it is bent, not drawn anew"
+
+
+def test_what_was_not_seen_before_is_drawn_anew(slow: Screen) -> None:
+    scene = a_scene(image=fine(1), view=View(3.0, (-100.0, -80.0), (WIDTH, HEIGHT)))
+    slow.rest(scene)
+    moved = replace(scene, warped=scene.warped + [15.0, 0.0])
+    assert np.array_equal(slow.shot(replace(moved, draft=True)), slow.draft(moved))
+
+
+def test_folds_and_heat_follow_the_map_while_it_moves(slow: Screen) -> None:
+    folded = np.zeros((90, 130), bool)
+    folded[20:40, 20:40] = True
+    for marks, folds in ((MarkOptions(folds=True), folded), (MarkOptions(heat="area"), np.zeros_like(folded))):
+        scene = a_scene(marks=marks, folded=np.zeros_like(folded))
+        slow.rest(scene)
+        moved = replace(scene, warped=scene.warped + 9.0, folded=folds)
+        assert np.array_equal(slow.shot(replace(moved, draft=True)), slow.draft(moved))
+
+
+def test_what_was_regrown_is_bent_along_where_its_curve_is_dragged(slow: Screen) -> None:
+    flat, source = a_scene().rest, a_scene(image=fine(1))
+    y, x = np.moveaxis(flat[..., ::-1], -1, 0)
+    held = np.sin(np.pi * (x + 0.5) / 260) * np.sin(np.pi * (y + 0.5) / 180)
+    pulled = flat + 16 * held[..., None] * np.stack([np.sin(x / 40), np.cos(y / 50)], axis=-1)
+    shown = replace(source, image=fine(2), warped=flat, beneath=Beneath(source.image, pulled))
+    slow.rest(shown)
+    further = flat + 1.8 * (pulled - flat)
+    shot = slow.shot(replace(source, rest=further, warped=flat, draft=True))
+    # The regrown picture of before is what the deformation so far takes back to places of the source.
+    once = flat + cv2.remap((flat - pulled).astype(np.float32), *grid_places(further), cv2.INTER_LINEAR)
+    for _ in range(30):
+        there = cv2.remap((pulled - flat).astype(np.float32), *grid_places(once), cv2.INTER_LINEAR)
+        once = further - there
+    expected = slow.rest(replace(source, image=fine(2), rest=once, warped=flat))
+    inside = np.s_[30:180, 45:255]
+    assert apart(shot, expected)[inside].mean() < 0.5 * apart(shot, slow.rest(shown))[inside].mean()
+
+
+def grid_places(places: Points) -> tuple[Singles, Singles]:
+    """Return places of the picture as fractions of the grid's columns and rows."""
+    share = ((places + 0.5) * (130 / 260, 90 / 180)).astype(np.float32)
+    return share[..., 0], share[..., 1]
+
+
+def test_a_draft_lies_where_the_picture_at_its_best_does(slow: Screen) -> None:
+    pixels = np.repeat(np.clip(4 * np.arange(260) - 400, 0, 255)[None, :, None], 180, axis=0).repeat(3, axis=2)
+    flat = a_scene().rest
+    scene = a_scene(
+        image=Image(pixels.astype(np.uint8)), rest=flat, warped=flat, view=View(1.0, (7.9, 5.4), (WIDTH, HEIGHT))
+    )
+    best, draft = slow.rest(scene)[60:120, 125:160].astype(float), slow.draft(scene)[60:120, 125:160]
+    assert abs((best - draft).mean()) / 4.0 < 0.1  # px, on a slope of four levels each
 
 
 @pytest.mark.parametrize("zoom", [0.4, 1.0])

@@ -37,19 +37,22 @@ class Draft:
         self.drawn: CanvasScene | None = None
         """What `shown` shows."""
         self.bounds: Box = (0, 0, 0, 0)
-        """The pixels outside which there is nothing but desk."""
+        """The pixels outside which there is nothing but desk, or nothing is drawn."""
+        self._part: Box | None = None
         self._place = gpu.Offscreen(context, size, "f4")
         self._shape = gpu.Offscreen(context, size, "f2")
         self._places = context.framebuffer([self._place.texture, self._shape.texture])
         self._programs = programs_of(context)
 
-    def shows(self, scene: CanvasScene) -> bool:
-        """Return whether `shown` shows `scene`, marks included."""
-        return scene.shows_same_picture(self.drawn) and scene.shows_same_marks(self.drawn)
+    def shows(self, scene: CanvasScene, part: Box | None) -> bool:
+        """Return whether `shown` shows that `part` of `scene`, or all where it is None, marks included."""
+        return part == self._part and scene.shows_same_picture(self.drawn) and scene.shows_same_marks(self.drawn)
 
-    def begin(self, scene: CanvasScene) -> None:
-        """Clear the desk for `scene`."""
-        self.drawn, self.bounds = scene, scene.bounds(self.size)
+    def begin(self, scene: CanvasScene, part: Box | None) -> None:
+        """Clear the desk for `scene`, of which only `part` is to be drawn, and a pixel around it."""
+        self.drawn, self._part, self.bounds = scene, part, scene.bounds(self.size)
+        if part is not None:
+            self.bounds = _common(self.bounds, (part[0] - 1, part[1] - 1, part[2] + 1, part[3] + 1))
         self.shown.clear(scene.palette.desk)
 
     def draw(self, mesh: MeshBuffers, source: Source, box: Box, look: dict[str, object], defined: Names) -> None:
@@ -57,6 +60,9 @@ class Draft:
 
         What is not loaded is shown by few texels, and loaded for a while.
         """
+        box = _common(box, self.bounds)
+        if box[0] >= box[2] or box[1] >= box[3]:
+            return
         touched = mesh.bounds_in(box)
         read, started = what_is_read(mesh, source, touched, DRAFT_STRETCH), time.perf_counter()
         for _ in source.loading(*read):
@@ -73,7 +79,7 @@ class Draft:
         window.texture.use(PICTURE_UNIT)
         self._place.texture.use(PLACE_UNIT)
         self._shape.texture.use(SHAPE_UNIT)
-        with self.shown.drawing(None, _rectangle(_common(box, self.bounds))):
+        with self.shown.drawing(None, _rectangle(box)):
             self._programs.fullscreen(
                 "draft.frag", ("DRAFT", *defined), place=PLACE_UNIT, shape=SHAPE_UNIT, **uniforms, **look
             )
@@ -95,8 +101,11 @@ def _common(a: Box, b: Box) -> Box:
     return left, top, max(min(a[2], b[2]), left), max(min(a[3], b[3]), top)
 
 
-def draft_stride(positions: Points) -> int:
-    """Return which nodes of a row a draft draws, from their positions (R, C, 2) in its pixels: every so manieth."""
+def draft_stride(positions: Points, cell_px: float = CELL_PX) -> int:
+    """Return which nodes of a row a draft draws, from their positions (R, C, 2) in its pixels: every so manieth.
+
+    Its cells are about `cell_px` wide, where the grid's are smaller.
+    """
     cells = positions.shape[1] - 1, positions.shape[0] - 1
     span = max(float(np.ptp(positions[..., axis])) / cells[axis] for axis in (0, 1))
-    return max(int(CELL_PX / max(span, 1e-3)), 1)
+    return max(int(cell_px / max(span, 1e-3)), 1)

@@ -100,7 +100,7 @@ def _look(scene: CanvasScene) -> dict[str, object]:
         "grid_fade": fade,
         "mask_colors": _table(scene),
         "before_mask": float(scene.compare == "split" and marks.mask and scene.mask is not None),
-        "line_px": max(1.0, scene.pixel_ratio),
+        "line_px": max(1.0, scene.pixel_ratio / scene.shrink),
     }
 
 

@@ -148,8 +148,9 @@ class CanvasWidget:
         elif self.editor.unwarped.is_shown:
             self._badge(sheet, "As it was, to paint on  ·  J shows the result", area.x + area.width / 2, 0.5)
         else:
-            self._badge(sheet, "Before", divider - em(0.8), 1.0)
-            self._badge(sheet, "After", divider + em(0.8), 0.0)
+            sides = (session.look_before, session.look) if session.mode == "retexture" else ("before", "after")
+            for side, x, share in zip(sides, (divider - em(0.8), divider + em(0.8)), (1.0, 0.0), strict=True):
+                self._badge(sheet, side.capitalize(), x, share)
 
     def _badge(self, sheet: imgui.ImDrawList, text: str, x: float, share: float) -> None:
         """Write `text` on a dark plate near the canvas's upper edge, `share` of its width to the left of `x`."""

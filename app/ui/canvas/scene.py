@@ -11,9 +11,10 @@ from app.actions.overlay import PHOTO_TOOLS
 from app.editor.editor import Editor
 from app.live.warp import Answer
 from app.marking.feature_list import feature_list
-from app.render.scene import CanvasScene, MarkColours, MarkOptions
+from app.render.scene import Beneath, CanvasScene, MarkColours, MarkOptions
 from app.render.sources.dressing import Dressing
 from app.state.preferences import Preferences
+from app.ui.canvas.regrown_tint import RegrownTint
 from app.ui.widgets import theme
 from core.arrays import Bools, Bytes, Points
 from core.document.overlay import is_changed, layers_under, pattern_of, placement_of
@@ -61,6 +62,7 @@ class Motion:
         identity."""
         self.folded: Bools | None = None
         """Which quads are folded, kept likewise."""
+        self.regrown_tint = RegrownTint()
         self._moved_at, self._rest_s = 0.0, REST_S
         self._is_busy = False
         self.is_draft = False
@@ -165,7 +167,8 @@ def _retexture_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canv
     document, session = editor.document, editor.session
     overlays, before = session.overlays, session.compare == "before"
     shown = editor.regrowth.shown(document, "original" if before else session.look)
-    mask, palette = _tinted(editor)
+    mask, palette = _tinted(editor, motion.regrown_tint)
+    beneath = None if shown.source is None else Beneath(document.image, shown.source)
     return replace(
         scene,
         image=shown.image,
@@ -177,6 +180,8 @@ def _retexture_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canv
         draft=editor.regrowth.is_moving and session.look != "original" and editor.preferences.drafts,
         palette=palette,
         before=document.image,
+        before_rest=editor.regrowth.shown(document, "deformed").rest if session.look_before == "deformed" else None,
+        beneath=beneath,
     )
 
 
@@ -203,7 +208,7 @@ def _overlay_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canvas
     )
 
 
-def _tinted(editor: Editor) -> tuple[Raster | None, MarkColours]:
+def _tinted(editor: Editor, tint: RegrownTint) -> tuple[Raster | None, MarkColours]:
     """Return what is laid over the picture, and in which colours: what is regrown, seams, or what the brush paints.
 
     The matte lies on the result and stays where it is; where texture is taken from lies on the original only.
@@ -213,10 +218,15 @@ def _tinted(editor: Editor) -> tuple[Raster | None, MarkColours]:
     if stage is not None and session.look != "original":
         if overlays.seams:
             return stage.seams, replace(PALETTE, mask=_shade(theme.ACCENT, 0.8))
-        if overlays.regrown:
-            return stage.regrown, replace(PALETTE, mask=_shade(theme.TARGET, 0.45))
         if overlays.compression:
             return stage.compression, replace(PALETTE, mask=_shade(theme.FOLD, 0.8))
+    if session.look != "original" and (
+        overlays.regrown or (session.painted == "regrow" and editor.tool.marks and overlays.mask)
+    ):
+        regrown = None if stage is None else stage.regrown
+        return tint.of(regrown, document.regrow), replace(PALETTE, mask=_shade(theme.TARGET, 0.45))
+    if session.painted == "regrow":
+        return None, PALETTE
     if session.painted == "matte":
         raster = document.matte
     else:

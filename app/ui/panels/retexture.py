@@ -6,6 +6,7 @@ from typing import Literal, cast
 
 from imgui_bundle import imgui
 
+from app.actions.retexture import show_look
 from app.actions.table import ActionTable
 from app.editor.curve_kinds import FEATURE
 from app.editor.editor import Editor
@@ -112,7 +113,7 @@ class RetexturePanel:
         editor, session = self._editor, self._editor.session
         look = segments("look", LOOKS, session.look)
         if look is not None:
-            editor.show(look=cast("Look", look), compare="result")
+            show_look(editor, cast("Look", look))
         with_curves = moves(editor.document)
         if editor.regrowth.is_running:
             if plain_button("Cancel", 8):
@@ -223,7 +224,7 @@ class RetexturePanel:
 
     def _draw_masks(self) -> None:
         faint("Paint with the brush (B). Nothing painted means everywhere.")
-        for name in ("matte", "source_mask"):
+        for name in ("regrow", "matte", "source_mask"):
             actions = [self._table.by_name[f"retexture.{verb}_{name}"] for verb in ("paint", "clear")]
             action_buttons(self._editor, actions)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Bytes, Floats, Ints, Points, Singles
+from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.curves.fitting import fit
@@ -15,7 +15,7 @@ from core.linalg.nearest import Nearest
 from core.retexture.deformation import diffusion
 from core.retexture.deformation.coordinates import DirectionField, SpineCurves
 from core.retexture.deformation.diffusion import Diffusion
-from core.retexture.region import Apart, Region, Sizes, contrast, region
+from core.retexture.region import Apart, Region, Sizes, Wishes, contrast, region
 from core.retexture.result import Retexture
 from core.retexture.saliency import landmarks
 from core.retexture.sampling import Kernel, read
@@ -50,7 +50,7 @@ def prepare(
     picture: Singles,
     patch: PatchShape,
     reach_px: float,
-    matte: Bytes | None,
+    wishes: Wishes | None,
     edges: Sequence[Curve] = (),
 ) -> RetextureScene:
     """Return the scene of drawn curves in `pieces`, with texture regrown as far as `reach_px` from their targets.
@@ -69,7 +69,7 @@ def prepare(
         between = apart(beside, nearest, lost, missing, plain)
     sizes = Sizes(reach_px, 1.5 * patch.rib, patch.search_along)
     area = region(
-        plain.grid, plain.field, SpineCurves(targets[:drawn]), fine, between, sizes, stands.result(), matte=matte
+        plain.grid, plain.field, SpineCurves(targets[:drawn]), fine, between, sizes, stands.result(), wishes=wishes
     )
     # Each share of a place's source compresses as its own map does.
     near = read(area.nearness, plain.grid.nodes, Kernel.NEAREST)

@@ -84,6 +84,18 @@ def test_a_bench_of_options(scene: Path, tmp_path: Path) -> None:
     assert command(scene, "-o", tmp_path / "out.png", *options, *masks) == 0
 
 
+def test_where_the_regrow_picture_is_black_the_plain_deformation_stands(scene: Path, tmp_path: Path) -> None:
+    save(Image(np.zeros((HEIGHT, WIDTH, 1), np.uint8)), tmp_path / "black.png")
+    save(Image(np.full((HEIGHT, WIDTH, 1), 255, np.uint8)), tmp_path / "white.png")
+    report = tmp_path / "report.json"
+    for name, regrown in (("black.png", False), ("white.png", True)):
+        masks: list[str | Path] = ["--regrow", tmp_path / name, "--report", report]
+        plain = tmp_path / "plain.png"
+        assert command(scene, "-o", tmp_path / "out.png", "--deformed", plain, *masks) == 0
+        far = np.abs(load(tmp_path / "out.png").pixels.astype(int) - load(plain).pixels).max(axis=-1)
+        assert bool((far > 0).any()) is regrown
+
+
 LINE = [[5, 100], [60, 100], [150, 100], [210, 100]]
 
 
@@ -131,6 +143,7 @@ def test_bad_curves_touch_no_output(
         (["-o", "no/out.png"], "there is no folder"),
         (["-o", "out.png", "--report", "no/report.json"], "no/report.json: there is no folder"),
         (["-o", "out.png", "--matte", "black.png"], "black.png: the mask marks nothing"),
+        (["-o", "out.png", "--regrow", "grey.png"], "grey.png: the mask marks nothing"),
         (["-o", "out.png", "--source-mask", "small.png"], "small.png: the mask has 9x9 pixels"),
         (["-o", "out.png", "--also", "small.png", "-o", "more.png"], "small.png: has 9x9 pixels"),
         (["-o", "out.png", "--patch", "7"], "ALONGxACROSS"),
@@ -151,6 +164,7 @@ def test_bad_options_touch_no_output(
     monkeypatch.chdir(tmp_path)
     save(Image(np.zeros((HEIGHT, WIDTH, 1), np.uint8)), "black.png")
     save(Image(np.full((9, 9, 1), 255, np.uint8)), "small.png")
+    save(Image(np.full((HEIGHT, WIDTH, 1), 127, np.uint8)), "grey.png")
     (tmp_path / "out.png").write_bytes(b"kept")
     assert command(scene, *options) == 2
     said = capsys.readouterr().err

@@ -8,7 +8,7 @@ import pytest
 from app.actions.table import ActionTable
 from app.model.shapes import Bezier, Polyline
 from app.tools.all import TOOLS
-from core.document.document import pixels_from_places
+from core.document.document import UNSAID, pixels_from_places
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver
 from tests.app.retexture.driver import drawn, driver, moved, shown, source, target
@@ -203,6 +203,75 @@ def test_the_matte_lies_on_every_look_and_the_source_mask_on_the_original(drive:
     table.run("feature.put_back", drive.editor)
     drive.editor.edit("Put back", drive.start.changed(source_mask=drive.document.source_mask))
     assert tint() is drive.document.source_mask
+
+
+def test_one_brush_paints_more_and_less_regrown_and_the_tint_shows_it_at_once(drive: EditorDriver) -> None:
+    from app.ui.canvas.scene import Motion, scene_of
+
+    motion = Motion()
+
+    def tint() -> Raster:
+        raster = scene_of(drive.editor, 1.0, motion).mask
+        assert raster is not None
+        return raster
+
+    moved(drive)
+    drive.editor.choose_tool("brush")
+    stage = drive.editor.regrowth.stage
+    assert stage is not None
+    assert np.array_equal(tint().array, stage.regrown.array), "B shows what is regrown before anything is painted"
+    before, image = tint(), shown(drive)
+    drive.press(30, 20).move(60, 20)
+    assert drive.editor.regrowth.stage is stage, "while it is painted the result stays on the screen"
+    assert tint().array[20, 45] == 255
+    assert shown(drive) is image
+    drive.release()
+    far = (drive.document.size_px[0] - 1, drive.document.size_px[1] - 1)
+    assert tint().array[far[1], far[0]] == before.array[far[1], far[0]]
+    assert drive.labels[-1] == "Paint what is regrown"
+    assert drive.editor.regrowth.stage is not stage
+    assert (drive.editor.regrowth.stage.found.label[18:22, 34:56] > 0).all()
+    drive.key("x").drag((90, 85), (110, 85))
+    assert drive.document.regrow is not None
+    assert not drive.editor.regrowth.stage.found.label[drive.document.regrow.array < 64].any()
+    assert tint().array[85, 100] == 0
+    ActionTable(TOOLS).run("mask.clear", drive.editor)
+    assert (drive.document.regrow.array == UNSAID).all()
+    drive.undo()
+    ActionTable(TOOLS).run("retexture.clear_regrow", drive.editor)
+    assert drive.document.regrow is None
+
+
+def test_a_selection_says_what_is_regrown_and_leaves_the_rest_open(drive: EditorDriver) -> None:
+    moved(drive)
+    drive.tool("rectangle").drag((20, 15), (60, 30))
+    assert drive.document.regrow is not None
+    values = drive.document.regrow.array
+    assert values[22, 40] == 255
+    assert values[60, 100] == UNSAID
+    drive.drag((20, 15), (40, 30), alt=True)
+    assert drive.document.regrow.array[22, 30] == 0
+    assert drive.document.regrow.array[22, 50] == 255
+
+
+def test_deformed_and_original_are_wiped_over_the_result(drive: EditorDriver) -> None:
+    from app.ui.canvas.scene import Motion, scene_of
+
+    moved(drive)
+    table, motion = ActionTable(TOOLS), Motion()
+    assert table.run("look.beside.deformed", drive.editor)
+    scene = scene_of(drive.editor, 1.0, motion)
+    assert (scene.compare, drive.editor.session.look) == ("split", "retextured")
+    assert scene.before is drive.document.image
+    assert scene.before_rest is not None
+    assert np.array_equal(scene.before_rest, drive.editor.regrowth.shown(drive.document, "deformed").rest)
+    assert scene.image is not drive.document.image
+    assert table.run("look.deformed", drive.editor)
+    assert drive.editor.session.compare == "split", "a look is chosen right of the divider"
+    assert table.run("look.beside.original", drive.editor)
+    assert scene_of(drive.editor, 1.0, motion).before_rest is None
+    table.run("look.beside.original", drive.editor)
+    assert scene_of(drive.editor, 1.0, motion).compare == "result"
 
 
 def test_who_takes_the_tracer_sees_the_original(drive: EditorDriver) -> None:

@@ -115,6 +115,20 @@ def test_a_matte_bounds_what_changes() -> None:
     assert not found.label[:, 110:].any()
 
 
+def test_what_is_painted_as_regrown_or_not_is() -> None:
+    free = run(retexture(stripes(), bent()))
+    wish = np.full((HEIGHT, WIDTH), 127, np.uint8)
+    wish[:, :80] = 0
+    wish[165:195, 100:140] = 255
+    assert (free.label[:, :80] > 0).sum() > 500, "else it shows nothing"
+    assert not free.label[165:195, 100:140].any(), "else it shows nothing"
+    found = run(retexture(stripes(), bent(), regrow=wish))
+    assert not found.label[:, :80].any()
+    assert (found.label[167:193, 102:138] > 0).all()
+    far = np.s_[:120, 130:]
+    assert np.mean((found.label > 0)[far] == (free.label > 0)[far]) > 0.97, "elsewhere it is as it was found"
+
+
 def test_texture_is_taken_from_the_source_mask_alone() -> None:
     mask = np.zeros((HEIGHT, WIDTH), np.uint8)
     mask[:, 60:160] = 255
