@@ -27,6 +27,11 @@ class Sines:
         """What twice the value less those on both sides is to the value, at every node, for every sine."""
         return np.asarray(4 * np.sin(np.pi * np.arange(1, self.count) / (2 * self.count)) ** 2)
 
+    def split(self, places: Floats) -> tuple[Ints, Floats]:
+        """Return the cell that each of `places` (n,), in cells, is in, and which share of the cell lies before it."""
+        cell = np.clip(np.floor(places).astype(np.int64), 0, self.count - 1)
+        return cell, places - cell
+
     def between(self, cell: Ints, share: Floats) -> Floats:
         """Return all sines (n, count - 1), continued linearly from node to node, `share` (n,) into a `cell` (n,)."""
         return (1 - share)[:, None] * self._at(cell) + share[:, None] * self._at(cell + 1)
@@ -34,16 +39,9 @@ class Sines:
     def sums(self, coefficients: Floats, *, axis: int) -> Floats:
         """Return Σ c_k s_k at all nodes, k along an axis of a table of coefficients."""
         if self._is_short:
-            return _along(axis, self._matrix, coefficients)
+            return np.asarray(self._matrix @ coefficients if axis == 0 else coefficients @ self._matrix.T)
         inner = scipy.fft.dst(coefficients, type=1, axis=axis, norm="ortho")
-        return np.pad(inner, _both_ends(axis))
-
-    def cosine_sums(self, coefficients: Floats, *, axis: int) -> Floats:
-        """Return Σ c_k cos(π k x / count) at all nodes, k along an axis of a table of coefficients."""
-        if self._is_short:
-            cosines = np.cos(np.pi / self.count * self._turns(np.arange(self.count + 1)))
-            return _along(axis, cosines, coefficients)
-        return np.asarray(scipy.fft.dct(np.pad(coefficients, _both_ends(axis)), type=1, axis=axis) / 2)
+        return np.pad(inner, [(1, 1) if axis == k else (0, 0) for k in range(2)])
 
     @cached_property
     def _matrix(self) -> Floats:
@@ -54,18 +52,7 @@ class Sines:
 
     def _values(self, nodes: Ints) -> Floats:
         """Return all sines at some nodes (n, count - 1)."""
-        values = np.sqrt(2 / self.count) * np.sin(np.pi / self.count * self._turns(nodes))
+        # Whole turns are taken from k x, so that no digits are lost.
+        turns = np.outer(nodes, np.arange(1, self.count)) % (2 * self.count)
+        values = np.sqrt(2 / self.count) * np.sin(np.pi / self.count * turns)
         return np.where((nodes % self.count == 0)[:, None], 0.0, values)
-
-    def _turns(self, nodes: Ints) -> Ints:
-        """Return k x, less whole turns, so that no digits are lost."""
-        return np.outer(nodes, np.arange(1, self.count)) % (2 * self.count)
-
-
-def _along(axis: int, matrix: Floats, table: Floats) -> Floats:
-    """Return the product of a matrix with the columns of a table, or with its rows."""
-    return np.asarray(matrix @ table if axis == 0 else table @ matrix.T)
-
-
-def _both_ends(axis: int) -> list[tuple[int, int]]:
-    return [(1, 1) if axis == k else (0, 0) for k in range(2)]

@@ -1,4 +1,4 @@
-"""How a grid that nothing holds answers forces: the energy of `handle_field` with its frame free.
+"""How a grid that nothing holds answers forces: the energy of `plate` with its frame free.
 
 What handles do is smooth over a tenth of the picture, so that it is worked out on a grid of a few thousand nodes, whose
 matrix A is factorised once, and interpolated by cubics: d = U A⁻¹ (C U)ᵀ forces, with C the bilinear weights of the
@@ -13,7 +13,6 @@ from core.arrays import Floats, Ints, Points
 from core.grid import Grid
 from core.linalg.blas import one_thread
 from core.linalg.factor import Factor
-from core.mapping.handles.dirichlet_plate import known_responses
 from core.mapping.jacobians import Complexes
 
 _NODES = 2500
@@ -49,7 +48,7 @@ class FreePlate:
 
     def hold(self, points: Points) -> Complexes:
         """Declare the places (n, 2) of the forces and return S (n, n): what a force at one moves another."""
-        before, S = known_responses(points, self._points, self._S)
+        before, S = _known_responses(points, self._points, self._S)
         old, new = np.flatnonzero(before >= 0), np.flatnonzero(before < 0)
         columns = np.empty((len(points), self._coarse.size), np.complex128)
         columns[old] = self._columns[before[old]]
@@ -77,6 +76,16 @@ class FreePlate:
             share = (place - cell)[:, None]
             found.append((1 - share) * matrix[cell] + share * matrix[cell + 1])
         return np.asarray((found[0][:, :, None] * found[1][:, None, :]).reshape(len(points), -1))
+
+
+def _known_responses(points: Points, before: Points, S: Complexes) -> tuple[Ints, Complexes]:
+    """Return which of the places `before` each of `points` (n, 2) is, -1 for none, and what of S (n, n) is known."""
+    known = {tuple(point): i for i, point in enumerate(before.tolist())}
+    number = np.array([known.get(tuple(point), -1) for point in points.tolist()], np.int64)
+    old = np.flatnonzero(number >= 0)
+    found = np.zeros((len(points), len(points)), S.dtype)
+    found[np.ix_(old, old)] = S[np.ix_(number[old], number[old])]
+    return number, found
 
 
 def _between(count: int, coarse: int) -> Floats:

@@ -6,18 +6,17 @@ with the hat weights Y (R', R) of the rows and X (C', C) of the columns it is Y 
 
 import cv2
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
 
 from core import tracing
 from core.arrays import Bools, Floats, Points
 from core.curves.feature_curves import FeatureCurve
+from core.linalg.dirichlet_grid import DirichletGrid, Responses
 from core.retexture.deformation.diffusion import HOLD, Diffusion, motion
-from core.retexture.deformation.dirichlet_membrane import Membrane
 
 NODES = 24_000
 """Of the live grid, about as many as the editor draws."""
-COARSER = 1.06
-"""Its cells may be so many times as wide, for numbers of them that sine transforms are fast for."""
 CLOSEST_PX = 2.0
 MOST_POINTS = 260
 """Curves are held at about so many points at most while they are dragged, otherwise one in a cell."""
@@ -46,6 +45,32 @@ def _hats(places: Floats, count: int) -> sp.csr_matrix:
     second = np.minimum(first + 1, count - 1)
     weights = np.concatenate([1 - share, share])
     return sp.csr_matrix((weights, (np.tile(number, 2), np.concatenate([first, second]))), (len(places), count))
+
+
+class Membrane:
+    """A membrane over (rows, columns) nodes, 0 on its border, held at points: no factor, whatever the points are.
+
+    With K the graph Laplacian of the nodes, B the bilinear weights at the points and w how hard they are held,
+    Woodbury's identity turns the large system into one as large as there are points:
+
+        (K + B'WB) u = B'W v    <=>    u = K^-1 B'q,    (S + W^-1) q = v,    S = B K^-1 B'.
+    """
+
+    def __init__(self, rows: int, columns: int) -> None:
+        self.shape = (rows, columns)
+        self._grid = DirichletGrid(rows, columns)
+        self._responses = Responses(self._grid)
+
+    def hold(self, places: Points, values: Floats, hold: Floats) -> Floats:
+        """Return the field (rows, columns, d) that is about `values` (n, d) at `places` (n, 2).
+
+        Places are (x, y) in cells, within the grid; `hold` (n,) is how hard each value is held, against an edge of the
+        grid.
+        """
+        matrix = self._responses.between(places)
+        matrix[np.diag_indices_from(matrix)] += 1 / hold
+        charges = scipy.linalg.solve(matrix, values, assume_a="pos", overwrite_a=True, check_finite=False)
+        return self._grid.spread(places, charges, self._grid.eigenvalues)
 
 
 class LiveDeformation:
@@ -78,39 +103,24 @@ class LiveDeformation:
     def _solve(self, places: Points, values: Floats, hold: float) -> Floats:
         """Return D at the nodes of the membrane for its `values` (n, 2) at `places` (n, 2), in cells."""
         if self._reach_px is None:
-            return self._membrane.held(places, values, np.full(len(places), hold))
+            return self._membrane.hold(places, values, np.full(len(places), hold))
         free = _near(places, self._membrane.shape, self._reach_px / self._step)
         ring = np.argwhere(_ring_around(free))[:, ::-1].astype(float)
         places, values = np.concatenate([places, ring]), np.concatenate([values, np.zeros((len(ring), 2))])
-        return np.asarray(self._membrane.held(places, values, np.full(len(places), hold)) * free[..., None])
+        return np.asarray(self._membrane.hold(places, values, np.full(len(places), hold)) * free[..., None])
 
 
 def space_out(shape: tuple[int, int]) -> float:
-    """Return the distance in px of about `NODES` nodes over a picture of `shape`, in rows of few small prime factors.
+    """Return the distance in px of about `NODES` nodes over a picture of `shape`.
 
-    A transform takes time for each node as the sum of these factors: many times as much if a length is prime. Nodes
-    two pixels apart, of small pictures, are those of the final deformation, and stay.
+    Nodes two pixels apart, of small pictures, are those of the final deformation, and stay.
     """
-    least = float(np.sqrt(shape[0] * shape[1] / NODES))
-    if least <= CLOSEST_PX:
-        return CLOSEST_PX
-    return float(min(np.linspace(least, COARSER * least, 31), key=lambda step: sum(map(_factors, _cells(shape, step)))))
+    return max(float(np.sqrt(shape[0] * shape[1] / NODES)), CLOSEST_PX)
 
 
 def _cells(shape: tuple[int, int], step: float) -> tuple[int, int]:
     """Return how many cells of a grid are above each other, and beside each other."""
     return max(int(np.ceil((shape[0] - 1) / step)), 2), max(int(np.ceil((shape[1] - 1) / step)), 2)
-
-
-def _factors(number: int) -> int:
-    """Return the sum of a number's prime factors."""
-    total, factor = 0, 2
-    while number > 1:
-        if number % factor:
-            factor += 1
-        else:
-            total, number = total + factor, number // factor
-    return total
 
 
 def _thin(source: Points, target: Points, step: float) -> tuple[Points, Points, float]:

@@ -10,8 +10,7 @@ from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.grid import Grid
 from core.retexture.deformation.diffusion import Diffusion, deformation
-from core.retexture.deformation.dirichlet_membrane import Membrane
-from core.retexture.deformation.preview import NODES, LiveDeformation, pull, space_out
+from core.retexture.deformation.preview import NODES, LiveDeformation, Membrane, pull, space_out
 
 HEIGHT, WIDTH = 150, 220
 
@@ -46,7 +45,7 @@ def test_a_membrane_solves_the_equation_of_its_points(rows: int, columns: int) -
     matrix = laplacian(rows, columns) + inner.T @ (hold[:, None] * inner)
     expected = np.zeros((rows, columns, 2))
     expected[1:-1, 1:-1] = np.linalg.solve(matrix, inner.T @ (hold[:, None] * values)).reshape(rows - 2, columns - 2, 2)
-    np.testing.assert_allclose(Membrane(rows, columns).held(places, values, hold), expected, atol=1e-10)
+    np.testing.assert_allclose(Membrane(rows, columns).hold(places, values, hold), expected, atol=1e-10)
 
 
 @pytest.mark.parametrize("reach_px", [None, 40.0])
@@ -94,14 +93,10 @@ def test_a_long_curve_is_held_at_few_points_and_keeps_its_place() -> None:
     assert np.abs(live[at[:, 1], at[:, 0]] - at - [3.0, -5.0]).max() < 1.0
 
 
-@pytest.mark.parametrize("shape", [(495, 660), (356, 498), (566, 800), (692, 500), (3000, 4000), (614, 554)])
-def test_the_live_grid_has_as_many_nodes_as_usual_in_rows_that_transforms_are_fast_for(shape: tuple[int, int]) -> None:
-    """Painting, wave and pizza of DPD table 1 would have 179, 131 and 131 cells in a row or column."""
-    step = space_out(shape)
-    cells = [int(np.ceil((side - 1) / step)) for side in shape]
-    assert 0.85 * NODES < cells[0] * cells[1] < 1.05 * NODES
-    for count in cells:
-        assert max(n for n in range(2, count + 1) if count % n == 0 and all(n % k for k in range(2, n))) < 30
+@pytest.mark.parametrize("shape", [(495, 660), (3000, 4000), (614, 554)])
+def test_the_live_grid_has_as_many_nodes_as_usual(shape: tuple[int, int]) -> None:
+    cells = [int(np.ceil((side - 1) / space_out(shape))) for side in shape]
+    assert 0.95 * NODES < cells[0] * cells[1] < 1.05 * NODES
 
 
 def test_the_live_grid_of_a_small_picture_is_the_final_one() -> None:

@@ -1,0 +1,109 @@
+"""Equations on a grid that is 0 on its outline, solved by sines: whole fields, and what places do to one another.
+
+The second difference along an axis, T, is diagonal in the sines of that axis (`sine_transform`). So is, on cells of
+width w and height h, L = T_x / w² + T_y / h², and so is every polynomial A of it. Loads act on places between nodes,
+and fields are read there, by bilinear weights C. What a load on one place does to another is
+
+    S = C A⁻¹ Cᵀ
+
+(the capacitance matrix method, B. L. Buzbee, F. W. Dorr, J. A. George and G. H. Golub 1971), which has sines along one
+axis only where A = L + s: for the sine of eigenvalue a the other axis, of N cells, has the tridiagonal matrix of
+2 + c beside -1, c = w² (a / h² + s). With 2 cosh η = 2 + c its inverse is, for p <= q,
+
+    g(p, q) = sinh(p η) sinh((N - q) η) / (sinh(η) sinh(N η)),
+
+a product of what belongs to p and what belongs to q: all of S is one product of matrices. For p = q + 1 that product is
+larger than g(q, p) by exactly 1, which matters where two places lie in one cell.
+"""
+
+import numpy as np
+
+from core.arrays import Floats, Ints, Points
+from core.linalg.blas import one_thread
+from core.linalg.sine_transform import Sines
+
+_MOST_EXPONENT = 300.0
+"""Of e: its square is within the range of floats."""
+
+
+class DirichletGrid:
+    """A grid of (rows, columns) nodes, 0 on its outline, with cells of (width, height); places are (x, y) in cells."""
+
+    def __init__(self, rows: int, columns: int, *, cell: tuple[float, float] = (1.0, 1.0)) -> None:
+        self.shape, self.cell = (rows, columns), cell
+        self.x, self.y = Sines(columns - 1), Sines(rows - 1)
+        self.eigenvalues: Floats = self.y.eigenvalues[:, None] / cell[1] ** 2 + self.x.eigenvalues / cell[0] ** 2
+        """Of L, for the inner nodes' sines (rows - 2, columns - 2)."""
+
+    def spread(self, places: Points, loads: Floats, stiffness: Floats) -> Floats:
+        """Return A⁻¹ Cᵀ loads (rows, columns, d) for loads (n, d) on places (n, 2); A has `stiffness` for each sine."""
+        by_x, by_y = (
+            sines.between(*sines.split(place)) for sines, place in zip((self.x, self.y), places.T, strict=True)
+        )
+        with one_thread():
+            found = by_y.T @ (loads.T[:, :, None] * by_x).transpose(1, 0, 2).reshape(len(places), -1)
+            waves = found.reshape(len(by_y.T), -1, by_x.shape[1])
+            waves /= stiffness[:, None]
+            return self._sum(waves)
+
+    def solve(self, load: Floats, stiffness: Floats) -> Floats:
+        """Return A⁻¹ `load` (rows, columns, d), of which only inner nodes count; A has `stiffness` for each sine."""
+        with one_thread():
+            waves = self._sum(np.moveaxis(load[1:-1, 1:-1], 2, 1))[1:-1, 1:-1] / stiffness[..., None]
+            return self._sum(np.moveaxis(waves, 2, 1))
+
+    def _sum(self, waves: Floats) -> Floats:
+        """Return the sums of sines with coefficients (r, d, c) at all nodes (rows, columns, d)."""
+        rows, channels, columns = waves.shape
+        down = self.y.sums(waves.reshape(rows, -1), axis=0).reshape(-1, columns)
+        found = self.x.sums(down, axis=1).reshape(self.shape[0], channels, -1)
+        return np.ascontiguousarray(np.moveaxis(found, 1, 2))
+
+
+class Responses:
+    """S on a grid with A = L + s, for any places; what does not depend on them is built once."""
+
+    def __init__(self, grid: DirichletGrid, *, shift: float = 0.0) -> None:
+        self._axis = 0 if grid.shape[1] <= grid.shape[0] else 1
+        """The axis of places (0 for x) along which the inverse is written out: exponents stay small on the shorter."""
+        axes = (grid.x, grid.y)
+        self._unit = grid.cell[self._axis] ** 2
+        self._along, self._across = axes[self._axis], axes[1 - self._axis]
+        size, other = grid.cell[self._axis], grid.cell[1 - self._axis]
+        exponent = 2 * np.arcsinh(size / 2 * np.sqrt(self._across.eigenvalues / other**2 + shift))
+        cells = self._along.count
+        node = np.arange(cells + 1)[:, None]
+        # sinh(p η) = e^(pη) (1 - e^(-2pη)) / 2; the powers of e are those of the way from the middle of a strip.
+        before = (
+            -np.expm1(-2 * node * exponent) * self._unit / (2 * np.sinh(exponent) * -np.expm1(-2 * cells * exponent))
+        )
+        after = -np.expm1(-2 * (cells - node) * exponent)
+        self._strip = max(int(2 * _MOST_EXPONENT / exponent.max()), 1)
+        self._tables = [
+            (before * np.exp(np.minimum(way, _MOST_EXPONENT)), after * np.exp(np.minimum(-way, _MOST_EXPONENT)))
+            for first in range(0, cells, self._strip)
+            for way in [(node - first - min(self._strip, cells) / 2) * exponent]
+        ]
+        """(nodes, sines) of p and of q for each strip of cells that p is in: with more, exponents would overflow."""
+
+    def between(self, places: Points) -> Floats:
+        """Return S (n, n): the field at every one of `places` (n, 2) for a unit load on every other."""
+        order = np.argsort(places[:, self._axis], kind="stable")
+        p, f = self._along.split(places[order, self._axis])
+        waves = self._across.between(*self._across.split(places[order, 1 - self._axis]))
+        upper = np.zeros((len(places), len(places)))
+        f = f[:, None]
+        for number, (before, after) in enumerate(self._tables):
+            first, last = np.searchsorted(p, [number * self._strip, (number + 1) * self._strip])
+            here, on = slice(first, last), slice(first, None)
+            left = waves[here] * _interpolate(before, p[here], f[here])
+            upper[here, on] = left @ (waves[on] * _interpolate(after, p[on], f[on])).T
+        upper -= np.where(p[:, None] == p, self._unit * f * (1 - f.T), 0) * (waves @ waves.T)
+        upper = np.triu(upper)
+        S: Floats = np.empty_like(upper)
+        S[np.ix_(order, order)] = upper + np.triu(upper, 1).T
+        return S
+
+
+def _interpolate(table: Floats, cell: Ints, share: Floats) -> Floats:
+    return np.asarray((1 - share) * table[cell] + share * table[cell + 1])
