@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias
 
 from core.arrays import InputError
 from core.canvas import Framing
-from core.document.document import Frame, Keep, Method
+from core.document.document import Frame, Keep, Method, WarpSettings
 from core.document.keys import Easing
 from core.document.plain_data import decode
 from core.document.project import SUFFIX
@@ -25,17 +25,17 @@ class WarpTable:
     """`[warp]`: as the options of `weft warp`. `size` is in pixels, `values` are the preset's own parameters."""
 
     preset: str | None = None
-    bend: float = 0.0
-    horizontal: float = 0.0
-    vertical: float = 0.0
-    vertical_axis: bool = False
+    bend: float = WarpSettings.bend
+    horizontal: float = WarpSettings.horizontal
+    vertical: float = WarpSettings.vertical
+    vertical_axis: bool = WarpSettings.vertical_axis
     values: Mapping[str, float] = field(default_factory=dict)
     size: tuple[int, int] | None = None
-    outline: Frame = "held"
-    keep: Keep = "similarity"
-    method: Method = "exact"
-    weight: float = 10.0
-    falloff: float = 2.0
+    outline: Frame = WarpSettings.frame
+    keep: Keep = WarpSettings.keep
+    method: Method = WarpSettings.method
+    weight: float = WarpSettings.weight
+    falloff: float = WarpSettings.falloff
     cell: float | None = None
 
 

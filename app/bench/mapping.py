@@ -10,12 +10,12 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from app.bench.whole_factor import WholeFactor
 from core.arrays import Bytes, Floats, Points
 from core.grid import Features, Grid, find_features
 from core.linalg.cholmod import cholmod
 from core.linalg.factor import Factor
 from core.linalg.laplacian import edge_weights, node_values, pattern, stored_values
-from core.linalg.multifrontal import WholeFactor
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.folds import folded_quads
 from core.mapping.handles.handles import Handles
@@ -174,7 +174,7 @@ def _bare(grid: Grid, features: Features, repeats: int) -> dict[str, float]:
     """Time CHOLMOD and SuperLU on the mapping's matrix, with nothing around them."""
     mapping = FeatureMapping(grid, features)
     weights = edge_weights(mapping.follow_w + mapping.follow_feature)
-    lower = pattern(grid)
+    lower = pattern(grid.shape)
     lower.data = node_values(weights, mapping.free)[stored_values(grid.shape)]
     whole = sparse.csc_array(lower + sparse.tril(lower, -1).T)
     b = np.random.default_rng(0).random((grid.size, 2))

@@ -1,12 +1,10 @@
 """How much a map changes what is small: its size, its angles, its area, quad by quad."""
 
-from typing import Literal, TypeAlias
-
 import numpy as np
 
+from app.model.session import Heat
 from core.arrays import Floats, Points, Singles
 
-Heat: TypeAlias = Literal["scale", "angle", "area"]
 FULL_ANGLE_DEG = 45.0
 """A right angle that changes by so much is shown in full."""
 

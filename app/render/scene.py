@@ -5,8 +5,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from app.model.session import Heat
 from app.model.spaces import View
-from app.render.heat import Heat
 from app.render.sources.dressing import Dressing
 from app.render.sources.source import Box
 from core.arrays import Bools, Bytes, Points

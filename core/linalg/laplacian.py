@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from core.arrays import Bools, Floats
-from core.grid import Grid
 
 _Number = TypeVar("_Number", np.float64, np.complex128)
 EdgeWeights = tuple[Floats, Floats]
@@ -45,13 +44,13 @@ def laplacian(weights: EdgeWeights, z: NDArray[_Number]) -> NDArray[_Number]:
     return divergence(weights[0] * np.diff(z, axis=1), weights[1] * np.diff(z, axis=0))
 
 
-def pattern(grid: Grid) -> sparse.csc_array:
-    """Return ones where K's lower triangle has entries on this grid, whatever the weights."""
-    number = np.arange(grid.size).reshape(grid.shape)
-    stored = stored_values(grid.shape)
-    rows = np.stack([number, number + 1, number + grid.columns], axis=-1)[stored]
+def pattern(shape: tuple[int, int]) -> sparse.csc_array:
+    """Return ones where K's lower triangle has entries on a grid of `shape`, whatever the weights."""
+    number = np.arange(shape[0] * shape[1]).reshape(shape)
+    stored = stored_values(shape)
+    rows = np.stack([number, number + 1, number + shape[1]], axis=-1)[stored]
     starts = np.concatenate([[0], np.cumsum(stored.sum(axis=-1))])
-    return sparse.csc_array((np.ones(len(rows)), rows, starts), shape=(grid.size, grid.size))
+    return sparse.csc_array((np.ones(len(rows)), rows, starts), shape=(number.size, number.size))
 
 
 def node_values(weights: EdgeWeights, free: Bools) -> Floats:

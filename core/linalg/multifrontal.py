@@ -11,11 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, SingularSystemError
-from core.grid import Grid
 from core.linalg.dissection import Group, dissect
-from core.linalg.factor import Factor
 from core.linalg.fronts import Fronts, stretch
-from core.linalg.laplacian import pattern, stored_values
 from core.tracing import span
 
 _ALL_KEPT_AT_MOST = 300_000
@@ -37,7 +34,7 @@ class _Half:
 
 
 class GridFactor:
-    """The Cholesky factor of a symmetric positive definite matrix with the pattern of `stencil.pattern`.
+    """The Cholesky factor of a symmetric positive definite matrix with the pattern of `laplacian.pattern`.
 
     Nodes of the outline are to be uncoupled from all others, with the equation x = 0: every b is to be 0 there.
     """
@@ -189,42 +186,3 @@ class GridFactor:
 
     def __repr__(self) -> str:
         return f"GridFactor({self.size} unknowns, {len(self._whole)} boxes)"
-
-
-class WholeFactor:
-    """The same by CHOLMOD, all at once, to compare with."""
-
-    def __init__(self, grid: Grid) -> None:
-        self._factor, self._stored = Factor(pattern(grid), pattern_only=True), stored_values(grid.shape)
-
-    def factorise(self, values: Floats) -> "WholeFactor":
-        """Factorise new values (R, C, 3) and return the factor itself."""
-        self._factor.factorise(values[self._stored])
-        return self
-
-    def solve(self, b: Floats) -> Floats:
-        """Solve A x = b for b (N, k)."""
-        return self._factor.solve(b)
-
-    def forward(self, b: Floats, nodes: Ints | None = None) -> Floats:
-        """Return the first half of a solve."""
-        return self._factor.forward(b)
-
-    def forward_again(self, b: Floats) -> Floats:
-        """Return the first half of a solve."""
-        return self._factor.forward(b)
-
-    def backward(self, y: Floats) -> Floats:
-        """Return the second half."""
-        return self._factor.backward(y)
-
-    def __repr__(self) -> str:
-        return repr(self._factor)
-
-
-MappingFactor = GridFactor | WholeFactor
-
-
-def grid_factor(grid: Grid) -> MappingFactor:
-    """Analyse the pattern that all mappings of a grid share."""
-    return GridFactor(grid.shape)

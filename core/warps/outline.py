@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from core.arrays import Floats, InputError, Points
-from core.warps.warp import Warp
 
 RING = 12
 """Control points of an outline: corners at 0, 3, 6 and 9, clockwise from the top left, two handles after each."""
@@ -35,21 +34,6 @@ class _Sides(NamedTuple):
         first, second, third, fourth = self.corners
         flat: Points = ruled - (1 - v) * ((1 - u) * first + u * second) - v * ((1 - u) * fourth + u * third)
         return flat
-
-
-def outline_warp(ring: Points, width_px: int, height_px: int) -> Warp:
-    """Return the warp of a picture whose edge goes to the outline `ring` (12, 2), in pixels.
-
-    Raises `InputError` for another number of points.
-    """
-    _check(ring)
-
-    def warp(points: Points) -> Points:
-        u = (points[..., 0] + 0.5) / width_px
-        v = (points[..., 1] + 0.5) / height_px
-        return _curves(ring, u, v).at(u[..., None], v[..., None])
-
-    return warp
 
 
 def follow_outline(base: Points, ring: Points) -> Points:

@@ -6,7 +6,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from app.render.heat import Heat, heat_of
+from app.model.session import Heat
+from app.render.heat import heat_of
 from app.render.scene import CanvasScene, Color, MarkOptions
 from app.render.sources.mask_texture import MaskTexture
 from core.arrays import Points, Singles

@@ -11,7 +11,7 @@ from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.grid import Features, Grid
 from core.linalg.blas import one_thread
 from core.linalg.laplacian import edge_weights, laplacian, node_values
-from core.linalg.multifrontal import MappingFactor, grid_factor
+from core.linalg.multifrontal import GridFactor
 from core.mapping.features.columns import fields_of
 from core.mapping.features.per_quad import load_per_quad
 from core.mapping.features.pose import Approach, HeldPoints, Pose
@@ -62,7 +62,7 @@ class FeatureMapping:
     falloff
         ρ: over so many cells around a feature the weight returns to 1.
     analyse
-        What makes the factor of the grid.
+        What makes the factor of a grid of that shape.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class FeatureMapping:
         method: Method = "exact",
         weight: float = 10.0,
         falloff: float = 2.0,
-        analyse: Callable[[Grid], MappingFactor] = grid_factor,
+        analyse: Callable[[tuple[int, int]], GridFactor] = GridFactor,
         _taken: "FeatureMapping | None" = None,
     ) -> None:
         if features.labels.shape != grid.shape:
@@ -88,7 +88,7 @@ class FeatureMapping:
         self.clock = Stopwatch()
         self._rest = as_complex(grid.nodes)
         with self.clock.measure("setup"):
-            self.factor: MappingFactor = analyse(grid) if _taken is None else _taken.factor
+            self.factor: GridFactor = analyse(grid.shape) if _taken is None else _taken.factor
             self.bodies = sorted(bodies_of(features, self._rest), key=lambda body: -len(body.nodes))
             self._joint, self._apart = Bodies(self.bodies[: self.joint_count]), Bodies(self.bodies[self.joint_count :])
             self.index = body_index(self.bodies, grid.shape)
@@ -328,10 +328,3 @@ class FeatureMapping:
         with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.solve(as_two(r.ravel())))
         return Solution(w + v.reshape(w.shape), none, none)
-
-
-def map_features(
-    grid: Grid, features: Features, warped: Points, *, keep: Keep = "similarity", method: Method = "exact"
-) -> Points:
-    """Return where the nodes (R, C, 2) end: one-off form of `FeatureMapping`."""
-    return FeatureMapping(grid, features, keep=keep, method=method).solve(warped)

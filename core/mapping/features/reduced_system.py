@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints
-from core.linalg.multifrontal import MappingFactor
+from core.linalg.multifrontal import GridFactor
 from core.mapping.features.columns import Field
 from core.mapping.jacobians import Complexes
 
@@ -49,7 +49,7 @@ class ReducedSystem:
         Of K_ff, with the equation x = 0 on all other nodes.
     """
 
-    def __init__(self, fields: list[Field], *, free: Bools, factor: MappingFactor) -> None:
+    def __init__(self, fields: list[Field], *, free: Bools, factor: GridFactor) -> None:
         self.fields = fields
         self._factor, self._free = factor, free
         self._count = n = len(fields)

@@ -36,7 +36,7 @@ class FrameGlide:
             self._grid.shape
         )
         body = mapping.index.ravel()[self._nearest] >= 0
-        lower = pattern(self._grid)
+        lower = pattern(self._grid.shape)
         self._edges = edge_weights(np.ones((self._grid.rows - 1, self._grid.columns - 1)))
         self._free, self._factors = [], []
         for across in (True, False):

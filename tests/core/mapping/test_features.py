@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_info
 from core.arrays import Bytes, Floats, Points
 from core.grid import Grid, find_features
 from core.linalg.blas import one_thread
-from core.mapping.features.feature_mapping import FeatureMapping, Keep, Method, map_features
+from core.mapping.features.feature_mapping import FeatureMapping, Keep, Method
 from core.mapping.features.similarity import Bodies, Body, fit_residual
 from core.mapping.jacobians import Complexes, as_complex, linear_parts
 
@@ -47,7 +47,7 @@ def residuals(z: Points, *, rigid: bool) -> Floats:
 
 @pytest.mark.parametrize("keep", ["similarity", "rigid"])
 def test_every_feature_moves_as_one(keep: Keep) -> None:
-    mapped = map_features(GRID, FEATURES, swirl(GRID.nodes), keep=keep)
+    mapped = FeatureMapping(GRID, FEATURES, keep=keep).solve(swirl(GRID.nodes))
     assert residuals(swirl(GRID.nodes), rigid=False).min() > 0.01
     assert residuals(mapped, rigid=keep == "rigid").max() < 1e-12
 
@@ -55,7 +55,7 @@ def test_every_feature_moves_as_one(keep: Keep) -> None:
 def test_outline_nodes_outside_features_stay_where_w_takes_them() -> None:
     w = swirl(GRID.nodes)
     outside = GRID.outline & (FEATURES.labels == 0)
-    assert np.array_equal(map_features(GRID, FEATURES, w)[outside], w[outside])
+    assert np.array_equal(FeatureMapping(GRID, FEATURES).solve(w)[outside], w[outside])
 
 
 @pytest.mark.parametrize("method", ["exact", "per-quad"])
@@ -81,7 +81,7 @@ def test_what_moves_turns_or_scales_w_does_so_to_the_result(scale: float, angle:
 def test_without_features_w_is_returned() -> None:
     empty = find_features(GRID, None)
     w = swirl(GRID.nodes)
-    assert np.array_equal(map_features(GRID, empty, w), w)
+    assert np.array_equal(FeatureMapping(GRID, empty).solve(w), w)
 
 
 def test_a_mask_that_covers_everything_gives_the_best_fit_similarity() -> None:
@@ -157,7 +157,7 @@ def test_solving_leaves_blas_as_many_threads_as_it_had() -> None:
     had = threads()
     with one_thread():
         within = threads()
-    map_features(GRID, FEATURES, GRID.nodes)
+    FeatureMapping(GRID, FEATURES).solve(GRID.nodes)
     assert set(within) == {1}
     assert threads() == had
 

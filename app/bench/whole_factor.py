@@ -1,0 +1,38 @@
+"""A grid's system factorised by CHOLMOD all at once, to compare the factor that is renewed in parts with."""
+
+from core.arrays import Floats, Ints
+from core.linalg.factor import Factor
+from core.linalg.laplacian import pattern, stored_values
+from core.linalg.multifrontal import GridFactor
+
+
+class WholeFactor(GridFactor):
+    """The same, without what is kept of its parts."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self._stored = stored_values(shape)
+        self._factor = Factor(pattern(shape), pattern_only=True)
+
+    def factorise(self, values: Floats) -> "WholeFactor":
+        """Factorise new values (R, C, 3) and return the factor itself."""
+        self._factor.factorise(values[self._stored])
+        return self
+
+    def solve(self, b: Floats) -> Floats:
+        """Solve A x = b for b (N, k)."""
+        return self._factor.solve(b)
+
+    def forward(self, b: Floats, nodes: Ints | None = None) -> Floats:
+        """Return the first half of a solve."""
+        return self._factor.forward(b)
+
+    def forward_again(self, b: Floats) -> Floats:
+        """Return the first half of a solve."""
+        return self._factor.forward(b)
+
+    def backward(self, y: Floats) -> Floats:
+        """Return the second half."""
+        return self._factor.backward(y)
+
+    def __repr__(self) -> str:
+        return repr(self._factor)
