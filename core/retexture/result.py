@@ -11,13 +11,13 @@ from core.arrays import Bools, Floats, InputError, Ints, Pixels, Singles
 from core.curves.bezier import Curve
 from core.imaging import color
 from core.retexture.deformation.diffusion import Diffusion
+from core.retexture.origins import Origins
 from core.retexture.picture.area_filter import Boxes, average, boxes
 from core.retexture.picture.overshoot import ColourLimits
 from core.retexture.picture.poisson_blend import correction
 from core.retexture.picture.seam_antialiasing import SHARE, Mixture, across_seams
 from core.retexture.prefetch import ahead
 from core.retexture.sampling import Kernel, read, read_stored
-from core.retexture.synthesis.placement import Origins
 
 BAND = 256
 """Rows resampled at a time."""

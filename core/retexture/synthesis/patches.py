@@ -14,10 +14,11 @@ import numpy as np
 from core.arrays import Bools, Ints, Singles
 from core.retexture.deformation.coordinates import DirectionField, traced
 from core.retexture.deformation.grids import fill, locate
+from core.retexture.origins import Origins
 from core.retexture.prefetch import ahead
 from core.retexture.region import smoothstep
 from core.retexture.sampling import LONGEST, read
-from core.retexture.synthesis.placement import Correspondence, Origins
+from core.retexture.synthesis.placement import Correspondence
 
 BATCH, BATCH_BYTES = 128, 40e6
 """Patches grown at a time, and what a batch of them may take."""

@@ -8,6 +8,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.retexture.deformation.coordinates import Feet, SpineCurves
 from core.retexture.deformation.diffusion import Diffusion
+from core.retexture.origins import Origins
 from core.retexture.source_outside_frame import elsewhere, shown
 
 AHEAD = 2
@@ -26,34 +27,6 @@ class PatchGrid:
     across: float
     shift: float = 0.0
     """Where it begins, as a share of the spacing: at 0.5 origins fall upon the seams of a lattice at 0."""
-
-
-@dataclass(frozen=True, eq=False)
-class Origins:
-    """Places to grow n patches from, in the order of their synthesis."""
-
-    target: Points
-    heading: Points
-    """(n, 2) unit tangents at the target."""
-    source: Points
-    source_heading: Points
-    source_turn: Floats
-    """(n,) angle between the source grid and the source's directions, radians."""
-    offset: Floats
-    """(n,) signed distances from the target curve, px."""
-    curve: Ints
-    """(n,) which curve is nearest."""
-    free: Floats
-    """(n,) how far candidates may lie off the corresponding place, see `region.Region`."""
-    scale: Floats
-    """(n,) by how much the patch is smaller than others (DPD sec. 3.5)."""
-
-    def __len__(self) -> int:
-        return len(self.target)
-
-    def taken(self, which: Bools | Ints | slice) -> "Origins":
-        """Return the origins that `which` picks."""
-        return Origins(*(part[which] for part in self.__dict__.values()))
 
 
 @dataclass(frozen=True, eq=False)

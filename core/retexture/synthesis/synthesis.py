@@ -10,12 +10,13 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.progress import Job, Progress
+from core.retexture.origins import Origins
 from core.retexture.sampling import Kernel, read, read_nearest
 from core.retexture.synthesis.candidate_choice import CHANCE, Pool, costs
 from core.retexture.synthesis.candidate_pool import Bounds, Round, Stock, stock_ahead
 from core.retexture.synthesis.graph_cut import GrownPicture
 from core.retexture.synthesis.patches import Patches, PatchShape, grid_places
-from core.retexture.synthesis.placement import Origins, PatchGrid, gap_places, ordered_origins
+from core.retexture.synthesis.placement import PatchGrid, gap_places, ordered_origins
 from core.retexture.synthesis.scene import RetextureScene
 from core.stopwatch import Stopwatch
 
