@@ -1,19 +1,15 @@
 """`weft warp`, from files to files, and its answers to bad input."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenImageIO
 import pytest
 
 from app.cli import main
 from core.arrays import Bytes
-from core.imaging.images import Attribute, Image, load, save
+from core.imaging.images import Image, load, save
 
 pytestmark = pytest.mark.gpu
 
@@ -234,193 +230,6 @@ def test_what_stands_out_is_kept_where_that_is_asked_for(folder: Path) -> None:
 def test_a_proposal_beside_a_mask_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "--propose" in refused(capsys, "photo.png", "--mask", "mask.png", "--propose", "20")
     assert "--propose" in refused(capsys, "photo.png", "--propose", "120")
-
-
-@pytest.mark.parametrize("size", [(1, 1), (1, 5000), (5000, 1)])
-def test_thin_pictures_are_warped(folder: Path, size: tuple[int, int]) -> None:
-    save(Image(photograph(*size)), "thin.png")
-    assert weft("thin.png", "-o", "out.png") == 0
-    np.testing.assert_array_equal(load("out.png").pixels, photograph(*size))
-    assert weft("thin.png", "-o", "out.png", "--preset", "arc-lower", "--bend=50") == 0
-
-
-@pytest.mark.parametrize("suffix", [".tif", ".exr", ".webp", ".jpg"])
-def test_every_format_is_written(folder: Path, suffix: str) -> None:
-    assert weft("photo.png", "-o", f"out{suffix}", "--preset", "wave", "--bend=20") == 0
-    assert load(f"out{suffix}").pixels.shape[:2] == (HEIGHT, WIDTH)
-
-
-def test_depth_and_metadata_go_through(folder: Path) -> None:
-    deep = photograph().astype(np.uint16) * 257
-    save(Image(deep, metadata=(Attribute("Make", "string", "Weft"),)), "deep.png")
-    assert weft("deep.png", "-o", "out.png") == 0
-    found = load("out.png")
-    assert found.pixels.dtype == np.uint16
-    assert np.abs(found.pixels.astype(int) - deep).max() <= 2
-    assert ("Make", "Weft") in [(entry.name, entry.value) for entry in found.metadata]
-
-
-def test_the_same_words_give_the_same_bytes(folder: Path) -> None:
-    words = ("photo.png", "--mask", "mask.png", "--preset", "twist", "--bend=60", "-o")
-    assert weft(*words, "one.png") == weft(*words, "two.png") == 0
-    assert Path("one.png").read_bytes() == Path("two.png").read_bytes()
-
-
-def test_what_cannot_be_read_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    Path("text.png").write_text("no picture at all")
-    Path("nothing.png").touch()
-    Path("cut.png").write_bytes(Path("photo.png").read_bytes()[:200])
-    for name, fault in {
-        "none.png": "no such file or directory",
-        "text.png": "not an image",
-        "nothing.png": "the file is empty",
-        "cut.png": "cut short",
-        ".": "is a folder, not an image",
-    }.items():
-        assert refused(capsys, name).startswith(f"{name}: ")
-        assert fault in refused(capsys, name)
-    save(Image(disc()[:, 1:, None].copy()), "small.png")
-    assert "small.png: the mask has 95x64 pixels, the image 96x64" in refused(
-        capsys, "photo.png", "--mask", "small.png"
-    )
-
-
-def test_damaged_pictures_leave_one_line_each_and_nothing_at_exit(folder: Path) -> None:
-    """The readers' own words do not reach the terminal, neither at once nor when the program ends."""
-    for suffix in (".png", ".tif", ".exr", ".jpg", ".webp"):
-        save(load("photo.png"), f"whole{suffix}")
-        data = Path(f"whole{suffix}").read_bytes()
-        Path(f"cut{suffix}").write_bytes(data[: len(data) // 2])
-        Path(f"head{suffix}").write_bytes(data[:30])
-        Path(f"text{suffix}").write_text("no picture at all")
-    data = Path("photo.png").read_bytes()
-    Path("crc.png").write_bytes(data[:-60] + bytes(30) + data[-30:])
-    names = sorted(path.name for path in folder.iterdir() if path.stem in ("cut", "head", "text", "crc"))
-    script = "import sys; from app.cli import main; [main(['warp', name, '-o', 'out.png']) for name in sys.argv[1:]]"
-    done = subprocess.run(
-        [sys.executable, "-c", script, *names],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
-    )
-    lines = done.stderr.splitlines()
-    assert len(lines) == len(names) == 16
-    for line, name in zip(lines, names, strict=True):
-        assert line.startswith(f"weft: error: {name}: ")
-        assert line.endswith("damaged or cut short")
-    assert not Path("out.png").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "fault"),
-    [
-        (["--preset", "arcc"], "preset 'arcc': unknown; did you mean arc"),
-        (["--preset", "arc", "--bend=120"], "bend 120: not from -100 to 100"),
-        (["--preset", "arc", "--bend=nan"], "bend nan: not from -100 to 100"),
-        (["--preset", "arc", "--set", "waves=2"], "preset arc: has no setting 'waves'"),
-        (["--bend=50"], "choose one with --preset"),
-        (["--cell", "0"], "grid cell of 0 px: must be positive"),
-        (["--quality", "0"], "--quality 0: not from 1 to 100"),
-        (["--size", "999999x10"], "output of 999999x10 pixels"),
-        (["--weight", "inf"], "feature weight of inf: must be positive and at most 1e+06"),
-        (["--falloff", "inf"], "falloff of inf cells: must not be negative, nor more than 1000"),
-        (["--preset", "", "--bend=50"], "choose one with --preset"),
-        (["--report", "out.png"], "out.png: two outputs go to the same file"),
-        (["--map", "a", "--stmap", "a.exr", "--mesh", "a.obj", "--report", "a"], "a: two outputs go to the same file"),
-        (["--report", "photo.png"], "photo.png: would be written over, but another option names it"),
-        (["--mask", "mask.png", "--trace", "mask.png"], "mask.png: would be written over, but another option names it"),
-        (["--map", "no/map.npz"], "no/map.npz: there is no folder"),
-        (["--stmap", "st.png"], "st.png: an ST map is an .exr file"),
-        (["--mesh", "mesh.ply"], "mesh.ply: a mesh is an .obj file"),
-    ],
-)
-def test_what_cannot_be_is_named(
-    folder: Path, capsys: pytest.CaptureFixture[str], words: list[str], fault: str
-) -> None:
-    assert fault in refused(capsys, "photo.png", *words)
-
-
-@pytest.mark.parametrize(
-    ("handles", "fault"),
-    [
-        ({"pins": [{"at": [200, 3], "to": [4, 4]}]}, "handles.json: pins[0]: lies outside the picture of 96x64 pixels"),
-        ({"pins": [{"at": [20, 3], "to": [float("nan"), 4]}]}, "handles.json"),
-    ],
-)
-def test_handles_that_cannot_be_are_named(
-    folder: Path, capsys: pytest.CaptureFixture[str], handles: dict[str, Any], fault: str
-) -> None:
-    Path("handles.json").write_text(json.dumps(handles))
-    assert fault in refused(capsys, "photo.png", "--handles", "handles.json")
-
-
-def test_formats_that_cannot_be_written_are_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for name, fault in {"out.gif": "unknown picture format '.gif'", "no/out.png": "there is no folder"}.items():
-        assert weft("photo.png", "-o", name) == 2
-        assert f"weft: error: {name}: {fault}" in capsys.readouterr().err
-
-
-def in_a_full_disk(command: str, **options: Any) -> "subprocess.CompletedProcess[str]":
-    """Run `command` in a shell that may write files of 3 kB at most."""
-    limited = f"ulimit -f 3; trap '' XFSZ; exec {command}"
-    return subprocess.run(["bash", "-c", limited], capture_output=True, text=True, check=False, **options)
-
-
-@pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg", ".webp"])
-def test_a_file_that_may_not_grow_leaves_what_was_there(folder: Path, suffix: str) -> None:
-    out = folder / f"out{suffix}"
-    out.write_bytes(b"before")
-    command = f"{sys.executable} -m app warp {folder}/photo.png -o {out}"
-    done = in_a_full_disk(command, cwd=Path(__file__).parents[3])
-    assert done.returncode == 2
-    assert done.stderr == f"weft: error: {out}: file too large\n"
-    assert out.read_bytes() == b"before"
-    assert sorted(path.name for path in folder.iterdir()) == sorted(["mask.png", out.name, "photo.png"])
-
-
-def test_a_full_disk_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    Path("full.png").symlink_to("/dev/full")
-    assert weft("photo.png", "-o", "full.png") == 2
-    assert capsys.readouterr().err == "weft: error: full.png: no space left on device\n"
-    assert Path("/dev/full").is_char_device()
-
-
-def write_with(path: str, pixels: Any, **attributes: Any) -> None:
-    """Write `pixels` with OpenImageIO itself; colons in names are written as double underscores."""
-    kind = {"uint8": "uint8", "float32": "float"}[str(pixels.dtype)]
-    spec = OpenImageIO.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kind)
-    for name, value in attributes.items():
-        spec.attribute(name.replace("__", ":"), value)
-    buffer = OpenImageIO.ImageBuf(spec)
-    buffer.set_pixels(spec.roi, pixels)
-    assert buffer.write(path)
-
-
-BEND = ("--preset", "rise", "--bend", "-40")
-
-
-def test_numbers_that_are_none_do_not_spread(folder: Path) -> None:
-    light = photograph().astype(np.float32) / 255
-    light[20, 30] = np.nan
-    write_with("light.exr", light)
-    assert weft("light.exr", "-o", "out.exr", *BEND) == 0
-    assert np.isfinite(load("out.exr").pixels).all()
-
-
-def test_grey_palette_and_ink_become_pictures(folder: Path) -> None:
-    save(Image(disc()[..., None]), "grey.png")
-    write_with("palette.gif", photograph())
-    write_with("ink.tif", np.concatenate([photograph(), disc(0)[..., None]], axis=2), tiff__ColorSpace="CMYK")
-    for name, channels in {"grey.png": 2, "palette.gif": 4, "ink.tif": 4}.items():
-        assert weft(name, "-o", "out.png", *BEND) == 0
-        assert load("out.png").channels == channels
-
-
-def test_orientation_is_resolved(folder: Path) -> None:
-    write_with("turned.jpg", photograph(), Orientation=6)
-    assert weft("turned.jpg", "-o", "out.png") == 0
-    assert load("out.png").pixels.shape == (WIDTH, HEIGHT, 3)
 
 
 def test_pins_are_reported_and_those_that_cannot_be_met_are_said(

@@ -9,11 +9,9 @@ from hypothesis import strategies as st
 from core.arrays import Bytes, InputError, Points
 from core.curves.bezier import Curve
 from core.grid import Grid, find_features
-from core.mapping.features.similarity import fit_residual
-from core.mapping.handles.dirichlet_plate import HeldPlate
 from core.mapping.handles.handles import Handles
-from core.mapping.handles.plate import Frame, HandleField
-from core.mapping.jacobians import Complexes, as_complex, as_positions
+from core.mapping.handles.plate import Frame
+from core.mapping.jacobians import as_complex, as_positions
 from core.mapping.options import Keep, MappingOptions
 from core.mapping.result import FeatureReport, Warped
 from core.mapping.warper import Warper
@@ -170,74 +168,6 @@ def test_points_of_a_curve_across_a_feature_are_met_outside_it_and_fitted_inside
     assert not found.folded.any()
 
 
-@pytest.mark.parametrize("keep", ["similarity", "rigid"])
-@pytest.mark.parametrize("stretch", [(1.5, 1.0), (0.7, 1.0), (1.0, 1.6), (1.3, 0.8)])
-def test_a_new_size_fills_its_rectangle_and_features_at_the_frame_slide(
-    stretch: tuple[float, float], keep: Keep
-) -> None:
-    painted = mask()
-    cv2.circle(painted, (120, 10), 25, 255, -1)
-    cv2.rectangle(painted, (220, 120), (239, 150), 255, -1)
-    base = (GRID.nodes + 0.5) * stretch - 0.5
-    found = moved(Handles(NONE, NONE), painted=painted, base=base, keep=keep)
-    z = found.warped
-    sides = z[:, 0, 0], z[0, :, 1], z[:, -1, 0], z[-1, :, 1]
-    there = -0.5, -0.5, SIZE[0] * stretch[0] - 0.5, SIZE[1] * stretch[1] - 0.5
-    for side, place in zip(sides, there, strict=True):
-        assert np.abs(side - place).max() < 1e-9
-    assert not found.folded.any()
-    assert max(residuals(found)) < 1e-9
-    assert [feature.angle_deg for feature in found.features if feature.nodes < 200] == pytest.approx(
-        [0, 0, 0, 0], abs=40
-    )
-    assert found.outline_moved_px == 0
-
-
-def test_a_band_across_the_picture_has_the_size_of_the_new_width() -> None:
-    painted = np.zeros(SIZE[::-1], np.uint8)
-    painted[80:120] = 255
-    found = moved(Handles(NONE, NONE), painted=painted, base=(GRID.nodes + 0.5) * [1.4, 1.0] - 0.5)
-    assert found.features[0].scale == pytest.approx(1.4, abs=1e-9)
-    assert found.features[0].angle_deg == pytest.approx(0, abs=1e-9)
-    assert not found.folded.any()
-
-
-def test_a_feature_from_side_to_side_that_is_too_tall_at_its_new_size_covers_the_canvas() -> None:
-    painted = np.zeros(SIZE[::-1], np.uint8)
-    painted[20:170] = 255
-    found = moved(Handles(NONE, NONE), painted=painted, base=(GRID.nodes + 0.5) * [1.5, 1.0] - 0.5)
-    low, high = found.warped.reshape(-1, 2).min(axis=0), found.warped.reshape(-1, 2).max(axis=0)
-    assert (low <= -0.5 + 1e-9).all()
-    assert (high >= np.array(SIZE) * [1.5, 1.0] - 0.5 - 1e-9).all()
-    assert max(residuals(found)) < 1e-12
-    assert not found.folded.any()
-    assert found.outline_moved_px > 1
-
-
-def test_a_rigid_feature_at_one_side_is_no_larger_than_the_new_width() -> None:
-    painted = np.zeros(SIZE[::-1], np.uint8)
-    painted[60:120, :200] = 255
-    found = moved(Handles(NONE, NONE), painted=painted, base=(GRID.nodes + 0.5) * [0.6, 1.0] - 0.5, keep="rigid")
-    assert 0.6 < found.features[0].scale < 0.75
-    assert fit(found) < 1e-9
-    assert not found.folded.any()
-    assert found.outline_moved_px == 0
-
-
-def fit(found: Warped) -> float:
-    """Return the residual of the largest feature from its best-fit similarity."""
-    inside = found.marked.labels == found.features[0].id
-    return fit_residual(as_complex(found.rest)[inside], as_complex(found.warped)[inside], rigid=False)
-
-
-def test_a_pin_on_a_straight_frame_slides_along_it() -> None:
-    pin = np.array([[120.0, -0.5]])
-    found = moved(Handles(pin, pin + [12.0, 7.0]))
-    assert places(found, pin)[0] == pytest.approx([132, -0.5], abs=0.6)
-    assert found.pin_reports[0].error_px == pytest.approx(7, abs=0.6)
-    assert np.array_equal(found.warped[0, :, 1], GRID.nodes[0, :, 1])
-
-
 def test_a_target_far_outside_a_held_frame_is_missed_and_nothing_folds() -> None:
     pins = np.array([[120.0, 90.0], [30.0, 30.0]])
     found = moved(Handles(pins, pins + [[1e6, 0.0], [0.0, 0.0]]), painted=mask())
@@ -271,72 +201,6 @@ def test_the_held_frame_stays_where_the_base_has_it() -> None:
     base = make_warp("arch", *SIZE, bend=40)(GRID.nodes)
     found = moved(Handles(PLACES, PLACES + 9), base=base)
     assert np.array_equal(found.warped[GRID.outline], base[GRID.outline])
-
-
-@pytest.mark.parametrize("size", [(120, 90), (24, 300), (90, 9), (9, 9), (6, 200)])
-def test_a_held_plate_bends_as_little_as_the_handles_allow(size: tuple[int, int]) -> None:
-    """The plate's answer has the gradient of E at nodes that no handle holds, within the outline: zero."""
-    grid = Grid(*size, cell_px=3)
-    at = np.array([[0.4, 0.5], [0.7, 0.3], [0.71, 0.33]]) * size
-    field = HandleField(grid)
-    field.hold(at, spare=0)
-    d = field.displace(as_complex(np.array([[4.0, 1.0], [-2.0, 3.0], [-2.5, 3.0]])))
-    unit = np.sqrt(np.prod(grid.cell))
-    width, height = grid.cell / unit
-
-    def sides(z: Complexes) -> Complexes:
-        padded = np.pad(z, 1)
-        x = (2 * z - padded[1:-1, :-2] - padded[1:-1, 2:]) / width**2
-        return np.asarray(x + (2 * z - padded[:-2, 1:-1] - padded[2:, 1:-1]) / height**2)
-
-    inner = d[1:-1, 1:-1]
-    length = 0.1 * np.hypot(*grid.shape)
-    forces = np.zeros(grid.shape, np.complex128)
-    forces[1:-1, 1:-1] = sides(inner) + length**2 * sides(sides(inner))
-    at_handles = np.zeros(grid.size, bool)
-    margin = np.minimum(grid.cell, np.array(size) / 2)
-    at_handles[grid.weights_at(np.clip(at, margin - 0.5, size - margin - 0.5))[0]] = True
-    loose = ~at_handles.reshape(grid.shape)
-    assert np.abs(forces).max() > 0.01
-    assert np.abs(forces[loose]).max() < 1e-9 * np.abs(forces).max()
-
-
-def test_an_unknown_motion_of_the_plate_leaves_no_force_on_a_body() -> None:
-    field, grid = HandleField(GRID), GRID
-    rim = np.array([[150.0, 80.0], [190, 80], [170, 60], [170, 100]])
-    at = np.concatenate([[[60.0, 60.0]], rim])
-    Q = np.zeros((5, 3), np.complex128)
-    Q[1:, 0], Q[1:, 1], Q[1:, 2] = 1j * as_complex(rim - rim.mean(axis=0)), 1, 1j
-    field.hold(at, spare=0)
-    known = np.array([20.0 + 5j, 0, 0, 0, 0])
-    found = known + Q @ field.find_motions(known, Q)
-    d = field.displace(found)
-    assert np.abs(field.at_points(d) - found).max() < 1e-9
-    assert fit_residual(as_complex(rim), as_complex(rim) + field.at_points(d)[1:], rigid=False) < 1e-12
-    assert abs(found[1:].mean()) > 0.1
-    assert grid.shape == d.shape
-
-
-def test_responses_are_what_the_answers_have_at_the_places() -> None:
-    grid = Grid(300, 170, cell_px=7)
-    at = np.random.default_rng(3).uniform(8, 160, (9, 2))
-    plate = HeldPlate(grid, cell=(1.02, 0.98), rounded=5.0)
-    plate.hold(at[[2, 5]])
-    S = plate.hold(at)
-    nodes, weights = grid.weights_at(at)
-    for force, row in zip(np.eye(9, dtype=np.complex128), S, strict=True):
-        assert np.abs((plate.answer(force)[nodes] * weights).sum(axis=1) - row).max() < 1e-12 * S.max()
-
-
-def test_the_fast_poisson_solve_has_its_load() -> None:
-    plate = HeldPlate(GRID, cell=(1.0, 1.0), rounded=5.0)
-    load = np.zeros(GRID.shape, np.complex128)
-    load[20, 13], load[5, 40] = 1 + 2j, -3j
-    y = plate.solve_poisson(load)
-    padded = np.pad(y, 1)
-    inner = 2 * (4 * y - padded[1:-1, :-2] - padded[1:-1, 2:] - padded[:-2, 1:-1] - padded[2:, 1:-1])
-    assert np.abs(y[GRID.outline]).max() == 0
-    assert np.abs((inner - load)[1:-1, 1:-1]).max() < 1e-12
 
 
 def test_two_pins_on_one_spot_go_to_the_middle_of_their_targets() -> None:

@@ -17,7 +17,7 @@ from core.arrays import Bools, Bytes
 from core.document.document import Document
 from core.imaging.images import Image
 from core.rasters.raster import Raster
-from tests.gui.test_small_windows import bar
+from tests.gui.window.test_small_windows import bar
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui

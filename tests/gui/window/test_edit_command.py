@@ -19,7 +19,7 @@ from tests.app.driver import document
 
 def surroundings(home: Path) -> dict[str, str]:
     """Return an environment in which the program keeps its files in `home`."""
-    here = {"PYTHONPATH": str(Path(__file__).parents[2]), "XDG_STATE_HOME": str(home), "XDG_CONFIG_HOME": str(home)}
+    here = {"PYTHONPATH": str(Path(__file__).parents[3]), "XDG_STATE_HOME": str(home), "XDG_CONFIG_HOME": str(home)}
     return os.environ | here
 
 

@@ -14,7 +14,7 @@ from core.document.document import Mode
 from core.progress import Job
 from tests.app.driver import document
 from tests.gui.conftest import endless
-from tests.gui.test_ids import ids_in, windows_shown
+from tests.gui.panels.test_ids import ids_in, windows_shown
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui

@@ -16,7 +16,7 @@ from core.arrays import Bools, Bytes
 from core.document.document import Document
 from core.imaging.images import Image, load, save
 from tests.core.selection.test_importance import two_discs
-from tests.gui.test_select_tools import on_screen
+from tests.gui.tools.test_select_tools import on_screen
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = [pytest.mark.gui, pytest.mark.slow]

@@ -17,7 +17,7 @@ from core.document.document import Document, Feature
 from core.document.project import load_project, save_project
 from core.rasters.raster import Raster
 from tests.app.driver import picture
-from tests.gui.test_select_tools import on_screen
+from tests.gui.tools.test_select_tools import on_screen
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
