@@ -16,7 +16,7 @@ from app.batch.video_in import read_frames
 from app.render.export import rendering
 from app.render.picture_file import Drawing, at_depth, draw_warped, drawing_file
 from core.arrays import InputError, WeftError
-from core.document import overlay as document_overlay
+from core.document import overlay_texture
 from core.document import retexture as document_retexture
 from core.document.document import Document
 from core.document.map import MapSolver
@@ -97,7 +97,7 @@ class _Maker:
             name = Path(item.output).name
             return draw_warped(document, found, name, frame=options.frame, scale=options.scale, bits=options.bits)
         if document.mode == "overlay":
-            image = run(document_overlay.picture(document, at_depth(document.image, options.bits)))
+            image = run(overlay_texture.picture(document, at_depth(document.image, options.bits)))
         else:
             image = self._retextured(document, at_depth(document.image, options.bits))
         return Drawing.unmoved(image, scale=options.scale)

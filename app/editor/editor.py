@@ -12,9 +12,10 @@ from app.editor.errands import Errands
 from app.editor.interaction import Interaction
 from app.editor.tool import Tool, first_tool
 from app.editor.unwarped import Unwarped
+from app.live.answer import Answer
 from app.live.overlay import LiveOverlay
 from app.live.retexture import LiveRetexture
-from app.live.warp import Answer, LiveWarp
+from app.live.warp import LiveWarp
 from app.model.events import Event
 from app.model.history import History
 from app.model.jobs import Jobs
@@ -265,21 +266,9 @@ class Editor(Errands):
         """Begin anew with another document and an empty history."""
         self.cancel()
         self.jobs.cancel_all()
-        brush = self.session.brush.carried(self.document.size_px, document.size_px)
+        self.session = self.session.for_document(self.document.size_px, document.size_px)
         self.history = self._history(document, saved=saved)
         self.project_path, self.source_path = project, source
-        self.show(
-            brush=brush,
-            selected=frozenset(),
-            features=frozenset(),
-            selected_corners=frozenset(),
-            selected_curve=None,
-            selected_knots=frozenset(),
-            suggestions=(),
-            last_dab=None,
-            hover=None,
-            shown="result",
-        )
         self.animation.open_up()
         if source is None:
             self.choose_mode(document.mode)

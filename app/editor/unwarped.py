@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.live.warp import Answer
+from app.live.answer import Answer
 from app.model.spaces import View, canvas_from_screen, move
 from core.document.document import Document
 from core.mesh import Mesh

@@ -30,7 +30,8 @@ from app.state.project_file import ChangedOnDiskError, keep_backup
 from app.state.state_files import read_state
 from core.arrays import InputError
 from core.document.document import Document
-from core.document.overlay import UNSOUGHT, is_changed
+from core.document.overlay import UNSOUGHT
+from core.document.overlay_texture import is_changed
 from core.document.project import SUFFIX, load_project, save_project
 from core.files.atomic import write_text
 from core.files.text import legible

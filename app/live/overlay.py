@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 
-from app.live.warp import Answer
+from app.live.answer import Answer
 from app.model.jobs import Jobs, Task, Ticket
 from app.model.session import Shown
 from core.arrays import Ints, Points, WeftError

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from app.live.warp import Answer
+from app.live.answer import Answer
 from app.model.jobs import Jobs, Task, Ticket
 from app.model.session import Look
 from core import tracing

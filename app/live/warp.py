@@ -8,16 +8,15 @@ without folds does. If something moves meanwhile both are dropped.
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
+from app.live.answer import Answer, answer_without_handles
 from app.model.jobs import Jobs, Task
 from core import tracing
-from core.arrays import Bools, Points, WeftError
+from core.arrays import Points, WeftError
 from core.document.document import Document
-from core.document.map import MapSolver, grid_of, preset_of
-from core.grid import Features, Grid
-from core.mapping.result import PinReport, Warped
+from core.document.map import MapSolver, grid_of
+from core.mapping.result import Warped
 from core.mesh import Mesh
 from core.progress import Job, Progress, stepwise
 
@@ -26,71 +25,6 @@ INLINE_NODES = 60_000
 """Up to so many nodes a solve fits into a frame; larger grids are solved beside it."""
 REST_S = 0.15
 """How long nothing may change, once there is an answer, before the final one is begun."""
-
-
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """A map and the document that it belongs to."""
-
-    document: Document
-    mesh: Mesh
-    """Where the picture is; for finding places on it."""
-    result: Warped | None
-    """None for what is shown before the first solve."""
-    settled: bool = False
-    """Whether this is the final answer, the one that an export gives."""
-    solve_ms: float = 0.0
-    """What working it out took, handles included."""
-
-    @property
-    def grid(self) -> Grid:
-        """The grid over the picture."""
-        return self.mesh.grid
-
-    @property
-    def rest(self) -> Points:
-        """Nodes (R, C, 2) in pixels of the picture."""
-        return self.mesh.grid.nodes
-
-    @property
-    def warped(self) -> Points:
-        """Where the nodes (R, C, 2) are, in pixels of the canvas."""
-        return self.mesh.warped
-
-    @property
-    def plain(self) -> Points:
-        """Where W alone takes the nodes (R, C, 2)."""
-        return self.warped if self.result is None else self.result.plain
-
-    @property
-    def features(self) -> Features | None:
-        """The features that keep their shape."""
-        return None if self.result is None else self.result.marked
-
-    @property
-    def folded(self) -> Bools | None:
-        """Which quads (R - 1, C - 1) are folded."""
-        return None if self.result is None else self.result.folded
-
-    @cached_property
-    def folds(self) -> int:
-        """How many quads are folded."""
-        return 0 if self.folded is None else int(self.folded.sum())
-
-    @property
-    def outline_moved_px(self) -> float:
-        """How far the outline gave way so that nothing folds."""
-        return 0.0 if self.result is None else self.result.outline_moved_px
-
-    @property
-    def pins(self) -> list[PinReport]:
-        """What became of the document's pins, in their order; nothing while they are newer than the answer."""
-        return [] if self.result is None else self.result.pin_reports
-
-    @cached_property
-    def base_mesh(self) -> Mesh:
-        """Where the preset has the picture, without handles."""
-        return Mesh(self.grid, preset_of(self.document)(self.rest))
 
 
 class LiveWarp:
@@ -191,13 +125,13 @@ class LiveWarp:
         """Return the answer to `document`, as far as one is there."""
         if self.answer is None:
             self.update(document)
-        return self.answer if self.answer is not None else _untouched(document)
+        return self.answer if self.answer is not None else answer_without_handles(document)
 
     def _solve(self, document: Document) -> None:
         """Answer now if that fits into a frame; else show the last answer until the live thread has one."""
         try:
             if self.answer is None or self.answer.document.image is not document.image:
-                self.answer = _untouched(document)
+                self.answer = answer_without_handles(document)
             if self._jobs.holds("solve"):
                 return
             if _fits_into_frame(document) and not self._solver.is_heavy(document):
@@ -292,13 +226,3 @@ def _maps_alike(a: Document, b: Document) -> bool:
         and a.pins == b.pins
         and a.curves == b.curves
     )
-
-
-def _untouched(document: Document) -> Answer:
-    """Return the answer by preset alone, or by nothing where even that fails."""
-    try:
-        grid = grid_of(document)
-        return Answer(document, Mesh(grid, preset_of(document)(grid.nodes)), None)
-    except WeftError:
-        grid = Grid(*document.size_px)
-        return Answer(document, Mesh(grid, grid.nodes), None)

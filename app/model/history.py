@@ -6,9 +6,12 @@ exception, `GeneratorExit` of a cancelled gesture included.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 
-from core.document.document import Document, arrays
+import numpy as np
+from numpy.typing import NDArray
+
+from core.document.document import Document
 
 
 @dataclass(frozen=True)
@@ -110,10 +113,10 @@ class History:
 
     def _forget(self) -> None:
         """Drop the oldest entries while the arrays that only history holds exceed the budget."""
-        kept = {id(a) for a in arrays(self.document)}
+        kept = {id(a) for a in _find_arrays(self.document)}
         total = 0
         for number in range(len(self._entries) - 1, -1, -1):
-            for array in arrays(self._entries[number].document):
+            for array in _find_arrays(self._entries[number].document):
                 if id(array) not in kept:
                     kept.add(id(array))
                     total += array.nbytes
@@ -121,3 +124,15 @@ class History:
                 del self._entries[: number + 1]
                 self._index -= number + 1
                 return
+
+
+def _find_arrays(value: object) -> Iterator[NDArray[np.generic]]:
+    """Yield every array inside a document or a part of one."""
+    if isinstance(value, np.ndarray):
+        yield value
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from _find_arrays(item)
+    elif is_dataclass(value):
+        for entry in fields(value):
+            yield from _find_arrays(getattr(value, entry.name))

@@ -185,3 +185,19 @@ class Session:
     """A document whose warp was copied; only that of it counts."""
     recent: tuple[str, ...] = field(default=())
     """Paths of the files opened last, the newest first."""
+
+    def for_document(self, before_px: tuple[int, int], after_px: tuple[int, int]) -> "Session":
+        """Return the session for a document with another picture: nothing is selected, the brush is as large on it."""
+        return replace(
+            self,
+            brush=self.brush.carried(before_px, after_px),
+            selected=frozenset(),
+            features=frozenset(),
+            selected_corners=frozenset(),
+            selected_curve=None,
+            selected_knots=frozenset(),
+            suggestions=(),
+            last_dab=None,
+            hover=None,
+            shown="result",
+        )

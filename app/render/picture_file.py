@@ -10,7 +10,7 @@ from app.model.requests import ExportOptions
 from app.render.export import rendering, rendering_file
 from core.arrays import Points
 from core.canvas import Canvas, Framing
-from core.document import overlay as document_overlay
+from core.document import overlay, overlay_texture
 from core.document import retexture as document_retexture
 from core.document.document import Document
 from core.document.map import settled
@@ -86,7 +86,7 @@ def writing(
         image = yield from part(_enlarged_overlay(document, factor, bits), 0.0, 0.9)
         drawing, drawn = Drawing.unmoved(image), 0.9
     else:
-        made = document_retexture if document.mode == "retexture" else document_overlay
+        made = document_retexture if document.mode == "retexture" else overlay_texture
         image = yield from part(made.picture(document, at_depth(document.image, bits)), 0.0, 0.9)
         drawing, drawn = Drawing.unmoved(image, width_px=width_px, scale=scale), 0.9
     with atomic_file(path) as place:
@@ -139,11 +139,11 @@ def _enlarged_overlay(document: Document, factor: float, bits: Bits | None) -> J
     """Return the picture at a larger size: the photo is filtered, and the texture sampled at that size."""
     nodes = Grid(*document.size_px).nodes
     photo, size = at_depth(document.image, bits), _scaled(document.size_px, factor)
-    if document_overlay.is_changed(document.cloth):
-        layers = yield from part(document_overlay.found(document), 0.0, 0.6)
+    if overlay_texture.is_changed(document.cloth):
+        layers = yield from part(overlay.found(document), 0.0, 0.6)
         photo = yield from part(rendering(photo, nodes, nodes, size=size, scale=factor), 0.6, 0.8)
         yield Progress(0.8, "laying the texture")
-        photo = document_overlay.lay_on(photo, layers, document.cloth)
+        photo = overlay_texture.lay_on(photo, layers, document.cloth)
     else:
         photo = yield from part(rendering(photo, nodes, nodes, size=size, scale=factor), 0.0, 0.9)
     return photo

@@ -9,15 +9,14 @@ from typing import TypeAlias, TypeVar
 import moderngl
 import numpy as np
 
-from app.model.spaces import View
 from app.render.bending import find_places
 from app.render.gpu import Offscreen, Rectangle
 from app.render.layers import CanvasLayers, Costs
 from app.render.passes.bent import BentCanvas
-from app.render.passes.draft import Draft, draft_stride
+from app.render.passes.draft import Draft
 from app.render.passes.marks_layer import MarksLayer, names_of
-from app.render.passes.mesh import MeshBuffers
 from app.render.passes.picture_pass import LEAST_STRETCH, strips, what_is_read
+from app.render.passes.placed_meshes import PlacedMeshes
 from app.render.passes.thumbnails import draw_thumbnails
 from app.render.passes.window import Window
 from app.render.programs import programs_of
@@ -39,8 +38,6 @@ NO_MARKS = 1e9
 NO_FRAME = (0.0, 0.0, 0.0, 0.0)
 Size: TypeAlias = tuple[int, int]
 _Sized = TypeVar("_Sized", CanvasLayers, Draft, BentCanvas)
-_Placing: TypeAlias = tuple[Points, Points, View, float]
-"""Nodes on the picture and on the canvas, how that is looked at, and drawn pixels per screen pixel."""
 
 
 class Renderer:
@@ -64,9 +61,7 @@ class Renderer:
         self._clock = clock
         self._window = Window(context)
         self._marks = MarksLayer(context)
-        self._meshes: dict[tuple[str, bool], MeshBuffers] = {}
-        self._placings: dict[tuple[str, bool], _Placing] = {}
-        """What each of them was placed for last."""
+        self._meshes = PlacedMeshes(context)
         self._sources = Sources(context)
         self._layers: CanvasLayers | None = None
         """The canvas at its best."""
@@ -122,7 +117,7 @@ class Renderer:
     def _loading(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
         """Send what the picture is drawn from to the GPU, piece by piece."""
         for name, nodes, box in scene.parts(layers.picture.size):
-            mesh, source = self._placed(name, scene, nodes), self._source_of(name, scene)
+            mesh, source = self._meshes.place(name, scene, nodes), self._source_of(name, scene)
             yield from source.loading(*what_is_read(mesh, source, mesh.bounds_in(box), LEAST_STRETCH))
 
     def _loads_on(self, best: CanvasLayers) -> bool:
@@ -197,7 +192,7 @@ class Renderer:
         look = self._look(scene, draft.size[0])
         draft.begin(scene, part)
         for name, nodes, box in scene.parts(draft.size):
-            mesh = self._placed(name, scene, nodes)
+            mesh = self._meshes.place(name, scene, nodes)
             draft.draw(mesh, self._source_of(name, scene), box, look, names_of(scene.marks))
 
     def thumbnails(self, image: Image, rest: Points, warps: Sequence[Points], size: tuple[int, int]) -> list[Bytes]:
@@ -206,10 +201,10 @@ class Renderer:
 
     def release(self) -> None:
         """Free the GPU objects; drawing makes them anew."""
-        for held in (self._marks, self._sources, *self._meshes.values(), self._layers, self._draft, self._bent):
+        for held in (self._marks, self._sources, self._meshes, self._layers, self._draft, self._bent):
             if held is not None:
                 held.release()
-        self._meshes, self._placings, self._layers, self._draft, self._bent = {}, {}, None, None, None
+        self._layers, self._draft, self._bent = None, None, None
 
     def _drawing(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
         """Draw the picture in linear light: the result, the picture as it was, or both.
@@ -220,7 +215,7 @@ class Renderer:
         yield
         in_pieces = not self._costs.full_fits
         for name, nodes, box in scene.parts(layers.picture.size):
-            mesh = self._placed(name, scene, nodes)
+            mesh = self._meshes.place(name, scene, nodes)
             yield from layers.picture.drawing(mesh, self._source_of(name, scene), box, in_pieces=in_pieces)
 
     def _composing(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
@@ -275,32 +270,6 @@ class Renderer:
     def _source_of(self, name: str, scene: CanvasScene) -> Source:
         """Return what the part called `name` is drawn from."""
         return self._sources.of(scene.before or scene.image) if name == "before" else self._sources.of_result(scene)
-
-    def _placed(self, name: str, scene: CanvasScene, nodes: Points) -> MeshBuffers:
-        """Return the mesh of the part called `name` with its `nodes` in place."""
-        rest = scene.before_rest if name == "before" and scene.before_rest is not None else scene.rest
-        key, seen = (name, scene.draft), (rest, nodes, scene.view, scene.pixel_ratio / scene.shrink)
-        if not _says_same(seen, self._placings.get(key)):
-            positions = scene.in_framebuffer(nodes)
-            self._mesh_of(name, scene, positions).place(rest, positions)
-            self._placings[key] = seen
-        return self._meshes[key]
-
-    def _mesh_of(self, name: str, scene: CanvasScene, positions: Points) -> MeshBuffers:
-        """Return the mesh called `name`, made anew for another grid shape; `_placed` knows where its nodes are."""
-        key, shape = (name, scene.draft), (positions.shape[0], positions.shape[1])
-        stride = draft_stride(positions) if scene.draft else 1
-        held = self._meshes.get(key)
-        if held is None or (held.shape, held.stride) != (shape, stride):
-            if held is not None:
-                held.release()
-            held = self._meshes[key] = MeshBuffers(self._context, shape, stride=stride)
-        return held
-
-
-def _says_same(one: _Placing, other: _Placing | None) -> bool:
-    """Return whether two placings are of the same arrays in the same view."""
-    return other is not None and one[0] is other[0] and one[1] is other[1] and one[2:] == other[2:]
 
 
 def _exhaust(steps: Iterator[None]) -> None:

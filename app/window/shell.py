@@ -1,4 +1,4 @@
-"""The window: GL context, frame loop, file drops. It and `full_screen` alone know GLFW.
+"""The window: GL context, frame loop, file drops. Nothing outside its folder knows GLFW.
 
 A frame is drawn when there is a reason: input, a job's result (`wake`), or something on the screen that is to change
 by itself. Between frames the loop sleeps in GLFW.
@@ -7,7 +7,6 @@ by itself. Between frames the loop sleeps in GLFW.
 import os
 import sys
 import threading
-import time
 import warnings
 from contextlib import ExitStack
 from dataclasses import replace
@@ -29,6 +28,7 @@ from app.ui.widgets import theme
 from app.ui.widgets.emblem import emblem
 from app.ui.workspace import Workspace
 from app.window import context_loss
+from app.window.frame_rhythm import FrameRhythm
 from app.window.full_screen import FullScreen
 from app.window.interruptions import interruptions
 from app.window.late_imports import load_rest
@@ -44,20 +44,14 @@ NO_OPENGL = (
 LEAST_PX = (640, 400)
 """The window cannot be made smaller than this."""
 MODIFIERS = range(glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SUPER + 1)
-FRAMES_AFTER_INPUT = 3
-"""Dear ImGui needs a frame or two to come to rest: hovering, layout and popups answer in the next one."""
 LAYOUT_FRAMES = 3
 """So many frames at the start lay out the panels; the picture is drawn once its place is known."""
-REST_S = 0.55
-"""When the pointer has rested so long, tooltips show: one more frame."""
 DRAWING_S = 0.011
 """What drawing the picture may take of a frame; the panels, the map and the window's own work take as much again."""
 SWITCH_S = 0.0005
 """How long a job may keep the interpreter to itself while the window waits for it."""
 DOUBLE_CLICK_S = 0.45
 """Two clicks make a double click up to so far apart; a slow machine needs a frame between them."""
-BLINK_S = 0.3
-"""How often the caret of a text field wants a frame."""
 
 
 def wake() -> None:
@@ -121,9 +115,7 @@ class Shell:
         """Whether the picture is drawn at all: to see what a frame takes without it, the draw calls can be left out."""
         self.frames = 0
         """How many frames were drawn."""
-        self._frames_due = LAYOUT_FRAMES + FRAMES_AFTER_INPUT
-        self._last_input = 0.0
-        self._rested = False
+        self._rhythm = FrameRhythm(LAYOUT_FRAMES)
         self.title = ""
         """What the window is called: the document, with a star while it is not saved."""
         self._motion = Motion()
@@ -225,7 +217,7 @@ class Shell:
 
     def _stir(self, *_: object) -> None:
         """Draw a few frames, since something was done to the window."""
-        self._frames_due, self._last_input, self._rested = FRAMES_AFTER_INPUT, time.monotonic(), False
+        self._rhythm.stir()
 
     def _attach(self) -> None:
         """Take the GL context, once it is there."""
@@ -302,24 +294,5 @@ class Shell:
 
     def _wait(self) -> None:
         """Sleep until there is a reason to draw."""
-        if self._frames_due > 0:
-            self._frames_due -= 1
-            return
-        timeout = self._timeout()
-        if timeout is None:
-            glfw.wait_events()
-        elif timeout > 0:
-            glfw.wait_events_timeout(timeout)
-        self._frames_due = FRAMES_AFTER_INPUT - 1
-
-    def _timeout(self) -> float | None:
-        """Return seconds until something on the screen is to change by itself."""
-        waits = [self.workspace.wait_s, self._motion.wait_s]
-        if self._renderer.is_refining:
-            waits.append(0.0)
-        if not self._rested:
-            self._rested = True
-            waits.append(max(self._last_input + REST_S - time.monotonic(), 0.0))
-        if imgui.get_io().want_text_input:
-            waits.append(BLINK_S)
-        return min((wait for wait in waits if wait is not None), default=None)
+        refines = [0.0] if self._renderer.is_refining else []
+        self._rhythm.wait([self.workspace.wait_s, self._motion.wait_s, *refines])

@@ -4,13 +4,12 @@ Every edit is a function `Document -> Document`. Places are stored normalised, (
 (1, 1) its bottom right one, so that a project keeps its meaning when the picture is swapped for a larger one.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from core.arrays import InputError, Points, as_points, readonly
 from core.document.keys import Span, Track
@@ -299,15 +298,3 @@ def places_from_pixels(size_px: tuple[int, int], points: Points) -> Points:
 def pixels_from_places(size_px: tuple[int, int], places: Points) -> Points:
     """Return pixel positions of normalised places (..., 2)."""
     return np.multiply(places, size_px) - 0.5
-
-
-def arrays(value: object) -> Iterator[NDArray[np.generic]]:
-    """Yield every array inside a document or a part of one, for counting bytes."""
-    if isinstance(value, np.ndarray):
-        yield value
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from arrays(item)
-    elif is_dataclass(value):
-        for entry in fields(value):
-            yield from arrays(getattr(value, entry.name))

@@ -1,4 +1,4 @@
-"""From a document to its photo with a new texture in the folds: what is found once, and what is laid on it.
+"""What is found of the photo of a document: the layers that a texture is laid into (`overlay_texture`).
 
 The layers belong to the picture and to `Cloth.search`, which are what they are found from. What the last searches came
 to is kept, layers or a refusal, so that undo, export and the window do not search twice.
@@ -14,21 +14,19 @@ import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Singles
 from core.document.document import Document, pixels_from_places, places_from_pixels
-from core.document.overlay_settings import Cloth, LatticeVertices, Laying, Search
+from core.document.overlay_settings import LatticeVertices, Search
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.compositing import Parts, encode, lay_over, searchable, texture_colours
-from core.overlay.composition import Placement, finite, light_of
+from core.overlay.compositing import encode, searchable
+from core.overlay.composition import finite, light_of
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detail.residual_cleanup import without_old_pattern
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.enlarging import EnlargedParts
 from core.overlay.layers_file import detail_of, lattice_of, pack, unpacked
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
-from core.rasters.raster import Raster
 
 KEPT = 2
 """Decompositions that are kept, and refusals."""
@@ -36,12 +34,8 @@ FIRST_TRIAL = 0.3
 """Share of the work that growing a lattice from a marked texel takes."""
 FINDING = 0.96
 """Share of the work that is not freeing the detail of the old pattern."""
-LAYING = 0.95
-"""Share of an export's work that finding the pattern takes."""
 UNSOUGHT = "no pattern was found yet that a texture could take the place of: find the pattern first"
 """Why nothing can be laid on the cloth of a document in which no search was begun."""
-_UNCOVERED: "WeakKeyDictionary[OverlayLayers, tuple[Raster, OverlayLayers]]" = WeakKeyDictionary()
-"""Layers without what was protected last."""
 _PACKED: "WeakKeyDictionary[OverlayLayers, dict[str, bytes]]" = WeakKeyDictionary()
 """Layers as files: those of a project are packed once, however often it is saved."""
 COPIES = 2.5
@@ -247,69 +241,3 @@ def vertices_of(document: Document, layers: OverlayLayers) -> LatticeVertices:
     """Return the lattice that was found, for the artist to correct."""
     places = places_from_pixels(document.size_px, layers.lattice.frames.points)
     return LatticeVertices(layers.lattice.keys.astype(np.float64), places)
-
-
-def size_of(layers: OverlayLayers, laying: Laying) -> float:
-    """Return the width of a copy in texels."""
-    return layers.usual_size if laying.size is None else laying.size
-
-
-def placement_of(layers: OverlayLayers, texture: Image | None, laying: Laying) -> Placement:
-    """Return how the texture lies, for the engine; the pattern that was found lies where it was."""
-    if texture is None:
-        return Placement()
-    across, down = np.linalg.norm(layers.basis, axis=0)
-    shape = texture.width_px / texture.height_px
-    size = size_of(layers, laying)
-    repeat = 1 / size, float(shape * down / (laying.stretch * size * across))
-    return Placement(
-        repeat, laying.rotate_deg, laying.offset, mirror=laying.mirror, tile=laying.tile, upright=laying.upright
-    )
-
-
-def is_changed(cloth: Cloth) -> bool:
-    """Return whether what is laid on the cloth, and how, makes the photo look different."""
-    return cloth.texture is not None or (cloth.laying.detail, cloth.laying.shading) != (1.0, 1.0)
-
-
-def pattern_of(cloth: Cloth, layers: OverlayLayers) -> Image:
-    """Return what is laid on the cloth: the new texture, or the pattern that was found."""
-    return layers.pattern if cloth.texture is None else cloth.texture
-
-
-def layers_under(cloth: Cloth, layers: OverlayLayers) -> OverlayLayers:
-    """Return the layers that go with what is laid on the cloth, without what is protected."""
-    worn = layers if cloth.texture is None else layers.bare
-    if cloth.protected is None or cloth.protected.is_empty:
-        return worn
-    if worn not in _UNCOVERED or _UNCOVERED[worn][0] is not cloth.protected:
-        share = (1 - color.unit(cloth.protected.array)).astype(np.float32)
-        _UNCOVERED[worn] = cloth.protected, replace(worn, coverage=worn.coverage * share)
-    return _UNCOVERED[worn][1]
-
-
-def picture(document: Document, image: Image) -> Job[Image]:
-    """Return `image`, the document's at any depth, with the texture in its folds; itself where none is chosen.
-
-    Raises `InputError` where a texture is chosen, and no pattern is there to lay it in place of.
-    """
-    if not is_changed(document.cloth):
-        return image
-    layers = yield from part(found(document), 0.0, LAYING)
-    return lay_on(image, layers, document.cloth)
-
-
-def lay_on(image: Image, layers: OverlayLayers, cloth: Cloth) -> Image:
-    """Return `image`, the photo at its own size or at a larger one, with the texture in its folds."""
-    if not is_changed(cloth):
-        return image
-    worn, laying = layers_under(cloth, layers), cloth.laying
-    parts = Parts(image, worn.uv, worn.shading, worn.detail, worn.coverage, worn.basis, worn.texel)
-    is_larger = image.size_px != worn.uv.shape[1::-1]
-    return lay_over(
-        EnlargedParts(parts, image) if is_larger else parts,
-        texture_colours(pattern_of(cloth, layers)),
-        placement_of(layers, cloth.texture, laying),
-        alpha=laying.detail,
-        strength=laying.shading,
-    )

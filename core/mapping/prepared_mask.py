@@ -7,7 +7,8 @@ import numpy as np
 
 from core.arrays import Points
 from core.grid import Features
-from core.mapping.features.feature_mapping import FeatureMapping, Solution
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.pose import Solution
 from core.mapping.handles.curved_frame import Cut, cuts_of, fit_cuts
 from core.mapping.handles.frame_glide import FrameGlide
 from core.mapping.handles.straight_frame import Placed, Rectangle, place_cut

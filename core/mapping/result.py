@@ -8,7 +8,7 @@ import numpy as np
 
 from core.arrays import Bools, Points
 from core.grid import Features, Grid
-from core.mapping.features.feature_mapping import Solution
+from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import bodies_of, body_index, fit_residual
 from core.mapping.folds import folded_quads
 from core.mapping.handles.handles import ring_radius

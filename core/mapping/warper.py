@@ -11,7 +11,8 @@ from core.arrays import InputError, Points
 from core.grid import Features, Grid
 from core.linalg.blas import on_one_thread, one_thread
 from core.linalg.multifrontal import GridFactor
-from core.mapping.features.feature_mapping import FeatureMapping, Solution
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.pose import Solution
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.solver import HandleSolver, Moved
 from core.mapping.handles.straight_frame import constrain_frame

@@ -7,8 +7,9 @@ from app.render import gpu
 from app.render.sources.cloth import DressedSource
 from app.render.sources.dressing import Dressing
 from core.arrays import Floats, Singles
-from core.document.overlay import OverlayLayers, lay_on, layers_under, pattern_of, placement_of
+from core.document.overlay import OverlayLayers
 from core.document.overlay_settings import Cloth, Laying
+from core.document.overlay_texture import lay_on, layers_under, pattern_of, placement_of
 from core.imaging import color
 from core.imaging.images import Image
 from core.overlay.detection.alignment import PatchFrames

@@ -9,7 +9,7 @@ import numpy as np
 
 from app.actions.overlay import PHOTO_TOOLS
 from app.editor.editor import Editor
-from app.live.warp import Answer
+from app.live.answer import Answer
 from app.marking.feature_list import feature_list
 from app.render.scene import Beneath, CanvasScene, MarkColours, MarkOptions
 from app.render.sources.dressing import Dressing
@@ -17,7 +17,7 @@ from app.state.preferences import Preferences
 from app.ui.canvas.regrown_tint import RegrownTint
 from app.ui.widgets import theme
 from core.arrays import Bools, Bytes, Points
-from core.document.overlay import is_changed, layers_under, pattern_of, placement_of
+from core.document.overlay_texture import is_changed, layers_under, pattern_of, placement_of
 from core.document.retexture import moves
 from core.rasters.raster import Raster
 

@@ -1,7 +1,6 @@
 """The feature-aware mapping: as close to W as its features allow  [FAT sec. 2]."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -14,37 +13,21 @@ from core.linalg.laplacian import edge_weights, laplacian, node_values
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.columns import fields_of
 from core.mapping.features.per_quad import load_per_quad
-from core.mapping.features.pose import Approach, HeldPoints, Pose
+from core.mapping.features.pose import Approach, HeldPoints, Pose, Solution
 from core.mapping.features.quad_weights import assign_roles
 from core.mapping.features.reduced_system import ReducedSystem, as_one, as_two
 from core.mapping.features.similarity import Bodies, bodies_of, body_index
-from core.mapping.jacobians import Complexes, Jacobians, as_complex, as_positions, corner_frames
+from core.mapping.features.sizes import smaller_scales
+from core.mapping.jacobians import Complexes, as_complex
 from core.stopwatch import Stopwatch
 
 Keep = Literal["similarity", "rigid"]
 Method = Literal["exact", "per-quad"]
 
-MOST_WEIGHT, MOST_FALLOFF = 1e6, 1000
 JOINT_AT_MOST = 32
 """So many features, the largest, are placed together; each smaller one where W alone would have it."""
 _SAME = 1e-12
 """Points whose responses differ by no more than this share are held as one."""
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """A mapped grid with the similarity of each of its bodies."""
-
-    z: Complexes
-    """Node positions (R, C)."""
-    alpha: Complexes
-    t: Complexes
-    """Body i lies at alpha[i] * arms + t[i]; both are empty for the per-quad method."""
-
-    @property
-    def positions(self) -> Points:
-        """Node positions (R, C, 2)."""
-        return as_positions(self.z)
 
 
 class FeatureMapping:
@@ -79,10 +62,6 @@ class FeatureMapping:
     ) -> None:
         if features.labels.shape != grid.shape:
             raise InputError("features: found on another grid")
-        if not 0 < weight <= MOST_WEIGHT:
-            raise InputError(f"feature weight of {weight:g}: must be positive and at most {MOST_WEIGHT:g}")
-        if not 0 <= falloff <= MOST_FALLOFF:
-            raise InputError(f"falloff of {falloff:g} cells: must not be negative, nor more than {MOST_FALLOFF}")
         self.grid, self.features, self.keep, self.method = grid, features, keep, method
         self._is_spent = False
         self.clock = Stopwatch()
@@ -293,26 +272,14 @@ class FeatureMapping:
         return alpha, t
 
     def _scales(self, w: Complexes, chosen: Ints) -> Floats | None:
-        """Return the scale of each `chosen` feature; None leaves it to the best fit where there are only features.
-
-        The linear part of W in a feature is taken as a whole, as the feature moves: of a swirl, which shears every quad
-        a different way, little is left.
-        """
+        """Return the scale of each `chosen` feature; None leaves it to the best fit where there are only features."""
         if self.keep == "rigid":
             return np.ones(len(chosen))
         return self.sizes_under(w, chosen) if self.free.any() else None
 
     def sizes_under(self, w: Complexes, chosen: Ints) -> Floats:
-        """Return λ of FAT sec. 2.1 of some bodies: the size that W leaves them in the direction that keeps least.
-
-        The linear part of W in a feature is taken as a whole, as the feature moves: of a swirl, which shears every quad
-        a different way, little is left.
-        """
-        inside = self._roles.inside_of(chosen)
-        frames = corner_frames(self.grid, tuple(w.ravel()[self.grid.quads[inside].T]))
-        parts = frames.similar.real, frames.similar.imag, frames.opposite.real, frames.opposite.imag
-        means = [self._roles.means(part, inside, len(self.bodies))[chosen] for part in parts]
-        found = Jacobians(means[0] + 1j * means[1], means[2] + 1j * means[3]).smaller_singular_values
+        """Return λ of FAT sec. 2.1 of the `chosen` bodies; where it is 0, the size of the similarity closest to W."""
+        found = smaller_scales(self.grid, w, self._roles, chosen)
         return np.where(found > 0, found, [abs(self.bodies[i].fit(w.ravel())[0]) for i in chosen])
 
     def _per_quad(self, w: Complexes) -> Solution:

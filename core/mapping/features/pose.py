@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from core.arrays import Floats, Ints
-from core.mapping.jacobians import Complexes
+from core.arrays import Floats, Ints, Points
+from core.mapping.jacobians import Complexes, as_positions
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,3 +63,19 @@ class Approach:
     """What moves them."""
     missed: Complexes
     """How far from their goals the points would then be (k,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A mapped grid with the similarity of each of its bodies."""
+
+    z: Complexes
+    """Node positions (R, C)."""
+    alpha: Complexes
+    t: Complexes
+    """Body i lies at alpha[i] * arms + t[i]; both are empty for the per-quad method."""
+
+    @property
+    def positions(self) -> Points:
+        """Node positions (R, C, 2)."""
+        return as_positions(self.z)

@@ -7,7 +7,9 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, Ints
+from core.arrays import Bools, Floats, InputError, Ints
+
+MOST_WEIGHT, MOST_FALLOFF = 1e6, 1000
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,13 @@ def assign_roles(index: Ints, *, weight: float, falloff: float) -> Roles:
         w_F, the weight inside features.
     falloff
         ρ, the width in cells of the band outside them over which the weight returns to 1.
+
+    Raises `InputError` for a weight or a width beyond what they can be.
     """
+    if not 0 < weight <= MOST_WEIGHT:
+        raise InputError(f"feature weight of {weight:g}: must be positive and at most {MOST_WEIGHT:g}")
+    if not 0 <= falloff <= MOST_FALLOFF:
+        raise InputError(f"falloff of {falloff:g} cells: must not be negative, nor more than {MOST_FALLOFF}")
     corners = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
     highest = np.maximum(np.maximum(corners[0], corners[1]), np.maximum(corners[2], corners[3]))
     touched = highest >= 0

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Floats
-from core.mapping.features.feature_mapping import FeatureMapping, Solution
-from core.mapping.features.pose import Approach
+from core.arrays import Bools
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.pose import Approach, Solution
 from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
 from core.mapping.handles.handles import Handles
@@ -25,7 +25,7 @@ from core.mapping.handles.plate import Frame, HandleField
 from core.mapping.handles.probes import Probes
 from core.mapping.handles.secants import Secants
 from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
-from core.mapping.handles.structure import Structure, prepare
+from core.mapping.handles.structure import Poses, Structure, prepare
 from core.mapping.jacobians import Complexes, as_complex
 
 _IDLE_PX = 1e-6
@@ -104,7 +104,7 @@ class HandleSolver:
         return Moved(Solution(z, found.alpha, found.t), found.D, goal, is_final=not moves)
 
     def _first_turned(
-        self, s: Structure, reference: Solution, poses: "_Poses", goal: Complexes, sides: Complexes
+        self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, sides: Complexes
     ) -> Complexes:
         """Return what turning does to the background (R, C): as in the last frame, or as if nothing turned far."""
         if self._last is not None and self._last[0] is reference.z:
@@ -116,7 +116,7 @@ class HandleSolver:
         self,
         s: Structure,
         reference: Solution,
-        poses: "_Poses",
+        poses: Poses,
         goal: Complexes,
         sides: Complexes,
         turned: Complexes,
@@ -157,13 +157,13 @@ class HandleSolver:
         return np.asarray(goal)
 
     def _displace(
-        self, s: Structure, reference: Solution, poses: "_Poses", asked: Complexes, turned: Complexes
+        self, s: Structure, reference: Solution, poses: Poses, asked: Complexes, turned: Complexes
     ) -> Complexes:
         """Return D (R, C) for the displacements `asked` of handles (k,), beside `turned`; place the other bodies."""
         already = self.field.at_points(turned)
         for _ in range(_POSE_STEPS):
             known = self._know(s, reference, poses, asked) - already
-            self._move_bodies(s, poses, self.field.find_motions(known, s.moving(poses.alpha)))
+            poses.move(s, self.field.find_motions(known, s.moving(poses.alpha)))
         D = turned + self.field.displace(self._know(s, reference, poses, asked) - already)
         self._pose_small(s, reference, poses, D)
         return D
@@ -202,9 +202,9 @@ class HandleSolver:
 
     def _pose_held(
         self, s: Structure, reference: Solution, goal: Complexes, asked: Complexes, *, is_straight: bool
-    ) -> "_Poses":
+    ) -> Poses:
         """Return the similarities of the bodies that handles place; those of the others as they are."""
-        poses = _Poses(reference.alpha.copy(), reference.t.copy(), {})
+        poses = Poses(reference.alpha.copy(), reference.t.copy(), {})
         rest = as_complex(s.mapping.grid.nodes)
         for i, hold in s.holds.items():
             alpha, t = complex(reference.alpha[i]), complex(reference.t[i])
@@ -222,7 +222,7 @@ class HandleSolver:
                 poses.alpha[i], poses.t[i] = hold.fit(places, turned, alpha, rigid=s.mapping.keep == "rigid")
         return poses
 
-    def _know(self, s: Structure, reference: Solution, poses: "_Poses", asked: Complexes) -> Complexes:
+    def _know(self, s: Structure, reference: Solution, poses: Poses, asked: Complexes) -> Complexes:
         """Return the displacements of the plate's points, for what is `asked` of handles (k,) and bodies at `poses`."""
         known = np.zeros(len(s.of_plate), np.complex128)
         known[: len(s.outside)] = asked[s.outside]
@@ -230,17 +230,7 @@ class HandleSolver:
             known[points] = (poses.alpha[i] - reference.alpha[i]) * arms + poses.t[i] - reference.t[i]
         return known
 
-    def _move_bodies(self, s: Structure, poses: "_Poses", motions: Floats) -> None:
-        """Turn and move the bodies that the plate moves; their sizes stay."""
-        for i, columns in s.columns.items():
-            turn = motions[columns.start]
-            poses.alpha[i] *= np.exp(1j * turn)
-            if i in poses.pivots:
-                poses.t[i] = poses.pivots[i] - poses.alpha[i] * s.holds[i].arm
-            else:
-                poses.t[i] += motions[columns.start + 1] + 1j * motions[columns.start + 2]
-
-    def _pose_small(self, s: Structure, reference: Solution, poses: "_Poses", D: Complexes) -> None:
+    def _pose_small(self, s: Structure, reference: Solution, poses: Poses, D: Complexes) -> None:
         """Place the bodies that are too many for the plate where D has them, at the sizes that they have."""
         sampled = [i for i, *_ in s.samples]
         small = np.isin(np.arange(len(reference.alpha)), sampled, invert=True)
@@ -252,7 +242,7 @@ class HandleSolver:
             poses.t[small] = (reference.t + moved)[small]
 
     def _move_frame(
-        self, s: Structure, reference: Solution, poses: "_Poses", goal: Complexes, *, is_straight: bool
+        self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, *, is_straight: bool
     ) -> Complexes:
         """Return the displacements (R, C) of a straight frame: of cut bodies, of points on it, and between them.
 
@@ -280,15 +270,6 @@ class _Found:
     D: Complexes
     alpha: Complexes
     t: Complexes
-
-
-@dataclass(frozen=True, eq=False)
-class _Poses:
-    """Similarities of all bodies, and where the points are that some of them turn about."""
-
-    alpha: Complexes
-    t: Complexes
-    pivots: dict[int, complex]
 
 
 def _is_straight(z: Complexes, frame: Frame) -> bool:

@@ -12,7 +12,8 @@ import scipy
 
 from core.arrays import Bools, Floats, Ints, Points
 from core.grid import Grid
-from core.mapping.features.feature_mapping import FeatureMapping, Solution
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import Body
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.frame_glide import glide_beside

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Ints
+from core.arrays import Bools, Floats, Ints
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import HeldPoints
 from core.mapping.handles.poses import Hold, find_holds, find_owners, sample_rim
@@ -68,6 +68,25 @@ class Structure:
     def whole(self) -> int:
         """How many of moving and turning the whole picture the handles decide."""
         return min(len(self.outside) + sum(2 - hold.is_one_place for hold in self.holds.values()), 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """Similarities of all bodies, and where the points are that some of them turn about."""
+
+    alpha: Complexes
+    t: Complexes
+    pivots: dict[int, complex]
+
+    def move(self, structure: Structure, motions: Floats) -> None:
+        """Turn and move the bodies that the plate moves by its `motions`; their sizes stay."""
+        for i, columns in structure.columns.items():
+            turn = motions[columns.start]
+            self.alpha[i] *= np.exp(1j * turn)
+            if i in self.pivots:
+                self.t[i] = self.pivots[i] - self.alpha[i] * structure.holds[i].arm
+            else:
+                self.t[i] += motions[columns.start + 1] + 1j * motions[columns.start + 2]
 
 
 def prepare(mapping: FeatureMapping, count: int, probes: Probes, pins: Bools, *, frame_is_held: bool) -> Structure:

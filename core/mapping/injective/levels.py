@@ -10,7 +10,8 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints
 from core.grid import Grid
-from core.mapping.features.feature_mapping import JOINT_AT_MOST, FeatureMapping, Solution
+from core.mapping.features.feature_mapping import JOINT_AT_MOST, FeatureMapping
+from core.mapping.features.pose import Solution
 from core.mapping.features.quad_weights import assign_roles
 from core.mapping.folds import corner_areas
 from core.mapping.handles.constraints import Constraints

@@ -48,7 +48,8 @@ from itertools import count
 import numpy as np
 
 from core.arrays import Floats
-from core.mapping.features.feature_mapping import FeatureMapping, Solution
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.pose import Solution
 from core.mapping.folds import folded_quads
 from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.curved_frame import LEAST

@@ -13,8 +13,9 @@ from app.files import filing
 from app.model.jobs import Jobs
 from app.model.requests import ExportPicture
 from core.document.document import Document
-from core.document.overlay import UNSOUGHT, picture
+from core.document.overlay import UNSOUGHT
 from core.document.overlay_settings import Laying, Search
+from core.document.overlay_texture import picture
 from core.document.project import save_project
 from core.imaging.images import Image, load, save
 from core.progress import Job, Progress, run

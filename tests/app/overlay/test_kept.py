@@ -10,7 +10,8 @@ import pytest
 from app.actions import overlay as actions
 from core.document import overlay as document_overlay
 from core.document.document import Document
-from core.document.overlay import OverlayLayers, known, lay_on
+from core.document.overlay import OverlayLayers, known
+from core.document.overlay_texture import lay_on
 from core.document.project import load_project, save_project
 from core.imaging.images import Image
 from core.notices import hearing

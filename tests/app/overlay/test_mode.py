@@ -16,8 +16,8 @@ from app.tools.marks import marks
 from core.arrays import InputError
 from core.document import overlay as document_overlay
 from core.document.document import Document
-from core.document.overlay import lay_on, layers_under, placement_of, size_of
 from core.document.overlay_settings import Search
+from core.document.overlay_texture import lay_on, layers_under, placement_of, size_of
 from core.document.project import load_project, save_project
 from core.imaging.images import Image, load, save
 from core.progress import run

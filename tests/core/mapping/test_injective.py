@@ -7,7 +7,8 @@ import pytest
 from core.arrays import Bytes, Floats, Points
 from core.grid import Features, Grid, find_features
 from core.linalg.blas import on_one_thread
-from core.mapping.features.feature_mapping import FeatureMapping, Keep, Solution
+from core.mapping.features.feature_mapping import FeatureMapping, Keep
+from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import fit_residual
 from core.mapping.folds import corner_areas, folded_quads
 from core.mapping.handles.constraints import Constraints

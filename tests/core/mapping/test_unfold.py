@@ -6,7 +6,8 @@ import pytest
 
 from core.arrays import Bools, Bytes, Floats, Points
 from core.grid import Features, Grid, find_features
-from core.mapping.features.feature_mapping import FeatureMapping, Solution
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import fit_residual
 from core.mapping.folds import folded_quads
 from core.mapping.handles.constraints import Constraints
