@@ -10,8 +10,8 @@ from app.editor.editor import Editor
 from app.model.session import Before, Look, Painted
 from core.curves.bezier import Curve
 from core.curves.edge_tracing import outlines, suggestions
-from core.document import curve_pairs
-from core.document.curve_simplifying import simplified
+from core.document.curves import pairs as curve_pairs
+from core.document.curves.simplifying import simplified
 from core.document.document import places_from_pixels
 from core.document.retexture import moves
 from core.rasters.raster import Raster

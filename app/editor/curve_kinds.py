@@ -9,8 +9,8 @@ import numpy as np
 from app.editor.editor import Editor
 from core.curves import curve_edit
 from core.curves.bezier import Curve
-from core.document import curve_pairs
-from core.document.curve_snapping import snap
+from core.document.curves import pairs as curve_pairs
+from core.document.curves.snapping import snap
 from core.document.document import CurvePair, Document, Mode, places_from_pixels
 from core.document.retexture import with_curve
 

@@ -13,7 +13,7 @@ from app.tools.points import band
 from app.tools.points.box import Box
 from core.arrays import Bools, Points
 from core.curves import curve_edit
-from core.document import curve_pairs
+from core.document.curves import pairs as curve_pairs
 from core.document.document import CurvePair
 
 TICK_GAP_PX = 32.0

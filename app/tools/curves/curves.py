@@ -19,7 +19,7 @@ from app.tools.points.grips import aim, drag_from, nearest, nudge_px
 from app.tools.points.selection import Selection
 from core.arrays import Points
 from core.curves import curve_edit
-from core.document import curve_pairs
+from core.document.curves import pairs as curve_pairs
 from core.document.document import CurvePair, Mode
 from core.mesh import Mesh
 

@@ -13,7 +13,7 @@ from app.tools.points.box import MARGIN_PX
 from core.arrays import Points
 from core.curves import curve_edit
 from core.curves.bezier import Curve
-from core.document import curve_pairs
+from core.document.curves import pairs as curve_pairs
 from core.document.document import CurvePair, pixels_from_places
 from tests.app.driver import EditorDriver
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from app.model.shapes import Bezier, Circle
-from core.document import curve_pairs
+from core.document.curves import pairs as curve_pairs
 from tests.app.driver import EditorDriver
 from tests.app.tools.test_curves import drawn, source, target
 

@@ -9,7 +9,7 @@ from core.arrays import Points
 from core.curves.bezier import Curve
 from core.curves.edge_tracing import smooth
 from core.curves.fitting import fit
-from core.document.curve_simplifying import simplified
+from core.document.curves.simplifying import simplified
 from core.document.document import CurvePair
 
 SIZE = (400, 300)

@@ -1,0 +1,1 @@
+"""Pairs of curves: edited, simplified, brought onto edges."""
