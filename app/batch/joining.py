@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from app.batch import records
 from app.batch.look import Look
 from app.batch.plan import Chunk
+from app.batch.sound import sound_of
 from app.batch.video_out import join
 from app.batch.work import form_of, segment_of
 from core.files.atomic import AtomicFiles
@@ -31,7 +32,8 @@ def join_segments(chunks: Sequence[Chunk]) -> bool:
             return False
         with AtomicFiles() as files:
             with files.place(batch.output) as place:
-                join(segments, form_of(batch, Look(batch).base), place, named=batch.output)
+                form = form_of(batch, Look(batch).base)
+                join(segments, form, place, named=batch.output, sound=sound_of(chunks))
             records.note(files, batch, records.JOINED, [], [])
         if all(records.done(batch, chunk.name, []) for chunk in chunks):
             for segment in segments:

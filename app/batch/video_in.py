@@ -21,7 +21,7 @@ UNSPECIFIED = 2
 """The code, in primaries, transfer function and matrix, of a file that does not say."""
 _HD_ROWS = 720
 _BT709, _SMPTE170M = 1, 5
-_LENIENT: dict[str, Any] = {} if int(av.__version__.split(".")[0]) >= 19 else {"metadata_errors": "replace"}
+LENIENT: dict[str, Any] = {} if int(av.__version__.split(".")[0]) >= 19 else {"metadata_errors": "replace"}
 """Text that is not UTF-8 is no fault; from PyAV 19 on it never is."""
 _SWSCALE = {1: 1, 4: 4, 5: 5, 6: 5, 7: 7, 9: 9, 10: 9}
 """By the matrix's code in a file (ITU-T H.273), its code in libswscale."""
@@ -103,7 +103,7 @@ def read_frames(path: Path, numbers: Sequence[int]) -> Iterator[tuple[int, Image
 @contextmanager
 def _open_up(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
     try:
-        container = av.open(str(path), **_LENIENT)
+        container = av.open(str(path), **LENIENT)
     except av.FFmpegError as fault:
         known = path.exists() and not isinstance(fault, OSError)
         raise InputError(f"{path}: {'not a video' if known else (fault.strerror or str(fault)).lower()}") from None

@@ -1,6 +1,7 @@
 """Videos in pieces: a chunk's frames are encoded to a segment, and the segments are joined without encoding anew."""
 
-from collections.abc import Mapping, Sequence
+import heapq
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -10,14 +11,17 @@ from typing import Any, Self
 import av
 import numpy as np
 from av.container import OutputContainer
+from av.packet import Packet
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from app.batch.recipe import Codec
+from app.batch.sound import Sound
 from app.batch.video_in import Tags
 from core.arrays import InputError
 from core.imaging import color
 from core.imaging.image import Image
+from core.notices import notice
 
 _ENCODERS: dict[Codec, str] = {"prores": "prores_ks", "h264": "libx264", "ffv1": "ffv1"}
 _BY_ENDING: dict[str, tuple[Codec, ...]] = {".mov": ("prores", "h264"), ".mp4": ("h264",), ".mkv": ("ffv1",)}
@@ -150,27 +154,54 @@ def check_size(size_px: tuple[int, int], codec: Codec, output: Path) -> None:
         raise InputError(f"{output}: {size_px[0]}x{size_px[1]} pixels, and {codec} takes even sides only")
 
 
-def join(segments: Mapping[Path, Sequence[int]], form: Form, place: Path, *, named: Path) -> None:
+def join(
+    segments: Mapping[Path, Sequence[int]], form: Form, place: Path, *, named: Path, sound: Sound | None = None
+) -> None:
     """Write the video that the segments make; with each stands when its frames are shown, in the unit of `form`.
 
-    Faults name the file `named`, which it is to become.
+    Sound that the file cannot hold, or that is damaged, is left out, which a notice says. Faults name the file `named`,
+    which it is to become.
     """
-    ending = _JOINED[named.suffix.lower()]
     try:
-        with av.open(str(place), "w", format=ending, container_options={"fflags": "+bitexact"}) as output:
-            target: VideoStream | None = None
-            for segment, times in segments.items():
-                with av.open(str(segment)) as container:
-                    source = container.streams.video[0]
-                    target = target or _target(output, source, form)
-                    packets = (packet for packet in container.demux(source) if packet.size)
-                    for packet, pts in zip(packets, times, strict=True):
-                        packet.stream, packet.time_base = target, form.time_base
-                        packet.pts = packet.dts = pts  # no frame refers to a later one
-                        packet.duration = round(1 / (form.rate * form.time_base))
-                        output.mux(packet)
+        try:
+            _mux(segments, form, place, named, sound)
+        except (av.FFmpegError, ValueError) as fault:
+            if sound is None or isinstance(fault, OSError):
+                raise
+            notice(f"{named}: sound is left out, for it cannot be copied: {_reason(fault)}")
+            _mux(segments, form, place, named, None)
     except av.FFmpegError as fault:
-        raise InputError(f"{named}: cannot be written: {(fault.strerror or str(fault)).lower()}") from fault
+        raise InputError(f"{named}: cannot be written: {_reason(fault)}") from fault
+
+
+def _reason(fault: av.FFmpegError | ValueError) -> str:
+    """Return what a fault says, without the name of a file that is on its way."""
+    return ((fault.strerror if isinstance(fault, av.FFmpegError) else None) or str(fault)).lower()
+
+
+def _mux(segments: Mapping[Path, Sequence[int]], form: Form, place: Path, named: Path, sound: Sound | None) -> None:
+    """Write frames and sound to `place`, as they follow on one another in time."""
+    ending = _JOINED[named.suffix.lower()]
+    with av.open(str(place), "w", format=ending, container_options={"fflags": "+bitexact"}) as output:
+        tracks = [_frames(segments, form, output)] + ([] if sound is None else [sound.packets(output)])
+        # Streams are added when the first packet of each track is asked for, all of them before one is written.
+        for packet in heapq.merge(*tracks, key=lambda packet: (packet.dts or 0) * packet.time_base):
+            output.mux(packet)
+
+
+def _frames(segments: Mapping[Path, Sequence[int]], form: Form, output: OutputContainer) -> Iterator["Packet[Any]"]:
+    """Add a stream to `output` and yield the packets of all segments for it."""
+    target: VideoStream | None = None
+    for segment, times in segments.items():
+        with av.open(str(segment)) as container:
+            source = container.streams.video[0]
+            target = target or _target(output, source, form)
+            packets = (packet for packet in container.demux(source) if packet.size)
+            for packet, pts in zip(packets, times, strict=True):
+                packet.stream, packet.time_base = target, form.time_base
+                packet.pts = packet.dts = pts  # no frame refers to a later one
+                packet.duration = round(1 / (form.rate * form.time_base))
+                yield packet
 
 
 def _target(output: OutputContainer, source: VideoStream, form: Form) -> VideoStream:
