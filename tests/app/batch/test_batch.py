@@ -6,7 +6,6 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
@@ -14,12 +13,10 @@ from app.batch.look import Look
 from app.batch.work import do_chunk
 from app.cli import main
 from core import tracing
-from core.document import retexture as document_retexture
-from core.document.document import CurvePair, Document
+from core.document.document import Document
 from core.document.keys import Key, Span
 from core.document.project import save_project
 from core.imaging.images import Image, load, save
-from core.progress import run
 from tests.app.batch.scene import (
     FRAMES,
     HEIGHT,
@@ -75,44 +72,6 @@ def test_a_chunk_is_factored_once(tmp_path: Path) -> None:
     assert len(list(tmp_path.glob("f.*.png"))) == FRAMES
 
 
-def test_what_moves_steadily_moves_steadily_in_the_frames(tmp_path: Path) -> None:
-    """A still picture under a slow warp: no pixel jumps forth and back from frame to frame."""
-    text = RECIPE.replace('"plates/shot.####.png"', '"plates/shot.0001.png"\nframes = "1-6"').replace(
-        ', easing = "ease"', ""
-    )
-    rows = make(write_scene(tmp_path, text), tmp_path / "out" / "f.####.png")
-    shown = np.stack([load(row.output).pixels.astype(float) for row in rows])
-    covered = (shown[..., 3] == 255).all(axis=0)
-    assert covered.mean() > 0.7
-    inside = cv2.erode(covered.astype(np.uint8), np.ones((5, 5))) > 0
-    moves, jumps = (np.abs(np.diff(shown[:, inside, :3], order, axis=0)).max() for order in (1, 2))
-    assert moves > 6
-    assert jumps <= 4  # one level from the next is a quarter of a pixel
-
-
-def test_a_still_warp_of_a_still_picture_is_the_same_bytes_in_every_frame(tmp_path: Path) -> None:
-    text = RECIPE.replace('shot.####.png"', 'shot.0001.png"\nframes = "1-3"').partition("[keys]")[0] + "bend = 30"
-    make(write_scene(tmp_path, text), tmp_path / "out" / "f.####.png")
-    assert len(bytes_of(tmp_path / "out")) == 3
-    assert len(set(bytes_of(tmp_path / "out").values())) == 1
-
-
-def test_texture_is_regrown_from_the_same_places_in_every_frame(tmp_path: Path) -> None:
-    flat, high = (np.array([[0.1, 0.6], [0.3, y], [0.6, y], [0.9, 0.6]]) for y in (0.6, 0.4))
-    noise = Image(np.random.default_rng(1).integers(0, 256, (HEIGHT, WIDTH, 3), dtype=np.uint8))
-    project = Document.of(noise).changed(mode="retexture", feature_curves=(CurvePair(flat, high),))
-    save_project(project, tmp_path / "a.weft")
-    other = noise.with_pixels(255 - noise.pixels[::-1])
-    save(noise, tmp_path / "p.1.png")
-    save(other, tmp_path / "p.2.png")
-    rows = make(tmp_path / "a.weft", tmp_path / "o.#.png", pictures=[str(tmp_path / "p.#.png")])
-    first = run(document_retexture.found(project))
-    for row, picture in zip(rows, (noise, other), strict=True):
-        np.testing.assert_array_equal(load(row.output).pixels, first.apply(picture.pixels))
-    alone = run(document_retexture.found(project.with_image(other))).apply(other.pixels)
-    assert np.abs(alone.astype(int) - load(rows[1].output).pixels).max() > 100
-
-
 def test_a_mask_of_labels_has_a_feature_for_each_and_says_so_once(tmp_path: Path) -> None:
     recipe = write_scene(tmp_path)
     labels = np.zeros((HEIGHT, WIDTH, 1), np.uint8)
@@ -159,6 +118,15 @@ def test_a_broken_frame_and_one_of_another_size_are_a_line_each_and_the_rest_goe
     assert sorted(bytes_of(tmp_path / "out")) == [f"f.000{frame}.png" for frame in (1, 3, 4, 6)]
     with table.open() as text:
         assert [row["state"] for row in csv.DictReader(text)] == ["done", "failed", "done", "done", "failed", "done"]
+
+
+@pytest.mark.parametrize("pictures", ["shot.####.png", ""])
+def test_a_broken_first_frame_costs_itself_alone(tmp_path: Path, pictures: str) -> None:
+    recipe, broken = write_scene(tmp_path), tmp_path / "plates" / "shot.0001.png"
+    broken.write_bytes(broken.read_bytes()[:60])
+    rows = make(recipe, tmp_path / "out", pictures=[str(tmp_path / "plates" / pictures)])
+    assert [row.state for row in rows] == ["failed"] + ["done"] * (FRAMES - 1)
+    assert rows[0].fault == f"{broken}: the image is damaged or cut short"
 
 
 def test_pictures_of_any_size_can_be_a_list_or_a_folder(tmp_path: Path) -> None:

@@ -80,11 +80,11 @@ def test_after_the_scheduler_is_killed_resume_finishes_and_does_nothing_twice(tm
     assert len(bytes_of(output.parent)) == 40
 
 
-def test_an_address_where_nobody_answers_is_one_line(tmp_path: Path, recipe: Path) -> None:
-    words = ["-o", str(tmp_path / "f.####.png"), "--cluster", "tcp://127.0.0.1:1"]
-    done = weft(recipe, *words, folder=tmp_path)
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tcp://nowhere.invalid:8786", "http://127.0.0.1:1", "farm"])
+def test_an_address_where_nobody_answers_is_one_line(tmp_path: Path, recipe: Path, address: str) -> None:
+    done = weft(recipe, "-o", tmp_path / "f.####.png", "--cluster", address, folder=tmp_path)
     assert done.returncode == 2
-    assert done.stderr == "weft: error: --cluster tcp://127.0.0.1:1: no Dask scheduler answers there\n"
+    assert done.stderr == f"weft: error: --cluster {address}: no Dask scheduler answers there\n"
 
 
 def test_a_cluster_without_workers_is_one_line(tmp_path: Path, recipe: Path) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 import av
 import numpy as np
 import pytest
+from av.audio.frame import AudioFrame
+from av.audio.stream import AudioStream
 from av.video.stream import VideoStream
 
 from app.batch.joining import join_segments, reopen
@@ -158,9 +160,18 @@ def test_a_video_without_frames_is_one_line(tmp_path: Path, capsys: pytest.Captu
         assert isinstance(stream, VideoStream)
         stream.width, stream.height, stream.pix_fmt = 32, 32, "yuv422p10le"
         container.start_encoding()
-    recipe = write_recipe(tmp_path, 'picture = "a.mov"')
-    assert main(["batch", str(recipe), "-o", str(tmp_path / "f.#.png")]) == 2
-    assert capsys.readouterr().err == f"weft: error: {tmp_path / 'a.mov'}: the video has no frames\n"
+    with av.open(str(tmp_path / "b.mov"), "w") as container:
+        sound = container.add_stream("pcm_s16le", rate=48_000, layout="mono")
+        assert isinstance(sound, AudioStream)
+        frame = AudioFrame.from_ndarray(np.zeros((1, 1024), np.int16), format="s16", layout="mono")
+        frame.sample_rate, frame.pts = 48_000, 0
+        container.mux(sound.encode(frame))
+    write_video(tmp_path / "c.mov", "prores", HD)
+    (tmp_path / "c.mov").write_bytes((tmp_path / "c.mov").read_bytes()[:2000])
+    for name, fault in (("a", "the video has no frames"), ("b", "the video has no frames"), ("c", "not a video")):
+        recipe = write_recipe(tmp_path, f'picture = "{name}.mov"')
+        assert main(["batch", str(recipe), "-o", str(tmp_path / "f.#.png")]) == 2
+        assert capsys.readouterr().err == f"weft: error: {tmp_path / name}.mov: {fault}\n"
 
 
 def test_odd_sides_are_refused_where_colours_are_halved(tmp_path: Path) -> None:
