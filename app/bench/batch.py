@@ -25,14 +25,13 @@ from core.arrays import WeftError
 from core.imaging.images import Image, save
 
 FRAMES, QUICK_FRAMES = 200, 12
-SIZE = (320, 180)
+SIZE = (480, 320)
 WORKERS = 2
 _SHARDS = 4
 _START_S = 60.0
 _WEFT = [sys.executable, "-m", "app"]
 _RECIPE = """\
-picture = "plate.png"
-frames = "1-{frames}"
+picture = "plates/shot.####.png"
 mask = "mask.png"
 chunk = {chunk}
 
@@ -61,7 +60,9 @@ def measure(frames: int = FRAMES) -> list[dict[str, Any]]:
 
     `seconds` is from the start of the first process to the end of the last, `speedup` that of the first way over it,
     `overhead_s` what the workers' time has beyond the frames themselves: starting, planning, handing out.
-    `processor_s` is what all of it took of the processors, which says the same of a machine that is busy otherwise.
+    `processor_s` is what all of it took of the processors, `overhead` the share of that above the first way's: it says
+    the same of a machine that is busy otherwise, of which `load` tells, the processes that ran or waited to run in the
+    last minute of the way, its own among them.
     """
     with tempfile.TemporaryDirectory(prefix="weft-bench-") as name:
         folder = Path(name)
@@ -70,20 +71,23 @@ def measure(frames: int = FRAMES) -> list[dict[str, Any]]:
             if way.needs is None or importlib.util.find_spec(way.needs) is not None:
                 records.append(_measure(way, recipe, folder / str(number)))
                 records[-1]["speedup"] = records[0]["seconds"] / records[-1]["seconds"]
+                records[-1]["overhead"] = records[-1]["processor_s"] / records[0]["processor_s"] - 1
                 records[-1]["same_bytes"] = digests(folder / str(number)) == digests(folder / "0")
         return records
 
 
 def write_scene(folder: Path, frames: int, size: tuple[int, int] = SIZE) -> Path:
-    """Write a plate, a mask of two discs and the recipe of `frames` frames to `folder`; return the recipe."""
+    """Write plates with a pattern that drifts, a mask of two discs and the recipe to `folder`; return the recipe."""
     width, height = size
     y, x = np.mgrid[0:height, 0:width]
-    colours = x * 255 / width, y * 255 / height, 128 + 60 * np.sin(x / 9) * np.cos(y / 7)
-    save(Image(np.stack(colours, axis=-1).astype(np.uint8)), folder / "plate.png")
+    (folder / "plates").mkdir()
+    for frame in range(1, frames + 1):
+        colours = x * 255 / width, y * 255 / height, 128 + 60 * np.sin((x + frame) / 9) * np.cos(y / 7)
+        save(Image(np.stack(colours, axis=-1).astype(np.uint8)), folder / "plates" / f"shot.{frame:04d}.png")
     discs = [np.hypot(x - share * width, y - height / 2) < height / 6 for share in (0.3, 0.7)]
     save(Image(np.where(discs[0] | discs[1], 255, 0).astype(np.uint8)[..., None]), folder / "mask.png")
     recipe = folder / "recipe.toml"
-    recipe.write_text(_RECIPE.format(frames=frames, chunk=max(1, frames // 20)), encoding="utf-8")
+    recipe.write_text(_RECIPE.format(frames=frames, chunk=max(1, min(25, frames // 4))), encoding="utf-8")
     return recipe
 
 
@@ -106,6 +110,7 @@ def _measure(way: Way, recipe: Path, folder: Path) -> dict[str, Any]:
         "per_frame_ms": 1e3 * drawing / max(len(rows), 1),
         "overhead_s": way.workers * seconds - drawing,
         "processor_s": processor,
+        "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
     }
 
 
