@@ -16,6 +16,7 @@ import numpy as np
 
 from core.arrays import Bytes, InputError
 from core.curves import feature_curves
+from core.curves.edge_snapping import snap_to_edge
 from core.curves.feature_curves import FeatureCurve
 from core.imaging import color
 from core.imaging.image import Image
@@ -68,7 +69,8 @@ def half_of(name: str) -> int:
 
 def _record(file: Path, sheets: Path | None) -> Record:
     name, picture = file.name.removesuffix(".curves.json"), picture_of(file)
-    image, curves = load(picture), feature_curves.read(file)
+    image = load(picture)
+    curves = [curve if curve.passive else snap_to_edge(image, curve) for curve in feature_curves.read(file)]
     began = time.process_time()
     try:
         found = run(retexture(image.pixels, curves, linear=image.linear, previews=False))

@@ -11,7 +11,7 @@ from core.imaging import color
 from core.progress import Job, Progress, part
 from core.retexture.defaults import VARIETY
 from core.retexture.deformation import diffusion
-from core.retexture.long_edges import find_long_edges, passes
+from core.retexture.long_edges import LongEdges, find_long_edges
 from core.retexture.region import Region, Wishes
 from core.retexture.result import Retexture, plain_place
 from core.retexture.retract import retract
@@ -93,10 +93,10 @@ def retexture(
     with watch.measure("coordinates"):
         picture = compare(pixels, linear=linear)
         reach = settings.reach_px or usual_reach(found)
-        edges = find_long_edges(picture, pieces, patch, reach) if settings.long_edges else []
-        edges = [edge for edge in edges if not passes(edge, settings.left_out, patch.rib)]
+        edges = find_long_edges(picture, pieces, patch, reach) if settings.long_edges else LongEdges()
+        edges = edges.but(settings.left_out, patch.rib)
         scene = prepare(pieces, found, picture, patch, reach, wishes, edges)
-        found = replace(found, compression=scene.way.compression, edges=tuple(edges))
+        found = replace(found, compression=scene.way.compression, edges=edges.curves)
         usable = None if source_mask is None else source_mask > 127
         asked = wishes.regrown
         rough = lay(sparser(scene, patch), scene.area, found) if previews else None

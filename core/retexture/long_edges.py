@@ -10,14 +10,14 @@ own direction: of edges beside a curve, with directions a and b from the curve's
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import cv2
 import numpy as np
 
-from core.arrays import Floats, Points, Singles
+from core.arrays import Bools, Floats, Points, Singles
 from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.curves.fitting import fit
@@ -46,18 +46,37 @@ GROUP = 3
 """So many edges side by side repeat."""
 
 
-def find_long_edges(picture: Singles, curves: list[FeatureCurve], patch: PatchShape, reach_px: float) -> list[Curve]:
-    """Return the edges of a picture (H, W, 3), longer than a patch, near moved `curves`, the longest first.
+Side: TypeAlias = tuple[int, bool]
+"""A curve's number and whether its positive side is meant."""
+
+
+@dataclass(frozen=True)
+class LongEdges:
+    """What goes on near moved curves."""
+
+    curves: tuple[Curve, ...] = ()
+    """Edges of the picture, the longest first."""
+    structured: frozenset[Side] = frozenset()
+    """Sides of drawn curves whose edges keep their own direction, whatever the curve's: no texture of it lies there."""
+
+    def but(self, left_out: Sequence[tuple[float, float]], near_px: float) -> "LongEdges":
+        """Return the same without edges that pass within `near_px` of one of some points (x, y)."""
+        return replace(self, curves=tuple(edge for edge in self.curves if not passes(edge, left_out, near_px)))
+
+
+def find_long_edges(picture: Singles, curves: list[FeatureCurve], patch: PatchShape, reach_px: float) -> LongEdges:
+    """Return the edges of a picture (H, W, 3), longer than a patch, near moved `curves`, and what they tell of sides.
 
     Near is within `reach_px` of where a curve is or goes. Edges that run along a drawn curve are left out, and of those
-    that run side by side, closer than half a patch is wide, the shorter ones.
+    that run side by side, closer than half a patch is wide, the shorter ones. So near to a drawn curve an edge ends:
+    what lies there is read along the curve.
     """
     drawn = [line for curve in curves for line in (curve.source, curve.target) if line is not None]
     moved = [line for curve in curves if curve.target for line in (curve.source, curve.target)]
     own, near = SpineCurves([curve.source for curve in curves]), SpineCurves(moved)
     edges = [_Edge.of(line, own) for line in _find_chains(picture, drawn, patch, reach_px)]
     edges = [edge for edge in edges if near.distance(edge.places).min() <= reach_px]
-    sides: dict[tuple[int, bool], list[_Edge]] = {}
+    sides: dict[Side, list[_Edge]] = {}
     for edge in edges:
         sides.setdefault(edge.side, []).append(edge)
     verdicts = {side: _judge(beside, reach_px) for side, beside in sides.items()}
@@ -69,7 +88,9 @@ def find_long_edges(picture: Singles, curves: list[FeatureCurve], patch: PatchSh
             continue
         if not any(edge.is_beside(other, patch.rib) for other in chosen):
             chosen.append(edge)
-    return [fit(edge.places) for edge in chosen]
+    structured = frozenset(side for side, verdict in verdicts.items() if verdict == "structure")
+    free = (_longest_run(edge.places, own.distance(edge.places) > patch.rib) for edge in chosen)
+    return LongEdges(tuple(fit(places) for places in free if len(places) > 1), structured)
 
 
 def passes(edge: Curve, points: Sequence[tuple[float, float]], near_px: float) -> bool:
@@ -106,7 +127,7 @@ class _Edge:
         return np.asarray(self.places.max(axis=0))
 
     @property
-    def side(self) -> tuple[int, bool]:
+    def side(self) -> Side:
         """The curve that most of it is nearest to, and whether most of it lies on that curve's positive side."""
         curve = int(np.bincount(self.feet.curve).argmax())
         return curve, bool((self.feet.offset[self.feet.curve == curve] > 0).mean() > 0.5)
@@ -132,6 +153,14 @@ class _Edge:
         """Return whether most of it lies within `near_px` of curves that run as it does."""
         cosine = np.abs((self.feet.heading * self.way).sum(axis=1))
         return bool(((cosine > PARALLEL) & (np.abs(self.feet.offset) < near_px)).mean() > 0.5)
+
+
+def _longest_run(places: Points, kept: Bools) -> Points:
+    """Return the longest run (k, 2) of `places` (n, 2) that are `kept` (n,)."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]]).astype(int)))
+    starts, stops = ends[::2], ends[1::2]
+    longest = int((stops - starts).argmax()) if len(starts) else 0
+    return places[starts[longest] : stops[longest]] if len(starts) else places[:0]
 
 
 def _judge(edges: list[_Edge], reach_px: float) -> Literal["structure", "texture", "unsure"]:

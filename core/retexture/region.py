@@ -14,7 +14,7 @@ CALM = 0.06
 STRAINED = 0.3
 """Where it stretches by more, texture is regrown beyond the usual reach too."""
 RIGID = 0.45
-"""Where it stretches landmarks by more, they are regrown, as texture is."""
+"""Where it stretches landmarks or structure by more, they are regrown, as texture is."""
 FARTHEST = 2.0
 """But no farther from a curve than this many reaches."""
 FINE_PX, AROUND_PX = 2.0, 15
@@ -78,6 +78,16 @@ class Apart:
     """(H, W) where the coordinates lead out of the picture, whether or not anything stands for what is missing."""
 
 
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What the plain deformation shows, and had better go on to show: masks (H, W)."""
+
+    landmarks: Bools
+    """Things that are rarer than what lies along the curves."""
+    structured: Bools
+    """Sides of curves with long edges that go their own way: to break one is worse than to stretch it."""
+
+
 @dataclass(frozen=True)
 class Sizes:
     """Distances that bound a region."""
@@ -116,7 +126,7 @@ def region(
     detail: Singles,
     apart: Apart,
     sizes: Sizes,
-    landmarks: Bools,
+    shown: Shown,
     *,
     wishes: Wishes | None = None,
 ) -> Region:
@@ -124,7 +134,8 @@ def region(
 
     Farther off, too, where it stretches much. And wherever the deformed picture has no `detail` (H, W) that would show
     its strain, there is nothing to regrow, but close to a curve: a seam, or an edge that is bent anew, would show more.
-    The deformation stands where it shows `landmarks` (H, W). The `wishes` of the artist go before all of that.
+    The deformation stands where it shows landmarks or structure without stretching them much. The artist's `wishes` go
+    before all of that.
     """
     wishes = wishes or Wishes()
     reach_px, edge_px = sizes.reach_px, sizes.edge_px
@@ -135,8 +146,9 @@ def region(
     aside = ~_beyond_ends(curves, distance, FARTHEST * reach_px)
     texture = detail > np.where(apart.missing, CLEAR, np.clip(SEEN / np.maximum(strain, 1e-3), CONTRAST, CLEAR))
     must = (near | far) & aside & texture | (distance < edge_px) & (strain > CALM)
+    must &= ~(shown.structured & (strain < RIGID))
     must = _clean(must, min(SPECK_PX, edge_px / 2))
-    allowed = ~_kept(landmarks, strain)
+    allowed = ~_kept(shown.landmarks, strain)
     if wishes.regrown is not None:
         must |= wishes.regrown
         allowed |= wishes.regrown

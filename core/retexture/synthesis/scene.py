@@ -1,6 +1,5 @@
 """What is known before a patch is grown: coordinates around both sides of the curves, and where to regrow."""
 
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -15,7 +14,8 @@ from core.linalg.nearest import Nearest
 from core.retexture.deformation import diffusion
 from core.retexture.deformation.coordinates import DirectionField, SpineCurves
 from core.retexture.deformation.diffusion import Diffusion
-from core.retexture.region import Apart, Region, Sizes, Wishes, contrast, region
+from core.retexture.long_edges import LongEdges, Side
+from core.retexture.region import Apart, Region, Shown, Sizes, Wishes, contrast, region
 from core.retexture.result import Retexture
 from core.retexture.saliency import landmarks
 from core.retexture.sampling import Kernel, read
@@ -51,25 +51,34 @@ def prepare(
     patch: PatchShape,
     reach_px: float,
     wishes: Wishes | None,
-    edges: Sequence[Curve] = (),
+    edges: LongEdges | None = None,
 ) -> RetextureScene:
     """Return the scene of drawn curves in `pieces`, with texture regrown as far as `reach_px` from their targets.
 
     Long `edges` of the picture follow the deformation, as passive curves do.
     """
-    drawn, pieces = len(pieces), [*pieces, *map(FeatureCurve, edges)]
+    edges = edges or LongEdges()
+    drawn, pieces = len(pieces), [*pieces, *map(FeatureCurve, edges.curves)]
     targets = [piece.target or follow(piece.source, plain) for piece in pieces]
     source, target = SpineCurves([piece.source for piece in pieces]), SpineCurves(targets)
     with ThreadPoolExecutor(1) as helper:
         stands = helper.submit(standing, picture, source, plain, patch, reach_px)
         fine = contrast(picture)
         beside, paces, nearest, lost, missing = along_nodes(source, target, plain.grid, patch.rib)
+        structured = in_sides(SpineCurves(targets[:drawn]), edges.structured, plain.grid)
         # What a place shows comes from where the deformation has it, or from where it lies along the curve.
         fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
         between = apart(beside, nearest, lost, missing, plain)
     sizes = Sizes(reach_px, 1.5 * patch.rib, patch.search_along)
     area = region(
-        plain.grid, plain.field, SpineCurves(targets[:drawn]), fine, between, sizes, stands.result(), wishes=wishes
+        plain.grid,
+        plain.field,
+        SpineCurves(targets[:drawn]),
+        fine,
+        between,
+        sizes,
+        Shown(stands.result(), structured),
+        wishes=wishes,
     )
     # Each share of a place's source compresses as its own map does.
     near = read(area.nearness, plain.grid.nodes, Kernel.NEAREST)
@@ -124,6 +133,18 @@ def along_nodes(
     far[far] = find_missed(source, target, feet.taken(far), nodes[far], grid.shape, rib)[0]
     paces = pace(source, target, feet).reshape(size)
     return place.reshape(some.shape), paces, feet.curve.reshape(size), (lost & ~far).reshape(size), far.reshape(size)
+
+
+def in_sides(targets: SpineCurves, sides: frozenset[Side], grid: Diffusion) -> Bools:
+    """Return which pixels (H, W) lie on one of some sides of the target they are nearest to."""
+    if not sides:
+        return np.zeros(grid.shape, bool)
+    some = grid.nodes[::2, ::2]
+    feet = targets.feet(some.reshape(-1, 2))
+    inside = np.zeros(len(feet.curve), bool)
+    for number, positive in sides:
+        inside |= (feet.curve == number) & ((feet.offset > 0) == positive)
+    return np.asarray(grid.at_pixels(spread(inside.reshape(some.shape[:2]), grid))[..., 0] > 0.5)
 
 
 def apart(along: Points, nearest: Ints, lost: Bools, missing: Bools, plain: Retexture) -> Apart:

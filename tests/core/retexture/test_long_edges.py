@@ -53,7 +53,7 @@ def fur() -> Singles:
 
 
 def test_palings_are_found_each_once() -> None:
-    found = find_long_edges(fence(), [RISING], PATCH, REACH)
+    found = find_long_edges(fence(), [RISING], PATCH, REACH).curves
     # Each paling has two sides closer together than a patch's half width, or is found by both; none in between.
     columns = np.array([line.points[:, 0].mean() for line in found])
     palings = np.arange(40, WIDTH - 20, 30)
@@ -62,24 +62,40 @@ def test_palings_are_found_each_once() -> None:
 
 
 def test_each_leads_along_its_paling() -> None:
-    for line in find_long_edges(fence(), [RISING], PATCH, REACH):
+    for line in find_long_edges(fence(), [RISING], PATCH, REACH).curves:
         assert np.ptp(line.points[:, 0]) < 2
         assert np.ptp(line.points[:, 1]) > 60
 
 
 def test_hairs_that_stand_on_the_curve_are_texture() -> None:
-    assert find_long_edges(fur(), [RISING], PATCH, REACH) == []
+    assert find_long_edges(fur(), [RISING], PATCH, REACH).curves == ()
+
+
+def test_palings_make_their_side_structured_and_hairs_do_not() -> None:
+    assert len(find_long_edges(fence(), [RISING], PATCH, REACH).structured) == 1
+    assert not find_long_edges(fur(), [RISING], PATCH, REACH).structured
+
+
+def test_an_edge_ends_before_it_meets_a_drawn_curve() -> None:
+    picture = ground()
+    for x in range(40, WIDTH - 20, 30):
+        cv2.rectangle(picture, (x, 40), (x + 12, 175), (1.0, 1.0, 1.0), -1)
+    found = find_long_edges(picture, [RISING], PATCH, REACH).curves
+    assert len(found) > 3
+    places = np.concatenate([line.at(line.parameters(step=1.0)) for line in found])
+    assert RISING.source.nearest(places)[1].min() > PATCH.rib - 2
+    assert RISING.source.nearest(places)[1].min() < 2 * PATCH.rib
 
 
 def test_the_edge_that_was_drawn_is_none() -> None:
-    assert find_long_edges(ground(), [RISING], PATCH, REACH) == []
+    assert find_long_edges(ground(), [RISING], PATCH, REACH).curves == ()
 
 
 def test_edges_far_from_curves_are_left_out() -> None:
     picture = ground()
     picture[:4, :, :] = 0
     cv2.line(picture, (20, 15), (280, 15), (0.0, 0.0, 0.0), 4)
-    assert find_long_edges(picture, [RISING], PATCH, REACH) == []
+    assert find_long_edges(picture, [RISING], PATCH, REACH).curves == ()
 
 
 def test_a_bent_edge_is_one_chain() -> None:
@@ -90,7 +106,7 @@ def test_a_bent_edge_is_one_chain() -> None:
     curve = FeatureCurve(
         Curve(np.array([[20.0, 170.0], [110.0, 170.0], [190.0, 170.0], [280.0, 170.0]])), arch(20.0, 170.0)
     )
-    found = find_long_edges(picture, [curve], PATCH, 90.0)
+    found = find_long_edges(picture, [curve], PATCH, 90.0).curves
     assert max(line.length for line in found) > 90
 
 
@@ -99,7 +115,7 @@ def test_a_picture_smaller_than_a_patch_has_none() -> None:
         Curve(np.array([[1.0, 5.0], [3.0, 5.0], [5.0, 5.0], [8.0, 5.0]])),
         Curve(np.array([[1.0, 5.0], [3.0, 3.0], [5.0, 3.0], [8.0, 5.0]])),
     )
-    assert find_long_edges(np.zeros((10, 10, 3), np.float32), [tiny], PATCH, REACH) == []
+    assert find_long_edges(np.zeros((10, 10, 3), np.float32), [tiny], PATCH, REACH).curves == ()
 
 
 def test_palings_stay_straight_where_they_would_be_bent() -> None:

@@ -7,6 +7,7 @@ from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.retexture.deformation.diffusion import distortion
 from core.retexture.job import deform
+from core.retexture.long_edges import LongEdges, Side
 from core.retexture.region import CLEAR, CONTRAST, SEEN, contrast
 from core.retexture.synthesis.patches import PatchShape
 from core.retexture.synthesis.scene import RetextureScene, prepare
@@ -77,3 +78,22 @@ def test_the_edge_is_regrown_however_small_patches_are() -> None:
     beside = (distance < 4) & (strain > 0.15)
     assert beside.sum() > 300
     assert regrown(scene, beside) > 0.9
+
+
+def test_on_a_side_with_structure_the_deformation_stands_unless_it_stretches_much() -> None:
+    curves = [FeatureCurve(straight(100.0), arched(50))]
+    plain = deform(SHAPE, curves, None)
+    free, held = (
+        prepare(curves, plain, noise(STRONG), PatchShape(), REACH, None, LongEdges(structured=sides))
+        for sides in (frozenset[Side](), frozenset({(0, True)}))
+    )
+    strain = plain.grid.at_pixels(distortion(plain.grid, plain.field)[..., None])[..., 0]
+    rows, columns = np.mgrid[:HEIGHT, :WIDTH]
+    feet = free.way.target.feet(np.column_stack([columns.ravel(), rows.ravel()]).astype(float))
+    side = (feet.offset > 0).reshape(SHAPE)
+    mild, strong = side & free.area.must & (strain < 0.4), side & free.area.must & (strain > 0.55)
+    assert mild.sum() > 500
+    assert strong.sum() > 50
+    assert regrown(held, mild) < 0.2
+    assert regrown(held, strong) > 0.8
+    assert regrown(held, ~side & free.area.must) > 0.95
