@@ -18,7 +18,7 @@ from app.window.loading import loading
 from core import tracing
 from core.arrays import WeftError
 from core.files.atomic import atomic_file, check_outputs
-from core.notices import hearing
+from core.notices import hear_notices
 
 COMMANDS = {
     "warp": "warp a picture and keep its features",
@@ -82,7 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         command, options = parse(sys.argv[1:] if arguments is None else arguments)
         check_outputs([options.trace], beside=_other_paths(options))
-        with ended_by_signals(), record(options.trace), hearing() as heard:
+        with ended_by_signals(), record(options.trace), hear_notices() as heard:
             command.run(options)
         for text in heard:
             sys.stderr.write(f"weft: note: {' '.join(text.split())}\n")

@@ -1,7 +1,7 @@
 """What a user should know of work that goes on nevertheless, such as metadata that a file cannot hold.
 
 Faults are exceptions; notices are for what is no fault. Who does the work says it with `notice`, whoever asked for the
-work hears it with `hearing`: the command line writes it out, the window shows it.
+work hears it with `hear_notices`: the command line writes it out, the window shows it.
 """
 
 import logging
@@ -23,7 +23,7 @@ def notice(text: str) -> None:
 
 
 @contextmanager
-def hearing() -> Iterator[list[str]]:
+def hear_notices() -> Iterator[list[str]]:
     """Yield the list that takes the notices of the block, on this thread."""
     heard: list[str] = []
     token = _listener.set(heard)

@@ -1,7 +1,7 @@
 """Actions on the history and on jobs."""
 
 from app.actions import Action
-from app.actions.panels import showing
+from app.actions.panels import make_toggle
 from app.editor.editor import Editor
 from app.model.requests import Panel
 
@@ -31,7 +31,7 @@ EDIT = (
         "edit.history",
         "History…",
         "Edit",
-        showing("history"),
+        make_toggle("history"),
         "Ctrl+H",
         "clock-rotate-left",
         "Show everything that was done, and go back to any of it",
@@ -51,7 +51,7 @@ EDIT = (
         "edit.preferences",
         "Preferences…",
         "Edit",
-        showing("preferences"),
+        make_toggle("preferences"),
         "Ctrl+,",
         "gear",
         "Size of the text, memory for undo, recovery",
@@ -71,7 +71,7 @@ HELP = (
         "help.palette",
         "Command palette…",
         "Help",
-        showing("palette"),
+        make_toggle("palette"),
         "Ctrl+Shift+P",
         "terminal",
         "Find anything by its name",
@@ -81,7 +81,7 @@ HELP = (
         "help.keys",
         "Keys…",
         "Help",
-        showing("keys"),
+        make_toggle("keys"),
         "F1",
         "keyboard",
         "Show all keys",
@@ -91,7 +91,7 @@ HELP = (
             f"help.tour.{mode}",
             f"{title}…",
             "Help/Tours",
-            showing(panel),
+            make_toggle(panel),
             icon="route",
             tooltip=f"{about}: a sample and a few steps",
         )
@@ -101,7 +101,7 @@ HELP = (
         "help.about",
         "About Weft",
         "Help",
-        showing("about"),
+        make_toggle("about"),
         icon="circle-info",
         tooltip="Version, papers and licence",
         separated=True,

@@ -5,7 +5,7 @@ from pathlib import Path
 from app.actions import Action
 from app.actions.removal import removal
 from app.editor.editor import Editor
-from app.files import filing, warp_files
+from app.files import document_io, warp_files
 from core.files.text import legible
 
 
@@ -16,7 +16,7 @@ def recent_actions(editor: Editor) -> tuple[Action, ...]:
             f"file.recent.{number}",
             legible(Path(path).name),
             "File/Open recent",
-            lambda editor, path=path: filing.open_path(editor, Path(path)),  # type: ignore[misc]
+            lambda editor, path=path: document_io.open_path(editor, Path(path)),  # type: ignore[misc]
             tooltip=legible(path),
         )
         for number, path in enumerate(editor.session.recent)
@@ -28,12 +28,12 @@ FILE = (
         "file.new",
         "New from picture…",
         "File",
-        filing.ask_new,
+        document_io.ask_new,
         "Ctrl+N",
         "file-circle-plus",
         "Begin a project with a picture",
     ),
-    Action("file.open", "Open…", "File", filing.ask_open, "Ctrl+O", "folder-open", "Open a picture or a project"),
+    Action("file.open", "Open…", "File", document_io.ask_open, "Ctrl+O", "folder-open", "Open a picture or a project"),
     Action(
         "file.open_st_map",
         "ST map…",
@@ -65,7 +65,7 @@ FILE = (
         "file.save",
         "Save",
         "File",
-        filing.save,
+        document_io.save,
         "Ctrl+S",
         "floppy-disk",
         "Save the project",
@@ -76,7 +76,7 @@ FILE = (
         "file.save_as",
         "Save as…",
         "File",
-        filing.save_as,
+        document_io.save_as,
         "Ctrl+Shift+S",
         tooltip="Save the project under another name",
     ),
@@ -84,7 +84,7 @@ FILE = (
         "file.export",
         "Export picture…",
         "File",
-        filing.ask_export,
+        document_io.ask_export,
         "Ctrl+E",
         "file-export",
         "Write the picture as it is now to a file",
@@ -94,20 +94,20 @@ FILE = (
         "file.export_again",
         "Export again",
         "File",
-        filing.export_again,
+        document_io.export_again,
         "Ctrl+Shift+E",
         "rotate-right",
         "Write the picture as it is now to the file of the last export, in the same way",
-        enabled=filing.was_exported,
+        enabled=document_io.was_exported,
     ),
     Action(
         "file.replace_picture",
         "Replace picture…",
         "File",
-        filing.ask_picture,
+        document_io.ask_picture,
         icon="image",
         tooltip="Do to another picture what was done to this one",
         separated=True,
     ),
-    Action("file.quit", "Quit", "File", filing.quit_editor, "Ctrl+Q", "power-off", "Close Weft", separated=True),
+    Action("file.quit", "Quit", "File", document_io.quit_editor, "Ctrl+Q", "power-off", "Close Weft", separated=True),
 )

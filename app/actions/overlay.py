@@ -6,11 +6,11 @@ from pathlib import Path
 
 from app.actions import Action
 from app.editor.editor import Editor
-from app.files import filing
+from app.files import document_io
 from app.model.requests import PICTURES, OpenFile
 from app.model.session import PaintedOnCloth, Shown
 from core.document.document import Document
-from core.document.overlay import found
+from core.document.overlay import find_layers
 from core.document.overlay_settings import Search
 from core.document.parts import Part, picture_of
 from core.files.text import legible
@@ -67,7 +67,7 @@ def take_whole(editor: Editor) -> None:
     def steps() -> Job[Search | None]:
         whole = yield from part(whole_object(start.image, layers.covered), 0.0, 0.1)
         wider = replace(search, region=Raster.from_array(as_bytes(whole)))
-        found_there = yield from part(found(start.with_cloth(search=wider)), 0.1, 1.0)
+        found_there = yield from part(find_layers(start.with_cloth(search=wider)), 0.1, 1.0)
         return wider if found_there.explained >= layers.explained else None
 
     def apply(document: Document, wider: Search | None) -> Document | None:
@@ -158,7 +158,7 @@ def _ask_save(editor: Editor, name: str, title: str, make: Callable[[Path], Imag
         yield Progress(0.0, "writing")
         save(make(path), path)
 
-    filing.ask_save_beside(editor, title, PART_FILES, f"{name}.png", writing)
+    document_io.ask_save_beside(editor, title, PART_FILES, f"{name}.png", writing)
 
 
 _SHOWN: tuple[tuple[Shown, str, str, str], ...] = (

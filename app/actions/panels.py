@@ -6,6 +6,6 @@ from app.editor.editor import Editor
 from app.model.requests import Panel, ShowPanel
 
 
-def showing(panel: Panel) -> Callable[[Editor], None]:
+def make_toggle(panel: Panel) -> Callable[[Editor], None]:
     """Return what an action does that shows a panel."""
     return lambda editor: editor.requests.append(ShowPanel(panel))

@@ -11,7 +11,7 @@ from app.model.session import Before, Look, Painted
 from core.curves.bezier import Curve
 from core.curves.edge_tracing import outlines, suggestions
 from core.document.curves import pairs as curve_pairs
-from core.document.curves.simplifying import simplified
+from core.document.curves.simplifying import simplify_pair
 from core.document.document import places_from_pixels
 from core.document.retexture import moves
 from core.rasters.raster import Raster
@@ -84,7 +84,7 @@ def simplify(editor: Editor) -> None:
     if pair is None:
         return
     tolerance_px = SIMPLER_PX / min(editor.session.view.zoom, 1.0)
-    simpler = simplified(pair, editor.document.size_px, tolerance_px=tolerance_px)
+    simpler = simplify_pair(pair, editor.document.size_px, tolerance_px=tolerance_px)
     if simpler is pair:
         editor.notify("No point can go without changing the curve.")
         return

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from app.actions import Action
 from app.editor.editor import Editor
-from app.editor.painting import layer, painted
+from app.editor.painting import choose_raster, layer
 from app.marking.applying import refine
 from app.marking.feature_list import merge
 from app.model.session import Part
@@ -45,7 +45,7 @@ def set_selecting(editor: Editor, **changes: object) -> None:
 
 
 def _is_painted(editor: Editor) -> bool:
-    return not layer(editor.document, painted(editor)).is_empty
+    return not layer(editor.document, choose_raster(editor)).is_empty
 
 
 def _how(how: Combining, label: str, icon: str, tooltip: str) -> Action:

@@ -16,7 +16,7 @@ def _has_keys(editor: Editor) -> bool:
 
 
 def _has_chosen(editor: Editor) -> bool:
-    return _in_warp(editor) and bool(keying.chosen_keys(editor))
+    return _in_warp(editor) and bool(keying.find_chosen_keys(editor))
 
 
 def _step(editor: Editor, frames: int) -> None:
@@ -29,7 +29,7 @@ def _set_keys(editor: Editor) -> None:
 
 
 def _remove_chosen(editor: Editor) -> None:
-    keying.remove_keys(editor, keying.chosen_keys(editor))
+    keying.remove_keys(editor, keying.find_chosen_keys(editor))
 
 
 EASING_LABELS: dict[Easing, tuple[str, str]] = {
@@ -47,10 +47,10 @@ def _easing(easing: Easing) -> Action:
         f"timeline.easing.{easing}",
         label,
         "Timeline/Easing",
-        lambda editor: keying.ease_keys(editor, keying.chosen_keys(editor), easing),
+        lambda editor: keying.ease_keys(editor, keying.find_chosen_keys(editor), easing),
         tooltip=f"{tooltip}: of the selected keys",
         enabled=_has_chosen,
-        checked=lambda editor: keying.easing_of_chosen(editor) == easing,
+        checked=lambda editor: keying.find_easing(editor) == easing,
     )
 
 

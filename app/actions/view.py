@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from app.actions import Action
-from app.actions.panels import showing
+from app.actions.panels import make_toggle
 from app.editor.editor import Editor
 from app.model.session import Compare, Heat
-from app.model.spaces import View, centre, fit_curve, zoomed_at
+from app.model.spaces import View, centre, fit_curve, zoom_at
 from core.arrays import Points
 from core.document.document import Mode, pixels_from_places
 from core.document.map import outline_of
@@ -55,7 +55,7 @@ def actual_size(editor: Editor) -> None:
 def zoom(editor: Editor, factor: float) -> None:
     """Zoom about the middle of the view."""
     view = editor.session.view
-    editor.show(view=zoomed_at(view, factor, (view.size[0] / 2, view.size[1] / 2)))
+    editor.show(view=zoom_at(view, factor, (view.size[0] / 2, view.size[1] / 2)))
 
 
 def toggle_overlay(editor: Editor, name: str) -> None:
@@ -213,7 +213,7 @@ VIEW = (
         "view.full_screen",
         "Full screen",
         "View",
-        showing("full-screen"),
+        make_toggle("full-screen"),
         "F11",
         "expand",
         "Give the whole screen to the window, or take it back",
@@ -222,7 +222,7 @@ VIEW = (
         "view.reset_panels",
         "Reset panel layout",
         "View",
-        showing("layout"),
+        make_toggle("layout"),
         icon="table-cells-large",
         tooltip="Put all panels back where they were at first",
     ),

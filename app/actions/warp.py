@@ -7,8 +7,8 @@ import numpy as np
 
 from app.actions import Action
 from app.editor.editor import Editor
-from app.editor.painting import BLANK, LAYERS, layer, painted, with_layer
-from app.files import filing, masks
+from app.editor.painting import BLANK, LAYERS, choose_raster, layer, with_layer
+from app.files import document_io, masks
 from core.document.animated import NUMBERS
 from core.document.document import Document, Keep, WarpSettings
 from core.imaging.images import Image
@@ -19,24 +19,24 @@ from core.warps.presets import PRESETS
 
 def _fill(editor: Editor, value: int | None) -> None:
     """Give all of what is painted one value, None for that of nothing painted."""
-    document, name = editor.document, painted(editor)
+    document, name = editor.document, choose_raster(editor)
     label = f"{'Clear' if value is None else 'Fill'} {LAYERS[name]}"
     value = BLANK.get(name, 0) if value is None else value
     editor.edit(label, with_layer(document, name, Raster.filled(*document.size_px, value)))
 
 
 def _invert(editor: Editor) -> None:
-    document, name = editor.document, painted(editor)
+    document, name = editor.document, choose_raster(editor)
     editor.edit(f"Invert {LAYERS[name]}", with_layer(document, name, layer(document, name).inverted))
 
 
 def _has_mask(editor: Editor) -> bool:
-    return not layer(editor.document, painted(editor)).is_empty
+    return not layer(editor.document, choose_raster(editor)).is_empty
 
 
 def _can_fit(editor: Editor) -> bool:
     """Return whether something is painted that objects can be looked for under: neither a result nor some cloth."""
-    return painted(editor) in ("mask", "source_mask") and _has_mask(editor)
+    return choose_raster(editor) in ("mask", "source_mask") and _has_mask(editor)
 
 
 MASK = (
@@ -205,7 +205,7 @@ WARP = (
         "warp.export",
         "Export warp…",
         "Warp",
-        filing.ask_export_warp,
+        document_io.ask_export_warp,
         icon="file-export",
         tooltip="Write the warp itself for other programs: an ST map (EXR) or a mesh with texture coordinates (OBJ)",
         separated=True,

@@ -17,7 +17,7 @@ from core.document.map import preset_of, with_handles, with_warp_map
 from core.document.mask_file import with_mask_file
 from core.document.project import load_project
 from core.imaging.images import Image
-from core.notices import hearing
+from core.notices import hear_notices
 from core.warps.map_file import warp_map_of
 
 _WARP_NAMES = {"cell": "cell_px", "outline": "frame"}
@@ -61,7 +61,7 @@ class Look:
                 self._sized = self._base.with_image(picture)
             document = self._sized.changed(image=picture)
         if self._masks is not None:
-            with hearing():  # what is said of a mask is said of all of them, and only once
+            with hear_notices():  # what is said of a mask is said of all of them, and only once
                 document = with_mask_file(document, Path(numbered(self._masks, frame)))
         st_map, displacement = (_of_frame(name, frame) for name in (self._st_maps, self._displacements))
         found = warp_map_of(st_map, displacement)

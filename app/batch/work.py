@@ -23,7 +23,7 @@ from core.document.map import MapSolver
 from core.files.atomic import AtomicFiles
 from core.imaging.images import Image, load
 from core.linalg.blas import one_thread
-from core.notices import hearing
+from core.notices import hear_notices
 from core.progress import run
 from core.retexture.result import Retexture
 
@@ -58,7 +58,7 @@ class _Maker:
     def look(self) -> Look:
         """The look; read when the first frame needs it, what there is to say of it was said before."""
         if self._look is None:
-            with hearing():
+            with hear_notices():
                 self._look = Look(self.batch)
         return self._look
 
@@ -143,7 +143,7 @@ class _PictureMaker(_Maker):
         started = time.perf_counter()
         row = Row(item.frame, item.source, item.output, "done")
         try:
-            with hearing() as notes, AtomicFiles() as files:
+            with hear_notices() as notes, AtomicFiles() as files:
                 path = Path(item.output)
                 if isinstance(picture, InputError):
                     raise picture
@@ -193,7 +193,7 @@ class _VideoMaker(_Maker):
                 started = time.perf_counter()
                 row = Row(item.frame, item.source, item.output, "done")
                 try:
-                    with hearing() as notes:
+                    with hear_notices() as notes:
                         if isinstance(picture, InputError):
                             raise picture
                         segment.append(self._drawn(item, picture), item.pts - begin)

@@ -17,7 +17,7 @@ from core.linalg.cholmod import cholmod
 from core.linalg.factor import Factor
 from core.linalg.laplacian import edge_weights, node_values, pattern, stored_values
 from core.mapping.features.feature_mapping import FeatureMapping
-from core.mapping.folds import folded_quads
+from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles
 from core.mapping.jacobians import as_complex, as_positions
 from core.mapping.options import DEFAULT_OPTIONS, MappingOptions
@@ -165,7 +165,7 @@ def _unfold_ms(grid: Grid, features: Features) -> float | None:
     mapping = FeatureMapping(grid, features, keep="rigid")
     for bend in (40, 60, 80, 100):
         w = as_complex(make_warp("arc", grid.width_px, grid.height_px, bend=bend)(grid.nodes))
-        if folded_quads(mapping.place(w).z).any() and not folded_quads(w).any():
+        if find_folded_quads(mapping.place(w).z).any() and not find_folded_quads(w).any():
             return _median_ms(lambda w=w: warp_grid(grid, features, as_positions(w), options=_RIGID), 1)  # type: ignore[misc]
     return None
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from app.console import run_shown
 from app.editor.editor import Editor
-from app.files.filing import is_project, recent_files, remember, settings_file
+from app.files.document_io import is_project, recent_files, remember, settings_file
 from app.files.rescue_offers import offer_rescues
 from app.model.jobs import Jobs
 from app.model.requests import ExportOptions
@@ -25,7 +25,7 @@ from core.files.journal import tidy
 from core.files.litter import sweep_scratch
 from core.files.text import legible
 from core.imaging.images import load
-from core.notices import hearing
+from core.notices import hear_notices
 
 if TYPE_CHECKING:
     from core.progress import Job
@@ -77,7 +77,7 @@ def bent(document: Document) -> Document:
 def editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
     """Return an editor as the window wants it: it remembers what was opened and keeps what is not saved."""
     sweep_scratch()
-    with hearing() as heard:
+    with hear_notices() as heard:
         editor = _editor_on(document, path, jobs)
     for text in heard:
         editor.notify(text)

@@ -7,7 +7,7 @@ value that has keys, the value becomes a key at that frame.
 import math
 from typing import TYPE_CHECKING
 
-from core.document.animated import is_animated, keyed, posed
+from core.document.animated import is_animated, pose, set_keys
 from core.document.document import Document
 
 if TYPE_CHECKING:
@@ -34,22 +34,22 @@ class Animation:
         """Return a document of the history as it is at the present frame, the same object while neither changes."""
         frame = self._editor.session.frame
         if self._shown is None or self._shown[0] is not document or self._shown[1] != frame:
-            self._shown = document, frame, posed(document, frame)
+            self._shown = document, frame, pose(document, frame)
         return self._shown[2]
 
     def take(self, document: Document) -> Document:
         """Return what the history is to keep of an edited document: with keys where values that have keys changed."""
         if self._shown is not None and document is self._shown[2]:
             return self._shown[0]
-        return keyed(document, self._editor.session.frame)
+        return set_keys(document, self._editor.session.frame)
 
     def edit(self, label: str, document: Document) -> None:
         """Make a document with other keys the present one; its values follow them."""
-        self._editor.edit(label, posed(document, self._editor.session.frame))
+        self._editor.edit(label, pose(document, self._editor.session.frame))
 
     def slide(self, label: str, document: Document) -> None:
         """Show a document with other keys while they are dragged; one undo entry until the editor finishes."""
-        self._editor.slide(label, posed(document, self._editor.session.frame))
+        self._editor.slide(label, pose(document, self._editor.session.frame))
 
     def open_up(self) -> None:
         """Show the first frame of a document that was opened, and the timeline of one that has keys."""

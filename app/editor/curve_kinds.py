@@ -33,7 +33,7 @@ class CurveKind:
         """Return `document` with other curves."""
         return document.changed(**{self.part: tuple(pairs)})
 
-    def replaced(self, document: Document, number: int, pair: CurvePair | None) -> Document:
+    def replace(self, document: Document, number: int, pair: CurvePair | None) -> Document:
         """Return `document` with one curve exchanged, or taken out."""
         pairs = self.of(document)
         return self.put(document, (*pairs[:number], *(() if pair is None else (pair,)), *pairs[number + 1 :]))
@@ -53,13 +53,13 @@ class CurveKind:
         """Put `pair` in place of the curve that is being edited."""
         number = self.number(editor)
         if number is not None:
-            editor.edit(label, self.replaced(editor.document, number, pair))
+            editor.edit(label, self.replace(editor.document, number, pair))
 
     def toggle_closed(self, editor: Editor) -> None:
         """Close the curve that is being edited, or open it."""
         pair = self.chosen(editor)
         if pair is not None:
-            changed = curve_pairs.open_up(pair) if pair.closed else curve_pairs.closed(pair)
+            changed = curve_pairs.open_up(pair) if pair.closed else curve_pairs.close(pair)
             self.edit(editor, "Open curve" if pair.closed else "Close curve", changed)
 
     def snap(self, editor: Editor) -> bool:
@@ -69,12 +69,12 @@ class CurveKind:
         if number is None or found is None or found is pair:
             return False
         with editor.group("Snap curve to edge"):
-            editor.document = self.replaced(editor.document, number, found)
+            editor.document = self.replace(editor.document, number, found)
         return True
 
     def remove(self, editor: Editor, number: int) -> None:
         """Take a curve out."""
-        editor.edit("Remove curve", self.replaced(editor.document, number, None))
+        editor.edit("Remove curve", self.replace(editor.document, number, None))
         editor.show(selected_curve=None, selected_knots=frozenset(), hover=None)
 
 

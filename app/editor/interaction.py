@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from app.editor.tool import Tool
 from app.model.events import Event, Finish, Key, KeyUp, Move, Press, Release, Wheel
 from app.model.gestures import Running
-from app.model.spaces import zoomed_at
+from app.model.spaces import zoom_at
 
 if TYPE_CHECKING:
     from app.editor.editor import Editor
@@ -85,7 +85,7 @@ class Interaction:
                 return self._drag(event)
             case Wheel():
                 view = self._editor.session.view
-                self._editor.show(view=zoomed_at(view, WHEEL_ZOOM**event.notches, event.pos))
+                self._editor.show(view=zoom_at(view, WHEEL_ZOOM**event.notches, event.pos))
                 return True
             case Key():
                 return self._key(event)

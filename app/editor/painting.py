@@ -26,7 +26,7 @@ OF_CLOTH = ("region", "protected")
 """Those that Overlay mode paints."""
 
 
-def painted(editor: Editor) -> Layer:
+def choose_raster(editor: Editor) -> Layer:
     """Return which raster of the document the brush paints."""
     session = editor.session
     by_mode: dict[str, Layer] = {"retexture": session.painted, "overlay": session.painted_on_cloth}

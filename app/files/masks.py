@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 
 from app.editor.editor import Editor
-from app.editor.painting import LAYERS, layer, painted, with_layer
-from app.files import filing
+from app.editor.painting import LAYERS, choose_raster, layer, with_layer
+from app.files import document_io
 from app.model.requests import PICTURES, PROJECTS, OpenFile
 from core.arrays import InputError
 from core.document.document import Document
 from core.document.project import load_project
 from core.imaging.images import Image, load, mask_of, save
-from core.masks.mask_files import marks_or_opacity_of, said_of_mask
+from core.masks.mask_files import describe_mask, marks_or_opacity_of
 from core.masks.object_masks import object_under
 from core.notices import notice
 from core.progress import Job, Progress
@@ -33,17 +33,17 @@ def load_mask_from(editor: Editor, path: Path) -> None:
 
     def steps() -> Job[tuple[Raster, Raster | None]]:
         yield Progress(0.0, "reading")
-        if filing.is_project(path):
+        if document_io.is_project(path):
             other = load_project(path)
             array = other.mask.array
-            notice(said_of_mask(Image(array[..., None]), array))
+            notice(describe_mask(Image(array[..., None]), array))
             return other.mask, other.numbers
         image = load(path)
         mask, numbers, said = marks_or_opacity_of(image, mask_of(image, path, size_px))
         notice(said)
         return Raster.from_array(mask), None if numbers is None else Raster.from_array(numbers)
 
-    name = painted(editor)
+    name = choose_raster(editor)
 
     def apply(document: Document, found: tuple[Raster, Raster | None]) -> Document:
         mask, numbers = found
@@ -64,27 +64,29 @@ def mark_opaque(editor: Editor) -> None:
     except InputError as fault:
         editor.fail(fault)
         return
-    name = painted(editor)
+    name = choose_raster(editor)
     editor.edit(f"{LAYERS[name].capitalize()} from transparency", with_layer(editor.document, name, mask))
 
 
 def ask_save_mask(editor: Editor) -> None:
     """Ask where to save what is painted, as a grey picture that can be loaded as a mask, and do it."""
     editor.finish()
-    name = painted(editor)
+    name = choose_raster(editor)
     mask = layer(editor.document, name)
 
     def writing(path: Path) -> Job[None]:
         yield Progress(0.0, "writing")
         save(Image(np.asarray(mask.array)[..., None]), path)
 
-    filing.ask_save_beside(editor, f"Save {LAYERS[name]}", MASK_FILES, f"{LAYERS[name].replace(' ', '-')}.png", writing)
+    document_io.ask_save_beside(
+        editor, f"Save {LAYERS[name]}", MASK_FILES, f"{LAYERS[name].replace(' ', '-')}.png", writing
+    )
 
 
 def fit_to_objects(editor: Editor) -> None:
     """Let what is painted roughly become the mask of the objects under it."""
     editor.finish()
-    name, image = painted(editor), editor.document.image
+    name, image = choose_raster(editor), editor.document.image
     rough = layer(editor.document, name)
 
     def steps() -> Job[Raster]:

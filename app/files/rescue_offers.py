@@ -1,7 +1,7 @@
 """Offers unsaved work of earlier runs to the artist, and opens what is chosen."""
 
 from app.editor.editor import Editor
-from app.files.filing import guard
+from app.files.document_io import guard
 from app.model.requests import AskRecover, Offer
 from app.state.rescues import Rescue, discard
 from core.document.document import Document

@@ -24,7 +24,7 @@ def is_there(path: Path) -> bool:
     return is_folder(path) or is_file(path)
 
 
-def resolved_name(folder: Path, name: str) -> Path:
+def resolve_name(folder: Path, name: str) -> Path:
     """Return what is meant by a name or a whole path typed in `folder`: `~` is a home.
 
     Blanks around it count only where such a file exists. Raises `InputError` for what cannot be a path.
@@ -47,7 +47,7 @@ def file_to_write(folder: Path, name: str) -> Path:
     """Return the file that is meant by a name typed in `folder`; raise `InputError` if no file can be written there."""
     if not name.strip():
         raise InputError("type a name")
-    path = resolved_name(folder, name)
+    path = resolve_name(folder, name)
     if is_folder(path) or not path.name or name.rstrip().endswith("/") or path.name == "..":
         raise InputError(f"{path}: is a folder, type a name as well")
     if not is_folder(path.parent):

@@ -7,7 +7,7 @@ from app.model.requests import OpenFile
 from core.arrays import InputError
 from core.canvas import Canvas
 from core.document.document import Document
-from core.document.map import settled, with_warp_map
+from core.document.map import settle_map, with_warp_map
 from core.files.atomic import atomic_file
 from core.files.text import legible
 from core.interchange.obj import obj_mesh
@@ -34,7 +34,7 @@ def open_warp(editor: Editor, path: Path, kind: Kind = "st") -> None:
     editor.start(f"Warp {legible(path.name)}", steps, with_warp_map)
 
 
-def writing_warp(document: Document, path: Path) -> Job[None]:
+def write_warp(document: Document, path: Path) -> Job[None]:
     """Write the warp on a canvas that holds all of it: an ST map to .exr, a mesh to .obj.
 
     Raises `InputError` for another ending, and for what cannot be written.
@@ -42,7 +42,7 @@ def writing_warp(document: Document, path: Path) -> Job[None]:
     suffix = path.suffix.lower().lstrip(".")
     if suffix not in SUFFIXES:
         raise InputError(f"{path}: a warp is an .exr file, as an ST map, or an .obj file, as a mesh")
-    found = yield from part(settled(document), 0.0, 0.6)
+    found = yield from part(settle_map(document), 0.0, 0.6)
     yield Progress(0.6, "writing")
     canvas = Canvas.around(found.warped)
     grid = found.rest, canvas.placed(found.warped), document.size_px, canvas

@@ -9,7 +9,7 @@ from app.model.jobs import Jobs, Task, Ticket
 from app.model.session import Shown
 from core.arrays import Ints, Points, WeftError
 from core.document.document import Document
-from core.document.overlay import OverlayLayers, found, known
+from core.document.overlay import OverlayLayers, find_layers, get_layers
 from core.document.overlay_settings import Search
 from core.document.parts import picture_of
 from core.grid import Grid
@@ -81,7 +81,7 @@ class LiveOverlay:
             self._layers = None
         self._image, self._search = image, search
         self.fault = self.ticket = self.stage_lattice = None
-        layers = known(document)
+        layers = get_layers(document)
         self._is_final = layers is not None
         self._layers = layers or self._layers
 
@@ -120,7 +120,7 @@ class LiveOverlay:
             if is_present():
                 self._take_fault(fault)
 
-        self.ticket = self._jobs.start(Task("Find pattern", lambda: found(document), deliver, fail))
+        self.ticket = self._jobs.start(Task("Find pattern", lambda: find_layers(document), deliver, fail))
 
     def _take_stage(self) -> None:
         """Take the newest lattice that the job has to show."""

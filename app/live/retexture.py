@@ -121,7 +121,7 @@ class LiveRetexture:
             self._follow(document)
         return Answer(document, self.mesh, None, settled=self._stage is not None, solve_ms=self.solve_ms)
 
-    def shown(self, document: Document, look: Look) -> Shown:
+    def choose_picture(self, document: Document, look: Look) -> Shown:
         """Return what the canvas draws; where the retextured picture is not there yet, the deformation."""
         nodes = self._grid.nodes
         if look == "retextured" and self._stage is not None and self._stage.image is not None:

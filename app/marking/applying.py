@@ -5,26 +5,26 @@ from collections.abc import Callable
 import numpy as np
 
 from app.editor.editor import Editor
-from app.editor.painting import BLANK, LAYERS, Layer, layer, painted, with_layer
+from app.editor.painting import BLANK, LAYERS, Layer, choose_raster, layer, with_layer
 from app.model.events import Modifiers
 from core.arrays import Bools, Bytes
 from core.document.document import Document
 from core.progress import Job
 from core.rasters.raster import Raster
 from core.selection.combining import Combining, combine
-from core.selection.features import MARKED, MOST, free_number, numbered
+from core.selection.features import MARKED, MOST, free_number, number_area
 
 LABELS: dict[Combining, str] = {"replace": "Select", "add": "Add", "subtract": "Cut out", "intersect": "Intersect"}
 
 
-def combining(editor: Editor, mods: Modifiers) -> Combining:
+def choose_combining(editor: Editor, mods: Modifiers) -> Combining:
     """Return how a selection meets what is painted: as chosen, or Shift adds, Alt cuts out and both intersect."""
     if mods.shift or mods.alt:
         return "intersect" if mods.shift and mods.alt else "add" if mods.shift else "subtract"
     return editor.session.selecting.how
 
 
-def selected(document: Document, name: Layer, found: Bytes, how: Combining, part: int | None) -> Document:
+def take_selection(document: Document, name: Layer, found: Bytes, how: Combining, part: int | None) -> Document:
     """Return the document with a selection (H, W) taken into what is called `name`.
 
     Of the mask, what is added gets the number `part`; None leaves it without.
@@ -50,13 +50,13 @@ def selected(document: Document, name: Layer, found: Bytes, how: Combining, part
 
 def with_number(numbers: Raster | None, area: Bools, number: int) -> Raster:
     """Return the numbers with all of an area (H, W) given one, in the tiles that they had wherever nothing changes."""
-    now = numbered(numbers, area, number)
+    now = number_area(numbers, area, number)
     return now if numbers is None else now.sharing(numbers)
 
 
 def number_for(editor: Editor) -> int | None:
     """Return the number that what is painted or selected next gets: a new one, the chosen one, or None."""
-    if painted(editor) != "mask" or editor.session.part == "joined":
+    if choose_raster(editor) != "mask" or editor.session.part == "joined":
         return None
     if editor.session.part == "new":
         document = editor.document
@@ -67,27 +67,27 @@ def number_for(editor: Editor) -> int | None:
 
 def select(editor: Editor, what: str, found: Bytes, how: Combining) -> None:
     """Take a selection (H, W) as one undo entry."""
-    name = painted(editor)
+    name = choose_raster(editor)
     label = f"{LABELS[how]} {what}"
-    editor.edit(label, selected(editor.document, name, found, how, number_for(editor)))
+    editor.edit(label, take_selection(editor.document, name, found, how, number_for(editor)))
 
 
 def select_later(editor: Editor, what: str, how: Combining, find: Callable[[], Job[Bytes]]) -> None:
     """Look for a selection beside the window, and take it if nothing was painted meanwhile."""
-    name, image = painted(editor), editor.document.image
+    name, image = choose_raster(editor), editor.document.image
     before, part = layer(editor.document, name), number_for(editor)
 
     def apply(document: Document, found: Bytes) -> Document | None:
         fits = document.image is image and np.shape(found) == (document.size_px[1], document.size_px[0])
         is_same = layer(document, name).is_empty if before.is_empty else layer(document, name) is before
-        return selected(document, name, found, how, part) if fits and is_same else None
+        return take_selection(document, name, found, how, part) if fits and is_same else None
 
     editor.start(f"{LABELS[how]} {what}", find, apply)
 
 
 def refine(editor: Editor, label: str, change: Callable[[Bytes], Bytes]) -> None:
     """Change what is painted by a function of all of it, as one undo entry."""
-    name = painted(editor)
+    name = choose_raster(editor)
     before = layer(editor.document, name)
     after = Raster.from_array(change(before.array)).sharing(before)
     editor.edit(f"{label} {LAYERS[name]}", with_layer(editor.document, name, after))

@@ -51,7 +51,7 @@ def to_key(editor: Editor) -> tuple[Animated, ...]:
     return tuple(pins) or tuple(tracks_of(editor.document)) or ("bend",)
 
 
-def chosen_keys(editor: Editor) -> dict[Animated, frozenset[float]]:
+def find_chosen_keys(editor: Editor) -> dict[Animated, frozenset[float]]:
     """Return the selected keys that there are."""
     selected = editor.session.selected_keys
     found = {
@@ -80,9 +80,9 @@ def ease_keys(editor: Editor, chosen: Chosen, easing: Easing) -> None:
     editor.animation.edit("Easing", document)
 
 
-def easing_of_chosen(editor: Editor) -> Easing | None:
+def find_easing(editor: Editor) -> Easing | None:
     """Return the easing that all selected keys have."""
-    tracks, chosen = tracks_of(editor.document), chosen_keys(editor)
+    tracks, chosen = tracks_of(editor.document), find_chosen_keys(editor)
     found = {key.easing for what, frames in chosen.items() for key in tracks[what] if key.frame in frames}
     return found.pop() if len(found) == 1 else None
 

@@ -23,7 +23,7 @@ def set_resizing(editor: Editor, **changes: object) -> None:
     editor.show(resizing=replace(editor.session.resizing, **changes))  # type: ignore[arg-type]
 
 
-def limited(document: Document, size: Size) -> Size:
+def limit_size(document: Document, size: Size) -> Size:
     """Return width and height within what a result may have, in pixels."""
     width, height = (
         min(max(side, LEAST_PX), MOST_FACTOR * most) for side, most in zip(size, document.size_px, strict=True)
@@ -31,9 +31,9 @@ def limited(document: Document, size: Size) -> Size:
     return width, height
 
 
-def resized(document: Document, size: Size) -> Document:
+def with_size(document: Document, size: Size) -> Document:
     """Return the document with a result of about this width and height in pixels."""
-    width, height = (round(side) for side in limited(document, size))
+    width, height = (round(side) for side in limit_size(document, size))
     return document.with_warp(aspect=(width / document.size_px[0], height / document.size_px[1]))
 
 
@@ -45,7 +45,7 @@ def with_ratio(size: Size, ratio: float) -> Size:
 
 def resize(editor: Editor, size: Size) -> None:
     """Give the result another width and height, as one undo entry."""
-    editor.edit(LABEL, resized(editor.document, size))
+    editor.edit(LABEL, with_size(editor.document, size))
     propose_if_bare(editor)
 
 
@@ -77,12 +77,12 @@ def propose_kept(editor: Editor) -> None:
         _found[image] = found
         if document.image is not image or not (document.mask.is_empty or is_proposal(document)):
             return None
-        return proposed(document, editor.session.resizing.share)
+        return with_proposal(document, editor.session.resizing.share)
 
     editor.start(PROPOSE, steps, apply)
 
 
-def proposed(document: Document, share: float) -> Document:
+def with_proposal(document: Document, share: float) -> Document:
     """Return the document with a proposal of about `share` of the picture, 0 to 1, as its mask."""
     found = _found.get(document.image)
     if found is None:

@@ -14,7 +14,7 @@ from queue import SimpleQueue
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from core import tracing
-from core.notices import hearing
+from core.notices import hear_notices
 from core.progress import Job, Progress
 
 T = TypeVar("T")
@@ -226,7 +226,7 @@ class Jobs:
         else:
             ticket.state = "running"
             try:
-                with tracing.span("job", job=task.name), hearing() as heard:
+                with tracing.span("job", job=task.name), hear_notices() as heard:
                     result = self._steps(ticket)
                 self._heard.extend(heard)
                 hand_over = lambda: task.deliver(result)  # noqa: E731

@@ -35,7 +35,7 @@ def canvas_from_screen(view: View, points: Points) -> Points:
     return (np.asarray(points, float) - view.pan) / view.zoom
 
 
-def zoomed_at(view: View, factor: float, screen: tuple[float, float]) -> View:
+def zoom_at(view: View, factor: float, screen: tuple[float, float]) -> View:
     """Return the view zoomed by `factor` with the canvas under `screen` held in place."""
     zoom = float(np.clip(view.zoom * factor, LEAST_ZOOM, MOST_ZOOM))
     ratio = zoom / view.zoom

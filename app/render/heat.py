@@ -9,7 +9,7 @@ FULL_ANGLE_DEG = 45.0
 """A right angle that changes by so much is shown in full."""
 
 
-def heat_of(rest: Points, shown: Points, heat: Heat) -> Singles:
+def measure_heat(rest: Points, shown: Points, heat: Heat) -> Singles:
     """Return what is shown of every quad (R - 1, C - 1), -1 to 1 and beyond, for nodes (R, C, 2) at rest and shown.
 
     "scale": the binary logarithm of how much lengths change where they do so most, that is of the singular value of

@@ -13,7 +13,7 @@ from core.canvas import Canvas, Framing
 from core.document import overlay, overlay_texture
 from core.document import retexture as document_retexture
 from core.document.document import Document
-from core.document.map import settled
+from core.document.map import settle_map
 from core.files.atomic import atomic_file
 from core.grid import Grid
 from core.imaging import color
@@ -77,7 +77,7 @@ def writing(
     `width_px` is the result's width; without it, the result has `scale` pixels for each of the canvas.
     """
     if document.mode == "warp":
-        found = yield from part(settled(document), 0.0, 0.3)
+        found = yield from part(settle_map(document), 0.0, 0.3)
         drawing, drawn = (
             draw_warped(document, found, path.name, frame=frame, width_px=width_px, scale=scale, bits=bits),
             0.3,
@@ -140,7 +140,7 @@ def _enlarged_overlay(document: Document, factor: float, bits: Bits | None) -> J
     nodes = Grid(*document.size_px).nodes
     photo, size = at_depth(document.image, bits), _scaled(document.size_px, factor)
     if overlay_texture.is_changed(document.cloth):
-        layers = yield from part(overlay.found(document), 0.0, 0.6)
+        layers = yield from part(overlay.find_layers(document), 0.0, 0.6)
         photo = yield from part(rendering(photo, nodes, nodes, size=size, scale=factor), 0.6, 0.8)
         yield Progress(0.8, "laying the texture")
         photo = overlay_texture.lay_on(photo, layers, document.cloth)

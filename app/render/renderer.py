@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 
 from app.render.bending import find_places
+from app.render.dirty_region import touched_by_moving, touched_by_painting
 from app.render.gpu import Offscreen, Rectangle
 from app.render.layers import CanvasLayers, Costs
 from app.render.passes.bent import BentCanvas
@@ -23,7 +24,6 @@ from app.render.programs import programs_of
 from app.render.scene import CanvasScene, Color
 from app.render.sources.source import Box, Source
 from app.render.sources.sources import Sources
-from app.render.touched import touched_by_moving, touched_by_painting
 from core import tracing
 from core.arrays import Bytes, Points
 from core.imaging import color

@@ -7,7 +7,7 @@ import numpy as np
 
 from app.model.session import Heat
 from app.model.spaces import View
-from app.render.sources.dressing import Dressing
+from app.render.sources.overlay_parameters import OverlayParameters
 from app.render.sources.source import Box
 from core.arrays import Bools, Bytes, Points
 from core.imaging.images import Image
@@ -90,7 +90,7 @@ class CanvasScene:
     draft: bool = False
     """Draw faster and a little less sharp: while a gesture moves something."""
     palette: MarkColours = MarkColours()
-    dressing: Dressing | None = None
+    overlay: OverlayParameters | None = None
     """A texture laid on the cloth in `image`."""
     before: Image | None = None
     """The picture as it was, of the size of `image`; None where that is `image`."""
@@ -166,10 +166,7 @@ class CanvasScene:
             and self.rest is other.rest
             and self.warped is other.warped
             and (self.draft, self.shrink) == (other.draft, other.shrink)
-            and (
-                self.dressing is other.dressing
-                or (self.dressing is not None and self.dressing.looks_like(other.dressing))
-            )
+            and (self.overlay is other.overlay or (self.overlay is not None and self.overlay.looks_like(other.overlay)))
             and (self.view, self.pixel_ratio, self.compare, self.split)
             == (other.view, other.pixel_ratio, other.compare, other.split)
         )

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from app.editor.editor import Editor
-from app.editor.painting import LAYERS, Side, layer, mesh_on, painted, side_at, with_layer
+from app.editor.painting import LAYERS, Side, choose_raster, layer, mesh_on, side_at, with_layer
 from app.editor.tool import Tool
 from app.marking.applying import number_for
 from app.model.events import Key, Move, Position, Press
@@ -54,7 +54,7 @@ def press(editor: Editor, press: Press) -> Gesture | None:
     """Paint, or with Alt set the brush; where texture is taken from is painted on the picture as it is."""
     if press.mods.alt or press.button == "right":
         return set_brush(editor, press)
-    if painted(editor) == "source_mask" and editor.session.look != "original" and moves(editor.document):
+    if choose_raster(editor) == "source_mask" and editor.session.look != "original" and moves(editor.document):
         editor.show(look="original")
         editor.notify("Where texture is taken from is painted on the original picture.")
         return None
@@ -82,7 +82,7 @@ def paint(editor: Editor, press: Press) -> Gesture:
     tip = Tip(brush.diameter_px / 2, brush.hardness)
     here = _canvas(editor, press.pos)
     last = editor.session.last_dab
-    name = painted(editor)
+    name = choose_raster(editor)
     side, number = side_at(editor, press.pos), None if brush.erase else number_for(editor)
     start = editor.document.numbers
     with editor.group(f"{'Erase' if brush.erase else 'Paint'} {LAYERS[name]}"):
@@ -99,13 +99,13 @@ def paint(editor: Editor, press: Press) -> Gesture:
 def _extend(editor: Editor, stroke: Stroke, a: Points, b: Points, tip: Tip, side: Side) -> None:
     """Draw on over the picture as it is on the screen, on one side of a split view."""
     stroke.extend(mesh_on(editor, side), a, b, tip)
-    editor.document = with_layer(editor.document, painted(editor), stroke.mask)
+    editor.document = with_layer(editor.document, choose_raster(editor), stroke.mask)
 
 
 def _number(editor: Editor, stroke: Stroke, start: Raster | None, number: int | None) -> None:
     """Give what the stroke covers its number, where it has one; `start` are the numbers before it."""
     if number is not None:
-        editor.document = editor.document.changed(numbers=stroke.numbered(start, number))
+        editor.document = editor.document.changed(numbers=stroke.number_pixels(start, number))
 
 
 def _canvas(editor: Editor, pos: Position) -> Points:

@@ -11,7 +11,7 @@ from app.tools.curves.curves import FEATURE_CURVES, WARP_CURVES
 from app.tools.curves.kept_edges import edge_shapes
 from app.tools.outline import ring_on_screen
 from app.tools.pins import targets_on_screen
-from app.tools.select.places import screen_places
+from app.tools.select.places import place_on_screen
 
 PIN_PX = 3.0
 CURVE_TOOLS = ("feature-curves", "trace")
@@ -43,7 +43,7 @@ def _lit(editor: Editor) -> list[Shape]:
     for number, role in [*roles, (session.lit, "hover")]:
         if number in there:
             lines = found.outline(document, grid, number)
-            shapes += [Polyline(screen_places(editor, "result", line), role, closed=True) for line in lines]
+            shapes += [Polyline(place_on_screen(editor, "result", line), role, closed=True) for line in lines]
     return shapes
 
 

@@ -36,7 +36,7 @@ class OutlinePart:
     t: float = 0.0
 
 
-def shown_outline(editor: Editor) -> Outline:
+def find_outline(editor: Editor) -> Outline:
     """Return the document's outline; while it has no map, that of the picture on the screen, which has the last one."""
     for document in (editor.document, editor.answer.document):
         with contextlib.suppress(InputError):
@@ -46,7 +46,7 @@ def shown_outline(editor: Editor) -> Outline:
 
 def ring_on_screen(editor: Editor) -> Points:
     """Return the ring (13, 2) in screen pixels, closed."""
-    ring = screen_from_places(editor, shown_outline(editor).ring)
+    ring = screen_from_places(editor, find_outline(editor).ring)
     return np.concatenate([ring, ring[:1]])
 
 
@@ -182,7 +182,7 @@ def straighten(editor: Editor, part: OutlinePart) -> None:
     """Lay the handles of a corner, or those of the side, on the straight lines between corners."""
     if perspective.has_corners(editor.document):
         return
-    outline = shown_outline(editor)
+    outline = find_outline(editor)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     if part.kind == "corner":
         ring = curve_edit.make_corner(ring, part.number // 3, closed=True)
@@ -210,7 +210,7 @@ def take_key(editor: Editor, key: Key) -> bool:
 
 def move_by(editor: Editor, corners: frozenset[int], by_px: Points) -> Document:
     """Return the document with corners of the outline moved by canvas pixels (2,), itself where they cannot."""
-    outline = shown_outline(editor)
+    outline = find_outline(editor)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     moved = curve_edit.with_knots_moved(ring, corners, by_px / editor.canvas_px, closed=True)
     return lay_by_corners(editor.document, moved[:-1]) or editor.document

@@ -34,7 +34,7 @@ def with_ring(document: Document, number: int, ring: Ring | None) -> Document:
     return document.changed(pins=tuple(pins))
 
 
-def shown(editor: Editor, number: int) -> Ring:
+def find_ring(editor: Editor, number: int) -> Ring:
     """Return a pin's ring, or the one that would change nothing: how the picture is turned and scaled there now."""
     pin, answer = editor.document.pins[number], editor.answer
     if pin.ring is not None or answer.result is None:
@@ -49,14 +49,14 @@ def _turn(result: Warped, size_px: tuple[int, int], at: Place) -> complex:
 
 def is_gripped(editor: Editor, number: int, place: Points, pos: Position) -> bool:
     """Return whether `pos` is on the ring, or its knob, of a pin at `place` (2,) on the screen."""
-    ring = shown(editor, number)
+    ring = find_ring(editor, number)
     off_line = abs(np.hypot(*np.subtract(pos, place)) - _radius(ring))
     return bool(off_line <= LINE_PX or np.hypot(*np.subtract(pos, _knob(ring, place))) <= REACH_PX)
 
 
 def drag(editor: Editor, press: Press, number: int, place: Points) -> Generator[None, Event, bool]:
     """Turn and scale the picture around a pin at `place`, with Shift by whole steps; return False for a mere click."""
-    start, ring = editor.document, shown(editor, number)
+    start, ring = editor.document, find_ring(editor, number)
     first = yield from drag_from(press.pos)
     if first is None:
         return False
@@ -82,7 +82,7 @@ def remove(editor: Editor, number: int) -> None:
 
 def shapes(editor: Editor, number: int, place: Points) -> Sequence[Shape]:
     """Return the ring of a pin at `place` on the screen and its knob, to draw."""
-    ring, holds = shown(editor, number), editor.document.pins[number].ring is not None
+    ring, holds = find_ring(editor, number), editor.document.pins[number].ring is not None
     role: Role = "box" if holds else "link"
     around = np.exp(2j * np.pi * np.arange(72) / 72)
     line = place + _radius(ring) * np.stack([around.real, around.imag], axis=-1)

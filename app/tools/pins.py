@@ -48,7 +48,7 @@ def box_of(editor: Editor) -> Box | None:
     return Box.around(targets_on_screen(editor)[sorted(selected(editor))])
 
 
-def ringed_pin(editor: Editor) -> int | None:
+def find_ringed_pin(editor: Editor) -> int | None:
     """Return the number of the pin around which a ring is drawn: the one that is selected alone."""
     numbers = selected(editor)
     return next(iter(numbers)) if len(numbers) == 1 else None
@@ -65,7 +65,7 @@ def with_targets(document: Document, numbers: Iterable[int], places: Points) -> 
 def press(editor: Editor, press: Press) -> Gesture | None:
     """Remove, move, transform, select or add, by what is under the pointer and which key is held."""
     places = targets_on_screen(editor)
-    pin, ringed = nearest(places, press.pos), ringed_pin(editor)
+    pin, ringed = nearest(places, press.pos), find_ringed_pin(editor)
     on_ring = ringed is not None and pin_ring.is_gripped(editor, ringed, places[ringed], press.pos)
     if press.mods.alt or press.button == "right":
         if pin is not None:
@@ -188,7 +188,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
     targets = targets_on_screen(editor)
     shapes.extend(_misses(editor, targets))
     shapes.extend(pin_path.shapes(editor))
-    ringed = ringed_pin(editor)
+    ringed = find_ringed_pin(editor)
     if ringed is not None:
         shapes.extend(pin_ring.shapes(editor, ringed, targets[ringed]))
     for number, (x, y) in enumerate(targets):
@@ -199,7 +199,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
     return [*shapes, *band.shapes(editor)]
 
 
-def missed_px(editor: Editor, number: int) -> float:
+def measure_miss_px(editor: Editor, number: int) -> float:
     """Return how far a pin, or its ring, is from where it was dragged, in pixels of the canvas; 0 where it holds."""
     reports = editor.map.pins
     error = reports[number].worst_px if len(reports) == len(editor.document.pins) else 0.0
@@ -209,7 +209,7 @@ def missed_px(editor: Editor, number: int) -> float:
 def _misses(editor: Editor, targets: Points) -> Iterator[Shape]:
     """Yield a line from every pin that could not be met, in screen pixels, to where its point is."""
     for number, target in enumerate(targets):
-        if missed_px(editor, number):
+        if measure_miss_px(editor, number):
             reached = np.array([editor.answer.pins[number].reached])
             there = screen_from_canvas(editor.session.view, reached)[0]
             yield Polyline(np.stack([target, there]), "faulty", dashed=True)

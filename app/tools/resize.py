@@ -6,7 +6,7 @@ import numpy as np
 
 from app.editor.editor import Editor
 from app.editor.tool import Tool
-from app.marking.resizing import LABEL, Size, limited, propose_if_bare, resized
+from app.marking.resizing import LABEL, Size, limit_size, propose_if_bare, with_size
 from app.model.events import Move, Position, Press
 from app.model.gestures import Gesture
 from app.model.shapes import Polyline, Shape, Square
@@ -54,7 +54,7 @@ def _drag(editor: Editor, press: Press, grip: int) -> Gesture:
             while isinstance(event, Move):
                 by = np.subtract(event.pos, press.pos) / view.zoom
                 size = _size(start.canvas_px, GRIPS[grip], by, locked=editor.session.resizing.locked ^ event.mods.shift)
-                editor.document = resized(start, limited(start, size))
+                editor.document = with_size(start, limit_size(start, size))
                 grown = np.subtract(editor.document.canvas_px, start.canvas_px) * view.zoom
                 shift = np.where(GRIPS[grip] == 0.0, -grown, 0.0)
                 editor.show(view=move(view, (float(shift[0]), float(shift[1]))))

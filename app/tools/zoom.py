@@ -4,7 +4,7 @@ from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.model.events import Move, Press
 from app.model.gestures import Gesture
-from app.model.spaces import zoomed_at
+from app.model.spaces import zoom_at
 
 CLICK_ZOOM = 2.0
 DRAG_PX = 100.0
@@ -21,9 +21,9 @@ def zoom(editor: Editor, press: Press) -> Gesture:
         up = press.pos[1] - event.pos[1]
         is_click = is_click and abs(up) <= CLICK_PX
         if not is_click:
-            editor.show(view=zoomed_at(start, 2 ** (up / DRAG_PX), press.pos))
+            editor.show(view=zoom_at(start, 2 ** (up / DRAG_PX), press.pos))
     if is_click:
-        editor.show(view=zoomed_at(start, 1 / CLICK_ZOOM if press.mods.alt else CLICK_ZOOM, press.pos))
+        editor.show(view=zoom_at(start, 1 / CLICK_ZOOM if press.mods.alt else CLICK_ZOOM, press.pos))
 
 
 ZOOM = Tool(

@@ -14,7 +14,7 @@ from app.ui.select_bar import ACTIONS as SELECT_ACTIONS
 from app.ui.select_bar import FURTHER, group_part, setting_parts
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, icon_button
-from app.ui.widgets.overflow import BUTTON_EM, BarPart, draw_menu, draw_parts, extent, fitting
+from app.ui.widgets.overflow import BUTTON_EM, BarPart, count_fitting, draw_menu, draw_parts, extent
 from app.ui.widgets.sliders import bar_slider, bar_slider_width
 from app.ui.widgets.theme import em, icon
 
@@ -115,7 +115,7 @@ class OptionsBar:
             if extent([*tool, *view]) <= room:
                 break
         parts = [*tool, *view]
-        count = fitting(parts, room)
+        count = count_fitting(parts, room)
         shown_view = parts[len(tool) : count]
         end = left + room - (em(BUTTON_EM) if count < len(parts) else 0)
         draw_parts(parts[: min(count, len(tool))], left, top)

@@ -6,7 +6,7 @@ from app.actions.table import ActionTable
 from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.ui.widgets.controls import icon_button
-from app.ui.widgets.overflow import BUTTON_EM, BarPart, draw_menu, draw_parts, extent, fitting
+from app.ui.widgets.overflow import BUTTON_EM, BarPart, count_fitting, draw_menu, draw_parts, extent
 from app.ui.widgets.theme import em, icon
 
 WIDTH_EM = 3.0
@@ -26,7 +26,7 @@ def draw_toolbar(editor: Editor, table: ActionTable) -> None:
         parts = [_part(editor, tool, table.chord_of_tool(tool.name), side_em) for tool in tools]
         if extent(parts) <= room:
             break
-    count = fitting(parts, room)
+    count = count_fitting(parts, room)
     draw_parts(parts[:count], em(WIDTH_EM - side_em) / 2, em(TOP_EM), down=True)
     if count < len(parts):
         below = em(TOP_EM) + extent(parts[:count])

@@ -17,7 +17,7 @@ import platformdirs
 from imgui_bundle import glfw_utils, hello_imgui, imgui
 
 from app.editor.editor import Editor
-from app.files import filing
+from app.files import document_io
 from app.model.events import Modifiers
 from app.render import gpu
 from app.render.programs import programs_of
@@ -34,7 +34,7 @@ from app.window.interruptions import interruptions
 from app.window.late_imports import load_rest
 from core import tracing
 from core.arrays import WeftError
-from core.imaging.hushed import hushed
+from core.imaging.hushed import hush
 
 ICON_PX = 64
 NO_OPENGL = (
@@ -138,7 +138,7 @@ class Shell:
         """
         render = hello_imgui.manual_render
         try:
-            with hushed():  # GLFW says to the terminal what the message says
+            with hush():  # GLFW says to the terminal what the message says
                 render.setup_from_runner_params(self.params)
         except Exception as fault:
             raise WeftError(NO_OPENGL) from fault
@@ -289,7 +289,7 @@ class Shell:
 
     def may_close(self) -> bool:
         """Return whether the window may close now; otherwise ask first."""
-        self.workspace.barrier.run("close the window", lambda: filing.quit_editor(self.editor))
+        self.workspace.barrier.run("close the window", lambda: document_io.quit_editor(self.editor))
         return self.editor.is_closing
 
     def _wait(self) -> None:

@@ -141,7 +141,7 @@ class Curve:
         """Return the curve run from its end to its start."""
         return Curve(self.points[::-1], self.closed)
 
-    def inserted(self, t: float) -> "Curve":
+    def insert_knot(self, t: float) -> "Curve":
         """Return the same curve with one more knot, at parameter `t` (de Casteljau)."""
         i = min(int(t), self.segments - 1)
         left, right = halves(self.points[3 * i : 3 * i + 4], t - i)
@@ -197,7 +197,7 @@ def halves(segment: Points, u: float) -> tuple[Points, Points]:
     return np.array(left), np.array(right[::-1])
 
 
-def paired_parameters(source: Curve, target: Curve, *, step: float = 0.5) -> tuple[Floats, Floats]:
+def pair_parameters(source: Curve, target: Curve, *, step: float = 0.5) -> tuple[Floats, Floats]:
     """Return parameters of two corresponding curves, as many on both, so that neither leaves a gap over `step` px.
 
     Curves of as many segments correspond by parameter, others by the share of their length (DPD sec. 3.1).

@@ -113,7 +113,7 @@ def corners_with(corners: AbstractSet[int], knot: int) -> frozenset[int]:
     return frozenset(number + (number >= knot) for number in corners)
 
 
-def smoothed(points: Points, knot: int, *, closed: bool) -> Points:
+def smooth_knot(points: Points, knot: int, *, closed: bool) -> Points:
     """Return the curve with the handles of a knot in one line, parallel to its neighbours' chord."""
     before, after = handles_at(points, knot, closed=closed)
     count = knots_of(points, closed=closed)

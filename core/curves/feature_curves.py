@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from core.arrays import Floats, InputError
-from core.curves.bezier import Curve, crossings, paired_parameters
+from core.curves.bezier import Curve, crossings, pair_parameters
 from core.files.json_file import read_json
 
 GAP_PX = 2.0
@@ -135,5 +135,5 @@ def _corresponding(source: Curve, target: Curve, t: Floats) -> Floats:
     if source.segments == target.segments:
         return t
     laps, rest = np.divmod(t, target.segments)
-    known = paired_parameters(source, target, step=1.0)
+    known = pair_parameters(source, target, step=1.0)
     return np.asarray(np.interp(rest, known[1], known[0]) + laps * source.segments)

@@ -55,12 +55,12 @@ def with_track(document: Document, what: Animated, track: Track) -> Document:
     return document.changed(tracks=MappingProxyType({name: keys for name, keys in tracks.items() if keys}))
 
 
-def posed(document: Document, frame: float) -> Document:
+def pose(document: Document, frame: float) -> Document:
     """Return the document with the values that it has at `frame`, and its keys; itself where it has those values."""
     return _with_values(document, {what: value_at(track, frame) for what, track in tracks_of(document).items()})
 
 
-def keyed(document: Document, frame: float) -> Document:
+def set_keys(document: Document, frame: float) -> Document:
     """Return the document with a key at `frame` wherever a value is another than its keys say."""
     for what, track in tracks_of(document).items():
         value = value_of(document, what)
@@ -77,7 +77,7 @@ def document_at(document: Document, frame: float) -> Document:
     if not is_animated(document):
         return document
     check_tracks(document)
-    found = posed(document, frame)
+    found = pose(document, frame)
     pins = tuple(replace(pin, keys=()) if pin.keys else pin for pin in found.pins)
     return found.changed(pins=pins, tracks=MappingProxyType({}))
 

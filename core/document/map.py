@@ -1,7 +1,7 @@
 """From a document to its map: what the window shows at rest, and what is saved, reopened and exported.
 
 The preset warps the picture; the outline, the pins and the inner curves edit the preset's result; the features then
-keep their shape within that. `settled` is the one way to the final answer. It begins from nothing but the document,
+keep their shape within that. `settle_map` is the one way to the final answer. It begins from nothing but the document,
 so that the same document gives the same bits, on screen and in a file.
 """
 
@@ -140,7 +140,7 @@ def options_of(warp: WarpSettings) -> MappingOptions:
     )
 
 
-def settled(document: Document) -> Job[Warped]:
+def settle_map(document: Document) -> Job[Warped]:
     """Return the map of `document`, without folds where W has none."""
     return (yield from MapSolver().settle(document))
 

@@ -118,14 +118,14 @@ class _Kept:
 _kept = _Kept()
 
 
-def known(document: Document) -> OverlayLayers | None:
+def get_layers(document: Document) -> OverlayLayers | None:
     """Return the document's layers if they are found already."""
     search = document.cloth.search
     outcome = None if search is None else _kept.get(document.image, search)
     return outcome if isinstance(outcome, OverlayLayers) else None
 
 
-def found(document: Document) -> Job[OverlayLayers]:
+def find_layers(document: Document) -> Job[OverlayLayers]:
     """Return the document's layers, found now or before; raise `NoPatternError` where there are none."""
     search = document.cloth.search
     if search is None:
@@ -147,7 +147,7 @@ def found(document: Document) -> Job[OverlayLayers]:
 
 def files_of(document: Document) -> dict[str, bytes]:
     """Return the files in which a project keeps what was found of its photo; none where nothing is known."""
-    layers = known(document)
+    layers = get_layers(document)
     if layers is None:
         return {}
     if layers not in _PACKED:

@@ -79,7 +79,7 @@ class Cloth:
             return self
         return replace(self, **changes)  # type: ignore[arg-type]
 
-    def laid(self, **changes: object) -> "Cloth":
+    def with_laying(self, **changes: object) -> "Cloth":
         """Return the inputs with some of `Laying` changed, themselves where they are so already."""
         laying = replace(self.laying, **changes)  # type: ignore[arg-type]
         return self if laying == self.laying else replace(self, laying=laying)

@@ -6,7 +6,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from core.document.document import Document
-from core.document.overlay import OverlayLayers, found
+from core.document.overlay import OverlayLayers, find_layers
 from core.document.overlay_settings import Cloth, Laying
 from core.imaging import color
 from core.imaging.image import Image
@@ -68,7 +68,7 @@ def picture(document: Document, image: Image) -> Job[Image]:
     """
     if not is_changed(document.cloth):
         return image
-    layers = yield from part(found(document), 0.0, LAYING)
+    layers = yield from part(find_layers(document), 0.0, LAYING)
     return lay_on(image, layers, document.cloth)
 
 

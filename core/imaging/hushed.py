@@ -11,7 +11,7 @@ _kept = -1
 
 
 @contextmanager
-def hushed() -> Iterator[None]:
+def hush() -> Iterator[None]:
     """Let what is written to the standard error of the process go nowhere while the block runs, on any thread."""
     _enter()
     try:

@@ -12,7 +12,7 @@ from core.arrays import Bytes, InputError, Pixels, readonly
 from core.files.litter import scratch_folder
 from core.files.text import legible
 from core.imaging import color, webp_exif
-from core.imaging.hushed import hushed
+from core.imaging.hushed import hush
 from core.imaging.image import Attribute, Image, usable_profile
 from core.imaging.metadata import as_text, put
 from core.imaging.oiio_faults import fault_of
@@ -38,7 +38,7 @@ def load(path: Path | str) -> Image:
     if is_broken_png(path):
         raise InputError(f"{path}: the image is damaged or cut short")
     try:
-        with _named_in_text(path) as name, hushed():
+        with _named_in_text(path) as name, hush():
             return _read(path, name)
     except UnicodeDecodeError:  # the file names its channels or entries with bytes that are no text
         raise InputError(f"{path}: the image is damaged or cut short") from None
@@ -62,7 +62,7 @@ def header_of(path: Path) -> tuple[tuple[int, int], int]:
     Raises `InputError` if the file is missing or not an image.
     """
     _check_readable(path)
-    with _named_in_text(path) as name, hushed():
+    with _named_in_text(path) as name, hush():
         source = OpenImageIO.ImageInput.open(name)
         fault = fault_of(OpenImageIO)
         if source is None:

@@ -19,7 +19,7 @@ def corner_areas(z: Complexes) -> Floats:
     return np.stack(list(_areas(z)))
 
 
-def folded_quads(z: Complexes) -> Bools:
+def find_folded_quads(z: Complexes) -> Bools:
     """Return which quads (R-1, C-1) are folded."""
     folded = np.zeros((z.shape[0] - 1, z.shape[1] - 1), bool)
     for top in range(0, len(folded), _ROWS):

@@ -10,7 +10,7 @@ from core.arrays import Bools, Points
 from core.grid import Features, Grid
 from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import bodies_of, body_index, fit_residual
-from core.mapping.folds import folded_quads
+from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import ring_radius
 from core.mapping.handles.poses import find_owners
 from core.mapping.handles.probes import Probes
@@ -105,12 +105,12 @@ class Warped:
     @cached_property
     def folded(self) -> Bools:
         """Which quads (R-1, C-1) of `warped` are folded."""
-        return folded_quads(as_complex(self.warped))
+        return find_folded_quads(as_complex(self.warped))
 
     @cached_property
     def folded_plain(self) -> Bools:
         """Which quads (R-1, C-1) of `plain` are folded."""
-        return folded_quads(as_complex(self.plain))
+        return find_folded_quads(as_complex(self.plain))
 
     @cached_property
     def outline_moved_px(self) -> float:

@@ -89,7 +89,7 @@ class Stroke:
         self._covered = before.edited(box, lambda tile, at: piece.covered(tile, at, box))
         self.mask = self.mask.edited(box, lambda tile, at: self._blended(tile, at, before))
 
-    def numbered(self, numbers: Raster | None, number: int) -> Raster:
+    def number_pixels(self, numbers: Raster | None, number: int) -> Raster:
         """Return numbers of pixels, the size of the mask, with those that the stroke covers by over half numbered."""
 
         def edit(tile: Bytes, at: Box) -> Bytes:

@@ -17,7 +17,7 @@ def marks_of(image: Image, mask: Bytes) -> tuple[Bytes, Bytes | None, str]:
     """
     labels = labels_in(mask)
     if labels is None:
-        return mask, None, said_of_mask(image, mask)
+        return mask, None, describe_mask(image, mask)
     count = int(labels.max())
     what = "1 label, which is a feature" if count == 1 else f"{count} labels, each of them a feature"
     return np.where(labels > 0, 255, 0).astype(np.uint8), labels, f"The mask holds {what}."
@@ -31,7 +31,7 @@ def marks_or_opacity_of(image: Image, mask: Bytes) -> tuple[Bytes, Bytes | None,
     return marks_of(image, mask)
 
 
-def said_of_mask(image: Image, mask: Bytes) -> str:
+def describe_mask(image: Image, mask: Bytes) -> str:
     """Return one sentence or two on the mask (H, W) that was made of `image`: how much it marks, what it left out."""
     share = float((mask > MARKED).mean())
     if share == 0.0:

@@ -16,7 +16,7 @@ from core.retexture.region import Region, Wishes
 from core.retexture.result import Retexture, plain_place
 from core.retexture.retract import retract
 from core.retexture.sampling import Kernel, read
-from core.retexture.synthesis.candidate_pool import Bounds, stock_ahead
+from core.retexture.synthesis.candidate_pool import Bounds, prefetch_candidates
 from core.retexture.synthesis.graph_cut import GrownPicture
 from core.retexture.synthesis.patches import Patches, PatchShape, lay_coarsely
 from core.retexture.synthesis.placement import ordered_origins
@@ -131,7 +131,7 @@ def begin(
     with watch.measure("coordinates"):
         bounds = Bounds(scene.area.may, scene.area.free, usable, scene.kept, scene.drawn)
         origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
-        first = stock_ahead(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
+        first = prefetch_candidates(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
     shown = read(picture, plain.place, Kernel.CUBIC)
     canvas = GrownPicture(shown, plain.place, must=scene.area.must, may=scene.area.may)
     # The generator of the standard library: loading NumPy's takes longer than all that is drawn here.

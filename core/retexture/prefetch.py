@@ -12,7 +12,7 @@ AHEAD = 2
 """Results made meanwhile."""
 
 
-def ahead(make: Callable[[S], T], given: Iterable[S], *, threads: int = AHEAD) -> Iterator[T]:
+def prefetch(make: Callable[[S], T], given: Iterable[S], *, threads: int = AHEAD) -> Iterator[T]:
     """Return what `make` makes of each thing `given`, in their order, in `threads`; the first are begun at once."""
     rest, pool = iter(given), ThreadPoolExecutor(threads)
     begun = deque(pool.submit(make, thing) for thing in islice(rest, AHEAD))

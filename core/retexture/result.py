@@ -16,7 +16,7 @@ from core.retexture.picture.area_filter import Boxes, average, boxes
 from core.retexture.picture.overshoot import ColourLimits
 from core.retexture.picture.poisson_blend import correction
 from core.retexture.picture.seam_antialiasing import SHARE, Mixture, across_seams
-from core.retexture.prefetch import ahead
+from core.retexture.prefetch import prefetch
 from core.retexture.sampling import Kernel, read, read_stored
 
 BAND = 256
@@ -129,7 +129,7 @@ class Retexture:
             stored = color.store(color.unpremultiply(light), depth=layer.dtype, linear=linear)
             np.copyto(result[rows], stored, where=moved[..., None])
 
-        for _ in ahead(resample, range(0, layer.shape[0], BAND)):
+        for _ in prefetch(resample, range(0, layer.shape[0], BAND)):
             pass
         return result
 

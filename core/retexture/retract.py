@@ -8,7 +8,7 @@ from core.retexture.sampling import Kernel, read
 from core.retexture.stretch import AROUND_PX, stretch_cost, structure
 from core.retexture.synthesis.candidate_pool import nearest, within
 from core.retexture.synthesis.graph_cut import GrownPicture
-from core.retexture.synthesis.pixel_adjacency import footprint
+from core.retexture.synthesis.pixel_adjacency import find_adjacency
 
 BAND = 128
 """Rows worked on at a time."""
@@ -31,7 +31,7 @@ def retract(
     regrown = cv2.dilate((label > 0).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     y, x = np.nonzero(regrown)
     pixel = (y + window[0].start) * canvas.label.shape[1] + x + window[1].start
-    cover = footprint(np.zeros(len(pixel), np.int64), pixel, canvas.label.shape)
+    cover = find_adjacency(np.zeros(len(pixel), np.int64), pixel, canvas.label.shape)
     costs = _stretch_costs(picture, shown, deformed, label)
     place = deformed[regrown]
     allowed = within(np.rint(place), canvas.label.shape)

@@ -26,7 +26,7 @@ def far_outside(places: Points, size: tuple[int, ...], rib: int) -> Bools:
     return np.asarray((depth > 0) & np.isin(part, part[depth > DEEP * rib]))
 
 
-def shown(there: Points, here: Points, size: tuple[int, ...], rib: int) -> Bools:
+def has_surroundings(there: Points, here: Points, size: tuple[int, ...], rib: int) -> Bools:
     """Return whether a picture of `size`, (H, W), has the surroundings of places `there` (n, ..., 2).
 
     That is `rib` px to every side, or as far as the result has those of places `here` (n, ..., 2).
@@ -37,7 +37,7 @@ def shown(there: Points, here: Points, size: tuple[int, ...], rib: int) -> Bools
     return np.asarray((before & after & (there >= 0) & (there <= limit)).all(axis=-1))
 
 
-def elsewhere(
+def find_stand_ins(
     source: SpineCurves, curve: Ints, length: Floats, offset: Floats, here: Points, size: tuple[int, ...], rib: int
 ) -> tuple[Bools, Points, Points]:
     """Return what stands for places at `offset`s from arc `length`s of source curves, for places `here` (n, 2).
@@ -67,6 +67,6 @@ def _first_shown(
     tries = at.shape[1]
     places, headings = source.place(curve.repeat(tries), at.ravel(), offset.repeat(tries))
     places, headings = places.reshape(*at.shape, 2), headings.reshape(*at.shape, 2)
-    good = shown(places, np.broadcast_to(here[:, None], places.shape), size, rib) & (at >= 0) & (at <= whole)
+    good = has_surroundings(places, np.broadcast_to(here[:, None], places.shape), size, rib) & (at >= 0) & (at <= whole)
     first = np.arange(len(at)), good.argmax(axis=1)
     return np.asarray(good.any(axis=1)), places[first], headings[first]

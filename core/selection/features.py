@@ -50,7 +50,7 @@ def only_marked(numbers: Raster, mask: Raster) -> Raster | None:
     return None if kept.is_empty else kept
 
 
-def numbered(numbers: Raster | None, area: Bools, number: int) -> Raster:
+def number_area(numbers: Raster | None, area: Bools, number: int) -> Raster:
     """Return the numbers with all pixels of an area (H, W) given one number."""
     before = np.zeros(area.shape, np.uint8) if numbers is None else numbers.array
     return Raster.from_array(np.where(area, number, before).astype(np.uint8))

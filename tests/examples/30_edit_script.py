@@ -7,7 +7,7 @@ from pathlib import Path
 from app.render.export import render_mesh
 from assets import asset
 from core.document.document import Document, Pin
-from core.document.map import settled
+from core.document.map import settle_map
 from core.document.project import load_project, save_project
 from core.imaging.images import load, load_mask, save
 from core.progress import run
@@ -24,9 +24,9 @@ with tempfile.TemporaryDirectory() as folder:
     project = Path(folder) / "balloons.weft"
     save_project(document, project)
     again = load_project(project)
-    warped = run(settled(again))
+    warped = run(settle_map(again))
     result = render_mesh(picture, warped.rest, warped.warped, size=document.size_px)
     save(result, Path(folder) / "balloons.jpg")
     print(f"{project.name}: {project.stat().st_size} bytes; {warped.report()['features']}")
 
-assert (warped.warped == run(settled(document)).warped).all()
+assert (warped.warped == run(settle_map(document)).warped).all()

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from app.files.filing import recent_files
+from app.files.document_io import recent_files
 from app.state.preferences import load_preferences
 from app.state.rescues import find
 from core.arrays import WeftError
@@ -24,7 +24,7 @@ from core.document.document import CurvePair, Document, Outline, Pin
 from core.document.map import MapSolver
 from core.document.project import load_project, save_project
 from core.imaging.images import Attribute, Image, load, load_mask, save
-from core.notices import hearing
+from core.notices import hear_notices
 from core.overlay import folder as parts_folder
 from tests.fuzz.mutations import damaged_bytes, damaged_npy, damaged_tree, npy, written, zipped
 
@@ -49,7 +49,7 @@ def answers(reader: Reader, seed: int, folder: Path) -> bool:
     path = folder / reader.name
     reader.make(path, random.Random(seed))
     try:
-        with hearing():
+        with hear_notices():
             reader.read(path)
     except WeftError as fault:
         line = str(fault)

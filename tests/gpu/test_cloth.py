@@ -10,7 +10,7 @@ from app.render import gpu
 from app.render.renderer import Renderer
 from app.render.scene import CanvasScene
 from app.render.sources.cloth import DressedSource
-from app.render.sources.dressing import Dressing
+from app.render.sources.overlay_parameters import OverlayParameters
 from core.arrays import Floats, Singles
 from core.imaging import color
 from core.imaging.images import Image
@@ -47,9 +47,9 @@ def cloth() -> Cloth:
     return Cloth(uv, shading, detail, coverage, np.diag([20.0, 16.0]))
 
 
-def on_processor(photo: Image, dressing: Dressing) -> Floats:
+def on_processor(photo: Image, overlay: OverlayParameters) -> Floats:
     """Return the colours (H, W, 3) that the processor's composition gives, encoded."""
-    parts, texture = dressing.parts, dressing.texture
+    parts, texture = overlay.parts, overlay.texture
     colours = encode(texture).astype(np.float64)
     if texture.has_alpha:
         colours = np.concatenate([colours, color.unit(texture.pixels[..., -1:])], axis=-1)
@@ -59,17 +59,17 @@ def on_processor(photo: Image, dressing: Dressing) -> Floats:
         parts.shading.astype(float),
         parts.detail.astype(float),
         parts.basis,
-        placement=dressing.placement,
-        alpha=dressing.detail,
-        strength=dressing.shading,
+        placement=overlay.placement,
+        alpha=overlay.detail,
+        strength=overlay.shading,
     )
     share = (opacity * parts.coverage)[..., None]
     return np.clip(share * new + (1 - share) * encode(photo), 0, 1)
 
 
-def on_gpu(photo: Image, dressing: Dressing) -> Floats:
-    source = DressedSource(gpu.standalone(), photo, dressing.parts)
-    source.dress(dressing)
+def on_gpu(photo: Image, overlay: OverlayParameters) -> Floats:
+    source = DressedSource(gpu.standalone(), photo, overlay.parts)
+    source.dress(overlay)
     window = source.window(source.whole, 0)
     data = np.frombuffer(window.texture.read(), np.float16).reshape(window.texture.height, window.texture.width, 4)
     light = data[:HEIGHT, :WIDTH].astype(np.float32)
@@ -78,7 +78,7 @@ def on_gpu(photo: Image, dressing: Dressing) -> Floats:
 
 
 @pytest.mark.parametrize(
-    ("channels", "dressing"),
+    ("channels", "overlay"),
     [
         (3, {}),
         (3, {"detail": 0.4, "shading": 1.6}),
@@ -88,10 +88,10 @@ def on_gpu(photo: Image, dressing: Dressing) -> Floats:
         (3, {"placement": Placement((0.4, 0.6), 20.0, upright=True)}),
     ],
 )
-def test_shader_and_processor_agree(channels: int, dressing: dict[str, object]) -> None:
+def test_shader_and_processor_agree(channels: int, overlay: dict[str, object]) -> None:
     photo = scenes.picture(WIDTH, HEIGHT, 3, seed=5)
     texture = scenes.picture(40, 34, channels, seed=6)
-    worn = Dressing(cloth(), texture, **dressing)  # type: ignore[arg-type]  # the parameters above
+    worn = OverlayParameters(cloth(), texture, **overlay)  # type: ignore[arg-type]  # the parameters above
     seen, expected = on_gpu(photo, worn), on_processor(photo, worn)
     assert np.abs(expected - encode(photo)).max() > 0.3
     difference = np.abs(seen - expected).max(axis=-1)
@@ -108,8 +108,8 @@ def test_canvas_shows_the_dressed_photo_and_follows_the_slider() -> None:
     view = View(1.0, (0.5, 0.5), (WIDTH, HEIGHT))
     shots = []
     for detail in (1.0, 0.0):
-        worn = Dressing(parts, texture, detail=detail)
-        renderer.draw(CanvasScene(photo, rest, rest, view, dressing=worn), (0, 0, WIDTH, HEIGHT))
+        worn = OverlayParameters(parts, texture, detail=detail)
+        renderer.draw(CanvasScene(photo, rest, rest, view, overlay=worn), (0, 0, WIDTH, HEIGHT))
         shot = np.frombuffer(framebuffer.read(), np.uint8).reshape(HEIGHT, WIDTH, 3)[::-1]
         assert np.abs(shot / 255 - on_gpu(photo, worn)).max() <= 1.1 / 255
         shots.append(shot)
@@ -119,7 +119,10 @@ def test_canvas_shows_the_dressed_photo_and_follows_the_slider() -> None:
 
 
 def test_window_grows_with_the_view() -> None:
-    photo, worn = scenes.picture(WIDTH, HEIGHT, 3, seed=5), Dressing(cloth(), scenes.picture(40, 34, 3, seed=6))
+    photo, worn = (
+        scenes.picture(WIDTH, HEIGHT, 3, seed=5),
+        OverlayParameters(cloth(), scenes.picture(40, 34, 3, seed=6)),
+    )
     source = DressedSource(gpu.standalone(), photo, worn.parts)
     source.dress(worn)
     small = source.window((40, 40, 60, 60), 0)

@@ -5,7 +5,7 @@ import pytest
 
 from app.render import gpu
 from app.render.sources.cloth import DressedSource
-from app.render.sources.dressing import Dressing
+from app.render.sources.overlay_parameters import OverlayParameters
 from core.arrays import Floats, Singles
 from core.document.overlay import OverlayLayers
 from core.document.overlay_settings import Cloth, Laying
@@ -52,17 +52,17 @@ def layers(*, folded: bool = True) -> OverlayLayers:
     )
 
 
-def dressing(cloth: Cloth, found: OverlayLayers) -> Dressing:
+def overlay(cloth: Cloth, found: OverlayLayers) -> OverlayParameters:
     placement = placement_of(found, cloth.texture, cloth.laying)
     worn = layers_under(cloth, found)
-    return Dressing(worn, pattern_of(cloth, found), placement, cloth.laying.detail, cloth.laying.shading)
+    return OverlayParameters(worn, pattern_of(cloth, found), placement, cloth.laying.detail, cloth.laying.shading)
 
 
 def composed(photo: Image, cloth: Cloth, found: OverlayLayers) -> Floats:
     """Return what the shader makes of the photo, encoded, (H, W, 3 or 4)."""
     source = DressedSource(gpu.standalone(), photo, layers_under(cloth, found))
     try:
-        source.dress(dressing(cloth, found))
+        source.dress(overlay(cloth, found))
         window = source.window((0, 0, WIDTH, HEIGHT), 0)
         texels = np.frombuffer(window.texture.read(), np.float16).reshape(window.texture.height, -1, 4)
     finally:
@@ -78,7 +78,7 @@ def test_shader_agrees_with_the_cpu(name: str, new: bool) -> None:
     texture = scenes.picture(83, 61, seed=5) if new else None
     photo, found = scenes.picture(WIDTH, HEIGHT, depth="f4", seed=1), layers()
     # The old pattern with all of its detail is the photo itself.
-    cloth = Cloth(texture=texture, laying=LAYINGS[name]).laid(**({} if new else {"detail": 0.9}))
+    cloth = Cloth(texture=texture, laying=LAYINGS[name]).with_laying(**({} if new else {"detail": 0.9}))
     pixels: Singles = lay_on(photo, found, cloth).pixels
     expected = color.encode(pixels)
     seen = composed(photo, cloth, found)[..., :3]
@@ -104,9 +104,9 @@ def test_coarser_level_is_the_mean_of_the_finer_one() -> None:
     cloth = Cloth(texture=scenes.picture(16, 16, seed=5), laying=Laying(size=5.0))
     source = DressedSource(gpu.standalone(), photo, found)
     try:
-        source.dress(dressing(cloth, found))
+        source.dress(overlay(cloth, found))
         fine = _texels(source, 0)[: HEIGHT // 2 * 2, : WIDTH // 2 * 2]
-        source.dress(dressing(cloth.laid(offset=(1.0, 0.0)), found))
+        source.dress(overlay(cloth.with_laying(offset=(1.0, 0.0)), found))
         coarse = _texels(source, 1)[: HEIGHT // 2, : WIDTH // 2]
     finally:
         source.release()

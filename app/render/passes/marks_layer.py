@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.model.session import Heat
-from app.render.heat import heat_of
+from app.render.heat import measure_heat
 from app.render.scene import CanvasScene, Color, MarkOptions
 from app.render.sources.mask_texture import MaskTexture
 from core.arrays import Points, Singles
@@ -48,7 +48,7 @@ class MarksLayer:
 
     def _growth_texture(self, rest: Points, shown: Points, heat: Heat) -> moderngl.Texture:
         if self._heated is None or self._heated[0] is not shown or self._heated[1] != heat:
-            self._heated = shown, heat, heat_of(rest, shown, heat)
+            self._heated = shown, heat, measure_heat(rest, shown, heat)
         texture = self._texture("growth", self._heated[2], self._heated[2], "f4")
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         return texture

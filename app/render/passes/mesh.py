@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from app.render.nodes import Nodes
 from app.render.passes.ring import put_ring
 from app.render.programs import Names, programs_of, set_uniforms
-from app.render.reach import Reach
+from app.render.source_footprint import SourceFootprint
 from app.render.sources.source import Box
 from core import tracing
 from core.arrays import Bools, Floats, Ints, Points
@@ -52,7 +52,7 @@ class MeshBuffers:
         self._first, self._count = _block_ranges(shape)
         self._rest: Points | None = None
         self._moved: Points | None = None
-        self._reach: Reach | None = None
+        self._reach: SourceFootprint | None = None
 
     def place(self, rest: Points, moved: Points) -> None:
         """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
@@ -94,11 +94,11 @@ class MeshBuffers:
         return left, top, max(right, left), max(bottom, top)
 
     def source_of(self, box: Box, *, least_stretch: float) -> tuple[Box, int]:
-        """Return what drawing the output pixels of `box` reads (see `Reach.read_for`)."""
+        """Return what drawing the output pixels of `box` reads (see `SourceFootprint.read_for`)."""
         if self._reach is None:
             assert self._rest is not None
             assert self._moved is not None
-            self._reach = Reach.of(self._rest[self._drawn], self._moved[self._drawn])
+            self._reach = SourceFootprint.of(self._rest[self._drawn], self._moved[self._drawn])
         return self._reach.read_for(box, least_stretch=least_stretch)
 
     def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:

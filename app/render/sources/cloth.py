@@ -10,7 +10,7 @@ import numpy as np
 from app.render import gpu
 from app.render.programs import programs_of
 from app.render.sources.cloth_layers import ClothLayers
-from app.render.sources.dressing import ClothParts, Dressing
+from app.render.sources.overlay_parameters import ClothParts, OverlayParameters
 from app.render.sources.source import Box, Source, TextureLimits, Window
 from core.arrays import Floats
 from core.imaging.images import Image
@@ -39,14 +39,14 @@ class DressedSource(Source):
         self._pattern = Pattern(context)
         self._composed: gpu.Offscreen | None = None
         self._pyramid: moderngl.Framebuffer | None = None
-        self._worn: Dressing | None = None
+        self._worn: OverlayParameters | None = None
         self._is_draft = False
 
-    def dress(self, dressing: Dressing, *, draft: bool = False) -> None:
+    def dress(self, overlay: OverlayParameters, *, draft: bool = False) -> None:
         """Lay the texture on, if it does not lie so already; a `draft` is less smooth where folds shrink it."""
-        if not dressing.looks_like(self._worn) or (self._is_draft and not draft):
+        if not overlay.looks_like(self._worn) or (self._is_draft and not draft):
             self._window, self._is_draft = None, draft
-        self._worn = dressing
+        self._worn = overlay
 
     @property
     def is_small(self) -> bool:
@@ -144,7 +144,7 @@ class Pattern:
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._texture: moderngl.Texture | None = None
-        self._seen: Dressing | None = None
+        self._seen: OverlayParameters | None = None
         self._source: tuple[Image, Floats] | None = None
 
     @property
@@ -153,7 +153,7 @@ class Pattern:
         assert self._texture is not None
         return self._texture.width, self._texture.height
 
-    def use(self, worn: Dressing, unit: int) -> None:
+    def use(self, worn: OverlayParameters, unit: int) -> None:
         """Bind the pattern of `worn`."""
         if self._texture is None or not _same_samples(worn, self._seen):
             self._send(prepare(self._colours(worn.texture), worn.placement, worn.parts.basis))
@@ -191,7 +191,7 @@ class Pattern:
         self._texture = self._seen = None
 
 
-def _same_samples(a: Dressing, b: Dressing | None) -> bool:
+def _same_samples(a: OverlayParameters, b: OverlayParameters | None) -> bool:
     """Return whether the pattern has the same samples in both."""
     if b is None or a.texture is not b.texture or a.parts is not b.parts:
         return False

@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from app.render.sources.dressing import ClothParts
+from app.render.sources.overlay_parameters import ClothParts
 from app.render.sources.source import Box
 from core.arrays import Singles
 from core.imaging import color

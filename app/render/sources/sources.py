@@ -33,14 +33,14 @@ class Sources:
 
     def of_result(self, scene: CanvasScene) -> Source:
         """Return what the result is drawn from: the picture, with the texture laid on if there is one."""
-        dressing = scene.dressing
-        if dressing is None:
+        overlay = scene.overlay
+        if overlay is None:
             return self.of(scene.image)
-        if self._cloth is None or self._cloth.image is not scene.image or self._cloth.parts is not dressing.parts:
+        if self._cloth is None or self._cloth.image is not scene.image or self._cloth.parts is not overlay.parts:
             if self._cloth is not None:
                 self._cloth.release()
-            self._cloth = DressedSource(self._context, scene.image, dressing.parts)
-        self._cloth.dress(dressing, draft=scene.draft)
+            self._cloth = DressedSource(self._context, scene.image, overlay.parts)
+        self._cloth.dress(overlay, draft=scene.draft)
         return self._cloth
 
     def release(self) -> None:

@@ -44,7 +44,7 @@ def drag(editor: Editor, press: Press, layers: OverlayLayers) -> Gesture:
         event: Event = first
         while isinstance(event, Move):
             changes = _changes(editor, layers, before, kind, press.pos, event.pos)
-            editor.document = start.changed(cloth=start.cloth.laid(**changes))
+            editor.document = start.changed(cloth=start.cloth.with_laying(**changes))
             event = yield
 
 
@@ -96,7 +96,7 @@ def take_key(editor: Editor, key: Key) -> bool:
     if key.name not in NUDGES or key.mods.ctrl or key.mods.alt or editor.document.cloth.texture is None:
         return False
     step = NUDGE * (10 if key.mods.shift else 1) * np.array(NUDGES[key.name])
-    cloth = editor.document.cloth.laid(offset=wrap(laying, np.array(laying.offset) + step))
+    cloth = editor.document.cloth.with_laying(offset=wrap(laying, np.array(laying.offset) + step))
     editor.edit("Nudge texture", replace(editor.document, cloth=cloth), joins=True)
     return True
 

@@ -68,7 +68,7 @@ class EditedCurves:
 
     def replaced(self, document: Document, number: int, pair: CurvePair | None) -> Document:
         """Return the document with one curve exchanged, or taken out."""
-        return self.kind.replaced(document, number, pair)
+        return self.kind.replace(document, number, pair)
 
     def on_canvas(self, editor: Editor, pair: CurvePair, side: Side) -> Points:
         """Return the control points of a side in canvas pixels."""
@@ -101,7 +101,7 @@ class EditedCurves:
     def source_places(self, editor: Editor, mesh: Mesh, points: Points) -> Points:
         """Return places on the picture of a curve on the screen, (3k + 1, 2), as `mesh` shows the picture."""
         canvas = canvas_from_screen(editor.session.view, points)
-        found = curve_edit.map_along(canvas, pulled_back(mesh, curve_edit.samples_of(canvas)))
+        found = curve_edit.map_along(canvas, pull_back(mesh, curve_edit.samples_of(canvas)))
         return places_from_pixels(editor.document.size_px, found)
 
     def hit(self, editor: Editor, pos: Position, *, first: Side = "target") -> Hit | None:
@@ -152,7 +152,7 @@ def sides_of(pair: CurvePair, sides: tuple[Side, ...]) -> tuple[Side, ...]:
     return tuple(side for side in sides if side == "source" or not pair.passive)
 
 
-def pulled_back(mesh: Mesh, canvas: Points) -> Points:
+def pull_back(mesh: Mesh, canvas: Points) -> Points:
     """Return picture positions of canvas positions (n, 2); beside the picture they shift like the nearest one on it."""
     found = mesh.image_from_canvas(canvas)
     on = np.flatnonzero(~np.isnan(found).any(axis=1))

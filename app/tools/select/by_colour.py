@@ -4,10 +4,10 @@ import numpy as np
 
 from app.editor.editor import Editor
 from app.editor.painting import side_at
-from app.marking.applying import combining, select_later
+from app.marking.applying import choose_combining, select_later
 from app.model.events import Move, Press
 from app.model.gestures import Gesture
-from app.tools.select.outlined import WAYS, selecting
+from app.tools.select.outlined import WAYS, make_select_tool
 from app.tools.select.places import picture_places
 from core.arrays import Bytes, Ints
 from core.imaging.proxy import proxy
@@ -32,14 +32,14 @@ def wand(editor: Editor, press: Press) -> Gesture | None:
         yield Progress(0.0, "selecting")
         return select_alike(proxy(image, 1.0), at, settings.tolerance, contiguous=settings.contiguous)
 
-    select_later(editor, "by wand", combining(editor, press.mods), find)
+    select_later(editor, "by wand", choose_combining(editor, press.mods), find)
     return None
 
 
 def colour_range(editor: Editor, press: Press) -> Gesture:
     """Drag over colours; what has one of them, wherever it is, is selected."""
     image, settings, path = editor.document.image, editor.session.selecting, [press.pos]
-    how = combining(editor, press.mods)
+    how = choose_combining(editor, press.mods)
     while isinstance(event := (yield), Move):
         path.append(event.pos)
     pixels = _pixels(editor, press, path)
@@ -63,10 +63,10 @@ def _pixels(editor: Editor, press: Press, path: list[tuple[float, float]]) -> In
     return places[inside]
 
 
-WAND = selecting(
+WAND = make_select_tool(
     "wand", "Magic wand", "wand-sparkles", "w", f"Click a colour: what is like it is selected · {WAYS}", wand
 )
-COLOUR_RANGE = selecting(
+COLOUR_RANGE = make_select_tool(
     "colour-range",
     "Colour range",
     "eye-dropper",

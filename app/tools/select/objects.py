@@ -5,13 +5,13 @@ import numpy as np
 
 from app.editor.editor import Editor
 from app.editor.painting import Side, side_at
-from app.marking.applying import combining, select, select_later
+from app.marking.applying import choose_combining, select, select_later
 from app.model.events import Event, Key, Move, Press
 from app.model.gestures import Gesture
 from app.model.shapes import Polyline, Shape
 from app.tools.points.grips import drag_from
-from app.tools.select.outlined import WAYS, closes, selecting
-from app.tools.select.places import picture_places, screen_places
+from app.tools.select.outlined import WAYS, closes, make_select_tool
+from app.tools.select.places import picture_places, place_on_screen
 from core.arrays import Bytes, Points
 from core.curves.edge_tracing import Scissors
 from core.masks.object_masks import object_under
@@ -25,7 +25,7 @@ from core.selection.sources import has_transparency, opaque_under
 def pick_object(editor: Editor, press: Press) -> Gesture:
     """Drag a box around an object, or, if so chosen, paint over it roughly."""
     by_stroke, side = editor.session.selecting.by_stroke, side_at(editor, press.pos)
-    how, path = combining(editor, press.mods), [press.pos]
+    how, path = choose_combining(editor, press.mods), [press.pos]
     event: Event | None = yield from drag_from(press.pos)
     try:
         while isinstance(event, Move):
@@ -63,7 +63,7 @@ def _under_stroke(editor: Editor, path: Points, how: Combining) -> None:
 
 def cling(editor: Editor, press: Press) -> Gesture:
     """Follow an edge of the picture from click to click until Enter, a double click, or a click on the first one."""
-    how, side = combining(editor, press.mods), side_at(editor, press.pos)
+    how, side = choose_combining(editor, press.mods), side_at(editor, press.pos)
     scissors = Scissors(editor.document.image, scale=editor.session.view.zoom)
     anchors = [scissors.begin(_place(editor, side, press.pos))]
     pieces: list[Points] = []
@@ -83,7 +83,7 @@ def cling(editor: Editor, press: Press) -> Gesture:
             elif isinstance(event, Move):
                 further = [scissors.path_to(_place(editor, side, event.pos))]
             line = np.concatenate([anchors[0][None], *pieces, *further])
-            editor.show(selection=screen_places(editor, side, line))
+            editor.show(selection=place_on_screen(editor, side, line))
         closing = scissors.path_to(anchors[0]) if pieces else anchors[0][None]
     finally:
         editor.show(selection=None)
@@ -103,7 +103,7 @@ def _open_line(editor: Editor) -> list[Shape]:
     return [] if line is None or len(line) < 2 else [Polyline(line, "rubber-band")]
 
 
-OBJECT = selecting(
+OBJECT = make_select_tool(
     "object",
     "Select an object",
     "object-ungroup",
@@ -111,7 +111,7 @@ OBJECT = selecting(
     f"Drag a box around an object, or paint over it: its outline is found · {WAYS}",
     pick_object,
 )
-CLING = selecting(
+CLING = make_select_tool(
     "cling",
     "Lasso along edges",
     "magnet",

@@ -7,7 +7,7 @@ import numpy as np
 from app.editor.editor import Editor
 from app.editor.painting import Side, side_at
 from app.editor.tool import Tool
-from app.marking.applying import combining, select
+from app.marking.applying import choose_combining, select
 from app.model.events import Event, Finish, Key, Modifiers, Move, Position, Press
 from app.model.gestures import Gesture
 from app.model.shapes import Shape
@@ -28,7 +28,7 @@ def take_outline(editor: Editor, what: str, outline: Points, side: Side, how: Co
     select(editor, what, fill_polygon(editor.document.size_px, places), how)
 
 
-def squared(start: Position, pos: Position, mods: Modifiers) -> Position:
+def square_corner(start: Position, pos: Position, mods: Modifiers) -> Position:
     """Return the corner of a box from `start` to `pos`: with Ctrl it is a square."""
     if not mods.ctrl:
         return pos
@@ -37,15 +37,15 @@ def squared(start: Position, pos: Position, mods: Modifiers) -> Position:
     return start[0] + float(np.copysign(side, across)), start[1] + float(np.copysign(side, down))
 
 
-def boxed(what: str, outline: Callable[[Points, Points], Points]) -> Callable[[Editor, Press], Gesture]:
+def drag_box(what: str, outline: Callable[[Points, Points], Points]) -> Callable[[Editor, Press], Gesture]:
     """Return the gesture that drags a box and selects what `outline` makes of its corners."""
 
     def press(editor: Editor, press: Press) -> Gesture:
-        how, side, corner = combining(editor, press.mods), side_at(editor, press.pos), press.pos
+        how, side, corner = choose_combining(editor, press.mods), side_at(editor, press.pos), press.pos
         event: Event | None = yield from drag_from(press.pos)
         try:
             while isinstance(event, Move):
-                corner = squared(press.pos, event.pos, event.mods)
+                corner = square_corner(press.pos, event.pos, event.mods)
                 editor.show(selection=outline(np.array(press.pos), np.array(corner)))
                 event = yield
         finally:
@@ -58,7 +58,7 @@ def boxed(what: str, outline: Callable[[Points, Points], Points]) -> Callable[[E
 
 def lasso(editor: Editor, press: Press) -> Gesture:
     """Draw an outline freely; it closes when it is let go."""
-    how, side, path = combining(editor, press.mods), side_at(editor, press.pos), [press.pos]
+    how, side, path = choose_combining(editor, press.mods), side_at(editor, press.pos), [press.pos]
     try:
         while isinstance(event := (yield), Move):
             if np.hypot(event.pos[0] - path[-1][0], event.pos[1] - path[-1][1]) >= LEAST_PX:
@@ -72,7 +72,7 @@ def lasso(editor: Editor, press: Press) -> Gesture:
 
 def polygon(editor: Editor, press: Press) -> Gesture:
     """Set a corner with each click until Enter, a double click, or a click on the first corner."""
-    how, side, corners = combining(editor, press.mods), side_at(editor, press.pos), [press.pos]
+    how, side, corners = choose_combining(editor, press.mods), side_at(editor, press.pos), [press.pos]
     try:
         while not closes(event := (yield), corners):
             if isinstance(event, Press):
@@ -98,7 +98,7 @@ def closes(event: Event, corners: list[Position]) -> bool:
     return isinstance(event, Finish) or (isinstance(event, Key) and event.name == "enter")
 
 
-def selecting(
+def make_select_tool(
     name: str,
     label: str,
     icon: str,
@@ -124,16 +124,16 @@ def selecting(
     )
 
 
-RECTANGLE = selecting(
+RECTANGLE = make_select_tool(
     "rectangle", "Select a rectangle", "square", "r", f"Drag a rectangle · Ctrl a square · {WAYS}",
-    boxed("rectangle", rectangle_outline),
+    drag_box("rectangle", rectangle_outline),
 )  # fmt: skip
-ELLIPSE = selecting(
+ELLIPSE = make_select_tool(
     "ellipse", "Select an ellipse", "circle", "e", f"Drag an ellipse · Ctrl a circle · {WAYS}",
-    boxed("ellipse", ellipse_outline),
+    drag_box("ellipse", ellipse_outline),
 )  # fmt: skip
-LASSO = selecting("lasso", "Lasso", "draw-polygon", "l", f"Draw around something · {WAYS}", lasso)
-POLYGON = selecting(
+LASSO = make_select_tool("lasso", "Lasso", "draw-polygon", "l", f"Draw around something · {WAYS}", lasso)
+POLYGON = make_select_tool(
     "polygon", "Polygon lasso", "shapes", "y",
     f"Click corner by corner · Backspace takes one back · Enter or the first corner closes · {WAYS}", polygon,
 )  # fmt: skip

@@ -31,7 +31,7 @@ def picture_places(editor: Editor, side: Side, points: Points) -> Points:
     return places
 
 
-def screen_places(editor: Editor, side: Side, places: Points) -> Points:
+def place_on_screen(editor: Editor, side: Side, places: Points) -> Points:
     """Return where places (n, 2) of the picture are on the screen."""
     return screen_from_canvas(editor.session.view, mesh_on(editor, side).canvas_from_image(places))
 

@@ -12,7 +12,7 @@ from app.editor.editor import Editor
 from app.live.answer import Answer
 from app.marking.feature_list import feature_list
 from app.render.scene import Beneath, CanvasScene, MarkColours, MarkOptions
-from app.render.sources.dressing import Dressing
+from app.render.sources.overlay_parameters import OverlayParameters
 from app.state.preferences import Preferences
 from app.ui.canvas.regrown_tint import RegrownTint
 from app.ui.widgets import theme
@@ -166,7 +166,7 @@ def _retexture_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canv
     """Return one frame of Retexture mode: the picture as the artist wants to look at it."""
     document, session = editor.document, editor.session
     overlays, before = session.overlays, session.compare == "before"
-    shown = editor.regrowth.shown(document, "original" if before else session.look)
+    shown = editor.regrowth.choose_picture(document, "original" if before else session.look)
     mask, palette = _tinted(editor, motion.regrown_tint)
     beneath = None if shown.source is None else Beneath(document.image, shown.source)
     return replace(
@@ -180,7 +180,9 @@ def _retexture_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canv
         draft=editor.regrowth.is_moving and session.look != "original" and editor.preferences.drafts,
         palette=palette,
         before=document.image,
-        before_rest=editor.regrowth.shown(document, "deformed").rest if session.look_before == "deformed" else None,
+        before_rest=editor.regrowth.choose_picture(document, "deformed").rest
+        if session.look_before == "deformed"
+        else None,
         beneath=beneath,
     )
 
@@ -189,12 +191,12 @@ def _overlay_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canvas
     """Return one frame of Overlay mode: the photo with the texture laid on, or a part of what was found."""
     document, session = editor.document, editor.session
     layers, cloth = editor.overlay.layers, document.cloth
-    dressing = None
+    overlay = None
     is_worn = session.shown == "result" and session.tool not in PHOTO_TOOLS and is_changed(cloth)
     if layers is not None and is_worn:
         laying = cloth.laying
         placement = placement_of(layers, cloth.texture, laying)
-        dressing = Dressing(
+        overlay = OverlayParameters(
             layers_under(cloth, layers), pattern_of(cloth, layers), placement, laying.detail, laying.shading
         )
     part = editor.overlay.part(document, session.shown)
@@ -204,7 +206,7 @@ def _overlay_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canvas
         image=document.image if part is None or session.compare == "before" else part,
         mask=mask,
         marks=MarkOptions(mask=session.overlays.mask and mask is not None and session.tool in ("brush", "region")),
-        dressing=dressing,
+        overlay=overlay,
     )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import platformdirs
 from imgui_bundle import ImVec2, imgui
 
-from app.files.typed_paths import is_file, is_folder, is_there, resolved_name
+from app.files.typed_paths import is_file, is_folder, is_there, resolve_name
 from app.model.requests import complete
 from app.ui.dialogs.modal import within, within_height
 from app.ui.widgets import theme
@@ -177,7 +177,7 @@ class FileBrowser:
         picked = self._picked
         if picked is not None and picked.parent == self.folder and legible(picked.name) == self._name:
             return picked
-        return resolved_name(self.folder, self._name)
+        return resolve_name(self.folder, self._name)
 
 
 def _draw_details(item: Item) -> None:

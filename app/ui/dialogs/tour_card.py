@@ -4,7 +4,7 @@ from imgui_bundle import ImVec2, imgui
 
 from app.actions.edit import TOURS as TITLES
 from app.editor.editor import Editor
-from app.files import filing
+from app.files import document_io
 from app.tours.samples import sample_of
 from app.tours.steps import TOURS
 from app.ui.canvas.input import Area
@@ -36,7 +36,7 @@ class TourCard:
             self.mode, self.step = mode, 0
             self._start, self._document = self._editor.document, self._editor.history
 
-        filing.guard(self._editor, start)
+        document_io.guard(self._editor, start)
 
     def update(self, dialog: str | None) -> None:
         """Go on to the next step if the present one is done, `dialog` being the title of the open one; once a frame."""

@@ -60,7 +60,7 @@ class HandlesPanel:
             return
         (corner,) = corners
         heading(f"Corner at the {CORNERS[corner]}", "vector-square")
-        place = pixels_from_places(document.canvas_px, outline.shown_outline(self._editor).ring[3 * corner])
+        place = pixels_from_places(document.canvas_px, outline.find_outline(self._editor).ring[3 * corner])
         typed = _typed_place(f"corner {corner}", place)
         if typed is not None:
             self._editor.edit("Move corner", outline.move_by(self._editor, corners, typed - place))
@@ -74,7 +74,7 @@ class HandlesPanel:
             moved = "" if np.abs(to - at).max() < 0.5 else f"  →  {to[0]:.0f}, {to[1]:.0f}"
             text = f"{number + 1}    {at[0]:.0f}, {at[1]:.0f}{moved}##pin {number}"
             flags = imgui.SelectableFlags_.allow_overlap
-            missed = pins.missed_px(self._editor, number)
+            missed = pins.measure_miss_px(self._editor, number)
             key_button(self._editor, number, is_low=True)
             with colors(text=theme.FAULT) if missed else nullcontext():
                 pressed = imgui.selectable(text, number in selected, flags)[0]
@@ -103,7 +103,7 @@ class HandlesPanel:
 
     def _draw_ring(self, number: int) -> None:
         """Draw how the picture is turned and scaled around a pin, to be typed."""
-        ring = pin_ring.shown(self._editor, number)
+        ring = pin_ring.find_ring(self._editor, number)
         holds = self._editor.document.pins[number].ring is not None
         imgui.set_cursor_pos_x(imgui.get_cursor_pos_x() + em(1.4))
         turned = _typed("Turn", ring.turn_deg, -360, 360, "In degrees, clockwise, against the picture without handles")

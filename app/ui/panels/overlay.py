@@ -177,9 +177,9 @@ class OverlayPanel:
         across, down = self._cloth.laying.offset
         hint = "By how much of a copy the texture is moved, per cent"
         held = slider("Across", 100 * across, -100, 100, default=0, digits=1, hint=hint)
-        self._take("Move texture", held, lambda new: self._cloth.laid(offset=(new / 100, down)))
+        self._take("Move texture", held, lambda new: self._cloth.with_laying(offset=(new / 100, down)))
         held = slider("Down", 100 * down, -100, 100, default=0, digits=1, hint=hint)
-        self._take("Move texture", held, lambda new: self._cloth.laid(offset=(across, new / 100)))
+        self._take("Move texture", held, lambda new: self._cloth.with_laying(offset=(across, new / 100)))
 
     def _draw_rows(self, rows: tuple[OverlayRow, ...]) -> None:
         for row in rows:
@@ -194,7 +194,7 @@ class OverlayPanel:
                 logarithmic=row.logarithmic,
                 hint=row.hint,
             )
-            self._take(row.name, held, lambda new, row=row: self._cloth.laid(**{row.field: new / row.factor}))  # type: ignore[misc]
+            self._take(row.name, held, lambda new, row=row: self._cloth.with_laying(**{row.field: new / row.factor}))  # type: ignore[misc]
 
     def _number(self, laying: Laying, row: OverlayRow) -> float:
         """Return a number of `laying`; a size that is not chosen is the one that suits the cloth."""
@@ -243,7 +243,7 @@ class OverlayPanel:
             self._editor.finish()
 
     def _edit(self, name: str, **changes: object) -> None:
-        self._editor.edit(name, self._editor.document.changed(cloth=self._cloth.laid(**changes)))
+        self._editor.edit(name, self._editor.document.changed(cloth=self._cloth.with_laying(**changes)))
 
 
 def _kind(laying: Laying) -> str:

@@ -3,7 +3,7 @@
 from imgui_bundle import ImVec2, imgui
 
 from app.editor.editor import Editor
-from app.marking.resizing import is_proposal, propose_kept, proposed, resize, set_resizing, with_ratio
+from app.marking.resizing import is_proposal, propose_kept, resize, set_resizing, with_proposal, with_ratio
 from app.model.session import Unit
 from app.ui.widgets.controls import check, faint, label, section, segments
 from app.ui.widgets.key_button import key_button
@@ -111,7 +111,7 @@ class ResizePanel:
         if held.value is not None:
             set_resizing(editor, share=held.value / 100)
             if is_proposal(document):
-                editor.slide("How much to keep", proposed(document, held.value / 100))
+                editor.slide("How much to keep", with_proposal(document, held.value / 100))
         if held.done:
             editor.finish()
         if imgui.button("Propose now", ImVec2(imgui.get_content_region_avail().x, 0)):

@@ -69,8 +69,8 @@ class TimelinePanel:
 
     def _draw_easing(self) -> None:
         """Draw the choice of how values go on from the selected keys."""
-        editor, chosen = self._editor, keying.chosen_keys(self._editor)
-        easing = keying.easing_of_chosen(editor)
+        editor, chosen = self._editor, keying.find_chosen_keys(self._editor)
+        easing = keying.find_easing(editor)
         imgui.begin_disabled(not chosen)
         imgui.set_next_item_width(em(6.5))
         if imgui.begin_combo("##easing", EASING_LABELS[easing][0] if easing else "Easing"):

@@ -145,10 +145,10 @@ class TimelineChart:
 
     def _draw_menu(self) -> None:
         """Draw what the right button offers for the selected keys."""
-        chosen = keying.chosen_keys(self._editor)
+        chosen = keying.find_chosen_keys(self._editor)
         if not imgui.begin_popup("keys menu"):
             return
-        easing = keying.easing_of_chosen(self._editor)
+        easing = keying.find_easing(self._editor)
         for choice in EASINGS:
             if imgui.menu_item(EASING_LABELS[choice][0], "", choice == easing)[0]:
                 keying.ease_keys(self._editor, chosen, choice)
@@ -187,7 +187,7 @@ class TimelineChart:
             elif under not in selected:
                 keying.select_keys(editor, (under,))
             editor.finish()
-            self._dragged = editor.document, keying.chosen_keys(editor), self._frame(at.x)
+            self._dragged = editor.document, keying.find_chosen_keys(editor), self._frame(at.x)
             return
         row = self._row(at.y)
         if row is not None and at.x < self._left - em(MARGIN_EM):

@@ -29,7 +29,7 @@ def extent(parts: Sequence[BarPart]) -> float:
     return sum(part.extent for part in parts)
 
 
-def fitting(parts: Sequence[BarPart], room: float) -> int:
+def count_fitting(parts: Sequence[BarPart], room: float) -> int:
     """Return how many parts, from the first on, a bar holds: all, or those that leave room for the menu's button."""
     if extent(parts) <= room:
         return len(parts)

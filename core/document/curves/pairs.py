@@ -19,7 +19,7 @@ def knots_of(pair: CurvePair) -> int:
 
 def insert(pair: CurvePair, t: float) -> CurvePair:
     """Return the same curves with one more knot on both, at parameter `t`."""
-    source, target = (Curve(points, pair.closed).inserted(t).points for points in (pair.source, pair.target))
+    source, target = (Curve(points, pair.closed).insert_knot(t).points for points in (pair.source, pair.target))
     return replace(pair, source=source, target=target, corners=curve_edit.corners_with(pair.corners, int(t) + 1))
 
 
@@ -34,7 +34,7 @@ def without_knot(pair: CurvePair, knot: int) -> CurvePair | None:
 
 def with_corner_toggled(pair: CurvePair, knot: int, sides: Sequence[Literal["source", "target"]]) -> CurvePair:
     """Return the curves with a corner made smooth, or a smooth knot made a corner, by the handles of `sides`."""
-    edit = curve_edit.smoothed if knot in pair.corners else curve_edit.make_corner
+    edit = curve_edit.smooth_knot if knot in pair.corners else curve_edit.make_corner
     source, target = (
         edit(points, knot, closed=pair.closed) if side in sides else points
         for side, points in (("source", pair.source), ("target", pair.target))
@@ -47,7 +47,7 @@ def with_corner(pair: CurvePair, knot: int) -> CurvePair:
     return replace(pair, corners=pair.corners | {knot})
 
 
-def closed(pair: CurvePair) -> CurvePair:
+def close(pair: CurvePair) -> CurvePair:
     """Return the curves with a straight segment from their ends to their beginnings."""
     if pair.closed:
         return pair

@@ -16,7 +16,7 @@ FEWEST, MOST = 24, 1500
 PER_SEGMENT = 48
 
 
-def simplified(pair: CurvePair, size_px: tuple[int, int], *, tolerance_px: float) -> CurvePair:
+def simplify_pair(pair: CurvePair, size_px: tuple[int, int], *, tolerance_px: float) -> CurvePair:
     """Return the curves with few points, within `tolerance_px` of where they were; corners stay.
 
     Returns `pair` itself where no point can go. `size_px` is that of the picture.

@@ -196,7 +196,7 @@ class Transfer:
         """Return values of the coarse nodes at the fine ones, which lie between them."""
         return np.asarray((z[self._up[0]] * self._up[1]).sum(axis=1))
 
-    def restricted(self, found: Map, *, held_outline: bool = True) -> Map:
+    def restrict_map(self, found: Map, *, held_outline: bool = True) -> Map:
         """Return a map of the fine grid on the coarse one, bodies where they are, a held outline as `shape` has it."""
         coarse, z = self.coarse, self.restrict(found.z)
         if held_outline:
@@ -204,7 +204,7 @@ class Transfer:
             z[stays] = coarse.shape.ravel()[stays]
         return coarse.placed(z, found.alpha, found.place)
 
-    def lifted(self, found: Map) -> Map:
+    def prolong_map(self, found: Map) -> Map:
         """Return a map of the coarse grid on the fine one, by how far it is from `shape`, its outline on `shape`'s."""
         fine, coarse = self.fine, self.coarse
         away = found.z - coarse.shape.ravel()

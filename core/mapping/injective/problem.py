@@ -9,7 +9,7 @@ from core.linalg.assembly import Assembly, pack, triangle
 from core.linalg.factor import Factor
 from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
 from core.mapping.injective.barrier import AreaBarrier, edges_of
-from core.mapping.injective.junctions import Junctions
+from core.mapping.injective.boundary_contact import BoundaryContacts
 from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.outline import crosses_itself, ring_of
 from core.mapping.injective.springs import Springs
@@ -58,18 +58,18 @@ class Problem:
         window: Bools,
         goal: Goal,
         freedoms: Freedoms,
-        junctions: Junctions | None = None,
+        contacts: BoundaryContacts | None = None,
     ) -> None:
         self.level, self.goal, self.side = level, goal, level.side
         self.grip = 1.0
         """What friction of sizes and of the outline is multiplied by."""
         self.is_driven = freedoms.driven is not None
         """Whether points and held freedoms of bodies are drawn to their goals instead of held there."""
-        junctions = Junctions.none() if junctions is None else junctions
-        self.unknowns = Unknowns(level, start, window, freedoms, junctions)
+        contacts = BoundaryContacts.none() if contacts is None else contacts
+        self.unknowns = Unknowns(level, start, window, freedoms, contacts)
         self.state = self.unknowns.start
         self._counts = level.counts().astype(np.float64)
-        self._choose_quads(junctions)
+        self._choose_quads(contacts)
         self._choose_points()
         unknowns, quads = self.unknowns, self._at.T
         owners = unknowns.of_bodies[self._owner[self._bound], :2]
@@ -78,11 +78,11 @@ class Problem:
         if unknowns.count:
             self._assembly = Assembly(unknowns.count, [plain, bound, self._point_dofs])
 
-    def _choose_quads(self, junctions: Junctions) -> None:
-        """Take the quads that anything moves, but none all inside one body, and the corners of junctions."""
+    def _choose_quads(self, contacts: BoundaryContacts) -> None:
+        """Take the quads that anything moves, but none all inside one body, and the corners of contacts."""
         level, unknowns = self.level, self.unknowns
-        index, none = unknowns.index, np.zeros(len(junctions.corners))
-        quads = np.concatenate([level.grid.quads, level.grid.size + junctions.corners[:, [0, 1, 1, 2]]])
+        index, none = unknowns.index, np.zeros(len(contacts.corners))
+        quads = np.concatenate([level.grid.quads, level.grid.size + contacts.corners[:, [0, 1, 1, 2]]])
         owner = np.concatenate([level.owner, np.full(len(none), -1)])
         inside = (index[quads] == index[quads[:, :1]]).all(axis=1) & (index[quads[:, 0]] >= 0)
         owned = np.isin(owner, unknowns.active)
@@ -93,7 +93,7 @@ class Problem:
         single = chosen >= len(level.grid.quads)
         at = np.where(single, 0, self._at)
         self._wanted, self._rest = edges_of(level.wanted.ravel()[at])[0], edges_of(level.rest[at])[0]
-        self._barrier = AreaBarrier(np.concatenate([level.shape.ravel(), junctions.shape])[self._at], single)
+        self._barrier = AreaBarrier(np.concatenate([level.shape.ravel(), contacts.shape])[self._at], single)
         bound = unknowns.special[self._at].any(axis=0) | owned[chosen]
         self._plain, self._bound = np.flatnonzero(~bound), np.flatnonzero(bound)
 

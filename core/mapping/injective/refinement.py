@@ -7,8 +7,8 @@ import numpy as np
 from core.arrays import Bools, Ints
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
+from core.mapping.injective.boundary_contact import BoundaryContacts
 from core.mapping.injective.continuation import FEW_STEPS, HEAVY, ROOMY, clear_folds, is_met, relax
-from core.mapping.injective.junctions import Junctions
 from core.mapping.injective.levels import GridLevel, Map, Transfer
 from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.springs import SLACK
@@ -45,17 +45,17 @@ class Refinement:
     def __init__(self, mapping: FeatureMapping, linear: Map, goal: Goal, centres: Complexes) -> None:
         self._mapping, self._linear, self._goal, self._centres = mapping, linear, goal, centres
 
-    def finish(self, way: Transfer, problem: Problem, junctions: Junctions) -> Job[Map | None]:
+    def finish(self, way: Transfer, problem: Problem, contacts: BoundaryContacts) -> Job[Map | None]:
         """Set exactly what friction held, lift the map, clear what folds then, and bring it to its best.
 
         None if folds are left.
         """
         level, is_driven = way.fine, problem.is_driven
         if is_driven:
-            problem = yield from self._hold(problem, junctions)
+            problem = yield from self._hold(problem, contacts)
             level = self._with_reached(way, problem)
-        problem, yields = yield from self._settle(problem, junctions)
-        found = way.lifted(problem.found)
+        problem, yields = yield from self._settle(problem, contacts)
+        found = way.prolong_map(problem.found)
         loose = level.off_outline(found.z)
         for reach, moves in ((CLOSE, False), (REACH, False), (REACH, True)):
             if not wrong_nodes(level, found.z).any():
@@ -75,7 +75,7 @@ class Refinement:
         to[way.kept] = problem.level.constraints.to
         return replace(way.fine, constraints=replace(way.fine.constraints, to=to))
 
-    def _hold(self, p: Problem, junctions: Junctions) -> Job[Problem]:
+    def _hold(self, p: Problem, contacts: BoundaryContacts) -> Job[Problem]:
         """Return the problem with points, and poses of bodies, that have been drawn to their goals held there.
 
         Those that did not get there are held where they are.
@@ -93,14 +93,14 @@ class Refinement:
         start = p.level.placed(p.found.z, alpha, place)
         start = start if not count_folds(p.level, start.z) else p.found
         level = with_points_at(p.level, start.z, SLACK * p.side)
-        q = Problem(level, start, np.ones(len(loose), bool), goal, freedoms, junctions)
+        q = Problem(level, start, np.ones(len(loose), bool), goal, freedoms, contacts)
         yield from relax(q, ROOMY, end=ROOMY, steps=1)
         if not is_met(q):
             level = with_points_at(level, q.found.z, MET)
-            q = Problem(level, q.found, np.ones(len(loose), bool), goal, freedoms, junctions)
+            q = Problem(level, q.found, np.ones(len(loose), bool), goal, freedoms, contacts)
         return q
 
-    def _settle(self, p: Problem, junctions: Junctions) -> Job[tuple[Problem, Bools]]:
+    def _settle(self, p: Problem, contacts: BoundaryContacts) -> Job[tuple[Problem, Bools]]:
         """Set exactly, and hold, what friction held, if that folds nothing; return the problem and what gave way."""
         loose = p.unknowns.loose
         back = loose[np.abs(p.outline_changes(p.state)) < SLACK]
@@ -111,7 +111,7 @@ class Refinement:
                 return p, gave
             left = np.isin(np.arange(p.level.grid.size), np.setdiff1d(loose, back))
             begin = Map(start.z[: len(left)], start.alpha, start.place)
-            q = Problem(p.level, begin, np.ones(len(left), bool), self._goal, Freedoms(gave, loose=left), junctions)
+            q = Problem(p.level, begin, np.ones(len(left), bool), self._goal, Freedoms(gave, loose=left), contacts)
             if (yield from clear_folds(q, FEW_STEPS)):
                 yield from relax(q, HEAVY / 10)
                 return q, gave

@@ -29,7 +29,7 @@ places: ε falls from the depth of the folds with μ large, until every corner h
 shallower, friction falls; then μ rises. After that μ falls, and with it ε, while the line search keeps D positive.
 
 **Coarse to fine** (`levels`, `refinement`). Both run first on a grid of larger cells, on all of it. Corners of the fine
-grid that poses alone decide stand behind the coarse barrier as well (`junctions`). What friction held is set exactly;
+grid that poses alone decide stand behind the coarse barrier as well (`contacts`). What friction held is set exactly;
 the result is lifted, and the few folds that come of it are cleared in narrow windows: the first map without folds.
 Elsewhere the linear answer for these poses takes its place, and near folds E is brought to its least.
 
@@ -50,9 +50,10 @@ import numpy as np
 from core.arrays import Floats
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import Solution
-from core.mapping.folds import folded_quads
+from core.mapping.folds import find_folded_quads
 from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.curved_frame import LEAST
+from core.mapping.injective.boundary_contact import BoundaryContacts
 from core.mapping.injective.continuation import (
     FEW_STEPS,
     GENTLE_FALL,
@@ -63,7 +64,6 @@ from core.mapping.injective.continuation import (
     clear_folds,
     relax,
 )
-from core.mapping.injective.junctions import Junctions
 from core.mapping.injective.levels import GridLevel, Map, Transfer
 from core.mapping.injective.outline import CORNERS, nodes_beside_cuts
 from core.mapping.injective.problem import Goal, Problem
@@ -118,7 +118,7 @@ def unfold(
     A step's preview is a first map without folds, (R, C, 2), on which the rest of the work improves. Where `shape`
     folds, or no way succeeds and there is nothing safe, the linear answer is returned.
     """
-    if folded_quads(shape).any() or not folded_quads(start.z).any():
+    if find_folded_quads(shape).any() or not find_folded_quads(start.z).any():
         return start
     n, rest = len(start.alpha), as_complex(mapping.grid.nodes).ravel()
     centres = np.array([rest[body.nodes].mean() for body in mapping.bodies[:n]], np.complex128)
@@ -224,20 +224,20 @@ class Ways:
         coarse = way.coarse
         if not coarse.is_fit():
             return None
-        junctions = Junctions.of(level, coarse, held_outline=not leaves)
+        contacts = BoundaryContacts.of(level, coarse, held_outline=not leaves)
         yields = level.constraints.free[:, SCALE] & (coarse.counts() > 0)
         beside = nodes_beside_cuts(coarse.grid, coarse.index, int(_BESIDE / cells)).ravel() if leaves else None
         everywhere = np.ones(coarse.grid.size, bool)
         freedoms = Freedoms(yields, loose=beside)
-        start = way.restricted(self._linear if begin is None else begin)
-        problem = Problem(coarse, start, everywhere, self._goal, freedoms, junctions)
+        start = way.restrict_map(self._linear if begin is None else begin)
+        problem = Problem(coarse, start, everywhere, self._goal, freedoms, contacts)
         if not (yield from clear_folds(problem)):
             return None
         yield from relax(problem)
         is_small = (np.abs(problem.state.alpha) < _WORTH * self._goal.scales).any()
         if is_small and not leaves and not level.constraints.glide.any():
             return None
-        return (yield from self._refinement.finish(way, problem, junctions))
+        return (yield from self._refinement.finish(way, problem, contacts))
 
     def _drawn(self, safe: Map | None, cells: float) -> Job[Map | None]:
         """Draw all to its goals from a map without folds, on a finer grid if that fails on this one."""
@@ -257,23 +257,23 @@ class Ways:
         driven = ~held.free & (np.abs(away) > _SAME)
         yields = (held.free | driven)[:, SCALE] & (coarse.counts() > 0)
         everywhere, outline = np.ones(coarse.grid.size, bool), coarse.grid.outline.ravel()
-        junctions = Junctions.of(level, coarse, held_outline=not leaves)
+        contacts = BoundaryContacts.of(level, coarse, held_outline=not leaves)
         freedoms = Freedoms(yields, loose=outline if leaves else None, driven=driven)
-        begin = way.restricted(start, held_outline=not leaves)
+        begin = way.restrict_map(start, held_outline=not leaves)
         alone = replace(coarse, constraints=replace(coarse.constraints, probes=held.probes[:0], to=held.to[:0]))
-        cleared = Problem(alone, begin, everywhere, goal, Freedoms(np.zeros_like(yields)), junctions)
+        cleared = Problem(alone, begin, everywhere, goal, Freedoms(np.zeros_like(yields)), contacts)
         if not (yield from clear_folds(cleared)):
             return None
-        problem = Problem(coarse, cleared.found, everywhere, goal, freedoms, junctions)
+        problem = Problem(coarse, cleared.found, everywhere, goal, freedoms, contacts)
         end = ROOMY if len(held.probes) or driven.any() else LIGHT
         roomy = problem.state
         for step in relax(problem, end=end, steps=GENTLE_STEPS, fall=GENTLE_FALL):
             roomy = problem.state if problem.worst() > ROOM else roomy
             yield step
-        found = yield from self._refinement.finish(way, problem, junctions)
+        found = yield from self._refinement.finish(way, problem, contacts)
         if found is None and roomy is not problem.state:
             problem.state = roomy
-            found = yield from self._refinement.finish(way, problem, junctions)
+            found = yield from self._refinement.finish(way, problem, contacts)
         return found
 
     def _smaller(self, cells: float) -> Job[Map | None]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats
 from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
-from core.mapping.injective.junctions import Junctions
+from core.mapping.injective.boundary_contact import BoundaryContacts
 from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.outline import Gliders
 from core.mapping.jacobians import Complexes
@@ -35,7 +35,7 @@ class Freedoms:
 
 @dataclass(frozen=True)
 class Iterate:
-    """A map, with the nodes of junctions after those of the grid, and the arc lengths of gliding nodes."""
+    """A map, with the nodes of contacts after those of the grid, and the arc lengths of gliding nodes."""
 
     z: Complexes
     alpha: Complexes
@@ -46,16 +46,18 @@ class Iterate:
 class Unknowns:
     """Those of the nodes (N,) of a window and of the bodies in it; what lies outside stays where `start` has it."""
 
-    def __init__(self, level: GridLevel, start: Map, window: Bools, freedoms: Freedoms, junctions: Junctions) -> None:
+    def __init__(
+        self, level: GridLevel, start: Map, window: Bools, freedoms: Freedoms, contacts: BoundaryContacts
+    ) -> None:
         self._level = level
-        self.index = np.concatenate([level.index, junctions.index])
+        self.index = np.concatenate([level.index, contacts.index])
         """Body of every node, -1 for none."""
-        self._find_bodies(junctions, window, freedoms)
+        self._find_bodies(contacts, window, freedoms)
         self._number(window, freedoms)
-        z = np.concatenate([start.z, junctions.shape])
+        z = np.concatenate([start.z, contacts.shape])
         self.start = self._placed(Iterate(z, start.alpha, start.place, self._gliders.arcs_of(start.z)))
 
-    def _find_bodies(self, junctions: Junctions, window: Bools, freedoms: Freedoms) -> None:
+    def _find_bodies(self, contacts: BoundaryContacts, window: Bools, freedoms: Freedoms) -> None:
         """Find the bodies that move, with all their nodes and arms from their pivots."""
         level = self._level
         moving = np.zeros(len(level.constraints.pivots) + 1, bool)
@@ -66,7 +68,7 @@ class Unknowns:
         """Bodies that move."""
         self._nodes = np.flatnonzero(moving[self.index])
         self._of = self.index[self._nodes]
-        rest = np.concatenate([level.rest, junctions.rest])
+        rest = np.concatenate([level.rest, contacts.rest])
         self._arms = rest[self._nodes] - level.constraints.pivots[self._of]
 
     def _number(self, window: Bools, freedoms: Freedoms) -> None:

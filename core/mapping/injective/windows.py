@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.mapping.folds import folded_quads
+from core.mapping.folds import find_folded_quads
 from core.mapping.injective.levels import GridLevel
 from core.mapping.jacobians import Complexes
 
@@ -16,7 +16,7 @@ MET = 1e-4
 
 def count_folds(level: GridLevel, z: Complexes) -> int:
     """Return how many quads of a map (N,) are folded."""
-    return int(folded_quads(z.reshape(level.grid.shape)).sum())
+    return int(find_folded_quads(z.reshape(level.grid.shape)).sum())
 
 
 def with_points_at(level: GridLevel, z: Complexes, far: float) -> GridLevel:
@@ -33,7 +33,7 @@ def misses(level: GridLevel, z: Complexes) -> Floats:
 def wrong_nodes(level: GridLevel, z: Complexes) -> Bools:
     """Return the corners (N,) of quads of a map that are folded or hold a point off its target."""
     wrong = np.zeros(level.grid.size, bool)
-    wrong[level.grid.quads[folded_quads(z.reshape(level.grid.shape)).ravel()]] = True
+    wrong[level.grid.quads[find_folded_quads(z.reshape(level.grid.shape)).ravel()]] = True
     nodes, _ = level.constraints.probes.on(level.grid)
     wrong[nodes[misses(level, z) > MET]] = True
     return wrong

@@ -160,10 +160,10 @@ def trace(
 
     `turn` (n,) is an angle between each grid and the field, 0 by default.
     """
-    return fill(traced(field, origins, heading, spine=spine, rib=rib, turn=turn), spine=spine, rib=rib)
+    return fill(trace_roughly(field, origins, heading, spine=spine, rib=rib, turn=turn), spine=spine, rib=rib)
 
 
-def traced(
+def trace_roughly(
     field: DirectionField, origins: Points, heading: Points, *, spine: int, rib: int, turn: Floats | None = None
 ) -> Singles:
     """Grow grids from `origins` (n, 2) in steps of `STRIDE` px, as far as `rib` and `spine` at least, see `trace`.

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.curves.bezier import paired_parameters
+from core.curves.bezier import pair_parameters
 from core.curves.feature_curves import FeatureCurve
 from core.linalg.factor import Entries, Factor
 from core.linalg.nearest import Nearest
@@ -138,7 +138,7 @@ def _system(free: Bools, reading: CoarseReading) -> Entries:
 
 def motion(curves: list[FeatureCurve], step: float) -> tuple[Points, Points]:
     """Return corresponding points (n, 2) of all active curves, at the source and at the target."""
-    pairs = [(c.source, c.target, *paired_parameters(c.source, c.target, step=step)) for c in curves if c.target]
+    pairs = [(c.source, c.target, *pair_parameters(c.source, c.target, step=step)) for c in curves if c.target]
     if not pairs:
         return np.empty((0, 2)), np.empty((0, 2))
     return (

@@ -7,12 +7,12 @@ from itertools import pairwise, starmap
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.retexture.prefetch import ahead
+from core.retexture.prefetch import prefetch
 from core.retexture.sampling import read, read_nearest
 from core.retexture.synthesis.candidate_choice import drift
 from core.retexture.synthesis.graph_cut import CELL
 from core.retexture.synthesis.patches import Batch, Covered, Patches
-from core.retexture.synthesis.pixel_adjacency import Footprint, footprint
+from core.retexture.synthesis.pixel_adjacency import PixelAdjacency, find_adjacency
 
 AT_ONCE_PX = 16_000
 """Pixels merged at a time: a larger graph no longer fits into the processor's cache."""
@@ -106,11 +106,11 @@ class Round:
     """Of a stock."""
     pixels: slice
     """Of those that the stock covers."""
-    cover: Footprint
+    cover: PixelAdjacency
 
 
 @dataclass(frozen=True, eq=False)
-class Stock:
+class Candidates:
     """Patches of n origins with their grids of candidates (n, K', J') and of the result (n, K, J), round by round."""
 
     batch: Batch
@@ -136,7 +136,7 @@ class Stock:
     """(n, 2 search_across + 1, 2 search_along + 1), see `candidate_choice.drift`."""
 
 
-def stock(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
+def gather_candidates(batch: Batch, picture: Singles, bounds: Bounds) -> Candidates:
     """Return what is known of a batch of patches with the colours of a picture (H, W, c)."""
     size, shape = bounds.may.shape, batch.shape
     batch, ends = in_rounds(batch, bounds)
@@ -148,9 +148,9 @@ def stock(batch: Batch, picture: Singles, bounds: Bounds) -> Stock:
     free = bounds.free.reshape(-1)[covered.pixel] / whole[covered.patch]
     colours, variance = _colours(picture, batch.source)
     hidden = bounds.hidden_at(batch.source, origins.curve)
-    return Stock(
+    return Candidates(
         batch,
-        [Round(some, mine, footprint(covered.patch[mine], covered.pixel[mine], size)) for some, mine in starts],
+        [Round(some, mine, find_adjacency(covered.patch[mine], covered.pixel[mine], size)) for some, mine in starts],
         covered.at + middle,
         np.clip(free, 0, 1).astype(np.float32)[:, None],
         colours,
@@ -203,10 +203,10 @@ def _colours(picture: Singles, places: Singles) -> tuple[Singles, Floats]:
     return colours, np.maximum(variance, 0).astype(np.float64) + 1e-4
 
 
-def stock_ahead(patches: Patches, picture: Singles, bounds: Bounds) -> Iterator[Stock]:
+def prefetch_candidates(patches: Patches, picture: Singles, bounds: Bounds) -> Iterator[Candidates]:
     """Return the batches of `patches`, the first of them begun at once."""
     # In one thread: patches are laid beside it, and on two cores a third would be in the way of both.
-    return ahead(lambda part: stock(patches.batch(part), picture, bounds), patches.parts, threads=1)
+    return prefetch(lambda part: gather_candidates(patches.batch(part), picture, bounds), patches.parts, threads=1)
 
 
 def rounds(covered: Covered, count: int, size: tuple[int, ...]) -> list[Ints]:

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from core.arrays import Bools, Ints, Singles
 from core.graphs.minimum_cut import minimum_cut
-from core.retexture.synthesis.pixel_adjacency import Footprint
+from core.retexture.synthesis.pixel_adjacency import PixelAdjacency
 
 STEADY = 0.3
 """How much the plain deformation counts where a patch overlaps it, against synthesised texture."""
@@ -58,7 +58,7 @@ class GrownPicture:
 
     def merge(
         self,
-        cover: Footprint,
+        cover: PixelAdjacency,
         label: Ints,
         colour: Singles,
         place: Singles,
@@ -113,7 +113,7 @@ class GrownPicture:
         np.add.at(self.uses.reshape(-1), number, np.float32(sign / CELL**2))
 
 
-def _cut(cover: Footprint, seam: Singles, keep: NDArray[Any], take: NDArray[Any]) -> Bools:
+def _cut(cover: PixelAdjacency, seam: Singles, keep: NDArray[Any], take: NDArray[Any]) -> Bools:
     """Return which pixels (m,) take the patch: the cheapest cut.
 
     `seam` (p,) are costs of the pairs where just one takes it, `keep` and `take` (m,) of either choice.

@@ -12,10 +12,10 @@ from typing import TypeAlias
 import numpy as np
 
 from core.arrays import Bools, Ints, Singles
-from core.retexture.deformation.coordinates import DirectionField, traced
+from core.retexture.deformation.coordinates import DirectionField, trace_roughly
 from core.retexture.deformation.grids import fill, locate
 from core.retexture.origins import Origins
-from core.retexture.prefetch import ahead
+from core.retexture.prefetch import prefetch
 from core.retexture.region import smoothstep
 from core.retexture.sampling import LONGEST, read
 from core.retexture.synthesis.placement import Correspondence
@@ -116,7 +116,7 @@ class Patches:
         return len(self.origins)
 
     def __iter__(self) -> Iterator[Batch]:
-        return ahead(self.batch, self.parts)
+        return prefetch(self.batch, self.parts)
 
     @property
     def parts(self) -> Iterator[slice]:
@@ -146,10 +146,12 @@ class Patches:
 def grow(origins: Origins, shape: PatchShape, fields: Fields, way: Correspondence) -> Batch:
     """Grow the patches of `origins`."""
     target, source = fields
-    rough = traced(target, origins.target, origins.heading, spine=shape.spine, rib=shape.rib)
+    rough = trace_roughly(target, origins.target, origins.heading, spine=shape.spine, rib=shape.rib)
     here = fill(rough, spine=shape.spine, rib=shape.rib)
     spine, rib = shape.spine + shape.search_along, shape.rib + shape.search_across
-    there = traced(source, origins.source, origins.source_heading, spine=spine, rib=rib, turn=origins.source_turn)
+    there = trace_roughly(
+        source, origins.source, origins.source_heading, spine=spine, rib=rib, turn=origins.source_turn
+    )
     rim = np.flatnonzero(read(way.inner, here[:, :: shape.rib, :: shape.spine]).min(axis=(1, 2)) < 1)
     there[rim] = join(there[rim], origins.taken(rim), shape, target, way)
     there = fill(there, spine=spine, rib=rib)
@@ -181,7 +183,7 @@ def join(there: Singles, origins: Origins, shape: PatchShape, target: DirectionF
     if not len(origins):
         return there
     spine, rib = shape.spine + shape.search_along, shape.rib + shape.search_across
-    here = traced(target, origins.target, origins.heading, spine=spine, rib=rib)
+    here = trace_roughly(target, origins.target, origins.heading, spine=spine, rib=rib)
     k, j = here.shape[1] // 2, here.shape[2] // 2
     share = read(way.inner, here)[..., None]
     plain = here + read(way.displacement.astype(np.float32), here / np.float32(way.grid.step))

@@ -8,7 +8,7 @@ from core.arrays import Bools, Ints
 
 
 @dataclass(frozen=True, eq=False)
-class Footprint:
+class PixelAdjacency:
     """m pixels that patches cover which do not touch, and all pairs of neighbours with at least one of them.
 
     Pairs are kept by what they are in `Canvas.seams`, flattened: from a pixel to its right neighbour, or its lower one.
@@ -27,7 +27,7 @@ class Footprint:
     """(q,) their pairs."""
 
 
-def footprint(patch: Ints, pixel: Ints, size: tuple[int, ...]) -> Footprint:
+def find_adjacency(patch: Ints, pixel: Ints, size: tuple[int, ...]) -> PixelAdjacency:
     """Return the footprint of `pixel`s (m,), by their numbers in a picture of `size`, (H, W).
 
     `patch` (m,) are the patches that cover them, in order; none of these touch.
@@ -46,7 +46,7 @@ def footprint(patch: Ints, pixel: Ints, size: tuple[int, ...]) -> Footprint:
         edges.append(_edge(window.take(number + step), inside, pixel, seam))
     one, other, between = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
     edge, beyond = (np.concatenate(parts) for parts in zip(*edges, strict=True))
-    return Footprint(pixel, one, other, between, edge, beyond)
+    return PixelAdjacency(pixel, one, other, between, edge, beyond)
 
 
 def _edge(beside: Ints, inside: Bools, pixel: Ints, seam: int) -> tuple[Ints, Ints]:

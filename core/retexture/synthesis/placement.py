@@ -9,7 +9,7 @@ from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.retexture.deformation.coordinates import Feet, SpineCurves
 from core.retexture.deformation.diffusion import Diffusion
 from core.retexture.origins import Origins
-from core.retexture.source_outside_frame import elsewhere, shown
+from core.retexture.source_outside_frame import find_stand_ins, has_surroundings
 
 AHEAD = 2
 """How many patches a row is ahead of the next."""
@@ -64,7 +64,11 @@ class Correspondence:
         height, width = self.nearness.shape
         x, y = np.clip(np.rint(places).astype(int), 0, [width - 1, height - 1]).T
         share = np.where(feet.beyond, 0, self.nearness[y, x])
-        lost = (share >= MOSTLY) & self.missing[y, x] & ~shown(along_curve, places, self.nearness.shape, self.rib)
+        lost = (
+            (share >= MOSTLY)
+            & self.missing[y, x]
+            & ~has_surroundings(along_curve, places, self.nearness.shape, self.rib)
+        )
         found, *other = find_missed(
             self.source, self.target, feet.taken(lost), places[lost], self.nearness.shape, self.rib
         )
@@ -94,7 +98,7 @@ def along_curves(source: SpineCurves, target: SpineCurves, places: Points) -> tu
     """Return the feet of `places` (n, 2) on target curves, what corresponds at the source, and the tangents there.
 
     That is the place as far from the source curve, at the same parameter (or share of the length, see
-    `curves.paired_parameters`).
+    `bezier.pair_parameters`).
     """
     feet = target.feet(places)
     length = _source_length(source, target, feet.curve, feet.length)
@@ -106,7 +110,7 @@ def find_missed(
 ) -> tuple[Bools, Points, Points]:
     """Return what stands for the sources of `places` (n, 2) with these feet on target curves."""
     length = _source_length(source, target, feet.curve, feet.length)
-    return elsewhere(source, feet.curve, length, feet.offset, places, size, rib)
+    return find_stand_ins(source, feet.curve, length, feet.offset, places, size, rib)
 
 
 def pace(source: SpineCurves, target: SpineCurves, feet: Feet) -> Floats:

@@ -13,7 +13,7 @@ from core.progress import Job, Progress
 from core.retexture.origins import Origins
 from core.retexture.sampling import Kernel, read, read_nearest
 from core.retexture.synthesis.candidate_choice import CHANCE, Pool, costs
-from core.retexture.synthesis.candidate_pool import Bounds, Round, Stock, stock_ahead
+from core.retexture.synthesis.candidate_pool import Bounds, Candidates, Round, prefetch_candidates
 from core.retexture.synthesis.graph_cut import GrownPicture
 from core.retexture.synthesis.patches import Patches, PatchShape, grid_places
 from core.retexture.synthesis.placement import PatchGrid, gap_places, ordered_origins
@@ -45,7 +45,7 @@ class Painter:
     labels: int = 0
     candidates: int = 0
 
-    def cover(self, stocks: Iterator[Stock], *, over_seams: bool = False) -> Iterator[int]:
+    def cover(self, stocks: Iterator[Candidates], *, over_seams: bool = False) -> Iterator[int]:
         """Merge the patches in `stocks`; yield how many are done, after each few."""
         done = 0
         while (stock := self._next(stocks)) is not None:
@@ -56,11 +56,11 @@ class Painter:
             self.origins.append(stock.batch.origins)
             self.labels += len(stock.batch.origins)
 
-    def _next(self, stocks: Iterator[Stock]) -> Stock | None:
+    def _next(self, stocks: Iterator[Candidates]) -> Candidates | None:
         with self.watch.measure("coordinates"):
             return next(stocks, None)
 
-    def _lay(self, stock: Stock, some: Round, *, over_seams: bool) -> None:
+    def _lay(self, stock: Candidates, some: Round, *, over_seams: bool) -> None:
         """Choose candidates for the patches of a round and merge them."""
         with self.watch.measure("search"):
             off, turned = self._best(stock, some, over_seams=over_seams)
@@ -78,7 +78,7 @@ class Painter:
             colour = read(self.picture, place, Kernel.CUBIC)
             self.canvas.merge(some.cover, self.labels + 1 + patch, colour, place, usable)
 
-    def _best(self, stock: Stock, some: Round, *, over_seams: bool) -> tuple[Singles, Bools]:
+    def _best(self, stock: Candidates, some: Round, *, over_seams: bool) -> tuple[Singles, Bools]:
         """Return how far the best candidates lie from the central ones, as (j, k) (k, 2).
 
         And whether the source grids are turned end to end along the curve for them (k,).
@@ -102,7 +102,7 @@ class Painter:
         off = np.stack([j - self.shape.search_along, k - self.shape.search_across], axis=-1)
         return off.astype(np.float32), turned
 
-    def _surroundings(self, stock: Stock, these: slice, *, over_seams: bool) -> tuple[Singles, Singles]:
+    def _surroundings(self, stock: Candidates, these: slice, *, over_seams: bool) -> tuple[Singles, Singles]:
         """Return for target grids (k, K, J): colours shown, and how much each counts."""
         target = stock.batch.target[these]
         shown, weight = read(self.canvas.colour, target), read_nearest(self.canvas.counts, target)
@@ -124,14 +124,14 @@ def lattice(shape: PatchShape, shift: float = 0.0, *, stride: float | None = Non
 
 
 def synthesise(
-    painter: Painter, scene: RetextureScene, first: Iterator[Stock], count: int, *, refine: float
+    painter: Painter, scene: RetextureScene, first: Iterator[Candidates], count: int, *, refine: float
 ) -> Job[None]:
     """Cover the canvas with the patches `first`, `count` of them, then lay the share `refine` over the worst seams."""
     shape, canvas = painter.shape, painter.canvas
     whole = (1 + refine) * count + 1
 
-    def stocks(origins: Origins) -> Iterator[Stock]:
-        return stock_ahead(Patches(origins, shape, scene.fields, scene.way), painter.picture, painter.bounds)
+    def stocks(origins: Origins) -> Iterator[Candidates]:
+        return prefetch_candidates(Patches(origins, shape, scene.fields, scene.way), painter.picture, painter.bounds)
 
     yield Progress(0, "choosing patches")
     for done in painter.cover(first):

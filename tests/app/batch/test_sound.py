@@ -18,7 +18,7 @@ from app.batch.video_in import index
 from app.batch.video_out import Form, Segment, join
 from app.batch.work import do_chunk
 from core.imaging.images import Image
-from core.notices import hearing
+from core.notices import hear_notices
 from tests.app.batch.scene import HEIGHT, WIDTH, plate, write_recipe
 from tests.app.batch.test_video import HD
 
@@ -86,7 +86,7 @@ def make(recipe: Path, output: Path, frames: str | None = None) -> list[str]:
     """Make a video and return the notices."""
     chunks = plan(read_recipe(recipe), output, frames=frames)
     assert all(row.state == "done" for chunk in chunks for row in do_chunk(chunk))
-    with hearing() as said:
+    with hear_notices() as said:
         assert join_segments(chunks)
     return said
 

@@ -6,7 +6,7 @@ import pytest
 
 from app.__main__ import main
 from app.editor.errands import Notice
-from app.files.filing import export
+from app.files.document_io import export
 from app.model.requests import ExportOptions
 from app.render.picture_file import exporting
 from core.document.document import Document

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.actions.table import ActionTable
-from app.files import filing
+from app.files import document_io
 from app.model.requests import ExportOptions, ExportPicture
 from app.tools.all import TOOLS
 from core.document.document import CurvePair, Document, Outline, Pin
@@ -34,7 +34,7 @@ def test_export_again_writes_the_present_result_to_the_same_file(drive: EditorDr
     again = TABLE.by_name["file.export_again"]
     assert not again.enabled(editor)
     editor.edit("Bend", editor.document.with_warp(preset="arc", bend=10.0))
-    filing.ask_export(editor)
+    document_io.ask_export(editor)
     (request,) = editor.requests
     assert isinstance(request, ExportPicture)
     editor.requests.clear()

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from app.actions.table import ActionTable
-from app.files import filing
+from app.files import document_io
 from app.marking import keying
 from app.tools.all import TOOLS
 from core.arrays import Points
 from core.document.document import Pin, pixels_from_places
 from core.document.keys import Key
-from core.document.map import settled
+from core.document.map import settle_map
 from core.document.project import load_project
 from core.progress import run
 from tests.app.driver import EditorDriver, document
@@ -83,7 +83,7 @@ def test_every_frame_is_answered_live_and_is_what_a_batch_makes_of_it(drive: Edi
     drive.editor.animation.go_to(21)
     np.testing.assert_allclose(warped(drive), live, atol=1e-6)
     still = drive.start.with_warp(preset="arc", bend=20.0)
-    np.testing.assert_array_equal(drive.rest().editor.answer.warped, run(settled(still)).warped)
+    np.testing.assert_array_equal(drive.rest().editor.answer.warped, run(settle_map(still)).warped)
 
 
 def test_keys_are_moved_eased_and_removed_and_all_of_it_is_undone(drive: EditorDriver) -> None:
@@ -94,7 +94,7 @@ def test_keys_are_moved_eased_and_removed_and_all_of_it_is_undone(drive: EditorD
     assert keys(drive) == [(1, 0), (31, 60)]
     assert drive.document.warp.bend == 60
     assert drive.labels[-1] == "Move key"
-    assert keying.chosen_keys(drive.editor) == {"bend": {31}}
+    assert keying.find_chosen_keys(drive.editor) == {"bend": {31}}
     assert TABLE.by_name["timeline.easing.hold"].enabled(drive.editor)
     keying.select_keys(drive.editor, [("bend", 1)])
     TABLE.run("timeline.easing.hold", drive.editor)
@@ -118,7 +118,7 @@ def test_keys_that_are_moved_onto_others_replace_them(drive: EditorDriver) -> No
 
 def test_to_go_through_frames_is_no_change_of_the_project(drive: EditorDriver, tmp_path: Path) -> None:
     drive.editor.project_path = tmp_path / "a.weft"
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     drive.frame()
     assert drive.editor.history.is_saved
     drive.editor.animation.go_to(17)

@@ -12,7 +12,7 @@ from typing import NoReturn
 
 import pytest
 
-from app.files import filing
+from app.files import document_io
 from app.model.requests import ExportOptions
 from app.render.picture_file import exporting
 from app.state.recovery import Recovery
@@ -88,8 +88,8 @@ def opened(folder: Path) -> EditorDriver:
     drive.editor.exporter = exporting
     drive.editor.project_path = folder / "a.weft"
     drive.editor.edit("Bend", drive.document.with_warp(preset="arc", bend=10.0))
-    filing.save(drive.editor)
-    filing.export(drive.editor, ExportOptions(folder / "a.png", (200, 150)))
+    document_io.save(drive.editor)
+    document_io.export(drive.editor, ExportOptions(folder / "a.png", (200, 150)))
     drive.frame()
     drive.editor.edit("Bend", drive.document.with_warp(bend=44.0))
     drive.editor.notices.clear()
@@ -101,13 +101,13 @@ def test_a_save_that_fails_is_said_and_loses_nothing(folder: Path, fault: str, m
     drive = opened(folder)
     before, document = (folder / "a.weft").read_bytes(), drive.document
     with FAULTS[fault](folder, monkeypatch):
-        filing.save(drive.editor)
+        document_io.save(drive.editor)
         drive.frame()
     assert [notice.level for notice in drive.editor.notices] == ["error"]
     assert (folder / "a.weft").read_bytes() == before
     assert drive.document is document
     assert not drive.editor.history.is_saved
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     drive.frame()
     assert load_project(folder / "a.weft").warp.bend == 44.0
     assert sorted(file.name for file in folder.iterdir()) == ["a.png", "a.weft", "a.weft~"]
@@ -120,12 +120,12 @@ def test_an_export_that_fails_is_said_and_leaves_the_older_one(
     drive = opened(folder)
     before = (folder / "a.png").read_bytes()
     with FAULTS[fault](folder, monkeypatch):
-        filing.export(drive.editor, ExportOptions(folder / "a.png", (200, 150)))
+        document_io.export(drive.editor, ExportOptions(folder / "a.png", (200, 150)))
         drive.frame()
     assert [notice.level for notice in drive.editor.notices] == ["error"]
     assert (fault == "no memory") == (drive.editor.notices[0].text == "not enough memory")
     assert (folder / "a.png").read_bytes() == before
-    filing.export(drive.editor, ExportOptions(folder / "a.png", (100, 75), frame="picture"))
+    document_io.export(drive.editor, ExportOptions(folder / "a.png", (100, 75), frame="picture"))
     drive.frame()
     assert load(folder / "a.png").size_px == (100, 75)
     assert sorted(file.name for file in folder.iterdir()) == ["a.png", "a.weft"]

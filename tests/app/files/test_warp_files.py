@@ -10,7 +10,7 @@ from app.actions.table import ActionTable
 from app.cli import main
 from app.model.requests import OpenFile
 from app.tools.all import TOOLS
-from core.document.map import settled
+from core.document.map import settle_map
 from core.imaging.images import Image, save
 from core.progress import run
 from core.warps.map_file import is_st_map
@@ -63,7 +63,7 @@ def test_a_displacement_is_opened_too_and_taken_out_again(drive: EditorDriver, t
     moved = drive.editor.map.warped - drive.editor.map.rest
     np.testing.assert_allclose(moved[..., 0], -SHIFT_PX, atol=1e-3)
     drive.editor.edit("Bend", drive.document.with_warp(preset="arc", bend=20.0))
-    assert np.abs(run(settled(drive.document)).warped - drive.editor.map.rest - moved).max() > 3
+    assert np.abs(run(settle_map(drive.document)).warped - drive.editor.map.rest - moved).max() > 3
     assert TABLE.run("file.remove_warp", drive.editor)
     assert drive.document.warp_map is None
 

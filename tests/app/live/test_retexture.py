@@ -24,7 +24,7 @@ def test_a_dragged_target_takes_the_picture_along_live(drive: EditorDriver) -> N
     drawn(drive).press(100, 70).move(100, 80).move(100, 90)
     assert drive.in_("feature-curves.busy")
     assert drive.editor.regrowth.is_moving
-    seen = drive.editor.regrowth.shown(drive.document, "deformed")
+    seen = drive.editor.regrowth.choose_picture(drive.document, "deformed")
     assert np.array_equal(seen.warped, drive.editor.regrowth.flat.warped), "what is painted on the result would move"
     assert np.allclose(drive.screen_of(100, 70), (100, 90), atol=1)
     assert np.allclose(drive.screen_of(0, 149), (0, 149), atol=0.5)
@@ -47,11 +47,11 @@ def test_the_final_deformation_takes_over_without_a_jump() -> None:
     later = Later()
     drive = driver(Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
     drawn(drive).press(100, 70).move(100, 100).move(120, 125)
-    live = drive.editor.regrowth.shown(drive.document, "deformed").rest
+    live = drive.editor.regrowth.choose_picture(drive.document, "deformed").rest
     drive.release(120, 125)
     assert drive.editor.regrowth.stage is None
     later.run()
-    final = drive.frame().editor.regrowth.shown(drive.document, "deformed").rest
+    final = drive.frame().editor.regrowth.choose_picture(drive.document, "deformed").rest
     assert np.abs(live - final).max() < 3
     assert np.abs(live - drive.editor.regrowth.flat.warped).max() > 40
 
@@ -63,7 +63,7 @@ def test_one_key_each_shows_original_deformed_and_retextured(drive: EditorDriver
     for key in "123":
         action = next(a for a in table.actions if a.chord == key)
         action.run(drive.editor)
-        pictures.append(drive.editor.regrowth.shown(drive.document, drive.editor.session.look))
+        pictures.append(drive.editor.regrowth.choose_picture(drive.document, drive.editor.session.look))
     assert pictures[0].image is drive.document.image
     assert pictures[0].rest is pictures[0].warped
     assert pictures[1].image is drive.document.image

@@ -6,7 +6,7 @@ from app.model.jobs import InlineExecutor, Jobs
 from app.model.session import Brush
 from core import tracing
 from core.document.document import CurvePair, Document, Outline
-from core.document.map import MapSolver, settled
+from core.document.map import MapSolver, settle_map
 from core.grid import Grid
 from core.imaging.images import Image
 from core.mapping.result import Warped
@@ -97,7 +97,7 @@ def test_what_is_shown_at_rest_is_what_an_export_computes() -> None:
     drive = EditorDriver(swirled()).tool("brush")
     drive.editor.show(brush=Brush(12.0, 0.5))
     drive.drag((30, 30), (50, 50), (60, 30)).rest()
-    result = run(settled(drive.document))
+    result = run(settle_map(drive.document))
     assert (drive.editor.map.warped == result.warped).all()
     assert drive.editor.map.warped.tobytes() == result.warped.tobytes()
 
@@ -110,12 +110,12 @@ def test_the_final_answer_depends_on_nothing_but_the_document() -> None:
             drive.click(175, 43, alt=True).rest()
         final = drive.editor.answer
         assert final.settled
-        assert final.warped.tobytes() == run(settled(drive.document)).warped.tobytes()
+        assert final.warped.tobytes() == run(settle_map(drive.document)).warped.tobytes()
     drive.tool("brush").drag((90, 60), (110, 90)).rest()
     drive.tool("curves").click(60, 130).click(120, 140).key("enter").drag((60, 130), (60, 125)).rest()
     drive.tool("pins").click(150, 110).drag((150, 110), (160, 105)).rest()
     assert drive.editor.answer.settled
-    assert drive.editor.answer.warped.tobytes() == run(settled(drive.document)).warped.tobytes()
+    assert drive.editor.answer.warped.tobytes() == run(settle_map(drive.document)).warped.tobytes()
 
 
 def test_a_change_drops_the_final_answer_under_way() -> None:
@@ -232,5 +232,5 @@ def test_what_one_answer_has_built_the_next_one_finds(inline: int, most: int, mo
     drive.editor.finish()
     drive.rest()
     assert drive.editor.answer.settled
-    assert np.array_equal(drive.editor.answer.warped, run(settled(drive.document)).warped)
-    assert len(made) == most + 1  # one of them by `settled`
+    assert np.array_equal(drive.editor.answer.warped, run(settle_map(drive.document)).warped)
+    assert len(made) == most + 1  # one of them by `settle_map`

@@ -9,7 +9,7 @@ import pytest
 
 from app.__main__ import main
 from app.commands import decompose
-from app.files import filing
+from app.files import document_io
 from app.model.jobs import Jobs
 from app.model.requests import ExportPicture
 from core.document.document import Document
@@ -38,7 +38,7 @@ def test_what_is_laid_on_cloth_is_not_exported_before_its_pattern_is_found() -> 
     drive = begun()
     drive.editor.edit("Texture", drive.document.with_cloth(texture=drive.document.image, search=Search()))
     drive.frame()
-    filing.ask_export(drive.editor)
+    document_io.ask_export(drive.editor)
     assert drive.editor.requests == []
     assert drive.editor.notices[-1].text == "Nothing to export yet: the pattern of the cloth is still being looked for"
 
@@ -49,7 +49,7 @@ def test_a_texture_without_a_search_is_not_exported_as_the_bare_photo(
     drive = begun()
     drive.editor.edit("Texture", drive.document.with_cloth(texture=drive.document.image))
     drive.frame()
-    filing.ask_export(drive.editor)
+    document_io.ask_export(drive.editor)
     assert drive.editor.requests == []
     assert drive.editor.notices[-1].text == f"Nothing to export yet: {UNSOUGHT}"
     monkeypatch.chdir(tmp_path)
@@ -63,7 +63,7 @@ def test_a_photo_with_nothing_on_its_cloth_is_exported_as_it_is_without_a_search
     drive = begun()
     drive.editor.edit("Find", drive.document.with_cloth(search=Search()))
     drive.frame()
-    filing.ask_export(drive.editor)
+    document_io.ask_export(drive.editor)
     assert isinstance(drive.editor.requests.pop(), ExportPicture)
     start = document().with_cloth(search=Search())
     assert run(picture(start, start.image)) is start.image

@@ -10,18 +10,18 @@ import pytest
 from app.actions import overlay as actions
 from core.document import overlay as document_overlay
 from core.document.document import Document
-from core.document.overlay import OverlayLayers, known
+from core.document.overlay import OverlayLayers, get_layers
 from core.document.overlay_texture import lay_on
 from core.document.project import load_project, save_project
 from core.imaging.images import Image
-from core.notices import hearing
+from core.notices import hear_notices
 from core.progress import Job, Progress
 from core.rasters.raster import Raster
 from tests.app.overlay.driver import PHOTO, TEXTURE, OverlayDriver
 
 
 def layers_of(document: Document) -> OverlayLayers:
-    layers = known(document)
+    layers = get_layers(document)
     assert layers is not None
     return layers
 
@@ -83,9 +83,9 @@ def test_damaged_result_is_told_and_looked_for_anew(drive: OverlayDriver, tmp_pa
     with zipfile.ZipFile(tmp_path / "a.weft") as whole, zipfile.ZipFile(tmp_path / "b.weft", "w") as damaged:
         for name in whole.namelist():
             damaged.writestr(name, whole.read(name)[: 1000 if name == "layers/uv.npy" else None])
-    with hearing() as notices:
+    with hear_notices() as notices:
         document = load_project(tmp_path / "b.weft")
-    assert known(document) is None
+    assert get_layers(document) is None
     assert document.cloth.search is not None
     fault = "uv: is cut short, or not as large as it says"
     assert notices == [f"b.weft: what was found of the cloth is damaged, and is looked for anew: {fault}"]

@@ -7,7 +7,7 @@ import pytest
 
 from app.actions import dropped, overlay
 from app.cli import main
-from app.files import filing
+from app.files import document_io
 from app.model.jobs import InlineExecutor, Jobs
 from app.model.requests import ExportOptions, ExportPicture, OpenFile, SaveFile
 from app.model.shapes import Polyline
@@ -53,7 +53,9 @@ def test_dropped_file_is_opened_while_no_pattern_is_found(tmp_path: Path) -> Non
 
 
 def test_texture_goes_with_the_pointer(drive: OverlayDriver) -> None:
-    drive.editor.edit("Texture", drive.document.changed(cloth=drive.cloth.changed(texture=TEXTURE).laid(upright=False)))
+    drive.editor.edit(
+        "Texture", drive.document.changed(cloth=drive.cloth.changed(texture=TEXTURE).with_laying(upright=False))
+    )
     drive.tool("drape")
     layers = drive.editor.overlay.layers
     assert layers is not None
@@ -84,14 +86,14 @@ def test_new_texture_goes_with_the_detail_that_is_free_of_the_old_pattern(drive:
 
 def test_slider_needs_no_job(drive: OverlayDriver) -> None:
     before = drive.editor.overlay.layers
-    drive.editor.slide("Detail", drive.document.changed(cloth=drive.cloth.laid(detail=0.3)))
+    drive.editor.slide("Detail", drive.document.changed(cloth=drive.cloth.with_laying(detail=0.3)))
     drive.frame().editor.finish()
     assert drive.editor.overlay.layers is before
     assert drive.labels == ("Detail",)
 
 
 def test_project_keeps_what_was_done_and_finds_the_rest_again(drive: OverlayDriver, tmp_path: Path) -> None:
-    cloth = drive.cloth.changed(texture=TEXTURE, texture_name="new.png").laid(size=3.0, mirror=True)
+    cloth = drive.cloth.changed(texture=TEXTURE, texture_name="new.png").with_laying(size=3.0, mirror=True)
     drive.editor.edit("Texture", drive.document.changed(cloth=cloth))
     save_project(drive.document, tmp_path / "project.weft")
     again = load_project(tmp_path / "project.weft")
@@ -108,16 +110,16 @@ def test_project_keeps_what_was_done_and_finds_the_rest_again(drive: OverlayDriv
 def test_export_has_the_texture_at_the_depth_that_is_asked_for(drive: OverlayDriver, tmp_path: Path) -> None:
     drive.editor.exporter = exporting
     plain = tmp_path / "plain.png"
-    filing.export(drive.editor, ExportOptions(plain, drive.document.size_px))
+    document_io.export(drive.editor, ExportOptions(plain, drive.document.size_px))
     drive.frame()
     difference = load(plain).pixels.astype(int) - PHOTO.pixels
     assert np.abs(difference).max() <= 1
     drive.editor.edit("Texture", drive.document.with_cloth(texture=TEXTURE))
-    filing.ask_export(drive.editor)
+    document_io.ask_export(drive.editor)
     request = drive.editor.requests.pop()
     assert isinstance(request, ExportPicture)
     assert request.options.size_px == drive.document.size_px
-    filing.export(drive.editor, ExportOptions(tmp_path / "deep.png", drive.document.size_px, bits=16))
+    document_io.export(drive.editor, ExportOptions(tmp_path / "deep.png", drive.document.size_px, bits=16))
     drive.frame()
     deep = load(tmp_path / "deep.png").pixels
     assert deep.dtype == np.uint16
@@ -173,7 +175,7 @@ def test_size_suits_the_cloth_until_one_is_chosen(drive: OverlayDriver, tmp_path
     assert size_of(layers, drive.cloth.laying) == layers.usual_size == 2.0
     drive.tool("drape").drag((60, 60), (70, 60), (80, 60), ctrl=True)
     assert drive.cloth.laying.size == pytest.approx(2 * np.exp(20 / 200))
-    drive.editor.edit("Size", drive.document.changed(cloth=drive.cloth.laid(size=7.0)))
+    drive.editor.edit("Size", drive.document.changed(cloth=drive.cloth.with_laying(size=7.0)))
     overlay.lay(drive.editor, tmp_path / "new.png")
     assert size_of(layers, drive.frame().document.cloth.laying) == 7.0
 
@@ -197,7 +199,7 @@ def test_what_was_found_is_seen_until_a_texture_lies_on_it(drive: OverlayDriver)
     assert marks(drive.editor) == []
     drive.undo()
     assert marks(drive.editor) != []
-    drive.editor.edit("Upright", drive.document.changed(cloth=cloth.laid(upright=False)))
+    drive.editor.edit("Upright", drive.document.changed(cloth=cloth.with_laying(upright=False)))
     layers = drive.editor.overlay.layers
     assert layers is not None
     assert not placement_of(layers, TEXTURE, drive.cloth.laying).upright
@@ -220,7 +222,7 @@ def test_a_photo_on_which_nothing_is_laid_stays_as_it_is(drive: OverlayDriver) -
     layers = drive.editor.overlay.layers
     assert layers is not None
     assert lay_on(PHOTO, layers, drive.cloth) is PHOTO
-    fainter = lay_on(PHOTO, layers, drive.cloth.laid(detail=0.0))
+    fainter = lay_on(PHOTO, layers, drive.cloth.with_laying(detail=0.0))
     assert np.abs(fainter.pixels.astype(int) - PHOTO.pixels).max() > 10
 
 

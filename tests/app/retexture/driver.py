@@ -47,4 +47,4 @@ def source(drive: EditorDriver) -> Points:
 
 
 def shown(drive: EditorDriver) -> Image:
-    return drive.editor.regrowth.shown(drive.document, drive.editor.session.look).image
+    return drive.editor.regrowth.choose_picture(drive.document, drive.editor.session.look).image

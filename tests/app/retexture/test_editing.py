@@ -127,7 +127,7 @@ def test_sources_are_edited_on_the_original_and_the_deformation_follows(drive: E
     assert table.run("handles.edit_source", drive.editor)
     assert drive.editor.session.look == "original"
     drive.press(100, 70).move(100, 60)
-    seen = drive.editor.regrowth.shown(drive.document, drive.editor.session.look)
+    seen = drive.editor.regrowth.choose_picture(drive.document, drive.editor.session.look)
     assert seen.image is drive.document.image
     assert seen.rest is seen.warped
     assert np.allclose(drive.picture_at(100, 90), (100, 60), atol=1)
@@ -264,7 +264,7 @@ def test_deformed_and_original_are_wiped_over_the_result(drive: EditorDriver) ->
     assert (scene.compare, drive.editor.session.look) == ("split", "retextured")
     assert scene.before is drive.document.image
     assert scene.before_rest is not None
-    assert np.array_equal(scene.before_rest, drive.editor.regrowth.shown(drive.document, "deformed").rest)
+    assert np.array_equal(scene.before_rest, drive.editor.regrowth.choose_picture(drive.document, "deformed").rest)
     assert scene.image is not drive.document.image
     assert table.run("look.deformed", drive.editor)
     assert drive.editor.session.compare == "split", "a look is chosen right of the divider"

@@ -67,14 +67,14 @@ def test_weft_render_gives_the_retextured_picture(drive: EditorDriver, tmp_path:
 
 
 def test_export_writes_the_result_of_the_mode(drive: EditorDriver, tmp_path: Path) -> None:
-    from app.files import filing
+    from app.files import document_io
     from app.model.requests import ExportPicture
     from app.render.picture_file import exporting
 
     moved(drive)
     drive.editor.edit("Size", drive.document.with_warp(aspect=(2.0, 1.0)))
     drive.editor.exporter = exporting
-    filing.ask_export(drive.editor)
+    document_io.ask_export(drive.editor)
     request = drive.editor.requests.pop()
     assert isinstance(request, ExportPicture)
     assert request.options.size_px == (WIDTH, HEIGHT)

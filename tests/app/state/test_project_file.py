@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from app.files import filing
+from app.files import document_io
 from app.model.requests import AskChanged, SaveFile
 from app.state.project_file import keep_backup
 from core.document.document import Document
@@ -22,7 +22,7 @@ class Window:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.drive = EditorDriver()
-        filing.open_path(self.drive.editor, path)
+        document_io.open_path(self.drive.editor, path)
         self.drive.frame()
 
     def bend(self, by: float) -> "Window":
@@ -30,7 +30,7 @@ class Window:
         return self
 
     def save(self) -> "Window":
-        filing.save(self.drive.editor)
+        document_io.save(self.drive.editor)
         self.drive.frame()
         return self
 
@@ -98,8 +98,8 @@ def test_work_is_saved_elsewhere_when_that_is_wanted(path: Path, tmp_path: Path)
 
 def test_saves_in_quick_succession_are_not_asked_about(path: Path) -> None:
     window = Window(path).bend(10)
-    filing.save(window.drive.editor)
-    filing.save(window.drive.editor)
+    document_io.save(window.drive.editor)
+    document_io.save(window.drive.editor)
     window.drive.frame()
     window.bend(20).save()
     assert window.drive.editor.requests == []

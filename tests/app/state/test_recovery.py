@@ -11,7 +11,7 @@ import pytest
 
 from app.commands.edit import keep_at_an_end
 from app.editor.editor import Editor
-from app.files import filing
+from app.files import document_io
 from app.files.rescue_offers import offer_rescues
 from app.model.jobs import Jobs
 from app.model.requests import AskRecover, AskUnsaved
@@ -46,7 +46,7 @@ class Rescued:
         return request
 
     def close_without_saving(self) -> None:
-        filing.quit_editor(self.editor)
+        document_io.quit_editor(self.editor)
         request = self.editor.requests.pop()
         assert isinstance(request, AskUnsaved)
         request.then("discard")
@@ -238,7 +238,7 @@ def test_nothing_is_kept_of_saved_or_given_up_work(tmp_path: Path) -> None:
     run.after(20)
     assert kinds(folder) == ALL
     run.editor.project_path = tmp_path / "work.weft"
-    filing.save(run.editor)
+    document_io.save(run.editor)
     run.after(0)
     assert not list(folder.iterdir())
     run.editor.edit("Bend", run.editor.document.with_warp(bend=10))

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from app.commands.edit import editor_on
-from app.files.filing import recent_files
+from app.files.document_io import recent_files
 from app.model.jobs import Jobs
 from app.state.preferences import Preferences, load_preferences
-from core.notices import hearing
+from core.notices import hear_notices
 from tests.app.driver import document
 
 DAMAGED = ["", "{", "[" * 200_000, "\0", "5", '"text"', "\ud800".encode("utf-8", "surrogatepass"), "1" * 10_000]
@@ -18,7 +18,7 @@ DAMAGED = ["", "{", "[" * 200_000, "\0", "5", '"text"', "\ud800".encode("utf-8",
 def test_a_damaged_file_is_set_aside_and_said_once(tmp_path: Path, text: str | bytes) -> None:
     file = tmp_path / "preferences.json"
     file.write_bytes(text if isinstance(text, bytes) else text.encode())
-    with hearing() as heard:
+    with hear_notices() as heard:
         assert load_preferences(file) == Preferences()
         assert load_preferences(file) == Preferences()
     assert heard == [f"{file} was damaged: it is set aside, and Weft begins without it"]

@@ -263,7 +263,7 @@ def test_a_curve_is_put_back_closed_and_opened_by_actions(drive: EditorDriver) -
 def test_a_closed_curve_is_opened_where_it_was_closed() -> None:
     points = np.random.default_rng(3).uniform(0, 1, (10, 2))
     pair = CurvePair(points, points + 0.1, corners=frozenset({1}))
-    assert np.array_equal(curve_pairs.open_up(curve_pairs.closed(pair)).source, pair.source)
+    assert np.array_equal(curve_pairs.open_up(curve_pairs.close(pair)).source, pair.source)
 
 
 def test_a_source_beside_the_picture_follows_the_nearest_place_on_it(drive: EditorDriver) -> None:

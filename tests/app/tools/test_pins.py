@@ -4,7 +4,7 @@ import pytest
 from app.model.shapes import Circle, Polyline
 from app.tools import pin_ring
 from app.tools.pin_ring import RING_PX
-from app.tools.pins import missed_px, targets_on_screen
+from app.tools.pins import measure_miss_px, targets_on_screen
 from app.tools.points.box import Box, Grip, apply
 from core.document.document import Document, Ring, pixels_from_places
 from core.rasters.raster import Raster
@@ -175,9 +175,9 @@ def test_a_line_leads_from_a_pin_that_cannot_be_met_to_its_point() -> None:
     (line,) = faulty_lines(drive)
     assert line.points[0] == pytest.approx(targets_on_screen(drive.editor)[0])
     assert line.points[1] == pytest.approx(drive.screen_of(60, 50), abs=1e-6)
-    assert missed_px(drive.editor, 0) > 200
+    assert measure_miss_px(drive.editor, 0) > 200
     drive.drag((400, 50), (70, 55)).rest()
-    assert missed_px(drive.editor, 0) == 0
+    assert measure_miss_px(drive.editor, 0) == 0
     assert not faulty_lines(drive)
 
 
@@ -224,7 +224,7 @@ def test_a_ring_begins_with_the_turn_that_other_handles_gave(drive: EditorDriver
     x, y = pixels_from_places((200, 150), np.array(drive.document.pins[2].at))
     there, before = turned(drive, x, y), drive.editor.answer.warped
     assert abs(np.degrees(np.angle(there))) > 1
-    shown = pin_ring.shown(drive.editor, 2)
+    shown = pin_ring.find_ring(drive.editor, 2)
     assert (shown.turn_deg, shown.scale) == pytest.approx((np.degrees(np.angle(there)), abs(there)))
     drive.editor.document = pin_ring.with_ring(drive.document, 2, shown)
     drive.frame()
@@ -249,7 +249,7 @@ def test_a_ring_that_cannot_be_met_is_reported(drive: EditorDriver) -> None:
     (report,) = drive.editor.answer.pins
     assert report.ring is not None
     assert report.ring.reached_scale == pytest.approx(1)
-    assert missed_px(drive.editor, 0) == pytest.approx(report.ring.error_px) != 0
+    assert measure_miss_px(drive.editor, 0) == pytest.approx(report.ring.error_px) != 0
 
 
 def test_a_click_on_the_ring_of_the_selected_pin_adds_a_pin_there(drive: EditorDriver) -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from core.arrays import Floats, InputError, Points
-from core.curves.bezier import Curve, crossings, paired_parameters
+from core.curves.bezier import Curve, crossings, pair_parameters
 from core.curves.feature_curves import FeatureCurve, disjoint, from_data, read, to_data
 from core.curves.fitting import fit
 
@@ -53,7 +53,7 @@ def test_an_inserted_knot_changes_no_point(points: Points, share: float) -> None
     if curve is None:
         return
     t = share * curve.segments
-    more = curve.inserted(t)
+    more = curve.insert_knot(t)
     assert more.segments == curve.segments + 1
     np.testing.assert_allclose(more.at(float(min(int(t), curve.segments - 1) + 1)), curve.at(t), atol=1e-9)
     there = np.linspace(0, more.segments, 17)
@@ -102,8 +102,8 @@ def test_reversed_runs_back() -> None:
 @pytest.mark.parametrize("knots", [1, 2])
 def test_paired_samples_leave_no_gap_on_either_side(knots: int) -> None:
     source = line((0, 0), (10, 0))
-    target = line((0, 0), (0, 200)) if knots == 1 else line((0, 0), (0, 200)).inserted(0.3)
-    s, t = paired_parameters(source, target)
+    target = line((0, 0), (0, 200)) if knots == 1 else line((0, 0), (0, 200)).insert_knot(0.3)
+    s, t = pair_parameters(source, target)
     assert len(s) == len(t)
     assert np.hypot(*np.diff(target.at(t), axis=0).T).max() <= 0.5 + 1e-9
     np.testing.assert_allclose(source.at(s)[:, 0] / 10, target.at(t)[:, 1] / 200, atol=2e-3)

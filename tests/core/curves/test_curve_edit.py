@@ -74,7 +74,7 @@ def test_bending_keeps_smooth_knots_smooth_and_leaves_corners_alone(closed: bool
     smooth = {1, 2}
     points = wavy(4, closed=closed)
     for knot in smooth:
-        points = curve_edit.smoothed(points, knot, closed=closed)
+        points = curve_edit.smooth_knot(points, knot, closed=closed)
     by = np.array([3.0, -14.0])
     moved = curve_edit.bent(points, 1.4, by, closed=closed, smooth=smooth)
     assert np.allclose(Curve(moved).at(1.4) - Curve(points).at(1.4), by)
@@ -97,7 +97,7 @@ def test_at_a_knot_bending_stays_mild() -> None:
 def test_a_knot_that_was_inserted_can_go_again(closed: bool) -> None:
     points = wavy(3, closed=closed)
     for knot in range(1, 4):
-        more = Curve(points, closed).inserted(knot - 0.5).points
+        more = Curve(points, closed).insert_knot(knot - 0.5).points
         fewer = curve_edit.without_knot(more, knot, closed=closed)
         assert fewer is not None
         assert len(fewer) == len(points)
@@ -129,7 +129,7 @@ def test_smooth_is_straight_and_a_corner_points_at_its_neighbours(kind: tuple[in
     count = curve_edit.knots_of(points, closed=closed)
     knot %= count
     before, after = curve_edit.handles_at(points, knot, closed=closed)
-    smooth = curve_edit.smoothed(points, knot, closed=closed)
+    smooth = curve_edit.smooth_knot(points, knot, closed=closed)
     if before is not None and after is not None and not (closed and count == 2):
         assert curve_edit.is_straight(smooth[before], smooth[3 * knot], smooth[after])
     sharp = curve_edit.make_corner(points, knot, closed=closed)

@@ -9,7 +9,7 @@ from core.arrays import Points
 from core.curves.bezier import Curve
 from core.curves.edge_tracing import smooth
 from core.curves.fitting import fit
-from core.document.curves.simplifying import simplified
+from core.document.curves.simplifying import simplify_pair
 from core.document.document import CurvePair
 
 SIZE = (400, 300)
@@ -51,14 +51,14 @@ def crowded(times: int) -> tuple[Curve, CurvePair]:
     curve = fit(wave(600), tolerance=0.3)
     full = curve
     for number in range(times):
-        full = full.inserted(0.37 + number * 0.9)
+        full = full.insert_knot(0.37 + number * 0.9)
     turned = full.points @ np.array([[0.8, 0.3], [-0.3, 0.8]]) + [90.0, -20.0]
     return curve, pair_of(full.points, turned, corners=(0, full.segments))
 
 
 def test_a_simplified_curve_and_its_target_stay_where_they_are_and_keep_corresponding() -> None:
     _, pair = crowded(6)
-    simpler = simplified(pair, SIZE, tolerance_px=1.0)
+    simpler = simplify_pair(pair, SIZE, tolerance_px=1.0)
     assert len(simpler.source) == len(simpler.target) < len(pair.source) / 2
     before, after = ([Curve(side * SIZE) for side in (p.source, p.target)] for p in (pair, simpler))
     for old, new in zip(before, after, strict=True):
@@ -72,9 +72,9 @@ def test_a_simplified_curve_and_its_target_stay_where_they_are_and_keep_correspo
 def test_corners_stay_when_a_curve_is_simplified() -> None:
     legs = np.array([(50.0, 50.0), (200.0, 60.0), (210.0, 220.0)])
     curve = Curve(np.concatenate([legs[:1], *(np.linspace(a, b, 4)[1:] for a, b in pairwise(legs))]))
-    full = curve.inserted(0.5).inserted(2.5)
+    full = curve.insert_knot(0.5).insert_knot(2.5)
     assert np.allclose(full.knots[2], legs[1])
-    simpler = simplified(pair_of(full.points, full.points, corners=(0, 2, 4)), SIZE, tolerance_px=1.0)
+    simpler = simplify_pair(pair_of(full.points, full.points, corners=(0, 2, 4)), SIZE, tolerance_px=1.0)
     assert np.allclose(simpler.source[::3] * SIZE, legs)
     assert simpler.corners == {0, 1, 2}
 
@@ -82,8 +82,8 @@ def test_corners_stay_when_a_curve_is_simplified() -> None:
 def test_a_closed_curve_stays_closed_and_smooth() -> None:
     angle = np.linspace(0, 2 * np.pi, 400)
     ring = fit(np.column_stack([200 + 90 * np.cos(angle), 150 + 60 * np.sin(angle)]), tolerance=0.1, closed=True)
-    full = ring.inserted(0.4).inserted(1.6).inserted(3.1)
-    simpler = simplified(pair_of(full.points, full.points, closed=True), SIZE, tolerance_px=1.0)
+    full = ring.insert_knot(0.4).insert_knot(1.6).insert_knot(3.1)
+    simpler = simplify_pair(pair_of(full.points, full.points, closed=True), SIZE, tolerance_px=1.0)
     assert 7 <= len(simpler.source) < len(full.points)
     curve = Curve(simpler.source * SIZE, closed=True)
     assert float(curve.tangent(0.0) @ curve.tangent(float(curve.segments))) > 0.99
@@ -93,12 +93,12 @@ def test_a_closed_curve_stays_closed_and_smooth() -> None:
 def test_a_curve_that_needs_its_points_stays_as_it_is() -> None:
     points = np.array([(50, 50), (120, -80), (190, 260), (330, 60)], float)
     pair = pair_of(points, points)
-    assert simplified(pair, SIZE, tolerance_px=1.0) is pair
+    assert simplify_pair(pair, SIZE, tolerance_px=1.0) is pair
 
 
 @pytest.mark.parametrize("tolerance", [0.5, 3.0])
 def test_a_point_folded_onto_its_handles_does_no_harm(tolerance: float) -> None:
     points = np.array([(50, 50), (50, 50), (90, 50), (90, 50), (90, 50), (150, 80), (150, 80)], float)
-    simpler = simplified(pair_of(points, points + [0.0, 40.0], corners=(0, 2)), SIZE, tolerance_px=tolerance)
+    simpler = simplify_pair(pair_of(points, points + [0.0, 40.0], corners=(0, 2)), SIZE, tolerance_px=tolerance)
     assert np.isfinite(simpler.source).all()
     assert np.isfinite(simpler.target).all()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from core.arrays import InputError
-from core.document.animated import document_at, is_animated, keyed, posed, with_track
+from core.document.animated import document_at, is_animated, pose, set_keys, with_track
 from core.document.document import Document, Pin
 from core.document.keys import (
     Easing,
@@ -119,12 +119,12 @@ def test_keys_are_moved_past_others_and_onto_them() -> None:
 
 def test_values_are_those_at_a_frame_and_a_changed_one_becomes_a_key() -> None:
     moving = document(bend=(Key(1, (0.0,)), Key(11, (20.0,))), size=(Key(1, (1.0, 1.0)), Key(11, (3.0, 1.0))))
-    middle = posed(moving, 6)
+    middle = pose(moving, 6)
     assert (middle.warp.bend, middle.warp.aspect) == (10, (2, 1))
     assert middle.tracks == moving.tracks
-    assert posed(middle, 6) is middle
-    assert keyed(middle, 6) is middle
-    changed = keyed(middle.with_warp(bend=15.0), 6)
+    assert pose(middle, 6) is middle
+    assert set_keys(middle, 6) is middle
+    changed = set_keys(middle.with_warp(bend=15.0), 6)
     assert [key.value for key in changed.tracks["bend"]] == [(0,), (15,), (20,)]
     assert changed.tracks["size"] == moving.tracks["size"]
 

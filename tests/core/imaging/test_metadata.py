@@ -14,7 +14,7 @@ from core.document.document import Document
 from core.document.project import load_project, save_project
 from core.imaging.images import SUFFIXES, Attribute, Image, load, save
 from core.imaging.metadata import as_text, sift
-from core.notices import hearing
+from core.notices import hear_notices
 from tests.core.pictures import picture
 
 TAGS = {"Artist": 0x13B, "Copyright": 0x8298, "ImageDescription": 0x10E}
@@ -94,13 +94,13 @@ def test_an_entry_that_cannot_be_written_costs_only_itself(tmp_path: Path, suffi
 
 
 def test_what_is_left_out_is_said(tmp_path: Path) -> None:
-    with hearing() as heard:
+    with hear_notices() as heard:
         save(with_metadata(("Exif:FNumber", "float", None), ("Artist", "string", "A")), tmp_path / "a.png")
     assert heard == [f"{tmp_path / 'a.png'}: written without metadata that it cannot hold: Exif:FNumber"]
 
 
 def test_jpeg_xl_says_that_it_loses_metadata(tmp_path: Path) -> None:
-    with hearing() as heard:
+    with hear_notices() as heard:
         save(with_metadata(("Artist", "string", "A")), tmp_path / "a.jxl")
     assert heard == [f"{tmp_path / 'a.jxl'}: written without metadata that it cannot hold: Artist"]
     assert load(tmp_path / "a.jxl").metadata == ()
@@ -108,14 +108,14 @@ def test_jpeg_xl_says_that_it_loses_metadata(tmp_path: Path) -> None:
 
 def test_good_metadata_is_written_without_a_word(tmp_path: Path) -> None:
     write_jpeg_with_exif(tmp_path / "photo.jpg", b"A. Painter", tag="Copyright")
-    with hearing() as heard:
+    with hear_notices() as heard:
         for suffix in HOLDING:
             save(load(tmp_path / "photo.jpg"), tmp_path / f"a{suffix}")
     assert heard == []
 
 
 def test_a_project_leaves_out_what_json_cannot_hold(tmp_path: Path) -> None:
-    with hearing() as heard:
+    with hear_notices() as heard:
         image = with_metadata(("Odd", "string", object()), ("Artist", "string", "A"))
         save_project(Document.of(image), tmp_path / "a.weft")
     assert names(load_project(tmp_path / "a.weft").image) == ["Artist"]
@@ -138,7 +138,7 @@ entry_names = (
 @given(st.lists(st.tuples(entry_names, kinds, values), max_size=4), st.sampled_from(HOLDING))
 def test_no_metadata_stops_a_save(tmp_path: Path, entries: list[tuple[str, str, Any]], suffix: str) -> None:
     image = with_metadata(*entries)
-    with hearing():
+    with hear_notices():
         save(image, tmp_path / f"a{suffix}")
         save_project(Document.of(image), tmp_path / "a.weft")
     assert load(tmp_path / f"a{suffix}").size_px == image.size_px

@@ -6,7 +6,7 @@ import pytest
 
 from core.arrays import Bytes, Floats
 from core.grid import Grid, find_features
-from core.mapping.folds import folded_quads
+from core.mapping.folds import find_folded_quads
 from core.mapping.jacobians import Complexes, as_complex, linear_parts
 from core.mapping.options import Keep, MappingOptions
 from core.mapping.warping import warp_grid
@@ -83,6 +83,6 @@ def test_features_cost_the_background_no_more_than_they_did(name: str, preset: s
     outside = (np.maximum.reduce([labels[:-1, :-1], labels[:-1, 1:], labels[1:, 1:], labels[1:, :-1]]) == 0) * 1.0
     found = deviation(z, w, outside), distortion(z, w, outside)
     allowed = BUDGETS[name, preset, bend, keep]
-    assert not folded_quads(z).any()
+    assert not find_folded_quads(z).any()
     assert found[0] <= allowed[0] * ALLOWED
     assert found[1] <= allowed[1] * ALLOWED

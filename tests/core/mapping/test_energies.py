@@ -4,7 +4,7 @@ import numpy as np
 
 from core.grid import Grid
 from core.linalg.assembly import Assembly, pack
-from core.mapping.folds import corner_areas, folded_quads
+from core.mapping.folds import corner_areas, find_folded_quads
 from core.mapping.jacobians import as_complex
 
 GRID = Grid(240, 180, cell_px=3)
@@ -32,7 +32,7 @@ def test_elements_that_meet_an_unknown_twice_add_up_to_the_whole_system() -> Non
 
 def test_a_quad_is_folded_when_one_corner_is() -> None:
     z = as_complex(Grid(3, 3, cell_px=1).nodes).copy()
-    assert not folded_quads(z).any()
+    assert not find_folded_quads(z).any()
     assert np.allclose(corner_areas(z), 1)
     z[1, 1] += 1.2 + 1.2j
-    assert folded_quads(z).sum() == 3
+    assert find_folded_quads(z).sum() == 3

@@ -10,7 +10,7 @@ from core.linalg.blas import on_one_thread
 from core.mapping.features.feature_mapping import FeatureMapping, Keep
 from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import fit_residual
-from core.mapping.folds import corner_areas, folded_quads
+from core.mapping.folds import corner_areas, find_folded_quads
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.probes import Probes
 from core.mapping.injective.outline import CORNERS, SIDES
@@ -136,9 +136,9 @@ def warped(mask: Bytes, preset: str, bend: float, keep: Keep) -> tuple[FeatureMa
 def test_nothing_folds_and_bodies_keep_their_shape(mask: object, preset: str, bend: float, keep: Keep) -> None:
     assert callable(mask)
     mapping, w, start, found = warped(mask(), preset, bend, keep)
-    assert not folded_quads(w).any()
-    assert folded_quads(start.z).any()
-    assert not folded_quads(found.z).any()
+    assert not find_folded_quads(w).any()
+    assert find_folded_quads(start.z).any()
+    assert not find_folded_quads(found.z).any()
     assert residuals(mapping, found.z).max() < 1e-12
     if not (mapping.index[GRID.outline] >= 0).any():
         assert np.array_equal(found.z[GRID.outline], w[GRID.outline])
@@ -146,7 +146,7 @@ def test_nothing_folds_and_bodies_keep_their_shape(mask: object, preset: str, be
 
 def test_what_does_not_fold_is_returned_as_it_is() -> None:
     _, _, start, found = warped(disc(), "flag", 10, "similarity")
-    assert not folded_quads(start.z).any()
+    assert not find_folded_quads(start.z).any()
     assert found is start
 
 
@@ -155,9 +155,9 @@ DRAGS = [(60.0, 60.0), (180.3, 60.7), (61.0, 131.0), (175.0, 130.0)], [24 + 10j,
 
 def test_points_end_on_their_targets_and_the_frame_stays_filled() -> None:
     mapping, held, start = dragged(disc(), *DRAGS)
-    assert folded_quads(start.z).any()
+    assert find_folded_quads(start.z).any()
     found = unfolded(mapping, held, start)
-    assert not folded_quads(found.z).any()
+    assert not find_folded_quads(found.z).any()
     assert corner_areas(found.z).min() > 0
     assert misses(found.z, held).max() < 1e-3
     assert residuals(mapping, found.z).max() < 1e-12
@@ -186,10 +186,10 @@ def test_bodies_that_do_not_fit_a_new_frame_shrink_and_it_stays_filled() -> None
     for body, place in zip(mapping.bodies, t, strict=True):
         z.ravel()[body.nodes] = body.place(1, place)
     start = Solution(z, np.ones(len(t), np.complex128), t)
-    assert folded_quads(z).any()
+    assert find_folded_quads(z).any()
     job = unfold(mapping, narrow, start, shape=narrow, scales=np.ones(len(t)), constraints=held)
     found = run(on_one_thread(job))
-    assert not folded_quads(found.z).any()
+    assert not find_folded_quads(found.z).any()
     assert residuals(mapping, found.z).max() < 1e-12
     assert (np.abs(found.alpha) < 1 + 1e-9).all()
     assert abs(found.alpha[cut].imag) == 0
@@ -215,9 +215,9 @@ def test_a_held_pose_is_kept_to_the_bit() -> None:
     alpha, t = rest.alpha * np.exp(0.6j), rest.t + 6 - 9j
     z = REST.copy()
     z.ravel()[mapping.bodies[0].nodes] = mapping.bodies[0].place(alpha[0], t[0])
-    assert folded_quads(z).any()
+    assert find_folded_quads(z).any()
     found = unfolded(mapping, held, Solution(z, alpha, t))
-    assert not folded_quads(found.z).any()
+    assert not find_folded_quads(found.z).any()
     assert np.array_equal(found.alpha, alpha)
     assert np.abs(found.t - t).max() < 1e-9
 
@@ -232,9 +232,9 @@ def test_a_body_with_one_pin_turns_about_it_and_the_pin_stays() -> None:
     z = REST.copy()
     for body, place in zip(mapping.bodies, t, strict=True):
         z.ravel()[body.nodes] = body.place(1, place)
-    assert folded_quads(z).any()
+    assert find_folded_quads(z).any()
     found = unfolded(mapping, held, replace(rest, z=z, t=t))
-    assert not folded_quads(found.z).any()
+    assert not find_folded_quads(found.z).any()
     pin = found.t[0] + found.alpha[0] * (pivots[0] - rest.t[0])
     assert abs(pin - (pivots[0] + 14 + 8j)) < 1e-9
 
@@ -243,7 +243,7 @@ def test_points_that_cannot_all_be_had_yield_without_a_fold() -> None:
     # Two points that change places around a third, which stays: no map without folds has them.
     mapping, held, start = dragged(blank(), [(90, 90), (150, 90), (120, 90), (40, 40)], [60, -60, 0, 5 + 5j])
     found = unfolded(mapping, held, start)
-    assert not folded_quads(found.z).any()
+    assert not find_folded_quads(found.z).any()
     assert misses(found.z, held)[3] < 1e-3
 
 
@@ -256,15 +256,15 @@ def test_fractions_grow_and_the_preview_does_not_fold() -> None:
     assert fractions[-1] < 1
     shown = [step.preview for step in steps if step.preview is not None]
     assert shown
-    assert not folded_quads(as_complex(shown[0])).any()
+    assert not find_folded_quads(as_complex(shown[0])).any()
 
 
 def test_the_mapping_as_printed_is_unfolded_too() -> None:
     mapping = FeatureMapping(GRID, Features(find_features(GRID, on_the_edge()).labels), keep="rigid", method="per-quad")
     w = as_complex(make_warp("arc", WIDTH, HEIGHT, bend=70)(GRID.nodes))
     start = mapping.place(w)
-    assert folded_quads(start.z).any()
+    assert find_folded_quads(start.z).any()
     held = Constraints.none(mapping.bodies, REST)
     found = run(unfold(mapping, w, start, shape=w, scales=np.empty(0), constraints=held))
-    assert not folded_quads(found.z).any()
+    assert not find_folded_quads(found.z).any()
     assert np.array_equal(found.z[GRID.outline], w[GRID.outline])

@@ -6,7 +6,7 @@ import pytest
 
 from core.arrays import Bytes, Points
 from core.grid import Grid, find_features
-from core.mapping.folds import folded_quads
+from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame
 from core.mapping.jacobians import as_complex
@@ -50,6 +50,6 @@ def test_nothing_folds_and_features_are_exact(seed: int) -> None:
     features = find_features(grid, blots(chance, width, height))
     found = warp_grid(grid, features, plain, options=MappingOptions(keep=keep, frame=frame), handles=Handles(at, to))
     assert np.isfinite(found.warped).all()
-    assert folded_quads(as_complex(plain)).any() or not found.folded.any()
+    assert find_folded_quads(as_complex(plain)).any() or not found.folded.any()
     if keep == "similarity":
         assert max((feature.residual for feature in found.features), default=0.0) < 1e-9

@@ -9,7 +9,7 @@ from core.grid import Features, Grid, find_features
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import fit_residual
-from core.mapping.folds import folded_quads
+from core.mapping.folds import find_folded_quads
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.straight_frame import distance_to_line
 from core.mapping.injective.outline import crosses_itself, ring_of
@@ -91,8 +91,8 @@ def residuals(features: Features, z: Points, *, rigid: bool) -> Floats:
 @pytest.mark.parametrize("name", MASKS)
 def test_nothing_folds_and_every_feature_keeps_its_shape(name: str, preset: str, keep: Keep) -> None:
     features, plain, z = mapped(MASKS[name], preset, 45, keep)
-    assert not folded_quads(as_complex(plain)).any()
-    assert not folded_quads(as_complex(z)).any()
+    assert not find_folded_quads(as_complex(plain)).any()
+    assert not find_folded_quads(as_complex(z)).any()
     assert residuals(features, z, rigid=False).max() < 1e-9
     outside = GRID.outline & (features.labels == 0)
     assert off_its_side(z, plain, outside).max() == 0
@@ -102,7 +102,7 @@ def test_nothing_folds_and_every_feature_keeps_its_shape(name: str, preset: str,
 def test_every_scene_folds_without_unfolding(name: str) -> None:
     mapping = FeatureMapping(GRID, find_features(GRID, MASKS[name]), keep="rigid")
     warps = [make_warp(preset, WIDTH, HEIGHT, bend=45)(GRID.nodes) for preset in ("arc", "squeeze", "swirl")]
-    assert any(folded_quads(as_complex(mapping.solve(plain))).any() for plain in warps)
+    assert any(find_folded_quads(as_complex(mapping.solve(plain))).any() for plain in warps)
 
 
 def specks() -> Bytes:
@@ -116,8 +116,8 @@ def specks() -> Bytes:
 def test_many_rigid_specks_are_unfolded(preset: str, bend: float) -> None:
     features, plain, z = mapped(specks(), preset, bend, "rigid")
     assert len(features) > 100
-    assert not folded_quads(as_complex(plain)).any()
-    assert not folded_quads(as_complex(z)).any()
+    assert not find_folded_quads(as_complex(plain)).any()
+    assert not find_folded_quads(as_complex(z)).any()
 
 
 def test_rigid_features_that_fit_keep_their_size() -> None:
@@ -127,7 +127,7 @@ def test_rigid_features_that_fit_keep_their_size() -> None:
 
 def test_rigid_features_take_the_sizes_they_have_under_w_where_their_own_do_not_fit() -> None:
     features, _, z = mapped(MASKS["close_neighbours"], "squeeze", 100, "rigid")
-    assert not folded_quads(as_complex(z)).any()
+    assert not find_folded_quads(as_complex(z)).any()
     assert residuals(features, z, rigid=False).max() < 1e-9
     assert residuals(features, z, rigid=True).max() > 1e-3
 
@@ -173,7 +173,7 @@ def unfolded_cut(cut: Cut) -> tuple[Features, Points, Warped]:
 @pytest.mark.parametrize("cut", BETWEEN_SIDES, ids=str)
 def test_features_that_the_edge_cuts_at_both_ends_are_unfolded(cut: Cut) -> None:
     features, plain, result = unfolded_cut(cut)
-    assert not folded_quads(as_complex(plain)).any()
+    assert not find_folded_quads(as_complex(plain)).any()
     assert not result.folded.any()
     assert residuals(features, result.warped, rigid=False).max() < 1e-6
     assert all(0.4 < feature["scale"] < 1.1 for feature in result.report()["features"])
@@ -251,7 +251,7 @@ def test_a_warp_that_folds_itself_is_not_unfolded() -> None:
     features = find_features(GRID, MASKS["hooks"])
     mapping = FeatureMapping(GRID, features)
     w = as_complex(GRID.nodes * np.array([-1.0, 1.0]))
-    assert folded_quads(w).all()
+    assert find_folded_quads(w).all()
     assert np.array_equal(run(unfolding(mapping, w)).z, mapping.place(w).z)
 
 
@@ -274,7 +274,7 @@ def test_what_is_shown_on_the_way_has_the_grid_s_nodes_and_no_folds(grid: Grid) 
     assert shown
     for positions in shown:
         assert positions.shape == (*grid.shape, 2)
-        assert not folded_quads(as_complex(positions)).any()
+        assert not find_folded_quads(as_complex(positions)).any()
 
 
 def test_progress_never_runs_backwards() -> None:
@@ -290,5 +290,5 @@ def test_per_quad_mappings_are_unfolded_too() -> None:
     features = find_features(GRID, MASKS["close_neighbours"])
     plain = make_warp("arc", WIDTH, HEIGHT, bend=45)(GRID.nodes)
     options = MappingOptions(keep="rigid", method="per-quad")
-    assert folded_quads(as_complex(warp_grid(GRID, features, plain, options=options, allow_folds=True).warped)).any()
+    assert warp_grid(GRID, features, plain, options=options, allow_folds=True).folded.any()
     assert not warp_grid(GRID, features, plain, options=options).folded.any()

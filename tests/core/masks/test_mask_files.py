@@ -5,14 +5,14 @@ import pytest
 
 from core.arrays import Bytes
 from core.imaging.images import Image, mask_of
-from core.masks.mask_files import marks_of, marks_or_opacity_of, said_of_mask
+from core.masks.mask_files import describe_mask, marks_of, marks_or_opacity_of
 
 NOTHING = "The mask marks nothing: {}, and only what is over 127 is marked."
 
 
 def said(pixels: Bytes) -> str:
     image = Image(pixels)
-    return said_of_mask(image, mask_of(image, "mask.png", image.size_px))
+    return describe_mask(image, mask_of(image, "mask.png", image.size_px))
 
 
 def grey(values: object) -> Bytes:

@@ -3,7 +3,7 @@ import pytest
 
 from core.arrays import InputError
 from core.rasters.raster import Raster
-from core.selection.features import free_number, numbered, only_marked, parts_of, split_along, without_numbered
+from core.selection.features import free_number, number_area, only_marked, parts_of, split_along, without_numbered
 
 
 def square(left: int, right: int) -> np.ndarray:
@@ -14,7 +14,7 @@ def square(left: int, right: int) -> np.ndarray:
 
 def test_numbers_part_what_touches_and_join_what_does_not() -> None:
     mask = Raster.from_array(np.where(square(20, 100) | square(150, 200), 255, 0).astype(np.uint8))
-    numbers = numbered(None, square(60, 100) | square(150, 200), 7)
+    numbers = number_area(None, square(60, 100) | square(150, 200), 7)
     parts = parts_of(mask.array, numbers.array)
     assert set(np.unique(parts)) == {0, 7, 256}
     assert (parts[square(60, 100)] == 7).all()
@@ -23,7 +23,7 @@ def test_numbers_part_what_touches_and_join_what_does_not() -> None:
 
 
 def test_numbers_go_with_the_mask() -> None:
-    numbers = numbered(None, square(20, 100), 3)
+    numbers = number_area(None, square(20, 100), 3)
     mask = Raster.from_array(np.where(square(20, 50), 255, 0).astype(np.uint8))
     kept = only_marked(numbers, mask)
     assert kept is not None
@@ -33,7 +33,7 @@ def test_numbers_go_with_the_mask() -> None:
 
 def test_the_least_free_number_is_taken_and_there_are_255() -> None:
     assert free_number(None) == 1
-    assert free_number(numbered(numbered(None, square(0, 9), 1), square(9, 18), 3)) == 2
+    assert free_number(number_area(number_area(None, square(0, 9), 1), square(9, 18), 3)) == 2
     with pytest.raises(InputError, match="255"):
         free_number(Raster.from_array(np.arange(256, dtype=np.uint8)[None]))
 

@@ -3,13 +3,13 @@ import numpy as np
 import pytest
 
 from core.document.document import Document, Feature
-from core.document.map import settled
+from core.document.map import settle_map
 from core.grid import Grid, find_features
 from core.imaging.images import Image
 from core.mapping.result import Warped
 from core.progress import run
 from core.rasters.raster import Raster
-from core.selection.features import numbered
+from core.selection.features import number_area
 from core.selection.nodes import MarkedNodes
 
 SIZE = 300, 200
@@ -29,7 +29,7 @@ def bent(numbers: Raster | None, features: tuple[Feature, ...] = ()) -> Warped:
     image = Image(np.full((*SIZE[::-1], 3), 128, np.uint8))
     document = Document.of(image).with_warp(preset="arc", bend=60.0, cell_px=5.0)
     mask = raster(area(60, 140) | area(200, 250))
-    return run(settled(document.changed(mask=mask, numbers=numbers, features=features)))
+    return run(settle_map(document.changed(mask=mask, numbers=numbers, features=features)))
 
 
 def test_without_numbers_features_are_the_components() -> None:
@@ -41,7 +41,7 @@ def test_numbers_come_first_and_what_has_none_is_parted_as_ever() -> None:
     grid, mask = Grid(*SIZE, cell_px=5.0), raster(area(60, 140) | area(200, 250))
     nodes = MarkedNodes(grid)
     assert nodes.features(mask, None).ids.tolist() == [1, 2]
-    numbers = numbered(None, area(100, 140), 4)
+    numbers = number_area(None, area(100, 140), 4)
     found = nodes.features(mask, numbers)
     assert found.ids.tolist() == [4, 256, 257]
     assert nodes.features(mask, numbers) is found
@@ -61,8 +61,8 @@ def test_the_answer_while_painting_is_that_from_scratch() -> None:
 
 
 def test_features_that_touch_are_two_and_far_parts_are_one() -> None:
-    joined = numbered(None, area(60, 140) | area(200, 250), 1)
-    parted = numbered(numbered(None, area(60, 100), 1), area(100, 140), 2)
+    joined = number_area(None, area(60, 140) | area(200, 250), 1)
+    parted = number_area(number_area(None, area(60, 100), 1), area(100, 140), 2)
     for numbers, ids in ((joined, [1]), (parted, [1, 2, 256])):
         found = bent(numbers)
         assert [feature.id for feature in found.features] == ids
@@ -72,7 +72,7 @@ def test_features_that_touch_are_two_and_far_parts_are_one() -> None:
 
 
 def test_a_feature_that_is_not_kept_is_bent_with_the_rest() -> None:
-    numbers = numbered(numbered(None, area(60, 140), 1), area(200, 250), 2)
+    numbers = number_area(number_area(None, area(60, 140), 1), area(200, 250), 2)
     found = bent(numbers, (Feature(1, kept=False),))
     assert [feature.id for feature in found.features] == [2]
     inside = MarkedNodes(Grid(*SIZE, cell_px=5.0)).features(raster(area(60, 140)), None).labels > 0

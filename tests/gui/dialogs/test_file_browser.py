@@ -5,7 +5,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.files.typed_paths import resolved_name
+from app.files.typed_paths import resolve_name
 from app.ui.dialogs.file_browser import FileBrowser, format_date, list_folder, places
 
 
@@ -19,11 +19,11 @@ def test_shows_the_whole_way_to_a_relative_folder(tmp_path: Path, monkeypatch: p
 
 
 def test_blanks_around_a_typed_name_count_only_where_such_a_file_exists(tmp_path: Path) -> None:
-    assert resolved_name(tmp_path, " a.png ") == tmp_path / "a.png"
-    assert resolved_name(tmp_path, f"{tmp_path}/b.png ") == tmp_path / "b.png"
+    assert resolve_name(tmp_path, " a.png ") == tmp_path / "a.png"
+    assert resolve_name(tmp_path, f"{tmp_path}/b.png ") == tmp_path / "b.png"
     (tmp_path / "c.png ").touch()
-    assert resolved_name(tmp_path, "c.png ") == tmp_path / "c.png "
-    assert resolved_name(tmp_path, "~/d.png") == Path.home() / "d.png"
+    assert resolve_name(tmp_path, "c.png ") == tmp_path / "c.png "
+    assert resolve_name(tmp_path, "~/d.png") == Path.home() / "d.png"
 
 
 def test_a_name_without_its_ending_is_asked_about_by_its_whole_name(tmp_path: Path) -> None:

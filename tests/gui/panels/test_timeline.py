@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 from app.cli import main
 from app.editor.editor import Editor
-from app.files import filing
+from app.files import document_io
 from app.tools.pins import targets_on_screen
 from app.ui.panels.timeline_chart import TimelineChart
 from core.document.document import Document, Pin, pixels_from_places
@@ -191,9 +191,9 @@ def test_a_project_keeps_its_keys_and_batch_makes_its_frames_as_the_window_shows
         with_keys(editor)
         window.wait(4)
         editor.project_path = project
-        filing.save(editor)
+        document_io.save(editor)
         window.wait_until(lambda: editor.history.is_saved)
-        filing.open_path(editor, project)
+        document_io.open_path(editor, project)
         window.wait_until(lambda: not editor.jobs.long_jobs).wait(8)
         assert editor.session.timeline
         Timeline(window).scrub(31)

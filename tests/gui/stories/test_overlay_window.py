@@ -120,7 +120,7 @@ def test_the_rows_of_the_panel_stay_where_they_are(editor: Editor) -> None:
         note(window, "with a texture")
         window.item("//Overlay/Go on").wait_until(lambda: editor.overlay.is_final)
         note(window, "found")
-        cloth = editor.document.cloth.laid(size=3.0, rotate_deg=20.0, stretch=1.5)
+        cloth = editor.document.cloth.with_laying(size=3.0, rotate_deg=20.0, stretch=1.5)
         editor.edit("Lay", editor.document.changed(cloth=cloth))
         note(window, "set")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.editor.editor import Editor
-from app.render.heat import heat_of
+from app.render.heat import measure_heat
 from app.render.scene import MarkColours
 from core.arrays import Bytes
 from core.rasters.raster import Raster
@@ -44,16 +44,16 @@ def test_heat_maps_say_what_the_map_does() -> None:
     y, x = np.mgrid[:5, :7].astype(float) * 10
     rest = np.stack([x, y], axis=-1)
     stretched = rest * (2.0, 1.0)
-    assert heat_of(rest, stretched, "scale") == pytest.approx(1.0)
-    assert heat_of(rest, stretched, "area") == pytest.approx(0.5)
-    assert heat_of(rest, stretched, "angle") == pytest.approx(0.0, abs=1e-6)
-    assert heat_of(rest, rest * (1.0, 0.25), "scale") == pytest.approx(-2.0)
+    assert measure_heat(rest, stretched, "scale") == pytest.approx(1.0)
+    assert measure_heat(rest, stretched, "area") == pytest.approx(0.5)
+    assert measure_heat(rest, stretched, "angle") == pytest.approx(0.0, abs=1e-6)
+    assert measure_heat(rest, rest * (1.0, 0.25), "scale") == pytest.approx(-2.0)
     sheared = np.stack([x + np.tan(np.radians(15)) * y, y], axis=-1)
-    assert heat_of(rest, sheared, "angle") == pytest.approx(15 / 45)
-    assert heat_of(rest, sheared, "area") == pytest.approx(0.0, abs=1e-6)
+    assert measure_heat(rest, sheared, "angle") == pytest.approx(15 / 45)
+    assert measure_heat(rest, sheared, "area") == pytest.approx(0.0, abs=1e-6)
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])
     for heat in ("scale", "angle", "area"):
-        assert heat_of(rest, rest @ turn.T, heat) == pytest.approx(0.0, abs=1e-6)
+        assert measure_heat(rest, rest @ turn.T, heat) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_heat_map_has_a_legend_and_there_is_one_at_a_time(editor: Editor, tmp_path: Path) -> None:

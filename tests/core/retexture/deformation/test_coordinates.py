@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from core.curves.bezier import Curve
 from core.retexture.deformation import coordinates
-from core.retexture.deformation.coordinates import DirectionField, SpineCurves, trace, traced
+from core.retexture.deformation.coordinates import DirectionField, SpineCurves, trace, trace_roughly
 from core.retexture.deformation.grids import fill, locate
 from core.retexture.sampling import read
 from core.retexture.synthesis.scene import near_curves
@@ -85,7 +85,7 @@ def test_pixels_find_their_place_in_a_bent_grid() -> None:
     curves = SpineCurves([arched()])
     field = DirectionField(curves, (0, 0, WIDTH, HEIGHT))
     place, tangent = curves.place(np.zeros(1, int), np.array([100.0]), np.array([12.0]))
-    rough = traced(field, place, tangent, spine=20, rib=12)
+    rough = trace_roughly(field, place, tangent, spine=20, rib=12)
     grid = fill(rough, spine=20, rib=12)[0]
     corner = np.rint(place[0]).astype(int) - 26
     # Of two windows the second lies where only a part of the grid reaches.

@@ -9,7 +9,7 @@ from core.retexture.picture.poisson_blend import correction
 from core.retexture.picture.seam_antialiasing import SHARE, across_seams
 from core.retexture.sampling import read
 from core.retexture.synthesis.graph_cut import STEADY, GrownPicture
-from core.retexture.synthesis.pixel_adjacency import footprint
+from core.retexture.synthesis.pixel_adjacency import find_adjacency
 
 
 def empty_canvas(shown: Singles) -> GrownPicture:
@@ -25,7 +25,7 @@ def merge(canvas: GrownPicture, label: int, patch: Singles, reach: Bools, usable
     """
     pixel = np.flatnonzero(reach)
     labels = np.full(len(pixel), label)
-    cover = footprint(np.zeros(len(pixel), np.int64), pixel, reach.shape)
+    cover = find_adjacency(np.zeros(len(pixel), np.int64), pixel, reach.shape)
     place = np.full((len(pixel), 2), label, np.float32)
     return canvas.merge(
         cover, labels, patch[reach], place, np.ones(len(pixel), bool) if usable is None else usable[reach]

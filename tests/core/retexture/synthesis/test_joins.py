@@ -13,7 +13,7 @@ from core.retexture.job import Settings, deform, retexture
 from core.retexture.region import share_along
 from core.retexture.result import plain_place
 from core.retexture.source_outside_frame import far_outside
-from core.retexture.synthesis.candidate_pool import Bounds, stock
+from core.retexture.synthesis.candidate_pool import Bounds, gather_candidates
 from core.retexture.synthesis.patches import PatchShape, grow
 from core.retexture.synthesis.placement import along_curves
 from core.retexture.synthesis.scene import RetextureScene, prepare
@@ -131,7 +131,7 @@ def test_a_batch_whose_patches_may_show_nothing_has_no_rounds() -> None:
     scene = scene_of(bent(), 60.0)
     batch = grow(scene.way.origins(upright(WIDTH / 2, 84, 90)), PATCH, scene.fields, scene.way)
     picture, nowhere = np.zeros((*SHAPE, 3), np.float32), np.zeros(SHAPE, bool)
-    assert stock(batch, picture, Bounds(nowhere, scene.area.free)).rounds == []
+    assert gather_candidates(batch, picture, Bounds(nowhere, scene.area.free)).rounds == []
 
 
 def test_candidates_are_free_inside_and_held_at_the_edge() -> None:

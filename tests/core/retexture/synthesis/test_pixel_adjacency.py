@@ -6,7 +6,7 @@ import pytest
 from core.arrays import Ints
 from core.retexture.synthesis.candidate_pool import AT_ONCE_PX, in_parts
 from core.retexture.synthesis.patches import Covered
-from core.retexture.synthesis.pixel_adjacency import footprint
+from core.retexture.synthesis.pixel_adjacency import find_adjacency
 
 HEIGHT, WIDTH = 20, 24
 
@@ -40,7 +40,7 @@ def pairs_around(pixels: Ints) -> tuple[set[tuple[int, int, int]], set[tuple[int
 def test_neighbours_within_a_round_and_beyond_its_patches(patches: list[Ints]) -> None:
     pixels = np.concatenate(patches)
     number = np.repeat(3 + np.arange(len(patches)), [len(p) for p in patches])
-    cover = footprint(number, pixels, (HEIGHT, WIDTH))
+    cover = find_adjacency(number, pixels, (HEIGHT, WIDTH))
     inner, outer = pairs_around(pixels)
     np.testing.assert_array_equal(cover.pixel, pixels)
     one, other = pixels[cover.one].tolist(), pixels[cover.other].tolist()

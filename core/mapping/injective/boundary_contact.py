@@ -14,7 +14,7 @@ from core.mapping.jacobians import Complexes
 
 
 @dataclass(frozen=True)
-class Junctions:
+class BoundaryContacts:
     """Corners (k, 3): the tip, the end of the edge ahead and that of the edge behind, of nodes (m,)."""
 
     corners: Ints
@@ -25,13 +25,13 @@ class Junctions:
     """Body of each node, -1 for one that stays on the outline."""
 
     @classmethod
-    def none(cls) -> "Junctions":
+    def none(cls) -> "BoundaryContacts":
         """Return no corners."""
         empty = np.empty(0, np.complex128)
         return cls(np.empty((0, 3), np.int64), empty, empty, np.empty(0, np.int64))
 
     @classmethod
-    def of(cls, fine: GridLevel, coarse: GridLevel, *, held_outline: bool) -> "Junctions":
+    def of(cls, fine: GridLevel, coarse: GridLevel, *, held_outline: bool) -> "BoundaryContacts":
         """Find those of the fine grid that bodies of the coarse one and, if it is held, the outline decide."""
         quads, index = fine.grid.quads, fine.index
         moves = fine.inner | fine.constraints.glide.ravel()

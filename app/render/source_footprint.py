@@ -16,7 +16,7 @@ BLOCK = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class SourceFootprint:
     """The triangles of a mesh, T of them, block after block, and the singular values of their d(source) / d(output)."""
 
     rest: Points
@@ -39,7 +39,7 @@ class Reach:
     """The box around each block (B, 2), in output pixels."""
 
     @classmethod
-    def of(cls, rest: Points, moved: Points) -> "Reach":
+    def of(cls, rest: Points, moved: Points) -> "SourceFootprint":
         """Return the reach of a grid (R, C, 2) in source and output pixels."""
         source, output = _triangles(rest), _triangles(moved)
         S, O = (np.stack([p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]], axis=-1) for p in (source, output))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from app.render import reach
-from app.render.reach import Reach
+from app.render import source_footprint
+from app.render.source_footprint import SourceFootprint
 from app.render.sources.source import Box
 from core.arrays import Points
 from core.grid import Grid
@@ -32,9 +32,9 @@ def test_looking_in_blocks_finds_what_looking_at_all_triangles_finds(
     rng = np.random.default_rng(seed)
     rest = Grid(*rng.integers(100, 900, 2).tolist(), cell_px=9).nodes
     moved = waved(rest, rng)
-    by_blocks = Reach.of(rest, moved)
-    monkeypatch.setattr(reach, "BLOCK", 10**6)
-    whole = Reach.of(rest, moved)
+    by_blocks = SourceFootprint.of(rest, moved)
+    monkeypatch.setattr(source_footprint, "BLOCK", 10**6)
+    whole = SourceFootprint.of(rest, moved)
     assert len(by_blocks.starts) > len(whole.starts) == 2
     for box in boxes(moved, rng):
         assert by_blocks.read_for(box, least_stretch=STRETCH) == whole.read_for(box, least_stretch=STRETCH)
@@ -45,7 +45,7 @@ def test_it_holds_the_source_of_every_pixel_and_its_level(seed: int) -> None:
     rng = np.random.default_rng(seed)
     grid = Grid(400, 300, cell_px=11)
     moved = waved(grid.nodes, rng)
-    found, mesh = Reach.of(grid.nodes, moved), Mesh(grid, moved)
+    found, mesh = SourceFootprint.of(grid.nodes, moved), Mesh(grid, moved)
     for box in boxes(moved, rng):
         (left, top, right, bottom), level = found.read_for(box, least_stretch=STRETCH)
         pixels = np.stack(np.meshgrid(np.arange(box[0], box[2]), np.arange(box[1], box[3])), -1).reshape(-1, 2)
@@ -60,5 +60,8 @@ def test_it_holds_the_source_of_every_pixel_and_its_level(seed: int) -> None:
 
 def test_what_is_drawn_nowhere_reads_a_pixel() -> None:
     rest = Grid(40, 30, cell_px=5).nodes
-    assert Reach.of(rest, np.zeros_like(rest)).read_for((0, 0, 8, 8), least_stretch=STRETCH) == ((0, 0, 1, 1), 0)
-    assert Reach.of(rest, rest + 500).read_for((0, 0, 8, 8), least_stretch=STRETCH) == ((0, 0, 1, 1), 0)
+    assert SourceFootprint.of(rest, np.zeros_like(rest)).read_for((0, 0, 8, 8), least_stretch=STRETCH) == (
+        (0, 0, 1, 1),
+        0,
+    )
+    assert SourceFootprint.of(rest, rest + 500).read_for((0, 0, 8, 8), least_stretch=STRETCH) == ((0, 0, 1, 1), 0)

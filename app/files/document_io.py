@@ -10,7 +10,7 @@ import platformdirs
 
 from app.editor.editor import Editor
 from app.files.warp_files import SUFFIXES as WARP_SUFFIXES
-from app.files.warp_files import writing_warp
+from app.files.warp_files import write_warp
 from app.model.requests import (
     PICTURES,
     PROJECTS,
@@ -200,7 +200,7 @@ def ask_export_warp(editor: Editor) -> None:
     editor.finish()
     document = editor.document
     title = "Export warp: ST map (.exr) or mesh (.obj)"
-    ask_save_beside(editor, title, WARP_SUFFIXES, "warp.exr", lambda path: writing_warp(document, path))
+    ask_save_beside(editor, title, WARP_SUFFIXES, "warp.exr", lambda path: write_warp(document, path))
 
 
 def ask_save_beside(

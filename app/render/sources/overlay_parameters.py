@@ -35,7 +35,7 @@ class ClothParts(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Dressing:
+class OverlayParameters:
     """A texture on the cloth of a photo."""
 
     parts: ClothParts
@@ -46,7 +46,7 @@ class Dressing:
     shading: float = 1.0
     """Contrast of the shading."""
 
-    def looks_like(self, other: "Dressing | None") -> bool:
+    def looks_like(self, other: "OverlayParameters | None") -> bool:
         """Return whether `other` shows the same."""
         return (
             other is not None

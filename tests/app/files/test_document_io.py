@@ -7,7 +7,7 @@ import pytest
 from app.actions.file import recent_actions
 from app.actions.table import ActionTable
 from app.editor.errands import Notice
-from app.files import filing
+from app.files import document_io
 from app.model.jobs import InlineExecutor, Jobs
 from app.model.requests import AskUnsaved, AskWriting, ExportOptions, ExportPicture, OpenFile, SaveFile, Writing
 from app.render.picture_file import exporting
@@ -44,18 +44,18 @@ def ask(drive: EditorDriver, kind: type[T]) -> T:
 
 def test_a_picture_is_opened_by_dialog(drive: EditorDriver, tmp_path: Path) -> None:
     save(picture(40, 30), tmp_path / "cat.png")
-    filing.ask_open(drive.editor)
+    document_io.ask_open(drive.editor)
     ask(drive, OpenFile).then(tmp_path / "cat.png")
     drive.frame()
     assert drive.document.size_px == (40, 30)
     assert drive.editor.name == "cat.png"
     assert drive.editor.history.is_saved
-    assert filing.recent_files(drive.editor.recent_file) == (str((tmp_path / "cat.png").resolve()),)
+    assert document_io.recent_files(drive.editor.recent_file) == (str((tmp_path / "cat.png").resolve()),)
 
 
 def test_what_cannot_be_opened_is_a_notice_and_nothing_changes(drive: EditorDriver, tmp_path: Path) -> None:
     (tmp_path / "bad.weft").write_bytes(b"nonsense")
-    filing.open_path(drive.editor, tmp_path / "bad.weft")
+    document_io.open_path(drive.editor, tmp_path / "bad.weft")
     drive.frame()
     assert drive.document is drive.start
     assert drive.editor.notices[-1].level == "error"
@@ -65,7 +65,7 @@ def test_what_cannot_be_opened_is_a_notice_and_nothing_changes(drive: EditorDriv
 def test_a_project_whose_name_has_a_dot_takes_no_other_ones_place(drive: EditorDriver, tmp_path: Path) -> None:
     (tmp_path / "work v1.weft").write_bytes(b"another")
     bend(drive)
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     ask(drive, SaveFile).then(tmp_path / "work v1.2")
     drive.frame()
     assert drive.editor.project_path == tmp_path / "work v1.2.weft"
@@ -75,13 +75,13 @@ def test_a_project_whose_name_has_a_dot_takes_no_other_ones_place(drive: EditorD
 def test_save_asks_once_and_then_knows_where(drive: EditorDriver, tmp_path: Path) -> None:
     bend(drive)
     assert not drive.editor.history.is_saved
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     ask(drive, SaveFile).then(tmp_path / "work")
     drive.frame()
     assert drive.editor.history.is_saved
     assert drive.editor.project_path == tmp_path / "work.weft"
     bend(drive, 60)
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     drive.frame()
     assert load_project(tmp_path / "work.weft").warp.bend == 60
 
@@ -89,7 +89,7 @@ def test_save_asks_once_and_then_knows_where(drive: EditorDriver, tmp_path: Path
 def test_a_gesture_in_progress_is_finished_before_saving(drive: EditorDriver, tmp_path: Path) -> None:
     drive.editor.project_path = tmp_path / "work.weft"
     drive.tool("brush").press(50, 50).move(90, 60)
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     drive.frame()
     assert np.array_equal(load_project(tmp_path / "work.weft").mask.array, drive.document.mask.array)
     assert drive.labels == ("Paint mask",)
@@ -98,7 +98,7 @@ def test_a_gesture_in_progress_is_finished_before_saving(drive: EditorDriver, tm
 def test_saving_where_it_cannot_be_is_a_notice_and_stays_unsaved(drive: EditorDriver, tmp_path: Path) -> None:
     bend(drive)
     drive.editor.project_path = tmp_path / "no" / "such" / "folder.weft"
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     drive.frame()
     assert drive.editor.notices[-1].level == "error"
     assert not drive.editor.history.is_saved
@@ -114,7 +114,7 @@ def test_a_full_disk_while_exporting_is_a_notice_and_loses_nothing(
     full = tmp_path / f"full.{suffix}"
     full.symlink_to("/dev/full")
     drive.editor.exporter = exporting
-    filing.export(drive.editor, ExportOptions(full, drive.document.result_px))
+    document_io.export(drive.editor, ExportOptions(full, drive.document.result_px))
     drive.frame().frame()
     assert drive.editor.notices[-1] == Notice(f"{full}: no space left on device", "error")
     assert drive.document is before
@@ -142,18 +142,18 @@ def test_a_full_disk_while_saving_leaves_the_project_as_it_was(drive: EditorDriv
     project = tmp_path / "work.weft"
     bend(drive)
     drive.editor.project_path = project
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     drive.frame()
     before = project.read_bytes()
     bend(drive, 40)
     project.unlink()
     project.symlink_to("/dev/full")
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     drive.frame()
     assert drive.editor.notices[-1] == Notice(f"{project}: no space left on device", "error")
     assert not drive.editor.history.is_saved
     project.unlink()
-    filing.save(drive.editor)
+    document_io.save(drive.editor)
     drive.frame()
     assert drive.editor.history.is_saved
     assert project.read_bytes() != before
@@ -162,7 +162,7 @@ def test_a_full_disk_while_saving_leaves_the_project_as_it_was(drive: EditorDriv
 def test_opening_over_changes_asks_and_save_goes_on(drive: EditorDriver, tmp_path: Path) -> None:
     save_project(document(64, 64), tmp_path / "other.weft")
     bend(drive)
-    filing.open_path(drive.editor, tmp_path / "other.weft")
+    document_io.open_path(drive.editor, tmp_path / "other.weft")
     drive.frame()
     assert drive.document.size_px == (200, 150)
     ask(drive, AskUnsaved).then("save")
@@ -175,7 +175,7 @@ def test_opening_over_changes_asks_and_save_goes_on(drive: EditorDriver, tmp_pat
 def test_recent_files_are_listed_newest_first(drive: EditorDriver, tmp_path: Path) -> None:
     for name in ("a", "b", "a"):
         save(picture(8, 8), tmp_path / f"{name}.png")
-        filing.open_path(drive.editor, tmp_path / f"{name}.png")
+        document_io.open_path(drive.editor, tmp_path / f"{name}.png")
         drive.frame()
     assert [action.label for action in recent_actions(drive.editor)] == ["a.png", "b.png"]
     recent_actions(drive.editor)[1].run(drive.editor)
@@ -185,7 +185,7 @@ def test_recent_files_are_listed_newest_first(drive: EditorDriver, tmp_path: Pat
 
 def test_a_damaged_list_of_recent_files_is_no_list(tmp_path: Path) -> None:
     (tmp_path / "recent.json").write_text("{")
-    assert filing.recent_files(tmp_path / "recent.json") == ()
+    assert document_io.recent_files(tmp_path / "recent.json") == ()
 
 
 def test_export_is_a_job_over_the_document_of_that_moment(drive: EditorDriver, tmp_path: Path) -> None:
@@ -197,7 +197,7 @@ def test_export_is_a_job_over_the_document_of_that_moment(drive: EditorDriver, t
         save(document.image, options.path)
 
     drive.editor.exporter = exporter
-    filing.ask_export(drive.editor)
+    document_io.ask_export(drive.editor)
     request = ask(drive, ExportPicture)
     assert request.options.size_px == (200, 150)
     request.then(ExportOptions(tmp_path / "out.png", (200, 150)))
@@ -249,8 +249,8 @@ def test_quitting_while_a_picture_is_exported_asks(
         save(document.image, options.path)
 
     drive.editor.exporter = exporter
-    filing.export(drive.editor, ExportOptions(tmp_path / "out.png", (200, 150)))
-    filing.quit_editor(drive.editor)
+    document_io.export(drive.editor, ExportOptions(tmp_path / "out.png", (200, 150)))
+    document_io.quit_editor(drive.editor)
     assert not drive.editor.is_closing
     request = ask(drive, AskWriting)
     assert request.names == ("Export out.png",)
@@ -272,8 +272,8 @@ def test_quitting_after_an_export_stays_when_that_failed(tmp_path: Path) -> None
         raise InputError("out.png: no space left on device")
 
     drive.editor.exporter = exporter
-    filing.export(drive.editor, ExportOptions(tmp_path / "out.png", (200, 150)))
-    filing.quit_editor(drive.editor)
+    document_io.export(drive.editor, ExportOptions(tmp_path / "out.png", (200, 150)))
+    document_io.quit_editor(drive.editor)
     ask(drive, AskWriting).then("wait")
     work.run()
     drive.frame()
@@ -284,7 +284,7 @@ def test_quitting_after_an_export_stays_when_that_failed(tmp_path: Path) -> None
 def test_another_picture_keeps_what_was_done(drive: EditorDriver, tmp_path: Path) -> None:
     bend(drive)
     save(picture(400, 300), tmp_path / "large.png")
-    filing.replace_picture(drive.editor, tmp_path / "large.png")
+    document_io.replace_picture(drive.editor, tmp_path / "large.png")
     drive.frame()
     assert drive.document.size_px == (400, 300)
     assert drive.document.warp.bend == 30

@@ -40,7 +40,7 @@ def touched_by_moving(scene: CanvasScene, before: CanvasScene | None) -> Box | N
     if (
         scene.before_rest is not before.before_rest
         or now.rest.shape != then.rest.shape
-        or scene.dressing is not before.dressing
+        or scene.overlay is not before.overlay
     ):
         return None
     marks = _nodes_of_marks(scene, before)
