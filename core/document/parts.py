@@ -10,7 +10,7 @@ from core.document.overlay import OverlayLayers
 from core.imaging import color
 from core.imaging.image import Image
 from core.overlay.compositing import encode
-from core.overlay.composition import filter_texture
+from core.overlay.filters.texture_filter import filter_texture
 from core.overlay.pictures import coordinate_lines
 
 Part: TypeAlias = Literal["pattern", "mesh", "shading", "detail", "reconstruction", "residual"]

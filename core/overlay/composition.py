@@ -1,9 +1,7 @@
 """Laying a texture into the cloth: I' = Wp T'(Wg) + α HF (NRT sec. 3.3), filtered where the folds shrink it.
 
-The filter is that of a graphics card, so that a shader shows the same: a pyramid of halved textures, and several
-samples along the direction that is shrunk most. It begins where the cloth holds more than `DENSITY` samples a pixel; a
-texture finer than that in the undeformed cloth is first resampled to it, as the mean texel is. So laying the mean texel
-on its own cloth gives the reconstruction, to the bit.
+A texture finer than `DENSITY` samples a pixel of the undeformed cloth is first resampled to that, as the mean texel is.
+So laying the mean texel on its own cloth gives the reconstruction, to the bit.
 """
 
 from dataclasses import dataclass
@@ -11,17 +9,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, InputError, Ints, Singles
-from core.overlay.filters.sampling import look_up
+from core.arrays import Bools, Floats, InputError, Singles
+from core.overlay.filters.texture_filter import DENSITY, filter_texture
 
-DENSITY = 1.5
-"""Texture samples to a pixel of undeformed cloth."""
 WHOLE = 1.15
 """Times too many samples under which a texture stays as it is: the sides of a mean texel are rounded."""
 DIAGONAL_DEG = 15.0
 """By so much more must the sides of a texel lean than its diagonals for rows to go along those."""
-TAPS = 8
-"""Most samples along the direction that is shrunk most."""
 
 
 MOST = 1_000_000
@@ -190,26 +184,6 @@ def thin(texture: Floats, excess: Floats) -> Floats:
     return np.asarray(out, np.float64).reshape(size[1], size[0], -1)
 
 
-def filter_texture(texture: Floats, at: Floats) -> Floats:
-    """Return a repeating texture (h, w, C) at places (H, W, 2), in copies; NaN places give 0."""
-    covered = finite(at)
-    out = np.zeros((*at.shape[:2], texture.shape[-1]))
-    along, length, width = footprints(at, covered, texture.shape[:2])
-    level = np.log2(np.clip(np.maximum(width, length / TAPS), 1, None))
-    taps = np.clip(np.ceil(length), 1, TAPS)
-    levels = pyramid(texture, int(np.ceil(level.max(initial=0))) + 1)
-    total = np.zeros((len(level), texture.shape[-1]))
-    reach = (length - np.maximum(width, 1))[:, None] * along
-    place = at[covered]
-    for k in range(int(taps.max(initial=1))):
-        # Most pixels need one sample only.
-        some = np.flatnonzero(k < taps)
-        away = ((k + 0.5) / taps[some] - 0.5)[:, None] * reach[some]
-        total[some] += trilinear(levels, place[some] + away, level[some]) / taps[some, None]
-    out[covered] = total
-    return out
-
-
 def rows_deg(scale: Floats) -> float:
     """Return the angle of the cloth's rows, clockwise in degrees from -45 to 45; `scale` (2, 2) is pixels a texel.
 
@@ -233,76 +207,3 @@ def from_upright(angle: float) -> float:
 def finite(at: Floats | Singles) -> Bools:
     """Return which places (H, W) of (H, W, 2) are not NaN."""
     return np.asarray(np.isfinite(at[..., 0]) & np.isfinite(at[..., 1]), np.bool_)
-
-
-def footprints(at: Floats, covered: Bools, shape: tuple[int, int]) -> tuple[Floats, Floats, Floats]:
-    """Return the footprint of n `covered` pixels (H, W) in the texture: its long axis (n, 2), its length and width.
-
-    The axis is in copies a sample, 0 where the length is 1 at most; length and width (n,) are over `DENSITY` samples.
-    """
-    samples = np.array(shape[::-1], float)
-    places = at * samples / DENSITY
-    J = np.stack([steepness(places, axis)[covered] for axis in (1, 0)], -1)
-    # Singular values and the first left vector of a 2 x 2 matrix, from the angle that diagonalises J Jᵀ.
-    a, b, c = (np.einsum("nk,nk->n", J[:, i], J[:, j]) for i, j in ((0, 0), (0, 1), (1, 1)))
-    half, off = (a + c) / 2, (a - c) / 2
-    gap = np.hypot(off, b)
-    length, along = np.sqrt(half + gap), np.zeros(J.shape[:2])
-    long = length > 1
-    angle = np.arctan2(b[long], off[long]) / 2
-    along[long] = np.stack([np.cos(angle), np.sin(angle)], -1) * DENSITY / samples
-    return along, length, np.sqrt(np.maximum(half - gap, 0))
-
-
-def steepness(at: Floats, axis: int) -> Floats:
-    """Return the smaller of the differences to both neighbours along an axis: it does not see a jump between pieces."""
-    steps = np.diff(np.moveaxis(at, axis, 0), axis=0)
-    sizes = np.nan_to_num(steps[..., 0] ** 2 + steps[..., 1] ** 2, nan=np.inf)
-    beyond = np.full((1, *sizes.shape[1:]), np.inf)
-    is_before = np.concatenate([beyond, sizes]) <= np.concatenate([sizes, beyond])
-    steps = np.nan_to_num(steps, copy=False)
-    out = np.zeros((len(steps) + 1, *steps.shape[1:]))
-    out[:-1] = steps
-    np.copyto(out[1:], steps, where=is_before[1:, ..., None])
-    return np.asarray(np.moveaxis(out, 0, axis), np.float64)
-
-
-def steepness_at(at: Floats | Singles, rows: Ints, columns: Ints, axis: int) -> Floats:
-    """Return what `steepness` of places (H, W, 2) has in those `rows` and `columns` (n,): (n, 2)."""
-    around = np.full((3, len(rows), 2), np.nan)
-    for place, step in enumerate((-1, 0, 1)):
-        there = (rows + step, columns) if axis == 0 else (rows, columns + step)
-        inside = (there[axis] >= 0) & (there[axis] < at.shape[axis])
-        around[place, inside] = at[there[0][inside], there[1][inside]]
-    return np.asarray(steepness(around, 0)[1], np.float64)
-
-
-def trilinear(levels: list[Singles], at: Floats, level: Floats) -> Floats:
-    """Return the texture at places (n, 2) between the two levels of its pyramid next to `level` (n,)."""
-    total = np.zeros((len(at), levels[0].shape[-1]))
-    for k, texture in enumerate(levels):
-        near = np.flatnonzero(np.abs(level - k) < 1)
-        if len(near):
-            total[near] += (1 - np.abs(level[near] - k))[:, None] * wrap(texture, at[near])
-    return total
-
-
-def pyramid(texture: Floats, count: int) -> list[Singles]:
-    """Return the first levels of a repeating texture's pyramid (h, w, C), each with a border of one sample around."""
-    levels = [texture]
-    while len(levels) < count:
-        levels.append(halve(levels[-1]))
-    return [np.pad(level, ((1, 1), (1, 1), (0, 0)), mode="wrap").astype(np.float32) for level in levels]
-
-
-def halve(texture: Floats) -> Floats:
-    """Return the next level of a pyramid."""
-    h, w = texture.shape[:2]
-    size = max(1, w // 2), max(1, h // 2)
-    return np.asarray(cv2.resize(texture, size, interpolation=cv2.INTER_AREA), np.float64).reshape(size[1], size[0], -1)
-
-
-def wrap(texture: Singles, at: Floats) -> Singles:
-    """Return a repeating texture with a border of one sample at places (n, 2), in copies, bilinear: (n, C)."""
-    inside = at - np.floor(at)
-    return look_up(texture, inside * (np.array(texture.shape[1::-1]) - 2) + 0.5)

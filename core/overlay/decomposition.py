@@ -13,12 +13,13 @@ import numpy as np
 from core.arrays import Bools, Floats, Points, Singles
 from core.linalg.blas import on_one_thread, one_thread
 from core.overlay.albedo_scale import gauge_of
-from core.overlay.composition import filter_texture, finite
+from core.overlay.composition import finite
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.filters.bands import bands
+from core.overlay.filters.texture_filter import filter_texture
 from core.overlay.finding import find_cloth
 from core.overlay.mesh import ClothMesh
 from core.overlay.pixels.gap_completion import sew

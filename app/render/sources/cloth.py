@@ -15,7 +15,8 @@ from app.render.sources.source import Box, Source, TextureLimits, Window
 from core.arrays import Floats
 from core.imaging.images import Image
 from core.overlay.compositing import texture_colours
-from core.overlay.composition import DENSITY, TAPS, halve, prepare, with_opacity
+from core.overlay.composition import prepare, with_opacity
+from core.overlay.filters.texture_filter import DENSITY, TAPS, halve
 
 LIMITS = TextureLimits(budget_bytes=64_000_000)
 """The layers take five times as much."""

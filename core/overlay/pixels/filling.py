@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.composition import DENSITY
 from core.overlay.filters.distances import distance
 from core.overlay.filters.smoothing import gaussian
+from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh, around
 from core.overlay.palette import from_shades, palette
 from core.overlay.registration.cloth import Fit, FittedCloth

@@ -12,11 +12,12 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Singles
-from core.overlay.composition import finite, steepness
+from core.overlay.composition import finite
 from core.overlay.detail.model_validity import trust_in
 from core.overlay.filters.bands import bands
 from core.overlay.filters.distances import distance, nearest_of, within
 from core.overlay.filters.smoothing import gaussian
+from core.overlay.filters.texture_filter import steepness
 from core.overlay.pixels.filling import solid
 from core.overlay.pixels.jacobian_validity import jumps, no_cloth
 from core.overlay.pixels.sheet_translation import offsets

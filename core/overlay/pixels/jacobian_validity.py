@@ -3,8 +3,9 @@
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.composition import finite, steepness
+from core.overlay.composition import finite
 from core.overlay.filters.smoothing import gaussian
+from core.overlay.filters.texture_filter import steepness
 
 SIZES = (0.36, 2.2)
 """Pixels of undeformed cloth to a place, over its distance from the next one, that cloth may have in any direction."""

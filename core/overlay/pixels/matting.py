@@ -13,9 +13,10 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.composition import finite, steepness_at
+from core.overlay.composition import finite
 from core.overlay.filters.bands import bands
 from core.overlay.filters.distances import distance, nearest_of
+from core.overlay.filters.texture_filter import steepness_at
 
 BAND_PX = 2
 """Widest that a border is soft, to either side of the outline."""

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints
 from core.graphs.minimum_cut import minimum_cut
-from core.overlay.composition import steepness
 from core.overlay.filters.distances import nearest_of, within
+from core.overlay.filters.texture_filter import steepness
 
 SIDE, FULL = 0.6, 0.4
 """Side of a square, in lattice steps, and how much of it is sure."""

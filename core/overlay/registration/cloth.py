@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.composition import DENSITY
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import LEAST_VERTICES
 from core.overlay.detection.stages import Stage
+from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.region import LIMIT, Tolerance, misfit_of_cells, sums_of_cells, tolerance_of
 from core.overlay.registration.registration import ClothState, Registration

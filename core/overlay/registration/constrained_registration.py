@@ -10,9 +10,10 @@ import numpy as np
 
 from core.arrays import Bools
 from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import ring
 from core.overlay.registration.region_growing import COARSE, FINE_PX
-from core.overlay.registration.registration import ClothState, Smoothness
+from core.overlay.registration.registration import ClothState
 
 ROUNDS = 4
 """Steps under each blur."""

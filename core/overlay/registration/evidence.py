@@ -17,8 +17,9 @@ from scipy import sparse
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate
+from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import LEAST_NOISE, sums_of_cells
-from core.overlay.registration.registration import LEAST_SHADING, ClothState, Smoothness, huber
+from core.overlay.registration.registration import LEAST_SHADING, ClothState, huber
 from core.overlay.texel import Texel
 
 CLEAR, CREDIBLE = 0.5, 0.05

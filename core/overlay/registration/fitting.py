@@ -12,9 +12,10 @@ from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.period import coarser, estimate_halves, far_period
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, stage, starting_state
+from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.pieces import join_by, with_more_pieces
 from core.overlay.registration.region_growing import all_followed, doubtful, followed, prune, surest
-from core.overlay.registration.registration import ClothState, Smoothness
+from core.overlay.registration.registration import ClothState
 from core.progress import Job, Progress
 
 LEAST_EVENNESS = 0.12

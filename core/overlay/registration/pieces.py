@@ -10,10 +10,11 @@ from core.overlay.detection.lattice import Lattice, mean_template
 from core.overlay.detection.seeding import find_texels, grown_piece
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells, misfits, stage, starting_state
+from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.orientation import turned
 from core.overlay.registration.region import LIMIT, continue_on, ring
 from core.overlay.registration.region_growing import followed
-from core.overlay.registration.registration import ClothState, Smoothness
+from core.overlay.registration.registration import ClothState
 from core.progress import Job, Progress
 
 MOST_PIECES, MOST_CANDIDATES = 12, 16

@@ -7,8 +7,9 @@ import numpy as np
 from core.arrays import Bools
 from core.overlay.filters.distances import distance, within
 from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells, misfits
+from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import LIMIT, continue_on, ring, without_specks
-from core.overlay.registration.registration import ClothState, Smoothness
+from core.overlay.registration.registration import ClothState
 from core.progress import Job, Progress
 
 COARSE = 0.08

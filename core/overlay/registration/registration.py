@@ -6,8 +6,7 @@ Unknown at each node of the mesh: the place m = S uv of the cloth, in pixels of 
     r = ρ T(uv) - I,    ∂r/∂m = ρ ∇T(uv) S⁻¹,    ∂r/∂ρ = T(uv).
 
 Minimised is Σ ψ(r) + λ² (|L m|² + λp² |L ρ|²) with Huber's ψ and L the second differences of the mesh, by Gauss-Newton
-with reweighting. The weights of a cell's pixels are the same in every cell, so a cell's part of the normal equations
-is the matrix Σ w g gᵀ of its pixels, g = (∂r/∂m, ∂r/∂ρ), times constant products of weights.
+with reweighting (`normal_equations`).
 """
 
 from collections.abc import Callable
@@ -17,20 +16,13 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from scipy import sparse
 
-from core.arrays import Bools, Floats, Ints, Singles
-from core.linalg.factor import Factor
+from core.arrays import Bools, Floats, Singles
 from core.overlay.mesh import ClothMesh
+from core.overlay.registration.normal_equations import SYMMETRIC, Smoothness, System
 from core.overlay.texel import Texel
 from core.tracing import span
 
-PAIRS = [(a, b) for a in range(4) for b in range(a, 4)]
-SYMMETRIC = [(i, j) for i in range(3) for j in range(i, 3)]
-LOCAL = [(i, a) for i in range(3) for a in range(4)]
-"""Unknowns of a cell: the i-th of the corner a."""
-HALF = [(p, q) for n, p in enumerate(LOCAL) for q in LOCAL[n:]]
-"""Pairs of them, each once: a cell's matrix is symmetric."""
 LEAST_SHADING = 0.02
 BAND = 1 << 15
 """Pixels that are looked at together: what is known of them stays in the processor's cache."""
@@ -51,94 +43,6 @@ class ClothState:
     def values(self) -> Floats:
         """Coordinates and shading together, (R, C, 3)."""
         return np.concatenate([self.uv, self.rho[..., None]], -1)
-
-
-@dataclass(frozen=True)
-class Smoothness:
-    """Weights of the second differences, λ² and λ² λp of NRT eqs. 6 and 8, over the median weight of a node's data."""
-
-    geometry: float = 0.3
-    shading: float = 1.0
-
-
-class System:
-    """The normal equations' pattern for a set of cells: built once, filled and solved for every step.
-
-    Unknown are the values at those nodes of the cells that are `free` (R, C); the others hold them.
-    """
-
-    def __init__(self, mesh: ClothMesh, cells: Bools, free: Bools) -> None:
-        used = mesh.nodes_of(cells)
-        self.around: Ints = np.flatnonzero(used)
-        self.free: Bools = free.ravel()[self.around]
-        self.nodes: Ints = self.around[self.free]
-        self.count = len(self.nodes)
-        number = np.full(used.size, -1)
-        number[self.nodes] = np.arange(self.count)
-        self.corners: Ints = number[mesh.corners[cells]]
-        L = mesh.bending(used)[:, self.around]
-        self._bend = sparse.csr_array(L[:, self.free].T @ L)
-        bend = sparse.coo_array(sparse.tril(self._bend[:, self.free]))
-        self._bend_values = bend.data
-        self._products = np.stack([mesh.weights[:, a] * mesh.weights[:, b] for a, b in PAIRS], -1).astype(np.float32)
-        self._weights = mesh.weights.astype(np.float32)
-        self._order = (
-            [SYMMETRIC.index((i, j)) for (i, _), (j, _) in HALF],
-            [PAIRS.index((min(a, b), max(a, b))) for (_, a), (_, b) in HALF],
-        )
-        self._lay_out(bend)
-        self._factor: Factor | None = None
-
-    def _lay_out(self, bend: sparse.coo_array) -> None:
-        """Find the place of every entry in the lower triangle."""
-        n = self.count
-        ends = [[self.corners[:, a] + i * n for i, a in pair] for pair in HALF]
-        held = self.corners < 0
-        self._kept = np.flatnonzero(np.concatenate([~held[:, a] & ~held[:, b] for (_, a), (_, b) in HALF]))
-        first, second = (np.concatenate([pair[k] for pair in ends])[self._kept] for k in (0, 1))
-        rows = np.concatenate([np.maximum(first, second)] + [bend.row + k * n for k in range(3)])
-        columns = np.concatenate([np.minimum(first, second)] + [bend.col + k * n for k in range(3)])
-        # The places of each pair are in order, mostly, so that a sort by merging has little to do.
-        places = columns * (3 * n) + rows
-        order = places.argsort(kind="stable")
-        ascending = places[order]
-        first = np.diff(ascending, prepend=-1) > 0
-        unique, self._slot = ascending[first], np.empty(len(places), np.int64)
-        self._slot[order] = np.cumsum(first) - 1
-        self._pattern = (unique % (3 * n), unique // (3 * n))
-        self._diagonal = np.flatnonzero(self._pattern[0] == self._pattern[1])
-
-    def solve(self, moments: Singles, gradient: Singles, theta: Floats, smoothness: Smoothness) -> Floats:
-        """Return the change (3, n) of the unknowns, where the nodes `around` have the values `theta` (3, m).
-
-        `moments` (6, K, cell²) are w g gᵀ and `gradient` (3, K, cell²) w g r of the pixels of the K cells.
-        """
-        n = self.count
-        blocks = np.swapaxes(moments @ self._products, 1, 2)
-        pull = gradient @ self._weights
-        bend = self._stiffness(blocks, smoothness)
-        rhs = np.stack([self._gathered(p) for p in pull]) + bend[:, None] * (self._bend @ theta.T).T
-        entries = np.concatenate([blocks[self._order].ravel()[self._kept], *(b * self._bend_values for b in bend)])
-        values = np.bincount(self._slot, entries, len(self._pattern[0])).astype(np.float64)
-        # Nodes that neither data nor bending hold stay where they are.
-        values[self._diagonal] += np.repeat(1e-6 * bend, n) + 1e-9
-        if self._factor is None:
-            self._factor = Factor(sparse.csc_array((values, self._pattern), shape=(3 * n, 3 * n)))
-        else:
-            self._factor.factorise(values)
-        return -np.asarray(self._factor.solve(rhs.ravel()), np.float64).reshape(3, n)
-
-    def _gathered(self, at_corners: Singles) -> Floats:
-        """Return values (K, 4) at the corners of cells summed at the free nodes (n,)."""
-        # The first sum is that of all nodes that are held.
-        return np.asarray(np.bincount(self.corners.ravel() + 1, at_corners.ravel(), self.count + 1)[1:], np.float64)
-
-    def _stiffness(self, blocks: Singles, smoothness: Smoothness) -> Floats:
-        """Return the weights (3,) of the second differences of m_x, m_y and ρ, from the data's own (6, 10, K)."""
-        own = [PAIRS.index((a, a)) for a in range(4)]
-        x, y, rho = (self._gathered(blocks[SYMMETRIC.index((i, i))][own].T) for i in range(3))
-        geometry = smoothness.geometry * float(np.median(x + y)) / 2
-        return np.array([geometry, geometry, smoothness.shading * float(np.median(rho))]) + 1e-9
 
 
 class Registration:
