@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from app.actions import Action, chord_of
 from app.actions.edit import EDIT, HELP
+from app.actions.feature_curves import FEATURE_CURVES
 from app.actions.file import FILE
 from app.actions.handles import HANDLES
 from app.actions.keys import Keys, with_keys
@@ -24,8 +25,8 @@ class ActionTable:
     def __init__(self, tools: Mapping[str, Tool]) -> None:
         tool_actions = tuple(_tool(tool) for tool in tools.values())
         self._plain = (
-            *(*FILE, *EDIT, *VIEW, *MASK, *SELECTING, *WARP, *HANDLES, *RETEXTURE, *OVERLAY, *TIMELINE),
-            *(*tool_actions, *MODES, *HELP),
+            *(*FILE, *EDIT, *VIEW, *MASK, *SELECTING, *WARP, *HANDLES),
+            *(*FEATURE_CURVES, *RETEXTURE, *OVERLAY, *TIMELINE, *tool_actions, *MODES, *HELP),
         )
         self.actions: list[Action] = []
         self.by_name: dict[str, Action] = {}
