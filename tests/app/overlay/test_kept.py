@@ -107,7 +107,7 @@ def test_whole_cloth_never_replaces_a_better_find_by_a_worse_one(
         return replace(before, explained=before.explained - 1)
 
     monkeypatch.setattr(actions, "whole_object", whole)
-    monkeypatch.setattr(actions, "found", worse)
+    monkeypatch.setattr(actions, "find_layers", worse)
     drive.run("overlay.whole").frame()
     assert drive.editor.notices[-1].text == actions.NO_BETTER
     assert drive.cloth.search is search
