@@ -32,6 +32,8 @@ _OPTIONS: dict[Codec, dict[str, str]] = {
     "ffv1": {"level": "3", "slices": "4", "slicecrc": "1", "g": "1"},
 }
 _PROFILE_4444 = "4"
+_FULL = 2
+"""Code of full range."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +72,10 @@ class Form:
 
     @property
     def encoded_tags(self) -> Tags:
-        """The tags of the file: of a video that holds RGB, matrix and range say so."""
-        return replace(self.tags, matrix=0, range=2) if self.layout in _RGB else self.tags
+        """The tags of the file: of a video that holds RGB, matrix and range say so; ProRes knows no full range."""
+        if self.layout in _RGB:
+            return replace(self.tags, matrix=0, range=2)
+        return replace(self.tags, range=1) if self.codec == "prores" and self.tags.range == _FULL else self.tags
 
 
 def codec_for(output: Path, chosen: Codec | None) -> Codec:

@@ -75,13 +75,17 @@ def test_a_frame_is_found_from_anywhere(tmp_path: Path) -> None:
 
 
 @pytest.mark.gpu
+@pytest.mark.parametrize("tags", [HD, Tags(9, 16, 9, 1), Tags(1, 13, 1, 2)], ids=["HD", "HDR", "full range"])
 @pytest.mark.parametrize(("name", "codec"), [("b.mov", "prores"), ("b.mp4", "h264"), ("b.mkv", "ffv1")])
-def test_a_video_becomes_a_video_of_the_same_rate_times_and_tags(tmp_path: Path, name: str, codec: str) -> None:
+def test_a_video_becomes_a_video_of_the_same_rate_times_and_tags(
+    tmp_path: Path, name: str, codec: str, tags: Tags
+) -> None:
     write_scene(tmp_path)
-    source, output = tmp_path / "a.mov", tmp_path / name
-    write_video(source, "prores", HD)
+    source, output = tmp_path / "a.mp4", tmp_path / name
+    write_video(source, "h264", tags)
+    assert tags_of(source) == tags
     recipe = write_recipe(
-        tmp_path, f'picture = "a.mov"\nchunk = 4\n[warp]\npreset = "arc"\nbend = 0\n[output]\ncodec = "{codec}"'
+        tmp_path, f'picture = "a.mp4"\nchunk = 4\n[warp]\npreset = "arc"\nbend = 0\n[output]\ncodec = "{codec}"'
     )
     chunks = chunks_of(recipe, output)
     assert [row.state for chunk in chunks for row in do_chunk(chunk)] == ["done"] * FRAMES
@@ -91,13 +95,14 @@ def test_a_video_becomes_a_video_of_the_same_rate_times_and_tags(tmp_path: Path,
     assert after.rate == before.rate
     unit = [Fraction(pts) * clip.time_base for clip in (before, after) for pts in clip.pts]
     assert all(abs(a - b) < Fraction(1, 1000) for a, b in zip(unit[:FRAMES], unit[FRAMES:], strict=True))
-    assert (after.tags.primaries, after.tags.transfer) == (1, 1)
-    assert after.tags.matrix == (0 if codec == "ffv1" else 1)
+    assert (after.tags.primaries, after.tags.transfer) == (tags.primaries, tags.transfer)
+    assert after.tags.matrix == (0 if codec == "ffv1" else tags.matrix)
+    assert after.tags.range == {"ffv1": 2, "prores": 1, "h264": tags.range}[codec]
     for (_, a), (_, b) in zip(*(read_frames(path, [1, 5]) for path in (source, output)), strict=True):
         assert a is not None
         assert b is not None
-        shown = b.pixels.astype(float) * (65535 / np.iinfo(b.pixels.dtype).max)
-        assert np.abs(shown - a.pixels).max() / 257 <= 10
+        before_255, after_255 = (255 / np.iinfo(image.pixels.dtype).max * image.pixels for image in (a, b))
+        assert np.abs(after_255 - before_255).max() <= 10
 
 
 @pytest.mark.gpu
