@@ -62,6 +62,7 @@ from core.mapping.injective.continuation import (
     ROOM,
     ROOMY,
     clear_folds,
+    is_met,
     relax,
 )
 from core.mapping.injective.levels import GridLevel, Map, Transfer
@@ -84,6 +85,8 @@ _WORTH = 0.1
 """Share of its size that a body is to keep before the outline gives way."""
 _SAME = 1e-9
 """Logarithm of a scale, angle, or pixels that a held freedom may be off without being drawn to its goal."""
+_WIDER = 3
+"""Points that cannot be brought to their targets in a narrow window are tried in one so many times wider."""
 _PACE = 0.98
 """What a step leaves of the work that is said to be left."""
 
@@ -162,7 +165,20 @@ class Ways:
                 best, least = found, miss
             if least < MET:
                 break
-        return best if safe is None or best is not safe else part_of_the_way(self._level, safe, self._linear)
+        if best is safe and safe is not None:
+            return part_of_the_way(self._level, safe, self._linear)
+        return best if best is None or not MET < least < np.inf else (yield from self._brought_home(best))
+
+    def _brought_home(self, found: Map) -> Job[Map]:
+        """Return a map without folds with points that are not on their targets brought there, if that folds nothing."""
+        level = self._level
+        for reach in (REACH, _WIDER * REACH):
+            window = window_around(level, found.z, reach, bodies=reach > REACH)
+            problem = Problem(level, found, window, self._goal, Freedoms(np.zeros(len(found.alpha), bool)))
+            yield from relax(problem, steps=GENTLE_STEPS)
+            if is_met(problem) and not count_folds(level, problem.found.z):
+                return problem.found
+        return found
 
     def _in_order(self, safe: Map | None) -> Iterator[Job[Map | None]]:
         level = self._level

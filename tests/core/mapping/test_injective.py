@@ -13,10 +13,12 @@ from core.mapping.features.similarity import fit_residual
 from core.mapping.folds import corner_areas, find_folded_quads
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.probes import Probes
+from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.outline import CORNERS, SIDES
-from core.mapping.injective.unfold import unfold
+from core.mapping.injective.problem import Goal
+from core.mapping.injective.unfold import Ways, unfold
 from core.mapping.jacobians import Complexes, as_complex
-from core.progress import Progress, run
+from core.progress import Job, Progress, run
 from core.warps.presets import make_warp
 
 WIDTH, HEIGHT = 240, 180
@@ -268,3 +270,22 @@ def test_the_mapping_as_printed_is_unfolded_too() -> None:
     found = run(unfold(mapping, w, start, shape=w, scales=np.empty(0), constraints=held))
     assert not find_folded_quads(found.z).any()
     assert np.array_equal(found.z[GRID.outline], w[GRID.outline])
+
+
+def test_points_that_a_way_leaves_off_their_targets_are_brought_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    mapping, held, start = dragged(disc(), [(30.0, 40.0), (205.0, 30.0), (150.0, 160.0)], [1 + 2j, -2 + 1j, 3j])
+    level = GridLevel.of(mapping, REST, start, REST, held)
+    centres = at_rest(mapping).t
+    at_start, short = level.of_solution(start, centres), level.of_solution(at_rest(mapping), centres)
+    ways = Ways(mapping, level, at_start, Goal(np.ones(1), at_start.alpha, at_start.place), centres)
+
+    def find_short() -> Job[Map | None]:
+        yield Progress(0.5)
+        return short
+
+    monkeypatch.setattr(ways, "_in_order", lambda _: iter([find_short()]))
+    found = run(on_one_thread(ways.find(None)))
+    assert found is not None
+    assert misses(short.z, held).min() > 2
+    assert misses(found.z, held).max() < 1e-4
+    assert not find_folded_quads(found.z.reshape(GRID.shape)).any()
