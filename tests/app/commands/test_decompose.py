@@ -17,20 +17,6 @@ from tests.app.commands.test_overlay import failing
 from tests.core.overlay.overlay_scenes import make_scene, motif, stored
 
 
-@pytest.fixture(scope="module")
-def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("photo") / "photo.png"
-    save(stored(make_scene(motif()).photo), path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def folder(photo: Path) -> Path:
-    place = photo.parent / "parts"
-    assert main(["decompose", str(photo), "-o", str(place)]) == 0
-    return place
-
-
 def test_the_whole_cloth_is_taken_in(photo: Path, tmp_path: Path) -> None:
     cloth = load(photo).pixels
     height, width = cloth.shape[:2]
@@ -57,13 +43,13 @@ def test_a_missing_photo_is_named_and_nothing_written(tmp_path: Path, capsys: py
 
 
 def test_a_picture_without_repeats_is_refused_and_leaves_the_folder(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     save(stored(np.random.default_rng(0).random((90, 110, 3))), tmp_path / "noise.png")
-    before = {file.name: file.read_bytes() for file in folder.iterdir()}
-    line = failing(capsys, "decompose", tmp_path / "noise.png", "-o", folder)
+    before = {file.name: file.read_bytes() for file in parts.iterdir()}
+    line = failing(capsys, "decompose", tmp_path / "noise.png", "-o", parts)
     assert line == f"weft: error: no repeating texture found in {tmp_path / 'noise.png'}"
-    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+    assert {file.name: file.read_bytes() for file in parts.iterdir()} == before
 
 
 def test_an_empty_or_wrong_mask_is_named(photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -76,14 +62,14 @@ def test_an_empty_or_wrong_mask_is_named(photo: Path, tmp_path: Path, capsys: py
     assert not (tmp_path / "parts").exists()
 
 
-def test_a_corrected_lattice_gives_the_same_texel(photo: Path, folder: Path, tmp_path: Path) -> None:
-    lattice = json.loads((folder / "lattice.json").read_text())
+def test_a_corrected_lattice_gives_the_same_texel(photo: Path, parts: Path, tmp_path: Path) -> None:
+    lattice = json.loads((parts / "lattice.json").read_text())
     lattice["vertices"].pop(7)
     lattice["vertices"][4]["at"][0] += 1.5
     (tmp_path / "lattice.json").write_text(json.dumps(lattice))
     again = tmp_path / "again"
     assert main(["decompose", str(photo), "-o", str(again), "--lattice", str(tmp_path / "lattice.json")]) == 0
-    old, new = (json.loads((place / "report.json").read_text()) for place in (folder, again))
+    old, new = (json.loads((place / "report.json").read_text()) for place in (parts, again))
     assert new["texel_size"] == pytest.approx(old["texel_size"], rel=0.06)
     assert new["coverage"] > 0.9
 
@@ -103,9 +89,9 @@ def test_a_broken_lattice_is_named(text: str, photo: Path, tmp_path: Path, capsy
 
 
 def test_a_doubled_vertex_is_named(
-    photo: Path, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    photo: Path, parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    lattice = json.loads((folder / "lattice.json").read_text())
+    lattice = json.loads((parts / "lattice.json").read_text())
     lattice["vertices"].append(lattice["vertices"][0])
     (tmp_path / "lattice.json").write_text(json.dumps(lattice))
     line = failing(capsys, "decompose", photo, "-o", tmp_path / "parts", "--lattice", tmp_path / "lattice.json")
@@ -124,11 +110,11 @@ def test_a_lattice_that_cannot_be_the_cloths_is_named(
     moved: Callable[[float, float], list[float]],
     fault: str,
     photo: Path,
-    folder: Path,
+    parts: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    lattice = json.loads((folder / "lattice.json").read_text())
+    lattice = json.loads((parts / "lattice.json").read_text())
     for vertex in lattice["vertices"]:
         vertex["at"] = moved(*vertex["at"])
     (tmp_path / "lattice.json").write_text(json.dumps(lattice))
@@ -139,20 +125,20 @@ def test_a_lattice_that_cannot_be_the_cloths_is_named(
 
 @pytest.mark.parametrize("contrast", [0.0, 0.02, 1.0])
 def test_a_lattice_on_a_photo_without_its_pattern_is_refused(
-    contrast: float, photo: Path, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    contrast: float, photo: Path, parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     noise = np.random.default_rng(3).random((*load(photo).pixels.shape[:2], 3))
     save(stored(0.5 + contrast * (noise - 0.5)), tmp_path / "plain.png")
-    words = ["-o", tmp_path / "parts", "--lattice", folder / "lattice.json"]
+    words = ["-o", tmp_path / "parts", "--lattice", parts / "lattice.json"]
     line = failing(capsys, "decompose", tmp_path / "plain.png", *words)
-    assert line.endswith(f"no repeating texture found in {tmp_path / 'plain.png'} along {folder / 'lattice.json'}")
+    assert line.endswith(f"no repeating texture found in {tmp_path / 'plain.png'} along {parts / 'lattice.json'}")
     assert not (tmp_path / "parts").exists()
 
 
 def test_a_lattice_beside_the_region_is_refused(
-    photo: Path, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    photo: Path, parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    lattice = json.loads((folder / "lattice.json").read_text())
+    lattice = json.loads((parts / "lattice.json").read_text())
     lattice["vertices"] = [vertex for vertex in lattice["vertices"] if min(vertex["at"]) > 60]
     (tmp_path / "lattice.json").write_text(json.dumps(lattice))
     corner = np.zeros((*load(photo).pixels.shape[:2], 1))
@@ -163,13 +149,13 @@ def test_a_lattice_beside_the_region_is_refused(
 
 
 def test_a_stage_that_cannot_be_written_is_named(
-    photo: Path, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    photo: Path, parts: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr("app.commands.decompose.write_picture", full)
-    words = ["--lattice", folder / "lattice.json", "--stages", tmp_path / "stages"]
+    words = ["--lattice", parts / "lattice.json", "--stages", tmp_path / "stages"]
     line = failing(capsys, "decompose", photo, "-o", tmp_path / "parts", *words)
     assert f"{tmp_path / 'stages'}: no space left on device" in line
     assert not list(tmp_path.iterdir())

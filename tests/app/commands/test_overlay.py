@@ -9,21 +9,7 @@ import pytest
 from app.cli import main
 from core.imaging.images import Image, load, save
 from core.overlay.folder import read
-from tests.core.overlay.overlay_scenes import make_scene, motif, stored
-
-
-@pytest.fixture(scope="module")
-def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("photo") / "photo.png"
-    save(stored(make_scene(motif()).photo), path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def folder(photo: Path) -> Path:
-    place = photo.parent / "parts"
-    assert main(["decompose", str(photo), "-o", str(place)]) == 0
-    return place
+from tests.core.overlay.overlay_scenes import stored
 
 
 def failing(capsys: pytest.CaptureFixture[str], *words: object) -> str:
@@ -43,37 +29,37 @@ def copied(folder: Path, place: Path) -> Path:
     return place
 
 
-def test_folder_holds_the_parts(photo: Path, folder: Path) -> None:
-    report = json.loads((folder / "report.json").read_text())
+def test_folder_holds_the_parts(photo: Path, parts: Path) -> None:
+    report = json.loads((parts / "report.json").read_text())
     image = load(photo).pixels
     assert report["image"] == list(image.shape[:2])
-    assert report["lattice_vertices"] == len(json.loads((folder / "lattice.json").read_text())["vertices"])
-    uv, detail = np.load(folder / "texture_coords.npz")["uv"], np.load(folder / "detail.npz")["detail"]
-    shading = np.load(folder / "shading.npz")["shading"]
+    assert report["lattice_vertices"] == len(json.loads((parts / "lattice.json").read_text())["vertices"])
+    uv, detail = np.load(parts / "texture_coords.npz")["uv"], np.load(parts / "detail.npz")["detail"]
+    shading = np.load(parts / "shading.npz")["shading"]
     inside = np.isfinite(uv).all(-1)
     assert report["coverage"] == pytest.approx(inside.mean())
     assert np.isfinite(shading[inside]).all()
-    whole = load(folder / "reconstruction.png").pixels / 255 + detail - image / 255
+    whole = load(parts / "reconstruction.png").pixels / 255 + detail - image / 255
     assert np.abs(whole[inside]).max() < 0.006
-    assert (load(folder / "source.png").pixels == image).all()
+    assert (load(parts / "source.png").pixels == image).all()
 
 
-def test_the_original_texel_gives_the_photo_back(photo: Path, folder: Path, tmp_path: Path) -> None:
+def test_the_original_texel_gives_the_photo_back(photo: Path, parts: Path, tmp_path: Path) -> None:
     out = tmp_path / "back.png"
-    assert main(["overlay", str(folder), "--texture", str(folder / "texel.png"), "-o", str(out)]) == 0
+    assert main(["overlay", str(parts), "--texture", str(parts / "texel.png"), "-o", str(out)]) == 0
     assert np.abs(load(out).pixels.astype(int) - load(photo).pixels).max() <= 1
 
 
-def test_a_new_texture_hides_the_old_pattern(photo: Path, folder: Path, tmp_path: Path) -> None:
+def test_a_new_texture_hides_the_old_pattern(photo: Path, parts: Path, tmp_path: Path) -> None:
     save(stored(np.full((8, 8, 3), 0.6)), tmp_path / "plain.png")
     out = tmp_path / "new.png"
-    words = ["overlay", str(folder), "--texture", str(tmp_path / "plain.png"), "-o", str(out), "--shading", "0"]
+    words = ["overlay", str(parts), "--texture", str(tmp_path / "plain.png"), "-o", str(out), "--shading", "0"]
     assert main(words) == 0
     assert load(photo).pixels[40:130, 40:150].std() > 40
     assert load(out).pixels[40:130, 40:150].std() < 6
 
 
-def test_what_is_protected_stays_by_its_grey_levels(photo: Path, folder: Path, tmp_path: Path) -> None:
+def test_what_is_protected_stays_by_its_grey_levels(photo: Path, parts: Path, tmp_path: Path) -> None:
     new, mask, out = tmp_path / "new.png", tmp_path / "mask.png", tmp_path / "out.png"
     before = load(photo).pixels
     levels = np.zeros((*before.shape[:2], 1), np.uint8)
@@ -82,7 +68,7 @@ def test_what_is_protected_stays_by_its_grey_levels(photo: Path, folder: Path, t
     save(Image(levels), mask)
     pictures = []
     for extra in ((), ("--protect", str(mask))):
-        assert main(["overlay", str(folder), "--texture", str(new), "-o", str(out), *extra]) == 0
+        assert main(["overlay", str(parts), "--texture", str(new), "-o", str(out), *extra]) == 0
         pictures.append(load(out).pixels.astype(int))
     plain, kept = pictures
     np.testing.assert_array_equal(kept[60:80, 60:80], before[60:80, 60:80])
@@ -92,18 +78,18 @@ def test_what_is_protected_stays_by_its_grey_levels(photo: Path, folder: Path, t
     assert np.abs(plain - before)[half].mean() > 10
 
 
-def test_upright_copies_do_not_lean(folder: Path, tmp_path: Path) -> None:
+def test_upright_copies_do_not_lean(parts: Path, tmp_path: Path) -> None:
     halves = np.zeros((8, 8, 3))
     halves[:, 4:] = 1.0
     save(stored(halves), tmp_path / "halves.png")
-    leaning = copied(folder, tmp_path / "parts")
+    leaning = copied(parts, tmp_path / "parts")
     report = json.loads((leaning / "report.json").read_text())
     side = float(np.linalg.norm(np.array(report["basis"])[:, 0]))
     across, down = np.array([side, 0.0]), np.array([0.5 * side, side])
     (leaning / "report.json").write_text(json.dumps({**report, "basis": np.stack([across, down], 1).tolist()}))
-    y, x = np.mgrid[: load(folder / "source.png").height_px, : load(folder / "source.png").width_px]
+    y, x = np.mgrid[: load(parts / "source.png").height_px, : load(parts / "source.png").width_px]
     uv = np.stack([x - 0.5 * y, y], -1) / side
-    uv[np.isnan(read(folder).uv)] = np.nan
+    uv[np.isnan(read(parts).uv)] = np.nan
     np.savez(leaning / "texture_coords.npz", uv=uv)
     edges = {}
     for way in ("", "--upright"):
@@ -120,10 +106,10 @@ def test_upright_copies_do_not_lean(folder: Path, tmp_path: Path) -> None:
     "name", ["texture_coords.npz", "shading.npz", "detail.npz", "report.json", "source.png", "texel.png"]
 )
 def test_a_damaged_or_missing_part_is_named(
-    name: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str, parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    copy = copied(folder, tmp_path / "parts")
-    words = ("overlay", copy, "--texture", folder / "texel.png", "-o", tmp_path / "out.png")
+    copy = copied(parts, tmp_path / "parts")
+    words = ("overlay", copy, "--texture", parts / "texel.png", "-o", tmp_path / "out.png")
     (copy / name).write_bytes(b"junk")
     assert name in failing(capsys, *words)
     (copy / name).unlink()
@@ -131,8 +117,8 @@ def test_a_damaged_or_missing_part_is_named(
     assert not (tmp_path / "out.png").exists()
 
 
-def test_folder_that_holds_no_more_than_the_contract_says_is_enough(photo: Path, folder: Path, tmp_path: Path) -> None:
-    copy = copied(folder, tmp_path / "parts")
+def test_folder_that_holds_no_more_than_the_contract_says_is_enough(photo: Path, parts: Path, tmp_path: Path) -> None:
+    copy = copied(parts, tmp_path / "parts")
     (copy / "coverage.npz").unlink()
     report = json.loads((copy / "report.json").read_text())
     basis = np.array(report.pop("basis"))
@@ -141,14 +127,14 @@ def test_folder_that_holds_no_more_than_the_contract_says_is_enough(photo: Path,
     out = tmp_path / "back.png"
     assert main(["overlay", str(copy), "--texture", str(copy / "texel.png"), "-o", str(out)]) == 0
     assert np.abs(load(out).pixels.astype(int) - load(photo).pixels).max() <= 1
-    assert np.array_equal(read(copy).coverage > 0, read(folder).coverage > 0)
+    assert np.array_equal(read(copy).coverage > 0, read(parts).coverage > 0)
 
 
 @pytest.mark.parametrize("name", ["shading", "detail"])
 def test_part_with_a_hole_in_the_cloth_is_named(
-    name: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str, parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    copy = copied(folder, tmp_path / "parts")
+    copy = copied(parts, tmp_path / "parts")
     values = np.load(copy / f"{name}.npz")[name]
     values[80, 90] = np.nan
     np.savez(copy / f"{name}.npz", **{name: values})
@@ -157,18 +143,18 @@ def test_part_with_a_hole_in_the_cloth_is_named(
     assert "not finite" in line
 
 
-def test_parts_without_cloth_are_named(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    copy = copied(folder, tmp_path / "parts")
+def test_parts_without_cloth_are_named(parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copy = copied(parts, tmp_path / "parts")
     uv = np.load(copy / "texture_coords.npz")["uv"]
     np.savez(copy / "texture_coords.npz", uv=np.full_like(uv, np.nan))
     line = failing(capsys, "overlay", copy, "--texture", copy / "texel.png", "-o", tmp_path / "out.png")
     assert "texture_coords.npz: covers no pixel" in line
 
 
-def test_parts_of_another_picture_are_refused(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    copy = copied(folder, tmp_path / "parts")
+def test_parts_of_another_picture_are_refused(parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copy = copied(parts, tmp_path / "parts")
     np.savez(copy / "shading.npz", shading=np.ones((7, 9), np.float32))
-    line = failing(capsys, "overlay", copy, "--texture", folder / "texel.png", "-o", tmp_path / "out.png")
+    line = failing(capsys, "overlay", copy, "--texture", parts / "texel.png", "-o", tmp_path / "out.png")
     assert "shading.npz" in line
     assert "another picture" in line
 
@@ -186,17 +172,17 @@ def test_parts_of_another_picture_are_refused(folder: Path, tmp_path: Path, caps
     ],
 )
 def test_impossible_options_are_refused(
-    words: list[str], folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str], parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    failing(capsys, "overlay", folder, "--texture", folder / "texel.png", "-o", tmp_path / "out.png", *words)
+    failing(capsys, "overlay", parts, "--texture", parts / "texel.png", "-o", tmp_path / "out.png", *words)
     assert not (tmp_path / "out.png").exists()
 
 
-def test_the_parts_are_not_written_over(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    copy = copied(folder, tmp_path / "parts")
+def test_the_parts_are_not_written_over(parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copy = copied(parts, tmp_path / "parts")
     line = failing(capsys, "overlay", copy, "--texture", copy / "texel.png", "-o", copy / "source.png")
     assert f"{copy / 'source.png'}: would be written over, but another option names it" in line
-    assert (copy / "source.png").read_bytes() == (folder / "source.png").read_bytes()
+    assert (copy / "source.png").read_bytes() == (parts / "source.png").read_bytes()
     assert main(["overlay", str(copy), "--texture", str(copy / "texel.png"), "-o", str(copy / "out.png")]) == 0
 
 

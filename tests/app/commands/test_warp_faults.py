@@ -10,17 +10,9 @@ from typing import Any
 import pytest
 
 from core.imaging.images import Image, load, save
-from tests.app.commands.test_warp import disc, photograph, refused, weft
+from tests.app.commands.warp_scene import disc, refused, weft
 
 pytestmark = pytest.mark.gpu
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    save(Image(photograph()), "photo.png")
-    save(Image(disc()[..., None]), "mask.png")
-    return tmp_path
 
 
 def test_what_cannot_be_read_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,17 +8,9 @@ import OpenImageIO
 import pytest
 
 from core.imaging.images import Attribute, Image, load, save
-from tests.app.commands.test_warp import HEIGHT, WIDTH, disc, photograph, weft
+from tests.app.commands.warp_scene import HEIGHT, WIDTH, disc, photograph, weft
 
 pytestmark = pytest.mark.gpu
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    save(Image(photograph()), "photo.png")
-    save(Image(disc()[..., None]), "mask.png")
-    return tmp_path
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 5000), (5000, 1)])
