@@ -10,7 +10,7 @@ from app.batch.frames import is_numbered, numbered
 from app.batch.plan import Batch
 from app.batch.recipe import KeyTable, PinTable, Recipe, RecipeTable
 from core.arrays import InputError
-from core.document.animated import NUMBERS, document_at, key_frames
+from core.document.animated import NUMBERS, document_at, is_animated, key_frames
 from core.document.document import Document, Pin, places_from_pixels
 from core.document.keys import Key, Track, check_track
 from core.document.map import preset_of, with_handles, with_warp_map
@@ -40,6 +40,11 @@ class Look:
     def base(self) -> Document:
         """The document before any frame."""
         return self._base
+
+    @property
+    def moves(self) -> bool:
+        """Whether the warp is another in every frame."""
+        return is_animated(self._base) or any((self._masks, self._st_maps, self._displacements))
 
     def inputs(self, frame: int, source: str) -> list[str]:
         """Return the files that belong to one frame."""

@@ -64,6 +64,8 @@ class Batch:
     time_base: Fraction = Fraction(1, 24)
     rate: Fraction = Fraction(24)
     tags: Tags = UNTAGGED
+    frames: Sequence[int] = ()
+    """Numbers of all frames, in order."""
     resume: bool = False
 
 
@@ -101,7 +103,10 @@ def plan(
     first, (size_px, bits) = _first_of(kind, items, recipe, clip)
     batch = Batch(recipe, kind, first, size_px, bits, output, records_of(output), _digest(recipe, kind), writes_video)
     rate = table.output.frames_per_second or (_rate_of(recipe) if writes_video else batch.rate)
+    numbers = tuple(item.frame for item in items)
+    whole = range(numbers[0], numbers[-1] + 1)
     batch = replace(batch, rate=rate, time_base=1 / rate, resume=resume)
+    batch = replace(batch, frames=whole if len(whole) == len(numbers) else numbers)
     if clip is None:
         items = [replace(item, pts=place) for place, item in enumerate(items)]
     else:

@@ -12,6 +12,7 @@ from app.batch import records, video_out
 from app.batch.look import Look
 from app.batch.plan import Batch, Chunk, Item
 from app.batch.records import Row
+from app.batch.steady import SteadySolver
 from app.batch.video_in import read_frames
 from app.render.export import rendering
 from app.render.picture_file import Drawing, at_depth, draw_warped, drawing_file
@@ -51,7 +52,7 @@ class _Maker:
         self.chunk, self.batch = chunk, chunk.batch
         self.output = chunk.batch.recipe.table.output
         self._look: Look | None = None
-        self._solver = MapSolver()
+        self._solver, self._steady = MapSolver(), SteadySolver(self.batch.frames)
         self._regrown: Retexture | None = None
 
     @property
@@ -93,7 +94,10 @@ class _Maker:
         if document.mode == "warp":
             if self.batch.kind != "pictures":
                 document = document.changed(image=with_alpha(document.image))
-            found = run(self._solver.settle(document))
+            if self.batch.kind != "pictures" and self.look.moves:
+                found = self._steady.settle(item.frame, lambda frame: self.look.at(frame, picture))
+            else:
+                found = run(self._solver.settle(document))
             name = Path(item.output).name
             return draw_warped(document, found, name, frame=options.frame, scale=options.scale, bits=options.bits)
         if document.mode == "overlay":

@@ -165,10 +165,19 @@ class MapSolver:
         live = self._prepared(document)
         return live.frame(self._base_of(document, live.grid), handles_of(document))
 
-    def settle(self, document: Document) -> Job[Warped]:
-        """Return the answer without folds where W has none; the same bits, whatever was answered before."""
+    def settle(self, document: Document, *, near: Warped | None = None) -> Job[Warped]:
+        """Return the answer without folds where W has none; the same bits, whatever was answered before.
+
+        Of several answers that are about as good, it is the one next to that of a document that is `near`.
+        """
         live = self._prepared(document)
-        return (yield from live.settle(self._base_of(document, live.grid), handles_of(document)))
+        reference = None if near is None else near.reference
+        return (yield from live.settle(self._base_of(document, live.grid), handles_of(document), near=reference))
+
+    def folds(self, document: Document) -> bool:
+        """Return whether the linear answer folds where W does not, so that there may be several answers at rest."""
+        live = self._prepared(document)
+        return live.folds(self._base_of(document, live.grid))
 
     def learn(self, document: Document, settled: Warped) -> None:
         """Take the picture without handles from an answer at rest to the same document."""

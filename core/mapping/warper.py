@@ -10,9 +10,7 @@ import numpy as np
 from core.arrays import InputError, Points
 from core.grid import Features, Grid
 from core.linalg.blas import on_one_thread, one_thread
-from core.linalg.multifrontal import GridFactor
-from core.mapping.features.feature_mapping import FeatureMapping
-from core.mapping.features.pose import Solution
+from core.mapping.folds import folded_quads
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.solver import HandleSolver, Moved
 from core.mapping.handles.straight_frame import constrain_frame
@@ -130,11 +128,11 @@ class Warper:
         """Return the mapping that handles act on; it has no features where none are kept."""
         return (self._keeping or self._prepare(self._bare, MappingOptions())).mapping
 
-    def settle(self, plain: Points, handles: Handles | None = None) -> Job[Warped]:
-        """Return the answer without folds where W has none."""
+    def settle(self, plain: Points, handles: Handles | None = None, *, near: Solution | None = None) -> Job[Warped]:
+        """Return the answer without folds where W has none; of several, the one that is `near` another's reference."""
         _check_finite(plain)
         started = time.perf_counter()
-        reference = yield from on_one_thread(self._unfolded(plain))
+        reference = yield from on_one_thread(self._unfolded(plain, near))
         if self._handles is not None:
             self._handles.forget()
         moved = self._moved(reference, handles, rounds=_ROUNDS)
@@ -142,7 +140,15 @@ class Warper:
             moved = yield from on_one_thread(self._unfolded_handles(reference, moved))
         return self._result(plain, reference, moved, handles, self._seconds(time.perf_counter() - started))
 
-    def _unfolded(self, plain: Points) -> Job[Solution]:
+    def folds(self, plain: Points) -> bool:
+        """Return whether the linear answer without handles folds where W at the nodes (R, C, 2) does not."""
+        mask = self._keeping
+        if mask is None or folded_quads(as_complex(plain)).any():
+            return False
+        self._stroke.forget()
+        return bool(folded_quads(mask.answer(plain, self._stroke).z).any())
+
+    def _unfolded(self, plain: Points, near: Solution | None) -> Job[Solution]:
         """Return the picture without handles and, where W has none, without folds."""
         mask, shown = self._keeping, self._shown
         if mask is None:
@@ -153,8 +159,10 @@ class Warper:
         self._stroke.forget()
         linear, w = mask.answer(plain, self._stroke), as_complex(plain)
         constraints = constrain_frame(mask.mapping, linear.z)
+        if near is not None and (near.z.shape, near.alpha.shape) != (linear.z.shape, linear.alpha.shape):
+            near = None  # of another grid, or of other features
         solution = yield from unfold(
-            mask.mapping, w, linear, shape=w, scales=np.abs(linear.alpha), constraints=constraints
+            mask.mapping, w, linear, shape=w, scales=np.abs(linear.alpha), constraints=constraints, near=near
         )
         self._shown = _Shown(mask, plain, solution, is_settled=True)
         return solution

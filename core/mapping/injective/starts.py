@@ -1,11 +1,15 @@
 """Maps without folds to begin at, or to come back to, where the linear answer leads to none."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.handles.constraints import ALONG_X, SCALE
 from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.problem import Goal
 from core.mapping.injective.windows import count_folds
+from core.mapping.jacobians import Complexes
 
 _SEED = 0.2
 """Share of its size that a body begins with where nothing else is known not to fold."""
@@ -20,6 +24,12 @@ def similar(level: GridLevel) -> Map:
     alpha = np.vdot(arms, shape) / np.vdot(arms, arms)
     place = shape.mean() + alpha * (pivots - rest.mean())
     return Map(shape.mean() + alpha * arms, np.full(len(place), alpha), place)
+
+
+def posed(mapping: FeatureMapping, level: GridLevel, goal: Goal, near: Map, centres: Complexes) -> Map:
+    """Return the linear answer for bodies placed as in another map, at their own sizes, about `centres` (n,)."""
+    found = level.solution_of(replace(near, alpha=goal.scales * np.exp(1j * np.angle(near.alpha))), centres)
+    return level.of_solution(mapping.place_at(level.wanted, found.alpha, found.t), centres)
 
 
 def small(level: GridLevel, goal: Goal) -> Map:

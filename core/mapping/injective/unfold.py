@@ -33,12 +33,13 @@ grid that poses alone decide stand behind the coarse barrier as well (`contacts`
 the result is lifted, and the few folds that come of it are cleared in narrow windows: the first map without folds.
 Elsewhere the linear answer for these poses takes its place, and near folds E is brought to its least.
 
-**Order of ways.** Few folds are cleared on the fine grid at once, outline and sizes held. Then the coarse grid has its
-turn with the outline where it is; then with outline nodes beside cut bodies gliding along it, or, failing that, leaving
-it, rigid bodies at the size they have under W if that is no less than half. At last the way begins at a map without
-folds (`safe`: the picture before a handle moved, else the one similarity of all closest to S, or S with small bodies in
-it; `starts`) and handles, sizes and outline are drawn to their goals; what does not get there stays where it came to.
-What cannot be lifted from there is lifted from where all corners still had room. All loops are bounded by counts.
+**Order of ways.** Few folds are cleared on the fine grid at once, outline and sizes held. From a map that is `near`,
+where one is given, more of them are, with bodies as there. Then the coarse grid has its turn with the outline where it
+is, first from that map; then with outline nodes beside cut bodies gliding along it, or, failing that, leaving it, rigid
+bodies at the size they have under W if that is no less than half. At last the way begins at a map without folds
+(`safe`: the picture before a handle moved, else the one similarity of all closest to S, or S with small bodies in it;
+`starts`) and handles, sizes and outline are drawn to their goals; what does not get there stays where it came to. What
+cannot be lifted from there is lifted from where all corners still had room. All loops are bounded by counts.
 """
 
 from collections.abc import Iterator
@@ -69,14 +70,14 @@ from core.mapping.injective.levels import GridLevel, Map, Transfer
 from core.mapping.injective.outline import CORNERS, nodes_beside_cuts
 from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.refinement import REACH, Refinement, preview
-from core.mapping.injective.starts import part_of_the_way, similar, small
+from core.mapping.injective.starts import part_of_the_way, posed, similar, small
 from core.mapping.injective.unknowns import Freedoms
 from core.mapping.injective.windows import MET, count_folds, misses, window_around
 from core.mapping.jacobians import Complexes, as_complex
 from core.progress import Job, T, stepwise
 
-_FEW = 20
-"""Folds that are cleared on the fine grid at once."""
+_FEW, _MANY = 20, 200
+"""Folds that are cleared on the fine grid at once; with bodies as they are in a map nearby."""
 _COARSE, _FINER = 17.0, 0.67
 """Nodes of the coarse grid over the root of those of the fine one; its cells in a second attempt, over the first."""
 _BESIDE = 40
@@ -100,6 +101,7 @@ def unfold(
     scales: Floats,
     constraints: Constraints,
     safe: Solution | None = None,
+    near: Solution | None = None,
 ) -> Job[Solution]:
     """Return a map without folded quads that is as close to what is wanted as that allows.
 
@@ -117,6 +119,8 @@ def unfold(
         Size (n,) that each body is to have.
     safe
         A map without folds with exact bodies, from which handles can be drawn to their goals.
+    near
+        A map without folds of nearly the same, such as the frame before: of several maps, the one next to it is found.
 
     A step's preview is a first map without folds, (R, C, 2), on which the rest of the work improves. Where `shape`
     folds, or no way succeeds and there is nothing safe, the linear answer is returned.
@@ -131,9 +135,9 @@ def unfold(
         held = replace(held, pivots=held.pivots[:0], free=held.free[:0])
     level = GridLevel.of(mapping, wanted, start, shape, held)
     linear = level.of_solution(start, centres)
-    begin = None if safe is None else level.of_solution(safe, centres)
+    begin, beside = (None if known is None else level.of_solution(known, centres) for known in (safe, near))
     ways = Ways(mapping, level, linear, Goal(scales[:n], linear.alpha, linear.place), centres)
-    found = yield from _counted(ways.find(begin))
+    found = yield from _counted(ways.find(begin, beside))
     return start if found is None else level.solution_of(found, centres)
 
 
@@ -151,12 +155,12 @@ class Ways:
         self._level, self._linear, self._goal = level, linear, goal
         self._refinement = Refinement(mapping, linear, goal, centres)
 
-    def find(self, safe: Map | None) -> Job[Map | None]:
+    def find(self, safe: Map | None, near: Map | None = None) -> Job[Map | None]:
         """Try one way after the other; of those that do not bring all points to their targets, the closest counts."""
         best, least = safe, np.inf
         if safe is None and not self._level.constraints.glide.any():
             best = similar(self._level)
-        for way in self._in_order(safe):
+        for way in self._in_order(safe, near):
             found = yield from way
             if found is None or count_folds(self._level, found.z):
                 continue
@@ -180,11 +184,16 @@ class Ways:
                 return problem.found
         return found
 
-    def _in_order(self, safe: Map | None) -> Iterator[Job[Map | None]]:
+    def _in_order(self, safe: Map | None, near: Map | None) -> Iterator[Job[Map | None]]:
         level = self._level
         cells = max(1.0, level.grid.size**0.25 / _COARSE**0.5)
         if count_folds(level, self._linear.z) <= _FEW:
-            yield self._nearby()
+            yield self._nearby(self._linear)
+        if near is not None:
+            there = posed(self._mapping, level, self._goal, near, self._centres)
+            if count_folds(level, there.z) <= _MANY:
+                yield self._nearby(there)
+            yield self._from_coarse(level, cells, begin=near)
         yield self._from_coarse(level, cells)
         yield self._beside_cuts(cells, safe)
         if safe is None:
@@ -221,9 +230,9 @@ class Ways:
             return None
         return replace(level, constraints=replace(level.constraints, glide=beside))
 
-    def _nearby(self) -> Job[Map | None]:
+    def _nearby(self, start: Map) -> Job[Map | None]:
         """Clear few folds in windows on the fine grid, outline and sizes held."""
-        level, start = self._level, self._linear
+        level = self._level
         window = window_around(level, start.z, REACH)
         problem = Problem(level, start, window, self._goal, Freedoms(np.zeros(len(start.alpha), bool)))
         if not (yield from clear_folds(problem, FEW_STEPS)):

@@ -6,21 +6,26 @@ import cv2
 import numpy as np
 import pytest
 
+from app.batch.look import Look
 from app.batch.plan import plan
 from app.batch.recipe import read_recipe
+from app.batch.steady import SteadySolver
 from app.batch.work import do_chunk
 from core.arrays import Floats
 from core.document import retexture as document_retexture
 from core.document.document import CurvePair, Document
+from core.document.map import MapSolver
 from core.document.overlay_settings import Cloth, Search
 from core.document.project import save_project
 from core.imaging.images import Image, load, save
 from core.progress import run
-from tests.app.batch.scene import HEIGHT, RECIPE, WIDTH, bytes_of, make, write_recipe, write_scene
+from core.rasters.raster import Raster
+from tests.app.batch.scene import HEIGHT, RECIPE, WIDTH, bytes_of, chunks_of, make, write_recipe, write_scene
 from tests.core.overlay.overlay_scenes import make_scene, motif, stored
 
 pytestmark = pytest.mark.gpu
 FRAMES = 4
+BENDS = np.linspace(60, 67, 15)
 
 
 def retexture_project() -> Document:
@@ -108,3 +113,47 @@ def test_a_new_texture_stands_still_on_the_cloth_and_follows_a_fade(tmp_path: Pa
     change = np.diff(frames_of(tmp_path, "fading", "p.#.png"), axis=0)
     assert 0.3 < change.mean() < 1.5
     assert np.abs(change).max() <= 3
+
+
+def swirled(frame: int) -> Document:
+    """Return three discs in a swirl that is stronger from frame to frame, and folds around them but for what we do."""
+    height, width = 160, 240
+    y, x = np.mgrid[0:height, 0:width]
+    discs = ((0.3, 0.45, 0.11), (0.62, 0.6, 0.13), (0.8, 0.25, 0.08))
+    inside = [np.hypot(x - u * width, y - v * height) < r * height for u, v, r in discs]
+    mask = Raster.from_array(np.where(np.any(inside, axis=0), 255, 0).astype(np.uint8))
+    image = Image(np.zeros((height, width, 3), np.uint8))
+    return Document.of(image).changed(mask=mask).with_warp(preset="swirl", bend=float(BENDS[frame]))
+
+
+def test_of_several_maps_without_folds_each_frame_has_the_one_next_to_the_last() -> None:
+    documents = [swirled(0)]
+    documents += [documents[0].with_warp(bend=float(bend)) for bend in BENDS[1:]]
+    ways = MapSolver(), SteadySolver(range(len(BENDS)))
+    anew = np.stack([run(ways[0].settle(document)).warped for document in documents])
+    steady = np.stack([ways[1].settle(frame, documents.__getitem__).warped for frame in range(len(BENDS))])
+    assert all(ways[0].folds(document) for document in documents)
+    jumps = [float(np.abs(np.diff(maps, axis=0)).max()) for maps in (anew, steady)]
+    assert jumps[1] < 3 < 6 < jumps[0]
+    alone = SteadySolver(range(len(BENDS)))
+    for frame in (5, 6, 2):
+        np.testing.assert_array_equal(alone.settle(frame, documents.__getitem__).warped, steady[frame])
+
+
+def test_a_moving_map_without_folds_is_the_same_bytes_however_the_frames_are_cut(tmp_path: Path) -> None:
+    text = RECIPE.replace('shot.####.png"', 'shot.0001.png"\nframes = "1-6"').replace('"arc"', '"swirl"')
+    text = text.replace("value = 0", "value = 75").replace("value = 50", "value = 85")
+    recipe = write_scene(tmp_path, text)
+    y, x = np.mgrid[0:HEIGHT, 0:WIDTH]
+    discs = (np.hypot(x - 20, y - 22) < 11) | (np.hypot(x - 44, y - 26) < 11)
+    save(Image(np.where(discs, 255, 0).astype(np.uint8)[..., None]), tmp_path / "mask.png")
+    (chunk, *_) = chunks_of(recipe, tmp_path / "two" / "f.#.png")
+    assert all(MapSolver().folds(Look(chunk.batch).at(frame, None)) for frame in (2, 5))
+    assert [row.state for row in make(recipe, tmp_path / "two" / "f.#.png")] == ["done"] * 6
+    (tmp_path / "two" / "f.4.png").unlink()
+    before = bytes_of(tmp_path / "two")
+    assert [row.state for row in make(recipe, tmp_path / "two" / "f.#.png", resume=True)].count("done") == 1
+    write_recipe(tmp_path, text.replace("chunk = 2", "chunk = 6"))
+    make(recipe, tmp_path / "six" / "f.#.png")
+    assert before.items() < bytes_of(tmp_path / "two").items()
+    assert bytes_of(tmp_path / "two") == bytes_of(tmp_path / "six")
