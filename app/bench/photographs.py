@@ -42,12 +42,7 @@ LEAST_PIXELS = 500
 
 def measure(folder: Path) -> list[Record]:
     """Return one record per photo and task: its half, 0 or 1, scores, whether it holds, and processor seconds."""
-    named = [file for file in sorted(folder.glob("*.*")) if not file.stem.endswith("_mask")]
-    textures = [file for file in named if file.stem.startswith("new_")]
-    photos = [file for file in named if not file.stem.startswith(("new_", "plain_", "refuse_"))]
-    refusals = [file for file in named if file.stem.startswith("refuse_")]
-    if not photos:
-        raise InputError(f"{folder}: holds no photographs")
+    photos, textures, refusals = photographs_in(folder), _named(folder, "new_"), _named(folder, "refuse_")
     texture = texture_colours(load(textures[0])) if textures else np.full((8, 8, 3), 0.5)
     plan: list[tuple[list[Path], tuple[Task, ...]]] = [(photos, ("painted", "whole_cloth")), (refusals, ("refused",))]
     return [
@@ -56,6 +51,25 @@ def measure(folder: Path) -> list[Record]:
         for number, file in enumerate(files)
         for record in _records(file, number % 2, tasks, texture)
     ]
+
+
+def photographs_in(folder: Path) -> list[Path]:
+    """Return the photos of cloth that a folder holds, those of even places of one half; raise if there are none."""
+    photos = [file for file in _named(folder, "") if not file.stem.startswith(("new_", "plain_", "refuse_"))]
+    if not photos:
+        raise InputError(f"{folder}: holds no photographs")
+    return photos
+
+
+def _named(folder: Path, start: str) -> list[Path]:
+    """Return the pictures whose names begin so, without mattes."""
+    return [file for file in sorted(folder.glob(f"{start}*.*")) if not file.stem.endswith("_mask")]
+
+
+def cloth_of(file: Path) -> Bools | None:
+    """Return where (H, W) the matte of a photo has cloth, None where there is no matte."""
+    matte = file.with_name(f"{file.stem}_mask.png")
+    return np.asarray(load_mask(matte, load(file).size_px) > 127, np.bool_) if matte.exists() else None
 
 
 def summarise(records: list[Record]) -> list[Record]:
@@ -72,8 +86,7 @@ def summarise(records: list[Record]) -> list[Record]:
 
 
 def _records(file: Path, half: int, tasks: tuple[Task, ...], texture: Floats) -> Iterator[Record]:
-    image, matte = load(file), file.with_name(f"{file.stem}_mask.png")
-    cloth = np.asarray(load_mask(matte, image.size_px) > 127, np.bool_) if matte.exists() else None
+    image, cloth = load(file), cloth_of(file)
     for task in tasks:
         if task == "whole_cloth" and cloth is None:
             continue
@@ -88,7 +101,7 @@ def _try_out(image: Image, cloth: Bools | None, task: Task, texture: Floats) -> 
     finding = partial(decompose, encode(image))
     region = searchable(image, cloth if task == "painted" else None)
     job = decompose_whole_cloth(image, region, finding) if task == "whole_cloth" else finding(region=region)
-    scores = {"covers": 0.0, "spills": 0.0, "likeness": 0.0}
+    scores = dict.fromkeys(("covers", "spills", "likeness", "explains"), 0.0)
     began = time.process_time()
     try:
         found = run(job)
@@ -116,21 +129,30 @@ def lay(image: Image, found: Decomposition, texture: Floats) -> Image:
 
 
 def score(image: Image, cloth: Bools | None, found: Decomposition) -> dict[str, float]:
-    """Return how much of the `cloth` (H, W) is covered, what share of the covered pixels is not cloth, and a likeness.
+    """Return how much of the `cloth` (H, W) is covered, what share of the covered pixels is not cloth, and two scores.
 
-    That is the correlation of the photo with Wp T(Wg) on the cloth, both without their slow changes: a wrong lattice
-    blurs the texel, and only the shading is left to agree.
+    `likeness` is the correlation of the photo with Wp T(Wg) on the cloth, both without their slow changes: a wrong
+    lattice blurs the texel, and only the shading is left to agree. `explains` is the share of the photo's quick changes
+    on all of the cloth, in colour and squared, that is missing in the detail; cloth that is not covered is not
+    explained.
     """
     cloth = np.ones(found.covered.shape, np.bool_) if cloth is None else cloth
     near = cv2.dilate(cloth.astype(np.uint8), np.ones((2 * BESIDE_PX + 1, 2 * BESIDE_PX + 1), np.uint8)) > 0
     covered = found.covered & cloth
     spills = float((found.covered & ~near).sum() / max(found.covered.sum(), 1))
     if covered.sum() < LEAST_PIXELS:
-        return {"covers": 0.0, "spills": spills, "likeness": 0.0}
-    share = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), SLOW_PX) + 1e-6
-    seen, model = (_without_slow(_grey(part), covered, share) for part in (encode(image), found.reconstruction))
+        return {"covers": 0.0, "spills": spills, "likeness": 0.0, "explains": 0.0}
+    photo = encode(image).astype(np.float32)
+    seen, model = (_without_slow(_grey(part), covered)[covered] for part in (photo, found.reconstruction))
     likeness = np.corrcoef(seen, model)[0, 1] if min(seen.std(), model.std()) > 1e-3 else 0.0
-    return {"covers": float(covered.sum() / cloth.sum()), "spills": spills, "likeness": float(likeness)}
+    changes, missed = _without_slow(photo, cloth), _without_slow(photo - found.reconstruction, covered)
+    left = np.where(covered[..., None], missed, changes)[cloth]
+    return {
+        "covers": float(covered.sum() / cloth.sum()),
+        "spills": spills,
+        "likeness": float(likeness),
+        "explains": 1 - float((left**2).sum()) / max(float((changes[cloth] ** 2).sum()), 1e-9),
+    }
 
 
 def _grey(colours: Floats | Singles) -> Singles:
@@ -138,6 +160,8 @@ def _grey(colours: Floats | Singles) -> Singles:
     return np.asarray(cv2.cvtColor(np.ascontiguousarray(levels), cv2.COLOR_RGB2GRAY), np.float32)
 
 
-def _without_slow(grey: Singles, covered: Bools, share: Singles) -> Singles:
-    slow = cv2.GaussianBlur(np.where(covered, grey, np.float32(0)), (0, 0), SLOW_PX) / share
-    return np.asarray((grey - slow)[covered], np.float32)
+def _without_slow(plane: Singles, inside: Bools) -> Singles:
+    """Return a plane (H, W) or (H, W, C) less the mean of its pixels inside (H, W) that are nearby."""
+    share = cv2.GaussianBlur(inside.astype(np.float32), (0, 0), SLOW_PX) + np.float32(1e-6)
+    inside, share = (inside, share) if plane.ndim == 2 else (inside[..., None], share[..., None])
+    return plane - cv2.GaussianBlur(np.where(inside, plane, np.float32(0)), (0, 0), SLOW_PX) / share

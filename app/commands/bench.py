@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from app.bench import batch, export, machine, mapping, overlay, photographs, retexture, retexture_photographs
+from app.bench import ablation, batch, export, machine, mapping, overlay, photographs, retexture, retexture_photographs
 from app.window.loading import loading
 from core.arrays import InputError
 
@@ -49,6 +49,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"or {RETEXTURED} DIR: what is regrown of pictures with curves, beside the plain deformation",
     )
     add = parser.add_argument
+    add(
+        "--without",
+        nargs="+",
+        metavar="STAGE",
+        help=f"with {PHOTOGRAPHS}: what each of these stages is worth, {ablation.EACH} for every one: it is left out",
+    )
     add("--sheets", type=Path, metavar="FOLDER", help=f"with {RETEXTURED}: show both side by side, enlarged")
 
 
@@ -57,12 +63,18 @@ def run(arguments: argparse.Namespace) -> None:
     engines, folders = choose(arguments.only)
     if arguments.sheets is not None and RETEXTURED not in folders:
         raise InputError(f"--sheets: only with {RETEXTURED}")
+    if arguments.without and PHOTOGRAPHS not in folders:
+        raise InputError(f"--without: only with {PHOTOGRAPHS}")
     found: dict[str, Any] = {"machine": machine.describe()}
     for name in engines:
         if sys.stderr.isatty():
             sys.stderr.write(f"timing {name} ...\n")
         found[name] = ENGINES[name][arguments.quick]()
-    if PHOTOGRAPHS in folders:
+    if PHOTOGRAPHS in folders and arguments.without:
+        records = ablation.measure(folders[PHOTOGRAPHS], arguments.without)
+        found |= {f"{PHOTOGRAPHS}_by_stage": records} if arguments.json else {}
+        found[f"{PHOTOGRAPHS}_without"] = ablation.summarise(records)
+    elif PHOTOGRAPHS in folders:
         found[PHOTOGRAPHS] = photographs.measure(folders[PHOTOGRAPHS])
         found[f"{PHOTOGRAPHS}_by_half"] = photographs.summarise(found[PHOTOGRAPHS])
     if RETEXTURED in folders:

@@ -10,7 +10,10 @@ import numpy as np
 from core.arrays import InputError, Points
 from core.grid import Features, Grid
 from core.linalg.blas import on_one_thread, one_thread
-from core.mapping.folds import folded_quads
+from core.linalg.multifrontal import GridFactor
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.pose import Solution
+from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.solver import HandleSolver, Moved
 from core.mapping.handles.straight_frame import constrain_frame
@@ -143,10 +146,10 @@ class Warper:
     def folds(self, plain: Points) -> bool:
         """Return whether the linear answer without handles folds where W at the nodes (R, C, 2) does not."""
         mask = self._keeping
-        if mask is None or folded_quads(as_complex(plain)).any():
+        if mask is None or find_folded_quads(as_complex(plain)).any():
             return False
         self._stroke.forget()
-        return bool(folded_quads(mask.answer(plain, self._stroke).z).any())
+        return bool(find_folded_quads(mask.answer(plain, self._stroke).z).any())
 
     def _unfolded(self, plain: Points, near: Solution | None) -> Job[Solution]:
         """Return the picture without handles and, where W has none, without folds."""

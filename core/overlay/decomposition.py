@@ -4,49 +4,34 @@ I(x) = Wp(x) T(Wg(x)) + HF(x)
 """
 
 import time
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
 from core.linalg.blas import on_one_thread, one_thread
-from core.overlay.albedo_scale import gauge_of
 from core.overlay.composition import finite
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
-from core.overlay.filters.bands import bands
-from core.overlay.filters.texture_filter import filter_texture
 from core.overlay.finding import find_cloth
-from core.overlay.mesh import ClothMesh
-from core.overlay.pixels.gap_completion import sew
-from core.overlay.pixels.layers import add_rest, explained, other_things, painted
-from core.overlay.pixels.matting import carried_past_border, matte_of
-from core.overlay.pixels.refinement import refine
-from core.overlay.pixels.shading.chromatic_shading import tint
-from core.overlay.pixels.shading.fold_light import fold_light
-from core.overlay.pixels.shading.relighting import recover
+from core.overlay.pixels.model import begin
+from core.overlay.pixels.stages import go_through
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import weigh
 from core.overlay.registration.fitting import fit
-from core.overlay.registration.integer_translation import in_phase
 from core.overlay.registration.vertices import whole_lattice
-from core.overlay.texel import Texel, draw_sample, estimate_texel
+from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 
 T = TypeVar("T")
 
 WORKING_PX = 1000
 """Longest side of the picture that is searched and registered; larger ones are shrunk for that by a whole number."""
-TEXEL_PIXELS = 1_500_000
-"""Most pixels from which the texel of a large photo is estimated."""
-TINT_STEPS = 1.5
-"""Lattice steps over which the light's colour is taken as one."""
-TINT_SAMPLES = 12
-"""Samples to that width."""
+SPLITTING = "splitting off the detail"
 
 
 @dataclass(frozen=True)
@@ -81,6 +66,21 @@ class Decomposition:
         return finite(self.uv)
 
 
+@dataclass(frozen=True)
+class FoundCloth:
+    """A cloth that was found and registered on a photo 1 / `scale` of the size."""
+
+    cloth: FittedCloth
+    fit: Fit
+    photo: Floats | Singles
+    """(H, W, 3), 0 to 1."""
+    valid: Bools
+    """(H, W), where cloth may be."""
+    scale: int
+    opacity: Singles | np.float32
+    """(H, W), or one number: of what is laid there."""
+
+
 def decompose(
     photo: Floats | Singles,
     *,
@@ -98,12 +98,29 @@ def decompose(
     where no lattice is found, and where one explains no pixel of the photo.
     """
     seconds: dict[str, float] = {}
+    search = find(photo, region=region, texel_px=texel_px, start=start, lattice=lattice, seed=seed)
+    found = yield from time_stages(part(search, 0.0, 0.9), seconds)
+    yield Progress(0.9, SPLITTING)
+    started = time.perf_counter()
+    with one_thread():
+        result = split(found)
+    return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started})
+
+
+def find(
+    photo: Floats | Singles,
+    *,
+    region: Bools | Singles | None = None,
+    texel_px: float | None = None,
+    start: Proposal | None = None,
+    lattice: list[Lattice] | None = None,
+    seed: int = 0,
+) -> Job[FoundCloth]:
+    """Return the cloth of a photo, registered; what is given and raised is as for `decompose`."""
     whole = np.ones(photo.shape[:2], bool) if region is None else np.asarray(region > 0, np.bool_)
     scale = -(-max(photo.shape[:2]) // WORKING_PX)
-    small, valid = (
-        shrunk(photo, scale),
-        np.asarray(shrunk(whole.astype(float)[..., None], scale)[..., 0] > 0.5, np.bool_),
-    )
+    small = shrunk(photo, scale)
+    valid = np.asarray(shrunk(whole.astype(float)[..., None], scale)[..., 0] > 0.5, np.bool_)
     canvas = flat_canvas(small, valid)
     if lattice is None:
         side = None if texel_px is None else texel_px / scale
@@ -111,17 +128,9 @@ def decompose(
         job = find_cloth(small, canvas, seed, texel_px=side, start=marked)
     else:
         job = fit(small, canvas, [rescale(piece, scale) for piece in lattice], seed, trusted=True)
-    cloth, found = yield from time_stages(part(on_one_thread(job), 0.0, 0.9), seconds)
-    yield Progress(0.9, "splitting off the detail")
-    started = time.perf_counter()
-    with one_thread():
-        result = split(cloth, found, photo, whole, scale)
-    seconds["splitting off the detail"] = time.perf_counter() - started
-    if not result.covered.any():
-        raise NoPatternError
+    cloth, fitted = yield from on_one_thread(job)
     opacity = np.float32(1) if region is None else region.astype(np.float32)
-    explained = weigh(cloth, found).explained
-    return replace(result, coverage=result.coverage * opacity, explained=explained, seconds=seconds)
+    return FoundCloth(cloth, fitted, photo, whole, scale, opacity)
 
 
 def shrunk(image: Floats | Singles, scale: int) -> Floats:
@@ -161,86 +170,28 @@ def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
         yield step
 
 
-def split(cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools, scale: int) -> Decomposition:
-    """Return the parts at every pixel of the photo, of which the cloth was fitted at 1 / `scale` of the size."""
-    pieces = in_phase(cloth.mesh, found.pieces, cloth.step_px)
-    masks = explained(cloth, found, pieces)
-    mesh = ClothMesh(photo.shape[:2], cloth.mesh.cell * scale)
-    uv, shading = painted(mesh, pieces, masks, valid)
-    followed = np.isfinite(shading)
-    texel = found.texel if scale == 1 else finer_texel(cloth, photo, uv, shading, followed, scale)
-    add_rest((uv, shading), cloth, found, mesh, pieces, masks, photo)
-    uv[~valid], shading[~valid] = np.nan, np.nan
-    off = other_things(photo, (uv, shading), texel, cloth, scale)
-    # Cloth goes on under what lies on it.
-    uv, other = sew(photo, (uv, shading), followed, texel, cloth.basis, cloth.step_px, scale, hidden=off)
-    followed &= ~other
-    uv[off], shading[off], followed[off] = np.nan, np.nan, False
-    uv, shading = recover(photo, (uv, shading), texel, cloth.basis * scale, followed, scale=scale)
-    uv = refine(photo, uv, shading, texel, cloth.basis * scale, every=max(1, scale // 2))
-    texel = finer_texel(cloth, photo, uv, shading, followed, scale)
-    gauge = gauge_of(shading, texel.pixels)
-    # The texel is rounded as its file is, so that the parts that are written recombine.
-    texel = Texel(np.rint(255 * np.clip(texel.pixels / gauge, 0, 1)) / 255)
-    outline = np.asarray(np.isfinite(shading), np.bool_)
-    uv, shading = carried_past_border(uv, shading, valid & ~off)
-    inside, light = np.isfinite(shading), (shading * np.float32(gauge))[..., None]
-    modelled = texture_at(texel, uv)
-    modelled *= np.nan_to_num(light)
-    folds = fold_light(photo, modelled, uv, followed, texel, cloth.basis * scale)
-    light *= folds
-    modelled *= folds
-    del folds
-    colour = estimate_coloured_light(photo, modelled, followed, scale, TINT_STEPS * cloth.step_px)
-    if colour is not None:
-        light, modelled = light * colour, modelled * colour
-    lattice = whole_lattice(cloth, pieces, found)
+def split(found: FoundCloth, without: Collection[str] = ()) -> Decomposition:
+    """Return the parts at every pixel of a photo whose cloth was found, after all stages but those of some names."""
+    cloth, scale = found.cloth, found.scale
+    model = go_through(begin(cloth, found.fit, found.photo, found.valid, scale), without)
+    if not np.isfinite(model.shading).any():
+        raise NoPatternError
+    lattice = whole_lattice(cloth, list(model.pieces), found.fit)
     frames = PatchFrames(
         scale * lattice.frames.points + (scale - 1) / 2, scale * lattice.frames.bases, lattice.frames.scores
     )
     return Decomposition(
-        photo=photo,
-        uv=uv,
-        texel=texel,
-        shading=light[..., 0] if light.shape[-1] == 1 else light,
-        detail=difference(photo, modelled, inside),
-        reconstruction=modelled,
-        coverage=matte_of(photo, modelled, outline, inside),
+        photo=found.photo,
+        uv=model.uv,
+        texel=model.texel,
+        shading=model.light[..., 0] if model.light.shape[-1] == 1 else model.light,
+        detail=difference(found.photo, model.modelled, np.asarray(np.isfinite(model.shading), np.bool_)),
+        reconstruction=model.modelled,
+        coverage=model.coverage * found.opacity,
         lattice=replace(lattice, frames=frames),
         basis=cloth.basis * scale,
+        explained=weigh(cloth, found.fit).explained,
     )
-
-
-def finer_texel(
-    cloth: FittedCloth, photo: Floats | Singles, uv: Singles, shading: Singles, followed: Bools, scale: int
-) -> Texel:
-    """Return the texel at the photo's own resolution, from what is followed (H, W)."""
-    covered = draw_sample(followed, TEXEL_PIXELS)
-    h, w = cloth.texel_samples
-    return estimate_texel(photo, uv, shading, covered, (h * scale, w * scale))
-
-
-def texture_at(texel: Texel, uv: Singles) -> Singles:
-    """Return the texture's colours (H, W, 3) at coordinates (H, W, 2), 0 where they are NaN."""
-    out = np.empty((*uv.shape[:2], 3), np.float32)
-    for first, top, bottom, last in bands(len(uv), margin=1):
-        out[top:bottom] = filter_texture(texel.pixels, uv[first:last].astype(float))[top - first : bottom - first]
-    return out
-
-
-def estimate_coloured_light(
-    photo: Floats | Singles, modelled: Singles, inside: Bools, scale: int, sigma_px: float
-) -> Singles | None:
-    """Return each channel's own factor (H, W, 3), or None where light has one colour.
-
-    `sigma_px` is over every `scale`-th pixel; as few are looked at as that allows.
-    """
-    every = max(1, int(sigma_px / TINT_SAMPLES))
-    few = slice(None, None, scale * every)
-    colour = tint(photo[few, few].astype(float), modelled[few, few].astype(float), inside[few, few], sigma_px / every)
-    if colour is None:
-        return None
-    return np.asarray(cv2.resize(colour.astype(np.float32), inside.shape[::-1], interpolation=cv2.INTER_LINEAR))
 
 
 def difference(photo: Floats | Singles, modelled: Singles, inside: Bools) -> Singles:

@@ -11,9 +11,10 @@ import numpy as np
 from core.arrays import Floats, InputError, Pixels, Singles
 from core.files.npy_file import read_npy
 from core.overlay.composition import finite
-from core.overlay.decomposition import difference, texture_at
+from core.overlay.decomposition import difference
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
+from core.overlay.pixels.stages import texture_at
 from core.overlay.texel import Texel
 
 FOLDER = "layers/"

@@ -8,14 +8,12 @@ from core.overlay.filters.bands import bands
 from core.overlay.filters.distances import distance, within
 from core.overlay.mesh import ClothMesh, around
 from core.overlay.pixels.extension import Extension, extension_of
-from core.overlay.pixels.filling import carried_on, filled, parts_with, small_parts
-from core.overlay.pixels.occluders.things_on_cloth import obstacles
-from core.overlay.pixels.outline import beside, beyond
+from core.overlay.pixels.filling import carried_on, parts_with, small_parts
+from core.overlay.pixels.outline import beyond
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.constrained_registration import settle
 from core.overlay.registration.region import LIMIT, clean, misfit, ring, without_specks
 from core.overlay.registration.registration import LEAST_SHADING, ClothState
-from core.overlay.texel import Texel
 
 Layers = tuple[Singles, Singles]
 """Texture coordinates (H, W, 2) and shading (H, W), NaN where there are none."""
@@ -79,31 +77,22 @@ def paint(layers: Layers, mesh: ClothMesh, pieces: list[ClothState], masks: list
             uv[box][own], shading[box][own] = at[own, :2], np.maximum(at[own, 2], LEAST_SHADING)
 
 
-def add_rest(
+def carry_to_outline(
     layers: Layers,
     cloth: FittedCloth,
     found: Fit,
     mesh: ClothMesh,
     pieces: list[ClothState],
     masks: list[Bools],
+    extension: Extension,
     photo: Floats | Singles,
 ) -> None:
-    """Put coordinates and shading also where cloth is seen but not followed: in gaps, and up to its outline.
+    """Put coordinates and shading also where cloth is seen beyond the layers, up to its outline.
 
     Every so many pixels of `photo` (H, W, 3) are looked at as `cloth.photo` is smaller.
     """
-    if not (cloth.valid & ~np.any(masks, axis=0)).any():
-        return
     scale = -(-len(photo) // len(cloth.photo))
     valid = spread_mask(cloth.valid, layers[1].shape)
-    more = filled(cloth, found, pieces, masks)
-    covered = np.asarray(np.any(masks, axis=0), np.bool_)
-    carried = [settle(cloth, found, *filling, covered) for filling in zip(more.pieces, more.masks, strict=True)]
-    paint(layers, mesh, carried, more.masks, valid)
-    extension = extension_from(cloth, pieces, masks)
-    if extension is None:
-        return
-    carry_on(layers, extension, spread_mask(more.apart, valid.shape) & valid, scale)
     few = slice(None, None, scale)
     seen: Layers = layers[0][few, few], layers[1][few, few]
     covered = np.asarray(np.isfinite(seen[1]), np.bool_)
@@ -154,22 +143,6 @@ def extension_from(cloth: FittedCloth, pieces: list[ClothState], masks: list[Boo
         owner[mask] = number
     uv, rho = (layer.astype(np.float64) for layer in painted(cloth.mesh, pieces, masks, cloth.valid))
     return extension_of(uv, rho, owner, abs(float(np.linalg.det(cloth.basis))), cloth.sigma_px)
-
-
-def other_things(photo: Floats | Singles, layers: Layers, texel: Texel, cloth: FittedCloth, scale: int) -> Bools:
-    """Return which covered pixels (H, W) are not the cloth's after all: beside its rim, or of a thing that lies on it.
-
-    Every `scale`-th pixel is looked at.
-    """
-    few, (uv, shading) = slice(None, None, scale), layers
-    covered = np.isfinite(shading[few, few])
-    seen, rho = photo[few, few].astype(np.float64), np.nan_to_num(shading[few, few].astype(np.float64))
-    texture = texel(np.nan_to_num(uv[few, few].astype(np.float64)))
-    off = beside(seen, texture, rho, covered, max(RIM_PX, cloth.sigma_px))
-    at = np.where((covered & ~off)[..., None], uv[few, few].astype(np.float64), np.nan)
-    off |= obstacles(seen, texture, (at, rho), texel, cloth.basis, covered & ~off)
-    off |= scraps(covered & ~off, abs(float(np.linalg.det(cloth.basis))))
-    return spread_mask(off, shading.shape) & np.isfinite(shading)
 
 
 def scraps(covered: Bools, texel_px: float) -> Bools:

@@ -60,3 +60,18 @@ def test_what_cannot_be_measured_is_named(words: list[str], capsys: pytest.Captu
 def test_a_folder_without_photographs_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--only", "photographs", str(tmp_path)]) == 2
     assert f"{tmp_path}: holds no photographs" in capsys.readouterr().err
+
+
+def test_what_a_stage_is_worth_is_what_leaving_it_out_changes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--json", "--only", "photographs", str(folder), "--without", "light_folds"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    both = printed["photographs_by_stage"]
+    assert [(record["name"], record["without"]) for record in both] == [("bees", "nothing"), ("bees", "light_folds")]
+    whole, less = printed["photographs_without"]
+    assert whole["explains"] == both[0]["explains"] > 0.9
+    assert less["explains"] == pytest.approx(both[1]["explains"] - both[0]["explains"]) != 0
+
+
+def test_a_stage_that_there_is_not_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--only", "photographs", str(folder), "--without", "magic"]) == 2
+    assert "weft: error: --without magic: not one of each, translate_pieces" in capsys.readouterr().err

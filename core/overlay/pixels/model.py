@@ -1,0 +1,87 @@
+"""What is known of a cloth at every pixel of its photo, from the registered mesh to the finished parts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Singles
+from core.overlay.mesh import ClothMesh
+from core.overlay.pixels.extension import Extension
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.registration import ClothState
+from core.overlay.texel import Texel
+
+
+@dataclass(frozen=True)
+class PixelModel:
+    """A cloth of which every stage tells more; a stage returns another model and leaves its own as it is.
+
+    What is of the photo's size (H, W) is NaN, or False, where there is no cloth.
+    """
+
+    cloth: FittedCloth
+    """The cloth as it was fitted, on a photo 1 / `scale` of the size."""
+    found: Fit
+    photo: Floats | Singles
+    """(H, W, 3), 0 to 1."""
+    valid: Bools
+    """(H, W), where cloth may be."""
+    scale: int
+    pieces: tuple[ClothState, ...]
+    masks: tuple[Bools, ...]
+    """The pixels that each piece explains, at the size of the fit."""
+    uv: Singles
+    """(H, W, 2), texels."""
+    shading: Singles
+    """(H, W), the light on a texel as the mesh knows it."""
+    followed: Bools
+    """(H, W), what was registered; the rest was carried on from there."""
+    hidden: Bools
+    """(h, w), which of every `scale`-th pixel shows another thing than the cloth."""
+    texel: Texel
+    extension: Extension | None
+    """How cloth goes on beside its pieces; None where it covers all it may, or none of it is sound."""
+    outline: Bools
+    """(H, W), the cloth without the soft pixels at its border."""
+    light: Singles
+    """(H, W, 1) or (H, W, 3), the factor Wp."""
+    modelled: Singles
+    """(H, W, 3), Wp T(Wg), 0 outside."""
+    coverage: Singles
+    """(H, W), the share of cloth in each pixel."""
+
+    @property
+    def mesh(self) -> ClothMesh:
+        """The mesh of the cloth over the photo."""
+        return ClothMesh(self.photo.shape[:2], self.cloth.mesh.cell * self.scale)
+
+    @property
+    def basis(self) -> Floats:
+        """S (2, 2), pixels of the undeformed cloth a texel."""
+        return np.asarray(self.cloth.basis * self.scale, np.float64)
+
+
+def begin(cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools, scale: int) -> PixelModel:
+    """Return what the registration alone tells: each piece has its own cells, and no pixel is laid yet."""
+    shape = photo.shape[:2]
+    unknown, nowhere = np.float32(np.nan), np.False_
+    return PixelModel(
+        cloth=cloth,
+        found=found,
+        photo=photo,
+        valid=valid,
+        scale=scale,
+        pieces=found.pieces,
+        masks=tuple(cloth.mesh.pixels_of(piece.cells) & cloth.valid for piece in found.pieces),
+        # Views of one number: nothing is kept for what is not known.
+        uv=np.broadcast_to(unknown, (*shape, 2)),
+        shading=np.broadcast_to(unknown, shape),
+        followed=np.broadcast_to(nowhere, shape),
+        hidden=np.broadcast_to(nowhere, cloth.valid.shape),
+        texel=found.texel,
+        extension=None,
+        outline=np.broadcast_to(nowhere, shape),
+        light=np.broadcast_to(unknown, (*shape, 1)),
+        modelled=np.broadcast_to(np.float32(0), (*shape, 3)),
+        coverage=np.broadcast_to(np.float32(0), shape),
+    )

@@ -1,0 +1,286 @@
+"""The listed stages from registered pieces of mesh to the parts of the photo (NRT eq. 1).
+
+I(x) = Wp(x) T(Wg(x)) + HF(x)
+"""
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from core.arrays import Bools, Floats, Singles
+from core.overlay.albedo_scale import gauge_of
+from core.overlay.filters.bands import bands
+from core.overlay.filters.texture_filter import filter_texture
+from core.overlay.pixels.filling import filled
+from core.overlay.pixels.gap_completion import sew
+from core.overlay.pixels.layers import (
+    RIM_PX,
+    carry_on,
+    carry_to_outline,
+    explained,
+    extension_from,
+    paint,
+    scraps,
+    spread_mask,
+)
+from core.overlay.pixels.matting import carried_past_border, matte_of
+from core.overlay.pixels.model import PixelModel
+from core.overlay.pixels.occluders.things_on_cloth import obstacles
+from core.overlay.pixels.outline import beside
+from core.overlay.pixels.refinement import refine
+from core.overlay.pixels.shading.chromatic_shading import tint
+from core.overlay.pixels.shading.fold_light import fold_light
+from core.overlay.pixels.shading.relighting import recover
+from core.overlay.registration.constrained_registration import settle
+from core.overlay.registration.integer_translation import in_phase
+from core.overlay.texel import Texel, draw_sample, estimate_texel
+
+PixelStage = Callable[[PixelModel], PixelModel]
+
+TEXEL_PIXELS = 1_500_000
+"""Most pixels from which the texel of a large photo is estimated."""
+TINT_STEPS = 1.5
+"""Lattice steps over which the light's colour is taken as one."""
+TINT_SAMPLES = 12
+"""Samples to that width."""
+
+
+def translate_pieces(model: PixelModel) -> PixelModel:
+    """Move the pieces by whole texels, so that the pattern goes on from each to the next."""
+    moved = in_phase(model.cloth.mesh, model.pieces, model.cloth.step_px)
+    return replace(model, pieces=tuple(moved))
+
+
+def explain_pixels(model: PixelModel) -> PixelModel:
+    """Tell pixel by pixel what each piece explains."""
+    return replace(model, masks=tuple(explained(model.cloth, model.found, list(model.pieces))))
+
+
+def paint_pieces(model: PixelModel) -> PixelModel:
+    """Take coordinates and shading from the mesh where the pieces explain the photo, and the texel from there."""
+    layers = model.uv.copy(), model.shading.copy()
+    paint(layers, model.mesh, list(model.pieces), list(model.masks), model.valid)
+    painted = replace(model, uv=layers[0], shading=layers[1], followed=np.isfinite(layers[1]))
+    return painted if model.scale == 1 else estimate_finer_texel(painted)
+
+
+def find_extension(model: PixelModel) -> PixelModel:
+    """Tell how the pieces go on in straight lines, where there may be cloth that they do not explain."""
+    if not (model.cloth.valid & ~np.any(model.masks, axis=0)).any():
+        return model
+    return replace(model, extension=extension_from(model.cloth, list(model.pieces), list(model.masks)))
+
+
+def fill_gaps(model: PixelModel) -> PixelModel:
+    """Carry the pieces on to cloth that is seen but was not followed."""
+    cloth, masks = model.cloth, list(model.masks)
+    if not (cloth.valid & ~np.any(masks, axis=0)).any():
+        return model
+    layers = model.uv.copy(), model.shading.copy()
+    more = filled(cloth, model.found, list(model.pieces), masks)
+    covered = np.asarray(np.any(masks, axis=0), np.bool_)
+    carried = [settle(cloth, model.found, *filling, covered) for filling in zip(more.pieces, more.masks, strict=True)]
+    valid = spread_mask(cloth.valid, model.valid.shape)
+    paint(layers, model.mesh, carried, more.masks, valid)
+    if model.extension is not None:
+        carry_on(layers, model.extension, spread_mask(more.apart, valid.shape) & valid, model.scale)
+    return replace(model, uv=layers[0], shading=layers[1])
+
+
+def reach_outline(model: PixelModel) -> PixelModel:
+    """Carry the cloth on to where its outline is seen."""
+    if model.extension is None:
+        return model
+    layers = model.uv.copy(), model.shading.copy()
+    pieces, masks = list(model.pieces), list(model.masks)
+    carry_to_outline(layers, model.cloth, model.found, model.mesh, pieces, masks, model.extension, model.photo)
+    return replace(model, uv=layers[0], shading=layers[1])
+
+
+def keep_valid(model: PixelModel) -> PixelModel:
+    """Take off what lies where there may be no cloth, which a smaller picture does not tell to the pixel."""
+    return without_pixels(model, ~model.valid)
+
+
+def cut_rim(model: PixelModel) -> PixelModel:
+    """Take pixels beside the border for the surroundings where they are rather like those."""
+    seen, texture, rho, covered = small_layers(model)
+    return hide(model, beside(seen, texture, rho, covered, max(RIM_PX, model.cloth.sigma_px)))
+
+
+def cut_occluders(model: PixelModel) -> PixelModel:
+    """Tell what lies on the cloth."""
+    seen, texture, rho, covered = small_layers(model)
+    few = slice(None, None, model.scale)
+    uv = np.where(covered[..., None], model.uv[few, few].astype(np.float64), np.nan)
+    return hide(model, obstacles(seen, texture, (uv, rho), model.texel, model.cloth.basis, covered))
+
+
+def drop_scraps(model: PixelModel) -> PixelModel:
+    """Take small parts away from the rest for no cloth."""
+    few = slice(None, None, model.scale)
+    covered = np.isfinite(model.shading[few, few]) & ~model.hidden
+    return hide(model, scraps(covered, abs(float(np.linalg.det(model.cloth.basis)))))
+
+
+def complete_gaps(model: PixelModel) -> PixelModel:
+    """Sew together what was surely followed; cloth goes on under what lies on it."""
+    lengths = model.cloth.basis, model.cloth.step_px, model.scale
+    layers, hidden = (model.uv, model.shading), spread_mask(model.hidden, model.valid.shape)
+    uv, other = sew(model.photo, layers, model.followed, model.texel, *lengths, hidden=hidden)
+    return replace(model, uv=uv, followed=model.followed & ~other)
+
+
+def uncover_hidden(model: PixelModel) -> PixelModel:
+    """Leave to the photo what shows another thing; the outline is that of what remains."""
+    seen = without_pixels(model, spread_mask(model.hidden, model.valid.shape))
+    return replace(seen, outline=np.isfinite(seen.shading))
+
+
+def relight(model: PixelModel) -> PixelModel:
+    """Find light and pattern anew where the model cannot be trusted."""
+    layers = model.uv, model.shading
+    uv, shading = recover(model.photo, layers, model.texel, model.basis, model.followed, scale=model.scale)
+    return replace(model, uv=uv, shading=shading)
+
+
+def refine_pixels(model: PixelModel) -> PixelModel:
+    """Move single pixels, where the mesh is too coarse."""
+    every = max(1, model.scale // 2)
+    return replace(model, uv=refine(model.photo, model.uv, model.shading, model.texel, model.basis, every=every))
+
+
+def estimate_finer_texel(model: PixelModel) -> PixelModel:
+    """Estimate the texel at the photo's own resolution, from what is followed."""
+    covered = draw_sample(model.followed, TEXEL_PIXELS)
+    size = tuple(samples * model.scale for samples in model.cloth.texel_samples)
+    return replace(model, texel=estimate_texel(model.photo, model.uv, model.shading, covered, (size[0], size[1])))
+
+
+def scale_albedo(model: PixelModel) -> PixelModel:
+    """Share brightness out between texel and light."""
+    gauge = gauge_of(model.shading, model.texel.pixels)
+    return replace(model, texel=Texel(model.texel.pixels / gauge), shading=model.shading * np.float32(gauge))
+
+
+def soften_border(model: PixelModel) -> PixelModel:
+    """Carry the cloth a few pixels past its outline, where the border may be soft."""
+    allowed = model.valid & ~spread_mask(model.hidden, model.valid.shape)
+    uv, shading = carried_past_border(model.uv, model.shading, allowed)
+    return replace(model, uv=uv, shading=shading)
+
+
+def draw_model(model: PixelModel) -> PixelModel:
+    """Draw what texel and light make; the texel is rounded as its file is, so that parts that are written recombine."""
+    texel = Texel(np.rint(255 * np.clip(model.texel.pixels, 0, 1)) / 255)
+    light, modelled = model.shading[..., None], texture_at(texel, model.uv)
+    modelled *= np.nan_to_num(light)
+    return replace(model, texel=texel, light=light, modelled=modelled, coverage=model.outline.astype(np.float32))
+
+
+def light_folds(model: PixelModel) -> PixelModel:
+    """Find the light in folds that are finer than the mesh."""
+    folds = fold_light(model.photo, model.modelled, model.uv, model.followed, model.texel, model.basis)
+    return replace(model, light=model.light * folds, modelled=model.modelled * folds)
+
+
+def tint_light(model: PixelModel) -> PixelModel:
+    """Give each channel a light of its own where the light's colour changes."""
+    sigma_px = TINT_STEPS * model.cloth.step_px
+    colour = estimate_coloured_light(model.photo, model.modelled, model.followed, model.scale, sigma_px)
+    return model if colour is None else replace(model, light=model.light * colour, modelled=model.modelled * colour)
+
+
+def matte_border(model: PixelModel) -> PixelModel:
+    """Tell what share of a pixel is cloth, where the border is soft."""
+    inside = np.asarray(np.isfinite(model.shading), np.bool_)
+    return replace(model, coverage=matte_of(model.photo, model.modelled, model.outline, inside))
+
+
+STAGES: tuple[PixelStage, ...] = (
+    translate_pieces,
+    explain_pixels,
+    paint_pieces,
+    find_extension,
+    fill_gaps,
+    reach_outline,
+    keep_valid,
+    cut_rim,
+    cut_occluders,
+    drop_scraps,
+    complete_gaps,
+    uncover_hidden,
+    relight,
+    refine_pixels,
+    estimate_finer_texel,
+    scale_albedo,
+    soften_border,
+    draw_model,
+    light_folds,
+    tint_light,
+    matte_border,
+)
+NEEDED = frozenset((paint_pieces, keep_valid, uncover_hidden, draw_model))
+"""Stages without which there is no result, or one with pixels where there may be none."""
+OPTIONAL = tuple(stage.__name__ for stage in STAGES if stage not in NEEDED)
+"""The names of those that can be left out, to see what they are worth."""
+
+
+def go_through(model: PixelModel, without: Collection[str] = ()) -> PixelModel:
+    """Return the model after all stages but those of these names."""
+    for stage in STAGES:
+        if stage.__name__ not in without:
+            model = stage(model)
+    return model
+
+
+def small_layers(model: PixelModel) -> tuple[Floats, Floats, Floats, Bools]:
+    """Return photo, T(uv) (h, w, 3) and shading (h, w) of every `scale`-th pixel, and which of them show cloth so far.
+
+    The shading is 0 where there is none.
+    """
+    few = slice(None, None, model.scale)
+    shading = model.shading[few, few]
+    texture = model.texel(np.nan_to_num(model.uv[few, few].astype(np.float64)))
+    covered = np.asarray(np.isfinite(shading) & ~model.hidden, np.bool_)
+    return model.photo[few, few].astype(np.float64), texture, np.nan_to_num(shading.astype(np.float64)), covered
+
+
+def hide(model: PixelModel, off: Bools) -> PixelModel:
+    """Return the model with more pixels (h, w) taken for another thing."""
+    return replace(model, hidden=model.hidden | off)
+
+
+def without_pixels(model: PixelModel, off: Bools) -> PixelModel:
+    """Return the model with nothing laid at some pixels (H, W)."""
+    if not off.any():
+        return model
+    uv = np.where(off[..., None], np.float32(np.nan), model.uv)
+    return replace(
+        model, uv=uv, shading=np.where(off, np.float32(np.nan), model.shading), followed=model.followed & ~off
+    )
+
+
+def texture_at(texel: Texel, uv: Singles) -> Singles:
+    """Return the texture's colours (H, W, 3) at coordinates (H, W, 2), 0 where they are NaN."""
+    out = np.empty((*uv.shape[:2], 3), np.float32)
+    for first, top, bottom, last in bands(len(uv), margin=1):
+        out[top:bottom] = filter_texture(texel.pixels, uv[first:last].astype(float))[top - first : bottom - first]
+    return out
+
+
+def estimate_coloured_light(
+    photo: Floats | Singles, modelled: Singles, inside: Bools, scale: int, sigma_px: float
+) -> Singles | None:
+    """Return each channel's own factor (H, W, 3), or None where light has one colour.
+
+    `sigma_px` is over every `scale`-th pixel; as few are looked at as that allows.
+    """
+    every = max(1, int(sigma_px / TINT_SAMPLES))
+    few = slice(None, None, scale * every)
+    colour = tint(photo[few, few].astype(float), modelled[few, few].astype(float), inside[few, few], sigma_px / every)
+    if colour is None:
+        return None
+    return np.asarray(cv2.resize(colour.astype(np.float32), inside.shape[::-1], interpolation=cv2.INTER_LINEAR))
