@@ -33,6 +33,7 @@ Task: TypeAlias = Literal["painted", "whole_cloth", "refused"]
 
 LEAST_COVERED, MOST_SPILT, LEAST_LIKENESS = 0.6, 0.1, 0.75
 """Share of the cloth that counts as decomposed, share beside it that whole cloth may cover, and least likeness."""
+SCORES = ("covers", "spills", "likeness", "explains")
 SLOW_PX = 12.0
 """Changes slower than this are no evidence of a pattern: shading alone gives them."""
 BESIDE_PX = 4
@@ -101,7 +102,7 @@ def _try_out(image: Image, cloth: Bools | None, task: Task, texture: Floats) -> 
     finding = partial(decompose, encode(image))
     region = searchable(image, cloth if task == "painted" else None)
     job = decompose_whole_cloth(image, region, finding) if task == "whole_cloth" else finding(region=region)
-    scores = dict.fromkeys(("covers", "spills", "likeness", "explains"), 0.0)
+    scores = dict.fromkeys(SCORES, 0.0)
     began = time.process_time()
     try:
         found = run(job)

@@ -161,6 +161,8 @@ class Session:
     """Number of the curve that is being edited."""
     selected_knots: frozenset[int] = frozenset()
     """Numbers of its selected knots."""
+    selected_vertices: frozenset[int] = frozenset()
+    """Numbers of the selected vertices of the lattice."""
     curve_side: Literal["target", "source"] = "target"
     """Which of a curve's sides is edited where they coincide."""
     draft: Points | None = field(default=None, compare=False)
@@ -196,6 +198,7 @@ class Session:
             selected_corners=frozenset(),
             selected_curve=None,
             selected_knots=frozenset(),
+            selected_vertices=frozenset(),
             suggestions=(),
             last_dab=None,
             hover=None,

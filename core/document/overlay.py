@@ -14,7 +14,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Singles
 from core.document.document import Document, pixels_from_places, places_from_pixels
-from core.document.overlay_settings import LatticeVertices, Search
+from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.imaging import color
 from core.imaging.image import Image
 from core.overlay.compositing import encode, searchable
@@ -25,6 +25,7 @@ from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.layers_file import detail_of, lattice_of, pack, unpacked
+from core.overlay.mending import Corrections, LaidCloth, mend
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 
@@ -34,6 +35,8 @@ FIRST_TRIAL = 0.3
 """Share of the work that growing a lattice from a marked texel takes."""
 FINDING = 0.96
 """Share of the work that is not freeing the detail of the old pattern."""
+MENDING = 0.5
+"""Share of the work that finding again what is mended takes, if that is to be found again."""
 UNSOUGHT = "no pattern was found yet that a texture could take the place of: find the pattern first"
 """Why nothing can be laid on the cloth of a document in which no search was begun."""
 _PACKED: "WeakKeyDictionary[OverlayLayers, dict[str, bytes]]" = WeakKeyDictionary()
@@ -104,8 +107,13 @@ class _Kept:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def get(self, image: Image, search: Search) -> OverlayLayers | NoPatternError | None:
+        """Return what is kept, which is the last to go from then on."""
         with self.lock:
-            return next((found for a, b, found in self.entries if a is image and b is search), None)
+            known = next((entry for entry in self.entries if entry[0] is image and entry[1] is search), None)
+            if known is None:
+                return None
+            self.entries = [known, *(entry for entry in self.entries if entry is not known)]
+            return known[2]
 
     def put(self, image: Image, search: Search, found: OverlayLayers | NoPatternError) -> None:
         with self.lock:
@@ -131,7 +139,12 @@ def find_layers(document: Document) -> Job[OverlayLayers]:
     if search is None:
         raise InputError(UNSOUGHT)
     outcome = _kept.get(document.image, search)
-    if outcome is None:
+    if outcome is None and search.mending is not None:
+        before = yield from part(found(document.with_cloth(search=search.mending.of)), 0.0, MENDING)
+        yield Progress(MENDING, "mending the lattice")
+        outcome = _mended(document, before, search.mending)
+        _kept.put(document.image, search, outcome)
+    elif outcome is None:
         try:
             result = yield from part(_decompose_photo(document, search), 0.0, FINDING)
         except NoPatternError as refusal:
@@ -184,6 +197,32 @@ def take_files(document: Document, read: Callable[[str], bytes]) -> None:
     explained = float(arrays["explained"])
     layers = OverlayLayers(uv, shading, detail, bare, coverage, texel.pixels, basis, lattice_of(arrays), explained)
     _kept.put(document.image, search, layers)
+
+
+def _mended(document: Document, layers: OverlayLayers, mending: Mending) -> OverlayLayers:
+    """Return the layers put right around the vertices that were moved, removed or added."""
+    keys, size_px = np.rint(mending.lattice.keys).astype(np.int64), document.size_px
+    held = {(int(i), int(j)) for i, j in np.rint(mending.held)}
+    wanted = Corrections(
+        keys,
+        pixels_from_places(size_px, mending.lattice.places),
+        np.array([(i, j) in held for i, j in keys.tolist()], np.bool_),
+        tuple(pixels_from_places(size_px, seam) for seam in mending.seams),
+    )
+    cloth = mend(LaidCloth(layers.uv, layers.shading, layers.coverage, layers.lattice), wanted)
+    if not finite(cloth.uv).any():
+        raise NoPatternError("what is left of the lattice")
+    texel = Texel(layers.texel)
+    detail = detail_of(encode(document.image), cloth.uv, cloth.shading, texel)
+    return replace(
+        layers,
+        uv=cloth.uv,
+        shading=cloth.shading,
+        detail=detail,
+        bare_detail=without_old_pattern(detail, cloth.uv, cloth.shading, texel, layers.basis),
+        coverage=cloth.coverage,
+        lattice=cloth.lattice,
+    )
 
 
 def _decompose_photo(document: Document, search: Search) -> Job[Decomposition]:

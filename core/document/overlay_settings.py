@@ -45,6 +45,25 @@ class LatticeVertices:
 
 
 @dataclass(frozen=True, eq=False)
+class Mending:
+    """What the artist put right by hand of a lattice that was found: no search is run for it."""
+
+    of: "Search"
+    """What was found is that of this search."""
+    lattice: LatticeVertices
+    """All vertices as they are to be; those that are not held follow what is done beside them."""
+    held: Points
+    """Coordinates (k, 2) of the vertices that were moved, or are locked."""
+    seams: tuple[Points, ...] = ()
+    """Lines (n, 2) that separate pieces of the cloth, in places of the picture."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "held", readonly(as_points(self.held, "the vertices that are held").copy()))
+        seams = tuple(readonly(as_points(seam, "a seam").copy()) for seam in self.seams)
+        object.__setattr__(self, "seams", seams)
+
+
+@dataclass(frozen=True, eq=False)
 class Search:
     """What the pattern is found from; the decomposition belongs to this object and to the picture."""
 
@@ -55,6 +74,14 @@ class Search:
     lattice: LatticeVertices | None = None
     """A corrected lattice to go on from; there is no search then."""
     seed: int = 0
+    mending: Mending | None = None
+    """What was put right by hand since; all else is that of the search that is mended."""
+
+    def resized(self, width_px: int, height_px: int) -> "Search":
+        """Return the search in a picture of another size."""
+        region = self.region and self.region.resized(width_px, height_px)
+        mending = self.mending and replace(self.mending, of=self.mending.of.resized(width_px, height_px))
+        return replace(self, region=region, mending=mending)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +114,6 @@ class Cloth:
     def resized(self, width_px: int, height_px: int) -> "Cloth":
         """Return the inputs for a picture of another size."""
         region = self.region and self.region.resized(width_px, height_px)
-        search = self.search and replace(
-            self.search, region=self.search.region and self.search.region.resized(width_px, height_px)
-        )
+        search = self.search and self.search.resized(width_px, height_px)
         protected = self.protected and self.protected.resized(width_px, height_px)
         return self.changed(region=region, protected=protected, search=search)

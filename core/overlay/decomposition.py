@@ -4,7 +4,7 @@ I(x) = Wp(x) T(Wg(x)) + HF(x)
 """
 
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
@@ -18,8 +18,8 @@ from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.finding import find_cloth
-from core.overlay.pixels.model import begin
-from core.overlay.pixels.stages import go_through
+from core.overlay.pixels.model import PixelModel, begin
+from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import weigh
 from core.overlay.registration.fitting import fit
@@ -170,10 +170,25 @@ def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
         yield step
 
 
-def split(found: FoundCloth, without: Collection[str] = ()) -> Decomposition:
-    """Return the parts at every pixel of a photo whose cloth was found, after all stages but those of some names."""
+def split(found: FoundCloth) -> Decomposition:
+    """Return the parts at every pixel of a photo whose cloth was found."""
+    return finish(found, go_through(begun_model(found)))
+
+
+def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:
+    """Yield what comes of leaving out each stage of these names by turns, then of all stages; None for no cloth."""
+    for name, model in leave_out(begun_model(found), names):
+        yield name, finish(found, model) if np.isfinite(model.shading).any() else None
+
+
+def begun_model(found: FoundCloth) -> PixelModel:
+    """Return what is known before any stage."""
+    return begin(found.cloth, found.fit, found.photo, found.valid, found.scale)
+
+
+def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
+    """Return the parts that a model tells, at the photo's size; raise `NoPatternError` where it has no cloth."""
     cloth, scale = found.cloth, found.scale
-    model = go_through(begin(cloth, found.fit, found.photo, found.valid, scale), without)
     if not np.isfinite(model.shading).any():
         raise NoPatternError
     lattice = whole_lattice(cloth, list(model.pieces), found.fit)

@@ -16,7 +16,7 @@ from core.arrays import Points
 class Selection:
     """Which points of a tool are selected."""
 
-    field: Literal["selected", "selected_corners", "selected_knots"]
+    field: Literal["selected", "selected_corners", "selected_knots", "selected_vertices"]
     """Where the session keeps their numbers."""
     numbers: Callable[[Editor], frozenset[int]]
     """Those of them that there are."""

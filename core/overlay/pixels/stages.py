@@ -3,7 +3,7 @@
 I(x) = Wp(x) T(Wg(x)) + HF(x)
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 
 import cv2
@@ -226,14 +226,24 @@ NEEDED = frozenset((paint_pieces, keep_valid, uncover_hidden, draw_model))
 """Stages without which there is no result, or one with pixels where there may be none."""
 OPTIONAL = tuple(stage.__name__ for stage in STAGES if stage not in NEEDED)
 """The names of those that can be left out, to see what they are worth."""
+WHOLE = "nothing"
+"""What is left out where all are gone through."""
 
 
-def go_through(model: PixelModel, without: Collection[str] = ()) -> PixelModel:
-    """Return the model after all stages but those of these names."""
-    for stage in STAGES:
-        if stage.__name__ not in without:
-            model = stage(model)
+def go_through(model: PixelModel, stages: Iterable[PixelStage] = STAGES) -> PixelModel:
+    """Return the model after some stages."""
+    for stage in stages:
+        model = stage(model)
     return model
+
+
+def leave_out(model: PixelModel, names: Collection[str]) -> Iterator[tuple[str, PixelModel]]:
+    """Yield for each stage of one of these names the model after all the others; what goes before is done once."""
+    for number, stage in enumerate(STAGES):
+        if stage.__name__ in names:
+            yield stage.__name__, go_through(model, STAGES[number + 1 :])
+        model = stage(model)
+    yield WHOLE, model
 
 
 def small_layers(model: PixelModel) -> tuple[Floats, Floats, Floats, Bools]:

@@ -7,10 +7,10 @@ from app.editor.editor import Editor
 from app.model.jobs import InlineExecutor, Jobs
 from app.model.shapes import Polyline
 from app.tools.all import TOOLS
-from app.tools.cloth.lattice import free_key, lattice_shapes, on_screen, remove, vertices
+from app.tools.cloth.lattice import lattice_shapes
 from core.arrays import Bools
 from core.document.document import Document
-from core.document.overlay_settings import LatticeVertices, Search
+from core.document.overlay_settings import Search
 from core.imaging.images import Image
 from core.overlay.detection.seeding import NoPatternError
 from tests.app.driver import EditorDriver, Later
@@ -37,45 +37,6 @@ def test_picture_without_pattern_is_refused_in_words() -> None:
     assert drive.editor.overlay.layers is None
     assert drive.editor.fault == str(NoPatternError("the picture"))
     assert not drive.editor.overlay.is_running
-
-
-def test_moved_vertex_is_where_the_pattern_is_found_from(drive: OverlayDriver) -> None:
-    drive.tool("lattice")
-    lattice = vertices(drive.editor)
-    assert lattice is not None
-    places = on_screen(drive.editor, lattice)
-    row = int(np.argmin(np.hypot(*(places - (75, 65)).T)))
-    x, y = places[row].tolist()
-    before = drive.editor.overlay.layers
-    drive.move(x, y).press(x, y).move(x + 5, y).move(x + 1, y + 1)
-    assert drive.editor.overlay.layers is before
-    search = drive.cloth.search
-    assert search is not None
-    assert search.lattice is not None
-    np.testing.assert_allclose(on_screen(drive.editor, search.lattice)[row], (x + 1, y + 1))
-    drive.release().frame()
-    assert drive.editor.overlay.is_final
-    assert drive.editor.overlay.layers is not before
-    assert drive.labels == ("Move lattice vertex",)
-    drive.undo()
-    assert drive.editor.overlay.layers is before
-
-
-def test_vertex_is_removed_and_has_its_place_again(drive: OverlayDriver) -> None:
-    drive.tool("lattice")
-    lattice = vertices(drive.editor)
-    assert lattice is not None
-    places = on_screen(drive.editor, lattice)
-    row = int(np.argmin(np.hypot(*(places - (75, 65)).T)))
-    x, y = places[row].tolist()
-    assert free_key(drive.editor, lattice, (x + 1, y)) is None
-    remove(drive.editor, lattice, row)
-    search = drive.cloth.search
-    assert search is not None
-    assert search.lattice is not None
-    assert len(search.lattice.keys) == len(lattice.keys) - 1
-    assert drive.labels == ("Remove lattice vertex",)
-    np.testing.assert_array_equal(free_key(drive.editor, search.lattice, (x + 1, y)), lattice.keys[row])
 
 
 def test_rectangle_is_the_region_and_is_cut(drive: OverlayDriver) -> None:
@@ -166,22 +127,9 @@ def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, fl
     assert "no more stands out" in drive.editor.notices[-1].text
 
 
-def test_vertex_is_added_only_where_the_lattice_goes_on(drive: OverlayDriver) -> None:
-    drive.tool("lattice")
-    lattice = vertices(drive.editor)
-    assert lattice is not None
-    places = on_screen(drive.editor, lattice)
-    row = int(np.argmin(np.hypot(*(places - (75, 65)).T)))
-    beside = next(n for n, key in enumerate(lattice.keys) if np.array_equal(key, lattice.keys[row] + [1, 0]))
-    missing = LatticeVertices(np.delete(lattice.keys, row, axis=0), np.delete(lattice.places, row, axis=0))
-    key = free_key(drive.editor, missing, tuple(places[row]))
-    np.testing.assert_array_equal(key, lattice.keys[row])
-    assert free_key(drive.editor, missing, tuple((places[row] + places[beside]) / 2)) is None
-
-
-def test_lattice_that_grows_is_shown_in_place_of_the_one_before(found: Document) -> None:
+def test_lattice_that_grows_is_shown_in_place_of_the_one_before(drive: OverlayDriver) -> None:
     later = Later()
-    editor = Editor(found, TOOLS, jobs=Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    editor = Editor(drive.document, TOOLS, jobs=Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
     editor.update()
     before = len(lattice_shapes(editor))
     editor.edit("Find pattern", editor.document.with_cloth(search=Search(seed=1)))
