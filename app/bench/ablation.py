@@ -46,7 +46,7 @@ def summarise(records: list[Record]) -> list[Record]:
     rows: list[Record] = []
     for name in names:
         row: Record = {"without": name}
-        for score_name in ("holds", "covers", "likeness", "explains"):
+        for score_name in ("holds", "covers", "likeness", "explains", "jumbled"):
             for half, label in ((0, "_0"), (1, "_1"), (None, "")):
                 if label and score_name != "explains":
                     continue

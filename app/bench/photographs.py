@@ -25,6 +25,8 @@ from core.overlay.compositing import Parts, encode, lay_over, searchable, textur
 from core.overlay.composition import Placement
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detection.seeding import NoPatternError
+from core.overlay.pixels.gap_completion import STRAIN
+from core.overlay.pixels.jacobian_validity import jumps, no_cloth
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import run
 
@@ -33,7 +35,7 @@ Task: TypeAlias = Literal["painted", "whole_cloth", "refused"]
 
 LEAST_COVERED, MOST_SPILT, LEAST_LIKENESS = 0.6, 0.1, 0.75
 """Share of the cloth that counts as decomposed, share beside it that whole cloth may cover, and least likeness."""
-SCORES = ("covers", "spills", "likeness", "explains")
+SCORES = ("covers", "spills", "likeness", "explains", "jumbled")
 SLOW_PX = 12.0
 """Changes slower than this are no evidence of a pattern: shading alone gives them."""
 BESIDE_PX = 4
@@ -130,19 +132,20 @@ def lay(image: Image, found: Decomposition, texture: Floats) -> Image:
 
 
 def score(image: Image, cloth: Bools | None, found: Decomposition) -> dict[str, float]:
-    """Return how much of the `cloth` (H, W) is covered, what share of the covered pixels is not cloth, and two scores.
+    """Return what share of the `cloth` (H, W) is covered, and of the covered pixels is none, and how well it is laid.
 
     `likeness` is the correlation of the photo with Wp T(Wg) on the cloth, both without their slow changes: a wrong
     lattice blurs the texel, and only the shading is left to agree. `explains` is the share of the photo's quick changes
     on all of the cloth, in colour and squared, that is missing in the detail; cloth that is not covered is not
-    explained.
+    explained. `jumbled` is the share of the covered cloth where coordinates jump, or are folded over, blown up or
+    crushed: small pieces may explain the photo so, and show as soon as another texture is laid.
     """
     cloth = np.ones(found.covered.shape, np.bool_) if cloth is None else cloth
     near = cv2.dilate(cloth.astype(np.uint8), np.ones((2 * BESIDE_PX + 1, 2 * BESIDE_PX + 1), np.uint8)) > 0
     covered = found.covered & cloth
     spills = float((found.covered & ~near).sum() / max(found.covered.sum(), 1))
     if covered.sum() < LEAST_PIXELS:
-        return {"covers": 0.0, "spills": spills, "likeness": 0.0, "explains": 0.0}
+        return dict.fromkeys(SCORES, 0.0) | {"spills": spills}
     photo = encode(image).astype(np.float32)
     seen, model = (_without_slow(_grey(part), covered)[covered] for part in (photo, found.reconstruction))
     likeness = np.corrcoef(seen, model)[0, 1] if min(seen.std(), model.std()) > 1e-3 else 0.0
@@ -153,7 +156,13 @@ def score(image: Image, cloth: Bools | None, found: Decomposition) -> dict[str, 
         "spills": spills,
         "likeness": float(likeness),
         "explains": 1 - float((left**2).sum()) / max(float((changes[cloth] ** 2).sum()), 1e-9),
+        "jumbled": float(_jumbled(found)[covered].mean()),
     }
+
+
+def _jumbled(found: Decomposition) -> Bools:
+    uv, side = found.uv.astype(np.float64), float(np.sqrt(abs(np.linalg.det(found.basis))))
+    return np.asarray(no_cloth(uv, found.basis, side) | (jumps(uv, found.basis) > STRAIN), np.bool_)
 
 
 def _grey(colours: Floats | Singles) -> Singles:
