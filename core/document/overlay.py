@@ -140,7 +140,7 @@ def find_layers(document: Document) -> Job[OverlayLayers]:
         raise InputError(UNSOUGHT)
     outcome = _kept.get(document.image, search)
     if outcome is None and search.mending is not None:
-        before = yield from part(found(document.with_cloth(search=search.mending.of)), 0.0, MENDING)
+        before = yield from part(find_layers(document.with_cloth(search=search.mending.of)), 0.0, MENDING)
         yield Progress(MENDING, "mending the lattice")
         outcome = _mended(document, before, search.mending)
         _kept.put(document.image, search, outcome)

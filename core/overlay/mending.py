@@ -15,10 +15,11 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.overlay.composition import finite, steepness
+from core.overlay.composition import finite
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.filters.distances import nearest_of
+from core.overlay.filters.texture_filter import steepness
 
 REACH = 3.0
 """R in lattice steps, or in lengths of the longest move: the cloth folds nowhere around a single vertex."""

@@ -11,13 +11,13 @@ from core.imaging import color
 from core.progress import Job, Progress, part
 from core.retexture.defaults import VARIETY
 from core.retexture.deformation import diffusion
-from core.retexture.long_edges import LongEdges, find_long_edges
 from core.retexture.region import Region, Wishes
 from core.retexture.result import Retexture, plain_place
 from core.retexture.retract import retract
 from core.retexture.sampling import Kernel, read
 from core.retexture.synthesis.candidate_pool import Bounds, prefetch_candidates
 from core.retexture.synthesis.graph_cut import GrownPicture
+from core.retexture.synthesis.long_edges import LongEdges, find_long_edges
 from core.retexture.synthesis.patches import Patches, PatchShape, lay_coarsely
 from core.retexture.synthesis.placement import ordered_origins
 from core.retexture.synthesis.scene import RetextureScene, prepare

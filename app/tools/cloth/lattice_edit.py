@@ -7,7 +7,7 @@ import numpy as np
 
 from app.editor.editor import Editor
 from core.arrays import Bools, Points
-from core.document.overlay import known
+from core.document.overlay import get_layers
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 
 
@@ -50,7 +50,7 @@ class LatticeEdit:
     def _mended(self) -> Search:
         """The search whose layers are mended: the first one where those are known still, else what they came to."""
         mending = self.search.mending
-        if mending is None or known(self.editor.document.with_cloth(search=mending.of)) is None:
+        if mending is None or get_layers(self.editor.document.with_cloth(search=mending.of)) is None:
             return self.search
         return mending.of
 

@@ -14,13 +14,13 @@ from core.linalg.nearest import Nearest
 from core.retexture.deformation import diffusion
 from core.retexture.deformation.coordinates import DirectionField, SpineCurves
 from core.retexture.deformation.diffusion import Diffusion
-from core.retexture.long_edges import LongEdges, Side
 from core.retexture.region import Apart, Region, Shown, Sizes, Wishes, contrast, region
 from core.retexture.result import Retexture
 from core.retexture.saliency import landmarks
 from core.retexture.sampling import Kernel, read
 from core.retexture.source_outside_frame import far_outside
 from core.retexture.synthesis.candidate_pool import within
+from core.retexture.synthesis.long_edges import LongEdges, Side
 from core.retexture.synthesis.patches import Fields, PatchShape
 from core.retexture.synthesis.placement import Correspondence, along_curves, find_missed, pace
 

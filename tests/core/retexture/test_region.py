@@ -7,8 +7,8 @@ from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.retexture.deformation.diffusion import distortion
 from core.retexture.job import deform
-from core.retexture.long_edges import LongEdges, Side
 from core.retexture.region import CLEAR, CONTRAST, SEEN, contrast
+from core.retexture.synthesis.long_edges import LongEdges, Side
 from core.retexture.synthesis.patches import PatchShape
 from core.retexture.synthesis.scene import RetextureScene, prepare
 from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, arched, straight

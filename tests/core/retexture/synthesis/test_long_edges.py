@@ -8,7 +8,7 @@ from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.progress import run
 from core.retexture.job import Settings, retexture
-from core.retexture.long_edges import find_long_edges
+from core.retexture.synthesis.long_edges import find_long_edges
 from core.retexture.synthesis.patches import PatchShape
 
 HEIGHT, WIDTH = 200, 300
