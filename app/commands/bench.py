@@ -7,7 +7,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from app.bench import ablation, batch, export, machine, mapping, overlay, photographs, retexture, retexture_photographs
+from app.bench import (
+    ablation,
+    batch,
+    bounds,
+    export,
+    machine,
+    mapping,
+    overlay,
+    photographs,
+    retexture,
+    retexture_photographs,
+)
 from app.window.loading import loading
 from core.arrays import InputError
 
@@ -27,11 +38,12 @@ ENGINES: Mapping[str, tuple[Callable[[], list[Record]], Callable[[], list[Record
     "overlay": (overlay.measure, lambda: overlay.measure(overlay.SIZES[:1], runs=1)),
     "export": (export.measure, lambda: export.measure(export.SIZES[:1], runs=1)),
     "window": (_window, lambda: _window(features=(4,), frames=10)),
+    "bounds": (bounds.measure, lambda: bounds.measure(bounds.QUICK)),
     "batch": (batch.measure, lambda: batch.measure(batch.QUICK_FRAMES)),
 }
 """What measures each engine, in full and quickly."""
-USUAL = [name for name in ENGINES if name not in {"window", "batch"}]
-"""What is measured unless asked otherwise: the window needs a display, batches take minutes."""
+USUAL = [name for name in ENGINES if name not in {"window", "bounds", "batch"}]
+"""What is measured unless asked otherwise: the window needs a display, large pictures and batches take minutes."""
 PHOTOGRAPHS, RETEXTURED = "photographs", "retexture-photographs"
 
 
