@@ -15,7 +15,7 @@ from core.arrays import Bytes, Floats, Points
 from core.grid import Features, Grid, find_features
 from core.linalg.cholmod import cholmod
 from core.linalg.factor import Factor
-from core.linalg.laplacian import edge_weights, node_values, pattern, stored_values
+from core.linalg.laplacian import edge_weights, find_stored, node_values, pattern
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles
@@ -175,7 +175,7 @@ def _bare(grid: Grid, features: Features, repeats: int) -> dict[str, float]:
     mapping = FeatureMapping(grid, features)
     weights = edge_weights(mapping.follow_w + mapping.follow_feature)
     lower = pattern(grid.shape)
-    lower.data = node_values(weights, mapping.free)[stored_values(grid.shape)]
+    lower.data = node_values(weights, mapping.free)[find_stored(grid.shape)]
     whole = sparse.csc_array(lower + sparse.tril(lower, -1).T)
     b = np.random.default_rng(0).random((grid.size, 2))
     factor = Factor(lower)

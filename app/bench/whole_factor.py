@@ -2,7 +2,7 @@
 
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
-from core.linalg.laplacian import pattern, stored_values
+from core.linalg.laplacian import find_stored, pattern
 from core.linalg.multifrontal import GridFactor
 
 
@@ -10,7 +10,7 @@ class WholeFactor(GridFactor):
     """The same, without what is kept of its parts."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
-        self._stored = stored_values(shape)
+        self._stored = find_stored(shape)
         self._factor = Factor(pattern(shape), pattern_only=True)
 
     def factorise(self, values: Floats) -> "WholeFactor":

@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
         decompose,
         photo,
         texel_px=arguments.texel_size,
-        lattice=given_lattice(arguments.lattice, image.size_px),
+        lattice=take_lattice(arguments.lattice, image.size_px),
         seed=arguments.seed,
     )
     job = decompose_whole_cloth(image, region, finding) if arguments.whole_cloth else finding(region=region)
@@ -80,7 +80,7 @@ def check(arguments: argparse.Namespace) -> None:
         raise InputError(f"--seed {arguments.seed}: must not be negative")
 
 
-def given_lattice(path: Path | None, size_px: tuple[int, int]) -> list[Lattice] | None:
+def take_lattice(path: Path | None, size_px: tuple[int, int]) -> list[Lattice] | None:
     """Return the lattice of a file in connected parts, or None; refuse one that has nothing to do with the picture."""
     if path is None:
         return None

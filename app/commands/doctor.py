@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Look, and print or write what was seen; raise `WeftError` where something that Weft needs is missing."""
     check_outputs([arguments.output])
     missing: list[str] = []
-    text = "".join(f"{line}\n" for line in seen(missing))
+    text = "".join(f"{line}\n" for line in examine(missing))
     if arguments.output is not None:
         write_text(arguments.output, text)
     else:
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise WeftError(f"missing: {', '.join(missing)}")
 
 
-def seen(missing: list[str]) -> Iterator[str]:
+def examine(missing: list[str]) -> Iterator[str]:
     """Yield the lines; what Weft cannot do without goes to `missing`."""
     yield f"Weft {_version('weft') or 'not installed'}, {sys.executable}"
     yield machine.describe()

@@ -16,7 +16,7 @@ STILL_PX = 0.125
 """What moves by less, in framebuffer pixels, is not seen to move."""
 
 
-def touched_by_painting(scene: CanvasScene, before: CanvasScene | None) -> Box | None:
+def find_painted(scene: CanvasScene, before: CanvasScene | None) -> Box | None:
     """Return the framebuffer pixels outside which `scene` looks as `before`; None where that may be nowhere.
 
     They are known where both differ in nothing but the mask, its colours and the folded cells.
@@ -27,7 +27,7 @@ def touched_by_painting(scene: CanvasScene, before: CanvasScene | None) -> Box |
     return None if marks is None else _box_around(marks, scene)
 
 
-def touched_by_moving(scene: CanvasScene, before: CanvasScene | None) -> Box | None:
+def find_moved(scene: CanvasScene, before: CanvasScene | None) -> Box | None:
     """Return the same where the map differs, too: what moves by less than `STILL_PX` looks as before.
 
     Of a regrown picture, what it was regrown from is compared.

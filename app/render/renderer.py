@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from app.render.bending import find_places
-from app.render.dirty_region import touched_by_moving, touched_by_painting
+from app.render.dirty_region import find_moved, find_painted
 from app.render.gpu import Offscreen, Rectangle
 from app.render.layers import CanvasLayers, Costs
 from app.render.passes.bent import BentCanvas
@@ -155,7 +155,7 @@ class Renderer:
 
         What moves is bent along from the best, or drawn with fewer pixels and larger cells where that lacks something.
         """
-        moved, shrink, window = touched_by_moving(scene, best.drawn), self._costs.shrink, self._window
+        moved, shrink, window = find_moved(scene, best.drawn), self._costs.shrink, self._window
         if moved is None or best.drawn is None:
             window.show(self._drafted(scene, viewport, shrink, None), scene.palette.desk, viewport, shrink)
             return
@@ -220,7 +220,7 @@ class Renderer:
 
     def _composing(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
         """Lay the picture on the desk and the marks on the picture: piece by piece, or only where they have changed."""
-        touched = touched_by_painting(scene, layers.drawn)
+        touched = find_painted(scene, layers.drawn)
         if touched is not None:
             self._compose(scene, layers, layers.shown, _rectangle(touched, layers.shown.size))
         else:

@@ -64,17 +64,17 @@ def part_at(editor: Editor, pos: Position) -> OutlinePart | None:
     return None if t is None else OutlinePart("side", t=t)
 
 
-def selected(editor: Editor) -> frozenset[int]:
+def find_selected(editor: Editor) -> frozenset[int]:
     """Return the numbers of the selected corners, 0 to 3 clockwise from the top left."""
     return editor.session.selected_corners
 
 
-SELECTION = Selection("selected_corners", selected)
+SELECTION = Selection("selected_corners", find_selected)
 
 
 def box_of(editor: Editor) -> Box | None:
     """Return the box around the selected corners if they are several; all four have the whole outline in it."""
-    ring, corners = ring_on_screen(editor), sorted(selected(editor))
+    ring, corners = ring_on_screen(editor), sorted(find_selected(editor))
     return Box.around(curve_edit.samples_of(ring) if len(corners) == CORNERS else ring[[3 * n for n in corners]])
 
 
@@ -99,7 +99,7 @@ def drag_corners(editor: Editor, press: Press, corner: int) -> Gesture:
     first = yield from SELECTION.grip(editor, press, corner)
     if first is None:
         return
-    corners = selected(editor)
+    corners = find_selected(editor)
     move = lambda ring, event: curve_edit.with_knots_moved(ring, corners, _shift(press, event), closed=True)  # noqa: E731
     yield from _follow(editor, "Move corner" if len(corners) == 1 else "Move corners", move, first, by_corners=True)
 
@@ -121,7 +121,7 @@ def drag(editor: Editor, press: Press, part: OutlinePart) -> Gesture:
 
 def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
     """Move, scale or turn the selected corners by their box; a click deselects them."""
-    numbers = curve_edit.points_of(ring_on_screen(editor), selected(editor), closed=True)
+    numbers = curve_edit.points_of(ring_on_screen(editor), find_selected(editor), closed=True)
     first = yield from SELECTION.grip_box(editor, press)
     if first is None:
         return
@@ -195,7 +195,7 @@ def straighten(editor: Editor, part: OutlinePart) -> None:
 
 def take_key(editor: Editor, key: Key) -> bool:
     """Nudge or deselect the selected corners."""
-    corners, step = selected(editor), nudge_px(key)
+    corners, step = find_selected(editor), nudge_px(key)
     if not corners:
         return False
     if key.name == "escape":
@@ -228,7 +228,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
     for number in range(12):
         place = (float(ring[number][0]), float(ring[number][1]))
         if number % 3 == 0:
-            chosen = number // 3 in selected(editor)
+            chosen = number // 3 in find_selected(editor)
             shapes.append(Square(place, 5.0, "knot-selected" if chosen else "corner", filled=True))
             continue
         corner = 3 * curve_edit.knot_beside(ring, number, closed=True)

@@ -35,22 +35,22 @@ def targets_on_screen(editor: Editor) -> Points:
     return screen_from_places(editor, np.array([pin.to for pin in editor.document.pins]))
 
 
-def selected(editor: Editor) -> frozenset[int]:
+def find_selected(editor: Editor) -> frozenset[int]:
     """Return the numbers of the selected pins that there are."""
     return frozenset(number for number in editor.session.selected if number < len(editor.document.pins))
 
 
-SELECTION = Selection("selected", selected)
+SELECTION = Selection("selected", find_selected)
 
 
 def box_of(editor: Editor) -> Box | None:
     """Return the box around the selected pins if they are several."""
-    return Box.around(targets_on_screen(editor)[sorted(selected(editor))])
+    return Box.around(targets_on_screen(editor)[sorted(find_selected(editor))])
 
 
 def find_ringed_pin(editor: Editor) -> int | None:
     """Return the number of the pin around which a ring is drawn: the one that is selected alone."""
-    numbers = selected(editor)
+    numbers = find_selected(editor)
     return next(iter(numbers)) if len(numbers) == 1 else None
 
 
@@ -120,7 +120,7 @@ def drag(editor: Editor, press: Press, pin: int) -> Gesture:
     first = yield from SELECTION.grip(editor, press, pin)
     if first is None:
         return
-    numbers = sorted(selected(editor))
+    numbers = sorted(find_selected(editor))
     with editor.group("Move pin" if len(numbers) == 1 else "Move pins"):
         yield from _follow(editor, press, numbers, first)
 
@@ -137,7 +137,7 @@ def _follow(editor: Editor, press: Press, numbers: Sequence[int], first: Move) -
 
 def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
     """Move, scale or turn the selected pins by their box."""
-    numbers = sorted(selected(editor))
+    numbers = sorted(find_selected(editor))
     start, places = editor.document, targets_on_screen(editor)[numbers]
     first = yield from SELECTION.grip_box(editor, press)
     if first is None:
@@ -160,7 +160,7 @@ def remove(editor: Editor, numbers: Iterable[int]) -> None:
 
 def take_key(editor: Editor, key: Key) -> bool:
     """Remove, nudge or deselect the selected pins."""
-    numbers = sorted(selected(editor))
+    numbers = sorted(find_selected(editor))
     step = nudge_px(key)
     if not numbers or key.mods.ctrl or key.mods.alt:
         return False
@@ -183,7 +183,7 @@ def hover(editor: Editor, pos: Position) -> object:
 
 def overlay(editor: Editor) -> Sequence[Shape]:
     """Draw the box, the ring of the one selected pin, the pins and the rubber band."""
-    chosen, box = selected(editor), box_of(editor)
+    chosen, box = find_selected(editor), box_of(editor)
     shapes: list[Shape] = [] if box is None else list(box.shapes())
     targets = targets_on_screen(editor)
     shapes.extend(_misses(editor, targets))

@@ -11,7 +11,7 @@ from app.editor.editor import Editor
 from app.tools.brush import harden, resize
 from app.ui.menus import draw_item
 from app.ui.select_bar import ACTIONS as SELECT_ACTIONS
-from app.ui.select_bar import FURTHER, group_part, setting_parts
+from app.ui.select_bar import FURTHER, group_part, make_slider
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, icon_button
 from app.ui.widgets.overflow import BUTTON_EM, BarPart, count_fitting, draw_menu, draw_parts, extent
@@ -134,7 +134,7 @@ class OptionsBar:
         if tool.group:
             alike = [other for other in self._editor.tools.values() if other.group == tool.group]
             parts += [group_part(self._editor, other, self._table.chord_of_tool(other.name)) for other in alike]
-            parts += [_line(), *setting_parts(self._editor, track_em)]
+            parts += [_line(), *make_slider(self._editor, track_em)]
         return parts + [self._action_part(name, self._draw_button) for name in self._tool_actions()]
 
     def _tool_actions(self) -> tuple[str, ...]:

@@ -33,7 +33,7 @@ def group_part(editor: Editor, tool: Tool, chord: str) -> BarPart:
     return BarPart(em(SIDE_EM + 0.15), draw, draw_row)
 
 
-def setting_parts(editor: Editor, track_em: float) -> list[BarPart]:
+def make_slider(editor: Editor, track_em: float) -> list[BarPart]:
     """Return the slider of the tool in hand: the tolerance of colours, or the width of rough paint."""
     settings, name = editor.session.selecting, editor.tool.name
 

@@ -70,7 +70,7 @@ def _entry(entry: object, name: str) -> FeatureCurve:
     if flags["passive"]:
         return FeatureCurve(source)
     target = _curve(entry, "target", name, closed=flags["closed"])
-    if source.closed and turning(source) * turning(target) < 0:
+    if source.closed and measure_area(source) * measure_area(target) < 0:
         raise InputError(f"{name}: its source and its target run round in opposite directions")
     return FeatureCurve(source, target)
 
@@ -84,7 +84,7 @@ def _curve(entry: dict[str, Any], key: str, name: str, *, closed: bool) -> Curve
         raise InputError(f"{name}: {key}: {fault}") from None
 
 
-def turning(curve: Curve) -> float:
+def measure_area(curve: Curve) -> float:
     """Return the signed area that a closed curve encloses, in px^2; positive when it runs clockwise on screen."""
     x, y = curve.at(curve.parameters(step=1.0)).T
     return float((x[:-1] * y[1:] - x[1:] * y[:-1]).sum() / 2)

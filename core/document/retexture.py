@@ -8,7 +8,7 @@ import numpy as np
 from core.arrays import Bytes, CurveError, InputError, Points
 from core.curves import curve_edit
 from core.curves.bezier import Curve
-from core.curves.feature_curves import FeatureCurve, disjoint, turning
+from core.curves.feature_curves import FeatureCurve, disjoint, measure_area
 from core.document.document import CurvePair, Document, pixels_from_places, places_from_pixels
 from core.imaging.image import Image
 from core.progress import Job, Progress, Steps
@@ -170,7 +170,11 @@ def found(document: Document) -> Job[Retexture]:
     """Return where every pixel of the retextured picture comes from; raise `InputError` where that cannot be said."""
     curves = feature_curves(document)
     for number, curve in enumerate(curves, 1):
-        if curve.target is not None and curve.source.closed and turning(curve.source) * turning(curve.target) < 0:
+        if (
+            curve.target is not None
+            and curve.source.closed
+            and measure_area(curve.source) * measure_area(curve.target) < 0
+        ):
             raise CurveError(number, "its source and its target run round in opposite directions")
     return (
         yield from retexture(

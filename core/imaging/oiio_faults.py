@@ -12,7 +12,7 @@ class Speaker(Protocol):
         """Return what went wrong and forget it."""
 
 
-def fault_of(speaker: Speaker) -> str:
+def take_fault(speaker: Speaker) -> str:
     """Return what went wrong, empty if nothing did."""
     try:
         return speaker.geterror()

@@ -15,7 +15,7 @@ from core.imaging import color, webp_exif
 from core.imaging.hushed import hush
 from core.imaging.image import Attribute, Image, usable_profile
 from core.imaging.metadata import as_text, put
-from core.imaging.oiio_faults import fault_of
+from core.imaging.oiio_faults import take_fault
 from core.imaging.picture_bounds import TooLargeError, check_size
 from core.imaging.png_chunks import is_broken_png
 
@@ -64,7 +64,7 @@ def header_of(path: Path) -> tuple[tuple[int, int], int]:
     _check_readable(path)
     with _named_in_text(path) as name, hush():
         source = OpenImageIO.ImageInput.open(name)
-        fault = fault_of(OpenImageIO)
+        fault = take_fault(OpenImageIO)
         if source is None:
             raise _open_fault(path, fault)
         spec = source.spec()
@@ -79,7 +79,7 @@ def _read(path: Path, name: str) -> Image:
     wish = OpenImageIO.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)
     source = OpenImageIO.ImageInput.open(name, wish)
-    fault = fault_of(OpenImageIO)
+    fault = take_fault(OpenImageIO)
     if source is None:
         raise _open_fault(path, fault)
     if source.format_name() == "null":  # OpenImageIO's own, of black pictures, whatever the file
@@ -90,7 +90,7 @@ def _read(path: Path, name: str) -> Image:
             (spec.width, spec.height), max(spec.depth, 1) * spec.nchannels * OpenImageIO.TypeDesc(depth).size(), path
         )
         pixels = source.read_image(0, 0, 0, spec.nchannels, depth)
-        fault = fault_of(source)
+        fault = take_fault(source)
     finally:
         source.close()
         _forget_faults(source)
@@ -128,8 +128,8 @@ def mask_of(image: Image, path: Path | str, size_px: tuple[int, int]) -> Bytes:
 
 def _forget_faults(source: OpenImageIO.ImageInput) -> None:
     """Take what OpenImageIO still has to say, which it would print at exit."""
-    fault_of(source)
-    fault_of(OpenImageIO)
+    take_fault(source)
+    take_fault(OpenImageIO)
 
 
 def _check_readable(path: Path) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import OpenImageIO
 
 from core.files.litter import scratch_folder
-from core.imaging.oiio_faults import fault_of
+from core.imaging.oiio_faults import take_fault
 
 _EXIF_FLAG, _ALPHA_FLAG = 0x08, 0x10
 _HEADER = b"Exif\0\0"
@@ -33,7 +33,7 @@ def read_exif(path: Path) -> OpenImageIO.ImageSpec | None:
         data = _carrier(carrier, OpenImageIO.ImageSpec(1, 1, 1, "uint8"))
         carrier.write_bytes(data[:2] + _APP1 + struct.pack(">H", len(exif) + 2) + exif + data[2:])
         found = OpenImageIO.ImageInput.open(str(carrier))
-        fault_of(OpenImageIO)
+        take_fault(OpenImageIO)
         return None if found is None else found.spec()
 
 

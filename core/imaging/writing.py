@@ -18,7 +18,7 @@ from core.files.litter import scratch_folder
 from core.imaging import color, webp_exif
 from core.imaging.image import Image, usable_profile
 from core.imaging.metadata import put, sift
-from core.imaging.oiio_faults import fault_of
+from core.imaging.oiio_faults import take_fault
 from core.notices import notice
 
 _FORMATS = {
@@ -76,7 +76,7 @@ def writing_rows(
     suffix = named.suffix.lower()
     sink = OpenImageIO.ImageOutput.create(_FORMATS[suffix])
     if sink is None:
-        raise InputError(f"{named}: {_first_line(fault_of(OpenImageIO))}")
+        raise InputError(f"{named}: {_first_line(take_fault(OpenImageIO))}")
     fitted = _fit_to_format(_with_what_fits(sample, named, quality).with_pixels(sample.pixels[:1, :1]), suffix)
     spec = _spec(fitted, size_px, suffix, quality)
     with _stage(place, spec.image_bytes() + len(sample.icc or b"")) as name:
@@ -139,7 +139,7 @@ class _Rows:
     def _expect(self, done: bool) -> None:
         """Raise `InputError` with the fault of the sink unless a step is `done`."""
         if not done:
-            raise InputError(f"{self.named}: cannot be written: {_first_line(fault_of(self.sink))}")
+            raise InputError(f"{self.named}: cannot be written: {_first_line(take_fault(self.sink))}")
 
 
 def _fit_to_format(image: Image, suffix: str) -> Image:
@@ -230,8 +230,8 @@ def _is_writable(pixel: Image, suffix: str, quality: int) -> bool:
         except (OSError, ValueError, RuntimeError, struct.error):
             return False
         finally:
-            fault_of(sink)
-            fault_of(OpenImageIO)
+            take_fault(sink)
+            take_fault(OpenImageIO)
 
 
 def _spec(image: Image, size_px: tuple[int, int], suffix: str, quality: int) -> OpenImageIO.ImageSpec:

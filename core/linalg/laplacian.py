@@ -47,7 +47,7 @@ def laplacian(weights: EdgeWeights, z: NDArray[_Number]) -> NDArray[_Number]:
 def pattern(shape: tuple[int, int]) -> sparse.csc_array:
     """Return ones where K's lower triangle has entries on a grid of `shape`, whatever the weights."""
     number = np.arange(shape[0] * shape[1]).reshape(shape)
-    stored = stored_values(shape)
+    stored = find_stored(shape)
     rows = np.stack([number, number + 1, number + shape[1]], axis=-1)[stored]
     starts = np.concatenate([[0], np.cumsum(stored.sum(axis=-1))])
     return sparse.csc_array((np.ones(len(rows)), rows, starts), shape=(number.size, number.size))
@@ -71,7 +71,7 @@ def node_values(weights: EdgeWeights, free: Bools) -> Floats:
     return values
 
 
-def stored_values(shape: tuple[int, ...]) -> Bools:
+def find_stored(shape: tuple[int, ...]) -> Bools:
     """Return which of these entries (R, C, 3) there are: those stored in K's lower triangle, column by column."""
     stored = np.ones((*shape, 3), bool)
     stored[:, -1, 1] = False

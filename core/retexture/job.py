@@ -19,7 +19,7 @@ from core.retexture.synthesis.candidate_pool import Bounds, prefetch_candidates
 from core.retexture.synthesis.graph_cut import GrownPicture
 from core.retexture.synthesis.long_edges import LongEdges, find_long_edges
 from core.retexture.synthesis.patches import Patches, PatchShape, lay_coarsely
-from core.retexture.synthesis.placement import ordered_origins
+from core.retexture.synthesis.placement import order_origins
 from core.retexture.synthesis.scene import RetextureScene, prepare
 from core.retexture.synthesis.synthesis import Painter, lattice, synthesise
 from core.stopwatch import Stopwatch
@@ -130,7 +130,7 @@ def begin(
     patch = settings.patch_for(*plain.grid.shape)
     with watch.measure("coordinates"):
         bounds = Bounds(scene.area.may, scene.area.free, usable, scene.kept, scene.drawn)
-        origins = ordered_origins(scene.way, scene.area.must, lattice(patch))
+        origins = order_origins(scene.way, scene.area.must, lattice(patch))
         first = prefetch_candidates(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
     shown = read(picture, plain.place, Kernel.CUBIC)
     canvas = GrownPicture(shown, plain.place, must=scene.area.must, may=scene.area.may)
@@ -214,7 +214,7 @@ def lay(patches: Patches, area: Region, plain: Retexture) -> Retexture:
 
 def sparser(scene: RetextureScene, patch: PatchShape) -> Patches:
     """Return patches for the coarse result alone, that hardly overlap and hold no candidates to choose from."""
-    origins = ordered_origins(scene.way, scene.area.must, lattice(patch, stride=COARSE_STRIDE))
+    origins = order_origins(scene.way, scene.area.must, lattice(patch, stride=COARSE_STRIDE))
     return Patches(origins, replace(patch, search_along=1, search_across=1), scene.fields, scene.way)
 
 

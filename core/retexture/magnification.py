@@ -28,7 +28,7 @@ def bands(found: Retexture, targets: list[Curve]) -> list[Band]:
     """Return the bands along `targets` that hold any pixel of the picture, the nearest first."""
     height, width = found.label.shape
     deformed = plain_place(found.grid, found.field, (slice(0, height), slice(0, width)))
-    shown = magnified(found.place, found.label), magnified(deformed, np.zeros_like(found.label))
+    shown = find_magnified(found.place, found.label), find_magnified(deformed, np.zeros_like(found.label))
     number = (distance(targets, (height, width)) / BAND_PX).astype(np.int64)
     counts = np.bincount(number.ravel(), minlength=BANDS)
     sums = [np.bincount(number[mask], minlength=BANDS) for mask in shown]
@@ -39,7 +39,7 @@ def bands(found: Retexture, targets: list[Curve]) -> list[Band]:
     ]
 
 
-def magnified(place: Singles, label: Ints) -> Bools:
+def find_magnified(place: Singles, label: Ints) -> Bools:
     """Return which pixels show the source over `MAGNIFIED` times as large, from their `place`s (H, W, 2) in it.
 
     That is where the smaller singular value of the Jacobian is below 1 / `MAGNIFIED`; steps across seams between

@@ -71,7 +71,7 @@ _CORNERS = tuple(
 _SCALES = (Parameter("width", "Width", 5, 1000, 100), Parameter("height", "Height", 5, 1000, 100))
 
 _ROWS = (
-    Preset("none", "None", "Plain", shapes.unchanged, bends=False),
+    Preset("none", "None", "Plain", shapes.stay, bends=False),
     Preset("arc", "Arc", "Arcs", shapes.arc),
     Preset("arc-lower", "Arc Lower", "Arcs", shapes.arc_lower),
     Preset("arc-upper", "Arc Upper", "Arcs", shapes.arc_upper),
@@ -122,14 +122,14 @@ def make_warp(
     amount = Amount(bend / 100, aspect, values)
     bend = 0.0 if abs(bend) < _LEAST_BEND else bend
     still = bend == 0 and all(values[p.name] == p.default for p in preset.settings)
-    shape = shapes.unchanged if still else preset.shape
+    shape = shapes.stay if still else preset.shape
     shape(np.zeros(1), np.zeros(1), amount)  # what the settings rule out is said now
     matrix = _distortion_of(shape, amount, horizontal / 100, vertical / 100, vertical_axis=vertical_axis)
     half = np.array([width_px, height_px]) / 2
     center = half - 0.5
 
     def warp(points: Points) -> Points:
-        if shape is shapes.unchanged and matrix is None:
+        if shape is shapes.stay and matrix is None:
             return points.copy()
         unit = (points - center) / half
         s, t = _bent(shape, unit[..., 0], unit[..., 1], amount, vertical_axis=vertical_axis)

@@ -38,7 +38,7 @@ def bow(s: Floats) -> Floats:
     return 1 - s * s
 
 
-def unchanged(s: Floats, t: Floats, amount: Amount) -> Pair:
+def stay(s: Floats, t: Floats, amount: Amount) -> Pair:
     """Stay."""
     return s, t
 

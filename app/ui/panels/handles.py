@@ -34,7 +34,7 @@ class HandlesPanel:
             self._draw_feature_curves(document)
             return
         self._draw_corner(document)
-        if not (document.pins or document.curves or document.outline or outline.selected(self._editor)):
+        if not (document.pins or document.curves or document.outline or outline.find_selected(self._editor)):
             faint(
                 "No handles yet. Click with the pin tool to hold or move a place, draw inner curves with the pen, "
                 "or drag the outline's corners and sides."
@@ -55,7 +55,7 @@ class HandlesPanel:
 
     def _draw_corner(self, document: Document) -> None:
         """Draw where the one selected corner is, to be typed."""
-        corners = outline.selected(self._editor)
+        corners = outline.find_selected(self._editor)
         if self._editor.session.tool != "outline" or len(corners) != 1:
             return
         (corner,) = corners

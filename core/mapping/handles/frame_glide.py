@@ -8,7 +8,7 @@ import numpy as np
 from core.arrays import Floats, Ints, Points
 from core.grid import Grid
 from core.linalg.factor import Factor
-from core.linalg.laplacian import edge_weights, laplacian, node_values, pattern, stored_values
+from core.linalg.laplacian import edge_weights, find_stored, laplacian, node_values, pattern
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.jacobians import Complexes
 
@@ -42,7 +42,7 @@ class FrameGlide:
         for across in (True, False):
             free = ~body
             free[(np.s_[:], [0, -1]) if across else np.s_[[0, -1]]] = False
-            lower.data = node_values(self._edges, free)[stored_values(self._grid.shape)]
+            lower.data = node_values(self._edges, free)[find_stored(self._grid.shape)]
             self._free.append(free)
             self._factors.append(Factor(lower))
 

@@ -78,7 +78,7 @@ def _means(values: Singles, rows: int, columns: int) -> Singles:
     return mean[:, : high - rows + 1, : wide - columns + 1]
 
 
-def drift(shape: PatchShape, offset: Floats, free: Floats, slope: Floats) -> Floats:
+def weigh_drift(shape: PatchShape, offset: Floats, free: Floats, slope: Floats) -> Floats:
     """Return what it costs candidates (n, 2 search_across + 1, 2 search_along + 1) to lie off the corresponding place.
 
     A patch that holds the curve keeps its distance (n,) from it, and no other may take the curve with it. `free` (n,)

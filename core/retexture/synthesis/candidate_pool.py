@@ -9,7 +9,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.retexture.prefetch import prefetch
 from core.retexture.sampling import read, read_nearest
-from core.retexture.synthesis.candidate_choice import drift
+from core.retexture.synthesis.candidate_choice import weigh_drift
 from core.retexture.synthesis.graph_cut import CELL
 from core.retexture.synthesis.patches import Batch, Covered, Patches
 from core.retexture.synthesis.pixel_adjacency import PixelAdjacency, find_adjacency
@@ -133,7 +133,7 @@ class Candidates:
     needed: Singles
     """(n, K, J) 1 where the patch may be used."""
     drift: Floats
-    """(n, 2 search_across + 1, 2 search_along + 1), see `candidate_choice.drift`."""
+    """(n, 2 search_across + 1, 2 search_along + 1), see `candidate_choice.weigh_drift`."""
 
 
 def gather_candidates(batch: Batch, picture: Singles, bounds: Bounds) -> Candidates:
@@ -159,7 +159,7 @@ def gather_candidates(batch: Batch, picture: Singles, bounds: Bounds) -> Candida
         hidden,
         batch.source / np.float32(CELL),
         read_nearest(bounds.may.astype(np.float32), batch.target),
-        drift(shape, origins.offset, origins.free, _slope(bounds.free, batch.target, whole)),
+        weigh_drift(shape, origins.offset, origins.free, _slope(bounds.free, batch.target, whole)),
     )
 
 

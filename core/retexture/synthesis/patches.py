@@ -155,10 +155,10 @@ def grow(origins: Origins, shape: PatchShape, fields: Fields, way: Correspondenc
     rim = np.flatnonzero(read(way.inner, here[:, :: shape.rib, :: shape.spine]).min(axis=(1, 2)) < 1)
     there[rim] = join(there[rim], origins.taken(rim), shape, target, way)
     there = fill(there, spine=spine, rib=rib)
-    return Batch(shape, origins, here, there, covered(rough, origins, shape, way.inner.shape))
+    return Batch(shape, origins, here, there, find_covered(rough, origins, shape, way.inner.shape))
 
 
-def covered(grids: Singles, origins: Origins, shape: PatchShape, size: tuple[int, ...]) -> Covered:
+def find_covered(grids: Singles, origins: Origins, shape: PatchShape, size: tuple[int, ...]) -> Covered:
     """Return the pixels of a picture of `size`, (H, W), that `traced` target grids cover."""
     side, width = shape.window, size[1]
     corners = np.rint(origins.target).astype(np.int64) - side // 2

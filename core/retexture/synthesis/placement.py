@@ -137,7 +137,7 @@ def _angle(start: Points, end: Points) -> Floats:
     return np.asarray((angle + np.pi / 2) % np.pi - np.pi / 2)
 
 
-def ordered_origins(way: Correspondence, wanted: Bools, lattice: PatchGrid) -> Origins:
+def order_origins(way: Correspondence, wanted: Bools, lattice: PatchGrid) -> Origins:
     """Return origins over the pixels `wanted` (H, W): nearest to the curves first, each row from its ends inwards.
 
     That is DPD's priority (sec. 3.4): at the ends rows are beside what stands already. But a row begins as soon as the

@@ -62,7 +62,7 @@ def prepare(
     targets = [piece.target or follow(piece.source, plain) for piece in pieces]
     source, target = SpineCurves([piece.source for piece in pieces]), SpineCurves(targets)
     with ThreadPoolExecutor(1) as helper:
-        stands = helper.submit(standing, picture, source, plain, patch, reach_px)
+        stands = helper.submit(find_standing, picture, source, plain, patch, reach_px)
         fine = contrast(picture)
         beside, paces, nearest, lost, missing = along_nodes(source, target, plain.grid, patch.rib)
         structured = in_sides(SpineCurves(targets[:drawn]), edges.structured, plain.grid)
@@ -165,7 +165,7 @@ def apart(along: Points, nearest: Ints, lost: Bools, missing: Bools, plain: Rete
     return Apart(gap_px, *(part > 0.5 for part in parts))
 
 
-def standing(picture: Singles, source: SpineCurves, plain: Retexture, patch: PatchShape, reach_px: float) -> Bools:
+def find_standing(picture: Singles, source: SpineCurves, plain: Retexture, patch: PatchShape, reach_px: float) -> Bools:
     """Return where the plain deformation shows landmarks (H, W)."""
     places = (plain.grid.nodes + plain.field)[::2, ::2]
     found = landmarks(picture, source, places.reshape(-1, 2), reach_px=reach_px, sample_px=SAMPLES * patch.rib)

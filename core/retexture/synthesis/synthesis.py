@@ -16,7 +16,7 @@ from core.retexture.synthesis.candidate_choice import CHANCE, Pool, costs
 from core.retexture.synthesis.candidate_pool import Bounds, Candidates, Round, prefetch_candidates
 from core.retexture.synthesis.graph_cut import GrownPicture
 from core.retexture.synthesis.patches import Patches, PatchShape, grid_places
-from core.retexture.synthesis.placement import PatchGrid, gap_places, ordered_origins
+from core.retexture.synthesis.placement import PatchGrid, gap_places, order_origins
 from core.retexture.synthesis.scene import RetextureScene
 from core.stopwatch import Stopwatch
 
@@ -143,7 +143,7 @@ def synthesise(
             yield Progress(count / whole, "choosing patches")
     yield Progress(count / whole, "mending seams")
     with painter.watch.measure("coordinates"):
-        again = ordered_origins(scene.way, scene.area.must, lattice(shape, 0.5))
+        again = order_origins(scene.way, scene.area.must, lattice(shape, 0.5))
         worst = stocks(_worst(again, canvas.seams, shape, refine))
     for done in painter.cover(worst, over_seams=True):
         yield Progress(min((count + done) / whole, 1.0), "mending seams")

@@ -4,7 +4,7 @@ import pytest
 from app.actions.table import ActionTable
 from app.model.shapes import Bezier, Square
 from app.tools.all import TOOLS
-from app.tools.outline import box_of, ring_on_screen, selected
+from app.tools.outline import box_of, find_selected, ring_on_screen
 from app.tools.points.box import MARGIN_PX
 from core.document.document import Outline
 from tests.app.driver import EditorDriver
@@ -164,23 +164,23 @@ def test_beside_a_corner_the_box_turns_the_outline(drive: EditorDriver) -> None:
 
 def test_corners_are_selected_by_shift_and_by_a_rectangle(drive: EditorDriver) -> None:
     drive.click(*at(-0.5, -0.5)).click(*at(199.5, -0.5), shift=True)
-    assert selected(drive.editor) == {0, 1}
+    assert find_selected(drive.editor) == {0, 1}
     drive.click(*at(-0.5, -0.5), shift=True)
-    assert selected(drive.editor) == {1}
+    assert find_selected(drive.editor) == {1}
     drive.drag(at(-40, 120), at(0, 170), at(240, 190))
-    assert selected(drive.editor) == {2, 3}
+    assert find_selected(drive.editor) == {2, 3}
     assert drive.editor.session.band is None
     drive.drag(at(-0.5, 149.5), at(-0.5, 160), at(-0.5, 170))
     assert [y for _, y in ring(drive)[::3]] == pytest.approx([-0.5, -0.5, 170, 170], abs=1e-3)
     assert drive.labels == ("Move corners",)
     drive.key("escape")
-    assert not selected(drive.editor)
+    assert not find_selected(drive.editor)
 
 
 def take_all(drive: EditorDriver) -> None:
     """Put a box around the whole outline."""
     assert ActionTable(TOOLS).run("handles.select_all", drive.editor)
-    assert selected(drive.editor) == {0, 1, 2, 3}
+    assert find_selected(drive.editor) == {0, 1, 2, 3}
 
 
 def test_corners_of_a_perspective_stay_those_of_a_perspective(drive: EditorDriver) -> None:

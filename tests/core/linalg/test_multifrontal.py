@@ -7,7 +7,7 @@ from scipy import sparse
 from core.arrays import Bools, Floats, SingularSystemError
 from core.linalg import dissection, fronts, multifrontal
 from core.linalg.dissection import dissect
-from core.linalg.laplacian import edge_weights, node_values, pattern, stored_values
+from core.linalg.laplacian import edge_weights, find_stored, node_values, pattern
 from core.linalg.multifrontal import GridFactor
 
 SHAPES = [(3, 3), (3, 40), (9, 9), (25, 31), (70, 41)]
@@ -25,7 +25,7 @@ def system(shape: tuple[int, int], seed: int) -> tuple[Floats, Bools]:
 def matrix_of(values: Floats) -> sparse.csc_array:
     shape = values.shape[:2]
     lower = pattern((shape[0], shape[1]))
-    lower.data = values[stored_values(shape)]
+    lower.data = values[find_stored(shape)]
     return sparse.csc_array(lower + sparse.tril(lower, -1).T)
 
 

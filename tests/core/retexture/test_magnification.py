@@ -6,7 +6,7 @@ import pytest
 from core.arrays import Singles
 from core.curves.feature_curves import FeatureCurve
 from core.retexture.job import deform
-from core.retexture.magnification import BAND_PX, BANDS, bands, distance, magnified
+from core.retexture.magnification import BAND_PX, BANDS, bands, distance, find_magnified
 from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, bent, straight
 
 
@@ -22,17 +22,17 @@ def test_what_is_drawn_out_in_any_direction_is_magnified(scale: float, *, is_mag
     place[..., axis] /= scale
     turned = place @ np.array([[0.8, 0.6], [-0.6, 0.8]], np.float32)
     for shown in (place, turned):
-        assert magnified(shown, label)[5:35, 5:45].all() == is_magnified
-        assert magnified(shown, label)[5:35, 5:45].any() == is_magnified
+        assert find_magnified(shown, label)[5:35, 5:45].all() == is_magnified
+        assert find_magnified(shown, label)[5:35, 5:45].any() == is_magnified
 
 
 def test_a_seam_is_not_magnified_and_what_is_pressed_together_is_not() -> None:
     place, label = identity(), np.zeros((40, 50), np.int64)
     place[:, 25:] -= 0.9
     label[:, 25:] = 1
-    assert not magnified(place, label).any()
-    assert magnified(place, np.zeros_like(label)).any()
-    assert not magnified(3 * identity(), np.zeros_like(label)).any()
+    assert not find_magnified(place, label).any()
+    assert find_magnified(place, np.zeros_like(label)).any()
+    assert not find_magnified(3 * identity(), np.zeros_like(label)).any()
 
 
 def test_distances_are_those_from_the_nearest_curve() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Singles
-from core.retexture.synthesis.candidate_choice import STRETCH, Pool, costs, drift
+from core.retexture.synthesis.candidate_choice import STRETCH, Pool, costs, weigh_drift
 from core.retexture.synthesis.candidate_pool import rounds
 from core.retexture.synthesis.patches import Covered, PatchShape
 
@@ -56,7 +56,7 @@ def test_used_and_forbidden_places_cost_more() -> None:
 def test_a_patch_on_the_curve_keeps_its_distance() -> None:
     shape = PatchShape()
     offset = np.array([0.0, shape.rib + 2.0, -shape.rib - 2.0, 40.0])
-    on, inside, outside, far = drift(shape, offset, np.ones(4), np.zeros(4))[:, :, shape.search_along]
+    on, inside, outside, far = weigh_drift(shape, offset, np.ones(4), np.zeros(4))[:, :, shape.search_along]
     assert (on < 100).sum() == 1
     assert (np.flatnonzero(inside < 100) >= shape.search_across - 1).all()
     np.testing.assert_array_equal(outside, inside[::-1])
@@ -65,7 +65,7 @@ def test_a_patch_on_the_curve_keeps_its_distance() -> None:
 
 def test_candidates_cost_what_they_are_stretched_on_their_way_back() -> None:
     shape = PatchShape()
-    flat, steep = drift(shape, np.full(2, 40.0), np.ones(2), np.array([0.0, 0.05]))
+    flat, steep = weigh_drift(shape, np.full(2, 40.0), np.ones(2), np.array([0.0, 0.05]))
     across, along = np.indices(flat.shape) - np.array([[[shape.search_across]], [[shape.search_along]]])
     np.testing.assert_allclose(steep - flat, STRETCH * 0.05**2 * (along**2 + across**2))
 

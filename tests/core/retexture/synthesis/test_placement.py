@@ -10,7 +10,7 @@ from core.retexture.deformation.coordinates import SpineCurves
 from core.retexture.deformation.diffusion import compression
 from core.retexture.job import deform
 from core.retexture.synthesis.patches import Patches, PatchShape
-from core.retexture.synthesis.placement import PatchGrid, gap_places, ordered_origins, pace
+from core.retexture.synthesis.placement import PatchGrid, gap_places, order_origins, pace
 from core.retexture.synthesis.scene import prepare
 from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, bent, straight
 
@@ -84,7 +84,7 @@ def test_rows_are_laid_from_the_curve_outwards_and_from_their_ends() -> None:
     picture = np.random.default_rng(0).random((HEIGHT, WIDTH, 3)).astype(np.float32)
     scene = prepare(curves, deform(SHAPE, curves, None), picture, PatchShape(), 60.0, None)
     lattice = PatchGrid((WIDTH - 1) / 10, 10)
-    origins = ordered_origins(scene.way, scene.area.must, lattice)
+    origins = order_origins(scene.way, scene.area.must, lattice)
     whole = origins.taken(origins.scale == 1)
     row = np.rint(np.abs(whole.offset) / lattice.across)
     step = np.rint(np.minimum(whole.target[:, 0], WIDTH - 1 - whole.target[:, 0]) / lattice.along)
