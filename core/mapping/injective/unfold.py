@@ -187,12 +187,9 @@ class Ways:
     def _in_order(self, safe: Map | None, near: Map | None) -> Iterator[Job[Map | None]]:
         level = self._level
         cells = max(1.0, level.grid.size**0.25 / _COARSE**0.5)
-        if count_folds(level, self._linear.z) <= _FEW:
-            yield self._nearby(self._linear)
+        yield self._nearby(self._linear, _FEW)
         if near is not None:
-            there = posed(self._mapping, level, self._goal, near, self._centres)
-            if count_folds(level, there.z) <= _MANY:
-                yield self._nearby(there)
+            yield self._nearby(posed(self._mapping, level, self._goal, near, self._centres), _MANY)
             yield self._from_coarse(level, cells, begin=near)
         yield self._from_coarse(level, cells)
         yield self._beside_cuts(cells, safe)
@@ -230,9 +227,11 @@ class Ways:
             return None
         return replace(level, constraints=replace(level.constraints, glide=beside))
 
-    def _nearby(self, start: Map) -> Job[Map | None]:
-        """Clear few folds in windows on the fine grid, outline and sizes held."""
+    def _nearby(self, start: Map, most: int) -> Job[Map | None]:
+        """Clear folds, `most` of them at most, in windows on the fine grid, outline and sizes held."""
         level = self._level
+        if count_folds(level, start.z) > most:
+            return None
         window = window_around(level, start.z, REACH)
         problem = Problem(level, start, window, self._goal, Freedoms(np.zeros(len(start.alpha), bool)))
         if not (yield from clear_folds(problem, FEW_STEPS)):
