@@ -16,7 +16,8 @@ from core.mapping.handles.probes import Probes
 from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.outline import CORNERS, SIDES
 from core.mapping.injective.problem import Goal
-from core.mapping.injective.unfold import Ways, unfold
+from core.mapping.injective.unfold import unfold
+from core.mapping.injective.ways import Ways
 from core.mapping.jacobians import Complexes, as_complex
 from core.progress import Job, Progress, run
 from core.warps.presets import make_warp
@@ -283,7 +284,7 @@ def test_points_that_a_way_leaves_off_their_targets_are_brought_there(monkeypatc
         yield Progress(0.5)
         return short
 
-    monkeypatch.setattr(ways, "_in_order", lambda _: iter([find_short()]))
+    monkeypatch.setattr(ways, "_in_order", lambda *_: iter([find_short()]))
     found = run(on_one_thread(ways.find(None)))
     assert found is not None
     assert misses(short.z, held).min() > 2
