@@ -16,7 +16,7 @@ from core.retexture.deformation.coordinates import DirectionField, SpineCurves
 from core.retexture.deformation.diffusion import Diffusion
 from core.retexture.region import Apart, Region, Shown, Sizes, Wishes, contrast, region
 from core.retexture.result import Retexture
-from core.retexture.saliency import landmarks
+from core.retexture.saliency import find_landmarks
 from core.retexture.sampling import Kernel, read
 from core.retexture.source_outside_frame import far_outside
 from core.retexture.synthesis.candidate_pool import within
@@ -168,7 +168,7 @@ def apart(along: Points, nearest: Ints, lost: Bools, missing: Bools, plain: Rete
 def find_standing(picture: Singles, source: SpineCurves, plain: Retexture, patch: PatchShape, reach_px: float) -> Bools:
     """Return where the plain deformation shows landmarks (H, W)."""
     places = (plain.grid.nodes + plain.field)[::2, ::2]
-    found = landmarks(picture, source, places.reshape(-1, 2), reach_px=reach_px, sample_px=SAMPLES * patch.rib)
+    found = find_landmarks(picture, source, places.reshape(-1, 2), reach_px=reach_px, sample_px=SAMPLES * patch.rib)
     marked = found.astype(np.float32).reshape(places.shape[:2])
     return np.asarray(plain.grid.at_pixels(spread(marked, plain.grid))[..., 0] > 0.5)
 

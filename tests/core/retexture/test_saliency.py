@@ -7,7 +7,7 @@ from core.arrays import Bools, Points, Singles
 from core.curves.feature_curves import FeatureCurve
 from core.progress import run
 from core.retexture import job
-from core.retexture import saliency as landmarks
+from core.retexture import saliency
 from core.retexture.deformation.coordinates import SpineCurves
 from core.retexture.job import Settings, retexture
 from core.retexture.result import plain_place
@@ -29,7 +29,7 @@ def noise() -> Singles:
 def marked(picture: Singles) -> Bools:
     """Return where (H / 2, W / 2) landmarks along a straight curve are found."""
     places = np.column_stack([X[::2, ::2].ravel(), Y[::2, ::2].ravel()]).astype(float)
-    found = landmarks.landmarks(picture, SpineCurves([straight()]), places, reach_px=REACH_PX, sample_px=SAMPLE_PX)
+    found = saliency.find_landmarks(picture, SpineCurves([straight()]), places, reach_px=REACH_PX, sample_px=SAMPLE_PX)
     return found.reshape(X[::2, ::2].shape)
 
 
