@@ -136,3 +136,31 @@ def test_a_control_point_far_outside_costs_no_memory_for_what_no_picture_has(tur
     assert np.isfinite(found.place).all()
     assert tracemalloc.get_traced_memory()[1] < 100e6
     tracemalloc.stop()
+
+
+ARCH = FeatureCurve(line((10, 80), (170, 80)), Curve(np.array([(10, 80), (60, 40), (120, 40), (170, 80)], float)))
+
+
+def test_a_picture_of_one_colour_stays_that() -> None:
+    pixels = np.full((HEIGHT, WIDTH, 3), (90, 140, 30), np.uint8)
+    assert np.array_equal(run(retexture(pixels, [ARCH])).apply(pixels), pixels)
+
+
+def test_a_picture_of_noise_stays_noise() -> None:
+    pixels = np.random.default_rng(1).integers(0, 256, (HEIGHT, WIDTH, 3), np.uint8)
+    found = run(retexture(pixels, [ARCH]))
+    shown, grown = found.apply(pixels), found.label > 0
+    assert grown.mean() > 0.05
+    assert abs(float(shown[grown].mean()) - 127.5) < 12  # mixed in linear light, which is a little brighter
+    assert shown[grown].std() > 0.85 * pixels.std()
+
+
+def test_a_curve_that_crosses_what_is_kept_leaves_it_whole() -> None:
+    pixels = np.full((HEIGHT, WIDTH, 3), 60, np.uint8) + np.random.default_rng(2).integers(
+        0, 40, (HEIGHT, WIDTH, 1), np.uint8
+    )
+    pixels[10:122, 84:96] = 250
+    shown = run(retexture(pixels, [ARCH])).apply(pixels)
+    widths = (shown[..., 0] > 180).sum(axis=1)[14:108]
+    assert widths.min() > 7
+    assert widths.max() < 17
