@@ -6,8 +6,7 @@ import pytest
 from core.arrays import Bools, Points, Singles
 from core.curves.feature_curves import FeatureCurve
 from core.progress import run
-from core.retexture import job
-from core.retexture import saliency
+from core.retexture import job, saliency
 from core.retexture.deformation.coordinates import SpineCurves
 from core.retexture.job import Settings, retexture
 from core.retexture.result import plain_place
