@@ -35,7 +35,9 @@ RARE_LINE, MOST = 2.1, 0.8
 """At most of its samples a line is so many times as rare as the median."""
 
 
-def find_landmarks(picture: Singles, curves: SpineCurves, places: Points, *, reach_px: float, sample_px: float) -> Bools:
+def find_landmarks(
+    picture: Singles, curves: SpineCurves, places: Points, *, reach_px: float, sample_px: float
+) -> Bools:
     """Return at which `places` (n, 2) a picture (H, W, c) shows landmarks, none of them beyond `reach_px` of a curve.
 
     The samples of the picture lie about `sample_px` apart.
