@@ -20,7 +20,7 @@ def test_a_new_size_is_shown_whole_and_in_the_middle(editor: Editor) -> None:
     follower = WholeView(editor)
     follower.update()
     before = editor.session.view
-    editor.edit("Narrower", editor.document.with_warp(aspect=0.5))
+    editor.edit("Narrower", editor.document.with_warp(aspect=(0.5, 1.0)))
     follower.update()
     assert editor.session.view == whole(editor) != before
 
@@ -32,6 +32,6 @@ def test_a_part_that_was_chosen_stays_chosen(editor: Editor) -> None:
     editor.show(view=type(near)(near.zoom * 3, near.pan, near.size))
     follower.update()
     view = editor.session.view
-    editor.edit("Narrower", editor.document.with_warp(aspect=0.5))
+    editor.edit("Narrower", editor.document.with_warp(aspect=(0.5, 1.0)))
     follower.update()
     assert editor.session.view == view
