@@ -14,9 +14,9 @@ from app.bench.photographs import LEAST_COVERED, LEAST_LIKENESS, SCORES, cloth_o
 from core.arrays import InputError
 from core.imaging.images import load
 from core.linalg.blas import one_thread
-from core.overlay.compositing import encode, searchable
 from core.overlay.decomposition import find, split_without
 from core.overlay.detection.seeding import NoPatternError
+from core.overlay.laying.compositing import encode, searchable
 from core.overlay.pixels.stages import OPTIONAL, WHOLE
 from core.progress import run
 

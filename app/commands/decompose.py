@@ -13,14 +13,14 @@ from core.files.atomic import atomic_folder, check_folder_place
 from core.imaging import color
 from core.imaging.images import Image, load, load_mask
 from core.imaging.images import write as write_picture
-from core.overlay.compositing import encode, searchable
 from core.overlay.decomposition import decompose, shrunk
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.detection.stages import Stage
-from core.overlay.folder import read_lattice, write
-from core.overlay.pictures import stage_picture
+from core.overlay.laying.compositing import encode, searchable
+from core.overlay.storage.folder import read_lattice, write
+from core.overlay.storage.pictures import stage_picture
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import Job, Progress, stepwise
 

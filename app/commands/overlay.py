@@ -8,9 +8,9 @@ from core.arrays import InputError
 from core.files.atomic import check_outputs
 from core.imaging import color
 from core.imaging.images import check_writable_format, load, load_mask, save
-from core.overlay.compositing import lay_over, texture_colours
 from core.overlay.composition import Placement
-from core.overlay.folder import PARTS, read
+from core.overlay.laying.compositing import lay_over, texture_colours
+from core.overlay.storage.folder import PARTS, read
 
 MOST_STRENGTH = 20
 

@@ -17,15 +17,15 @@ from core.document.document import Document, pixels_from_places, places_from_pix
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.compositing import encode, searchable
 from core.overlay.composition import finite, light_of
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detail.residual_cleanup import without_old_pattern
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.layers_file import detail_of, lattice_of, pack, unpacked
+from core.overlay.laying.compositing import encode, searchable
 from core.overlay.mending import Corrections, LaidCloth, mend
+from core.overlay.storage.layers_file import detail_of, lattice_of, pack, unpacked
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 

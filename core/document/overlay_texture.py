@@ -10,9 +10,9 @@ from core.document.overlay import OverlayLayers, find_layers
 from core.document.overlay_settings import Cloth, Laying
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.compositing import Parts, lay_over, texture_colours
 from core.overlay.composition import Placement
-from core.overlay.enlarging import EnlargedParts
+from core.overlay.laying.compositing import Parts, lay_over, texture_colours
+from core.overlay.laying.enlarging import EnlargedParts
 from core.progress import Job, part
 from core.rasters.raster import Raster
 

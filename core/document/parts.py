@@ -9,9 +9,9 @@ from core.arrays import Floats
 from core.document.overlay import OverlayLayers
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.compositing import encode
 from core.overlay.filters.texture_filter import filter_texture
-from core.overlay.pictures import coordinate_lines
+from core.overlay.laying.compositing import encode
+from core.overlay.storage.pictures import coordinate_lines
 
 Part: TypeAlias = Literal["pattern", "mesh", "shading", "detail", "reconstruction", "residual"]
 Bits: TypeAlias = Literal[8, 16, 32]

@@ -27,7 +27,7 @@ from core.files.npy_file import read_npy
 from core.imaging.images import Attribute, Image, load, save
 from core.imaging.picture_bounds import TooLargeError
 from core.notices import notice
-from core.overlay.layers_file import FOLDER
+from core.overlay.storage.layers_file import FOLDER
 from core.rasters.raster import Raster
 
 VERSION = 1

@@ -17,13 +17,13 @@ from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
-from core.overlay.finding import find_cloth
 from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import weigh
 from core.overlay.registration.fitting import fit
 from core.overlay.registration.vertices import whole_lattice
+from core.overlay.search.finding import find_cloth
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from core.arrays import Bools, InputError, Singles
 from core.imaging.image import Image
 from core.masks.object_masks import whole_object
-from core.overlay.compositing import searchable
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
+from core.overlay.laying.compositing import searchable
 from core.progress import Job, part
 
 Finding = Callable[..., Job[Decomposition]]

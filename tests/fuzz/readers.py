@@ -25,7 +25,7 @@ from core.document.map import MapSolver
 from core.document.project import load_project, save_project
 from core.imaging.images import Attribute, Image, load, load_mask, save
 from core.notices import hear_notices
-from core.overlay import folder as parts_folder
+from core.overlay.storage import folder as parts_folder
 from tests.fuzz.mutations import damaged_bytes, damaged_npy, damaged_tree, npy, written, zipped
 
 SIZE = (24, 18)

@@ -14,8 +14,8 @@ from app.render.sources.overlay_parameters import OverlayParameters
 from core.arrays import Floats, Singles
 from core.imaging import color
 from core.imaging.images import Image
-from core.overlay.compositing import encode
 from core.overlay.composition import Placement, compose
+from core.overlay.laying.compositing import encode
 from tests.gpu import scenes
 
 pytestmark = pytest.mark.gpu

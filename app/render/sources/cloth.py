@@ -14,9 +14,9 @@ from app.render.sources.overlay_parameters import ClothParts, OverlayParameters
 from app.render.sources.source import Box, Source, TextureLimits, Window
 from core.arrays import Floats
 from core.imaging.images import Image
-from core.overlay.compositing import texture_colours
 from core.overlay.composition import prepare, with_opacity
 from core.overlay.filters.texture_filter import DENSITY, TAPS, halve
+from core.overlay.laying.compositing import texture_colours
 
 LIMITS = TextureLimits(budget_bytes=64_000_000)
 """The layers take five times as much."""

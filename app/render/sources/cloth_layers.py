@@ -15,8 +15,8 @@ from app.render.sources.source import Box
 from core.arrays import Singles
 from core.imaging import color
 from core.imaging.images import Image
-from core.overlay.compositing import encode
 from core.overlay.composition import finite, light_of, middle_of
+from core.overlay.laying.compositing import encode
 
 Halves: TypeAlias = NDArray[np.float16]
 ALL = slice(None)

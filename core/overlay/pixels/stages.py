@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.albedo_scale import gauge_of
 from core.overlay.filters.bands import bands
 from core.overlay.filters.texture_filter import filter_texture
+from core.overlay.laying.albedo_scale import gauge_of
 from core.overlay.pixels.filling import filled
 from core.overlay.pixels.gap_completion import sew
 from core.overlay.pixels.layers import (

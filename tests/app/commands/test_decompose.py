@@ -12,7 +12,7 @@ import pytest
 from app.cli import main
 from core.imaging.images import Image, load, save
 from core.overlay.composition import finite
-from core.overlay.folder import read
+from core.overlay.storage.folder import read
 from tests.app.commands.test_overlay import failing
 from tests.core.overlay.overlay_scenes import make_scene, motif, stored
 

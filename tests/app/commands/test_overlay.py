@@ -8,7 +8,7 @@ import pytest
 
 from app.cli import main
 from core.imaging.images import Image, load, save
-from core.overlay.folder import read
+from core.overlay.storage.folder import read
 from tests.core.overlay.overlay_scenes import stored
 
 

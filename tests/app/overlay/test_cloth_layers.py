@@ -6,7 +6,7 @@ import pytest
 from app.render.sources import cloth_layers
 from app.render.sources.cloth_layers import NEAR, full_level, half_of
 from core.imaging.images import Image
-from core.overlay.compositing import Parts
+from core.overlay.laying.compositing import Parts
 
 HEIGHT, WIDTH = 23, 31
 

@@ -94,7 +94,9 @@ def cloth_on_a_table() -> tuple[Image, Bools]:
 
 
 SHORT = pytest.mark.xfail(
-    reason="what is cut out around this find is 0.70 of the cloth", raises=AssertionError, strict=True
+    reason="cloth far from the find counts as ground when it is cut out: 0.70 of it, up to all its edges, with gaps",
+    raises=AssertionError,
+    strict=True,
 )
 STROKES = [
     pytest.param([(50, 45), (80, 80), (120, 145)], marks=SHORT, id="shorter"),

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from core.arrays import InputError
 from core.imaging.color import quantise
 from core.imaging.image import Image
-from core.overlay.compositing import Parts, encode, lay_over, texture_colours
 from core.overlay.composition import Norm, Placement, compose, compose_layers, middle_of, rows_deg
 from core.overlay.filters import bands
 from core.overlay.filters.texture_filter import DENSITY, filter_texture
+from core.overlay.laying.compositing import Parts, encode, lay_over, texture_colours
 from core.overlay.registration.region import feather
 from core.overlay.texel import Texel, estimate_texel
 

@@ -9,7 +9,7 @@ import pytest
 
 from core.arrays import InputError
 from core.imaging.images import save
-from core.overlay.folder import read
+from core.overlay.storage.folder import read
 from tests.core.pictures import picture
 
 HEIGHT, WIDTH = 18, 24

@@ -12,9 +12,9 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Singles
 from core.imaging.image import Image
-from core.overlay.compositing import Parts
 from core.overlay.composition import Norm, finite
 from core.overlay.filters.texture_filter import steepness
+from core.overlay.laying.compositing import Parts
 
 JUMP = 0.25
 """Texels between what two neighbours tell of a place from which they are of two pieces."""

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay import finding
-from core.overlay import large_periods as wide
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, find_lattices, flat_canvas
-from core.overlay.finding import find_cloth
-from core.overlay.large_periods import find_wide, propose_wide, repeats_within, share_inside
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
 from core.overlay.registration.fitting import begun
+from core.overlay.search import finding
+from core.overlay.search import large_periods as wide
+from core.overlay.search.finding import find_cloth
+from core.overlay.search.large_periods import find_wide, propose_wide, repeats_within, share_inside
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif

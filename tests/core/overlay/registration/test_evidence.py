@@ -10,15 +10,16 @@ import pytest
 from app.bench.overlay import cloth
 from core.arrays import Bools, Floats, Singles
 from core.imaging.image import Image
-from core.overlay import finding, whole_cloth
+from core.overlay import whole_cloth
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
-from core.overlay.finding import Find, find_cloth, inside, register
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, count_repeated, piece_parts, weigh
 from core.overlay.registration.fitting import begun
+from core.overlay.search import finding
+from core.overlay.search.finding import Find, find_cloth, inside, register
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif

@@ -16,12 +16,12 @@ from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice, keep_connected
 from core.overlay.detection.seeding import LEAST_VERTICES, NoPatternError, divides, find_lattices, flat_canvas
 from core.overlay.detection.stages import Stage
-from core.overlay.large_periods import find_wide
-from core.overlay.magnified import TIMES, at_photo_size, can_be_magnified, magnified
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import begun, complete
 from core.overlay.registration.region_growing import followed, prune
+from core.overlay.search.large_periods import find_wide
+from core.overlay.search.magnified import TIMES, at_photo_size, can_be_magnified, magnified
 from core.progress import Job, Progress, part
 
 AS_MUCH = 0.9

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay import finding
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import flat_canvas
-from core.overlay.finding import Find, find_cloth
-from core.overlay.magnified import TIMES, can_be_magnified, magnified
+from core.overlay.search import finding
+from core.overlay.search.finding import Find, find_cloth
+from core.overlay.search.magnified import TIMES, can_be_magnified, magnified
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import make_scene, motif
 

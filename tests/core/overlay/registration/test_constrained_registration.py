@@ -6,7 +6,7 @@ from core.arrays import Floats
 from core.overlay.registration.cloth import estimate, measure
 from core.overlay.registration.constrained_registration import settle
 from core.overlay.registration.registration import ClothState
-from tests.core.overlay.test_filling import SCENE, SIZE, straight
+from tests.core.overlay.pixels.test_filling import SCENE, SIZE, straight
 
 CELLS, WANTED = 8, 12
 """Columns of cells that are followed, and columns up to which cloth is wanted beyond."""

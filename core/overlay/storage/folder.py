@@ -18,10 +18,10 @@ from core.files.npy_file import read_npz, write_npz
 from core.imaging import color
 from core.imaging.images import Image, load
 from core.imaging.images import write as write_picture
-from core.overlay.compositing import Parts, texture_colours
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
 from core.overlay.detection.lattice import Lattice
+from core.overlay.laying.compositing import Parts, texture_colours
 from core.overlay.registration.region import feather
 
 PARTS = (

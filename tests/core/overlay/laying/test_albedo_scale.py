@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from core.overlay.albedo_scale import gauge_of
+from core.overlay.laying.albedo_scale import gauge_of
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ import numpy as np
 
 from core.arrays import Floats, Singles
 from core.imaging.image import Image
-from core.overlay.compositing import Parts, encode, lay_over
 from core.overlay.composition import Placement
-from core.overlay.enlarging import EnlargedParts, mixed, places
+from core.overlay.laying.compositing import Parts, encode, lay_over
+from core.overlay.laying.enlarging import EnlargedParts, mixed, places
 from tests.core.overlay.overlay_scenes import coordinates, make_scene, motif, stored
 
 TEXEL = motif()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats, Singles
-from core.overlay.compositing import Parts, lay_over
 from core.overlay.composition import Placement
 from core.overlay.detail.residual_cleanup import without_old_pattern
 from core.overlay.filters import bands
+from core.overlay.laying.compositing import Parts, lay_over
 from core.overlay.texel import estimate_texel
 from tests.core.overlay.overlay_scenes import COLOURS, Scene, make_scene, motif, stored
 

@@ -1,0 +1,1 @@
+"""Which of several proposals is the cloth's pattern."""
