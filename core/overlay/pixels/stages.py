@@ -214,7 +214,6 @@ STAGES: tuple[PixelStage, ...] = (
     uncover_hidden,
     relight,
     refine_pixels,
-    estimate_finer_texel,
     scale_albedo,
     soften_border,
     draw_model,
