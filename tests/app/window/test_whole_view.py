@@ -1,39 +1,35 @@
 """The picture stays in sight, and in the middle when it gets another size."""
 
-import pytest
+from dataclasses import replace
 
 from app.actions.view import whole
-from app.editor.editor import Editor
-from app.model.spaces import View
-from app.tools.all import TOOLS
 from app.ui.canvas.whole_view import WholeView
-from tests.app.driver import document
+from tests.app.driver import EditorDriver, document
 
 
-@pytest.fixture
-def editor() -> Editor:
-    editor = Editor(document(120, 80), TOOLS)
-    editor.show(view=View(size=(900.0, 600.0)))
-    editor.show(view=whole(editor))
-    return editor
-
-
-def test_a_new_size_is_shown_whole_and_in_the_middle(editor: Editor) -> None:
-    follower = WholeView(editor)
+def narrowed(drive: EditorDriver, follower: WholeView) -> None:
     follower.update()
-    before = editor.session.view
-    editor.edit("Narrower", editor.document.with_warp(aspect=(0.5, 1.0)))
+    drive.editor.edit("Narrower", drive.document.with_warp(aspect=(0.5, 1.0)))
+    drive.rest()
     follower.update()
-    assert editor.session.view == whole(editor) != before
 
 
-def test_a_part_that_was_chosen_stays_chosen(editor: Editor) -> None:
-    follower = WholeView(editor)
-    follower.update()
-    near = whole(editor)
-    editor.show(view=View(near.zoom * 3, near.pan, near.size))
-    follower.update()
-    view = editor.session.view
-    editor.edit("Narrower", editor.document.with_warp(aspect=(0.5, 1.0)))
-    follower.update()
-    assert editor.session.view == view
+def test_a_new_size_is_shown_whole_and_in_the_middle() -> None:
+    drive = EditorDriver(document(120, 80))
+    drive.editor.show(view=whole(drive.editor))
+    before = drive.editor.session.view
+    narrowed(drive, WholeView(drive.editor))
+    after = drive.editor.session.view
+    assert after == whole(drive.editor)
+    left, right = (after.pan[0] + after.zoom * x for x in (-0.5, 59.5))
+    assert abs(left + right - after.size[0]) < 2
+    assert abs(before.pan[0] + before.zoom * 29.5 - after.size[0] / 2) > 50, "else it shows nothing"
+
+
+def test_a_part_that_was_chosen_stays_chosen() -> None:
+    drive = EditorDriver(document(120, 80))
+    near = whole(drive.editor)
+    drive.editor.show(view=replace(near, zoom=3 * near.zoom))
+    view = drive.editor.session.view
+    narrowed(drive, WholeView(drive.editor))
+    assert drive.editor.session.view == view
