@@ -94,7 +94,8 @@ def test_vertex_is_dragged_on_the_canvas(editor: Editor) -> None:
     assert editor.history.labels[-1] == "Move lattice vertex"
     search = editor.document.cloth.search
     assert search is not None
-    assert search.lattice is not None
+    assert search.mending is not None
+    assert len(search.mending.held) == 1, "the vertex that was moved stays where it was put"
 
 
 def test_the_rows_of_the_panel_stay_where_they_are(editor: Editor) -> None:
