@@ -132,14 +132,10 @@ def least_texel(photo: Floats, canvas: FlatPicture, found: Find, finer: Iterator
 
 
 def inside(lattice: Lattice, canvas: FlatPicture) -> Lattice:
-    """Return the largest connected part of a lattice whose vertices may be cloth.
-
-    Raises `NoPatternError` where that has too few, or covers less than a find has to: it has grown to its end, and what
-    is followed from it was up to 2.3 times as much on photographs, of which all that were found began with 0.3.
-    """
+    """Return the largest connected part of a lattice whose vertices may be cloth; refuse it if that has too few."""
     x, y = np.clip(np.rint(lattice.frames.points).astype(int), 0, np.array(canvas.shape[::-1]) - 1).T
     kept = keep_connected(lattice[canvas.valid[y, x, 0] > 0])
-    if len(kept) < LEAST_VERTICES or len(kept) * kept.texel_area < LEAST_PART * float(canvas.valid.sum()):
+    if len(kept) < LEAST_VERTICES:
         raise NoPatternError
     return kept
 

@@ -19,7 +19,7 @@ from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, count_repeated, piece_parts, weigh
 from core.overlay.registration.fitting import begun
 from core.overlay.search import finding
-from core.overlay.search.finding import Find, find_cloth, inside, register
+from core.overlay.search.finding import Find, find_cloth, register
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
@@ -107,14 +107,6 @@ def test_what_repeats_in_a_corner_of_a_photo_is_not_its_cloth(scene: Scene) -> N
     cells[: found.pieces[0].cells.shape[0], : found.pieces[0].cells.shape[1]] = found.pieces[0].cells
     corner = replace(found, pieces=(replace(found.pieces[0], cells=cells),))
     assert not Find(far, corner, Evidence(100.0, 0.9)).is_credible
-
-
-def test_a_lattice_in_a_corner_of_a_photo_is_not_registered(scene: Scene) -> None:
-    cloth, _ = begun_with(scene.photo, 24.0)
-    assert len(inside(cloth.lattice, cloth.canvas)) == len(cloth.lattice)
-    wide = flat_canvas(np.tile(scene.photo, (5, 5, 1)), np.ones((850, 950), bool))
-    with pytest.raises(NoPatternError):
-        inside(cloth.lattice, wide)
 
 
 def test_a_lattice_that_cannot_be_followed_is_refused(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
