@@ -45,11 +45,13 @@ def make_cloth(folder: Path, size: tuple[int, int]) -> list[str]:
 
 
 def make_fur(folder: Path, size: tuple[int, int]) -> list[str]:
-    """Regrow fur along a curve from side to side that becomes an arch."""
-    picture, curves, curve = folder / "fur.jpg", folder / "curves.json", arch(*size, 0.1)
+    """Regrow fur along a curve a third as long as the picture is wide, that becomes an arch."""
+    picture, curves, third = folder / "fur.jpg", folder / "curves.json", size[0] // 3
+    curve = arch(third, size[1], 0.1)
     assert curve.target is not None
     save(Image(fur(*size)), picture)
-    sides = {"source": curve.source.points.tolist(), "target": curve.target.points.tolist()}
+    sides = {"source": curve.source.points, "target": curve.target.points}
+    sides = {name: (points + [third, 0]).tolist() for name, points in sides.items()}
     curves.write_text(json.dumps({"curves": [sides]}), encoding="utf-8")
     return ["retexture", str(picture), "--curves", str(curves), "-o", str(folder / "out.jpg")]
 
@@ -82,7 +84,7 @@ BOUNDS = (
     Bound("decompose", (4000, 3000), 30.0, 1.5, make_cloth),
     Bound("retexture", (4000, 3000), 15.0, 1.2, make_fur),
     Bound("warp, arc", (16_384, 16_384), 60.0, 3.0, make_arc),
-    Bound("warp, twist", (30_000, 200), 29.0, 1.5, make_twist),
+    Bound("warp, twist", (30_000, 200), 29.0, 1.6, make_twist),
 )
 QUICK = tuple(Bound(bound.name, (600, 400), bound.seconds, bound.gigabytes, bound.make) for bound in BOUNDS[:3])
 

@@ -16,21 +16,18 @@ class WholeView:
         """The view of the frame before."""
         self._is_whole = False
         """Whether the view is one that showed the whole picture when it was chosen."""
-        self._size = editor.document.result_px
-        """Of the result, in the frame in which the view was chosen."""
 
     def update(self) -> None:
         """Look at the view, once a frame, and fit it anew where the picture has run out; not while a hand holds it."""
         view = self._editor.session.view
         if view != self._view:
             self._view, self._is_whole = view, view == whole(self._editor)
-            self._size = self._editor.document.result_px
-        elif self._is_whole and not self._editor.is_busy and not self._fits(view):
-            self._view, self._size = whole(self._editor), self._editor.document.result_px
+        elif self._is_whole and not self._editor.is_busy and not _holds(view, self._editor):
+            self._view = whole(self._editor)
             self._editor.show(view=self._view)
 
-    def _fits(self, view: View) -> bool:
-        """Return whether all of picture and canvas is in sight, and the canvas of the size that the view is for."""
-        low, high = (screen_from_canvas(view, corner) for corner in reach(self._editor))
-        in_sight = bool((low >= 0).all() and (high <= np.asarray(view.size)).all())
-        return in_sight and self._size == self._editor.document.result_px
+
+def _holds(view: View, editor: Editor) -> bool:
+    """Return whether all of picture and canvas is in sight."""
+    low, high = (screen_from_canvas(view, corner) for corner in reach(editor))
+    return bool((low >= 0).all() and (high <= np.asarray(view.size)).all())

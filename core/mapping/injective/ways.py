@@ -68,10 +68,13 @@ class Ways:
                 break
         if best is safe and safe is not None:
             return part_of_the_way(self._level, safe, self._linear)
-        return best if best is None or not MET < least < np.inf else (yield from self._brought_home(best))
+        return best if best is None or not MET < least < self._level.side else (yield from self._brought_home(best))
 
     def _brought_home(self, found: Map) -> Job[Map]:
-        """Return a map without folds with points that are not on their targets brought there, if that folds nothing."""
+        """Return a map without folds with points that are all but on their targets brought there, if nothing folds.
+
+        Points that are a cell off and more could not be drawn nearer: they would be a needle between features.
+        """
         level = self._level
         for reach in (REACH, _WIDER * REACH):
             window = window_around(level, found.z, reach, bodies=reach > REACH)

@@ -274,7 +274,7 @@ def test_the_mapping_as_printed_is_unfolded_too() -> None:
 
 
 def test_points_that_a_way_leaves_off_their_targets_are_brought_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    mapping, held, start = dragged(disc(), [(30.0, 40.0), (205.0, 30.0), (150.0, 160.0)], [1 + 2j, -2 + 1j, 3j])
+    mapping, held, start = dragged(disc(), [(30.0, 40.0), (205.0, 30.0), (150.0, 160.0)], [1 + 2j, -2 + 1j, 2.5j])
     level = GridLevel.of(mapping, REST, start, REST, held)
     centres = at_rest(mapping).t
     at_start, short = level.of_solution(start, centres), level.of_solution(at_rest(mapping), centres)
