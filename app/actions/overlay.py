@@ -122,16 +122,6 @@ def paint(editor: Editor, name: PaintedOnCloth) -> None:
     editor.choose_tool("brush")
 
 
-def clear_protected(editor: Editor) -> None:
-    """Protect nothing."""
-    editor.edit("Clear protection", editor.document.with_cloth(protected=None))
-
-
-def clear_region(editor: Editor) -> None:
-    """Look for the pattern everywhere."""
-    editor.edit("Clear region", editor.document.with_cloth(region=None))
-
-
 def save_texel(editor: Editor) -> None:
     """Ask where to save the texel as a tile."""
     layers = editor.overlay.layers
@@ -198,6 +188,18 @@ def _paint(name: PaintedOnCloth, label: str, icon: str, tooltip: str) -> Action:
         enabled=in_mode,
         checked=lambda editor: editor.session.tool == "brush" and editor.session.painted_on_cloth == name,
         separated=name == "region",
+    )
+
+
+def _clear(name: PaintedOnCloth, label: str, tooltip: str) -> Action:
+    return Action(
+        f"overlay.clear_{name}",
+        f"Clear {label}",
+        "Overlay",
+        lambda editor: editor.edit(f"Clear {label}", editor.document.with_cloth(**{name: None})),
+        icon="eraser",
+        tooltip=tooltip,
+        enabled=lambda editor: in_mode(editor) and getattr(editor.document.cloth, name) is not None,
     )
 
 
@@ -276,25 +278,8 @@ OVERLAY = (
     ),
     _paint("region", "region", "draw-polygon", "Paint where the cloth is: the texture is laid there, and nowhere else"),
     _paint("protected", "protection", "shield-halved", "Paint what stays as it is: buttons, a label, a collar"),
-    Action(
-        "overlay.clear_protected",
-        "Clear protection",
-        "Overlay",
-        clear_protected,
-        icon="eraser",
-        tooltip="Protect nothing",
-        enabled=lambda editor: in_mode(editor) and editor.document.cloth.protected is not None,
-    ),
-    Action(
-        "overlay.clear_region",
-        "Clear region",
-        "Overlay",
-        clear_region,
-        icon="eraser",
-        tooltip="Look for the pattern everywhere",
-        enabled=lambda editor: in_mode(editor) and editor.document.cloth.region is not None,
-        separated=True,
-    ),
+    _clear("protected", "protection", "Protect nothing"),
+    _clear("region", "region", "Look for the pattern everywhere"),
     Action(
         "overlay.save_texel",
         "Save texel as tile…",

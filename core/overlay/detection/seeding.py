@@ -111,7 +111,7 @@ def rank(lattices: list[Lattice], least: int) -> list[Lattice]:
 def lies_well(fine: Lattice, coarse: Lattice) -> bool:
     """Return whether a lattice lies as evenly as a coarser one, or not much less and its texels are more alike."""
     uneven = bend_px(fine) / max(bend_px(coarse), 1e-9)
-    return uneven <= 1 or (uneven < UNEVEN and likeness(fine) > MORE * likeness(coarse))
+    return uneven <= 1 or (uneven < UNEVEN and score_likeness(fine) > MORE * score_likeness(coarse))
 
 
 def divides(fine: Lattice, coarse: Lattice) -> bool:
@@ -177,7 +177,9 @@ def try_out(canvas: FlatPicture, proposal: Proposal) -> Lattice:
 
 def agree(lattices: list[Lattice]) -> bool:
     """Return whether enough seeds have grown well, and into texels of one size."""
-    good = [lattice.texel_area for lattice in lattices if len(lattice) >= TRIAL_VERTICES and likeness(lattice) > 0.42]
+    good = [
+        lattice.texel_area for lattice in lattices if len(lattice) >= TRIAL_VERTICES and score_likeness(lattice) > 0.42
+    ]
     return len(good) >= ENOUGH and max(good) < 1.5 * min(good)
 
 
@@ -207,14 +209,14 @@ def full_grown(canvas: FlatPicture, lattice: Lattice, step: Progress, *, rounds:
     return lattice
 
 
-def likeness(lattice: Lattice) -> float:
+def score_likeness(lattice: Lattice) -> float:
     """Return how much better than chance the vertices match, 0 to 0.5."""
     return float(np.clip(lattice.frames.scores.mean() - 0.5, 0, None)) if len(lattice) else 0.0
 
 
 def promise(lattice: Lattice) -> float:
     """Return what a small lattice is worth: all of them may have grown alike, so area counts little."""
-    return likeness(lattice) ** 2 * min(len(lattice), TRIAL_VERTICES) if len(lattice) > 3 else 0.0
+    return score_likeness(lattice) ** 2 * min(len(lattice), TRIAL_VERTICES) if len(lattice) > 3 else 0.0
 
 
 def merit(lattice: Lattice) -> float:
@@ -224,7 +226,7 @@ def merit(lattice: Lattice) -> float:
 
 def evidence(lattice: Lattice) -> float:
     """Return how much speaks for a grown lattice, wherever it lies and however large its texels are."""
-    return likeness(lattice) ** 2 * len(lattice)
+    return score_likeness(lattice) ** 2 * len(lattice)
 
 
 def bend_px(lattice: Lattice) -> float:

@@ -20,7 +20,7 @@ from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import steepness
 from core.overlay.pixels.filling import solid
 from core.overlay.pixels.jacobian_validity import jumps, no_cloth
-from core.overlay.pixels.sheet_translation import offsets
+from core.overlay.pixels.sheet_translation import find_translations
 from core.overlay.pixels.unwrapping import unwrap
 from core.overlay.pixels.weak_plate import Plate
 from core.overlay.texel import Texel
@@ -120,7 +120,7 @@ def between_sheets(uv: Floats, sure: Bools, hidden: Bools, basis: Floats, step_p
         if not fixed.any() or not free.any():
             return Sewn(np.where(covered, 0, -1), turned, uv)
         slopes = slopes_around(uv @ basis.T, fixed, AROUND * step_px)
-        moved = np.where(fixed[..., None], offsets(uv, sheet, slopes, basis, step_px)[sheet], 0.0)
+        moved = np.where(fixed[..., None], find_translations(uv, sheet, slopes, basis, step_px)[sheet], 0.0)
         found = uv + moved
         plate = Plate(found @ basis.T, fixed, free, slopes)
         places, strain = plate.torn(TEAR * step_px)

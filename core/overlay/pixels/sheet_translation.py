@@ -16,7 +16,7 @@ MISSED = 0.5
 """Lattice steps by which two sheets miss each other at most, as far as that counts."""
 
 
-def offsets(uv: Floats, sheet: Ints, slopes: Floats, basis: Floats, step_px: float) -> Floats:
+def find_translations(uv: Floats, sheet: Ints, slopes: Floats, basis: Floats, step_px: float) -> Floats:
     """Return the whole texels (n, 2) by which each of n sheets is moved.
 
     `sheet` (H, W) is the number of each pixel's, -1 for none, `uv` (H, W, 2) its coordinates, `slopes` (H, W, 2, 2)

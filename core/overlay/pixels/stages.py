@@ -27,10 +27,10 @@ from core.overlay.pixels.layers import (
 )
 from core.overlay.pixels.matting import carried_past_border, matte_of
 from core.overlay.pixels.model import PixelModel
-from core.overlay.pixels.occluders.things_on_cloth import obstacles
+from core.overlay.pixels.occluders.things_on_cloth import find_occluders
 from core.overlay.pixels.outline import beside
 from core.overlay.pixels.refinement import refine
-from core.overlay.pixels.shading.chromatic_shading import tint
+from core.overlay.pixels.shading.chromatic_shading import find_tint
 from core.overlay.pixels.shading.fold_light import fold_light
 from core.overlay.pixels.shading.relighting import recover
 from core.overlay.registration.constrained_registration import settle
@@ -115,7 +115,7 @@ def cut_occluders(model: PixelModel) -> PixelModel:
     seen, texture, rho, covered = small_layers(model)
     few = slice(None, None, model.scale)
     uv = np.where(covered[..., None], model.uv[few, few].astype(np.float64), np.nan)
-    return hide(model, obstacles(seen, texture, (uv, rho), model.texel, model.cloth.basis, covered))
+    return hide(model, find_occluders(seen, texture, (uv, rho), model.texel, model.cloth.basis, covered))
 
 
 def drop_scraps(model: PixelModel) -> PixelModel:
@@ -289,7 +289,9 @@ def estimate_coloured_light(
     """
     every = max(1, int(sigma_px / TINT_SAMPLES))
     few = slice(None, None, scale * every)
-    colour = tint(photo[few, few].astype(float), modelled[few, few].astype(float), inside[few, few], sigma_px / every)
+    colour = find_tint(
+        photo[few, few].astype(float), modelled[few, few].astype(float), inside[few, few], sigma_px / every
+    )
     if colour is None:
         return None
     return np.asarray(cv2.resize(colour.astype(np.float32), inside.shape[::-1], interpolation=cv2.INTER_LINEAR))

@@ -23,14 +23,14 @@ LEAST_AREA = 1e-3
 
 def lay_apart(found: Lattice) -> Lattice:
     """Return the vertices, each once, with the coordinates of sheets that would meet others moved by whole texels."""
-    kept = sheets(found)
+    kept = split_sheets(found)
     keys = [found.keys[kept[0]]] if kept else [found.keys]
     for rows in kept[1:]:
         keys.append(found.keys[rows] + free_shift(found.keys[rows], np.concatenate(keys), np.zeros(2, np.int64), gap=1))
     return Lattice(np.concatenate(keys), found[np.concatenate(kept)].frames if kept else found.frames)
 
 
-def sheets(found: Lattice) -> list[list[int]]:
+def split_sheets(found: Lattice) -> list[list[int]]:
     """Return the rows of each connected set of vertices in which none comes twice, largest first.
 
     Of several rows for the same vertex at one place one is kept.

@@ -43,7 +43,7 @@ RIM_PX = 2
 """Pixels around a thing that may be mixed with it."""
 
 
-def obstacles(
+def find_occluders(
     photo: Floats, texture: Floats, layers: tuple[Floats, Floats], texel: Texel, basis: Floats, covered: Bools
 ) -> Bools:
     """Return the pixels (H, W) of things that lie on the cloth.

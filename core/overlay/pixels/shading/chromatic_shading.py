@@ -11,7 +11,7 @@ NOTICED = 0.065
 """Change of a channel against the others, at the strongest tenth of the cloth, from which light counts as coloured."""
 
 
-def tint(photo: Floats, modelled: Floats, inside: Bools, sigma_px: float) -> Floats | None:
+def find_tint(photo: Floats, modelled: Floats, inside: Bools, sigma_px: float) -> Floats | None:
     """Return each channel's own factor (H, W, 3), of mean one over the channels, or None where light has one colour.
 
     With I the photo and M the model, the factor of a channel over a neighbourhood is the one that fits best:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay.pixels.shading.chromatic_shading import tint
+from core.overlay.pixels.shading.chromatic_shading import find_tint
 from core.overlay.texel import Texel
 from tests.core.overlay.overlay_scenes import make_scene, marked_checks
 
@@ -23,7 +23,7 @@ def lit(amount: float) -> Floats:
 
 
 def test_light_that_changes_colour_is_found() -> None:
-    found = tint(lit(0.25), MODEL, ALL, 30.0)
+    found = find_tint(lit(0.25), MODEL, ALL, 30.0)
     assert found is not None
     ratio = (found[..., 0] / found[..., 2])[:, 30:-30]
     true = ((1 + 0.25 * ACROSS) / (1 - 0.25 * ACROSS))[:, 30:-30]
@@ -32,10 +32,10 @@ def test_light_that_changes_colour_is_found() -> None:
 
 
 def test_light_of_one_colour_has_no_tint() -> None:
-    assert tint(SCENE.photo, MODEL, ALL, 30.0) is None
-    assert tint(SCENE.photo, MODEL, np.zeros(SIZE, bool), 30.0) is None
+    assert find_tint(SCENE.photo, MODEL, ALL, 30.0) is None
+    assert find_tint(SCENE.photo, MODEL, np.zeros(SIZE, bool), 30.0) is None
 
 
 def test_haze_over_one_side_of_the_cloth_is_no_coloured_light() -> None:
     haze = 0.08 * np.maximum(ACROSS, 0)[..., None]
-    assert tint(SCENE.photo + haze, MODEL, ALL, 30.0) is None
+    assert find_tint(SCENE.photo + haze, MODEL, ALL, 30.0) is None

@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Floats, Ints
-from core.overlay.pixels.sheet_translation import offsets
+from core.overlay.pixels.sheet_translation import find_translations
 
 STEP = 12.0
 BASIS = np.diag([STEP, STEP])
@@ -23,7 +23,7 @@ def three() -> Ints:
 def moved_back(by: list[tuple[float, float]]) -> Floats:
     sheet = three()
     uv = UV + np.where((sheet >= 0)[..., None], np.array(by)[sheet], 0.0)
-    return offsets(uv, sheet, SLOPES, BASIS, STEP)
+    return find_translations(uv, sheet, SLOPES, BASIS, STEP)
 
 
 def test_sheets_are_moved_by_the_whole_texels_that_they_are_off() -> None:
@@ -38,13 +38,13 @@ def test_of_two_contacts_the_nearer_one_counts() -> None:
     sheet[:8, 30:70] = sheet[:20, 62:70] = 0
     sheet[24:, 48:70] = 1
     uv = UV + np.where(((sheet == 0) & (X >= 30))[..., None], [2.0, 0.0], 0.0)
-    np.testing.assert_array_equal(offsets(uv, sheet, SLOPES, BASIS, STEP), [(0, 0), (2, 0)])
+    np.testing.assert_array_equal(find_translations(uv, sheet, SLOPES, BASIS, STEP), [(0, 0), (2, 0)])
 
 
 def test_a_single_sheet_and_one_far_from_others_stay() -> None:
     sheet = np.zeros(X.shape, np.int64)
-    np.testing.assert_array_equal(offsets(UV, sheet, SLOPES, BASIS, STEP), [(0, 0)])
+    np.testing.assert_array_equal(find_translations(UV, sheet, SLOPES, BASIS, STEP), [(0, 0)])
     sheet[:, 20:90], sheet[:, 90:] = -1, 1
     np.testing.assert_array_equal(
-        offsets(UV + 3.0 * (sheet > 0)[..., None], sheet, SLOPES, BASIS, STEP), np.zeros((2, 2))
+        find_translations(UV + 3.0 * (sheet > 0)[..., None], sheet, SLOPES, BASIS, STEP), np.zeros((2, 2))
     )

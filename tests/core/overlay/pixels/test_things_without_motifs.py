@@ -5,7 +5,7 @@ import numpy as np
 from core.arrays import Bools, Floats
 from core.overlay.filters.distances import distance
 from core.overlay.pixels.filling import solid
-from core.overlay.pixels.occluders.things_on_cloth import obstacles, patch_colours
+from core.overlay.pixels.occluders.things_on_cloth import find_occluders, patch_colours
 from core.overlay.pixels.occluders.things_without_motifs import plain_things, stretch, usual_depth, without_holes
 from core.overlay.texel import Texel
 from tests.core.overlay.overlay_scenes import COLOURS, Scene, make_scene
@@ -33,7 +33,7 @@ def with_ground(where: Bools, scene: Scene = SCENE, light: float = 1.0) -> Float
 
 def found(photo: Floats, scene: Scene = SCENE) -> Bools:
     """Return the things on a photo of the scene's cloth."""
-    return obstacles(photo, TEXEL(scene.uv), (scene.uv, scene.shading), TEXEL, scene.basis, np.ones(SIZE, bool))
+    return find_occluders(photo, TEXEL(scene.uv), (scene.uv, scene.shading), TEXEL, scene.basis, np.ones(SIZE, bool))
 
 
 def test_a_belt_of_the_grounds_colour_is_found_up_to_the_motifs() -> None:
