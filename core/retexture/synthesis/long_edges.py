@@ -17,7 +17,7 @@ from typing import Literal, TypeAlias
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, Points, Singles
+from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.curves.fitting import fit
@@ -79,7 +79,8 @@ def find_long_edges(picture: Singles, curves: list[FeatureCurve], patch: PatchSh
     sides: dict[Side, list[_Edge]] = {}
     for edge in edges:
         sides.setdefault(edge.side, []).append(edge)
-    verdicts = {side: _judge(beside, reach_px) for side, beside in sides.items()}
+    room = {side: reach_px * curves[side[0]].source.length / (2 * patch.rib + 1) for side in sides}
+    verdicts = {side: _judge(beside, reach_px, room[side]) for side, beside in sides.items()}
     structure, unsure = ([edge for edge in edges if verdicts[edge.side] == kind] for kind in ("structure", "unsure"))
     edges = structure + _leave_out_repeated(unsure, patch.rib)
     chosen: list[_Edge] = []
@@ -163,13 +164,21 @@ def _longest_run(places: Points, kept: Bools) -> Points:
     return places[starts[longest] : stops[longest]] if len(starts) else places[:0]
 
 
-def _judge(edges: list[_Edge], reach_px: float) -> Literal["structure", "texture", "unsure"]:
-    """Return what edges on one side of a curve are, by those within `reach_px` of it; beside a straight one, unsure."""
+def _judge(edges: list[_Edge], reach_px: float, room_px: float) -> Literal["structure", "texture", "unsure"]:
+    """Return what edges on one side of a curve are, by those within `reach_px` of it.
+
+    Beside a straight curve directions do not tell. There, what is longer in all than a band as wide as a patch has room
+    for on that side, `room_px`, lies everywhere and is texture.
+    """
     near = [edge for edge in edges if np.abs(edge.feet.offset).min() <= reach_px]
     if len(near) < FEWEST:
         return "unsure"
     own, along = 1 + UNSURE - np.abs(np.mean([edge.directions for edge in near], axis=0))
-    return "texture" if own > STROKES * along else "structure" if along > STROKES * own else "unsure"
+    if own > STROKES * along:
+        return "texture"
+    if along > STROKES * own:
+        return "structure"
+    return "texture" if STEP_PX * sum(len(edge.places) - 1 for edge in near) > room_px else "unsure"
 
 
 def _leave_out_repeated(edges: list[_Edge], near_px: float) -> list[_Edge]:
@@ -219,11 +228,17 @@ def _link(lines: Floats) -> list[list[int]]:
     if not len(lines):
         return []
     way = (lines[:, 1] - lines[:, 0]) / np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)[:, None]
-    far = np.linalg.norm(lines[None, :, 0] - lines[:, None, 1], axis=2)
-    far[(far > GAP_PX) | (way @ way.T < BEND) | np.eye(len(lines), dtype=bool)] = np.inf
-    after, before = far.argmin(axis=1), far.argmin(axis=0)
+    one, other, far = _pairs(lines)
+    leads = (far <= GAP_PX) & ((way[one] * way[other]).sum(axis=1) >= BEND) & (one != other)
+    one, other, far = one[leads], other[leads], far[leads]
     number = np.arange(len(lines))
-    follows = np.isfinite(far.min(axis=1)) & (before[after] == number)
+    after, before = number.copy(), np.full(len(lines), -1)
+    # The nearest come last, and stay.
+    for pair in np.lexsort((-other, -far)):
+        after[one[pair]] = other[pair]
+    for pair in np.lexsort((-one, -far)):
+        before[other[pair]] = one[pair]
+    follows = (after != number) & (before[after] == number)
     has_before = np.isin(number, after[follows])
     chains, taken = [], np.zeros(len(lines), bool)
     # What is left after all chains with a beginning are rings.
@@ -237,6 +252,21 @@ def _link(lines: Floats) -> list[list[int]]:
         if chain:
             chains.append(chain)
     return chains
+
+
+def _pairs(lines: Floats) -> tuple[Ints, Ints, Floats]:
+    """Return numbers (k,) of edges (n, 2, 2) of which the first ends, and the other begins, at nearly the same x.
+
+    And how far these ends are apart (k,).
+    """
+    begin, end = lines[:, 0], lines[:, 1]
+    order = np.argsort(begin[:, 0])
+    low, high = (np.searchsorted(begin[order, 0], end[:, 0] + gap) for gap in (-GAP_PX, GAP_PX))
+    count = high - low
+    one = np.repeat(np.arange(len(lines)), count)
+    within = np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)
+    other = order[np.repeat(low, count) + within]
+    return one, other, np.linalg.norm(begin[other] - end[one], axis=1)
 
 
 def _length(line: Points) -> float:

@@ -130,3 +130,11 @@ def test_palings_stay_straight_where_they_would_be_bent() -> None:
         return float(np.abs(np.diff(part, axis=0)).mean())
 
     assert worst_slant(with_edges.place) < 0.7 * worst_slant(without.place)
+
+
+def test_hair_that_lies_everywhere_beside_a_straight_curve_is_texture() -> None:
+    hair = np.random.default_rng(0).normal(0, 1, (HEIGHT, WIDTH)).astype(np.float32)
+    smeared = cv2.filter2D(hair, -1, np.eye(15, dtype=np.float32)[::-1] / 15)
+    picture = np.repeat(np.clip(0.55 + 0.5 * smeared, 0, 1)[..., None], 3, axis=2)
+    across = Curve(np.array([[10.0, 100.0], [100.0, 100.0], [200.0, 100.0], [290.0, 100.0]]))
+    assert len(find_long_edges(picture, [FeatureCurve(across, arch(40.0, 100.0))], PATCH, REACH).curves) == 0
