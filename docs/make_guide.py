@@ -19,7 +19,7 @@ from app.tools.all import TOOLS
 from app.tours.samples import overlay_sample, retexture_sample, warp_sample
 from assets import asset
 from core.document.document import Document, Pin
-from core.document.keys import Key
+from core.document.keys import KeyFrame
 from core.imaging.images import Image, load, save
 from core.selection.shapes import ellipse_outline, fill_polygon
 from docs.make_pictures import THUMBNAIL_FRAMES, shrunk
@@ -79,8 +79,10 @@ def animate(window: WindowDriver) -> None:
     """Show a flag in the wind, and a balloon that rises, between two of their keys."""
     editor = window.editor
     ways = {"bend": [(1, -30.0), (50, 45.0), (100, -30.0)], "waves": [(1, 1.0), (100, 1.6)]}
-    tracks = {name: tuple(Key(frame, (value,), "ease") for frame, value in way) for name, way in ways.items()}
-    rising = Pin((0.51, 0.46), (0.52, 0.5), keys=(Key(10, (0.52, 0.5), "ease-in"), Key(80, (0.62, 0.2), "hold")))
+    tracks = {name: tuple(KeyFrame(frame, (value,), "ease") for frame, value in way) for name, way in ways.items()}
+    rising = Pin(
+        (0.51, 0.46), (0.52, 0.5), keys=(KeyFrame(10, (0.52, 0.5), "ease-in"), KeyFrame(80, (0.62, 0.2), "hold"))
+    )
     still = Pin((0.5, 0.9), (0.5, 0.9))
     flag = editor.document.with_warp(preset="flag").changed(pins=(rising, still), tracks=tracks)
     editor.show(timeline=True)

@@ -12,7 +12,7 @@ from app.batch.recipe import KeyTable, PinTable, Recipe, RecipeTable
 from core.arrays import InputError
 from core.document.animated import NUMBERS, document_at, is_animated, key_frames
 from core.document.document import Document, Pin, places_from_pixels
-from core.document.keys import Key, Track, check_track
+from core.document.keys import KeyFrame, Track, check_track
 from core.document.map import preset_of, with_handles, with_warp_map
 from core.document.mask_file import with_mask_file
 from core.document.project import load_project
@@ -131,7 +131,7 @@ def with_keys(document: Document, table: RecipeTable) -> Document:
 
 def _track(document: Document, name: str, keys: tuple[KeyTable, ...]) -> Track:
     """Return the track of a parameter; sizes become shares of the picture's."""
-    track = tuple(Key(key.frame, key.value, key.easing) for key in keys)
+    track = tuple(KeyFrame(key.frame, key.value, key.easing) for key in keys)
     check_track(track, NUMBERS.get(name, 1), name)
     if name != "size":
         return track
@@ -145,5 +145,5 @@ def _pin(document: Document, pin: PinTable) -> Pin:
     place: Callable[[tuple[float, float]], tuple[float, float]] = lambda at: tuple(  # noqa: E731
         places_from_pixels(document.canvas_px, np.array(at)).tolist()
     )
-    keys = tuple(Key(key.frame, place(key.to), key.easing) for key in pin.keys)
+    keys = tuple(KeyFrame(key.frame, place(key.to), key.easing) for key in pin.keys)
     return Pin((x, y), keys[0].value if pin.to is None else place(pin.to), keys=keys)  # type: ignore[arg-type]

@@ -34,7 +34,7 @@ Inputs: TypeAlias = tuple[object, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ShownPicture:
     """What the canvas draws: `image` with its places `rest` (R, C, 2) at `warped` (R, C, 2)."""
 
     image: Image
@@ -121,14 +121,14 @@ class LiveRetexture:
             self._follow(document)
         return Answer(document, self.mesh, None, settled=self._stage is not None, solve_ms=self.solve_ms)
 
-    def choose_picture(self, document: Document, look: Look) -> Shown:
+    def choose_picture(self, document: Document, look: Look) -> ShownPicture:
         """Return what the canvas draws; where the retextured picture is not there yet, the deformation."""
         nodes = self._grid.nodes
         if look == "retextured" and self._stage is not None and self._stage.image is not None:
-            return Shown(self._stage.image, nodes, nodes, self._source)
+            return ShownPicture(self._stage.image, nodes, nodes, self._source)
         if look == "original" or self._source is None:
-            return Shown(document.image, nodes, nodes)
-        return Shown(document.image, self._source, nodes)
+            return ShownPicture(document.image, nodes, nodes)
+        return ShownPicture(document.image, self._source, nodes)
 
     def update(self, document: Document, *, held: bool, starts: bool) -> bool:
         """Bring everything up to date with `document`, once per frame; return whether targets have moved since.

@@ -14,12 +14,12 @@ from app.render.dirty_region import find_moved, find_painted
 from app.render.gpu import Offscreen, Rectangle
 from app.render.layers import CanvasLayers, Costs
 from app.render.passes.bent import BentCanvas
+from app.render.passes.blitter import Blitter
 from app.render.passes.draft import Draft
 from app.render.passes.marks_layer import MarksLayer, names_of
 from app.render.passes.picture_pass import LEAST_STRETCH, strips, what_is_read
 from app.render.passes.placed_meshes import PlacedMeshes
 from app.render.passes.thumbnails import draw_thumbnails
-from app.render.passes.window import Window
 from app.render.programs import programs_of
 from app.render.scene import CanvasScene, Color
 from app.render.sources.source import Box, Source
@@ -59,7 +59,7 @@ class Renderer:
         self._context = context
         self._programs = programs_of(context)
         self._clock = clock
-        self._window = Window(context)
+        self._blitter = Blitter(context)
         self._marks = MarksLayer(context)
         self._meshes = PlacedMeshes(context)
         self._sources = Sources(context)
@@ -97,7 +97,7 @@ class Renderer:
             elif not (self._shows_best and scene.fills_same_place(best.drawn)):
                 self._shows_best = False
             if self._shows_best:
-                self._window.show(best, scene.palette.desk, viewport)
+                self._blitter.show(best, scene.palette.desk, viewport)
             else:
                 self._show_draft(scene, viewport, best)
 
@@ -155,11 +155,11 @@ class Renderer:
 
         What moves is bent along from the best, or drawn with fewer pixels and larger cells where that lacks something.
         """
-        moved, shrink, window = find_moved(scene, best.drawn), self._costs.shrink, self._window
+        moved, shrink, blitter = find_moved(scene, best.drawn), self._costs.shrink, self._blitter
         if moved is None or best.drawn is None:
-            window.show(self._drafted(scene, viewport, shrink, None), scene.palette.desk, viewport, shrink)
+            blitter.show(self._drafted(scene, viewport, shrink, None), scene.palette.desk, viewport, shrink)
             return
-        window.show(best, scene.palette.desk, viewport)
+        blitter.show(best, scene.palette.desk, viewport)
         box = _common(moved, (scene.divider(best.size[0]), 0, *best.size))
         if box[0] >= box[2] or box[1] >= box[3]:
             return
@@ -168,11 +168,11 @@ class Renderer:
             places = find_places(scene, best.drawn, box)
             if places is None:
                 part = _shrunk(box, shrink)
-                window.copy(self._drafted(scene, viewport, shrink, part).shown, part, viewport, shrink)
+                blitter.copy(self._drafted(scene, viewport, shrink, part).shown, part, viewport, shrink)
                 return
             with tracing.span("bend"):
                 bent.draw(best, scene, places, box, self._desk(scene))
-        window.copy(bent.shown, box, viewport)
+        blitter.copy(bent.shown, box, viewport)
 
     def _drafted(self, scene: CanvasScene, viewport: Rectangle, shrink: int, part: Box | None) -> Draft:
         """Return a draft of `scene`, so many times smaller, or of `part` of it, in its pixels."""

@@ -141,6 +141,13 @@ def overlay(editor: Editor) -> Sequence[Shape]:
     return (edge, Circle(pos, tip.core_px * zoom, "brush-core")) if tip.core_px > 0 else (edge,)
 
 
+def say_moment(editor: Editor) -> str:
+    """Return what painting does where that is neither a mask nor a region."""
+    if choose_raster(editor) != "regrow":
+        return ""
+    return "Paint what is regrown · X paints what is not · [ ] size · Shift+[ ] hardness · Shift-click a line"
+
+
 BRUSH = Tool(
     name="brush",
     label="Mask brush",
@@ -148,6 +155,7 @@ BRUSH = Tool(
     key="b",
     hint="Paint a mask · X erases · [ ] size · Shift+[ ] hardness · Alt-drag both · Shift-click a line",
     press=press,
+    moment=say_moment,
     cursor="none",
     take_key=take_key,
     marks=True,

@@ -25,7 +25,7 @@ _SHARES: Mapping[Easing, Callable[[float], float]] = {
 
 
 @dataclass(frozen=True)
-class Key:
+class KeyFrame:
     """The value of a parameter at one frame."""
 
     frame: float
@@ -35,7 +35,7 @@ class Key:
     """How the way to the next key is gone: evenly, not before the end, or gently at both ends, the first, the last."""
 
 
-Track: TypeAlias = tuple[Key, ...]
+Track: TypeAlias = tuple[KeyFrame, ...]
 """The keys of one parameter, in the order of their frames."""
 
 
@@ -86,7 +86,7 @@ def with_key(track: Track, frame: float, value: tuple[float, ...]) -> Track:
     """Return the track with a value at `frame`; a new key is eased as the way that it lies on, the first one gently."""
     before = [key for key in track if key.frame <= frame]
     easing = before[-1].easing if before else track[0].easing if track else "ease"
-    return tuple(sorted((*without_keys(track, (frame,)), Key(frame, value, easing)), key=lambda key: key.frame))
+    return tuple(sorted((*without_keys(track, (frame,)), KeyFrame(frame, value, easing)), key=lambda key: key.frame))
 
 
 def without_keys(track: Track, frames: Collection[float]) -> Track:

@@ -14,7 +14,7 @@ from core.mapping.handles.frame_glide import FrameGlide
 from core.mapping.handles.straight_frame import Placed, Rectangle, place_cut
 from core.mapping.jacobians import as_complex
 from core.mapping.options import DEFAULT_OPTIONS, MappingOptions
-from core.mapping.stroke import Stroke
+from core.mapping.stroke import MaskStroke
 
 
 class PreparedMask:
@@ -31,7 +31,7 @@ class PreparedMask:
         """Return whether the options say the same about features."""
         return self._options == _of_features(options)
 
-    def answer(self, plain: Points, stroke: Stroke) -> Solution:
+    def answer(self, plain: Points, stroke: MaskStroke) -> Solution:
         """Return the linear answer without handles, which may fold, for W at the nodes (R, C, 2).
 
         Where W keeps the frame a rectangle, features that it cuts slide along its sides, and where it stretches the

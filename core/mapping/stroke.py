@@ -20,7 +20,7 @@ _FRAMES_PER_TURN = 2
 """One of the features that a brush leaves alone is placed anew once in so many frames."""
 
 
-class Stroke:
+class MaskStroke:
     """The poses of the last frame, from which those of the next one are found."""
 
     def __init__(self) -> None:

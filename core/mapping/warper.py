@@ -22,7 +22,7 @@ from core.mapping.jacobians import as_complex, as_positions
 from core.mapping.options import MappingOptions
 from core.mapping.prepared_mask import PreparedMask
 from core.mapping.result import NO_PINS, Pins, Warped
-from core.mapping.stroke import Stroke
+from core.mapping.stroke import MaskStroke
 from core.progress import Job
 
 _NO_POSES = np.empty(0, np.complex128), np.empty(0, np.complex128)
@@ -59,7 +59,7 @@ class Warper:
         self._options = MappingOptions(keep="none")
         self._mask: PreparedMask | None = None
         self._shown: _Shown | None = None
-        self._stroke = Stroke()
+        self._stroke = MaskStroke()
         self._handles: HandleSolver | None = None
 
     def use(self, features: Features, options: MappingOptions) -> None:

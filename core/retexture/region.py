@@ -79,7 +79,7 @@ class Apart:
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class Standing:
     """What the plain deformation shows, and had better go on to show: masks (H, W)."""
 
     landmarks: Bools
@@ -126,7 +126,7 @@ def region(
     detail: Singles,
     apart: Apart,
     sizes: Sizes,
-    shown: Shown,
+    shown: Standing,
     *,
     wishes: Wishes | None = None,
 ) -> Region:

@@ -25,7 +25,7 @@ DETAILS_FROM_EM = 24.0
 
 
 @dataclass(frozen=True)
-class Item:
+class FileRow:
     """An entry of a folder."""
 
     path: Path
@@ -47,7 +47,7 @@ class FileBrowser:
         """The file that was picked from the list; its name may hold bytes that cannot be typed."""
         self._takes_keys = True
         self.folder = folder
-        self._items: tuple[Item, ...] = ()
+        self._items: tuple[FileRow, ...] = ()
         self.enter(folder if is_folder(folder) else home())
 
     def enter(self, folder: Path) -> None:
@@ -113,7 +113,7 @@ class FileBrowser:
             self.enter(entered)
         return chosen
 
-    def _draw_item(self, item: Item, number: int) -> bool:
+    def _draw_item(self, item: FileRow, number: int) -> bool:
         """Draw one entry; return whether it was double-clicked."""
         glyph = "folder" if item.is_folder else "diagram-project" if item.path.suffix == ".weft" else "image"
         flags = imgui.SelectableFlags_.span_all_columns | imgui.SelectableFlags_.allow_double_click
@@ -180,7 +180,7 @@ class FileBrowser:
         return resolve_name(self.folder, self._name)
 
 
-def _draw_details(item: Item) -> None:
+def _draw_details(item: FileRow) -> None:
     """Write size and date in the columns after the name."""
     with colors(text=theme.FAINT):
         imgui.table_next_column()
@@ -233,7 +233,7 @@ def home() -> Path:
         return Path("/")
 
 
-def list_folder(folder: Path, extensions: tuple[str, ...]) -> tuple[Item, ...]:
+def list_folder(folder: Path, extensions: tuple[str, ...]) -> tuple[FileRow, ...]:
     """Return the folder's entries, folders first; hidden ones and other kinds of file are left out."""
     items = []
     with os.scandir(folder) as entries:
@@ -243,7 +243,7 @@ def list_folder(folder: Path, extensions: tuple[str, ...]) -> tuple[Item, ...]:
                 shown = entry.is_dir() or path.suffix.lower().lstrip(".") in extensions
                 if shown and not entry.name.startswith("."):
                     stat = entry.stat()
-                    items.append(Item(path, entry.is_dir(), stat.st_size, stat.st_mtime))
+                    items.append(FileRow(path, entry.is_dir(), stat.st_size, stat.st_mtime))
     return tuple(sorted(items, key=lambda item: (not item.is_folder, item.path.name.lower())))
 
 

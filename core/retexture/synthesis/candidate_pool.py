@@ -11,7 +11,7 @@ from core.retexture.prefetch import prefetch
 from core.retexture.sampling import read, read_nearest
 from core.retexture.synthesis.candidate_choice import weigh_drift
 from core.retexture.synthesis.graph_cut import CELL
-from core.retexture.synthesis.patches import Batch, Covered, Patches
+from core.retexture.synthesis.patches import Covered, PatchBatch, Patches
 from core.retexture.synthesis.pixel_adjacency import PixelAdjacency, find_adjacency
 
 AT_ONCE_PX = 16_000
@@ -113,7 +113,7 @@ class Round:
 class Candidates:
     """Patches of n origins with their grids of candidates (n, K', J') and of the result (n, K, J), round by round."""
 
-    batch: Batch
+    batch: PatchBatch
     """With those m pixels alone that the patches may show."""
     rounds: list[Round]
     middle: Singles
@@ -136,7 +136,7 @@ class Candidates:
     """(n, 2 search_across + 1, 2 search_along + 1), see `candidate_choice.weigh_drift`."""
 
 
-def gather_candidates(batch: Batch, picture: Singles, bounds: Bounds) -> Candidates:
+def gather_candidates(batch: PatchBatch, picture: Singles, bounds: Bounds) -> Candidates:
     """Return what is known of a batch of patches with the colours of a picture (H, W, c)."""
     size, shape = bounds.may.shape, batch.shape
     batch, ends = in_rounds(batch, bounds)
@@ -173,14 +173,14 @@ def _slope(free: Singles, target: Singles, whole: Floats) -> Floats:
     return np.asarray(np.maximum(across, along) / EVERY)
 
 
-def in_rounds(batch: Batch, bounds: Bounds) -> tuple[Batch, Ints]:
+def in_rounds(batch: PatchBatch, bounds: Bounds) -> tuple[PatchBatch, Ints]:
     """Return those patches of a batch that may show anything, round by round, and where rounds begin and end."""
     origins = batch.origins
     covered = batch.covered.where(bounds.open_to(batch.covered.pixel, origins.curve[batch.covered.patch]))
     found = in_parts(rounds(covered, len(origins), bounds.may.shape), np.bincount(covered.patch))
     order = np.concatenate([*found, np.empty(0, np.int64)])
     ends = np.cumsum([0, *map(len, found)])
-    taken = Batch(batch.shape, origins.taken(order), batch.target[order], batch.source[order], covered.of(order))
+    taken = PatchBatch(batch.shape, origins.taken(order), batch.target[order], batch.source[order], covered.of(order))
     return taken, ends
 
 

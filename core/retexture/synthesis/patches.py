@@ -90,7 +90,7 @@ class Covered:
 
 
 @dataclass(frozen=True, eq=False)
-class Batch:
+class PatchBatch:
     """Patches of n origins."""
 
     shape: PatchShape
@@ -115,7 +115,7 @@ class Patches:
     def __len__(self) -> int:
         return len(self.origins)
 
-    def __iter__(self) -> Iterator[Batch]:
+    def __iter__(self) -> Iterator[PatchBatch]:
         return prefetch(self.batch, self.parts)
 
     @property
@@ -128,7 +128,7 @@ class Patches:
             starts = [at for at in (start, *range(start + first, stop, size)) if at < stop]
             yield from starmap(slice, pairwise([*starts, stop]))
 
-    def batch(self, which: slice) -> Batch:
+    def batch(self, which: slice) -> PatchBatch:
         """Return the batch of some patches."""
         return grow(self.origins.taken(which), self._shape(which.start), self.fields, self.way)
 
@@ -143,7 +143,7 @@ class Patches:
         return max(min(BATCH, int(BATCH_BYTES / (40 * nodes)), LONGEST // rows), 1)
 
 
-def grow(origins: Origins, shape: PatchShape, fields: Fields, way: Correspondence) -> Batch:
+def grow(origins: Origins, shape: PatchShape, fields: Fields, way: Correspondence) -> PatchBatch:
     """Grow the patches of `origins`."""
     target, source = fields
     rough = trace_roughly(target, origins.target, origins.heading, spine=shape.spine, rib=shape.rib)
@@ -155,7 +155,7 @@ def grow(origins: Origins, shape: PatchShape, fields: Fields, way: Correspondenc
     rim = np.flatnonzero(read(way.inner, here[:, :: shape.rib, :: shape.spine]).min(axis=(1, 2)) < 1)
     there[rim] = join(there[rim], origins.taken(rim), shape, target, way)
     there = fill(there, spine=spine, rib=rib)
-    return Batch(shape, origins, here, there, find_covered(rough, origins, shape, way.inner.shape))
+    return PatchBatch(shape, origins, here, there, find_covered(rough, origins, shape, way.inner.shape))
 
 
 def find_covered(grids: Singles, origins: Origins, shape: PatchShape, size: tuple[int, ...]) -> Covered:
@@ -194,7 +194,7 @@ def join(there: Singles, origins: Origins, shape: PatchShape, target: DirectionF
     return np.asarray(share * there + (1 - share) * (plain + fading * off[:, None, None]), np.float32)
 
 
-def grid_places(batch: Batch, some: Ints, at: Singles) -> Singles:
+def grid_places(batch: PatchBatch, some: Ints, at: Singles) -> Singles:
     """Return the source positions of places `at` (m, 2), as (j, k), in the source grids of patches `some` (m,)."""
     rows, columns = batch.source.shape[1:3]
     where = at.astype(np.float32)
@@ -202,7 +202,7 @@ def grid_places(batch: Batch, some: Ints, at: Singles) -> Singles:
     return read(batch.source.reshape(-1, columns, 2), where)
 
 
-def lay_coarsely(batch: Batch, best: Singles, place: Singles, label: Ints, first_label: int) -> None:
+def lay_coarsely(batch: PatchBatch, best: Singles, place: Singles, label: Ints, first_label: int) -> None:
     """Lay a batch's central candidates over `place` (H, W, 2) and `label` (H, W).
 
     Each pixel is taken from the patch it is most central to.

@@ -14,7 +14,7 @@ from core.linalg.nearest import Nearest
 from core.retexture.deformation import diffusion
 from core.retexture.deformation.coordinates import DirectionField, SpineCurves
 from core.retexture.deformation.diffusion import Diffusion
-from core.retexture.region import Apart, Region, Shown, Sizes, Wishes, contrast, region
+from core.retexture.region import Apart, Region, Sizes, Standing, Wishes, contrast, region
 from core.retexture.result import Retexture
 from core.retexture.saliency import find_landmarks
 from core.retexture.sampling import Kernel, read
@@ -77,7 +77,7 @@ def prepare(
         fine,
         between,
         sizes,
-        Shown(stands.result(), structured),
+        Standing(stands.result(), structured),
         wishes=wishes,
     )
     # Each share of a place's source compresses as its own map does.

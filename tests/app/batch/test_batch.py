@@ -14,7 +14,7 @@ from app.batch.work import do_chunk
 from app.cli import main
 from core import tracing
 from core.document.document import Document
-from core.document.keys import Key, Span
+from core.document.keys import KeyFrame, Span
 from core.document.project import save_project
 from core.imaging.images import Image, load, save
 from tests.app.batch.scene import (
@@ -143,7 +143,7 @@ def test_pictures_of_any_size_can_be_a_list_or_a_folder(tmp_path: Path) -> None:
 
 def test_key_frames_of_a_project_move_its_own_picture(tmp_path: Path) -> None:
     still = Document.of(Image(plate(1))).with_warp(preset="arc")
-    moving = replace(still, tracks={"bend": (Key(1, (0.0,)), Key(3, (60.0,)))})
+    moving = replace(still, tracks={"bend": (KeyFrame(1, (0.0,)), KeyFrame(3, (60.0,)))})
     save_project(moving, tmp_path / "a.weft")
     done = weft(tmp_path / "a.weft", "--frames", "1-3", "-o", tmp_path / "f.#.png", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
@@ -156,7 +156,7 @@ def test_key_frames_of_a_project_move_its_own_picture(tmp_path: Path) -> None:
 def test_a_project_brings_the_frames_and_the_rate_of_its_timeline(tmp_path: Path) -> None:
     moving = replace(Document.of(Image(plate(1))).with_warp(preset="arc"), span=Span(3, 5, 29.97))
     save_project(moving, tmp_path / "still.weft")
-    save_project(replace(moving, tracks={"bend": (Key(3, (40.0,)), Key(5, (0.0,)))}), tmp_path / "a.weft")
+    save_project(replace(moving, tracks={"bend": (KeyFrame(3, (40.0,)), KeyFrame(5, (0.0,)))}), tmp_path / "a.weft")
     frames = [item.frame for chunk in chunks_of(tmp_path / "a.weft", tmp_path / "f.#.png") for item in chunk.items]
     assert frames == [3, 4, 5]
     assert chunks_of(tmp_path / "a.weft", tmp_path / "a.mov")[0].batch.rate == Fraction(30000, 1001)

@@ -9,7 +9,7 @@ from app.batch.look import Look
 from app.batch.recipe import read_recipe
 from app.cli import main
 from core.document.document import Document
-from core.document.keys import Key
+from core.document.keys import KeyFrame
 from core.document.project import save_project
 from core.imaging.images import Image, save
 from tests.app.batch.scene import HEIGHT, WIDTH, chunks_of, write_recipe, write_scene
@@ -46,16 +46,19 @@ def test_a_recipe_is_a_document_in_pixels_of_the_first_picture(tmp_path: Path) -
     base = Look(chunks[0].batch).base
     assert (base.size_px, base.canvas_px) == ((WIDTH, HEIGHT), (128, 48))
     assert (base.warp.preset, base.warp.bend, dict(base.warp.values)) == ("wave", 5.0, {"waves": 2.0})
-    assert dict(base.tracks) == {"waves": (Key(1, (1.0,)), Key(3, (2.0,))), "size": (Key(1, (1.0, 1.0)),)}
+    assert dict(base.tracks) == {
+        "waves": (KeyFrame(1, (1.0,)), KeyFrame(3, (2.0,))),
+        "size": (KeyFrame(1, (1.0, 1.0)),),
+    }
     (pin,) = base.pins
     assert (pin.at, pin.to) == ((0.5, 0.5), (0.5, 0.5))
-    assert pin.keys == (Key(2, (0.5, 0.5)), Key(4, (0.5, 34 / 48), "hold"))
+    assert pin.keys == (KeyFrame(2, (0.5, 0.5)), KeyFrame(4, (0.5, 34 / 48), "hold"))
     assert (base.mask.array > 127).sum() > 200
 
 
 def test_a_recipe_changes_of_its_project_what_it_names(tmp_path: Path) -> None:
     own = Document.of(Image(np.zeros((20, 30, 3), np.uint8))).with_warp(preset="arc", bend=10.0, horizontal=4.0)
-    save_project(own.changed(tracks={"bend": (Key(1, (1.0,)),)}), tmp_path / "a.weft")
+    save_project(own.changed(tracks={"bend": (KeyFrame(1, (1.0,)),)}), tmp_path / "a.weft")
     recipe = write_recipe(
         tmp_path, 'project = "a.weft"\n[warp]\nbend = 30\n[keys]\nvertical = [{frame = 1, value = 2}]'
     )

@@ -30,21 +30,12 @@ pytestmark = pytest.mark.gpu
 
 
 KILLED = """
-import os, signal, sys
+import sys
 from pathlib import Path
 from tests.app.batch.scene import make
+from tests.killing import kill_before_move
 
-left = int(sys.argv[1])
-replace = Path.replace
-
-def killed(self, target):
-    global left
-    if left == 0:
-        os.kill(os.getpid(), signal.SIGKILL)
-    left -= 1
-    return replace(self, target)
-
-Path.replace = killed
+kill_before_move(int(sys.argv[1]))
 make(Path(sys.argv[2]) / "recipe.toml", Path(sys.argv[2]) / "out" / "f.####.png")
 """
 

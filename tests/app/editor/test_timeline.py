@@ -11,7 +11,7 @@ from app.marking import keying
 from app.tools.all import TOOLS
 from core.arrays import Points
 from core.document.document import Pin, pixels_from_places
-from core.document.keys import Key
+from core.document.keys import KeyFrame
 from core.document.map import settle_map
 from core.document.project import load_project
 from core.progress import run
@@ -126,7 +126,7 @@ def test_to_go_through_frames_is_no_change_of_the_project(drive: EditorDriver, t
     assert drive.editor.history.is_saved
     assert len(drive.labels) == len(drive.editor.history.labels) - 1
     back = load_project(tmp_path / "a.weft")
-    assert back.tracks["bend"] == (Key(1, (0.0,)), Key(61, (60.0,)))
+    assert back.tracks["bend"] == (KeyFrame(1, (0.0,)), KeyFrame(61, (60.0,)))
     other = EditorDriver(back).editor
     assert (other.session.frame, other.session.timeline, other.document.warp.bend) == (1, True, 0)
 

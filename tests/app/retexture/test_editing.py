@@ -219,6 +219,7 @@ def test_one_brush_paints_more_and_less_regrown_and_the_tint_shows_it_at_once(dr
     drive.editor.choose_tool("brush")
     stage = drive.editor.regrowth.stage
     assert stage is not None
+    assert "regrown" in drive.editor.tool.moment(drive.editor)
     assert np.array_equal(tint().array, stage.regrown.array), "B shows what is regrown before anything is painted"
     before, image = tint(), shown(drive)
     drive.press(30, 20).move(60, 20)

@@ -23,18 +23,10 @@ WRITES = """
 import os, signal, sys
 from pathlib import Path
 from core.files.atomic import AtomicFiles, atomic_folder
+from tests.killing import kill_before_move
 
-left, kind, folder = int(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
-replace = Path.replace
-
-def killed(self, target):
-    global left
-    if left == 0:
-        os.kill(os.getpid(), signal.SIGKILL)
-    left -= 1
-    return replace(self, target)
-
-Path.replace = killed
+kind, folder = sys.argv[2], Path(sys.argv[3])
+kill_before_move(int(sys.argv[1]))
 if kind == "set":
     with AtomicFiles() as files:
         for name in ("a.txt", "b.txt", "c.txt"):

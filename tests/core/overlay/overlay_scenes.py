@@ -74,3 +74,9 @@ def coordinates(size: tuple[int, int], S: Floats, bend: float, dx: float, dy: fl
     x, y = x + dx, y + dy
     wave = np.stack([np.sin(y / 23 + 0.3) + 0.4 * np.sin(x / 31), np.cos(x / 26) + 0.5 * np.sin((x + y) / 37)], -1)
     return (np.stack([x, y], -1) + bend * wave) @ np.linalg.inv(S).T
+
+
+def grid(size: tuple[int, int] = (40, 50), pixels_per_copy: float = 20.0) -> Floats:
+    """Return coordinates (H, W, 2) of cloth that lies flat, so many pixels to a copy of the texture."""
+    y, x = np.indices(size).astype(float)
+    return np.asarray(np.stack([x, y], -1) / pixels_per_copy, np.float64)

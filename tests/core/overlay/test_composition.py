@@ -9,16 +9,10 @@ from core.arrays import InputError
 from core.overlay.composition import Norm, Placement, compose, compose_layers, middle_of, rows_deg
 from core.overlay.filters.texture_filter import DENSITY, filter_texture
 from core.overlay.texel import Texel, estimate_texel
+from tests.core.overlay.overlay_scenes import grid
 
 RNG = np.random.default_rng(0)
 SCALE = np.array([[20.0, 2.0], [0.0, 18.0]])
-
-
-def grid(
-    size: tuple[int, int] = (40, 50), pixels_per_copy: float = 20.0
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    y, x = np.indices(size).astype(float)
-    return np.stack([x, y], -1) / pixels_per_copy
 
 
 @pytest.mark.parametrize(

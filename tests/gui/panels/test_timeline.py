@@ -13,7 +13,7 @@ from app.files import document_io
 from app.tools.pins import targets_on_screen
 from app.ui.panels.timeline_chart import TimelineChart
 from core.document.document import Document, Pin, pixels_from_places
-from core.document.keys import Key
+from core.document.keys import KeyFrame
 from core.document.project import load_project
 from core.imaging.images import load, save
 from tests.gui.window_driver import WindowDriver, drive
@@ -95,8 +95,8 @@ def test_a_pin_is_animated_by_dragging_it_at_another_frame(editor: Editor) -> No
 
 
 def with_keys(editor: Editor) -> None:
-    tracks = {"bend": (Key(1, (0.0,)), Key(31, (60.0,)), Key(61, (0.0,)))}
-    pins = (Pin((0.5, 0.5), (0.5, 0.5), keys=(Key(1, (0.5, 0.5)), Key(61, (0.5, 0.6)))),)
+    tracks = {"bend": (KeyFrame(1, (0.0,)), KeyFrame(31, (60.0,)), KeyFrame(61, (0.0,)))}
+    pins = (Pin((0.5, 0.5), (0.5, 0.5), keys=(KeyFrame(1, (0.5, 0.5)), KeyFrame(61, (0.5, 0.6)))),)
     editor.edit("Keys", editor.document.with_warp(preset="arc").changed(tracks=tracks, pins=pins))
     editor.show(timeline=True)
 

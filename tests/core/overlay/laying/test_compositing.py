@@ -9,16 +9,10 @@ from core.overlay.composition import Placement, compose
 from core.overlay.filters import bands
 from core.overlay.laying.compositing import Parts, encode, lay_over, texture_colours
 from core.overlay.registration.region import feather
+from tests.core.overlay.overlay_scenes import grid
 
 RNG = np.random.default_rng(0)
 SCALE = np.array([[20.0, 2.0], [0.0, 18.0]])
-
-
-def grid(
-    size: tuple[int, int] = (40, 50), pixels_per_copy: float = 20.0
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    y, x = np.indices(size).astype(float)
-    return np.stack([x, y], -1) / pixels_per_copy
 
 
 def parts(source: Image) -> Parts:

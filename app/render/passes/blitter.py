@@ -23,8 +23,8 @@ class Drawn(Protocol):
         """Its pixels outside which there is nothing but desk."""
 
 
-class Window:
-    """The bound framebuffer; a viewport is left, bottom (upwards), width and height in its pixels."""
+class Blitter:
+    """Copies into the bound framebuffer; a viewport is left, bottom (upwards), width and height in its pixels."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
