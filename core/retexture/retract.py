@@ -1,5 +1,8 @@
 """The last move of the labelling: what is regrown, wherever it costs more than the plain deformation, is given back."""
 
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+
 import cv2
 import numpy as np
 
@@ -57,11 +60,15 @@ def _stretch_costs(picture: Singles, shown: Singles, plain: Singles, label: Ints
     stop = np.maximum(high + AROUND_PX, start + 1)
     tensor, origin = structure(picture[start[1] : stop[1], start[0] : stop[0]]), start.astype(np.float32)
     costs = np.empty((2, *label.shape), np.float32)
-    for top in range(0, len(label), BAND):
+
+    def fill(top: int) -> None:
         # A row more on either side: a stretch is the step from a neighbour.
         first, last = max(top - 1, 0), min(top + BAND + 1, len(label))
         part, own = slice(first, last), slice(top - first, top - first + BAND)
         for cost, place, of in ((costs[0], shown, label), (costs[1], plain, None)):
             same = np.zeros_like(label[part]) if of is None else of[part]
             cost[top : top + BAND] = stretch_cost(tensor, place[part] - origin, same)[own]
+
+    with ThreadPoolExecutor(2) as pool:
+        deque(pool.map(fill, range(0, len(label), BAND)), maxlen=0)
     return costs[0], costs[1]

@@ -5,7 +5,7 @@ from enum import IntEnum
 import cv2
 import numpy as np
 
-from core.arrays import Pixels, Points, Singles
+from core.arrays import Bytes, Pixels, Points, Singles
 
 LONGEST = 32_000
 """OpenCV reads no more places in a row or column."""
@@ -31,9 +31,9 @@ def read(picture: Singles, at: Singles | Points, kernel: Kernel = Kernel.LINEAR,
     )
 
 
-def read_nearest(picture: Singles, at: Singles) -> Singles:
-    """Return the pixels of a picture (H, W) nearest to places (..., 2): (...); 0 outside."""
-    return np.asarray(_remapped(picture, at, Kernel.NEAREST, cv2.BORDER_CONSTANT), np.float32)
+def read_nearest(levels: Bytes, at: Singles) -> Bytes:
+    """Return the pixels of `levels` (H, W) nearest to places (..., 2): (...); 0 outside."""
+    return np.asarray(_remapped(levels, at, Kernel.NEAREST, cv2.BORDER_CONSTANT), np.uint8)
 
 
 def read_stored(pixels: Pixels, at: Singles) -> Pixels:

@@ -43,7 +43,7 @@ class Feet:
     beyond: Bools
     """Whether the foot is an open curve's end and the position lies beyond it."""
 
-    def taken(self, which: Bools | Ints) -> "Feet":
+    def taken(self, which: Bools | Ints | slice) -> "Feet":
         """Return the feet that `which` picks."""
         return Feet(*(part[which] for part in self.__dict__.values()))
 

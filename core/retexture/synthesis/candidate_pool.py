@@ -158,7 +158,7 @@ def gather_candidates(batch: PatchBatch, picture: Singles, bounds: Bounds) -> Ca
         (hidden | ~bounds.usable_at(batch.source, origins.curve)).astype(np.float32),
         hidden,
         batch.source / np.float32(CELL),
-        read_nearest(bounds.may.astype(np.float32), batch.target),
+        read_nearest(bounds.may.view(np.uint8), batch.target).astype(np.float32),
         weigh_drift(shape, origins.offset, origins.free, _slope(bounds.free, batch.target, whole)),
     )
 

@@ -25,10 +25,15 @@ from numpy.typing import NDArray
 
 from core.arrays import Bools, Ints, Singles
 from core.graphs.minimum_cut import minimum_cut
+from core.retexture.sampling import read_nearest
 from core.retexture.synthesis.pixel_adjacency import PixelAdjacency
 
+BARE, DEFORMED, GROWN = range(3)
+"""What a pixel shows: the plain deformation where it must not, or may; or a patch."""
 STEADY = 0.3
 """How much the plain deformation counts where a patch overlaps it, against synthesised texture."""
+COUNTS = np.array([0, STEADY, 1], np.float32)
+"""How much counts what a pixel shows when patches are compared with it, by what it is."""
 CELL = 4
 """Uses of the source are counted in cells of this many pixels a side."""
 LEAST = 1e-3
@@ -49,12 +54,14 @@ class GrownPicture:
         self.label: Ints = np.zeros(may.shape, np.int32)
         self.seams = np.zeros((2, *may.shape), np.float32)
         """(2, H, W) cost of the seam between a pixel and its right neighbour, and its lower one."""
-        self.bare = must.copy()
-        """(H, W) still shows the plain deformation, and must not."""
-        self.counts = np.where(must, np.float32(0), np.float32(STEADY))
-        """(H, W) how much what is shown counts when patches are compared with it: nothing where bare."""
+        self.state = np.where(must, np.uint8(BARE), np.uint8(DEFORMED))
+        """(H, W) `BARE`, `DEFORMED` or `GROWN`."""
         self.uses = np.zeros((may.shape[0] // CELL + 1, may.shape[1] // CELL + 1), np.float32)
         """How often each cell of the source is shown, on average over its pixels."""
+
+    def weigh_at(self, places: Singles) -> Singles:
+        """Return how much what is shown at `places` (..., 2) counts beside patches: nothing outside the picture."""
+        return COUNTS[read_nearest(self.state, places)]
 
     def merge(
         self,
@@ -89,7 +96,7 @@ class GrownPicture:
         for pixel, cheaper in ((cover.one.take(seen), half), (cover.other.take(seen), half), (cover.edge, edge_old)):
             keep += np.bincount(pixel, cheaper, len(label))
         take += np.bincount(cover.edge, edge_cost, len(label))
-        keep[usable & self.bare.reshape(-1).take(cover.pixel)] = DECIDED
+        keep[usable & (self.state.reshape(-1).take(cover.pixel) == BARE)] = DECIDED
         take[~usable] = DECIDED
         taken = _cut(cover, np.maximum(cost - old / 2, 0), keep, take)
         one, other = taken.take(cover.one), taken.take(cover.other)
@@ -103,8 +110,7 @@ class GrownPicture:
         self.colour.reshape(-1, self.colour.shape[2])[pixel] = colour.take(which, axis=0)
         self.place.reshape(-1, 2)[pixel] = place
         self.label.reshape(-1)[pixel] = label
-        self.bare.reshape(-1)[pixel] = False
-        self.counts.reshape(-1)[pixel] = np.where(label > 0, np.float32(1), np.float32(STEADY))
+        self.state.reshape(-1)[pixel] = np.where(label > 0, np.uint8(GROWN), np.uint8(DEFORMED))
         return len(pixel)
 
     def _count(self, place: Singles, sign: int) -> None:

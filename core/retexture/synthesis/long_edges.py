@@ -21,6 +21,7 @@ from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.curves.fitting import fit
+from core.curves.polylines import Polylines
 from core.linalg.nearest import Nearest
 from core.retexture.deformation.coordinates import Feet, SpineCurves
 from core.retexture.synthesis.patches import PatchShape
@@ -74,8 +75,7 @@ def find_long_edges(picture: Singles, curves: list[FeatureCurve], patch: PatchSh
     drawn = [line for curve in curves for line in (curve.source, curve.target) if line is not None]
     moved = [line for curve in curves if curve.target for line in (curve.source, curve.target)]
     own, near = SpineCurves([curve.source for curve in curves]), SpineCurves(moved)
-    edges = [_Edge.of(line, own) for line in _find_chains(picture, drawn, patch, reach_px)]
-    edges = [edge for edge in edges if near.distance(edge.places).min() <= reach_px]
+    edges = _follow(_find_chains(picture, drawn, patch, reach_px), own, near, reach_px)
     sides: dict[Side, list[_Edge]] = {}
     for edge in edges:
         sides.setdefault(edge.side, []).append(edge)
@@ -109,13 +109,6 @@ class _Edge:
     """(k, 2) unit tangents."""
     feet: Feet
     """The nearest places of the curves."""
-
-    @classmethod
-    def of(cls, line: Points, curves: SpineCurves) -> "_Edge":
-        """Return the edge along a line (n, 2)."""
-        places = _resample(line)
-        way = np.gradient(places, axis=0)
-        return cls(places, way / np.linalg.norm(way, axis=1, keepdims=True), curves.feet(places))
 
     @cached_property
     def low(self) -> Points:
@@ -156,6 +149,16 @@ class _Edge:
         return bool(((cosine > PARALLEL) & (np.abs(self.feet.offset) < near_px)).mean() > 0.5)
 
 
+def _follow(lines: Polylines, own: SpineCurves, near: SpineCurves, reach_px: float) -> list[_Edge]:
+    """Return the edges along `lines` that come within `reach_px` of `near`, with their feet on curves' `own` places."""
+    if not len(lines.count):
+        return []
+    lines = lines.resample(STEP_PX)
+    lines = lines.take(np.flatnonzero(~lines.all(near.distance(lines.places) > reach_px)))
+    feet, way = own.feet(lines.places), lines.tangent
+    return [_Edge(lines.places[part], way[part], feet.taken(part)) for part in lines.split()]
+
+
 def _longest_run(places: Points, kept: Bools) -> Points:
     """Return the longest run (k, 2) of `places` (n, 2) that are `kept` (n,)."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]]).astype(int)))
@@ -193,8 +196,8 @@ def _leave_out_repeated(edges: list[_Edge], near_px: float) -> list[_Edge]:
     return [edge for edge, others in zip(edges, together, strict=True) if others.sum() < GROUP]
 
 
-def _find_chains(picture: Singles, drawn: list[Curve], patch: PatchShape, reach_px: float) -> list[Points]:
-    """Return chains (k, 2) of straight edges around curves `drawn` that are longer than a patch, the longest first.
+def _find_chains(picture: Singles, drawn: list[Curve], patch: PatchShape, reach_px: float) -> Polylines:
+    """Return chains of straight edges around curves `drawn` that are longer than a patch, the longest first.
 
     They are found at the size at which patches are as large as in a small picture, and have their dark side always on
     the same hand.
@@ -209,15 +212,15 @@ def _find_chains(picture: Singles, drawn: list[Curve], patch: PatchShape, reach_
         grey = np.asarray(cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.float32)
     levels = np.rint(np.clip(grey, 0, 1) * 255).astype(np.uint8)
     found = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(levels)[0]
-    if found is None:
-        return []
-    lines = np.reshape(found, (-1, 2, 2)).astype(np.float64)
+    lines = np.reshape([] if found is None else found, (-1, 2, 2)).astype(np.float64)
     lines = lines[np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1) > SHORTEST_PX]
-    chains = [(lines[chain].reshape(-1, 2) + 0.5) / scale - 0.5 + low for chain in _link(lines)]
+    chains = _link(lines)
+    points = (lines[np.concatenate(chains)] if chains else lines).reshape(-1, 2)
+    chained = Polylines((points + 0.5) / scale - 0.5 + low, 2 * np.array([len(chain) for chain in chains], int))
     last = size - 1 - BORDER_PX
-    inner = [line for line in chains if not ((line < BORDER_PX).all(axis=0) | (line > last).all(axis=0)).any()]
-    long = [line for line in inner if _length(line) > 2 * patch.spine + 1]
-    return sorted(long, key=_length, reverse=True)
+    on_border = chained.all(chained.places < BORDER_PX).any(axis=1) | chained.all(chained.places > last).any(axis=1)
+    long = np.flatnonzero(~on_border & (chained.length > 2 * patch.spine + 1))
+    return chained.take(long[np.argsort(-chained.length[long], kind="stable")])
 
 
 def _link(lines: Floats) -> list[list[int]]:
@@ -234,10 +237,9 @@ def _link(lines: Floats) -> list[list[int]]:
     number = np.arange(len(lines))
     after, before = number.copy(), np.full(len(lines), -1)
     # The nearest come last, and stay.
-    for pair in np.lexsort((-other, -far)):
-        after[one[pair]] = other[pair]
-    for pair in np.lexsort((-one, -far)):
-        before[other[pair]] = one[pair]
+    for named, leading, led in ((after, one, other), (before, other, one)):
+        order = np.lexsort((-led, -far))
+        named[leading[order]] = led[order]
     follows = (after != number) & (before[after] == number)
     has_before = np.isin(number, after[follows])
     chains, taken = [], np.zeros(len(lines), bool)
@@ -267,14 +269,3 @@ def _pairs(lines: Floats) -> tuple[Ints, Ints, Floats]:
     within = np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)
     other = order[np.repeat(low, count) + within]
     return one, other, np.linalg.norm(begin[other] - end[one], axis=1)
-
-
-def _length(line: Points) -> float:
-    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-
-
-def _resample(line: Points) -> Points:
-    """Return places (k, 2) evenly along a line (n, 2)."""
-    length = np.append(0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
-    at = np.linspace(0, length[-1], max(round(length[-1] / STEP_PX), 2) + 1)
-    return np.stack([np.interp(at, length, part) for part in line.T], axis=-1)

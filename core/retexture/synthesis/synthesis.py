@@ -11,10 +11,10 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.progress import Job, Progress
 from core.retexture.origins import Origins
-from core.retexture.sampling import Kernel, read, read_nearest
+from core.retexture.sampling import Kernel, read
 from core.retexture.synthesis.candidate_choice import CHANCE, Pool, costs
 from core.retexture.synthesis.candidate_pool import Bounds, Candidates, Round, prefetch_candidates
-from core.retexture.synthesis.graph_cut import GrownPicture
+from core.retexture.synthesis.graph_cut import BARE, GrownPicture
 from core.retexture.synthesis.patches import Patches, PatchShape, grid_places
 from core.retexture.synthesis.placement import PatchGrid, gap_places, order_origins
 from core.retexture.synthesis.scene import RetextureScene
@@ -105,7 +105,7 @@ class Painter:
     def _surroundings(self, stock: Candidates, these: slice, *, over_seams: bool) -> tuple[Singles, Singles]:
         """Return for target grids (k, K, J): colours shown, and how much each counts."""
         target = stock.batch.target[these]
-        shown, weight = read(self.canvas.colour, target), read_nearest(self.canvas.counts, target)
+        shown, weight = read(self.canvas.colour, target), self.canvas.weigh_at(target)
         if over_seams:
             weight[:, RING_PX:-RING_PX, RING_PX:-RING_PX] *= np.float32(CENTRE)
         return shown, weight
@@ -137,7 +137,7 @@ def synthesise(
     for done in painter.cover(first):
         yield Progress(done / whole, "choosing patches")
     for _ in range(GAP_ROUNDS):
-        gaps = scene.way.origins(gap_places(canvas.bare, int(lattice(shape).across)))
+        gaps = scene.way.origins(gap_places(canvas.state == BARE, int(lattice(shape).across)))
         gaps = gaps.taken(np.argsort(gaps.scale, kind="stable"))
         for _ in painter.cover(stocks(gaps)):
             yield Progress(count / whole, "choosing patches")

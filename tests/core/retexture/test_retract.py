@@ -9,7 +9,7 @@ from core.retexture.job import Settings, retexture
 from core.retexture.retract import retract
 from core.retexture.sampling import Kernel, read
 from core.retexture.stretch import stretch_cost, structure
-from core.retexture.synthesis.graph_cut import STEADY, GrownPicture
+from core.retexture.synthesis.graph_cut import DEFORMED, GROWN, GrownPicture
 from core.retexture.synthesis.patches import PatchShape
 from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, bent, stripes
 
@@ -40,7 +40,7 @@ def given_back(regrown: Singles, plain: Singles, usable: Bools | None = None) ->
     nothing = np.zeros(SIZE, bool)
     canvas = GrownPicture(np.zeros((*SIZE, 3), np.float32), plain, must=nothing, may=~nothing)
     canvas.label[BOX], canvas.place[BOX] = 1, regrown[BOX]
-    canvas.counts[BOX] = 1
+    canvas.state[BOX] = GROWN
     canvas.colour = read(waves(), canvas.place, Kernel.CUBIC)
     canvas._count(regrown[BOX].reshape(-1, 2), 1)
     retract(canvas, waves(), plain, usable)
@@ -71,7 +71,7 @@ def test_what_is_stretched_more_than_by_the_deformation_is_given_back() -> None:
     assert not canvas.label.any()
     np.testing.assert_array_equal(canvas.place, identity())
     np.testing.assert_allclose(canvas.colour[BOX], waves()[BOX], atol=1e-3)
-    np.testing.assert_allclose(canvas.counts, STEADY)
+    assert (canvas.state == DEFORMED).all()
     np.testing.assert_allclose(canvas.uses, 0, atol=1e-5)
 
 

@@ -8,7 +8,7 @@ from core.linalg import poisson
 from core.retexture.picture.poisson_blend import correction
 from core.retexture.picture.seam_antialiasing import SHARE, across_seams
 from core.retexture.sampling import read
-from core.retexture.synthesis.graph_cut import STEADY, GrownPicture
+from core.retexture.synthesis.graph_cut import BARE, GROWN, STEADY, GrownPicture
 from core.retexture.synthesis.pixel_adjacency import find_adjacency
 
 
@@ -39,7 +39,7 @@ def test_the_cut_takes_many_faint_steps_for_few_that_break() -> None:
     patch[8:12, 12:14] = 0.6
     patch[:, 16:18] = 0.16
     canvas = empty_canvas(shown)
-    canvas.bare[:, 25:] = True
+    canvas.state[:, 25:] = BARE
     reach = np.ones((20, 30), bool)
     reach[:, :5] = False
     merge(canvas, 7, patch, reach)
@@ -55,10 +55,13 @@ def test_only_what_a_patch_has_laid_counts_in_full_and_bare_pixels_do_not() -> N
     reach = np.zeros((20, 30), bool)
     reach[:10, 18:26] = True
     merge(canvas, 7, shown + np.float32(0.5), reach)
-    np.testing.assert_array_equal(canvas.counts == 1, canvas.label == 7)
-    np.testing.assert_array_equal(canvas.counts == 0, canvas.bare)
-    np.testing.assert_allclose(canvas.counts[:, :18], STEADY)
-    assert canvas.bare.sum() == 20 * 10 - 10 * 6
+    np.testing.assert_array_equal(canvas.state == GROWN, canvas.label == 7)
+    x, y = np.meshgrid(np.arange(30, dtype=np.float32), np.arange(20, dtype=np.float32))
+    weight = canvas.weigh_at(np.stack([x, y], axis=-1))
+    np.testing.assert_array_equal(weight == 1, canvas.label == 7)
+    np.testing.assert_array_equal(weight == 0, canvas.state == BARE)
+    np.testing.assert_allclose(weight[:, :18], STEADY)
+    assert (weight == 0).sum() == 20 * 10 - 10 * 6
 
 
 def test_the_cut_runs_where_gradients_agree_too() -> None:
@@ -69,7 +72,7 @@ def test_the_cut_runs_where_gradients_agree_too() -> None:
     patch[:, 17] = shown[:, 17] + np.float32(0.1)
     patch[:, 18] = shown[:, 18] - np.float32(0.1)
     canvas = empty_canvas(shown)
-    canvas.bare[:, 25:] = True
+    canvas.state[:, 25:] = BARE
     reach = np.ones((20, 30), bool)
     reach[:, :5] = False
     merge(canvas, 7, patch, reach)
@@ -82,13 +85,13 @@ def test_the_cut_runs_where_both_pictures_agree() -> None:
     patch = np.ones((20, 30, 3), np.float32)
     patch[:, 12:14] = 0
     canvas = empty_canvas(shown)
-    canvas.bare[:, 20:] = True
+    canvas.state[:, 20:] = BARE
     reach = np.ones((20, 30), bool)
     reach[:, :5] = False
     merge(canvas, 7, patch, reach)
     assert (canvas.label[:, 20:] == 7).all()
     assert not canvas.label[:, :12].any()
-    assert not canvas.bare.any()
+    assert not (canvas.state == BARE).any()
     assert canvas.seams.sum() == 0
     np.testing.assert_array_equal(canvas.colour[canvas.label == 7], patch[canvas.label == 7])
 
@@ -111,14 +114,14 @@ def test_a_patch_never_leaves_its_reach_and_mends_an_old_seam() -> None:
 
 def test_what_may_not_be_shown_is_not_shown_even_on_bare_pixels() -> None:
     canvas = empty_canvas(np.zeros((12, 18, 3), np.float32))
-    canvas.bare[:, 6:] = True
+    canvas.state[:, 6:] = BARE
     usable = np.ones((12, 18), bool)
     usable[3:5, 9:12] = False
     taken = merge(canvas, 5, np.ones((12, 18, 3), np.float32), np.ones((12, 18), bool), usable)
     assert taken == (canvas.label == 5).sum()
     assert not canvas.label[~usable].any()
     assert (canvas.label[:, 6:][usable[:, 6:]] == 5).all()
-    np.testing.assert_array_equal(np.argwhere(canvas.bare), np.argwhere(~usable))
+    np.testing.assert_array_equal(np.argwhere(canvas.state == BARE), np.argwhere(~usable))
 
 
 def test_a_step_is_taken_away_and_fades() -> None:
