@@ -165,7 +165,7 @@ def _paste(editor: Editor) -> None:
 
 
 _NO_PICTURE = Image(np.zeros((1, 1, 1), np.uint8))
-COPIED = ("warp", "outline", "pins", "curves", "warp_map", "tracks")
+COPIED = ("warp", "outline", "pins", "curves", "warp_map", "surface", "tracks")
 """The parts of a document that make its warp; the mask stays with its picture."""
 
 WARP = (

@@ -9,18 +9,20 @@ import re
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from app.commands.surfaces import add_surface_options, add_view_options, draw_view, surface_of
 from app.console import run_shown
 from app.render.export import rendering_file
 from core.arrays import InputError
 from core.canvas import Canvas, Framing
 from core.document.document import Document, WarpSettings
-from core.document.map import MapSolver, with_handles
+from core.document.map import MapSolver, lay_on_surface, with_handles
 from core.document.mask_file import with_mask_file
 from core.files.atomic import AtomicFiles, check_outputs
-from core.imaging.images import Image, check_writable_format, load
+from core.imaging.images import Image, check_writable_format, load, write
 from core.interchange.obj import obj_mesh
 from core.interchange.stmap import write_st_map
 from core.mapping.result import Warped
@@ -57,6 +59,7 @@ def _add_warp_options(group: argparse._ArgumentGroup) -> None:
     maps = group.add_mutually_exclusive_group()
     maps.add_argument("--from-stmap", type=Path, metavar="FILE.exr", help="the warp of an ST map")
     maps.add_argument("--from-displacement", type=Path, metavar="FILE.exr", help="that of offsets in pixels, y up")
+    add_surface_options(group, maps)
     group.add_argument("--size", type=_size, metavar="WxH", help="resize to another size and aspect ratio")
     group.add_argument("--handles", type=Path, metavar="HANDLES.json", help="pins, inner curves and outline")
     group.add_argument(
@@ -99,6 +102,7 @@ def _add_output_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--stmap", type=Path, metavar="FILE.exr", help="also write the warp as an ST map")
     group.add_argument("--mesh", type=Path, metavar="FILE.obj", help="also write the warp as a textured mesh")
     group.add_argument("--report", type=Path, metavar="REPORT.json", help="also write what became of the features")
+    add_view_options(group)
 
 
 def _setting(text: str) -> tuple[str, float]:
@@ -123,11 +127,17 @@ def run(arguments: argparse.Namespace) -> None:
     _check_outputs(arguments)
     document = document_from(arguments)
     found = _solve_pixels(document, allow_folds=arguments.allow_folds)
-    framing: Framing = arguments.frame or ("warp" if document.warp_map is None else "picture")
-    canvas = Canvas.of(framing, found.warped, document.canvas_px)
-    pins = replace(found.pins, to=canvas.placed(found.pins.to))
-    found = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped), pins=pins)
-    _write(arguments, document.image, found, canvas)
+    report = found.report()
+    if document.surface is None:
+        framing: Framing = arguments.frame or ("warp" if document.warp_map is None else "picture")
+        canvas = Canvas.of(framing, found.warped, document.canvas_px)
+        pins = replace(found.pins, to=canvas.placed(found.pins.to))
+        placed = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped), pins=pins)
+    else:
+        canvas = Canvas(*document.size_px)
+        placed = replace(found, plain=found.rest, warped=lay_on_surface(document, found))
+    view = None if arguments.view is None else draw_view(document, found, arguments.orbit)
+    _write(arguments, document.image, placed, canvas, report, view)
     for complaint in [] if arguments.allow_folds else found.complaints():
         notice(f"{arguments.output}: {complaint}")
 
@@ -147,14 +157,17 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise InputError(f"{arguments.stmap}: an ST map is an .exr file")
     if arguments.mesh is not None and arguments.mesh.suffix.lower() != ".obj":
         raise InputError(f"{arguments.mesh}: a mesh is an .obj file")
-    further = arguments.map, arguments.stmap, arguments.mesh, arguments.report
+    if arguments.view is not None:
+        check_writable_format(arguments.view)
+    further = arguments.map, arguments.stmap, arguments.mesh, arguments.report, arguments.view
     check_outputs([arguments.output, *further], beside=_read(arguments))
     check_outputs(further, beside=[arguments.image])
 
 
 def _read(arguments: argparse.Namespace) -> list[Path | None]:
     """Return the files that are read beside the picture."""
-    return [arguments.mask, arguments.handles, arguments.from_stmap, arguments.from_displacement]
+    mesh = None if arguments.surface is None else Path(arguments.surface)
+    return [arguments.mask, arguments.handles, arguments.from_stmap, arguments.from_displacement, mesh]
 
 
 def document_from(arguments: argparse.Namespace) -> Document:
@@ -180,7 +193,7 @@ def document_from(arguments: argparse.Namespace) -> Document:
         falloff=arguments.falloff,
         cell_px=arguments.cell,
     )
-    document = replace(document, warp=settings, warp_map=found)
+    document = replace(document, warp=settings, warp_map=found, surface=surface_of(arguments))
     if arguments.propose is not None:
         if arguments.mask is not None or not 0 <= arguments.propose <= 100:
             raise InputError("--propose: from 0 to 100, and not with --mask")
@@ -191,10 +204,16 @@ def document_from(arguments: argparse.Namespace) -> Document:
     return document if arguments.handles is None else with_handles(document, arguments.handles)
 
 
-def _write(arguments: argparse.Namespace, image: Image, found: Warped, canvas: Canvas) -> None:
+def _write(
+    arguments: argparse.Namespace,
+    image: Image,
+    found: Warped,
+    canvas: Canvas,
+    report: dict[str, Any],
+    view: Image | None,
+) -> None:
     """Render, and write all files that were asked for; they appear together, once each is whole."""
     grid = found.rest, found.warped, image.size_px, canvas
-    report = found.report()
     with AtomicFiles() as files:
         started = time.perf_counter()
         with files.place(arguments.output) as place:
@@ -210,6 +229,9 @@ def _write(arguments: argparse.Namespace, image: Image, found: Warped, canvas: C
         if arguments.mesh is not None:
             with files.place(arguments.mesh) as place:
                 place.write_text(obj_mesh(*grid), encoding="utf-8")
+        if view is not None:
+            with files.place(arguments.view) as place:
+                write(view, place, named=arguments.view, quality=arguments.quality)
         if arguments.report is not None:
             with files.place(arguments.report) as place:
                 place.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")

@@ -223,6 +223,7 @@ def _maps_alike(a: Document, b: Document) -> bool:
         and a.warp == b.warp
         and a.outline is b.outline
         and a.warp_map is b.warp_map
+        and a.surface is b.surface
         and a.pins == b.pins
         and a.curves == b.curves
     )

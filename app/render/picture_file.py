@@ -13,7 +13,7 @@ from core.canvas import Canvas, Framing
 from core.document import overlay, overlay_texture
 from core.document import retexture as document_retexture
 from core.document.document import Document
-from core.document.map import settle_map
+from core.document.map import lay_on_surface, settle_map
 from core.files.atomic import atomic_file
 from core.grid import Grid
 from core.imaging import color
@@ -103,13 +103,19 @@ def draw_warped(
     scale: float = 1.0,
     bits: Bits | None = None,
 ) -> Drawing:
-    """Return the drawing of a document by its map; what the map could not keep is a notice about the file `name`."""
+    """Return the drawing of a document by its map; what the map could not keep is a notice about the file `name`.
+
+    Of a picture on a surface in space that is the surface's texture.
+    """
     for complaint in found.complaints():
         notice(f"{name}: {complaint}")
-    canvas = Canvas.of(frame, found.warped, document.canvas_px)
+    if document.surface is None:
+        canvas, moved = Canvas.of(frame, found.warped, document.canvas_px), found.warped
+    else:
+        canvas, moved = Canvas(*document.size_px), lay_on_surface(document, found)
     scale = scale if width_px is None else width_px / canvas.width_px
     image, size = at_depth(document.image, bits), _scaled(canvas.size, scale)
-    return Drawing(image, found.rest, canvas.placed(found.warped), size, scale)
+    return Drawing(image, found.rest, canvas.placed(moved), size, scale)
 
 
 def drawing_file(drawing: Drawing, place: Path, *, named: Path, quality: int = 95) -> Job[None]:

@@ -16,7 +16,8 @@ from app.model.shapes import Circle, Polyline, Role, Shape
 from app.tools.points.box import STEP_RAD
 from app.tools.points.grips import REACH_PX, drag_from
 from core.arrays import Points
-from core.document.document import RING_SCALES, Document, Place, Ring, pixels_from_places
+from core.document.document import Document, Place, pixels_from_places
+from core.document.ring import RING_SCALES, Ring
 from core.mapping.result import Warped
 
 RING_PX = 34.0

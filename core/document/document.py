@@ -14,9 +14,11 @@ import numpy as np
 from core.arrays import InputError, Points, as_points, readonly
 from core.document.keys import Span, Track
 from core.document.overlay_settings import Cloth
+from core.document.ring import Ring
 from core.imaging.images import Image
 from core.rasters.raster import Raster
 from core.retexture.defaults import VARIETY
+from core.surfaces.surface import Surface
 from core.warps.map_file import WarpMap
 
 Keep: TypeAlias = Literal["similarity", "rigid", "none"]
@@ -29,8 +31,6 @@ Place: TypeAlias = tuple[float, float]
 
 SIDE, RING = 4, 12
 """Control points of one side of an outline, and of all four."""
-RING_SCALES = 0.05, 20.0
-"""By how much a ring scales at least and at most."""
 
 
 @dataclass(frozen=True)
@@ -83,34 +83,6 @@ class RetextureSettings:
     left_out: tuple[Place, ...] = ()
     """Points on long edges, normalised, that are not to be kept."""
     seed: int = 0
-
-
-@dataclass(frozen=True)
-class Ring:
-    """By how much the picture is turned and scaled around a pin, against what it is without handles.
-
-    Raises `InputError` for a scale that is not within `RING_SCALES`, or a turn that is no number.
-    """
-
-    turn_deg: float = 0.0
-    """Clockwise on the screen, y down."""
-    scale: float = 1.0
-
-    def __post_init__(self) -> None:
-        if not np.isfinite(self.turn_deg):
-            raise InputError(f"ring: a turn of {self.turn_deg:g} degrees is not a finite number")
-        if not RING_SCALES[0] <= self.scale <= RING_SCALES[1]:
-            raise InputError(f"ring: a scale of {self.scale:g} is not from {RING_SCALES[0]:g} to {RING_SCALES[1]:g}")
-
-    @classmethod
-    def of(cls, f: complex) -> "Ring":
-        """Return the ring that turns and scales by s exp(iφ)."""
-        return cls(float(np.degrees(np.angle(f))), float(np.clip(abs(f), *RING_SCALES)))
-
-    @property
-    def f(self) -> complex:
-        """What it turns and scales by, s exp(iφ); 1, to the last bit, where it has not been moved."""
-        return complex(self.scale * np.exp(1j * np.radians(self.turn_deg)))
 
 
 @dataclass(frozen=True)
@@ -218,6 +190,8 @@ class Document:
     """The mode of the last edit, whose result an export shows."""
     warp_map: WarpMap | None = None
     """A warp that was read from a file; the preset bends what it gives."""
+    surface: Surface | None = None
+    """The surface in space that the picture is laid on; its chart is the warp, in place of one from a file."""
     tracks: Mapping[str, Track] = field(default_factory=lambda: MappingProxyType({}))
     """Keys of parameters of the warp by name: `core.document.animated` says which. `size` is in times the picture."""
     span: Span = field(default_factory=Span)
@@ -230,7 +204,9 @@ class Document:
 
     @property
     def canvas_px(self) -> tuple[int, int]:
-        """Width and height of the result: the picture's, times `WarpSettings.aspect`."""
+        """Width and height of the result: the picture's, times `WarpSettings.aspect`; on a surface, its chart's."""
+        if self.surface is not None:
+            return self.surface.chart.size_px(self.size_px)
         width, height = (
             max(1, round(side * factor)) for side, factor in zip(self.size_px, self.warp.aspect, strict=True)
         )

@@ -18,7 +18,7 @@ import numpy as np
 from core.arrays import InputError, Points, as_points
 from core.curves import feature_curves
 from core.curves.feature_curves import FeatureCurve
-from core.document.document import Ring
+from core.document.ring import Ring
 from core.files.json_file import read_json
 
 _SIDES = ("top", "right", "bottom", "left")

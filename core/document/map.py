@@ -31,6 +31,7 @@ from core.mapping.result import Warped
 from core.mapping.warper import Warper
 from core.progress import Job
 from core.selection.nodes import MarkedNodes
+from core.surfaces.chart import Chart
 from core.warps.map_file import WarpMap
 from core.warps.outline import follow_outline
 from core.warps.presets import make_warp
@@ -47,10 +48,17 @@ def grid_of(document: Document) -> Grid:
 
 def preset_of(document: Document) -> Warp:
     """Return the map, the preset and the resizing, from pixels of the picture to pixels of the canvas."""
-    return _preset(document.warp, document.warp_map, document.size_px, document.canvas_px)
+    return _preset(document.warp, _source_of(document), document.size_px, document.canvas_px)
 
 
-def _preset(warp: WarpSettings, warp_map: WarpMap | None, size_px: tuple[int, int], canvas_px: tuple[int, int]) -> Warp:
+def _source_of(document: Document) -> WarpMap | Chart | None:
+    """Return what takes the picture where the preset begins."""
+    return document.warp_map if document.surface is None else document.surface.chart
+
+
+def _preset(
+    warp: WarpSettings, source: WarpMap | Chart | None, size_px: tuple[int, int], canvas_px: tuple[int, int]
+) -> Warp:
     bent = make_warp(
         warp.preset or "none",
         *size_px,
@@ -61,7 +69,10 @@ def _preset(warp: WarpSettings, warp_map: WarpMap | None, size_px: tuple[int, in
         settings=warp.values,
     )
     bent = compose(bent, resize(size_px, canvas_px))
-    return bent if warp_map is None else compose(warp_map.warp(size_px), resize(warp_map.size_px, size_px), bent)
+    if source is None:
+        return bent
+    given_px = source.size_px(size_px) if isinstance(source, Chart) else source.size_px
+    return compose(source.warp(size_px), resize(given_px, size_px), bent)
 
 
 def handles_of(document: Document) -> Handles:
@@ -108,24 +119,38 @@ def with_warp_map(document: Document, found: WarpMap) -> Document:
     """Return `document` under a warp that was read, on a canvas of its size."""
     width, height = document.size_px
     aspect = found.size_px[0] / width, found.size_px[1] / height
-    return document.changed(warp_map=found).with_warp(aspect=aspect)
+    return document.changed(warp_map=found, surface=None).with_warp(aspect=aspect)
+
+
+def lay_on_surface(document: Document, found: Warped) -> Points:
+    """Return where the nodes (R, C, 2) of a map lie in the texture of the document's surface, in the picture's pixels.
+
+    The texture has the picture's size, and nodes of the edge that are where the chart has them lie on its edge.
+    """
+    assert document.surface is not None
+    chart, size = document.surface.chart, np.array(document.size_px)
+    extent = chart.places.max(axis=(0, 1))
+    share = chart.texture_at((found.warped + 0.5) / document.canvas_px * extent)
+    unmoved = (found.warped == found.plain).all(axis=-1) & found.grid.outline
+    share[unmoved] = ((found.rest + 0.5) / size)[unmoved]
+    return np.asarray(share * size - 0.5)
 
 
 def outline_of(document: Document) -> Outline:
     """Return the document's outline, or the one nearest to where the preset takes the picture's edge."""
     if document.outline is not None:
         return document.outline
-    return _outline_of_preset(document.warp, document.warp_map, document.size_px, document.canvas_px)
+    return _outline_of_preset(document.warp, _source_of(document), document.size_px, document.canvas_px)
 
 
 @lru_cache(maxsize=1)
 def _outline_of_preset(
-    warp: WarpSettings, warp_map: WarpMap | None, size_px: tuple[int, int], canvas_px: tuple[int, int]
+    warp: WarpSettings, source: WarpMap | Chart | None, size_px: tuple[int, int], canvas_px: tuple[int, int]
 ) -> Outline:
     u = np.linspace(0, 1, _EDGE_SAMPLES)
     low, high = np.zeros_like(u), np.ones_like(u)
     edges = [(u, low), (high, u), (1 - u, high), (low, 1 - u)]
-    preset = _preset(warp, warp_map, size_px, canvas_px)
+    preset = _preset(warp, source, size_px, canvas_px)
     sides = []
     for edge in edges:
         pixels = preset(pixels_from_places(size_px, np.stack(edge, axis=-1)))
@@ -187,7 +212,7 @@ class MapSolver:
 
     def _base_of(self, document: Document, grid: Grid) -> Points:
         """Return where preset and outline take the nodes, kept while pins and curves are dragged."""
-        key = (document.warp, document.warp_map, document.size_px, document.outline)
+        key = (document.warp, _source_of(document), document.size_px, document.outline)
         if self._base is None or self._base[0] != key or self._base[1].shape[:2] != grid.shape:
             base = preset_of(document)(grid.nodes)
             if document.outline is not None:

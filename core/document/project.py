@@ -87,6 +87,8 @@ def _document(path: Path, members: Members) -> Document:
     try:
         document: Document = decode(Document, _up_to_date(data["document"]), _Reader(members))
         check_tracks(document)
+        if document.surface is not None:
+            document.surface.chart.size_px(document.size_px)
     except InputError as fault:
         raise InputError(f"{path}: damaged project: {fault}") from fault
     except OSError as fault:

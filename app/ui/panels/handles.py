@@ -14,7 +14,8 @@ from app.ui.widgets.key_button import key_button
 from app.ui.widgets.sliders import number_box
 from app.ui.widgets.theme import em
 from core.arrays import Points
-from core.document.document import RING_SCALES, CurvePair, Document, Ring, pixels_from_places, places_from_pixels
+from core.document.document import CurvePair, Document, pixels_from_places, places_from_pixels
+from core.document.ring import RING_SCALES, Ring
 
 CORNERS = ("top left", "top right", "bottom right", "bottom left")
 MOST_PX = 1e6

@@ -6,7 +6,8 @@ from app.tools import pin_ring
 from app.tools.pin_ring import RING_PX
 from app.tools.pins import measure_miss_px, targets_on_screen
 from app.tools.points.box import Box, Grip, apply
-from core.document.document import Document, Ring, pixels_from_places
+from core.document.document import Document, pixels_from_places
+from core.document.ring import Ring
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, document
 

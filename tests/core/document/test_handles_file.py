@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from core.arrays import InputError
-from core.document.document import Ring
 from core.document.handles_file import from_data, read
+from core.document.ring import Ring
 
 SIDES = {
     "top": [[0, 0], [10, 0], [20, 0], [30, 0]],

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from core.arrays import InputError
-from core.document.document import CurvePair, Document, Feature, Outline, Pin, RetextureSettings, Ring, WarpSettings
+from core.document.document import CurvePair, Document, Feature, Outline, Pin, RetextureSettings, WarpSettings
 from core.document.overlay_settings import Cloth, LatticeVertices, Laying, Search
 from core.document.project import load_project, save_project
+from core.document.ring import Ring
 from core.imaging.images import Attribute, Image, load, save
 from core.rasters.raster import Raster
 

@@ -1,0 +1,84 @@
+"""Options of `weft warp` about a surface in space, and what they mean."""
+
+import argparse
+import math
+from pathlib import Path
+
+from app.render import gpu
+from app.render.sources.source import Source
+from app.render.surface_view import Laid, Orbit, SurfaceView
+from core.arrays import InputError
+from core.document.document import Document
+from core.imaging.image import Image
+from core.mapping.result import Warped
+from core.surfaces.mesh_file import read_mesh
+from core.surfaces.shapes import SHAPES, make_shape
+from core.surfaces.surface import Surface
+
+VIEW_PX = 256, 2048
+"""A view is from so many to so many pixels a side."""
+PROPORTIONS = "; ".join(f"{name}: {shape.number}, {shape.usual:g}" for name, shape in SHAPES.items())
+
+
+def add_surface_options(group: argparse._ArgumentGroup, maps: argparse._MutuallyExclusiveGroup) -> None:
+    """Declare the options that say which surface; it is one of several `maps`."""
+    maps.add_argument(
+        "--surface", metavar="NAME|MESH", help="lay it on a surface: " + ", ".join(SHAPES) + ", or an OBJ or glTF file"
+    )
+    group.add_argument("--proportion", type=float, metavar="P", help="of a surface by name: " + PROPORTIONS)
+
+
+def add_view_options(group: argparse._ArgumentGroup) -> None:
+    """Declare the options that say how it is seen."""
+    group.add_argument("--view", type=Path, metavar="VIEW.png", help="also write the surface with the picture on it")
+    group.add_argument(
+        "--orbit", type=_orbit, default=Orbit(), metavar="TURN,TILT", help="degrees the camera goes right and up"
+    )
+
+
+def _orbit(text: str) -> Orbit:
+    """Read TURN,TILT."""
+    try:
+        turn, tilt = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: not TURN,TILT in degrees") from None
+    return Orbit(turn, tilt)
+
+
+def surface_of(arguments: argparse.Namespace) -> Surface | None:
+    """Return the surface that was asked for, by name or in a file."""
+    if arguments.surface is None:
+        if arguments.view is not None:
+            raise InputError("--view: shows a surface: choose one with --surface")
+        if arguments.proportion is not None:
+            raise InputError("--proportion: is that of a surface: choose one with --surface")
+        return None
+    if arguments.size is not None:
+        raise InputError("--size: on a surface the picture keeps its size")
+    if arguments.surface in SHAPES:
+        surface = make_shape(arguments.surface, arguments.proportion)
+    elif arguments.proportion is not None:
+        raise InputError("--proportion: is that of a surface by name, not of a mesh")
+    elif "." not in arguments.surface:
+        raise InputError(f"--surface {arguments.surface}: neither a file nor one of {', '.join(SHAPES)}")
+    else:
+        surface = read_mesh(Path(arguments.surface))
+    try:
+        surface.chart.size_px((1, 1))
+    except InputError as fault:
+        raise InputError(f"{arguments.surface}: {fault}") from None
+    return surface
+
+
+def draw_view(document: Document, found: Warped, orbit: Orbit) -> Image:
+    """Return a picture of the document's surface, as wide and as high as the document's picture is on average."""
+    assert document.surface is not None
+    side = min(max(round(math.sqrt(math.prod(document.size_px))), VIEW_PX[0]), VIEW_PX[1])
+    context = gpu.standalone()
+    view, source = SurfaceView(context, (side, side)), Source(context, document.image)
+    try:
+        view.draw(Laid(document.surface, found.rest, found.warped, document.canvas_px), source, orbit)
+        return Image(view.read())
+    finally:
+        view.release()
+        source.release()

@@ -1,0 +1,184 @@
+"""A picture of a surface in space with the warped picture laid on it (FAT fig. 5)."""
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from app.render import gpu
+from app.render.passes.mesh import MeshBuffers
+from app.render.passes.picture_pass import PicturePass
+from app.render.programs import programs_of, set_uniforms
+from app.render.sources.source import Source
+from core.arrays import Bytes, Floats, Points
+from core.surfaces.surface import Surface
+
+MOST_PX = 1024
+"""The result is laid on a surface at a size of so many pixels a side at most."""
+FINER = 2
+"""A surface is drawn at so many times its size each way, and averaged."""
+CHART_NODES = 257
+"""A chart is looked up in a raster of so many nodes a side."""
+FIELD_DEG = 30.0
+"""Angle that the camera sees."""
+AMBIENT = 0.35
+"""How bright a surface is that is seen from its side."""
+NEAR, FAR = 0.05, 20.0
+ROOM = 0.95
+"""A whole surface fills so much of the view."""
+NO_DESK = 0.0, 0.0, 0.0, 0.0
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """Where a camera is that looks at the middle of a surface."""
+
+    turn_deg: float = 20.0
+    """How far it has gone around to the right."""
+    tilt_deg: float = 15.0
+    """How far up."""
+    zoom: float = 1.0
+    """1 shows the whole surface, more shows less of it."""
+
+    def turned(self) -> Floats:
+        """Return the rotation (3, 3) of space before the camera."""
+        turn, tilt = np.radians([-self.turn_deg, self.tilt_deg])
+        around = np.array([[np.cos(turn), 0, np.sin(turn)], [0, 1, 0], [-np.sin(turn), 0, np.cos(turn)]])
+        over = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
+        return np.asarray(over @ around)
+
+    def clip_matrix(self, surface: Surface, size: tuple[int, int]) -> Floats:
+        """Return the matrix (4, 4) from the space of a surface to clip coordinates of a picture of `size`, (w, h)."""
+        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+        middle = (low + high) / 2
+        radius = max(float(np.linalg.norm(surface.vertices - middle, axis=1).max()), 1e-12)
+        half = np.radians(FIELD_DEG / 2)
+        view = np.eye(4)
+        view[:3, :3] = self.turned() / radius
+        view[:3, 3] = -view[:3, :3] @ middle - [0, 0, 1 / np.sin(half)]
+        # The narrower side of the picture sees the whole angle.
+        scale = ROOM * self.zoom / np.tan(half) * min(size) / np.array(size)
+        depth = (FAR + NEAR) / (NEAR - FAR), 2 * FAR * NEAR / (NEAR - FAR)
+        project = np.array([[scale[0], 0, 0, 0], [0, scale[1], 0, 0], [0, 0, *depth], [0, 0, -1, 0]])
+        return np.asarray(project @ view)
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """What lies on a surface: a picture by its nodes."""
+
+    surface: Surface
+    rest: Points
+    """Nodes (R, C, 2) in pixels of the picture."""
+    moved: Points
+    """Where they are on the canvas of the surface's chart."""
+    canvas_px: tuple[int, int]
+
+
+class SurfaceView:
+    """Draws a surface with a picture on it in one GL context; what has not changed is kept."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
+        self.size = max(size[0], 1), max(size[1], 1)
+        self._context = context
+        self._shown = context.texture((FINER * self.size[0], FINER * self.size[1]), 4, dtype="f1")
+        self._shown.filter = moderngl.LINEAR, moderngl.LINEAR
+        self._depth = context.depth_renderbuffer(self._shown.size)
+        self._target = context.framebuffer([self._shown], self._depth)
+        self._surface: Surface | None = None
+        self._held: list[moderngl.Buffer | moderngl.VertexArray | moderngl.Texture] = []
+        self._laid: tuple[object, ...] = ()
+        self._picture: PicturePass | None = None
+
+    @property
+    def texture(self) -> moderngl.Texture:
+        """What was drawn last, its first row at the bottom."""
+        return self._shown
+
+    def draw(
+        self, laid: Laid, source: Source, orbit: Orbit, desk: tuple[float, float, float, float] = NO_DESK
+    ) -> moderngl.Texture:
+        """Draw what is laid on its surface as a camera sees it, on a ground of the colour `desk`."""
+        if laid.surface is not self._surface:
+            self._take(laid.surface)
+        key = source, laid.rest, laid.moved
+        if len(self._laid) != len(key) or any(a is not b for a, b in zip(key, self._laid, strict=True)):
+            self._lay(laid, source)
+            self._laid = key
+        assert self._picture is not None
+        array, chart = self._held[0], self._held[1]
+        assert isinstance(array, moderngl.VertexArray)
+        assert isinstance(chart, moderngl.Texture)
+        chart.use(0)
+        self._picture.light.texture.use(1)
+        uniforms = {
+            "to_clip": tuple(orbit.clip_matrix(laid.surface, self.size).T.ravel().tolist()),
+            "to_camera": tuple(orbit.turned().T.ravel().tolist()),
+            "chart": 0,
+            "picture": 1,
+            "ambient": AMBIENT,
+        }
+        set_uniforms(programs_of(self._context).get("surface.vert", "surface.frag"), **uniforms)
+        with gpu.drawing(self._target, (0, 0, *self._shown.size)):
+            self._target.clear(color=desk)
+            self._context.enable(moderngl.DEPTH_TEST)
+            programs_of(self._context).render(array, 3 * len(laid.surface.triangles))
+            self._context.disable(moderngl.DEPTH_TEST)
+        return self._shown
+
+    def read(self) -> Bytes:
+        """Return what was drawn last as pixels (h, w, 4), straight alpha, encoded for the screen."""
+        width, height = self._shown.size
+        pixels = np.frombuffer(self._target.read(components=4), np.uint8).reshape(height, width, 4)[::-1]
+        fine = pixels.reshape(self.size[1], FINER, self.size[0], FINER, 4).astype(np.float32)
+        cover = fine[..., 3:].sum(axis=(1, 3))
+        colour = (fine[..., :3] * fine[..., 3:]).sum(axis=(1, 3)) / np.maximum(cover, 1)
+        return np.asarray(np.rint(np.concatenate([colour, cover / FINER**2], axis=-1)), np.uint8)
+
+    def _take(self, surface: Surface) -> None:
+        """Send another surface to the GPU."""
+        self._drop()
+        program = programs_of(self._context).get("surface.vert", "surface.frag")
+        corners = np.concatenate(
+            [surface.vertices[surface.triangles], surface.normals[surface.triangles], surface.corners], axis=-1
+        )
+        buffer = self._context.buffer(corners.astype("f4").tobytes())
+        array = self._context.vertex_array(program, [(buffer, "3f 3f 2f", "place", "normal", "share")])
+        even = np.linspace(0, 1, CHART_NODES)
+        share = np.stack(np.meshgrid(even, even), axis=-1)
+        places = surface.chart.at(share) / surface.chart.places.max(axis=(0, 1))
+        chart = self._context.texture((CHART_NODES, CHART_NODES), 2, places.astype("f4").tobytes(), dtype="f4")
+        chart.filter = moderngl.LINEAR, moderngl.LINEAR
+        chart.repeat_x = chart.repeat_y = False
+        self._surface, self._held = surface, [array, chart, buffer]
+
+    def _lay(self, laid: Laid, source: Source) -> None:
+        """Draw the result that is laid on the surface."""
+        scale = min(1.0, MOST_PX / max(laid.canvas_px))
+        size = max(1, round(laid.canvas_px[0] * scale)), max(1, round(laid.canvas_px[1] * scale))
+        if self._picture is None or self._picture.size != size:
+            if self._picture is not None:
+                self._picture.release()
+            self._picture = PicturePass(self._context, size)
+        mesh = MeshBuffers(self._context, laid.rest.shape[:2])
+        mesh.place(laid.rest, (laid.moved + 0.5) * (np.array(size) / laid.canvas_px) - 0.5)
+        self._picture.clear()
+        self._picture.draw(mesh, source, (0, 0, *size))
+        mesh.release()
+        light = self._picture.light.texture
+        light.build_mipmaps()
+        light.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        light.repeat_x = light.repeat_y = False
+
+    def _drop(self) -> None:
+        for held in self._held:
+            held.release()
+        self._held, self._surface = [], None
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        self._drop()
+        if self._picture is not None:
+            self._picture.release()
+        for held in (self._target, self._depth, self._shown):
+            held.release()

@@ -1,0 +1,130 @@
+"""A surface laid flat with its angles kept: what is undistorted in the chart is undistorted on the surface.
+
+With M the symmetric square root of the metric J'J of a surface over its texture, and zeta = M q the plane of a small
+triangle of it, a map f from the texture to the complex plane has the derivatives f_zeta and f_zetabar there. It keeps
+angles where f_zetabar = 0 [least squares conformal maps, Levy et al. 2002], and lengths where f_zeta = exp i theta
+besides. Of all maps that keep angles, the one that changes lengths least is sought: with A the triangles' areas,
+
+    E = sum A (|f_zetabar|^2 + LENGTHS |f_zeta - exp i theta|^2),
+
+whose theta is the angle of f_zeta: each round solves for f and takes its angles [local/global, Liu et al. 2008]. One
+factor serves all rounds.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+from scipy import sparse
+
+from core.arrays import Floats, InputError, Points, readonly
+from core.grid import Grid
+from core.linalg.factor import Factor
+
+LENGTHS = 1e-4
+"""How much lengths count beside angles."""
+SAMPLES = 4
+"""The metric is read in so many places of a quad each way."""
+ROUNDS = 40
+STEADY = 1e-6
+"""The last round is that in which no angle changes by more."""
+STEPS = 20
+"""Steps of Newton's method from the nearest node of a chart to a place in it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """A surface laid flat."""
+
+    places: Points
+    """(n + 1, n + 1, 2) where an even grid over the texture lies; its least x and y are 0, and its area is 1."""
+
+    def size_px(self, size_px: tuple[int, int]) -> tuple[int, int]:
+        """Return width and height of the box around the chart, with about as many pixels as a picture of `size_px`."""
+        width, height = self.places.max(axis=(0, 1)) * np.sqrt(size_px[0] * size_px[1])
+        return max(1, round(width)), max(1, round(height))
+
+    def warp(self, size_px: tuple[int, int]) -> Callable[[Points], Points]:
+        """Return the warp of a picture of `size_px` into the chart's box, both in pixels."""
+        scale = np.array(self.size_px(size_px)) / self.places.max(axis=(0, 1))
+
+        def warp(points: Points) -> Points:
+            return np.asarray(self.at((points + 0.5) / size_px) * scale - 0.5)
+
+        return warp
+
+    def at(self, share: Points, *, across: int = 0, down: int = 0) -> Points:
+        """Return where places of the texture (..., 2), shares of it, lie; or the derivatives so often each way."""
+        x, y = np.clip(share[..., 0], 0, 1).ravel(), np.clip(share[..., 1], 0, 1).ravel()
+        found = [spline.ev(y, x, dx=down, dy=across) for spline in self._splines]
+        return np.stack(found, axis=-1).reshape(share.shape)
+
+    def texture_at(self, places: Points) -> Points:
+        """Return which places of the texture (..., 2), shares of it, lie at places of the chart; its border beyond."""
+        wanted = places.reshape(-1, 2)
+        count = self.places.shape[0]
+        _, nearest = scipy.spatial.cKDTree(self.places.reshape(-1, 2)).query(wanted)
+        share = np.stack(np.divmod(nearest, count)[::-1], axis=-1) / (count - 1)
+        for _ in range(STEPS):
+            rest = wanted - self.at(share)
+            across, down = self.at(share, across=1), self.at(share, down=1)
+            area = across[:, 0] * down[:, 1] - across[:, 1] * down[:, 0]
+            step = np.stack(
+                [
+                    rest[:, 0] * down[:, 1] - rest[:, 1] * down[:, 0],
+                    across[:, 0] * rest[:, 1] - across[:, 1] * rest[:, 0],
+                ],
+                axis=-1,
+            )
+            step = np.clip(step / area[:, None], -2 / count, 2 / count)
+            share = np.clip(share + step, 0, 1)
+        return np.asarray(share.reshape(places.shape))
+
+    @cached_property
+    def _splines(self) -> tuple[scipy.interpolate.RectBivariateSpline, ...]:
+        even = np.linspace(0, 1, len(self.places))
+        return tuple(scipy.interpolate.RectBivariateSpline(even, even, self.places[..., i]) for i in (0, 1))
+
+
+def flatten(stretch_at: Callable[[Points], Floats], cells: int) -> Chart:
+    """Return the chart of a surface by `cells` x `cells` of its texture.
+
+    `stretch_at` returns M (k, 2, 2) at places of the texture (k, 2). Raises `InputError` for a surface that would lie
+    over itself.
+    """
+    grid, side = Grid(cells, cells, cell_px=1), cells + 1
+    nodes, triangles = ((grid.nodes + 0.5) / cells).reshape(-1, 2), grid.triangles
+    # Two triangles of a quad follow one another, and share its metric: the mean over it, since a mesh has facets.
+    within = (np.stack(np.divmod(np.arange(SAMPLES**2), SAMPLES), axis=-1) + 0.5) / (SAMPLES * cells)
+    samples = nodes[grid.quads[:, :1]] + within
+    stretch = stretch_at(samples.reshape(-1, 2)).reshape(len(samples), -1, 2, 2).mean(axis=1).repeat(2, axis=0)
+    corners = nodes[triangles]
+    flat = np.einsum("tij,tkj->tki", stretch, corners - corners[:, :1])
+    zeta = flat[..., 0] + 1j * flat[..., 1]
+    opposite = zeta[:, [2, 0, 1]] - zeta[:, [1, 2, 0]]
+    area = (np.conj(zeta[:, 1] - zeta[:, 0]) * (zeta[:, 2] - zeta[:, 0])).imag / 2
+    slope = (1j * opposite / (4 * area[:, None])).ravel()
+    where = np.repeat(np.arange(len(area)), 3), triangles.ravel()
+    sheared, turned = (sparse.csr_array((part, where), (len(area), side**2)) for part in (slope, slope.conj()))
+    skewed = sparse.csr_array((sheared[::2] + sheared[1::2]) / 2)
+    of_quads, of_triangles = (sparse.diags_array(part / area.sum()) for part in (area[::2] + area[1::2], area))
+    held = LENGTHS * turned.conj().T @ of_triangles
+    system = skewed.conj().T @ of_quads @ skewed + held @ turned
+    # The middle stays, or all could be shifted.
+    free = np.delete(np.arange(side**2), side**2 // 2)
+    factor = Factor(sparse.csc_array(system[free][:, free]))
+    place, turn = np.zeros(side**2, complex), np.ones(len(area), complex)
+    for _ in range(ROUNDS):
+        place[free] = factor.solve((held @ turn)[free])
+        before, along = turn, turned @ place
+        turn = along / np.maximum(np.abs(along), 1e-300)
+        if np.abs(turn - before).max() < STEADY:
+            break
+    corner = place[triangles]
+    covered = (np.conj(corner[:, 1] - corner[:, 0]) * (corner[:, 2] - corner[:, 0])).imag / 2
+    if not (covered > 0).all():
+        raise InputError("surface: its texture is laid on it in folds")
+    places = np.stack([place.real, place.imag], axis=-1).reshape(side, side, 2)
+    return Chart(readonly((places - places.min(axis=(0, 1))) / np.sqrt(covered.sum())))
