@@ -13,6 +13,7 @@ from app.marking.applying import select as select_area
 from app.marking.feature_list import merge
 from app.marking.keying import select_keys
 from app.model.jobs import Jobs
+from app.model.orbit import Orbit
 from app.model.session import Brush
 from app.model.spaces import screen_from_canvas
 from app.tools.all import TOOLS
@@ -41,6 +42,7 @@ def main() -> None:
     show("selecting", plain, select)
     show("features", warp_sample(), list_features)
     show("resize", plain, resize)
+    show("space", warp_sample(), lay_on_sphere)
     show("pins", warp_sample().changed(pins=(Pin((0.32, 0.42), (0.32, 0.42)), Pin((0.75, 0.4), (0.8, 0.3)))), pin)
     show("animate", warp_sample(), animate)
     show("seeing", warp_sample().with_warp(preset="twist", bend=40.0), heat)
@@ -135,6 +137,16 @@ def resize(window: WindowDriver) -> None:
     window.wait_until(lambda: window.editor.jobs.is_idle)
     settle(window)
     window.shell.workspace.table.run("view.fit", window.editor)
+
+
+def lay_on_sphere(window: WindowDriver) -> None:
+    """Lay the picture on a sphere."""
+    editor = window.editor
+    window.item("//Warp/In space##page").wait(2).item("//Warp/Sphere##shapes0")
+    window.wait_until(lambda: editor.document.surface is not None)
+    settle(window)
+    editor.show(orbit=Orbit(turn_deg=10.0, tilt_deg=25.0))
+    window.shell.workspace.table.run("view.fit", editor)
 
 
 def pin(window: WindowDriver) -> None:

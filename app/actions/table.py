@@ -11,6 +11,7 @@ from app.actions.keys import Keys, with_keys
 from app.actions.overlay import OVERLAY
 from app.actions.retexture import RETEXTURE
 from app.actions.selecting import SELECTING
+from app.actions.surfaces import SURFACES
 from app.actions.timeline import TIMELINE
 from app.actions.view import MODES, VIEW
 from app.actions.warp import MASK, WARP
@@ -25,7 +26,7 @@ class ActionTable:
     def __init__(self, tools: Mapping[str, Tool]) -> None:
         tool_actions = tuple(_tool(tool) for tool in tools.values())
         self._plain = (
-            *(*FILE, *EDIT, *VIEW, *MASK, *SELECTING, *WARP, *HANDLES),
+            *(*FILE, *EDIT, *VIEW, *MASK, *SELECTING, *WARP, *SURFACES, *HANDLES),
             *(*FEATURE_CURVES, *RETEXTURE, *OVERLAY, *TIMELINE, *tool_actions, *MODES, *HELP),
         )
         self.actions: list[Action] = []

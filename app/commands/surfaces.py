@@ -1,22 +1,14 @@
 """Options of `weft warp` about a surface in space, and what they mean."""
 
 import argparse
-import math
 from pathlib import Path
 
-from app.render import gpu
-from app.render.sources.source import Source
-from app.render.surface_view import Laid, Orbit, SurfaceView
+from app.model.orbit import Orbit
 from core.arrays import InputError
-from core.document.document import Document
-from core.imaging.image import Image
-from core.mapping.result import Warped
 from core.surfaces.mesh_file import read_mesh
 from core.surfaces.shapes import SHAPES, make_shape
 from core.surfaces.surface import Surface
 
-VIEW_PX = 256, 2048
-"""A view is from so many to so many pixels a side."""
 PROPORTIONS = "; ".join(f"{name}: {shape.number}, {shape.usual:g}" for name, shape in SHAPES.items())
 
 
@@ -68,17 +60,3 @@ def surface_of(arguments: argparse.Namespace) -> Surface | None:
     except InputError as fault:
         raise InputError(f"{arguments.surface}: {fault}") from None
     return surface
-
-
-def draw_view(document: Document, found: Warped, orbit: Orbit) -> Image:
-    """Return a picture of the document's surface, as wide and as high as the document's picture is on average."""
-    assert document.surface is not None
-    side = min(max(round(math.sqrt(math.prod(document.size_px))), VIEW_PX[0]), VIEW_PX[1])
-    context = gpu.standalone()
-    view, source = SurfaceView(context, (side, side)), Source(context, document.image)
-    try:
-        view.draw(Laid(document.surface, found.rest, found.warped, document.canvas_px), source, orbit)
-        return Image(view.read())
-    finally:
-        view.release()
-        source.release()

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from app.commands.surfaces import add_surface_options, add_view_options, draw_view, surface_of
+from app.commands.surfaces import add_surface_options, add_view_options, surface_of
 from app.console import run_shown
 from app.render.export import rendering_file
+from app.render.surface_view import draw_view
 from core.arrays import InputError
 from core.canvas import Canvas, Framing
 from core.document.document import Document, WarpSettings

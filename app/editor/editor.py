@@ -126,8 +126,8 @@ class Editor(Errands):
     @property
     def canvas_px(self) -> tuple[int, int]:
         """Width and height of what the canvas shows: the result of the present mode, or the picture as it was."""
-        unwarped = self.unwarped.is_shown
-        return self.document.size_px if unwarped else self.document.changed(mode=self.session.mode).result_px
+        warped = self.session.mode == "warp" and not self.unwarped.is_shown
+        return self.document.canvas_px if warped else self.document.size_px
 
     @property
     def is_busy(self) -> bool:

@@ -5,9 +5,8 @@ from pathlib import Path
 from app.editor.editor import Editor
 from app.model.requests import OpenFile
 from core.arrays import InputError
-from core.canvas import Canvas
 from core.document.document import Document
-from core.document.map import settle_map, with_warp_map
+from core.document.map import frame_result, settle_map, with_warp_map
 from core.files.atomic import atomic_file
 from core.files.text import legible
 from core.interchange.obj import obj_mesh
@@ -44,8 +43,8 @@ def write_warp(document: Document, path: Path) -> Job[None]:
         raise InputError(f"{path}: a warp is an .exr file, as an ST map, or an .obj file, as a mesh")
     found = yield from part(settle_map(document), 0.0, 0.6)
     yield Progress(0.6, "writing")
-    canvas = Canvas.around(found.warped)
-    grid = found.rest, canvas.placed(found.warped), document.size_px, canvas
+    canvas, moved = frame_result(document, found, "warp")
+    grid = found.rest, moved, document.size_px, canvas
     with atomic_file(path) as place:
         if suffix == "obj":
             place.write_text(obj_mesh(*grid), encoding="utf-8")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from app.model.orbit import Orbit
 from core.canvas import Framing
 from core.document.document import Document
 
@@ -73,6 +74,8 @@ class ExportOptions:
     """Depth of a sample, 32 meaning float; None for the depth of the source as far as the format goes."""
     quality: int = 92
     """Of JPEG and WebP, 1 to 100."""
+    view: Orbit | None = None
+    """Where the camera is, for a picture of the surface in space; None for the result itself."""
 
 
 @dataclass(frozen=True, eq=False)

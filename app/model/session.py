@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from app.model.orbit import Orbit
 from app.model.spaces import View
 from core.arrays import Points
 from core.document.animated import Animated
@@ -115,9 +116,11 @@ class Session:
     view: View = field(default_factory=View)
     brush: Brush = field(default_factory=Brush)
     selecting: Selecting = field(default_factory=Selecting)
-    page: Literal["bend", "resize"] = "bend"
+    page: Literal["bend", "resize", "space"] = "bend"
     """What the panel of Warp mode is about."""
     resizing: Resizing = field(default_factory=Resizing)
+    orbit: Orbit = field(default_factory=Orbit)
+    """Where the camera is that looks at the surface in space."""
     select_tool: str = "rectangle"
     """Which of the tools that select was in hand last; one button stands for all."""
     part: Part = "joined"

@@ -6,14 +6,16 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from app.model.orbit import Orbit
 from app.model.requests import ExportOptions
 from app.render.export import rendering, rendering_file
+from app.render.surface_view import draw_view
 from core.arrays import Points
 from core.canvas import Canvas, Framing
 from core.document import overlay, overlay_texture
 from core.document import retexture as document_retexture
 from core.document.document import Document
-from core.document.map import lay_on_surface, settle_map
+from core.document.map import frame_result, settle_map
 from core.files.atomic import atomic_file
 from core.grid import Grid
 from core.imaging import color
@@ -31,6 +33,8 @@ DEPTHS: dict[Bits, tuple[Any, bool]] = {8: (np.uint8, False), 16: (np.uint16, Fa
 def exporting(document: Document, options: ExportOptions) -> Job[None]:
     """Write the picture of `document` as `options` say; raise `InputError` where that cannot be done."""
     width_px = options.size_px[0]
+    if options.view is not None:
+        return writing_view(document, options.path, options.view, width_px)
     return writing(
         document, options.path, frame=options.frame, width_px=width_px, bits=options.bits, quality=options.quality
     )
@@ -93,6 +97,14 @@ def writing(
         yield from part(drawing_file(drawing, place, named=path, quality=quality), drawn, 1.0)
 
 
+def writing_view(document: Document, path: Path, orbit: Orbit, width_px: int) -> Job[None]:
+    """Write a picture, so wide and high, of the document's surface with the result on it."""
+    found = yield from part(settle_map(document), 0.0, 0.8)
+    yield Progress(0.8, "drawing")
+    with atomic_file(path) as place:
+        write(draw_view(document, found, orbit, width_px), place, named=path)
+
+
 def draw_warped(
     document: Document,
     found: Warped,
@@ -109,13 +121,10 @@ def draw_warped(
     """
     for complaint in found.complaints():
         notice(f"{name}: {complaint}")
-    if document.surface is None:
-        canvas, moved = Canvas.of(frame, found.warped, document.canvas_px), found.warped
-    else:
-        canvas, moved = Canvas(*document.size_px), lay_on_surface(document, found)
+    canvas, moved = frame_result(document, found, frame)
     scale = scale if width_px is None else width_px / canvas.width_px
     image, size = at_depth(document.image, bits), _scaled(canvas.size, scale)
-    return Drawing(image, found.rest, canvas.placed(moved), size, scale)
+    return Drawing(image, found.rest, moved, size, scale)
 
 
 def drawing_file(drawing: Drawing, place: Path, *, named: Path, quality: int = 95) -> Job[None]:

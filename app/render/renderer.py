@@ -62,7 +62,7 @@ class Renderer:
         self._blitter = Blitter(context)
         self._marks = MarksLayer(context)
         self._meshes = PlacedMeshes(context)
-        self._sources = Sources(context)
+        self.sources = Sources(context)
         self._layers: CanvasLayers | None = None
         """The canvas at its best."""
         self._draft: Draft | None = None
@@ -197,11 +197,11 @@ class Renderer:
 
     def thumbnails(self, image: Image, rest: Points, warps: Sequence[Points], size: tuple[int, int]) -> list[Bytes]:
         """Return `image` under each of `warps`, (R, C, 2) like `rest`, fitted into `size`: (h, w, 4)."""
-        return draw_thumbnails(self._context, self._sources.of(image), rest, warps, size)
+        return draw_thumbnails(self._context, self.sources.of(image), rest, warps, size)
 
     def release(self) -> None:
         """Free the GPU objects; drawing makes them anew."""
-        for held in (self._marks, self._sources, self._meshes, self._layers, self._draft, self._bent):
+        for held in (self._marks, self.sources, self._meshes, self._layers, self._draft, self._bent):
             if held is not None:
                 held.release()
         self._layers, self._draft, self._bent = None, None, None
@@ -269,7 +269,7 @@ class Renderer:
 
     def _source_of(self, name: str, scene: CanvasScene) -> Source:
         """Return what the part called `name` is drawn from."""
-        return self._sources.of(scene.before or scene.image) if name == "before" else self._sources.of_result(scene)
+        return self.sources.of(scene.before or scene.image) if name == "before" else self.sources.of_result(scene)
 
 
 def _exhaust(steps: Iterator[None]) -> None:

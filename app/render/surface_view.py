@@ -1,66 +1,35 @@
 """A picture of a surface in space with the warped picture laid on it (FAT fig. 5)."""
 
+import math
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
+from app.model.orbit import Orbit
 from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
 from app.render.passes.picture_pass import PicturePass
 from app.render.programs import programs_of, set_uniforms
 from app.render.sources.source import Source
-from core.arrays import Bytes, Floats, Points
+from app.render.sources.sources import Sources
+from core.arrays import Bytes, Points
+from core.document.document import Document
+from core.imaging.image import Image
+from core.mapping.result import Warped
 from core.surfaces.surface import Surface
 
-MOST_PX = 1024
-"""The result is laid on a surface at a size of so many pixels a side at most."""
+MOST_PX, DRAFT_PX = 1024, 384
+"""The result is laid on a surface at a size of so many pixels a side at most, at its best and while it moves."""
 FINER = 2
 """A surface is drawn at so many times its size each way, and averaged."""
 CHART_NODES = 257
 """A chart is looked up in a raster of so many nodes a side."""
-FIELD_DEG = 30.0
-"""Angle that the camera sees."""
 AMBIENT = 0.35
 """How bright a surface is that is seen from its side."""
-NEAR, FAR = 0.05, 20.0
-ROOM = 0.95
-"""A whole surface fills so much of the view."""
+VIEW_PX = 256, 2048
+"""A view is from so many to so many pixels a side where nobody says."""
 NO_DESK = 0.0, 0.0, 0.0, 0.0
-
-
-@dataclass(frozen=True)
-class Orbit:
-    """Where a camera is that looks at the middle of a surface."""
-
-    turn_deg: float = 20.0
-    """How far it has gone around to the right."""
-    tilt_deg: float = 15.0
-    """How far up."""
-    zoom: float = 1.0
-    """1 shows the whole surface, more shows less of it."""
-
-    def turned(self) -> Floats:
-        """Return the rotation (3, 3) of space before the camera."""
-        turn, tilt = np.radians([-self.turn_deg, self.tilt_deg])
-        around = np.array([[np.cos(turn), 0, np.sin(turn)], [0, 1, 0], [-np.sin(turn), 0, np.cos(turn)]])
-        over = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
-        return np.asarray(over @ around)
-
-    def clip_matrix(self, surface: Surface, size: tuple[int, int]) -> Floats:
-        """Return the matrix (4, 4) from the space of a surface to clip coordinates of a picture of `size`, (w, h)."""
-        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-        middle = (low + high) / 2
-        radius = max(float(np.linalg.norm(surface.vertices - middle, axis=1).max()), 1e-12)
-        half = np.radians(FIELD_DEG / 2)
-        view = np.eye(4)
-        view[:3, :3] = self.turned() / radius
-        view[:3, 3] = -view[:3, :3] @ middle - [0, 0, 1 / np.sin(half)]
-        # The narrower side of the picture sees the whole angle.
-        scale = ROOM * self.zoom / np.tan(half) * min(size) / np.array(size)
-        depth = (FAR + NEAR) / (NEAR - FAR), 2 * FAR * NEAR / (NEAR - FAR)
-        project = np.array([[scale[0], 0, 0, 0], [0, scale[1], 0, 0], [0, 0, *depth], [0, 0, -1, 0]])
-        return np.asarray(project @ view)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,14 +65,23 @@ class SurfaceView:
         return self._shown
 
     def draw(
-        self, laid: Laid, source: Source, orbit: Orbit, desk: tuple[float, float, float, float] = NO_DESK
+        self,
+        laid: Laid,
+        source: Source,
+        orbit: Orbit,
+        desk: tuple[float, float, float, float] = NO_DESK,
+        *,
+        draft: bool = False,
     ) -> moderngl.Texture:
-        """Draw what is laid on its surface as a camera sees it, on a ground of the colour `desk`."""
+        """Draw what is laid on its surface as a camera sees it, on a ground of the colour `desk`.
+
+        A `draft` lays a smaller picture on it.
+        """
         if laid.surface is not self._surface:
             self._take(laid.surface)
-        key = source, laid.rest, laid.moved
+        key = source, laid.rest, laid.moved, draft
         if len(self._laid) != len(key) or any(a is not b for a, b in zip(key, self._laid, strict=True)):
-            self._lay(laid, source)
+            self._lay(laid, source, DRAFT_PX if draft else MOST_PX)
             self._laid = key
         assert self._picture is not None
         array, chart = self._held[0], self._held[1]
@@ -152,9 +130,9 @@ class SurfaceView:
         chart.repeat_x = chart.repeat_y = False
         self._surface, self._held = surface, [array, chart, buffer]
 
-    def _lay(self, laid: Laid, source: Source) -> None:
-        """Draw the result that is laid on the surface."""
-        scale = min(1.0, MOST_PX / max(laid.canvas_px))
+    def _lay(self, laid: Laid, source: Source, most_px: int) -> None:
+        """Draw the result that is laid on the surface, by so many pixels a side at most."""
+        scale = min(1.0, most_px / max(laid.canvas_px))
         size = max(1, round(laid.canvas_px[0] * scale)), max(1, round(laid.canvas_px[1] * scale))
         if self._picture is None or self._picture.size != size:
             if self._picture is not None:
@@ -163,7 +141,7 @@ class SurfaceView:
         mesh = MeshBuffers(self._context, laid.rest.shape[:2])
         mesh.place(laid.rest, (laid.moved + 0.5) * (np.array(size) / laid.canvas_px) - 0.5)
         self._picture.clear()
-        self._picture.draw(mesh, source, (0, 0, *size))
+        self._picture.draw(mesh, source, (0, 0, *size), draft=most_px == DRAFT_PX)
         mesh.release()
         light = self._picture.light.texture
         light.build_mipmaps()
@@ -182,3 +160,44 @@ class SurfaceView:
             self._picture.release()
         for held in (self._target, self._depth, self._shown):
             held.release()
+
+
+class SurfaceViews:
+    """Views of surfaces in one context, kept by their names; pictures come from `sources`."""
+
+    def __init__(self, context: moderngl.Context, sources: Sources) -> None:
+        self._context, self._sources = context, sources
+        self._views: dict[str, SurfaceView] = {}
+
+    def view(self, name: str, size: tuple[int, int]) -> SurfaceView:
+        """Return the view of a name, made anew for another size, (w, h)."""
+        found = self._views.get(name)
+        if found is None or found.size != size:
+            if found is not None:
+                found.release()
+            found = self._views[name] = SurfaceView(self._context, size)
+        return found
+
+    def source(self, image: Image) -> Source:
+        """Return what a picture is drawn from."""
+        return self._sources.of(image)
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        for view in self._views.values():
+            view.release()
+        self._views.clear()
+
+
+def draw_view(document: Document, found: Warped, orbit: Orbit, width_px: int | None = None) -> Image:
+    """Return a square picture of a document's surface; without `width_px` about as large as the document's picture."""
+    assert document.surface is not None
+    side = width_px or min(max(round(math.sqrt(math.prod(document.size_px))), VIEW_PX[0]), VIEW_PX[1])
+    context = gpu.standalone()
+    view, source = SurfaceView(context, (side, side)), Source(context, document.image)
+    try:
+        view.draw(Laid(document.surface, found.rest, found.warped, document.canvas_px), source, orbit)
+        return Image(view.read())
+    finally:
+        view.release()
+        source.release()

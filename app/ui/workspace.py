@@ -21,6 +21,7 @@ from app.ui.dialogs.palette import CommandPalette
 from app.ui.dialogs.requested import Dialogs
 from app.ui.dialogs.sheets import Sheet, Sheets
 from app.ui.dialogs.tour_card import TourCard
+from app.ui.docking import SIDE, add_bar, back_panels, find_central_area, find_column
 from app.ui.menus import MenuBar
 from app.ui.options_bar import HEIGHT_EM, OptionsBar
 from app.ui.panels.features import FeaturesPanel
@@ -29,6 +30,7 @@ from app.ui.panels.history import HistoryPanel
 from app.ui.panels.overlay import OverlayPanel
 from app.ui.panels.preset_list import PresetList
 from app.ui.panels.retexture import RetexturePanel
+from app.ui.panels.space import SpacePanel
 from app.ui.panels.thumbnails import Thumbnails
 from app.ui.panels.timeline import TimelinePanel
 from app.ui.panels.warp import WarpPanel
@@ -41,7 +43,7 @@ from app.ui.widgets.toasts import Toasts
 from core import tracing
 from core.document.document import Mode
 
-SIDE, LOWER_SIDE, BELOW = "Side", "LowerSide", "Below"
+LOWER_SIDE, BELOW = "LowerSide", "Below"
 PANELS_EM, PANELS_SHARE = 19.0, 0.45
 """Least width of the panels, and how much of the window they take at most for it."""
 FITTING_FRAMES = 4
@@ -68,7 +70,8 @@ class Workspace:
         self.options_bar = OptionsBar(editor, table)
         self.status_bar = StatusBar(editor)
         self.thumbnails = Thumbnails(editor)
-        self.warp_panel = WarpPanel(editor, PresetList(self.thumbnails.of))
+        self.space_panel = SpacePanel(editor, table)
+        self.warp_panel = WarpPanel(editor, PresetList(self.thumbnails.of), self.space_panel)
         self.retexture_panel = RetexturePanel(editor, table)
         self.overlay_panel = OverlayPanel(editor, table)
         self.features_panel = FeaturesPanel(editor, table, self.picture)
@@ -105,8 +108,8 @@ class Workspace:
         inside = self.barrier.drawing
         calls.show_menus = inside("draw the menus", self.menus.draw)
         calls.show_status = inside("draw the status bar", self.status_bar.draw)
-        _add_bar(calls, "left", inside("draw the toolbar", lambda: draw_toolbar(self.editor, self.table)), WIDTH_EM)
-        _add_bar(calls, "top", inside("draw the options", self.options_bar.draw), HEIGHT_EM)
+        add_bar(calls, "left", inside("draw the toolbar", lambda: draw_toolbar(self.editor, self.table)), WIDTH_EM)
+        add_bar(calls, "top", inside("draw the options", self.options_bar.draw), HEIGHT_EM)
         self._dock(params.docking_params)
 
     def _dock(self, docking: hello_imgui.DockingParams) -> None:
@@ -172,7 +175,7 @@ class Workspace:
         """Give the panels and the canvas their places."""
         self._take_scale()
         self._widen_panels()
-        self.canvas.lay_out(_central_area())
+        self.canvas.lay_out(find_central_area())
 
     def _take_scale(self) -> None:
         """Draw text and controls at the size that the artist prefers, and take the keys that are wished for."""
@@ -188,7 +191,7 @@ class Workspace:
     def _widen_panels(self) -> None:
         """Keep the panels as wide as their controls need, in a window that is wide enough for it."""
         room = (imgui.get_io().display_size.x, em(1))
-        column = _column_of_panels() if room != self._room else None
+        column = find_column() if room != self._room else None
         if column is None:
             return
         grown = room[1] / self._room[1] if self._room is not None else 1.0
@@ -204,12 +207,13 @@ class Workspace:
         shown |= {"Handles": in_warp, "Features": in_warp, "History": True, "Timeline": in_warp and session.timeline}
         for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
             panel.is_visible = shown[panel.label] and session.panels
-        _back_panels()
+        back_panels()
 
     def end_frame(self) -> None:
         """Draw what belongs to this frame's map."""
         area, draw = self.canvas.area, self.barrier.draw
         draw("draw what lies over the picture", self.canvas.draw)
+        draw("draw the surface in space", lambda: self.space_panel.draw_window(area))
         draw("draw the welcome", lambda: self.welcome.draw(area))
         draw("lead the tour", lambda: self._lead_tour(area))
         draw("draw the palette", self.palette.draw, failed=_close_popups)
@@ -247,52 +251,3 @@ def _close_popups() -> None:
     """Close whatever lies over the window, for nothing draws it any more."""
     if imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id | imgui.PopupFlags_.any_popup_level):
         imgui.internal.close_popup_to_level(0, True)
-
-
-def _back_panels() -> None:
-    """Give panels a ground while one floats; docked ones lie on the window, which is cleared to their colour.
-
-    To paint that colour over once more would take as long as all that is on the panels.
-    """
-    docking = hello_imgui.get_runner_params().docking_params
-    space = docking.dock_space_id_from_name("MainDockSpace")
-    floats = any(panel.is_visible and _tree_of(panel.label) != space for panel in docking.dockable_windows)
-    imgui.get_style().set_color_(int(imgui.Col_.window_bg), theme.rgb(theme.PANEL, float(floats)))
-
-
-def _tree_of(panel: str) -> int | None:
-    """Return the number of the tree of docked windows that a panel is in; None while it floats alone."""
-    window = imgui.internal.find_window_by_name(panel)
-    node = None if window is None else window.dock_node
-    while node is not None and node.parent_node is not None:
-        node = node.parent_node
-    return None if node is None else int(node.id_)
-
-
-def _add_bar(calls: hello_imgui.RunnerCallbacks, side: str, draw: Callable[[], None], size_em: float) -> None:
-    """Put a bar of fixed width at a side of the window."""
-    options = hello_imgui.EdgeToolbarOptions(
-        size_em=size_em, window_padding_em=(0.0, 0.3), window_bg=theme.rgb(theme.PANEL, 0)
-    )
-    calls.add_edge_toolbar(getattr(hello_imgui.EdgeToolbarType, side), draw, options)
-
-
-def _column_of_panels() -> imgui.internal.DockNode | None:
-    """Return the part of the window, beside the canvas, that the panels are docked in."""
-    side = hello_imgui.get_runner_params().docking_params.dock_space_id_from_name(SIDE)
-    node = imgui.internal.dock_builder_get_node(side) if side is not None else None
-    while node is not None and node.parent_node is not None:
-        if node.parent_node.split_axis == imgui.internal.Axis.x:
-            return node
-        node = node.parent_node
-    return None
-
-
-def _central_area() -> Area:
-    """Return the place that the docked panels leave free."""
-    space = hello_imgui.get_runner_params().docking_params.dock_space_id_from_name("MainDockSpace")
-    node = imgui.internal.dock_builder_get_central_node(space) if space is not None else None
-    if node is None:
-        size = imgui.get_io().display_size
-        return Area(0, 0, size.x, size.y)
-    return Area(node.pos.x, node.pos.y, node.size.x, node.size.y)

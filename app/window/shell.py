@@ -23,6 +23,7 @@ from app.render import gpu
 from app.render.programs import programs_of
 from app.render.renderer import Renderer
 from app.render.scene import CanvasScene
+from app.render.surface_view import SurfaceViews
 from app.ui.canvas.scene import Motion, scene_of
 from app.ui.widgets import theme
 from app.ui.widgets.emblem import emblem
@@ -122,8 +123,7 @@ class Shell:
         self._scene: CanvasScene | None = None
         """What was drawn last."""
         self._is_lost = False
-        self._frame = ExitStack()
-        """Holds the span of the frame that is being drawn."""
+        self._frame = ExitStack()  # holds the span of the frame that is being drawn
 
     @property
     def is_drawn(self) -> bool:
@@ -228,11 +228,13 @@ class Shell:
         self._renderer = Renderer(self._context, frame_s=DRAWING_S)
         self.workspace.thumbnails.attach(self._context, self._renderer)
         self.workspace.picture.attach(self._context)
+        self.workspace.space_panel.attach(SurfaceViews(self._context, self._renderer.sources))
 
     def _detach(self) -> None:
         """Free what is on the GPU while the context is there."""
         self.workspace.thumbnails.close()
         self.workspace.picture.close()
+        self.workspace.space_panel.close()
         self._renderer.release()
 
     def _begin_frame(self) -> None:

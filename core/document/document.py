@@ -262,8 +262,8 @@ class Document:
 
     @property
     def result_px(self) -> tuple[int, int]:
-        """Width and height of the result of the mode."""
-        return self.canvas_px if self.mode == "warp" else self.size_px
+        """Width and height of the result of the mode; on a surface, of its texture."""
+        return self.canvas_px if self.mode == "warp" and self.surface is None else self.size_px
 
 
 def places_from_pixels(size_px: tuple[int, int], points: Points) -> Points:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from core.arrays import InputError, Points, readonly
+from core.canvas import Canvas, Framing
 from core.curves.bezier import Curve
 from core.curves.curve_edit import through
 from core.document import handles_file
@@ -120,6 +121,14 @@ def with_warp_map(document: Document, found: WarpMap) -> Document:
     width, height = document.size_px
     aspect = found.size_px[0] / width, found.size_px[1] / height
     return document.changed(warp_map=found, surface=None).with_warp(aspect=aspect)
+
+
+def frame_result(document: Document, found: Warped, framing: Framing) -> tuple[Canvas, Points]:
+    """Return the canvas of a document's result, and where the nodes (R, C, 2) are on it; of a surface, its texture."""
+    if document.surface is not None:
+        return Canvas(*document.size_px), lay_on_surface(document, found)
+    canvas = Canvas.of(framing, found.warped, document.canvas_px)
+    return canvas, canvas.placed(found.warped)
 
 
 def lay_on_surface(document: Document, found: Warped) -> Points:

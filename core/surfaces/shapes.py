@@ -82,7 +82,7 @@ def make_shape(name: str, number: float | None = None) -> Surface:
     places = np.stack(shape.place(share[:, 0], share[:, 1], number), axis=-1)
     if name == "cube":
         return _fold_cube(places + [0, 0, number / 2], share, grid)
-    return Surface(name, places, share, grid.triangles)
+    return Surface(name, places, share, grid.triangles, number)
 
 
 def _fold_cube(front: Floats, share: Floats, grid: Grid) -> Surface:
@@ -96,4 +96,4 @@ def _fold_cube(front: Floats, share: Floats, grid: Grid) -> Surface:
     faces = [front @ turn.T for turn in turns] + [level @ tilt.T / [1, wide, 1] for tilt in tilts]
     count = len(share)
     triangles = np.concatenate([grid.triangles + k * count for k in range(len(faces))])
-    return Surface("cube", np.concatenate(faces), np.tile(share, (len(faces), 1)), triangles)
+    return Surface("cube", np.concatenate(faces), np.tile(share, (len(faces), 1)), triangles, wide)

@@ -33,6 +33,8 @@ class Surface:
     """(n, 2) where each vertex is on the picture: shares of its width and height, from its top left corner."""
     triangles: Ints
     """(m, 3) numbers of vertices."""
+    number: float | None = None
+    """The number of a shape by name, see `shapes.Shape`; None for a mesh."""
 
     def __post_init__(self) -> None:
         vertices, texture = np.array(self.vertices, np.float64), np.array(self.texture, np.float64)

@@ -81,7 +81,9 @@ class ExportDialog:
         self._request = request
         self._sizes_px = {"picture": request.options.size_px, "warp": _size_around(warped)}
         self.options = request.options
-        if request.document.mode == "warp":
+        self._has_frame = request.document.mode == "warp" and request.document.surface is None
+        """Whether there is a frame to choose: a surface's texture has the picture's."""
+        if self._has_frame:
             self.options = replace(self.options, frame="warp", size_px=self._sizes_px["warp"])
         self._folder = request.options.path.parent
         """What a typed name is in."""
@@ -103,7 +105,7 @@ class ExportDialog:
         imgui.dummy(ImVec2(within(34), 0))
         self._draw_place()
         self._draw_format()
-        if self._request.document.mode == "warp":
+        if self._has_frame:
             self._draw_frame()
         self._draw_size()
         imgui.dummy(ImVec2(0, em(0.4)))

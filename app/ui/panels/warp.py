@@ -10,6 +10,7 @@ from app.actions.warp import choose_preset
 from app.editor.editor import Editor
 from app.ui.panels.preset_list import PresetList
 from app.ui.panels.resize import ResizePanel
+from app.ui.panels.space import SpacePanel
 from app.ui.widgets.controls import check, faint, label, section, segments
 from app.ui.widgets.key_button import key_button
 from app.ui.widgets.sliders import Held, slider
@@ -33,6 +34,11 @@ METHODS = (
 PAGES = (
     ("bend", "Bend", "Warp the picture by a preset, its outline, pins and curves"),
     ("resize", "Resize", "Give the result another size and aspect ratio; what is painted keeps its shape"),
+    (
+        "space",
+        "In space",
+        "Lay the picture on a sphere, a mug or another surface, where features keep their shape",
+    ),
 )
 PAGE_OF_TOOL: dict[str, Literal["bend", "resize"]] = {
     "resize": "resize",
@@ -83,9 +89,10 @@ ABOUT_GRID = "The picture bends in cells: smaller ones follow fine masks and tig
 class WarpPanel:
     """Sliders and choices over `Document.warp`, and the list of presets."""
 
-    def __init__(self, editor: Editor, presets: PresetList) -> None:
+    def __init__(self, editor: Editor, presets: PresetList, space: SpacePanel) -> None:
         self._editor = editor
         self._presets = presets
+        self._space = space
         self._resize = ResizePanel(editor)
 
     def draw(self) -> None:
@@ -93,6 +100,9 @@ class WarpPanel:
         self._draw_pages()
         if self._editor.session.page == "resize":
             self._resize.draw()
+            return
+        if self._editor.session.page == "space":
+            self._space.draw()
             return
         if section("Preset"):
             chosen = self._presets.draw(self._warp.preset or "none")
@@ -108,12 +118,14 @@ class WarpPanel:
     def _draw_pages(self) -> None:
         """Draw the choice of the page; tools that belong to one of them turn to it."""
         editor = self._editor
-        turned = PAGE_OF_TOOL.get(editor.session.tool, editor.session.page)
+        page, tool = editor.session.page, editor.session.tool
+        turned = page if page == "space" and tool != "resize" else PAGE_OF_TOOL.get(tool, page)
         if turned != editor.session.page:
             editor.show(page=turned)
-        page = segments("page", PAGES, turned)
-        if page is not None:
-            editor.choose_tool("resize" if page == "resize" else "outline")
+        chosen = segments("page", PAGES, turned)
+        if chosen is not None:
+            editor.choose_tool({"resize": "resize", "bend": "outline", "space": "brush"}[chosen])
+            editor.show(page=chosen)
         imgui.dummy(ImVec2(0, 0))
 
     @property

@@ -24,6 +24,7 @@ FIELDS = {
     "file.save_as": ("Save project as", ("##name",)),
     "mask.load": ("Load mask", ("##name",)),
     "mask.save": ("Save mask", ("##name",)),
+    "surface.open": ("Open a mesh to lay the picture on", ("##name",)),
     "warp.export": ("Export warp: ST map (.exr) or mesh (.obj)", ("##name",)),
 }
 

@@ -27,6 +27,7 @@ ASKING = {
     "file.open_displacement": "Open a displacement as the warp",
     "mask.load": "Load mask",
     "mask.save": "Save mask",
+    "surface.open": "Open a mesh to lay the picture on",
     "warp.export": "Export warp: ST map (.exr) or mesh (.obj)",
     "help.tour.warp": "Save changes?",
     "help.tour.retexture": "Save changes?",

@@ -1,0 +1,60 @@
+"""Where the panels are docked, and what they leave free."""
+
+from collections.abc import Callable
+
+from imgui_bundle import hello_imgui, imgui
+
+from app.ui.canvas.input import Area
+from app.ui.widgets import theme
+
+SIDE = "Side"
+"""Name of the column beside the canvas."""
+
+
+def back_panels() -> None:
+    """Give panels a ground while one floats; docked ones lie on the window, which is cleared to their colour.
+
+    To paint that colour over once more would take as long as all that is on the panels.
+    """
+    docking = hello_imgui.get_runner_params().docking_params
+    space = docking.dock_space_id_from_name("MainDockSpace")
+    floats = any(panel.is_visible and _tree_of(panel.label) != space for panel in docking.dockable_windows)
+    imgui.get_style().set_color_(int(imgui.Col_.window_bg), theme.rgb(theme.PANEL, float(floats)))
+
+
+def _tree_of(panel: str) -> int | None:
+    """Return the number of the tree of docked windows that a panel is in; None while it floats alone."""
+    window = imgui.internal.find_window_by_name(panel)
+    node = None if window is None else window.dock_node
+    while node is not None and node.parent_node is not None:
+        node = node.parent_node
+    return None if node is None else int(node.id_)
+
+
+def add_bar(calls: hello_imgui.RunnerCallbacks, side: str, draw: Callable[[], None], size_em: float) -> None:
+    """Put a bar of fixed width at a side of the window."""
+    options = hello_imgui.EdgeToolbarOptions(
+        size_em=size_em, window_padding_em=(0.0, 0.3), window_bg=theme.rgb(theme.PANEL, 0)
+    )
+    calls.add_edge_toolbar(getattr(hello_imgui.EdgeToolbarType, side), draw, options)
+
+
+def find_column() -> imgui.internal.DockNode | None:
+    """Return the part of the window, beside the canvas, that the panels are docked in."""
+    side = hello_imgui.get_runner_params().docking_params.dock_space_id_from_name(SIDE)
+    node = imgui.internal.dock_builder_get_node(side) if side is not None else None
+    while node is not None and node.parent_node is not None:
+        if node.parent_node.split_axis == imgui.internal.Axis.x:
+            return node
+        node = node.parent_node
+    return None
+
+
+def find_central_area() -> Area:
+    """Return the place that the docked panels leave free."""
+    space = hello_imgui.get_runner_params().docking_params.dock_space_id_from_name("MainDockSpace")
+    node = imgui.internal.dock_builder_get_central_node(space) if space is not None else None
+    if node is None:
+        size = imgui.get_io().display_size
+        return Area(0, 0, size.x, size.y)
+    return Area(node.pos.x, node.pos.y, node.size.x, node.size.y)
