@@ -2,14 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from app.editor.editor import Editor
 from app.model.events import Key
 
 
-def _always(editor: Editor) -> bool:
+def always(editor: Editor) -> bool:
     """Return True."""
     return True
+
+
+def in_warp(editor: Editor) -> bool:
+    """Return whether the editor is in Warp mode."""
+    return editor.session.mode == "warp"
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +34,7 @@ class Action:
     icon: str = ""
     """Name of a Font Awesome 6 icon, without its prefix, or empty."""
     tooltip: str = ""
-    enabled: Callable[[Editor], bool] = _always
+    enabled: Callable[[Editor], bool] = always
     checked: Callable[[Editor], bool] | None = None
     """Whether it is switched on; None for what is no switch."""
     release: Callable[[Editor], None] | None = None
@@ -44,6 +50,31 @@ class Action:
             return False
         self.run(editor)
         return True
+
+
+@dataclass(frozen=True)
+class ActionGroup:
+    """What the actions have in common that stand together in a menu."""
+
+    name: str
+    """What their names begin with: "file"."""
+    menu: str
+    enabled: Callable[[Editor], bool] = always
+    """Of those that do not say when they are."""
+
+    def action(
+        self,
+        name: str,
+        label: str,
+        run: Callable[[Editor], None],
+        icon: str = "",
+        tooltip: str = "",
+        chord: str = "",
+        **more: Any,
+    ) -> Action:
+        """Return one of them; `more` are further parts of `Action`."""
+        parts = {"enabled": self.enabled, **more}
+        return Action(f"{self.name}.{name}", label, self.menu, run, chord, icon, tooltip, **parts)
 
 
 def chord_of(key: Key) -> str:

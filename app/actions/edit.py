@@ -1,60 +1,58 @@
 """Actions on the history and on jobs."""
 
-from app.actions import Action
+from app.actions import ActionGroup
 from app.actions.panels import make_toggle
 from app.editor.editor import Editor
 from app.model.requests import Panel
 
+_EDIT, _HELP = ActionGroup("edit", "Edit"), ActionGroup("help", "Help")
+_TOURS = ActionGroup("help.tour", "Help/Tours")
+
 EDIT = (
-    Action(
-        "edit.undo",
+    _EDIT.action(
+        "undo",
         "Undo",
-        "Edit",
         Editor.undo,
-        "Ctrl+Z",
         "rotate-left",
         "Take back what was done last",
+        "Ctrl+Z",
         enabled=lambda editor: editor.is_busy or editor.history.undo_label is not None,
     ),
-    Action(
-        "edit.redo",
+    _EDIT.action(
+        "redo",
         "Redo",
-        "Edit",
         Editor.redo,
-        "Ctrl+Shift+Z",
         "rotate-right",
         "Do again what was taken back",
+        "Ctrl+Shift+Z",
         enabled=lambda editor: editor.history.redo_label is not None,
         more_chords=("Ctrl+Y",),
     ),
-    Action(
-        "edit.history",
+    _EDIT.action(
+        "history",
         "History…",
-        "Edit",
         make_toggle("history"),
-        "Ctrl+H",
         "clock-rotate-left",
         "Show everything that was done, and go back to any of it",
+        "Ctrl+H",
     ),
-    Action(
-        "edit.cancel_job",
+    _EDIT.action(
+        "cancel_job",
         "Cancel job",
-        "Edit",
         lambda editor: editor.jobs.cancel_all(),
-        "Ctrl+.",
         "ban",
         "Stop the work in the background",
+        "Ctrl+.",
         enabled=lambda editor: bool(editor.jobs.long_jobs),
         separated=True,
     ),
-    Action(
-        "edit.preferences",
+    _EDIT.action(
+        "preferences",
         "Preferences…",
-        "Edit",
         make_toggle("preferences"),
-        "Ctrl+,",
         "gear",
         "Size of the text, memory for undo, recovery",
+        "Ctrl+,",
         separated=True,
     ),
 )
@@ -67,43 +65,21 @@ TOURS: tuple[tuple[str, str, str, Panel], ...] = (
 """By mode, title of its tour, what it is about, and what the window is asked for."""
 
 HELP = (
-    Action(
-        "help.palette",
+    _HELP.action(
+        "palette",
         "Command palette…",
-        "Help",
         make_toggle("palette"),
-        "Ctrl+Shift+P",
         "terminal",
         "Find anything by its name",
+        "Ctrl+Shift+P",
         more_chords=("F3",),
     ),
-    Action(
-        "help.keys",
-        "Keys…",
-        "Help",
-        make_toggle("keys"),
-        "F1",
-        "keyboard",
-        "Show all keys",
-    ),
+    _HELP.action("keys", "Keys…", make_toggle("keys"), "keyboard", "Show all keys", "F1"),
     *(
-        Action(
-            f"help.tour.{mode}",
-            f"{title}…",
-            "Help/Tours",
-            make_toggle(panel),
-            icon="route",
-            tooltip=f"{about}: a sample and a few steps",
-        )
+        _TOURS.action(mode, f"{title}…", make_toggle(panel), "route", f"{about}: a sample and a few steps")
         for mode, title, about, panel in TOURS
     ),
-    Action(
-        "help.about",
-        "About Weft",
-        "Help",
-        make_toggle("about"),
-        icon="circle-info",
-        tooltip="Version, papers and licence",
-        separated=True,
+    _HELP.action(
+        "about", "About Weft", make_toggle("about"), "circle-info", "Version, papers and licence", separated=True
     ),
 )

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from app.actions import Action
+from app.actions import Action, ActionGroup
 from app.actions.removal import removal
 from app.actions.retexture import in_mode
 from app.editor.curve_kinds import FEATURE, with_found_curve
@@ -14,6 +14,8 @@ from core.document.curves import pairs as curve_pairs
 from core.document.curves.simplifying import simplify_pair
 from core.document.document import places_from_pixels
 from core.rasters.raster import Raster
+
+_CURVE = ActionGroup("feature", "Retexture/Curve", in_mode)
 
 SIMPLER_PX = 2.0
 """Simplified curves keep so close to what they were, in pixels as they are seen, and in the picture's at least."""
@@ -110,36 +112,28 @@ def _of_curve(
     def checked(editor: Editor) -> bool:
         return bool(getattr(FEATURE.chosen(editor), switch, False))
 
-    return Action(
-        f"feature.{name}",
+    return _CURVE.action(
+        name,
         label,
-        "Retexture/Curve",
         run,
-        chord,
         icon,
         tooltip,
+        chord,
         enabled=lambda editor: FEATURE.chosen(editor) is not None,
         checked=checked if switch else None,
     )
 
 
 FEATURE_CURVES = (
-    Action(
-        "feature.suggest",
-        "Suggest curves",
-        "Retexture/Curve",
-        suggest,
-        icon="lightbulb",
-        tooltip="Find prominent edges and offer them; click those to take",
-        enabled=in_mode,
+    _CURVE.action(
+        "suggest", "Suggest curves", suggest, "lightbulb", "Find prominent edges and offer them; click those to take"
     ),
-    Action(
-        "feature.outline",
+    _CURVE.action(
+        "outline",
         "Outline what is painted",
-        "Retexture/Curve",
         outline_painted,
-        icon="draw-polygon",
-        tooltip="Make closed curves around the painted mask",
+        "draw-polygon",
+        "Make closed curves around the painted mask",
         enabled=lambda editor: in_mode(editor) and _paint(editor) is not None,
     ),
     _of_curve(
@@ -155,23 +149,20 @@ FEATURE_CURVES = (
     ),
     _of_curve("put_back", "Copy source to target", put_back, "arrow-rotate-left", "Lay the target where the curve is"),
     _of_curve("snap", "Snap to edge", snap, "magnet", "Bring the curve onto the edge that it was drawn beside"),
-    Action(
-        "feature.snaps",
+    _CURVE.action(
+        "snaps",
         "Snap new curves",
-        "Retexture/Curve",
         toggle_snapping,
-        icon="magnet",
-        tooltip="A curve that is drawn beside an edge comes onto it; undo takes that back alone",
-        enabled=in_mode,
+        "magnet",
+        "A curve that is drawn beside an edge comes onto it; undo takes that back alone",
         checked=lambda editor: editor.session.snaps_curves,
     ),
     _of_curve("simplify", "Simplify curve", simplify, "bezier-curve", "Take out the points that it does not need"),
     _of_curve("select_all", "Select all points", select_all, "vector-square", "Move, scale and turn it by a box"),
     removal(
-        "feature.remove_all",
+        _CURVE,
+        "remove_all",
         "Remove all curves",
-        "Retexture/Curve",
-        "retexture",
         "trash-can",
         "Take all feature curves out",
         {"feature_curves": ()},

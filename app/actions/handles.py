@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
-from app.actions import Action
+from app.actions import ActionGroup, always, in_warp
 from app.actions.removal import removal
 from app.editor.curve_kinds import INNER
 from app.editor.editor import Editor
 from core.curves import curve_edit
 from core.document.document import pixels_from_places, places_from_pixels
+
+_HANDLES = ActionGroup("handles", "Handles", in_warp)
 
 
 def _toggle_frame(editor: Editor) -> None:
@@ -46,83 +48,69 @@ def toggle_side(editor: Editor) -> None:
 
 
 HANDLES = (
-    Action(
-        "handles.select_all",
+    _HANDLES.action(
+        "select_all",
         "Select all",
-        "Handles",
         _select_all,
-        "Ctrl+A",
         "object-group",
         "Put a box around all pins, or around the whole outline: drag it to move, its corners to scale or turn",
+        "Ctrl+A",
         enabled=_has_some_to_select,
     ),
-    Action(
-        "handles.frame",
+    _HANDLES.action(
+        "frame",
         "Let handles move the frame",
-        "Handles",
         _toggle_frame,
-        icon="crop-simple",
-        tooltip="Pins and curves draw the picture's edge along",
+        "crop-simple",
+        "Pins and curves draw the picture's edge along",
+        enabled=always,
         checked=lambda editor: editor.document.warp.frame == "free",
     ),
-    Action(
-        "handles.put_back",
+    _HANDLES.action(
+        "put_back",
         "Put curve back",
-        "Handles",
         put_back,
-        icon="arrow-rotate-left",
-        tooltip="Lay the curve where it lies without handles",
+        "arrow-rotate-left",
+        "Lay the curve where it lies without handles",
         enabled=lambda editor: INNER.chosen(editor) is not None,
         separated=True,
     ),
-    Action(
-        "handles.closed",
+    _HANDLES.action(
+        "closed",
         "Closed curve",
-        "Handles",
         INNER.toggle_closed,
-        icon="circle-notch",
-        tooltip="Join the curve's end to its beginning",
+        "circle-notch",
+        "Join the curve's end to its beginning",
         enabled=lambda editor: INNER.chosen(editor) is not None,
         checked=lambda editor: getattr(INNER.chosen(editor), "closed", False),
     ),
-    Action(
-        "handles.edit_source",
+    _HANDLES.action(
+        "edit_source",
         "Edit sources of curves",
-        "Handles",
         toggle_side,
-        "S",
         "location-crosshairs",
         "Edit where curves come from; otherwise where they go",
+        "S",
         enabled=lambda editor: editor.session.tool in ("curves", "feature-curves"),
         checked=lambda editor: editor.session.curve_side == "source",
     ),
     removal(
-        "handles.reset_outline",
+        _HANDLES,
+        "reset_outline",
         "Reset outline",
-        "Handles",
-        "warp",
         "vector-square",
         "Give the outline back to the preset",
         {"outline": None},
         separated=True,
     ),
+    removal(_HANDLES, "remove_pins", "Remove all pins", "thumbtack", "Take all pins out", {"pins": ()}),
     removal(
-        "handles.remove_pins", "Remove all pins", "Handles", "warp", "thumbtack", "Take all pins out", {"pins": ()}
+        _HANDLES, "remove_curves", "Remove all curves", "bezier-curve", "Take all inner curves out", {"curves": ()}
     ),
     removal(
-        "handles.remove_curves",
-        "Remove all curves",
-        "Handles",
-        "warp",
-        "bezier-curve",
-        "Take all inner curves out",
-        {"curves": ()},
-    ),
-    removal(
-        "handles.reset",
+        _HANDLES,
+        "reset",
         "Remove all handles",
-        "Handles",
-        "warp",
         "trash-can",
         "Take outline, pins and curves back",
         {"outline": None, "pins": (), "curves": ()},

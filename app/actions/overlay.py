@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from app.actions import Action
+from app.actions import Action, ActionGroup
 from app.editor.editor import Editor
 from app.files import document_io
 from app.model.requests import PICTURES, OpenFile
@@ -151,6 +151,10 @@ def _ask_save(editor: Editor, name: str, title: str, make: Callable[[Path], Imag
     document_io.ask_save_beside(editor, title, PART_FILES, f"{name}.png", writing)
 
 
+_OVERLAY = ActionGroup("overlay", "Overlay", in_mode)
+_SHOWN_MENU = ActionGroup("shown", "View/Overlay", has_layers)
+_PART_MENU = ActionGroup("overlay", "Overlay/Export part", has_layers)
+
 _SHOWN: tuple[tuple[Shown, str, str, str], ...] = (
     ("result", "Result", "shirt", "The photo with the texture in its folds"),
     ("photo", "Photo", "image", "The photo with the lattice of the pattern"),
@@ -164,54 +168,48 @@ _SHOWN: tuple[tuple[Shown, str, str, str], ...] = (
 
 
 def _show(number: int, shown: Shown, label: str, icon: str, tooltip: str) -> Action:
-    return Action(
-        f"shown.{shown}",
+    return _SHOWN_MENU.action(
+        shown,
         label,
-        "View/Overlay",
         lambda editor: show(editor, shown),
-        str(number),
         icon,
         tooltip,
+        str(number),
         enabled=in_mode if shown in ("result", "photo") else has_layers,
         checked=lambda editor: seen(editor) == shown,
     )
 
 
 def _paint(name: PaintedOnCloth, label: str, icon: str, tooltip: str) -> Action:
-    return Action(
-        f"overlay.paint_{name}",
+    return _OVERLAY.action(
+        f"paint_{name}",
         f"Paint {label}",
-        "Overlay",
         lambda editor: paint(editor, name),
-        icon=icon,
-        tooltip=tooltip,
-        enabled=in_mode,
+        icon,
+        tooltip,
         checked=lambda editor: editor.session.tool == "brush" and editor.session.painted_on_cloth == name,
         separated=name == "region",
     )
 
 
 def _clear(name: PaintedOnCloth, label: str, tooltip: str) -> Action:
-    return Action(
-        f"overlay.clear_{name}",
+    return _OVERLAY.action(
+        f"clear_{name}",
         f"Clear {label}",
-        "Overlay",
         lambda editor: editor.edit(f"Clear {label}", editor.document.with_cloth(**{name: None})),
-        icon="eraser",
-        tooltip=tooltip,
+        "eraser",
+        tooltip,
         enabled=lambda editor: in_mode(editor) and getattr(editor.document.cloth, name) is not None,
     )
 
 
 def _export(part: Part) -> Action:
-    return Action(
-        f"overlay.export_{part}",
+    return _PART_MENU.action(
+        f"export_{part}",
         f"{part.capitalize()}…",
-        "Overlay/Export part",
         lambda editor: export_part(editor, part),
-        icon="file-export",
-        tooltip="PNG and TIFF have 16 bits, EXR the values themselves",
-        enabled=has_layers,
+        "file-export",
+        "PNG and TIFF have 16 bits, EXR the values themselves",
     )
 
 
@@ -219,74 +217,65 @@ _PARTS: tuple[Part, ...] = ("pattern", "mesh", "shading", "detail", "reconstruct
 
 OVERLAY = (
     *(_show(number, *row) for number, row in enumerate(_SHOWN, start=1)),
-    Action(
-        "overlay.find",
+    _OVERLAY.action(
+        "find",
         "Find pattern",
-        "Overlay",
         find,
-        "Ctrl+R",
         "magnifying-glass-plus",
         "Find what repeats on the cloth, in the painted region or everywhere",
-        enabled=in_mode,
+        "Ctrl+R",
     ),
-    Action(
-        "overlay.go_on",
+    _OVERLAY.action(
+        "go_on",
         "Go on",
-        "Overlay",
         go_on,
-        icon="play",
-        tooltip="Take up the search that was stopped, from the mended lattice or the marked texel if there is one",
+        "play",
+        "Take up the search that was stopped, from the mended lattice or the marked texel if there is one",
         enabled=lambda editor: in_mode(editor) and editor.overlay.is_stopped,
     ),
-    Action(
-        "overlay.whole",
+    _OVERLAY.action(
+        "whole",
         "Whole cloth",
-        "Overlay",
         take_whole,
-        "Ctrl+Shift+R",
         "wand-magic-sparkles",
         "Take in all of the cloth on which the pattern was found, as far as its colours tell",
+        "Ctrl+Shift+R",
         enabled=lambda editor: has_layers(editor) and editor.overlay.is_final,
     ),
-    Action(
-        "overlay.forget",
+    _OVERLAY.action(
+        "forget",
         "Forget pattern",
-        "Overlay",
         forget,
-        icon="trash-can",
-        tooltip="Go back to the photo as it is",
+        "trash-can",
+        "Go back to the photo as it is",
         enabled=lambda editor: in_mode(editor) and editor.document.cloth.search is not None,
     ),
-    Action(
-        "overlay.texture",
+    _OVERLAY.action(
+        "texture",
         "Choose texture…",
-        "Overlay",
         ask_texture,
-        icon="image",
-        tooltip="Lay a picture into the folds; or drop a file on the window",
-        enabled=in_mode,
+        "image",
+        "Lay a picture into the folds; or drop a file on the window",
         separated=True,
     ),
-    Action(
-        "overlay.old_pattern",
+    _OVERLAY.action(
+        "old_pattern",
         "Show old pattern",
-        "Overlay",
         old_pattern,
-        icon="rotate-left",
-        tooltip="Take the new texture off",
+        "rotate-left",
+        "Take the new texture off",
         enabled=lambda editor: in_mode(editor) and editor.document.cloth.texture is not None,
     ),
     _paint("region", "region", "draw-polygon", "Paint where the cloth is: the texture is laid there, and nowhere else"),
     _paint("protected", "protection", "shield-halved", "Paint what stays as it is: buttons, a label, a collar"),
     _clear("protected", "protection", "Protect nothing"),
     _clear("region", "region", "Look for the pattern everywhere"),
-    Action(
-        "overlay.save_texel",
+    _OVERLAY.action(
+        "save_texel",
         "Save texel as tile…",
-        "Overlay",
         save_texel,
-        icon="floppy-disk",
-        tooltip="Write one repeat of the old pattern, without folds and light, as a seamless tile",
+        "floppy-disk",
+        "Write one repeat of the old pattern, without folds and light, as a seamless tile",
         enabled=has_layers,
         separated=True,
     ),

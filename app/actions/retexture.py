@@ -1,6 +1,6 @@
 """Actions of Retexture mode: what is shown, the work itself and the masks."""
 
-from app.actions import Action
+from app.actions import Action, ActionGroup
 from app.actions.removal import removal
 from app.editor.editor import Editor
 from app.model.session import Before, Look, Painted
@@ -43,6 +43,8 @@ def show_look(editor: Editor, look: Look) -> None:
     editor.show(look=look, compare="split" if compare == "split" else "result")
 
 
+_LOOK, _RETEXTURE = ActionGroup("look", "View/Retexture", in_mode), ActionGroup("retexture", "Retexture", in_mode)
+
 _LOOKS: tuple[tuple[Look, str, str, str, str], ...] = (
     ("original", "Original", "1", "image", "The picture as it was"),
     ("deformed", "Deformed", "2", "water", "The picture stretched along with the curves"),
@@ -51,15 +53,13 @@ _LOOKS: tuple[tuple[Look, str, str, str, str], ...] = (
 
 
 def _look(look: Look, label: str, chord: str, icon: str, tooltip: str) -> Action:
-    return Action(
-        f"look.{look}",
+    return _LOOK.action(
+        look,
         label,
-        "View/Retexture",
         lambda editor: show_look(editor, look),
-        chord,
         icon,
         tooltip,
-        enabled=in_mode,
+        chord,
         checked=lambda editor: editor.session.look == look,
     )
 
@@ -68,15 +68,13 @@ def _beside(look: Before, label: str, chord: str, icon: str) -> Action:
     def is_beside(editor: Editor) -> bool:
         return editor.session.compare == "split" and editor.session.look_before == look
 
-    return Action(
-        f"look.beside.{look}",
+    return _LOOK.action(
+        f"beside.{look}",
         f"{label} at the left",
-        "View/Retexture",
         lambda editor: editor.show(look_before=look, compare="result" if is_beside(editor) else "split"),
-        chord,
         icon,
         f"Show {label.lower()} at the left of a line, and what is looked at at the right; drag the line",
-        enabled=in_mode,
+        chord,
         checked=is_beside,
     )
 
@@ -90,25 +88,17 @@ _PAINTED: tuple[tuple[Painted, str, str, str], ...] = (
 
 def _mask(name: Painted, label: str, icon: str, tooltip: str) -> tuple[Action, ...]:
     return (
-        Action(
-            f"retexture.paint_{name}",
+        _RETEXTURE.action(
+            f"paint_{name}",
             f"Paint {label}",
-            "Retexture",
             lambda editor: paint(editor, name),
-            icon=icon,
-            tooltip=tooltip,
-            enabled=in_mode,
+            icon,
+            tooltip,
             checked=lambda editor: editor.session.tool == "brush" and editor.session.painted == name,
             separated=name == "regrow",
         ),
         removal(
-            f"retexture.clear_{name}",
-            f"Clear {label}",
-            "Retexture",
-            "retexture",
-            "eraser",
-            "Nothing painted means everywhere",
-            {name: None},
+            _RETEXTURE, f"clear_{name}", f"Clear {label}", "eraser", "Nothing painted means everywhere", {name: None}
         ),
     )
 
@@ -117,34 +107,29 @@ RETEXTURE = (
     *(_look(*row) for row in _LOOKS),
     _beside("original", "Original", "Shift+1", "image"),
     _beside("deformed", "Deformed", "Shift+2", "water"),
-    Action(
-        "retexture.start",
-        "Retexture",
+    _RETEXTURE.action(
+        "start",
         "Retexture",
         start,
-        "Ctrl+R",
         "play",
         "Regrow the texture along the moved curves",
+        "Ctrl+R",
         enabled=lambda editor: in_mode(editor) and moves(editor.document),
     ),
-    Action(
-        "retexture.auto",
+    _RETEXTURE.action(
+        "auto",
         "Retexture by itself",
-        "Retexture",
         toggle_auto,
-        icon="bolt",
-        tooltip="Regrow the texture as soon as a curve is let go",
-        enabled=in_mode,
+        "bolt",
+        "Regrow the texture as soon as a curve is let go",
         checked=lambda editor: editor.session.auto_retexture,
     ),
-    Action(
-        "retexture.edges",
+    _RETEXTURE.action(
+        "edges",
         "Keep long edges",
-        "Retexture",
         toggle_edges,
-        icon="grip-lines",
-        tooltip="Rails and the like near the curve stay whole; Alt+click with the curve tool drops one of them",
-        enabled=in_mode,
+        "grip-lines",
+        "Rails and the like near the curve stay whole; Alt+click with the curve tool drops one of them",
         checked=lambda editor: editor.document.retexture.long_edges,
     ),
     *(action for row in _PAINTED for action in _mask(*row)),

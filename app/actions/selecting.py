@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from app.actions import Action
+from app.actions import Action, ActionGroup, in_warp
 from app.editor.editor import Editor
 from app.editor.painting import choose_raster, layer
 from app.marking.applying import refine
@@ -48,44 +48,47 @@ def _is_painted(editor: Editor) -> bool:
     return not layer(editor.document, choose_raster(editor)).is_empty
 
 
+def _paints_features_or_masks(editor: Editor) -> bool:
+    return editor.session.mode != "overlay"
+
+
+_SELECT = ActionGroup("select", "Mask/Selections", _paints_features_or_masks)
+_FEATURES = ActionGroup("features", "Mask/Features", in_warp)
+_REFINE = ActionGroup("mask", "Mask/Refine", _is_painted)
+
+
 def _how(how: Combining, label: str, icon: str, tooltip: str) -> Action:
-    return Action(
-        f"select.{how}",
+    return _SELECT.action(
+        how,
         label,
-        "Mask/Selections",
         lambda editor: set_selecting(editor, how=how),
-        icon=icon,
-        tooltip=tooltip,
-        enabled=lambda editor: editor.session.mode != "overlay",
+        icon,
+        tooltip,
         checked=lambda editor: editor.session.selecting.how == how,
     )
 
 
 def _switch(name: str, label: str, icon: str, tooltip: str) -> Action:
     """Return the action that switches a part of `Selecting`."""
-    return Action(
-        f"select.{name}",
+    return _SELECT.action(
+        name,
         label,
-        "Mask/Selections",
         lambda editor: set_selecting(editor, **{name: not getattr(editor.session.selecting, name)}),
-        icon=icon,
-        tooltip=tooltip,
-        enabled=lambda editor: editor.session.mode != "overlay",
+        icon,
+        tooltip,
         checked=lambda editor: bool(getattr(editor.session.selecting, name)),
         separated=name == "contiguous",
     )
 
 
 def _part(part: Part, label: str, icon: str, tooltip: str) -> Action:
-    return Action(
-        f"features.{part}",
+    return _FEATURES.action(
+        part,
         label,
-        "Mask/Features",
         lambda editor: editor.show(part="joined" if editor.session.part == part else part),
-        "N" if part == "new" else "",
         icon,
         tooltip,
-        enabled=lambda editor: editor.session.mode == "warp",
+        "N" if part == "new" else "",
         checked=lambda editor: editor.session.part == part,
     )
 
@@ -94,7 +97,7 @@ def _refine(name: str, label: str, icon: str, tooltip: str, change: Callable[[By
     def run(editor: Editor) -> None:
         refine(editor, label, lambda mask: change(mask, editor.session.selecting.refine_px))
 
-    return Action(f"mask.{name}", label, "Mask/Refine", run, "", icon, tooltip, enabled=_is_painted)
+    return _REFINE.action(name, label, run, icon, tooltip)
 
 
 SELECTING = (
@@ -102,13 +105,12 @@ SELECTING = (
     _switch("contiguous", "Only what hangs together", "link", "The wand takes what hangs together with the click only"),
     _switch("by_stroke", "Objects by rough paint", "paintbrush", "Paint over an object instead of dragging a box"),
     *(_part(*row) for row in _PARTS),
-    Action(
-        "features.merge",
+    _FEATURES.action(
+        "merge",
         "Make one feature",
-        "Mask/Features",
         lambda editor: merge(editor, "Make one feature", editor.session.features),
-        icon="object-group",
-        tooltip="Let the features that are chosen in the list, with Shift several, move as one, however far apart",
+        "object-group",
+        "Let the features that are chosen in the list, with Shift several, move as one, however far apart",
         enabled=lambda editor: editor.session.mode == "warp" and len(editor.session.features) > 1,
         separated=True,
     ),

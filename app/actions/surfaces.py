@@ -1,53 +1,46 @@
 """Actions on the surface in space that the picture is laid on."""
 
-from app.actions import Action
+from app.actions import Action, ActionGroup, in_warp
 from app.actions.removal import removal
 from app.editor.editor import Editor
 from app.files import surface_files
 from core.surfaces.shapes import SHAPES
 
-MENU = "Warp/Surface in space"
-
-
-def _in_warp(editor: Editor) -> bool:
-    return editor.session.mode == "warp"
+_SURFACE = ActionGroup("surface", "Warp/Surface in space", in_warp)
 
 
 def _shape(name: str) -> Action:
-    return Action(
-        f"surface.{name}",
+    return _SURFACE.action(
+        name,
         name.capitalize(),
-        MENU,
         lambda editor: surface_files.choose_shape(editor, name),
-        icon="cube",
-        tooltip=f"Lay the picture on a {name}: features come out undistorted on it",
-        enabled=_in_warp,
+        "cube",
+        f"Lay the picture on a {name}: features come out undistorted on it",
         checked=lambda editor: editor.document.surface is not None and editor.document.surface.name == name,
     )
 
 
+def _has_surface(editor: Editor) -> bool:
+    return in_warp(editor) and editor.document.surface is not None
+
+
 SURFACES = (
     *(_shape(name) for name in SHAPES),
-    Action(
-        "surface.open",
+    _SURFACE.action(
+        "open",
         "Mesh…",
-        MENU,
         surface_files.ask_open_mesh,
-        icon="folder-open",
-        tooltip="Lay the picture on a mesh with texture coordinates: OBJ or glTF",
-        enabled=_in_warp,
+        "folder-open",
+        "Lay the picture on a mesh with texture coordinates: OBJ or glTF",
     ),
-    Action(
-        "surface.export_view",
+    _SURFACE.action(
+        "export_view",
         "Export view…",
-        MENU,
         surface_files.ask_export_view,
-        icon="camera",
-        tooltip="Write a picture of the surface as it is seen; Export writes its texture",
-        enabled=lambda editor: _in_warp(editor) and editor.document.surface is not None,
+        "camera",
+        "Write a picture of the surface as it is seen; Export writes its texture",
+        enabled=_has_surface,
         separated=True,
     ),
-    removal(
-        "surface.remove", "Lay flat", MENU, "warp", "trash-can", "Take the picture off the surface", {"surface": None}
-    ),
+    removal(_SURFACE, "remove", "Lay flat", "trash-can", "Take the picture off the surface", {"surface": None}),
 )

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from app.actions import Action, chord_of
+from app.actions import Action, ActionGroup, chord_of
 from app.actions.edit import EDIT, HELP
 from app.actions.feature_curves import FEATURE_CURVES
 from app.actions.file import FILE
@@ -18,6 +18,8 @@ from app.actions.warp import MASK, WARP
 from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.model.events import Key
+
+_TOOLS = ActionGroup("tool", "Tools")
 
 
 class ActionTable:
@@ -81,14 +83,13 @@ class ActionTable:
 
 def _tool(tool: Tool) -> Action:
     """Return the action that takes `tool`."""
-    return Action(
-        f"tool.{tool.name}",
+    return _TOOLS.action(
+        tool.name,
         tool.label,
-        "Tools",
         lambda editor: editor.choose_tool(tool.name),
-        tool.key.upper(),
         tool.icon,
         tool.hint,
+        tool.key.upper(),
         enabled=lambda editor: editor.session.mode in tool.modes,
         checked=lambda editor: editor.session.tool == tool.name,
     )

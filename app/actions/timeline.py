@@ -1,22 +1,18 @@
 """Actions on the timeline: to play, to go from frame to frame, and on keys."""
 
-from app.actions import Action
+from app.actions import Action, ActionGroup, always, in_warp
 from app.editor.editor import Editor
 from app.marking import keying
 from core.document.animated import is_animated
 from core.document.keys import EASINGS, Easing
 
 
-def _in_warp(editor: Editor) -> bool:
-    return editor.session.mode == "warp"
-
-
 def _has_keys(editor: Editor) -> bool:
-    return _in_warp(editor) and is_animated(editor.document)
+    return in_warp(editor) and is_animated(editor.document)
 
 
 def _has_chosen(editor: Editor) -> bool:
-    return _in_warp(editor) and bool(keying.find_chosen_keys(editor))
+    return in_warp(editor) and bool(keying.find_chosen_keys(editor))
 
 
 def _step(editor: Editor, frames: int) -> None:
@@ -32,6 +28,9 @@ def _remove_chosen(editor: Editor) -> None:
     keying.remove_keys(editor, keying.find_chosen_keys(editor))
 
 
+_TIMELINE = ActionGroup("timeline", "Timeline", in_warp)
+_EASING = ActionGroup("timeline.easing", "Timeline/Easing", _has_chosen)
+
 EASING_LABELS: dict[Easing, tuple[str, str]] = {
     "linear": ("Linear", "Evenly from this key to the next"),
     "hold": ("Hold", "Stays until the next key, then jumps"),
@@ -43,130 +42,100 @@ EASING_LABELS: dict[Easing, tuple[str, str]] = {
 
 def _easing(easing: Easing) -> Action:
     label, tooltip = EASING_LABELS[easing]
-    return Action(
-        f"timeline.easing.{easing}",
+    return _EASING.action(
+        easing,
         label,
-        "Timeline/Easing",
         lambda editor: keying.ease_keys(editor, keying.find_chosen_keys(editor), easing),
         tooltip=f"{tooltip}: of the selected keys",
-        enabled=_has_chosen,
         checked=lambda editor: keying.find_easing(editor) == easing,
     )
 
 
 TIMELINE = (
-    Action(
-        "timeline.show",
-        "Timeline",
+    _TIMELINE.action(
+        "show",
         "Timeline",
         lambda editor: editor.show(timeline=not editor.session.timeline),
-        "Shift+T",
         "timeline",
         "Show the frames and the keys, and what puts keys on sliders and pins",
-        enabled=_in_warp,
+        "Shift+T",
         checked=lambda editor: editor.session.timeline,
     ),
-    Action(
-        "timeline.play",
+    _TIMELINE.action(
+        "play",
         "Play",
-        "Timeline",
         lambda editor: editor.animation.toggle(),
-        "Shift+Space",
         "play",
         "Play the frames, or stop",
+        "Shift+Space",
         enabled=_has_keys,
         checked=lambda editor: editor.animation.is_playing,
         separated=True,
     ),
-    Action(
-        "timeline.loop",
+    _TIMELINE.action(
+        "loop",
         "Loop",
-        "Timeline",
         lambda editor: editor.show(loops=not editor.session.loops),
-        icon="repeat",
-        tooltip="Begin anew at the end",
+        "repeat",
+        "Begin anew at the end",
+        enabled=always,
         checked=lambda editor: editor.session.loops,
     ),
-    Action(
-        "timeline.first",
+    _TIMELINE.action(
+        "first",
         "First frame",
-        "Timeline",
         lambda editor: editor.animation.go_to(editor.document.span.first),
-        "Home",
         "backward-fast",
         "Show the first frame",
-        enabled=_in_warp,
+        "Home",
         separated=True,
     ),
-    Action(
-        "timeline.previous_key",
+    _TIMELINE.action(
+        "previous_key",
         "Key before",
-        "Timeline",
         lambda editor: keying.go_to_key(editor, forward=False),
-        "Shift+,",
         "backward-step",
         "Show the frame of the key before",
+        "Shift+,",
         enabled=_has_keys,
     ),
-    Action(
-        "timeline.previous",
-        "Frame before",
-        "Timeline",
-        lambda editor: _step(editor, -1),
-        ",",
-        "caret-left",
-        "Show the frame before",
-        enabled=_in_warp,
+    _TIMELINE.action(
+        "previous", "Frame before", lambda editor: _step(editor, -1), "caret-left", "Show the frame before", ","
     ),
-    Action(
-        "timeline.next",
-        "Next frame",
-        "Timeline",
-        lambda editor: _step(editor, 1),
-        ".",
-        "caret-right",
-        "Show the next frame",
-        enabled=_in_warp,
-    ),
-    Action(
-        "timeline.next_key",
+    _TIMELINE.action("next", "Next frame", lambda editor: _step(editor, 1), "caret-right", "Show the next frame", "."),
+    _TIMELINE.action(
+        "next_key",
         "Next key",
-        "Timeline",
         lambda editor: keying.go_to_key(editor, forward=True),
-        "Shift+.",
         "forward-step",
         "Show the frame of the next key",
+        "Shift+.",
         enabled=_has_keys,
     ),
-    Action(
-        "timeline.last",
+    _TIMELINE.action(
+        "last",
         "Last frame",
-        "Timeline",
         lambda editor: editor.animation.go_to(editor.document.span.last),
-        "End",
         "forward-fast",
         "Show the last frame",
-        enabled=_in_warp,
+        "End",
     ),
-    Action(
-        "timeline.set_keys",
+    _TIMELINE.action(
+        "set_keys",
         "Set keys",
-        "Timeline",
         _set_keys,
-        "Shift+K",
         "diamond",
         "Put keys at this frame: for the selected pins, else for all that has keys, else for the bend",
-        enabled=_in_warp,
+        "Shift+K",
         separated=True,
     ),
-    Action(
-        "timeline.remove_keys",
+    _TIMELINE.action(
+        "remove_keys",
         "Remove keys",
-        "Timeline",
         _remove_chosen,
-        "Delete",
         "trash-can",
         "Take the selected keys out",
+        "Delete",
         enabled=_has_chosen,
     ),
     *(_easing(easing) for easing in EASINGS),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.actions import Action
+from app.actions import Action, ActionGroup
 from app.actions.panels import make_toggle
 from app.editor.editor import Editor
 from app.model.session import Compare, Heat
@@ -12,6 +12,9 @@ from app.model.spaces import View, centre, fit_curve, zoom_at
 from core.arrays import Points
 from core.document.document import Mode, pixels_from_places
 from core.document.map import outline_of
+
+_VIEW, _OVERLAY = ActionGroup("view", "View"), ActionGroup("view.overlay", "View/Overlays")
+_MODE = ActionGroup("mode", "Mode")
 
 ZOOM_STEP = 1.5
 
@@ -101,14 +104,13 @@ OF_MODE: dict[str, Mode] = {
 
 def _overlay(name: str) -> Action:
     label, chord, icon, tooltip = _OVERLAYS[name]
-    return Action(
-        f"view.overlay.{name}",
+    return _OVERLAY.action(
+        name,
         label,
-        "View/Overlays",
         lambda editor: toggle_overlay(editor, name),
-        chord,
         icon,
         tooltip,
+        chord,
         enabled=lambda editor: name not in OF_MODE or editor.session.mode == OF_MODE[name],
         checked=lambda editor: bool(getattr(editor.session.overlays, name)),
     )
@@ -119,112 +121,102 @@ def _heat(heat: Heat, label: str, icon: str, tooltip: str) -> Action:
         overlays = editor.session.overlays
         editor.show(overlays=replace(overlays, heat=None if overlays.heat == heat else heat))
 
-    return Action(
-        f"view.overlay.{heat}",
+    return _OVERLAY.action(
+        heat,
         label,
-        "View/Overlays",
         toggle,
-        icon=icon,
-        tooltip=tooltip,
+        icon,
+        tooltip,
         enabled=lambda editor: editor.session.mode != "overlay",
         checked=lambda editor: editor.session.overlays.heat == heat,
     )
 
 
 VIEW = (
-    Action("view.fit", "Fit picture", "View", fit, "Ctrl+0", "expand", "Show the whole picture"),
-    Action("view.actual", "100 %", "View", actual_size, "Ctrl+1", "1", "One pixel of the result is one of the screen"),
-    Action(
-        "view.zoom_in",
+    _VIEW.action("fit", "Fit picture", fit, "expand", "Show the whole picture", "Ctrl+0"),
+    _VIEW.action("actual", "100 %", actual_size, "1", "One pixel of the result is one of the screen", "Ctrl+1"),
+    _VIEW.action(
+        "zoom_in",
         "Zoom in",
-        "View",
         lambda editor: zoom(editor, ZOOM_STEP),
-        "Ctrl+=",
         "magnifying-glass-plus",
         "Show more closely",
+        "Ctrl+=",
         more_chords=("Ctrl++", "Ctrl+Shift+="),
     ),
-    Action(
-        "view.zoom_out",
+    _VIEW.action(
+        "zoom_out",
         "Zoom out",
-        "View",
         lambda editor: zoom(editor, 1 / ZOOM_STEP),
-        "Ctrl+-",
         "magnifying-glass-minus",
         "Show from farther off",
+        "Ctrl+-",
     ),
-    Action(
-        "view.before",
+    _VIEW.action(
+        "before",
         "Before (hold)",
-        "View",
         lambda editor: editor.show(compare="before"),
-        "\\",
         "eye",
         "Show the picture as it was, as long as the key is held",
+        "\\",
         checked=lambda editor: editor.session.compare == "before",
         release=lambda editor: editor.show(compare="result"),
         separated=True,
     ),
-    Action(
-        "view.split",
+    _VIEW.action(
+        "split",
         "Split before and after",
-        "View",
         lambda editor: toggle_compare(editor, "split"),
-        "Shift+\\",
         "table-columns",
         "Show before at the left and after at the right of a line; drag it",
+        "Shift+\\",
         checked=lambda editor: editor.session.compare == "split",
     ),
-    Action(
-        "view.onion",
+    _VIEW.action(
+        "onion",
         "Onion skin",
-        "View",
         lambda editor: toggle_compare(editor, "onion"),
-        "Alt+\\",
         "layer-group",
         "Let the picture as it was shine through the result",
+        "Alt+\\",
         checked=lambda editor: editor.session.compare == "onion",
     ),
-    Action(
-        "view.unwarped",
+    _VIEW.action(
+        "unwarped",
         "Paint on the picture as it was",
-        "View",
         lambda editor: editor.unwarped.toggle(),
-        "J",
         "image",
         "While painting or selecting, show the picture as it was instead of the warped one",
+        "J",
         enabled=lambda editor: editor.session.mode == "warp" and editor.tool.marks,
         checked=lambda editor: editor.session.paints_unwarped,
     ),
     *(_overlay(name) for name in _OVERLAYS),
     *(_heat(*row) for row in _HEATS),
-    Action(
-        "view.panels",
+    _VIEW.action(
+        "panels",
         "Hide panels",
-        "View",
         lambda editor: editor.show(panels=not editor.session.panels),
-        "Tab",
         "table-columns",
         "Leave all of the window to the picture",
+        "Tab",
         checked=lambda editor: not editor.session.panels,
         separated=True,
     ),
-    Action(
-        "view.full_screen",
+    _VIEW.action(
+        "full_screen",
         "Full screen",
-        "View",
         make_toggle("full-screen"),
-        "F11",
         "expand",
         "Give the whole screen to the window, or take it back",
+        "F11",
     ),
-    Action(
-        "view.reset_panels",
+    _VIEW.action(
+        "reset_panels",
         "Reset panel layout",
-        "View",
         make_toggle("layout"),
-        icon="table-cells-large",
-        tooltip="Put all panels back where they were at first",
+        "table-cells-large",
+        "Put all panels back where they were at first",
     ),
 )
 
@@ -236,14 +228,13 @@ _MODES: tuple[tuple[Mode, str, str, str], ...] = (
 
 
 def _mode(number: int, mode: Mode, label: str, icon: str, tooltip: str) -> Action:
-    return Action(
-        f"mode.{mode}",
+    return _MODE.action(
+        mode,
         label,
-        "Mode",
         lambda editor: editor.choose_mode(mode),
-        f"Alt+{number}",
         icon,
         tooltip,
+        f"Alt+{number}",
         checked=lambda editor: editor.session.mode == mode,
     )
 

@@ -5,7 +5,7 @@ from typing import get_args
 
 import numpy as np
 
-from app.actions import Action
+from app.actions import Action, ActionGroup
 from app.editor.editor import Editor
 from app.editor.painting import BLANK, LAYERS, choose_raster, layer, with_layer
 from app.files import document_io, masks
@@ -15,6 +15,9 @@ from core.imaging.images import Image
 from core.rasters.raster import Raster
 from core.selection.sources import has_transparency
 from core.warps.presets import PRESETS
+
+_MASK, _WARP = ActionGroup("mask", "Mask"), ActionGroup("warp", "Warp")
+_PRESET, _KEPT = ActionGroup("warp.preset", "Warp/Preset"), ActionGroup("warp.keep", "Warp/Features")
 
 
 def _fill(editor: Editor, value: int | None) -> None:
@@ -40,53 +43,42 @@ def _can_fit(editor: Editor) -> bool:
 
 
 MASK = (
-    Action("mask.fill", "Fill mask", "Mask", lambda e: _fill(e, 255), icon="fill-drip", tooltip="Keep everything"),
-    Action(
-        "mask.clear",
-        "Clear mask",
-        "Mask",
-        lambda e: _fill(e, None),
-        "Ctrl+Shift+A",
-        "eraser",
-        "Keep nothing",
-        enabled=_has_mask,
+    _MASK.action("fill", "Fill mask", lambda e: _fill(e, 255), "fill-drip", "Keep everything"),
+    _MASK.action(
+        "clear", "Clear mask", lambda e: _fill(e, None), "eraser", "Keep nothing", "Ctrl+Shift+A", enabled=_has_mask
     ),
-    Action("mask.invert", "Invert mask", "Mask", _invert, "Ctrl+I", "circle-half-stroke", "Keep what was not kept"),
-    Action(
-        "mask.fit",
+    _MASK.action("invert", "Invert mask", _invert, "circle-half-stroke", "Keep what was not kept", "Ctrl+I"),
+    _MASK.action(
+        "fit",
         "Fit mask to objects",
-        "Mask",
         masks.fit_to_objects,
-        "Ctrl+Shift+F",
         "wand-magic-sparkles",
         "Paint over something roughly; this finds its outline",
+        "Ctrl+Shift+F",
         enabled=_can_fit,
     ),
-    Action(
-        "mask.transparency",
+    _MASK.action(
+        "transparency",
         "Mask from transparency",
-        "Mask",
         masks.mark_opaque,
-        icon="clone",
-        tooltip="Mark what is opaque: every letter or cut-out is a feature of its own",
+        "clone",
+        "Mark what is opaque: every letter or cut-out is a feature of its own",
         enabled=lambda editor: has_transparency(editor.document.image),
     ),
-    Action(
-        "mask.load",
+    _MASK.action(
+        "load",
         "Load mask…",
-        "Mask",
         masks.ask_mask,
-        icon="file-import",
-        tooltip="Take the mask from a picture of the same size, or from another project",
+        "file-import",
+        "Take the mask from a picture of the same size, or from another project",
         separated=True,
     ),
-    Action(
-        "mask.save",
+    _MASK.action(
+        "save",
         "Save mask…",
-        "Mask",
         masks.ask_save_mask,
-        icon="file-export",
-        tooltip="Write the mask as a picture, for other programs and the command line",
+        "file-export",
+        "Write the mask as a picture, for other programs and the command line",
         enabled=_has_mask,
     ),
 )
@@ -123,10 +115,9 @@ def reset_warp(editor: Editor) -> None:
 
 def _preset(name: str) -> Action:
     preset = PRESETS[name]
-    return Action(
-        f"warp.preset.{name}",
+    return _PRESET.action(
+        name,
         preset.label,
-        "Warp/Preset",
         lambda editor: choose_preset(editor, name),
         tooltip=f"Warp by {preset.label}" if name != "none" else "Warp by nothing but handles",
         checked=lambda editor: (editor.document.warp.preset or "none") == name,
@@ -142,10 +133,9 @@ _KEEP = {
 
 def _keep(keep: Keep) -> Action:
     label, tooltip = _KEEP[keep]
-    return Action(
-        f"warp.keep.{keep}",
+    return _KEPT.action(
+        keep,
         label,
-        "Warp/Features",
         lambda editor: editor.edit(label, editor.document.with_warp(keep=keep)),
         tooltip=tooltip,
         checked=lambda editor: editor.document.warp.keep == keep,
@@ -171,43 +161,39 @@ COPIED = ("warp", "outline", "pins", "curves", "warp_map", "surface", "tracks")
 WARP = (
     *(_preset(name) for name in PRESETS),
     *(_keep(keep) for keep in get_args(Keep)),
-    Action(
-        "warp.vertical_axis",
+    _WARP.action(
+        "vertical_axis",
         "Vertical axis",
-        "Warp",
         _toggle_axis,
-        icon="arrows-up-down",
-        tooltip="Bend along the other axis",
+        "arrows-up-down",
+        "Bend along the other axis",
         checked=lambda editor: editor.document.warp.vertical_axis,
     ),
-    Action("warp.reset", "Reset warp", "Warp", reset_warp, icon="arrow-rotate-left", tooltip="Take the preset back"),
-    Action(
-        "warp.copy",
+    _WARP.action("reset", "Reset warp", reset_warp, "arrow-rotate-left", "Take the preset back"),
+    _WARP.action(
+        "copy",
         "Copy warp",
-        "Warp",
         lambda editor: editor.show(copied_warp=editor.document.with_image(_NO_PICTURE)),
-        "Ctrl+Alt+C",
         "copy",
         "Take preset, outline, pins and curves, to be pasted on another picture",
+        "Ctrl+Alt+C",
         separated=True,
     ),
-    Action(
-        "warp.paste",
+    _WARP.action(
+        "paste",
         "Paste warp",
-        "Warp",
         _paste,
-        "Ctrl+Alt+V",
         "paste",
         "Do to this picture what was done to the one whose warp was copied; the mask stays",
+        "Ctrl+Alt+V",
         enabled=lambda editor: editor.session.copied_warp is not None,
     ),
-    Action(
-        "warp.export",
+    _WARP.action(
+        "export",
         "Export warp…",
-        "Warp",
         document_io.ask_export_warp,
-        icon="file-export",
-        tooltip="Write the warp itself for other programs: an ST map (EXR) or a mesh with texture coordinates (OBJ)",
+        "file-export",
+        "Write the warp itself for other programs: an ST map (EXR) or a mesh with texture coordinates (OBJ)",
         separated=True,
     ),
 )
