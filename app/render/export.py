@@ -246,11 +246,7 @@ class TileTarget:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        self._source.release()
-        if self._mesh is not None:
-            self._mesh.release()
-        self._picture.release()
-        self._pixels.release()
+        gpu.release(self._source, self._mesh, self._picture, self._pixels)
 
 
 def _quarters(box: Box) -> list[Box]:

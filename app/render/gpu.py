@@ -8,7 +8,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
-from typing import Any
+from typing import Any, Protocol
 
 import moderngl
 
@@ -89,6 +89,20 @@ def drawing(framebuffer: moderngl.Framebuffer, viewport: Rectangle, scissor: Rec
         context.viewport = viewport_before
 
 
+class Releasable(Protocol):
+    """What holds GPU objects."""
+
+    def release(self) -> object:
+        """Free them."""
+
+
+def release(*held: Releasable | None) -> None:
+    """Free the GPU objects of all that there is."""
+    for thing in held:
+        if thing is not None:
+            thing.release()
+
+
 class Offscreen:
     """A texture of four channels to draw into."""
 
@@ -115,8 +129,7 @@ class Offscreen:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        self._framebuffer.release()
-        self.texture.release()
+        release(self._framebuffer, self.texture)
 
 
 def power_of_two(size: int) -> int:

@@ -62,9 +62,7 @@ class CanvasLayers:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        self.picture.release()
-        self.shown.release()
-        self.coming.release()
+        gpu.release(self.picture, self.shown, self.coming)
 
 
 class Costs:

@@ -11,7 +11,7 @@ import numpy as np
 
 from app.render.bending import find_places
 from app.render.dirty_region import find_moved, find_painted
-from app.render.gpu import Offscreen, Rectangle
+from app.render.gpu import Offscreen, Rectangle, release
 from app.render.layers import CanvasLayers, Costs
 from app.render.passes.bent import BentCanvas
 from app.render.passes.blitter import Blitter
@@ -201,9 +201,7 @@ class Renderer:
 
     def release(self) -> None:
         """Free the GPU objects; drawing makes them anew."""
-        for held in (self._marks, self.sources, self._meshes, self._layers, self._draft, self._bent):
-            if held is not None:
-                held.release()
+        release(self._marks, self.sources, self._meshes, self._layers, self._draft, self._bent)
         self._layers, self._draft, self._bent = None, None, None
 
     def _drawing(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
@@ -263,8 +261,7 @@ class Renderer:
         size = max(size[0], 1), max(size[1], 1)
         if held is not None and held.size == size:
             return held
-        if held is not None:
-            held.release()
+        release(held)
         return make(self._context, size)
 
     def _source_of(self, name: str, scene: CanvasScene) -> Source:

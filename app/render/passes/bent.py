@@ -60,14 +60,11 @@ class BentCanvas:
         """Return the mesh of a grid, its nodes from `places` put `here`."""
         shape, stride = (here.shape[0], here.shape[1]), draft_stride(here, CELL_PX)
         if self._mesh is None or (self._mesh.shape, self._mesh.stride) != (shape, stride):
-            if self._mesh is not None:
-                self._mesh.release()
+            gpu.release(self._mesh)
             self._mesh = MeshBuffers(self._context, shape, stride=stride)
         self._mesh.place(places, here)
         return self._mesh
 
     def release(self) -> None:
         """Free the GPU objects."""
-        self.shown.release()
-        if self._mesh is not None:
-            self._mesh.release()
+        gpu.release(self.shown, self._mesh)

@@ -86,9 +86,7 @@ class Draft:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        self._places.release()
-        for layer in (self.shown, self._place, self._shape):
-            layer.release()
+        gpu.release(self._places, self.shown, self._place, self._shape)
 
 
 def _rectangle(box: Box) -> gpu.Rectangle:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.model.session import Heat
+from app.render.gpu import release
 from app.render.heat import measure_heat
 from app.render.scene import CanvasScene, Color, MarkOptions
 from app.render.sources.mask_texture import MaskTexture
@@ -56,8 +57,7 @@ class MarksLayer:
     def _texture(self, name: str, key: object, values: NDArray[np.generic], dtype: str) -> moderngl.Texture:
         """Return the texture called `name` of `values`, (h, w), made anew when `key` is another."""
         if self._seen.get(name) is not key:
-            if name in self._textures:
-                self._textures[name].release()
+            release(self._textures.get(name))
             data = np.ascontiguousarray(values, {"u1": np.uint8, "f4": np.float32}[dtype]).tobytes()
             texture = self._context.texture((values.shape[1], values.shape[0]), 1, data, dtype=dtype, alignment=1)
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -67,17 +67,14 @@ class MarksLayer:
 
     def _mask_texture(self, mask: Raster) -> moderngl.Texture:
         if self._mask is None or self._mask.size_px != (mask.width_px, mask.height_px):
-            if self._mask is not None:
-                self._mask.release()
+            release(self._mask)
             self._mask = MaskTexture(self._context, mask)
         self._mask.update(mask)
         return self._mask.texture
 
     def release(self) -> None:
         """Free the GPU objects."""
-        for held in (self._mask, *self._textures.values()):
-            if held is not None:
-                held.release()
+        release(self._mask, *self._textures.values())
         self._mask, self._textures, self._seen, self._heated = None, {}, {}, None
 
 

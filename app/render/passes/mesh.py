@@ -11,6 +11,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from app.render.gpu import release
 from app.render.nodes import Nodes
 from app.render.passes.ring import put_ring
 from app.render.programs import Names, programs_of, set_uniforms
@@ -129,12 +130,7 @@ class MeshBuffers:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        for array in self._arrays.values():
-            array.release()
-        self._indices.release()
-        self._edge_indices.release()
-        for nodes in self._nodes.values():
-            nodes.release()
+        release(*self._arrays.values(), self._indices, self._edge_indices, *self._nodes.values())
 
 
 def _rectangle_of(points: Points) -> tuple[float, float, float, float]:

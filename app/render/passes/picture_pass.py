@@ -120,10 +120,7 @@ class PicturePass:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        self._places.release()
-        for layer in (self.light, self.cells, self._place, self._footprint):
-            if layer is not None:
-                layer.release()
+        gpu.release(self._places, self.light, self.cells, self._place, self._footprint)
 
 
 def what_is_read(mesh: MeshBuffers, source: Source, box: Box, least_stretch: float) -> tuple[Box, int]:

@@ -5,6 +5,7 @@ from typing import TypeAlias
 import moderngl
 
 from app.model.spaces import View
+from app.render.gpu import release
 from app.render.passes.draft import draft_stride
 from app.render.passes.mesh import MeshBuffers
 from app.render.scene import CanvasScene
@@ -35,8 +36,7 @@ class PlacedMeshes:
 
     def release(self) -> None:
         """Free the GPU objects; placing makes them anew."""
-        for mesh in self._meshes.values():
-            mesh.release()
+        release(*self._meshes.values())
         self._meshes, self._placings = {}, {}
 
     def _mesh_of(self, key: tuple[str, bool], positions: Points) -> MeshBuffers:
@@ -45,8 +45,7 @@ class PlacedMeshes:
         stride = draft_stride(positions) if key[1] else 1
         held = self._meshes.get(key)
         if held is None or (held.shape, held.stride) != (shape, stride):
-            if held is not None:
-                held.release()
+            release(held)
             held = self._meshes[key] = MeshBuffers(self._context, shape, stride=stride)
         return held
 

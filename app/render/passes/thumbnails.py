@@ -31,8 +31,7 @@ def draw_thumbnails(
             target.light.texture.use(0)
             programs_of(context).fullscreen("encode.frag", tile=0, linear=False)
         pictures.append(np.frombuffer(pixels.read(size), np.uint8).reshape(size[1], size[0], 4))
-    for held in (mesh, target, pixels):
-        held.release()
+    gpu.release(mesh, target, pixels)
     return pictures
 
 

@@ -76,11 +76,7 @@ class DressedSource(Source):
     def release(self) -> None:
         """Free the GPU objects."""
         super().release()
-        self._layers.release()
-        self._pattern.release()
-        for held in (self._composed, self._pyramid):
-            if held is not None:
-                held.release()
+        gpu.release(self._layers, self._pattern, self._composed, self._pyramid)
         self._composed = self._pyramid = None
 
     def _load(self, box: Box, base: int) -> Window:
@@ -94,8 +90,7 @@ class DressedSource(Source):
     def _compose(self, box: Box, base: int, size: tuple[int, int]) -> None:
         """Compose the base level."""
         if self._composed is None or self._composed.size != size:
-            if self._composed is not None:
-                self._composed.release()
+            gpu.release(self._composed)
             self._composed = gpu.Offscreen(self._context, size, self.dtype)
         worn = self._worn
         assert worn is not None
@@ -187,8 +182,7 @@ class Pattern:
 
     def release(self) -> None:
         """Free the texture."""
-        if self._texture is not None:
-            self._texture.release()
+        gpu.release(self._texture)
         self._texture = self._seen = None
 
 

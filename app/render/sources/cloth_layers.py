@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from app.render.gpu import release
 from app.render.sources.overlay_parameters import ClothParts
 from app.render.sources.source import Box
 from core.arrays import Singles
@@ -168,6 +169,5 @@ class ClothLayers:
 
     def release(self) -> None:
         """Free the textures."""
-        for texture in self._textures:
-            texture.release()
+        release(*self._textures)
         self._textures, self._window = [], None

@@ -15,6 +15,7 @@ from functools import cached_property
 import moderngl
 import numpy as np
 
+from app.render.gpu import release
 from app.render.sources.texels import halves, light_of, reduce, texels_of
 from core import tracing
 from core.imaging.images import Image
@@ -171,8 +172,7 @@ class Source:
             self._glimpse = None
 
     def _free_texture(self) -> None:
-        if self._texture is not None:
-            self._texture.release()
+        release(self._texture)
         self._texture = self._window = self._coming = None
 
     def _with_margin(self, box: Box) -> Box:

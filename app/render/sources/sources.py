@@ -2,6 +2,7 @@
 
 import moderngl
 
+from app.render.gpu import release
 from app.render.scene import CanvasScene
 from app.render.sources.cloth import DressedSource
 from app.render.sources.source import Source
@@ -26,8 +27,7 @@ class Sources:
         held = next((source for source in self._plain if source.image is image), None)
         held = held or Source(self._context, image, margin=MARGIN)
         sources = [held, *(source for source in self._plain if source is not held)]
-        for dropped in sources[MOST_KEPT:]:
-            dropped.release()
+        release(*sources[MOST_KEPT:])
         self._plain = sources[:MOST_KEPT]
         return held
 
@@ -37,15 +37,12 @@ class Sources:
         if overlay is None:
             return self.of(scene.image)
         if self._cloth is None or self._cloth.image is not scene.image or self._cloth.parts is not overlay.parts:
-            if self._cloth is not None:
-                self._cloth.release()
+            release(self._cloth)
             self._cloth = DressedSource(self._context, scene.image, overlay.parts)
         self._cloth.dress(overlay, draft=scene.draft)
         return self._cloth
 
     def release(self) -> None:
         """Free the GPU objects."""
-        for held in (*self._plain, self._cloth):
-            if held is not None:
-                held.release()
+        release(*self._plain, self._cloth)
         self._plain, self._cloth = [], None
