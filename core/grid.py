@@ -88,6 +88,14 @@ class Grid:
         column = np.clip(np.rint(self.nodes[0, :, 0]), 0, self.width_px - 1).astype(np.int64)
         return row, column
 
+    def coarsened(self, cells: float) -> "Grid":
+        """Return a grid over the same picture whose cells are about `cells` times as long."""
+        return Grid(self.width_px, self.height_px, cell_px=cells * math.sqrt(self.cell[0] * self.cell[1]))
+
+    def with_nodes(self, most: int) -> "Grid":
+        """Return a grid over the same picture of about so many nodes, where it has more."""
+        return self.coarsened(max(1.0, math.sqrt(self.size / most)))
+
     @cached_property
     def quads(self) -> Ints:
         """Node numbers (M, 4) of each quad, clockwise from the top left."""

@@ -19,6 +19,7 @@ from core.mapping.features.reduced_system import ReducedSystem, as_one, as_two
 from core.mapping.features.similarity import Bodies, bodies_of, body_index
 from core.mapping.features.sizes import smaller_scales
 from core.mapping.jacobians import Complexes, as_complex
+from core.mapping.tolerances import SINGULAR
 from core.stopwatch import Stopwatch
 
 Keep = Literal["similarity", "rigid"]
@@ -26,8 +27,6 @@ Method = Literal["exact", "per-quad"]
 
 JOINT_AT_MOST = 32
 """So many features, the largest, are placed together; each smaller one where W alone would have it."""
-_SAME = 1e-12
-"""Points whose responses differ by no more than this share are held as one."""
 
 
 class FeatureMapping:
@@ -151,7 +150,7 @@ class FeatureMapping:
         np.add.at(load, (nodes, np.arange(len(at))[:, None]), free)
         with one_thread(), self.clock.measure("factor"):
             half = self.factor.forward(load, np.unique(nodes))
-            inverse = np.linalg.pinv(M @ (half.T @ half) @ M.conj().T, rcond=_SAME, hermitian=True)
+            inverse = np.linalg.pinv(M @ (half.T @ half) @ M.conj().T, rcond=SINGULAR, hermitian=True)
             return HeldPoints(nodes, weights, M, half, inverse)
 
     def approach(

@@ -10,12 +10,11 @@ from core.grid import Grid
 from core.linalg.factor import Factor
 from core.linalg.laplacian import edge_weights, find_stored, laplacian, node_values, pattern
 from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.handles.free_plate import SMOOTH_NODES
 from core.mapping.jacobians import Complexes
 
 SIDES: list[Any] = [np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]]
 """Top, bottom, left and right side of what a grid has at its nodes."""
-_NODES = 2500
-"""About so many nodes of the grid on which the frame's gliding is found."""
 
 
 class FrameGlide:
@@ -28,9 +27,8 @@ class FrameGlide:
 
     def __init__(self, mapping: FeatureMapping) -> None:
         fine = mapping.grid
-        cell = float(np.sqrt(fine.cell[0] * fine.cell[1] * max(1.0, fine.size / _NODES)))
         self._fine, self._index = fine, mapping.index
-        self._grid = Grid(fine.width_px, fine.height_px, cell_px=cell)
+        self._grid = fine.with_nodes(SMOOTH_NODES)
         nodes, weights = fine.weights_at(self._grid.nodes.reshape(-1, 2))
         self._nearest = np.take_along_axis(nodes, weights.argmax(axis=1)[:, None], axis=1)[:, 0].reshape(
             self._grid.shape

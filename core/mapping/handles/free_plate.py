@@ -15,8 +15,8 @@ from core.linalg.blas import one_thread
 from core.linalg.factor import Factor
 from core.mapping.jacobians import Complexes
 
-_NODES = 2500
-"""About so many the plate has: a response then takes some tenths of a millisecond."""
+SMOOTH_NODES = 2500
+"""Nodes of a grid on which smooth things are worked out, about: an answer takes some tenths of a millisecond."""
 _RIDGE = 1e-7
 """Makes A definite; similarities, which it would hold back, are added to d outside."""
 
@@ -32,9 +32,7 @@ class FreePlate:
 
     def __init__(self, grid: Grid, *, smoothness: float) -> None:
         self._grid = grid
-        size = max(1.0, grid.size / _NODES)
-        coarse = Grid(grid.width_px, grid.height_px, cell_px=float(np.sqrt(grid.cell[0] * grid.cell[1] * size)))
-        self._coarse = coarse if coarse.size < grid.size else grid
+        self._coarse = grid.with_nodes(SMOOTH_NODES)
         self._down, self._across = (_between(n, m) for n, m in zip(grid.shape, self._coarse.shape, strict=True))
         unit = float(np.sqrt(self._coarse.cell[0] * self._coarse.cell[1]))
         cell = self._coarse.cell[0] / unit, self._coarse.cell[1] / unit

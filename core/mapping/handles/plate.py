@@ -37,14 +37,12 @@ from core.linalg.laplacian import divergence, edge_weights, laplacian
 from core.mapping.handles.dirichlet_plate import HeldPlate
 from core.mapping.handles.free_plate import FreePlate
 from core.mapping.jacobians import Complexes, Jacobians, as_complex, linear_parts
+from core.mapping.tolerances import SINGULAR
 from core.tracing import span
 
 Frame = Literal["held", "free"]
 
 _REFINEMENTS = 3
-_EXACT = 1e-12
-_TOGETHER = 1e-12
-"""Points whose responses differ by no more than this share are taken as one."""
 _APART = 1e-5
 """Pivots down to this share of the largest one, squared, tell of points that are surely apart."""
 
@@ -126,7 +124,7 @@ class HandleField:
             for _ in range(_REFINEMENTS):
                 d += self._answer(rest)
                 rest = asked - self._moved(d)
-                if np.abs(rest).max() < _EXACT * np.abs(asked).max():
+                if np.abs(rest).max() < SINGULAR * np.abs(asked).max():
                     break
         return d.reshape(self.grid.shape)
 
@@ -209,4 +207,4 @@ def _inverse(system: NDArray[Any]) -> NDArray[Any]:
         if not fault and (np.diag(L) > _APART * np.diag(L).max(initial=0)).all():
             half, _ = lapack.dpotri(L, lower=True)
             return np.asarray(np.tril(half) + np.tril(half, -1).T)
-    return np.linalg.pinv(system, rcond=_TOGETHER, hermitian=True)
+    return np.linalg.pinv(system, rcond=SINGULAR, hermitian=True)

@@ -14,13 +14,12 @@ from core.grid import Grid
 from core.mapping.features.similarity import Body
 from core.mapping.handles.probes import RING, Probes
 from core.mapping.jacobians import Complexes, as_complex
+from core.mapping.tolerances import ROUNDING
 
 _MOSTLY = 0.25
 """A point is a feature's when nodes of it have this share of the point's bilinear weight."""
 _ONE_PLACE_PX = 0.5
 """Points of a feature closer than this say where it is, but not how it is turned."""
-_AS_FAR = 1e-9
-"""Nodes whose distances differ by a smaller share are equally far: their mean is taken."""
 _SMALLEST = 0.05
 """Share of its size to which two points shrink a feature at most."""
 
@@ -137,7 +136,8 @@ def sample_rim(body: Body, index: Ints, blocks: float) -> Complexes:
     number = np.unique(block, axis=0, return_inverse=True)[1].ravel()
     furthest = np.zeros(number.max() + 1)
     np.maximum.at(furthest, number, np.abs(arms))
-    out = np.abs(arms) >= (1 - _AS_FAR) * furthest[number]
+    # Of nodes that are equally far the mean is taken.
+    out = np.abs(arms) >= (1 - ROUNDING) * furthest[number]
     count = np.bincount(number[out])
     x, y = (np.bincount(number[out], part[out]) for part in (arms.real, arms.imag))
     return np.asarray((x + 1j * y) / count, np.complex128)

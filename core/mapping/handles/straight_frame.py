@@ -18,10 +18,9 @@ from core.mapping.features.similarity import Body
 from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.frame_glide import glide_beside
 from core.mapping.jacobians import Complexes, as_complex
+from core.mapping.tolerances import ROUNDING
 
 LEFT, TOP, RIGHT, BOTTOM = range(4)
-_STRAIGHT = 1e-9
-"""Frame nodes may miss their side by this share of the rectangle's size."""
 _AT_ONCE = 256
 """Points whose distances from a line are worked out together."""
 _LEAST_GAP = 0.1
@@ -41,14 +40,14 @@ class Rectangle:
         left, top, right, bottom = (float(x) for x in (w[0, 0].real, w[0, 0].imag, w[-1, -1].real, w[-1, -1].imag))
         size = max(right - left, bottom - top)
         off = (w[:, 0].real - left, w[0].imag - top, w[:, -1].real - right, w[-1].imag - bottom)
-        if min(right - left, bottom - top) <= 0 or max(np.abs(side).max() for side in off) > _STRAIGHT * size:
+        if min(right - left, bottom - top) <= 0 or max(np.abs(side).max() for side in off) > ROUNDING * size:
             return None
         return cls((left, top, right, bottom))
 
     def holds(self, z: Complexes) -> bool:
         """Return whether positions (n,) lie within the sides."""
         left, top, right, bottom = self.sides
-        slack = _STRAIGHT * max(right - left, bottom - top)
+        slack = ROUNDING * max(right - left, bottom - top)
         across, down = (z.real - left, right - z.real), (z.imag - top, bottom - z.imag)
         return bool(min(part.min(initial=np.inf) for part in (*across, *down)) >= -slack)
 
@@ -69,7 +68,7 @@ class Rectangle:
     def stretches(self, grid: Grid) -> bool:
         """Return whether its sides are not in the proportion of the picture's."""
         left, top, right, bottom = self.sides
-        return abs((right - left) * grid.height_px / ((bottom - top) * grid.width_px) - 1) > _STRAIGHT
+        return abs((right - left) * grid.height_px / ((bottom - top) * grid.width_px) - 1) > ROUNDING
 
 
 def sides_cut(body: Body, shape: tuple[int, int]) -> Bools:
@@ -276,4 +275,4 @@ def distance_to_line(points: Points, line: Points) -> float:
         share = np.clip((apart * along).sum(axis=2) / np.where(squared > 0, squared, 1), 0, 1)
         far = np.sqrt(((apart - share[..., None] * along) ** 2).sum(axis=2)).min(axis=1)
         worst = max(worst, float(far.max()))
-    return worst if worst > _STRAIGHT * float(np.ptp(line, axis=0).max()) else 0.0
+    return worst if worst > ROUNDING * float(np.ptp(line, axis=0).max()) else 0.0

@@ -8,12 +8,10 @@ from core.arrays import Bools, Floats, Ints
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import HeldPoints
 from core.mapping.handles.poses import Hold, find_holds, find_owners, sample_rim
-from core.mapping.handles.probes import Probes
+from core.mapping.handles.probes import LEAST_WEIGHT, Probes
 from core.mapping.handles.straight_frame import sides_cut
 from core.mapping.jacobians import Complexes, as_complex, as_positions
 
-_LEAST_WEIGHT = 1e-6
-"""Less of a point's weight on free nodes is rounding."""
 _MOST_NUMBERS = 4_000_000
 """Numbers in the responses of the points that free nodes hold, beside those of pins."""
 _SAMPLED, _FEW = 32, 12
@@ -116,7 +114,7 @@ def prepare(mapping: FeatureMapping, count: int, probes: Probes, pins: Bools, *,
         points.append(as_positions(arms + rest.ravel()[bodies[i].nodes].mean()))
         end += len(arms)
     columns = _number_motions(samples, holds, cut)
-    rows = np.where(owners < 0, share >= _HOLDS, (share > _LEAST_WEIGHT) & ~rings)
+    rows = np.where(owners < 0, share >= _HOLDS, (share > LEAST_WEIGHT) & ~rings)
     rows = _thin_out(np.flatnonzero(rows), pins, mapping)
     held = mapping.hold_points(*probes[rows].spread(mapping.grid))
     rim = Probes.of_points(np.concatenate([np.empty((0, 2)), *points]))

@@ -25,12 +25,6 @@ class BoundaryContacts:
     """Body of each node, -1 for one that stays on the outline."""
 
     @classmethod
-    def none(cls) -> "BoundaryContacts":
-        """Return no corners."""
-        empty = np.empty(0, np.complex128)
-        return cls(np.empty((0, 3), np.int64), empty, empty, np.empty(0, np.int64))
-
-    @classmethod
     def of(cls, fine: GridLevel, coarse: GridLevel, *, held_outline: bool) -> "BoundaryContacts":
         """Find those of the fine grid that bodies of the coarse one and, if it is held, the outline decide."""
         quads, index = fine.grid.quads, fine.index
@@ -44,3 +38,7 @@ class BoundaryContacts:
             chosen &= (bodies >= 0).all(axis=1)
         nodes, corners = np.unique(corners[chosen], return_inverse=True)
         return cls(corners.reshape(-1, 3), fine.shape.ravel()[nodes], fine.rest[nodes], index[nodes])
+
+
+_NO_NODES = np.empty(0, np.complex128)
+NO_CONTACTS = BoundaryContacts(np.empty((0, 3), np.int64), _NO_NODES, _NO_NODES, np.empty(0, np.int64))

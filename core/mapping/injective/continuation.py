@@ -25,9 +25,9 @@ ROOM = 0.02
 """Share of its area that every corner is to have before μ falls."""
 _STILL = 0.1
 """A step, in cells, after which a map has settled."""
-STEPS, FEW_STEPS, GENTLE_STEPS, MORE_STEPS = 40, 12, 40, 12
-"""Newton steps at most: to clear folds, where they are few or μ falls, where things are drawn to their places, and for
-points that are not on their targets by then."""
+STEPS, FEW_STEPS = 40, 12
+"""Newton steps at most: to clear folds, or draw things to their places; and where folds are few, where μ falls, and
+then for points that are not on their targets by then."""
 
 
 def clear_folds(problem: Problem, steps: int = STEPS) -> Job[bool]:
@@ -78,7 +78,7 @@ def relax(
 
     Points that are not on their targets after so many steps get some more.
     """
-    for step in range(steps + MORE_STEPS):
+    for step in range(steps + FEW_STEPS):
         if step >= steps and is_met(problem):
             break
         mu = max(mu * fall, end)

@@ -17,13 +17,12 @@ from core.mapping.folds import corner_areas
 from core.mapping.handles.constraints import Constraints
 from core.mapping.injective.outline import SIDES, OutlineNodes
 from core.mapping.jacobians import Complexes, as_complex
+from core.mapping.tolerances import ROUNDING
 
 _WEIGHT, _FALLOFF, _MOST_WEIGHT = 10.0, 2.0, 4.0
 """w_F and ρ of FAT sec. 2.1 on coarser grids, and w_F² at most on all: more would only stiffen what has to give way."""
 _FREE_SHARE = 0.1
 """Weight of free nodes that a point needs to be held on a coarser grid."""
-_ROUNDING, _OFF = 1e-9, 1e-6
-"""Weights that are 0, and cells that an outline node may be off."""
 
 
 @dataclass(frozen=True)
@@ -61,25 +60,12 @@ class GridLevel:
         cls, mapping: FeatureMapping, wanted: Complexes, start: Solution, shape: Complexes, held: Constraints
     ) -> "GridLevel":
         """Return the picture's own grid. Without poses (FAT as printed) quads follow the linear answer itself."""
+        index, owner, follow = mapping.index.ravel(), mapping.owner.ravel(), mapping.follow_w.ravel()
         weight = np.minimum(mapping.follow_feature.ravel(), _MOST_WEIGHT)
-        index, owner = mapping.index.ravel(), mapping.owner.ravel()
         if not len(start.alpha):
-            none = np.full(mapping.grid.size, -1)
-            follow = mapping.follow_w.ravel() + weight
-            return cls(
-                mapping.grid,
-                start.z,
-                shape,
-                none,
-                np.full(len(owner), -1),
-                follow,
-                0 * weight,
-                held,
-                OutlineNodes.of(shape),
-            )
-        return cls(
-            mapping.grid, wanted, shape, index, owner, mapping.follow_w.ravel(), weight, held, OutlineNodes.of(shape)
-        )
+            index, owner = np.full_like(index, -1), np.full_like(owner, -1)
+            wanted, follow, weight = start.z, follow + weight, 0 * weight
+        return cls(mapping.grid, wanted, shape, index, owner, follow, weight, held, OutlineNodes.of(shape))
 
     @property
     def rest(self) -> Complexes:
@@ -94,7 +80,7 @@ class GridLevel:
     def off_outline(self, z: Complexes) -> Bools:
         """Return the nodes (N,) of the outline outside bodies that are neither where `shape` has them nor glide."""
         off = self.grid.outline.ravel() & (self.index < 0) & ~self.constraints.glide.ravel()
-        return np.asarray(off & (np.abs(z - self.shape.ravel()) > _OFF * self.side))
+        return np.asarray(off & (np.abs(z - self.shape.ravel()) > ROUNDING * self.side))
 
     def is_fit(self) -> bool:
         """Return whether `shape`, on a coarser grid, can still tell what folds."""
@@ -138,8 +124,7 @@ class Transfer:
         With a `held_outline`, every fine outline node that stays lies between coarse ones that stay.
         """
         self.fine = fine
-        cell = cells * float(np.sqrt(fine.grid.cell[0] * fine.grid.cell[1]))
-        grid = Grid(fine.grid.width_px, fine.grid.height_px, cell_px=cell)
+        grid = fine.grid.coarsened(cells)
         self._down = fine.grid.weights_at(grid.nodes.reshape(-1, 2))
         self._up = grid.weights_at(fine.grid.nodes.reshape(-1, 2))
         index = self._covered(grid.size)
@@ -167,7 +152,7 @@ class Transfer:
     def _between(self, nodes: Ints) -> tuple[Ints, Ints]:
         """Return the coarse nodes between which fine `nodes` lie, each with the fine one that it is found for."""
         around, weights = self._up[0][nodes], self._up[1][nodes]
-        beside = weights > _ROUNDING
+        beside = weights > ROUNDING
         return around[beside], np.broadcast_to(nodes[:, None], around.shape)[beside]
 
     def _covered(self, size: int) -> Ints:
@@ -208,7 +193,7 @@ class Transfer:
         """Return a map of the coarse grid on the fine one, by how far it is from `shape`, its outline on `shape`'s."""
         fine, coarse = self.fine, self.coarse
         away = found.z - coarse.shape.ravel()
-        away[np.abs(away) < _ROUNDING * fine.side] = 0
+        away[np.abs(away) < ROUNDING * fine.side] = 0
         z = fine.shape.ravel() + self.prolong(away)
         if fine.constraints.glide.any():
             self._glide(z, found.z)

@@ -11,10 +11,9 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints
 from core.grid import Grid
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import ROUNDING
 
 _ALL = slice(None)
-_ON = 1e-9
-"""Distance from a line, over the size of the whole, within which a point lies on it."""
 CORNERS = ([0, 0, -1, -1], [0, -1, 0, -1])
 """Nodes of the corners."""
 SIDES: tuple[tuple[int | slice, int | slice], ...] = ((0, _ALL), (-1, _ALL), (_ALL, 0), (_ALL, -1))
@@ -106,7 +105,7 @@ def crosses_itself(ring: Complexes) -> bool:
     """Return whether the closed line through `ring` (n,) crosses itself."""
     # Two edges cross where the ends of each lie to either side of the other; that takes boxes that meet.
     one, other = _edges_whose_boxes_meet(ring)
-    on = _ON * np.abs(ring - ring[0]).max()
+    on = ROUNDING * np.abs(ring - ring[0]).max()
     return bool((_are_parted(ring, one, other, on) & _are_parted(ring, other, one, on)).any())
 
 

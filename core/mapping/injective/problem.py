@@ -8,19 +8,18 @@ from core.arrays import Bools, Floats, Ints
 from core.linalg.assembly import Assembly, pack, triangle
 from core.linalg.factor import Factor
 from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
+from core.mapping.handles.probes import LEAST_WEIGHT
 from core.mapping.injective.barrier import AreaBarrier, edges_of
-from core.mapping.injective.boundary_contact import BoundaryContacts
+from core.mapping.injective.boundary_contact import NO_CONTACTS, BoundaryContacts
 from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.outline import crosses_itself, ring_of
 from core.mapping.injective.springs import Springs
-from core.mapping.injective.unknowns import Freedoms, Iterate, Unknowns
+from core.mapping.injective.unknowns import NOTHING_YIELDS, Freedoms, Iterate, Unknowns
 from core.mapping.jacobians import Complexes
 
 _SIZE_FRICTION, _OUTLINE_FRICTION, _HANDLE_FRICTION = 200.0, 20.0, 3e4
 """Strengths: of a size, by its logarithm and per node of the body; of a node's hold on the outline; of a point's or a
 pinned pose's pull to its goal; the latter per cell."""
-_NO_WEIGHT = 1e-6
-"""Weight of a node in a point's place that is none."""
 # Second derivative of half the squared lengths of a quad's edges, by the x and y of its corners.
 _RING = pack(np.kron(2 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0), np.eye(2))[None])
 
@@ -49,23 +48,24 @@ class Model:
 
 
 class Problem:
-    """E over the unknowns of a window, about a state that steps change."""
+    """E over the unknowns of a window, by default of all of the grid, about a state that steps change."""
 
     def __init__(
         self,
         level: GridLevel,
         start: Map,
-        window: Bools,
         goal: Goal,
-        freedoms: Freedoms,
-        contacts: BoundaryContacts | None = None,
+        freedoms: Freedoms = NOTHING_YIELDS,
+        *,
+        window: Bools | None = None,
+        contacts: BoundaryContacts = NO_CONTACTS,
     ) -> None:
         self.level, self.goal, self.side = level, goal, level.side
         self.grip = 1.0
         """What friction of sizes and of the outline is multiplied by."""
         self.is_driven = freedoms.driven is not None
         """Whether points and held freedoms of bodies are drawn to their goals instead of held there."""
-        contacts = BoundaryContacts.none() if contacts is None else contacts
+        window = np.ones(level.grid.size, bool) if window is None else window
         self.unknowns = Unknowns(level, start, window, freedoms, contacts)
         self.state = self.unknowns.start
         self._counts = level.counts().astype(np.float64)
@@ -101,7 +101,7 @@ class Problem:
         """Take the points whose place anything moves."""
         held = self.level.constraints
         nodes, weights = held.probes.on(self.level.grid)
-        moved = self.unknowns.moves()[nodes] & (np.abs(weights) > _NO_WEIGHT)
+        moved = self.unknowns.moves()[nodes] & (np.abs(weights) > LEAST_WEIGHT)
         self.points: Ints = np.flatnonzero(moved.any(axis=1))
         """Numbers of the points among those of the constraints."""
         self._point_nodes, self._point_weights = nodes[self.points], weights[self.points]

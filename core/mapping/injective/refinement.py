@@ -33,8 +33,8 @@ _LEAST = 1e-3
 """Share of its area that a corner is to have when sizes are set exactly, if it has twice that before."""
 _BLENDS = (9, 36, 72)
 """Cells around folds of the smooth map over which what was found goes over into it."""
-_FOLDS, _MANY = 20, 200
-"""Folds of that, beyond which it goes over further away; and that are worth clearing."""
+FEW, MANY = 20, 200
+"""Folds that are cleared in windows of the fine grid: all of them at once, and beside bodies that stay."""
 _LAST_STEPS, _GROWING_STEPS = 4, 16
 """Steps to the least of E on the fine grid, and where sizes that gave way have to grow back."""
 
@@ -88,16 +88,15 @@ class Refinement:
         alpha *= np.exp(-np.where(scale, away.real, 0) - 1j * np.where(turn, away.imag, 0))
         along = driven[:, [ALONG_X, ALONG_Y]].any(axis=1) & (np.abs(place - goal.place) < SLACK * p.side)
         place[along] = goal.place[along]
-        loose = np.isin(np.arange(p.level.grid.size), p.unknowns.loose)
-        freedoms = Freedoms(p.unknowns.yields, loose=loose)
+        freedoms = Freedoms(p.unknowns.yields, loose=np.isin(np.arange(p.level.grid.size), p.unknowns.loose))
         start = p.level.placed(p.found.z, alpha, place)
         start = start if not count_folds(p.level, start.z) else p.found
         level = with_points_at(p.level, start.z, SLACK * p.side)
-        q = Problem(level, start, np.ones(len(loose), bool), goal, freedoms, contacts)
+        q = Problem(level, start, goal, freedoms, contacts=contacts)
         yield from relax(q, ROOMY, end=ROOMY, steps=1)
         if not is_met(q):
             level = with_points_at(level, q.found.z, MET)
-            q = Problem(level, q.found, np.ones(len(loose), bool), goal, freedoms, contacts)
+            q = Problem(level, q.found, goal, freedoms, contacts=contacts)
         return q
 
     def _settle(self, p: Problem, contacts: BoundaryContacts) -> Job[tuple[Problem, Bools]]:
@@ -111,7 +110,7 @@ class Refinement:
                 return p, gave
             left = np.isin(np.arange(p.level.grid.size), np.setdiff1d(loose, back))
             begin = Map(start.z[: len(left)], start.alpha, start.place)
-            q = Problem(p.level, begin, np.ones(len(left), bool), self._goal, Freedoms(gave, loose=left), contacts)
+            q = Problem(p.level, begin, self._goal, Freedoms(gave, loose=left), contacts=contacts)
             if (yield from clear_folds(q, FEW_STEPS)):
                 yield from relax(q, HEAVY / 10)
                 return q, gave
@@ -122,7 +121,7 @@ class Refinement:
         window = window_around(level, found.z, reach, bodies=freedoms.moves)
         if freedoms.moves:
             freedoms = replace(freedoms, yields=level.constraints.free[:, SCALE])
-        problem = Problem(level, found, window, self._goal, freedoms)
+        problem = Problem(level, found, self._goal, freedoms, window=window)
         before = problem.count_folds()
         yield from clear_folds(problem)
         return problem.found if problem.count_folds() <= before else found
@@ -139,14 +138,14 @@ class Refinement:
         for reach in _BLENDS:
             share = nearness(level, wrong, reach) if wrong.any() else np.zeros(len(wrong))
             mixed = replace(smooth, z=smooth.z + share * (found.z - smooth.z))
-            if count_folds(level, mixed.z) < _FOLDS:
+            if count_folds(level, mixed.z) < FEW:
                 break
-        if 0 < count_folds(level, mixed.z) < _MANY:
+        if 0 < count_folds(level, mixed.z) < MANY:
             mixed = yield from self._clear(level, mixed, CLOSE, replace(freedoms, moves=False))
         if not count_folds(level, mixed.z):
             near = window_around(level, smooth.z, REACH) | widen(level, loose, REACH) | (share > 0)
             found, window, mu = mixed, near | widen(level, wrong_nodes(level, mixed.z), CLOSE), HEAVY / 10
-        problem = Problem(level, found, window, self._goal, freedoms)
+        problem = Problem(level, found, self._goal, freedoms, window=window)
         if not problem.unknowns.yields.any():
             yield from relax(problem, mu, steps=_LAST_STEPS)
             return problem.found

@@ -23,7 +23,7 @@ _MOST_GROWTH = 20.0
 class Freedoms:
     """What may move or give way, beside inner nodes and what the constraints leave free."""
 
-    yields: Bools
+    yields: Bools | None = None
     """Bodies (n,) whose size may change."""
     moves: bool = True
     """Whether bodies move at all."""
@@ -31,6 +31,9 @@ class Freedoms:
     """Outline nodes (N,) that may leave the outline."""
     driven: Bools | None = None
     """Held freedoms of bodies (n, 4) that are drawn to their goal, as points then are, instead of held there."""
+
+
+NOTHING_YIELDS = Freedoms()
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ class Unknowns:
         """Freedoms of bodies (n, 4) that are drawn to their goal."""
         body_on = np.zeros((n + 1, 4), bool)
         body_on[self.active] = (held.free | self.driven)[self.active]
-        body_on[:-1, SCALE] &= freedoms.yields
+        body_on[:-1, SCALE] &= False if freedoms.yields is None else freedoms.yields
         self.yields = body_on[:-1, SCALE]
         """Bodies (n,) whose size is unknown."""
         self.count = int(on.sum() + body_on.sum())

@@ -12,10 +12,10 @@ from core.mapping.injective.boundary_contact import BoundaryContacts
 from core.mapping.injective.continuation import (
     FEW_STEPS,
     GENTLE_FALL,
-    GENTLE_STEPS,
     LIGHT,
     ROOM,
     ROOMY,
+    STEPS,
     clear_folds,
     is_met,
     relax,
@@ -23,23 +23,20 @@ from core.mapping.injective.continuation import (
 from core.mapping.injective.levels import GridLevel, Map, Transfer
 from core.mapping.injective.outline import CORNERS, nodes_beside_cuts
 from core.mapping.injective.problem import Goal, Problem
-from core.mapping.injective.refinement import REACH, Refinement, preview
+from core.mapping.injective.refinement import FEW, MANY, REACH, Refinement, preview
 from core.mapping.injective.starts import part_of_the_way, posed, similar, small
 from core.mapping.injective.unknowns import Freedoms
 from core.mapping.injective.windows import MET, count_folds, misses, window_around
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import ROUNDING
 from core.progress import Job
 
-_FEW, _MANY = 20, 200
-"""Folds that are cleared on the fine grid at once; with bodies as they are in a map nearby."""
 _COARSE, _FINER = 17.0, 0.67
 """Nodes of the coarse grid over the root of those of the fine one; its cells in a second attempt, over the first."""
 _BESIDE = 40
 """Outline nodes either side of a cut that may glide or leave the outline."""
 _WORTH = 0.1
 """Share of its size that a body is to keep before the outline gives way."""
-_SAME = 1e-9
-"""Logarithm of a scale, angle, or pixels that a held freedom may be off without being drawn to its goal."""
 _WIDER = 3
 """Points that cannot be brought to their targets in a narrow window are tried in one so many times wider."""
 
@@ -78,8 +75,8 @@ class Ways:
         level = self._level
         for reach in (REACH, _WIDER * REACH):
             window = window_around(level, found.z, reach, bodies=reach > REACH)
-            problem = Problem(level, found, window, self._goal, Freedoms(np.zeros(len(found.alpha), bool)))
-            yield from relax(problem, steps=GENTLE_STEPS)
+            problem = Problem(level, found, self._goal, window=window)
+            yield from relax(problem, steps=STEPS)
             if is_met(problem) and not count_folds(level, problem.found.z):
                 return problem.found
         return found
@@ -87,9 +84,9 @@ class Ways:
     def _in_order(self, safe: Map | None, near: Map | None) -> Iterator[Job[Map | None]]:
         level = self._level
         cells = max(1.0, level.grid.size**0.25 / _COARSE**0.5)
-        yield self._nearby(self._linear, _FEW)
+        yield self._nearby(self._linear, FEW)
         if near is not None:
-            yield self._nearby(posed(self._mapping, level, self._goal, near, self._centres), _MANY)
+            yield self._nearby(posed(self._mapping, level, self._goal, near, self._centres), MANY)
             yield self._from_coarse(level, cells, begin=near)
         yield self._from_coarse(level, cells)
         yield self._beside_cuts(cells, safe)
@@ -132,8 +129,7 @@ class Ways:
         level = self._level
         if count_folds(level, start.z) > most:
             return None
-        window = window_around(level, start.z, REACH)
-        problem = Problem(level, start, window, self._goal, Freedoms(np.zeros(len(start.alpha), bool)))
+        problem = Problem(level, start, self._goal, window=window_around(level, start.z, REACH))
         if not (yield from clear_folds(problem, FEW_STEPS)):
             return None
         yield preview(level, problem.found)
@@ -151,10 +147,8 @@ class Ways:
         contacts = BoundaryContacts.of(level, coarse, held_outline=not leaves)
         yields = level.constraints.free[:, SCALE] & (coarse.counts() > 0)
         beside = nodes_beside_cuts(coarse.grid, coarse.index, int(_BESIDE / cells)).ravel() if leaves else None
-        everywhere = np.ones(coarse.grid.size, bool)
-        freedoms = Freedoms(yields, loose=beside)
         start = way.restrict_map(self._linear if begin is None else begin)
-        problem = Problem(coarse, start, everywhere, self._goal, freedoms, contacts)
+        problem = Problem(coarse, start, self._goal, Freedoms(yields, loose=beside), contacts=contacts)
         if not (yield from clear_folds(problem)):
             return None
         yield from relax(problem)
@@ -178,20 +172,19 @@ class Ways:
             return None
         turned, shifted = np.log(start.alpha / goal.alpha), start.place - goal.place
         away = np.stack([turned.real, turned.imag, shifted.real, shifted.imag], axis=1)
-        driven = ~held.free & (np.abs(away) > _SAME)
+        driven = ~held.free & (np.abs(away) > ROUNDING)
         yields = (held.free | driven)[:, SCALE] & (coarse.counts() > 0)
-        everywhere, outline = np.ones(coarse.grid.size, bool), coarse.grid.outline.ravel()
         contacts = BoundaryContacts.of(level, coarse, held_outline=not leaves)
-        freedoms = Freedoms(yields, loose=outline if leaves else None, driven=driven)
+        freedoms = Freedoms(yields, loose=coarse.grid.outline.ravel() if leaves else None, driven=driven)
         begin = way.restrict_map(start, held_outline=not leaves)
         alone = replace(coarse, constraints=replace(coarse.constraints, probes=held.probes[:0], to=held.to[:0]))
-        cleared = Problem(alone, begin, everywhere, goal, Freedoms(np.zeros_like(yields)), contacts)
+        cleared = Problem(alone, begin, goal, contacts=contacts)
         if not (yield from clear_folds(cleared)):
             return None
-        problem = Problem(coarse, cleared.found, everywhere, goal, freedoms, contacts)
+        problem = Problem(coarse, cleared.found, goal, freedoms, contacts=contacts)
         end = ROOMY if len(held.probes) or driven.any() else LIGHT
         roomy = problem.state
-        for step in relax(problem, end=end, steps=GENTLE_STEPS, fall=GENTLE_FALL):
+        for step in relax(problem, end=end, steps=STEPS, fall=GENTLE_FALL):
             roomy = problem.state if problem.worst() > ROOM else roomy
             yield step
         found = yield from self._refinement.finish(way, problem, contacts)

@@ -33,8 +33,7 @@ def problem_with_everything(*, driven: bool) -> Problem:
     loose[3:9] = True
     goal = Goal(1.1 * np.abs(start.alpha), start.alpha * np.exp(0.1j), begin.place + 4)
     freedoms = Freedoms(np.ones(len(start.alpha), bool), loose=loose, driven=~free if driven else None)
-    everywhere = np.ones(coarse.coarse.grid.size, bool)
-    return Problem(coarse.coarse, coarse.restrict_map(begin), everywhere, goal, freedoms)
+    return Problem(coarse.coarse, coarse.restrict_map(begin), goal, freedoms)
 
 
 @pytest.mark.parametrize("driven", [False, True])
