@@ -48,6 +48,12 @@ def run(job: Job[T], report: Callable[[Progress], None] | None = None) -> T:
     return steps.result
 
 
+def in_one_step(note: str, work: Callable[..., T], *arguments: object) -> Job[T]:
+    """Call `work` with its `arguments`, as a job of a single step."""
+    yield Progress(0.0, note)
+    return work(*arguments)
+
+
 def stepwise(job: Job[T], change: Callable[[Progress], Progress]) -> Job[T]:
     """Run `job` with what `change` makes of each step in its place."""
     for step in (steps := Steps(job)):

@@ -16,7 +16,7 @@ from core.document.parts import Part, picture_of
 from core.files.text import legible
 from core.imaging.images import Image, load, save
 from core.masks.object_masks import as_bytes, whole_object
-from core.progress import Job, Progress, part
+from core.progress import Job, in_one_step, part
 from core.rasters.raster import Raster
 
 PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
@@ -100,15 +100,11 @@ def ask_texture(editor: Editor) -> None:
 def lay(editor: Editor, path: Path) -> None:
     """Lay a picture on the cloth; it does not wait for a search that is under way."""
 
-    def steps() -> Job[Image]:
-        yield Progress(0.0, "reading")
-        return load(path)
-
     def laid(document: Document, image: Image) -> Document:
         show(editor, "result")
         return document.with_cloth(texture=image, texture_name=legible(path.name))
 
-    editor.start(f"Texture {legible(path.name)}", steps, laid, beside=True)
+    editor.start(f"Texture {legible(path.name)}", lambda: in_one_step("reading", load, path), laid, beside=True)
 
 
 def old_pattern(editor: Editor) -> None:
@@ -144,10 +140,7 @@ def export_part(editor: Editor, part: Part) -> None:
 
 
 def _ask_save(editor: Editor, name: str, title: str, make: Callable[[Path], Image]) -> None:
-    def writing(path: Path) -> Job[None]:
-        yield Progress(0.0, "writing")
-        save(make(path), path)
-
+    writing = lambda path: in_one_step("writing", lambda: save(make(path), path))  # noqa: E731
     document_io.ask_save_beside(editor, title, PART_FILES, f"{name}.png", writing)
 
 

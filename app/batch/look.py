@@ -9,13 +9,13 @@ import numpy as np
 from app.batch.frames import is_numbered, numbered
 from app.batch.plan import Batch
 from app.batch.recipe import KeyTable, PinTable, Recipe, RecipeTable
-from core.arrays import InputError
 from core.document.animated import NUMBERS, document_at, is_animated, key_frames
 from core.document.document import Document, Pin, places_from_pixels
 from core.document.keys import KeyFrame, Track, check_track
 from core.document.map import preset_of, with_handles, with_warp_map
 from core.document.mask_file import with_mask_file
 from core.document.project import load_project
+from core.files.faults import faults_named
 from core.imaging.images import Image
 from core.notices import hear_notices
 from core.warps.map_file import warp_map_of
@@ -93,12 +93,10 @@ def base_document(batch: Batch) -> Document:
     found = warp_map_of(*(_of_frame(place, batch.first.frame) for place in places))
     if found is not None:
         document = with_warp_map(document, found)
-    try:
+    with faults_named(recipe.path):
         document = with_keys(with_warp(document, recipe, table), table)
         for frame in {batch.first.frame, *key_frames(document)}:
             preset_of(document_at(document, frame))
-    except InputError as fault:
-        raise InputError(f"{recipe.path}: {fault}") from None
     if table.handles is not None:
         document = with_handles(document, recipe.place(table.handles))
     if table.mask is not None and not is_numbered(table.mask):

@@ -18,6 +18,7 @@ from core.document.document import Document
 from core.document.keys import Span
 from core.document.project import load_project
 from core.files.atomic import check_outputs
+from core.files.faults import make_folder
 from core.imaging.images import SUFFIXES, check_writable_format
 from core.imaging.reading import header_of
 
@@ -212,10 +213,7 @@ def _check_targets(items: Sequence[Item], output: Path, table: RecipeTable, *, w
             raise InputError(f"{item.output}: would be written over, but it is read")
     target = Path(items[0].output)
     check_writable_format(target)
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as fault:
-        raise InputError(f"{target.parent}: {(fault.strerror or str(fault)).lower()}") from fault
+    make_folder(target.parent)
     check_outputs([target])
 
 

@@ -15,6 +15,7 @@ from core.document.document import Frame, Keep, Method, WarpSettings
 from core.document.keys import Easing
 from core.document.plain_data import decode
 from core.document.project import SUFFIX
+from core.files.faults import faults_named, system_faults_named
 
 Codec: TypeAlias = Literal["prores", "h264", "ffv1"]
 Pair: TypeAlias = tuple[float, float]
@@ -156,17 +157,14 @@ def read_recipe(path: Path) -> Recipe:
             raise InputError(f"{path}: no such file or directory")
         return Recipe(path, {"project": path.name})
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
+        with system_faults_named(path):
+            data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except ValueError as fault:
         raise InputError(f"{path}: not a recipe in TOML: {fault}") from None
     recipe = Recipe(path, _list_folder(data))
-    try:
+    with faults_named(path):
         _check_known(RecipeTable, recipe.data, "")
         _check_values(recipe.table)
-    except InputError as fault:
-        raise InputError(f"{path}: {fault}") from None
     return recipe
 
 

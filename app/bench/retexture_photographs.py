@@ -18,6 +18,7 @@ from core.arrays import Bytes, InputError
 from core.curves import feature_curves
 from core.curves.edge_snapping import snap_to_edge
 from core.curves.feature_curves import FeatureCurve
+from core.files.faults import faults_named
 from core.imaging import color
 from core.imaging.image import Image
 from core.imaging.images import load, save
@@ -72,10 +73,8 @@ def _record(file: Path, sheets: Path | None) -> Record:
     image = load(picture)
     curves = [curve if curve.passive else snap_to_edge(image, curve) for curve in feature_curves.read(file)]
     began = time.process_time()
-    try:
+    with faults_named(file):
         found = run(retexture(image.pixels, curves, linear=image.linear, previews=False))
-    except InputError as fault:
-        raise InputError(f"{file}: {fault}") from None
     result = found.apply(image.pixels, linear=image.linear)
     seconds = time.process_time() - began
     if sheets is not None:

@@ -10,6 +10,7 @@ import numpy as np
 from app.console import run_shown
 from core.arrays import Bools, Floats, InputError, Singles
 from core.files.atomic import atomic_folder, check_folder_place
+from core.files.faults import faults_named
 from core.imaging import color
 from core.imaging.images import Image, load, load_mask
 from core.imaging.images import write as write_picture
@@ -87,10 +88,8 @@ def take_lattice(path: Path | None, size_px: tuple[int, int]) -> list[Lattice] |
     keys, points = read_lattice(path)
     if not any(0 <= x < size_px[0] and 0 <= y < size_px[1] for x, y in points):
         raise InputError(f"{path}: none of its vertices lies in the picture of {size_px[0]}x{size_px[1]} pixels")
-    try:
+    with faults_named(path):
         return lattices_of(np.array(keys, np.int64).reshape(-1, 2), np.array(points, np.float64).reshape(-1, 2))
-    except InputError as fault:
-        raise InputError(f"{path}: {fault}") from None
 
 
 def watch(job: Job[T], shown: list[Stage]) -> Job[T]:

@@ -13,6 +13,7 @@ import platformdirs
 
 from core.arrays import InputError
 from core.files.atomic import AtomicFiles
+from core.files.faults import make_folder
 
 _ENTRY = """\
 [Desktop Entry]
@@ -99,9 +100,6 @@ def _write(data: Path, files: dict[str, bytes]) -> None:
     with AtomicFiles() as together:
         for name, content in files.items():
             path = data / name
-            try:
-                path.parent.mkdir(parents=True, exist_ok=True)
-            except OSError as fault:
-                raise InputError(f"{path.parent}: {(fault.strerror or str(fault)).lower()}") from fault
+            make_folder(path.parent)
             with together.place(path) as place:
                 place.write_bytes(content)

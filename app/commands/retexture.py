@@ -15,6 +15,7 @@ from core.curves import feature_curves
 from core.curves.edge_snapping import snap_to_edge
 from core.curves.feature_curves import FeatureCurve
 from core.files.atomic import AtomicFiles, check_outputs
+from core.files.faults import faults_named
 from core.imaging.images import Image, check_writable_format, load, load_mask, write
 from core.notices import notice
 from core.retexture.job import Settings, retexture
@@ -100,10 +101,8 @@ def run(arguments: argparse.Namespace) -> None:
             raise InputError(f"{path}: has {layer.width_px}x{layer.height_px} pixels, the image {width}x{height}")
     settings = choose(arguments, image.size_px)
     masks = {name: mask(getattr(arguments, name), name, image.size_px) for name in MASKS}
-    try:
+    with faults_named(arguments.curves):
         result = run_shown(retexture(image.pixels, curves, settings, linear=image.linear, previews=False, **masks))
-    except InputError as fault:
-        raise InputError(f"{arguments.curves}: {fault}") from None
     started = time.perf_counter()
     pictures = [image.with_pixels(result.apply(image.pixels, linear=image.linear))]
     # A layer holds data, not light: its numbers are resampled as they are.

@@ -35,8 +35,8 @@ from core.document.overlay_texture import is_changed
 from core.document.project import SUFFIX, load_project, save_project
 from core.files.atomic import write_text
 from core.files.text import legible
-from core.imaging.images import Image, load
-from core.progress import Job, Progress
+from core.imaging.images import load
+from core.progress import Job, Progress, in_one_step
 
 _exported: WeakKeyDictionary[Editor, tuple[Path | None, tuple[int, int], ExportOptions]] = WeakKeyDictionary()
 """The last export of each editor: of which file, how large its result was, and the options."""
@@ -228,11 +228,8 @@ def _close_when_written(editor: Editor) -> None:
         if choice == "stop":
             _close(editor)
         elif choice == "wait":
-            editor.background("Quit", nothing, leave)
-
-    def nothing() -> Job[None]:
-        """Take its turn behind what is being written."""
-        yield Progress(0.0, "waiting")
+            # It takes its turn behind what is being written.
+            editor.background("Quit", lambda: in_one_step("waiting", lambda: None), leave)
 
     def leave(_: None) -> None:
         if all(ticket.state == "finished" for ticket in writing):
@@ -257,11 +254,7 @@ def ask_picture(editor: Editor) -> None:
 
 def replace_picture(editor: Editor, path: Path) -> None:
     """Put another picture in place of the document's, and keep all that was done to it."""
-
-    def steps() -> Job[Image]:
-        yield Progress(0.0, "reading")
-        return load(path)
-
+    steps = lambda: in_one_step("reading", load, path)  # noqa: E731
     editor.start("Replace picture", steps, lambda document, image: document.with_image(image))
 
 

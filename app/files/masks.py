@@ -15,7 +15,7 @@ from core.imaging.images import Image, load, mask_of, save
 from core.masks.mask_files import describe_mask, marks_or_opacity_of
 from core.masks.object_masks import object_under
 from core.notices import notice
-from core.progress import Job, Progress
+from core.progress import Job, Progress, in_one_step
 from core.rasters.raster import Raster
 from core.selection.sources import has_transparency, opacity, opaque_under
 
@@ -73,11 +73,8 @@ def ask_save_mask(editor: Editor) -> None:
     editor.finish()
     name = choose_raster(editor)
     mask = layer(editor.document, name)
-
-    def writing(path: Path) -> Job[None]:
-        yield Progress(0.0, "writing")
-        save(Image(np.asarray(mask.array)[..., None]), path)
-
+    write = lambda path: save(Image(np.asarray(mask.array)[..., None]), path)  # noqa: E731
+    writing = lambda path: in_one_step("writing", write, path)  # noqa: E731
     document_io.ask_save_beside(
         editor, f"Save {LAYERS[name]}", MASK_FILES, f"{LAYERS[name].replace(' ', '-')}.png", writing
     )

@@ -7,7 +7,7 @@ from app.state.rescues import Rescue, discard
 from core.document.document import Document
 from core.document.project import load_project
 from core.files.text import legible
-from core.progress import Job, Progress
+from core.progress import in_one_step
 
 
 def offer_rescues(editor: Editor) -> None:
@@ -42,10 +42,6 @@ def _offer(rescue: Rescue) -> Offer:
 def _recover(editor: Editor, rescue: Rescue) -> None:
     """Open rescued work as work that is not saved; its files stay until it is."""
 
-    def steps() -> Job[Document]:
-        yield Progress(0.0, "reading")
-        return load_project(rescue.file)
-
     def deliver(document: Document) -> None:
         editor.replace_document(document, project=rescue.project, source=rescue.source, saved=False)
         editor.choose_mode(document.mode)
@@ -54,4 +50,5 @@ def _recover(editor: Editor, rescue: Rescue) -> None:
         if editor.recovery is not None:
             editor.recovery.adopt(rescue, document)
 
+    steps = lambda: in_one_step("reading", load_project, rescue.file)  # noqa: E731
     editor.background(f"Recover {legible(rescue.name)}", steps, deliver)

@@ -11,8 +11,8 @@ from core.files.atomic import atomic_file
 from core.files.text import legible
 from core.interchange.obj import obj_mesh
 from core.interchange.stmap import write_st_map
-from core.progress import Job, Progress, part
-from core.warps.map_file import Kind, WarpMap, read_warp_map
+from core.progress import Job, Progress, in_one_step, part
+from core.warps.map_file import Kind, read_warp_map
 
 SUFFIXES = ("exr", "obj")
 _TITLES: dict[Kind, str] = {"st": "Open an ST map as the warp", "displacement": "Open a displacement as the warp"}
@@ -25,11 +25,7 @@ def ask_open_warp(editor: Editor, kind: Kind) -> None:
 
 def open_warp(editor: Editor, path: Path, kind: Kind = "st") -> None:
     """Bend the picture by the warp in a file; the result has its size, and preset and handles bend it further."""
-
-    def steps() -> Job[WarpMap]:
-        yield Progress(0.0, "reading")
-        return read_warp_map(path, kind)
-
+    steps = lambda: in_one_step("reading", read_warp_map, path, kind)  # noqa: E731
     editor.start(f"Warp {legible(path.name)}", steps, with_warp_map)
 
 

@@ -8,8 +8,8 @@ from types import MappingProxyType
 import platformdirs
 
 from app.state.state_files import read_state
-from core.arrays import InputError
 from core.files.atomic import write_text
+from core.files.faults import make_folder
 
 LIMITS = MappingProxyType(
     {
@@ -78,10 +78,7 @@ def load_preferences(file: Path) -> Preferences:
 
 def save_preferences(file: Path, preferences: Preferences) -> None:
     """Write `preferences` to `file`, whole or not at all; raise `InputError` where that cannot be done."""
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as fault:
-        raise InputError(f"{file.parent}: {(fault.strerror or str(fault)).lower()}") from fault
+    make_folder(file.parent)
     write_text(file, json.dumps(asdict(preferences), indent=1) + "\n")
 
 

@@ -10,9 +10,9 @@ from app.model.jobs import Jobs, Task
 from app.state import rescues
 from app.state.preferences import Preferences
 from app.state.rescues import Drawer, Rescue, recovery_folder
-from core.arrays import InputError
 from core.document.document import Document
 from core.document.project import save_project
+from core.files.faults import system_faults_named
 from core.files.ownership import Claim, claim
 from core.progress import Job, Progress, run
 
@@ -98,10 +98,8 @@ class Recovery:
     def _own(self) -> None:
         """Hold the lock of the files."""
         if self._claim is None:
-            try:
+            with system_faults_named(self._drawer.lock):
                 self._claim = claim(self._drawer.lock)
-            except OSError as fault:
-                raise InputError(f"{self._drawer.lock}: {(fault.strerror or str(fault)).lower()}") from fault
 
     def _succeed(self, _: None) -> None:
         """Take back what was said of a fault."""

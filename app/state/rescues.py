@@ -17,6 +17,7 @@ from core.arrays import InputError
 from core.document.document import Document
 from core.document.project import SUFFIX
 from core.files.atomic import write_text
+from core.files.faults import system_faults_named
 from core.files.json_file import read_json
 from core.files.ownership import claim, is_claimed
 from core.imaging.images import Image, save
@@ -113,11 +114,9 @@ class Rescue:
 
 def prepare(folder: Path) -> None:
     """Make the folder of unsaved work, which only its owner can read; raise `InputError` where that cannot be done."""
-    try:
+    with system_faults_named(folder):
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         folder.chmod(0o700)
-    except OSError as fault:
-        raise InputError(f"{folder}: {(fault.strerror or str(fault)).lower()}") from fault
 
 
 def write_note(drawer: Drawer, name: str, project: Path | None, source: Path | None) -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 import platformdirs
 
 from app.editor.editor import Editor
-from core.arrays import InputError
 from core.files.atomic import write_text
+from core.files.faults import make_folder
 
 LAST_STEPS = 10
 """So many labels of the history stand in a report."""
@@ -42,10 +42,7 @@ def report_of(part: str, error: BaseException, editor: Editor) -> str:
 
 def write_report(text: str, folder: Path) -> Path:
     """Write a report into `folder` and return its file; raise `InputError` where that cannot be done."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as fault:
-        raise InputError(f"{folder}: {(fault.strerror or str(fault)).lower()}") from fault
+    make_folder(folder)
     file = folder / time.strftime("weft-fault-%Y%m%d-%H%M%S.txt")
     write_text(file, text)
     return file

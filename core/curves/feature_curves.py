@@ -11,6 +11,7 @@ import numpy as np
 
 from core.arrays import Floats, InputError
 from core.curves.bezier import Curve, crossings, pair_parameters
+from core.files.faults import faults_named
 from core.files.json_file import read_json
 
 GAP_PX = 2.0
@@ -33,10 +34,8 @@ class FeatureCurve:
 def read(path: Path) -> list[FeatureCurve]:
     """Return the curves of a file; raise `InputError` that names the file, the curve and the fault."""
     data = read_json(path)
-    try:
+    with faults_named(path):
         return from_data(data)
-    except InputError as fault:
-        raise InputError(f"{path}: {fault}") from None
 
 
 def from_data(data: object) -> list[FeatureCurve]:
@@ -78,10 +77,8 @@ def _entry(entry: object, name: str) -> FeatureCurve:
 def _curve(entry: dict[str, Any], key: str, name: str, *, closed: bool) -> Curve:
     if key not in entry:
         raise InputError(f'{name}: has no "{key}"')
-    try:
+    with faults_named(f"{name}: {key}"):
         return Curve(entry[key], closed)
-    except InputError as fault:
-        raise InputError(f"{name}: {key}: {fault}") from None
 
 
 def measure_area(curve: Curve) -> float:

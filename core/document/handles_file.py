@@ -19,6 +19,7 @@ from core.arrays import InputError, Points, as_points
 from core.curves import feature_curves
 from core.curves.feature_curves import FeatureCurve
 from core.document.ring import Ring
+from core.files.faults import faults_named
 from core.files.json_file import read_json
 
 _SIDES = ("top", "right", "bottom", "left")
@@ -47,10 +48,8 @@ def read(path: Path, size_px: tuple[int, int]) -> HandleFile:
     Raises `InputError` that names the file, the handle and the fault.
     """
     data = read_json(path)
-    try:
+    with faults_named(path):
         return from_data(data, size_px)
-    except InputError as fault:
-        raise InputError(f"{path}: {fault}") from None
 
 
 def from_data(data: object, size_px: tuple[int, int]) -> HandleFile:
@@ -102,10 +101,8 @@ def _ring_of(pin: dict[str, object], name: str) -> Ring | None:
     if "turn" not in pin and "scale" not in pin:
         return None
     turn, scale = (_number(pin.get(key, usual), f"{name}: {key}") for key, usual in (("turn", 0), ("scale", 1)))
-    try:
+    with faults_named(name):
         return Ring(turn, scale)
-    except InputError as fault:
-        raise InputError(f"{name}: {fault}") from None
 
 
 def _number(value: object, name: str) -> float:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.arrays import InputError, Points, readonly
+from core.arrays import Points, readonly
 from core.canvas import Canvas, Framing
 from core.curves.bezier import Curve
 from core.curves.curve_edit import through
@@ -25,6 +25,7 @@ from core.document.document import (
     pixels_from_places,
     places_from_pixels,
 )
+from core.files.faults import faults_named
 from core.grid import Features, Grid
 from core.mapping.handles.handles import Handles
 from core.mapping.options import MappingOptions
@@ -109,10 +110,8 @@ def with_handles(document: Document, path: Path) -> Document:
         Pin((x, y), (u, v), ring) for (x, y), (u, v), ring in zip(at.tolist(), to.tolist(), handles.rings, strict=True)
     )
     document = replace(document, outline=outline, pins=pins, curves=curves)
-    try:
+    with faults_named(path):
         handles_of(document).probes(grid_of(document))
-    except InputError as fault:
-        raise InputError(f"{path}: {fault}") from None
     return document
 
 

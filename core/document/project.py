@@ -20,6 +20,7 @@ from core.document.animated import check_tracks
 from core.document.document import Document
 from core.document.plain_data import as_list, decode, encode
 from core.files.atomic import atomic_file
+from core.files.faults import faults_named, system_faults_named
 from core.files.json_file import parse_json
 from core.files.litter import scratch_folder
 from core.files.members import Members
@@ -62,9 +63,8 @@ def load_project(path: Path) -> Document:
         If the file is missing, no project, damaged, or of a newer version than this program knows.
     """
     try:
-        archive = zipfile.ZipFile(path)
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
+        with system_faults_named(path):
+            archive = zipfile.ZipFile(path)
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as fault:
         raise InputError(f"{path}: not a Weft project, or damaged") from fault
     with archive:
@@ -84,15 +84,11 @@ def _document(path: Path, members: Members) -> Document:
         raise InputError(f"{path}: damaged project: it has no document")
     if version > VERSION:
         raise InputError(f"{path}: made by a newer Weft (format {version}; this one reads up to {VERSION})")
-    try:
+    with system_faults_named(f"{path}: cannot be unpacked"), faults_named(f"{path}: damaged project"):
         document: Document = decode(Document, _up_to_date(data["document"]), _Reader(members))
         check_tracks(document)
         if document.surface is not None:
             document.surface.chart.size_px(document.size_px)
-    except InputError as fault:
-        raise InputError(f"{path}: damaged project: {fault}") from fault
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be unpacked: {(fault.strerror or str(fault)).lower()}") from fault
     for name in ("mask", "numbers", *document.retexture_masks):
         mask = getattr(document, name)
         if mask is not None and (mask.width_px, mask.height_px) != document.size_px:
@@ -195,10 +191,8 @@ class _Reader:
         file = data.get("file") if isinstance(data, dict) else None
         if not isinstance(file, str) or file not in self._members:
             raise InputError(f"{name}: its file is missing")
-        try:
+        with faults_named(name):
             return self._members.read(file)
-        except InputError as fault:
-            raise InputError(f"{name}: {fault}") from None
 
 
 def _suffix(image: Image) -> str:

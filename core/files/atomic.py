@@ -15,6 +15,7 @@ from typing import Self
 
 from core.arrays import InputError
 from core.files.exchange import exchange
+from core.files.faults import system_faults_named
 from core.files.journal import flush_folder, journal, tidy
 from core.files.litter import PREFIX
 from core.files.ownership import Claim, hold
@@ -49,11 +50,11 @@ class AtomicFiles:
         files = sorted(self._whole, key=lambda file: _is_replaceable(file[2]))
         moved = [file for file in files if _is_replaceable(file[2])]
         for path, place, target in files[: len(files) - len(moved)]:
-            with _faults_named(path):
+            with system_faults_named(path):
                 _feed(place, target)
-        with _faults_named(moved[0][0]) if moved else nullcontext(), journal([file[1:] for file in moved]):
+        with system_faults_named(moved[0][0]) if moved else nullcontext(), journal([file[1:] for file in moved]):
             for path, place, target in moved:
-                with _faults_named(path):
+                with system_faults_named(path):
                     place.replace(target)
                     flush_folder(target.parent)
 
@@ -63,7 +64,7 @@ class AtomicFiles:
 
         Raises `InputError` naming `path` for any `OSError` of the block.
         """
-        with _faults_named(path):
+        with system_faults_named(path):
             target = _resolve(path)
             if target.is_dir():
                 raise InputError(f"{path}: is a folder, not a file")
@@ -98,7 +99,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
     Files of the same name in an existing `path` are replaced, others stay. Raises `InputError` naming `path` for any
     `OSError` of the block.
     """
-    with _faults_named(path):
+    with system_faults_named(path):
         target = _resolve(path)
         if target.exists() and not target.is_dir():
             raise InputError(f"{path}: is a file, not a folder")
@@ -137,7 +138,7 @@ def _takes_along(old: Path, new: Path) -> bool:
 
 def check_place(path: Path) -> None:
     """Raise `InputError` if no file could be written at `path`: to be asked before the work that fills it."""
-    with _faults_named(path):
+    with system_faults_named(path):
         if path.is_dir():
             raise InputError(f"{path}: is a folder, not a file")
         _try_beside(path)
@@ -145,7 +146,7 @@ def check_place(path: Path) -> None:
 
 def check_folder_place(path: Path) -> None:
     """Raise `InputError` if no folder could be written at `path`: to be asked before the work that fills it."""
-    with _faults_named(path):
+    with system_faults_named(path):
         if path.exists() and not path.is_dir():
             raise InputError(f"{path}: is a file, not a folder")
         _try_beside(path)
@@ -206,21 +207,12 @@ def _resolve(path: Path) -> Path:
 
 def _identity(path: Path) -> object:
     """Return what two paths have in common if they lead to one file, linked or not."""
-    with _faults_named(path):
+    with system_faults_named(path):
         target = _resolve(path)
         if not target.exists():
             return target
         found = target.stat()
         return found.st_dev, found.st_ino
-
-
-@contextmanager
-def _faults_named(path: Path) -> Iterator[None]:
-    """Turn an `OSError` of the block into an `InputError` that names `path`."""
-    try:
-        yield
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
 
 
 def _mode(target: Path) -> int:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from core.arrays import InputError
+from core.files.faults import system_faults_named
 
 _DIGITS = 18
 """Integers of so many characters fit into 64 bits; longer ones are read as floats, those beyond floats as infinity."""
@@ -13,9 +14,8 @@ _DIGITS = 18
 def read_json(path: Path) -> Any:
     """Return what a JSON file in UTF-8 holds; raise `InputError` that names it if it is missing or no JSON."""
     try:
-        return parse_json(path.read_bytes())
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from None
+        with system_faults_named(path):
+            return parse_json(path.read_bytes())
     except ValueError:
         raise InputError(f"{path}: not a JSON file") from None
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import InputError
+from core.files.faults import system_faults_named
 
 KINDS = "fiub"
 """Floats, whole numbers of both kinds, and truth values; nothing else is a picture's or a curve's."""
@@ -61,13 +62,11 @@ def read_npz(path: Path, key: str, shapes: Sequence[tuple[int, ...]]) -> NDArray
     """
     most = max(math.prod(shape) for shape in shapes) * 8 + HEADER_BYTES
     try:
-        with zipfile.ZipFile(path) as archive:
+        with system_faults_named(path), zipfile.ZipFile(path) as archive:
             member = archive.getinfo(f"{key}.npy")
             if member.file_size > most:
                 raise InputError(f"{path}: '{key}' is not {list(shapes[0])} numbers: of another picture?")
             data = archive.read(member)
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from None
     except (zipfile.BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, NotImplementedError):
         raise InputError(f"{path}: not a readable array file with '{key}'") from None
     values = read_npy(data, f"{path}: '{key}'")

@@ -9,6 +9,7 @@ import numpy as np
 import OpenImageIO
 
 from core.arrays import Bytes, InputError, Pixels, readonly
+from core.files.faults import system_faults_named
 from core.files.litter import scratch_folder
 from core.files.text import legible
 from core.imaging import color, webp_exif
@@ -134,7 +135,7 @@ def _forget_faults(source: OpenImageIO.ImageInput) -> None:
 
 def _check_readable(path: Path) -> None:
     """Name what keeps `path` from being opened at all."""
-    try:
+    with system_faults_named(path):
         if path.is_dir():
             raise InputError(f"{path}: is a folder, not an image")
         if path.exists() and not path.is_file():
@@ -142,8 +143,6 @@ def _check_readable(path: Path) -> None:
         with path.open("rb") as file:
             if not file.read(1):
                 raise InputError(f"{path}: the file is empty")
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
 
 
 def _open_fault(path: Path, fault: str) -> InputError:

@@ -11,7 +11,7 @@ from app.tools.select.outlined import WAYS, make_select_tool
 from app.tools.select.places import picture_places
 from core.arrays import Bytes, Ints
 from core.imaging.proxy import proxy
-from core.progress import Job, Progress
+from core.progress import in_one_step
 from core.selection.colours import select_alike, select_range
 
 RANGE_SHARE = 100 / 255
@@ -28,11 +28,10 @@ def wand(editor: Editor, press: Press) -> Gesture | None:
         return None
     at = int(spot[0, 0]), int(spot[0, 1])
 
-    def find() -> Job[Bytes]:
-        yield Progress(0.0, "selecting")
+    def find() -> Bytes:
         return select_alike(proxy(image, 1.0), at, settings.tolerance, contiguous=settings.contiguous)
 
-    select_later(editor, "by wand", choose_combining(editor, press.mods), find)
+    select_later(editor, "by wand", choose_combining(editor, press.mods), lambda: in_one_step("selecting", find))
     return None
 
 
@@ -46,14 +45,13 @@ def colour_range(editor: Editor, press: Press) -> Gesture:
     if not len(pixels):
         return
 
-    def find() -> Job[Bytes]:
-        yield Progress(0.0, "selecting")
+    def find() -> Bytes:
         picture = proxy(image, 1.0)
         samples = np.unique(picture[pixels[:, 1], pixels[:, 0]], axis=0)
         chosen = samples[np.linspace(0, len(samples) - 1, min(len(samples), MOST_SAMPLES)).astype(int)]
         return select_range(picture, chosen, settings.tolerance * RANGE_SHARE)
 
-    select_later(editor, "range of colours", how, find)
+    select_later(editor, "range of colours", how, lambda: in_one_step("selecting", find))
 
 
 def _pixels(editor: Editor, press: Press, path: list[tuple[float, float]]) -> Ints:
