@@ -74,6 +74,13 @@ class Grid:
         """Width and height of a cell, in pixels."""
         return self.width_px / (self.columns - 1), self.height_px / (self.rows - 1)
 
+    @property
+    def cell_aspect(self) -> tuple[float, float]:
+        """Width and height of a cell, in units of their mean."""
+        width, height = self.cell
+        unit = math.sqrt(width * height)
+        return width / unit, height / unit
+
     @cached_property
     def nodes(self) -> Points:
         """Rest positions (R, C, 2) in pixels, from (-0.5, -0.5) to (W - 0.5, H - 0.5)."""

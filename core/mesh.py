@@ -60,17 +60,6 @@ class Mesh:
         result[which[best], 1] = (row + v[best]) * height - 0.5
         return result
 
-    def jacobians_at(self, points: Points) -> Floats:
-        """Return d canvas / d image (n, 2, 2) at picture positions (n, 2), columns for x and y."""
-        points = np.asarray(points, np.float64).reshape(-1, 2)
-        nodes, weights = self.grid.weights_at(points)
-        v, u = weights[:, 2] + weights[:, 3], weights[:, 1] + weights[:, 2]
-        A, B, C, D = self.warped.reshape(-1, 2)[nodes].transpose(1, 0, 2)
-        across = (1 - v)[:, None] * (B - A) + v[:, None] * (C - D)
-        down = (1 - u)[:, None] * (D - A) + u[:, None] * (C - B)
-        width, height = self.grid.cell
-        return np.stack([across / width, down / height], axis=-1)
-
     def canvas_of_box(self, box: Box) -> Singles:
         """Return the canvas positions (2, h, w) of the pixels of `box`, x and y."""
         return self.canvas_of_crossings(np.arange(box[0], box[2]), np.arange(box[1], box[3]))

@@ -33,6 +33,3 @@ class WholeFactor(GridFactor):
     def backward(self, y: Floats) -> Floats:
         """Return the second half."""
         return self._factor.backward(y)
-
-    def __repr__(self) -> str:
-        return repr(self._factor)

@@ -46,18 +46,6 @@ def from_data(data: object) -> list[FeatureCurve]:
     return [_entry(entry, f"curve {i}") for i, entry in enumerate(entries, 1)]
 
 
-def to_data(curves: list[FeatureCurve]) -> dict[str, Any]:
-    """Return what `from_data` reads."""
-    return {"curves": [_as_entry(curve) for curve in curves]}
-
-
-def _as_entry(curve: FeatureCurve) -> dict[str, Any]:
-    entry: dict[str, Any] = {"source": curve.source.points.tolist()}
-    if curve.target is not None:
-        entry["target"] = curve.target.points.tolist()
-    return {**entry, "closed": curve.source.closed, "passive": curve.passive}
-
-
 def _entry(entry: object, name: str) -> FeatureCurve:
     if not isinstance(entry, dict):
         raise InputError(f"{name}: not an object with a source and a target")

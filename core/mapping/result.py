@@ -11,6 +11,7 @@ from core.grid import Features, Grid
 from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import bodies_of, body_index, fit_residual
 from core.mapping.folds import find_folded_quads
+from core.mapping.handles.frame_glide import SIDES
 from core.mapping.handles.handles import ring_radius
 from core.mapping.handles.poses import find_owners
 from core.mapping.handles.probes import Probes
@@ -115,10 +116,8 @@ class Warped:
     @cached_property
     def outline_moved_px(self) -> float:
         """How far frame nodes outside features are from the side that W draws: 0 unless nothing else avoids folds."""
-        rows, columns = self.rest.shape[:2]
-        sides = [np.s_[0, :], np.s_[rows - 1, :], np.s_[:, 0], np.s_[:, columns - 1]]
         return max(
-            distance_to_line(self.warped[side][self.marked.labels[side] == 0], self.plain[side]) for side in sides
+            distance_to_line(self.warped[side][self.marked.labels[side] == 0], self.plain[side]) for side in SIDES
         )
 
     @cached_property

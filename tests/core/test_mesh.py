@@ -40,18 +40,6 @@ def test_nodes_go_where_they_are_put(grid: Grid, seed: int) -> None:
     assert np.allclose(mesh.canvas_from_image(grid.nodes), mesh.warped)
 
 
-@given(grids, seeds)
-def test_jacobians_are_the_slope_of_the_map(grid: Grid, seed: int) -> None:
-    mesh = bent(grid, seed=seed)
-    centres = (grid.nodes[:-1, :-1] + grid.nodes[1:, 1:]).reshape(-1, 2) / 2
-    step = 1e-5
-    slopes = [
-        (mesh.canvas_from_image(centres + by) - mesh.canvas_from_image(centres - by)) / (2 * step)
-        for by in (np.array([step, 0]), np.array([0, step]))
-    ]
-    assert np.allclose(mesh.jacobians_at(centres), np.stack(slopes, axis=-1), atol=1e-5)
-
-
 def test_nothing_is_found_beside_the_picture() -> None:
     grid = Grid(50, 40, cell_px=5.0)
     found = Mesh(grid, grid.nodes).image_from_canvas(

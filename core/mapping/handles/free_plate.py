@@ -34,8 +34,7 @@ class FreePlate:
         self._grid = grid
         self._coarse = grid.with_nodes(SMOOTH_NODES)
         self._down, self._across = (_between(n, m) for n, m in zip(grid.shape, self._coarse.shape, strict=True))
-        unit = float(np.sqrt(self._coarse.cell[0] * self._coarse.cell[1]))
-        cell = self._coarse.cell[0] / unit, self._coarse.cell[1] / unit
+        cell = self._coarse.cell_aspect
         rounded = smoothness * float(np.hypot(*self._coarse.shape))
         A = _opposite_part(self._coarse, cell) + rounded**2 * _bending(self._coarse, cell)
         self._factor = Factor(A + _RIDGE * sparse.eye_array(self._coarse.size))

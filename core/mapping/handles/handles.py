@@ -13,14 +13,15 @@ import scipy
 from core.arrays import Bools, InputError, Ints, Points, as_points
 from core.curves.bezier import Curve
 from core.grid import Grid
+from core.mapping.handles.plate import ROUNDED
 from core.mapping.handles.probes import Probes
 from core.mapping.jacobians import Complexes, as_complex
 
 _SPACING = 1.5
 """Samples of a curve lie so many cells apart: closer ones would say the same twice."""
 _SAME_SPOT_PX = 0.1
-_RING = 0.025
-"""Radius of a ring as a share of the picture's diagonal: a quarter of the length over which handles are rounded."""
+_RING = ROUNDED / 4
+"""Radius of a ring as a share of the picture's diagonal."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import lapack
 
-from core.arrays import Floats, InputError, Points
+from core.arrays import Floats, Points
 from core.grid import Grid
 from core.linalg.blas import one_thread
 from core.linalg.laplacian import divergence, edge_weights, laplacian
@@ -42,6 +42,8 @@ from core.tracing import span
 
 Frame = Literal["held", "free"]
 
+ROUNDED = 0.1
+"""ℓ as a share of the grid's diagonal."""
 _REFINEMENTS = 3
 _APART = 1e-5
 """Pivots down to this share of the largest one, squared, tell of points that are surely apart."""
@@ -54,22 +56,17 @@ class HandleField:
     ----------
     frame
         "held": the outline stays where it is; "free": nothing but the handles holds the picture.
-    smoothness
-        ℓ as a share of the grid's diagonal.
     """
 
-    def __init__(self, grid: Grid, *, frame: Frame = "held", smoothness: float = 0.1) -> None:
-        if not smoothness > 0:
-            raise InputError(f"smoothness of {smoothness:g}: must be positive")
+    def __init__(self, grid: Grid, *, frame: Frame = "held") -> None:
         self.grid, self.frame = grid, frame
         self._length = float(np.hypot(grid.width_px, grid.height_px))
-        rounded = smoothness * float(np.hypot(*grid.shape))
         self._plate: HeldPlate | FreePlate | None = None
         """None where no node can move."""
         if frame == "free":
-            self._plate = FreePlate(grid, smoothness=smoothness)
+            self._plate = FreePlate(grid, smoothness=ROUNDED)
         elif min(grid.shape) > 2:
-            self._plate = HeldPlate(grid, cell=_cell(grid), rounded=rounded)
+            self._plate = HeldPlate(grid, cell=grid.cell_aspect, rounded=ROUNDED * float(np.hypot(*grid.shape)))
         self._points, self._M = np.empty((0, 2)), sparse.csr_array((0, 0))
         self._spare = 0
         self._before: tuple[Complexes, Jacobians, Complexes, Complexes] | None = None
@@ -188,13 +185,6 @@ def _rotations(before: Jacobians, after: Jacobians) -> Complexes:
     part = after.similar * before.similar.conj() - after.opposite * before.opposite.conj()
     size = np.abs(part)
     return np.divide(part, size, out=np.ones_like(part), where=size > 0)
-
-
-def _cell(grid: Grid) -> tuple[float, float]:
-    """Return width and height of a cell in units of their mean."""
-    width, height = grid.cell
-    unit = float(np.sqrt(width * height))
-    return width / unit, height / unit
 
 
 def _inverse(system: NDArray[Any]) -> NDArray[Any]:

@@ -15,7 +15,8 @@ from core.mapping.features.pose import Solution
 from core.mapping.features.quad_weights import assign_roles
 from core.mapping.folds import corner_areas
 from core.mapping.handles.constraints import Constraints
-from core.mapping.injective.outline import SIDES, OutlineNodes
+from core.mapping.handles.frame_glide import SIDES
+from core.mapping.injective.outline import OutlineNodes
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.tolerances import ROUNDING
 

@@ -10,14 +10,12 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints
 from core.grid import Grid
+from core.mapping.handles.frame_glide import SIDES
 from core.mapping.jacobians import Complexes
 from core.mapping.tolerances import ROUNDING
 
-_ALL = slice(None)
 CORNERS = ([0, 0, -1, -1], [0, -1, 0, -1])
 """Nodes of the corners."""
-SIDES: tuple[tuple[int | slice, int | slice], ...] = ((0, _ALL), (-1, _ALL), (_ALL, 0), (_ALL, -1))
-"""Nodes (R, C) of the top, the bottom, the left and the right."""
 
 
 @dataclass(frozen=True)

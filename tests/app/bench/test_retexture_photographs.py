@@ -8,16 +8,15 @@ import pytest
 from app.bench.retexture_photographs import half_of, measure, summarise
 from app.cli import main
 from core.arrays import InputError
-from core.curves import feature_curves
 from core.imaging.image import Image
 from core.imaging.images import load, save
-from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, bent, stripes
+from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, bent, data_of, stripes
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     save(Image(stripes()), tmp_path / "rug.png")
-    text = json.dumps(feature_curves.to_data(bent()))
+    text = json.dumps(data_of(bent()))
     for name in ("rug", "rug_again"):
         (tmp_path / f"{name}.curves.json").write_text(text, encoding="utf-8")
     return tmp_path
@@ -53,6 +52,6 @@ def test_halves_do_not_depend_on_other_pictures() -> None:
 def test_a_folder_without_curves_or_pictures_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no curves"):
         measure(tmp_path)
-    (tmp_path / "rug.curves.json").write_text(json.dumps(feature_curves.to_data(bent())), encoding="utf-8")
+    (tmp_path / "rug.curves.json").write_text(json.dumps(data_of(bent())), encoding="utf-8")
     with pytest.raises(InputError, match="no picture beside it"):
         measure(tmp_path)

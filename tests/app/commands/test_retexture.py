@@ -8,20 +8,19 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from core.curves.feature_curves import to_data
 from core.document.document import Document
 from core.document.retexture import settings_of
 from core.imaging.images import Image, load, save
 from core.retexture.job import Settings
 from core.retexture.synthesis.patches import PatchShape
-from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, bent, stripes
+from tests.core.retexture.retexture_scenes import HEIGHT, WIDTH, bent, data_of, stripes
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("retexture")
     save(Image(stripes()), folder / "image.png")
-    (folder / "curves.json").write_text(json.dumps(to_data(bent())))
+    (folder / "curves.json").write_text(json.dumps(data_of(bent())))
     return folder
 
 

@@ -10,6 +10,7 @@ from core.document.document import Document, pixels_from_places
 from core.document.ring import Ring
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, document
+from tests.core.meshes import jacobians_of
 
 
 @pytest.fixture
@@ -143,7 +144,7 @@ def test_the_hovered_pin_is_marked(drive: EditorDriver) -> None:
 def test_two_pins_make_an_exact_turn_where_the_frame_is_free(drive: EditorDriver) -> None:
     drive.editor.edit("Free", drive.document.with_warp(frame="free"))
     drive.click(60, 75).click(140, 75).drag((140, 75), (100, 155)).drag((60, 75), (100, 75))
-    jacobians = drive.editor.answer.mesh.jacobians_at(np.array([[20.0, 20.0], [180.0, 130.0]]))
+    jacobians = jacobians_of(drive.editor.answer.mesh, np.array([[20.0, 20.0], [180.0, 130.0]]))
     assert np.allclose(jacobians, [[0, -1], [1, 0]], atol=1e-3)
 
 

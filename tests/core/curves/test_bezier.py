@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from core.arrays import Floats, InputError, Points
 from core.curves.bezier import Curve, crossings, pair_parameters
-from core.curves.feature_curves import FeatureCurve, disjoint, from_data, read, to_data
+from core.curves.feature_curves import FeatureCurve, disjoint, from_data, read
 from core.curves.fitting import fit
 
 coordinates = st.floats(-100, 100).map(lambda v: round(v, 3))
@@ -182,10 +182,10 @@ def entry(**changes: object) -> dict[str, object]:
     return {"source": points, "target": points, "closed": False, "passive": False, **changes}
 
 
-def test_what_is_written_is_read_back(tmp_path: Path) -> None:
-    curves = from_data({"curves": [entry(), entry(passive=True)]})
-    path = tmp_path / "curves.json"
-    path.write_text(json.dumps(to_data(curves)))
+def test_a_file_says_what_its_data_say(tmp_path: Path) -> None:
+    data = {"curves": [entry(), entry(passive=True)]}
+    curves, path = from_data(data), tmp_path / "curves.json"
+    path.write_text(json.dumps(data))
     again = read(path)
     assert [c.passive for c in again] == [False, True]
     np.testing.assert_array_equal(again[0].source.points, curves[0].source.points)

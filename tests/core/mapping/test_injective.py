@@ -12,9 +12,10 @@ from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import fit_residual
 from core.mapping.folds import corner_areas, find_folded_quads
 from core.mapping.handles.constraints import Constraints
+from core.mapping.handles.frame_glide import SIDES
 from core.mapping.handles.probes import Probes
 from core.mapping.injective.levels import GridLevel, Map
-from core.mapping.injective.outline import CORNERS, SIDES
+from core.mapping.injective.outline import CORNERS
 from core.mapping.injective.problem import Goal
 from core.mapping.injective.unfold import unfold
 from core.mapping.injective.ways import Ways

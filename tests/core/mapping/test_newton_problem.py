@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from core.mapping.handles.frame_glide import SIDES
 from core.mapping.injective.levels import GridLevel, Transfer
 from core.mapping.injective.newton import find_direction
-from core.mapping.injective.outline import SIDES, OutlineNodes
+from core.mapping.injective.outline import OutlineNodes
 from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.unknowns import Freedoms
 from core.mapping.jacobians import as_complex

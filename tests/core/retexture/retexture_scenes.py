@@ -19,6 +19,12 @@ def arched(height: float = 90.0, y: float = 145.0) -> Curve:
     return fit(np.column_stack([x, y - height * (1 - np.cos(2 * np.pi * x / (WIDTH - 1))) / 2]), tolerance=0.2)
 
 
+def data_of(curves: list[FeatureCurve]) -> dict[str, object]:
+    """Return what a file of curves holds, all of which have a target."""
+    pairs = [(curve.source, curve.target) for curve in curves if curve.target is not None]
+    return {"curves": [{"source": a.points.tolist(), "target": b.points.tolist()} for a, b in pairs]}
+
+
 def bent() -> list[FeatureCurve]:
     return [FeatureCurve(straight(), arched())]
 
