@@ -1,11 +1,12 @@
 """Everything the artist can do by menu, key, toolbar or palette, as records; `app.actions.table` lists them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from app.editor.editor import Editor
 from app.model.events import Key
+from app.model.requests import Panel, ShowPanel
 
 
 def always(editor: Editor) -> bool:
@@ -75,6 +76,24 @@ class ActionGroup:
         """Return one of them; `more` are further parts of `Action`."""
         parts = {"enabled": self.enabled, **more}
         return Action(f"{self.name}.{name}", label, self.menu, run, chord, icon, tooltip, **parts)
+
+    def removal(
+        self, name: str, label: str, icon: str, tooltip: str, emptied: Mapping[str, Any], **more: Any
+    ) -> Action:
+        """Return one that gives parts of the document the values in `emptied`, if one of them holds something."""
+
+        def holds_something(editor: Editor) -> bool:
+            return self.enabled(editor) and any(getattr(editor.document, part) for part in emptied)
+
+        def remove(editor: Editor) -> None:
+            editor.edit(label, editor.document.changed(**emptied))
+
+        return self.action(name, label, remove, icon, tooltip, enabled=holds_something, **more)
+
+
+def make_toggle(panel: Panel) -> Callable[[Editor], None]:
+    """Return what an action does that shows one of the window's own panels."""
+    return lambda editor: editor.requests.append(ShowPanel(panel))
 
 
 def chord_of(key: Key) -> str:

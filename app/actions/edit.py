@@ -1,7 +1,6 @@
 """Actions on the history and on jobs."""
 
-from app.actions import ActionGroup
-from app.actions.panels import make_toggle
+from app.actions import ActionGroup, make_toggle
 from app.editor.editor import Editor
 from app.model.requests import Panel
 

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from app.actions import Action, ActionGroup
-from app.actions.removal import removal
 from app.actions.retexture import in_mode
 from app.editor.curve_kinds import FEATURE, with_found_curve
 from app.editor.editor import Editor
@@ -159,8 +158,7 @@ FEATURE_CURVES = (
     ),
     _of_curve("simplify", "Simplify curve", simplify, "bezier-curve", "Take out the points that it does not need"),
     _of_curve("select_all", "Select all points", select_all, "vector-square", "Move, scale and turn it by a box"),
-    removal(
-        _CURVE,
+    _CURVE.removal(
         "remove_all",
         "Remove all curves",
         "trash-can",

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from app.actions import Action, ActionGroup, in_warp
-from app.actions.removal import removal
 from app.editor.editor import Editor
 from app.files import document_io, warp_files
 from core.files.text import legible
@@ -45,8 +44,7 @@ FILE = (
         "arrows-up-down-left-right",
         "Bend the picture by a displacement (EXR): pixels to the right and up, of the picture's own size",
     ),
-    removal(
-        _OPEN_WARP,
+    _OPEN_WARP.removal(
         "remove_warp",
         "Remove opened warp",
         "trash-can",

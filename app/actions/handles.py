@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from app.actions import ActionGroup, always, in_warp
-from app.actions.removal import removal
 from app.editor.curve_kinds import INNER
 from app.editor.editor import Editor
 from core.curves import curve_edit
@@ -94,8 +93,7 @@ HANDLES = (
         enabled=lambda editor: editor.session.tool in ("curves", "feature-curves"),
         checked=lambda editor: editor.session.curve_side == "source",
     ),
-    removal(
-        _HANDLES,
+    _HANDLES.removal(
         "reset_outline",
         "Reset outline",
         "vector-square",
@@ -103,12 +101,9 @@ HANDLES = (
         {"outline": None},
         separated=True,
     ),
-    removal(_HANDLES, "remove_pins", "Remove all pins", "thumbtack", "Take all pins out", {"pins": ()}),
-    removal(
-        _HANDLES, "remove_curves", "Remove all curves", "bezier-curve", "Take all inner curves out", {"curves": ()}
-    ),
-    removal(
-        _HANDLES,
+    _HANDLES.removal("remove_pins", "Remove all pins", "thumbtack", "Take all pins out", {"pins": ()}),
+    _HANDLES.removal("remove_curves", "Remove all curves", "bezier-curve", "Take all inner curves out", {"curves": ()}),
+    _HANDLES.removal(
         "reset",
         "Remove all handles",
         "trash-can",

@@ -1,7 +1,6 @@
 """Actions of Retexture mode: what is shown, the work itself and the masks."""
 
 from app.actions import Action, ActionGroup
-from app.actions.removal import removal
 from app.editor.editor import Editor
 from app.model.session import Before, Look, Painted
 from core.document.retexture import moves
@@ -97,8 +96,8 @@ def _mask(name: Painted, label: str, icon: str, tooltip: str) -> tuple[Action, .
             checked=lambda editor: editor.session.tool == "brush" and editor.session.painted == name,
             separated=name == "regrow",
         ),
-        removal(
-            _RETEXTURE, f"clear_{name}", f"Clear {label}", "eraser", "Nothing painted means everywhere", {name: None}
+        _RETEXTURE.removal(
+            f"clear_{name}", f"Clear {label}", "eraser", "Nothing painted means everywhere", {name: None}
         ),
     )
 

@@ -1,7 +1,6 @@
 """Actions on the surface in space that the picture is laid on."""
 
 from app.actions import Action, ActionGroup, in_warp
-from app.actions.removal import removal
 from app.editor.editor import Editor
 from app.files import surface_files
 from core.surfaces.shapes import SHAPES
@@ -42,5 +41,5 @@ SURFACES = (
         enabled=_has_surface,
         separated=True,
     ),
-    removal(_SURFACE, "remove", "Lay flat", "trash-can", "Take the picture off the surface", {"surface": None}),
+    _SURFACE.removal("remove", "Lay flat", "trash-can", "Take the picture off the surface", {"surface": None}),
 )

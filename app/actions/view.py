@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.actions import Action, ActionGroup
-from app.actions.panels import make_toggle
+from app.actions import Action, ActionGroup, make_toggle
 from app.editor.editor import Editor
 from app.model.session import Compare, Heat
 from app.model.spaces import View, centre, fit_curve, zoom_at

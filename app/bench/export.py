@@ -3,11 +3,9 @@
 import multiprocessing
 import resource
 import shutil
-import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +13,7 @@ from tempfile import TemporaryDirectory
 import cv2
 import numpy as np
 
+from app.bench.timing import median_s
 from app.render.export import render_mesh
 from core.arrays import Bytes, Points
 from core.grid import Grid
@@ -53,7 +52,7 @@ def _record(size: tuple[int, int], runs: int) -> dict[str, float | None]:
     image, rest = _noise(width, height), Grid(width, height).nodes
     warped = _waved(rest)
     busy = time.process_time()
-    seconds = _median_s(lambda: render_mesh(image, rest, warped, size=size), runs)
+    seconds = median_s(lambda: render_mesh(image, rest, warped, size=size), runs)
     busy_s = (time.process_time() - busy) / runs
     peak_mb = _peak_mb()
     return {
@@ -62,7 +61,7 @@ def _record(size: tuple[int, int], runs: int) -> dict[str, float | None]:
         "busy_s": busy_s,
         "peak_mb": peak_mb,
         "idle_mb": idle_mb,
-        "remap_s": _median_s(lambda: _remapped(image.pixels, rest, warped), runs),
+        "remap_s": median_s(lambda: _remapped(image.pixels, rest, warped), runs),
         "imagemagick_s": _distorted_s(image.pixels) if width * height <= MOST_DISTORTED else None,
     }
 
@@ -70,15 +69,6 @@ def _record(size: tuple[int, int], runs: int) -> dict[str, float | None]:
 def _peak_mb() -> float:
     """Return the most memory that this process has had, in MB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT / 1e6
-
-
-def _median_s(work: Callable[[], object], runs: int) -> float:
-    seconds = []
-    for _ in range(runs):
-        started = time.perf_counter()
-        work()
-        seconds.append(time.perf_counter() - started)
-    return statistics.median(seconds)
 
 
 def _remapped(pixels: Bytes, rest: Points, warped: Points) -> Bytes:

@@ -1,7 +1,6 @@
 """Time the feature-aware mapping beside bare solvers on the same grid, and beside FAT table 1."""
 
 import statistics
-import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from app.bench.timing import median_s
 from app.bench.whole_factor import WholeFactor
 from core.arrays import Bytes, Floats, Points
 from core.grid import Features, Grid, find_features
@@ -89,12 +89,7 @@ def _sides(grid: Grid) -> tuple[int, int, int]:
 
 
 def _median_ms(work: Callable[[], object], repeats: int) -> float:
-    taken = []
-    for _ in range(repeats):
-        started = time.perf_counter()
-        work()
-        taken.append(time.perf_counter() - started)
-    return 1e3 * statistics.median(taken)
+    return 1e3 * median_s(work, repeats)
 
 
 def _stages(grid: Grid, features: Features, plain: Points, repeats: int) -> dict[str, float]:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
+from app.bench.timing import median_s
 from core.arrays import Bytes
 from core.curves.feature_curves import FeatureCurve
 from core.curves.fitting import fit
@@ -89,12 +90,8 @@ def _time_stages(picture: Bytes, curves: list[FeatureCurve], settings: Settings)
 
 
 def _drag_ms(shape: tuple[int, int], curves: list[FeatureCurve], runs: int) -> float:
-    preview, times = LiveDeformation(shape, Grid(shape[1], shape[0]).nodes), []
-    for _ in range(max(3 * runs, 3)):
-        started = time.perf_counter()
-        preview.solve(curves)
-        times.append(1e3 * (time.perf_counter() - started))
-    return statistics.median(times)
+    preview = LiveDeformation(shape, Grid(shape[1], shape[0]).nodes)
+    return 1e3 * median_s(lambda: preview.solve(curves), max(3 * runs, 3))
 
 
 def fur(width: int, height: int) -> Bytes:

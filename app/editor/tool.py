@@ -51,7 +51,7 @@ class Tool:
     """What can be done with it, for the status bar."""
     press: Callable[["Editor", Press], Gesture | None]
     modes: frozenset[Mode] = frozenset(("warp", "retexture", "overlay"))
-    cursor: Literal["arrow", "cross", "hand", "none", "move"] = "arrow"
+    cursor: Literal["arrow", "cross", "hand", "none", "move"] = "cross"
     hover: Callable[["Editor", Position], object] = _no_hover
     """What lies under a screen position, kept in `Session.hover`."""
     take_key: Callable[["Editor", Key], bool] = _no_key

@@ -1,5 +1,6 @@
 """A map on the screen: where the picture is, and what is known of it."""
 
+import logging
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -84,3 +85,10 @@ def answer_without_handles(document: Document) -> Answer:
     except WeftError:
         grid = Grid(*document.size_px)
         return Answer(document, Mesh(grid, grid.nodes), None)
+
+
+def explain(fault: Exception, what: str) -> str:
+    """Return why something has failed; `what` that was is told to the log, where the program is at fault."""
+    if not isinstance(fault, WeftError):
+        logging.getLogger("weft").error(what, exc_info=fault)
+    return str(fault) or type(fault).__name__

@@ -1,13 +1,11 @@
 """Overlay mode's layers: found by a job whenever the document asks for others, kept beside it."""
 
-import logging
-
 import numpy as np
 
-from app.live.answer import Answer
+from app.live.answer import Answer, explain
 from app.model.jobs import Jobs, Task, Ticket
 from app.model.session import Shown
-from core.arrays import Ints, Points, WeftError
+from core.arrays import Ints, Points
 from core.document.document import Document
 from core.document.overlay import OverlayLayers, find_layers, get_layers
 from core.document.overlay_settings import Search
@@ -16,8 +14,6 @@ from core.grid import Grid
 from core.imaging.images import Image
 from core.mesh import Mesh
 from core.overlay.detection.stages import Stage
-
-log = logging.getLogger("weft")
 
 
 class LiveOverlay:
@@ -132,7 +128,5 @@ class LiveOverlay:
             self.stage_lattice = stage.lattice.keys, np.asarray(points, np.float64)
 
     def _take_fault(self, fault: Exception) -> None:
-        if not isinstance(fault, WeftError):
-            log.error("finding the pattern failed", exc_info=fault)
-        self.fault = str(fault) or type(fault).__name__
+        self.fault = explain(fault, "finding the pattern failed")
         self._layers = None

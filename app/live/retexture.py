@@ -5,7 +5,6 @@ retexture runs as a job over the document of that moment: its first stage brings
 pictures, coarse and then final. Results of documents that were left by undo are kept for a while.
 """
 
-import logging
 import time
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,11 +12,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from app.live.answer import Answer
+from app.live.answer import Answer, explain
 from app.model.jobs import Jobs, Task, Ticket
 from app.model.session import Look
 from core import tracing
-from core.arrays import CurveError, Points, WeftError
+from core.arrays import CurveError, Points
 from core.document.document import Document
 from core.document.map import grid_of
 from core.document.retexture import Regrown, feature_curves, in_pixels, moves, regrow
@@ -26,7 +25,6 @@ from core.imaging.images import Image
 from core.mesh import Mesh
 from core.retexture.deformation.preview import LiveDeformation, pull
 
-log = logging.getLogger("weft")
 KEPT_PIXELS = 30_000_000
 """Results are kept while their pixels are no more, the newest in any case."""
 
@@ -213,9 +211,7 @@ class LiveRetexture:
         self._stage, self._is_final, self._outlived = stage, final, False
 
     def _take_fault(self, fault: Exception) -> None:
-        if not isinstance(fault, WeftError):
-            log.error("retexturing failed", exc_info=fault)
-        self.fault = str(fault) or type(fault).__name__
+        self.fault = explain(fault, "retexturing failed")
         self.faulty_curve = fault.number - 1 if isinstance(fault, CurveError) else None
 
     def _keep(self, inputs: Inputs, result: Regrown) -> None:

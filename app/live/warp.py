@@ -5,22 +5,20 @@ answer is worked out in the background, as an export does it, and takes its plac
 without folds does. If something moves meanwhile both are dropped.
 """
 
-import logging
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from app.live.answer import Answer, answer_without_handles
+from app.live.answer import Answer, answer_without_handles, explain
 from app.model.jobs import Jobs, Task
 from core import tracing
-from core.arrays import Points, WeftError
+from core.arrays import Points
 from core.document.document import Document
 from core.document.map import MapSolver, grid_of
 from core.mapping.result import Warped
 from core.mesh import Mesh
 from core.progress import Job, Progress, stepwise
 
-log = logging.getLogger("weft")
 INLINE_NODES = 60_000
 """Up to so many nodes a solve fits into a frame; larger grids are solved beside it."""
 REST_S = 0.15
@@ -191,9 +189,7 @@ class LiveWarp:
             self._solver.learn(self._seen, result)
 
     def _take_fault(self, fault: Exception) -> None:
-        if not isinstance(fault, WeftError):
-            log.error("the map failed", exc_info=fault)
-        self.fault = str(fault) or type(fault).__name__
+        self.fault = explain(fault, "the map failed")
 
     def _rename(self, document: Document) -> None:
         """Keep the answer for a document that differs only in what the map does not depend on."""

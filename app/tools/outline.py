@@ -256,6 +256,7 @@ OUTLINE = Tool(
     key="o",
     hint="Drag corners, handles, sides · Ctrl+A boxes all · Shift holds axes · Alt breaks · double-click straightens",
     press=press,
+    cursor="arrow",
     modes=frozenset(("warp",)),
     hover=hover,
     take_key=take_key,

@@ -231,7 +231,6 @@ PINS = Tool(
     hint="Click to add, drag to move, its ring to turn and scale · Shift: axis, steps, several · Alt-click removes",
     press=press,
     modes=frozenset(("warp",)),
-    cursor="cross",
     hover=hover,
     take_key=take_key,
     overlay=overlay,

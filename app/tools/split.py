@@ -40,7 +40,6 @@ SPLIT = Tool(
     hint="Draw a line right across a feature: two are made of it · Shift keeps to an axis",
     press=cut,
     modes=frozenset(("warp",)),
-    cursor="cross",
     marks=True,
     group="select",
     overlay=overlay,

@@ -33,5 +33,4 @@ ZOOM = Tool(
     key="z",
     hint="Click to zoom in, Alt-click to zoom out, drag up or down to zoom smoothly",
     press=zoom,
-    cursor="cross",
 )

@@ -92,7 +92,6 @@ REGION = Tool(
     hint="Drag a rectangle around the patterned cloth · Shift adds · Alt cuts out · the brush (B) paints it",
     press=rectangle,
     modes=frozenset(("overlay",)),
-    cursor="cross",
     overlay=overlay,
 )
 
@@ -104,6 +103,5 @@ TEXEL = Tool(
     hint="Drag from one corner of a texel to the opposite one: the pattern is found from there",
     press=rectangle,
     modes=frozenset(("overlay",)),
-    cursor="cross",
     overlay=overlay,
 )

@@ -288,7 +288,6 @@ LATTICE = Tool(
     "drag a rectangle to select · X locks · Ctrl-drag draws a seam",
     press=press,
     modes=frozenset(("overlay",)),
-    cursor="cross",
     hover=hover,
     take_key=take_key,
     overlay=overlay,

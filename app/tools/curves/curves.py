@@ -252,7 +252,6 @@ def curve_tool(
         hint=hint,
         press=lambda editor, event: press(editor, curves, event),
         modes=modes,
-        cursor="cross",
         hover=lambda editor, pos: curves.hit(editor, pos, first=active_side(editor)),
         take_key=lambda editor, event: take_key(editor, curves, event),
         moment=lambda editor: moment(editor, curves),

@@ -228,7 +228,6 @@ TRACE = Tool(
     hint="Click along an edge, Enter ends · Ctrl goes straight · drag a rectangle around an object · click suggestions",
     press=press,
     modes=frozenset(("retexture",)),
-    cursor="cross",
     hover=hover,
     take_key=take_key,
     moment=moment,

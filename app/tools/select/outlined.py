@@ -117,7 +117,6 @@ def make_select_tool(
         hint=hint,
         press=press,
         modes=frozenset(("warp", "retexture")),
-        cursor="cross",
         marks=True,
         group=GROUP,
         overlay=overlay,

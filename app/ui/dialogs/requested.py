@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
-from imgui_bundle import ImVec2, imgui, portable_file_dialogs
+from imgui_bundle import imgui, portable_file_dialogs
 
 from app.editor.editor import Editor
 from app.files.typed_paths import is_folder
@@ -23,13 +23,12 @@ from app.model.requests import (
     ShowPanel,
     complete,
 )
-from app.ui.dialogs.changed import ChangedDialog
 from app.ui.dialogs.export import ExportDialog
 from app.ui.dialogs.file_browser import FileBrowser, home
-from app.ui.dialogs.modal import modal, within
+from app.ui.dialogs.modal import modal
+from app.ui.dialogs.question import question_about
 from app.ui.dialogs.recover import RecoverDialog, ThumbnailOf
-from app.ui.widgets.controls import faint, move_right, plain_button, primary_button
-from app.ui.widgets.theme import em
+from app.ui.widgets.controls import faint, plain_button
 
 
 class Dialog(Protocol):
@@ -88,12 +87,8 @@ def dialog_for(request: Request, editor: Editor, thumbnail: ThumbnailOf) -> Dial
             return _file_dialog(request, editor)
         case ExportPicture():
             return ExportDialog(request, editor.map.warped if editor.session.mode == "warp" else editor.answer.warped)
-        case AskUnsaved():
-            return UnsavedDialog(request)
-        case AskChanged():
-            return ChangedDialog(request)
-        case AskWriting():
-            return WritingDialog(request)
+        case AskUnsaved() | AskChanged() | AskWriting():
+            return question_about(request)
         case AskRecover():
             return RecoverDialog(request, thumbnail)
     raise TypeError(request)
@@ -193,59 +188,4 @@ class SystemFileDialog:
             self._dialog = self._shown(whole)
             return False
         self._then(whole)
-        return True
-
-
-class UnsavedDialog:
-    """Asks what is to become of unsaved changes."""
-
-    title = "Save changes?"
-
-    def __init__(self, request: AskUnsaved) -> None:
-        self._request = request
-
-    def draw(self) -> bool:
-        """Draw question and answers."""
-        imgui.text(f"{self._request.name} has changes that are not saved.")
-        faint("They are lost unless you save them.")
-        imgui.dummy(ImVec2(within(26), em(0.4)))
-        if plain_button("Don't save", 8):
-            self._request.then("discard")
-            return False
-        move_right(7, 7)
-        if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
-            self._request.then("cancel")
-            return False
-        imgui.same_line()
-        if primary_button("Save", 7) or imgui.is_key_pressed(imgui.Key.enter):
-            self._request.then("save")
-            return False
-        return True
-
-
-class WritingDialog:
-    """Asks what is to become of files that are still being written."""
-
-    title = "Finish writing first?"
-
-    def __init__(self, request: AskWriting) -> None:
-        self._request = request
-
-    def draw(self) -> bool:
-        """Draw the jobs and the answers."""
-        imgui.text("Still being written:")
-        for name in self._request.names:
-            imgui.bullet_text(name)
-        imgui.dummy(ImVec2(within(30), em(0.4)))
-        if plain_button("Stop and quit", 8):
-            self._request.then("stop")
-            return False
-        move_right(7, 9)
-        if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
-            self._request.then("cancel")
-            return False
-        imgui.same_line()
-        if primary_button("Finish and quit", 9) or imgui.is_key_pressed(imgui.Key.enter):
-            self._request.then("wait")
-            return False
         return True
