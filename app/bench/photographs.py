@@ -25,7 +25,7 @@ from core.overlay.composition import Placement
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import Parts, encode, lay_over, searchable, texture_colours
-from core.overlay.pixels.gap_completion import STRAIN
+from core.overlay.pixels.gaps.gap_completion import STRAIN
 from core.overlay.pixels.jacobian_validity import jumps, no_cloth
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import run

@@ -14,7 +14,7 @@ from core.overlay.filters.bands import bands
 from core.overlay.filters.texture_filter import filter_texture
 from core.overlay.laying.albedo_scale import gauge_of
 from core.overlay.pixels.filling import filled
-from core.overlay.pixels.gap_completion import sew
+from core.overlay.pixels.gaps.gap_completion import sew
 from core.overlay.pixels.layers import (
     RIM_PX,
     carry_on,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats
-from core.overlay.pixels.weak_plate import Plate
+from core.overlay.pixels.gaps.weak_plate import Plate
 
 SIZE = (40, 60)
 Y, X = np.indices(SIZE).astype(float)

@@ -19,10 +19,10 @@ from core.overlay.filters.distances import distance, nearest_of, within
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import steepness
 from core.overlay.pixels.filling import solid
+from core.overlay.pixels.gaps.sheet_translation import find_translations
+from core.overlay.pixels.gaps.unwrapping import unwrap
+from core.overlay.pixels.gaps.weak_plate import Plate
 from core.overlay.pixels.jacobian_validity import jumps, no_cloth
-from core.overlay.pixels.sheet_translation import find_translations
-from core.overlay.pixels.unwrapping import unwrap
-from core.overlay.pixels.weak_plate import Plate
 from core.overlay.texel import Texel
 
 SAMPLES, EVERY = 10, (2, 3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats, Ints
-from core.overlay.pixels.unwrapping import unwrap
+from core.overlay.pixels.gaps.unwrapping import unwrap
 
 STEP = 10.0
 BASIS = np.diag([STEP, STEP])

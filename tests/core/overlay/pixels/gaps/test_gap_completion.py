@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.pixels.gap_completion import sew
+from core.overlay.pixels.gaps.gap_completion import sew
 from core.overlay.pixels.jacobian_validity import jumps, no_cloth
 from core.overlay.texel import Texel
 

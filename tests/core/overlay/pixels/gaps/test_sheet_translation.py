@@ -3,7 +3,7 @@
 import numpy as np
 
 from core.arrays import Floats, Ints
-from core.overlay.pixels.sheet_translation import find_translations
+from core.overlay.pixels.gaps.sheet_translation import find_translations
 
 STEP = 12.0
 BASIS = np.diag([STEP, STEP])
