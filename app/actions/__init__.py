@@ -77,6 +77,17 @@ class ActionGroup:
         parts = {"enabled": self.enabled, **more}
         return Action(f"{self.name}.{name}", label, self.menu, run, chord, icon, tooltip, **parts)
 
+    def switch(self, name: str, label: str, part: str, icon: str, tooltip: str, chord: str = "", **more: Any) -> Action:
+        """Return one that switches a part of the session on and off."""
+
+        def is_on(editor: Editor) -> bool:
+            return bool(getattr(editor.session, part))
+
+        def toggle(editor: Editor) -> None:
+            editor.show(**{part: not is_on(editor)})
+
+        return self.action(name, label, toggle, icon, tooltip, chord, checked=is_on, **more)
+
     def removal(
         self, name: str, label: str, icon: str, tooltip: str, emptied: Mapping[str, Any], **more: Any
     ) -> Action:

@@ -42,11 +42,6 @@ def snap(editor: Editor) -> None:
         editor.notify("The curve is on its edge, or there is none beside it.")
 
 
-def toggle_snapping(editor: Editor) -> None:
-    """Switch whether a curve that was drawn beside an edge is brought onto it."""
-    editor.show(snaps_curves=not editor.session.snaps_curves)
-
-
 def select_all(editor: Editor) -> None:
     """Select all points of the edited curve, so that a box moves, scales and turns it."""
     pair = FEATURE.chosen(editor)
@@ -148,13 +143,12 @@ FEATURE_CURVES = (
     ),
     _of_curve("put_back", "Copy source to target", put_back, "arrow-rotate-left", "Lay the target where the curve is"),
     _of_curve("snap", "Snap to edge", snap, "magnet", "Bring the curve onto the edge that it was drawn beside"),
-    _CURVE.action(
+    _CURVE.switch(
         "snaps",
         "Snap new curves",
-        toggle_snapping,
+        "snaps_curves",
         "magnet",
         "A curve that is drawn beside an edge comes onto it; undo takes that back alone",
-        checked=lambda editor: editor.session.snaps_curves,
     ),
     _of_curve("simplify", "Simplify curve", simplify, "bezier-curve", "Take out the points that it does not need"),
     _of_curve("select_all", "Select all points", select_all, "vector-square", "Move, scale and turn it by a box"),

@@ -18,11 +18,6 @@ def start(editor: Editor) -> None:
     editor.regrowth.start(editor.document)
 
 
-def toggle_auto(editor: Editor) -> None:
-    """Switch whether texture is regrown as soon as the artist lets go."""
-    editor.show(auto_retexture=not editor.session.auto_retexture)
-
-
 def toggle_edges(editor: Editor) -> None:
     """Switch whether long edges near moved curves are kept, all of them."""
     kept = not editor.document.retexture.long_edges
@@ -115,13 +110,8 @@ RETEXTURE = (
         "Ctrl+R",
         enabled=lambda editor: in_mode(editor) and moves(editor.document),
     ),
-    _RETEXTURE.action(
-        "auto",
-        "Retexture by itself",
-        toggle_auto,
-        "bolt",
-        "Regrow the texture as soon as a curve is let go",
-        checked=lambda editor: editor.session.auto_retexture,
+    _RETEXTURE.switch(
+        "auto", "Retexture by itself", "auto_retexture", "bolt", "Regrow the texture as soon as a curve is let go"
     ),
     _RETEXTURE.action(
         "edges",

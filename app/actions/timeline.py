@@ -52,14 +52,13 @@ def _easing(easing: Easing) -> Action:
 
 
 TIMELINE = (
-    _TIMELINE.action(
+    _TIMELINE.switch(
         "show",
         "Timeline",
-        lambda editor: editor.show(timeline=not editor.session.timeline),
+        "timeline",
         "timeline",
         "Show the frames and the keys, and what puts keys on sliders and pins",
         "Shift+T",
-        checked=lambda editor: editor.session.timeline,
     ),
     _TIMELINE.action(
         "play",
@@ -72,14 +71,13 @@ TIMELINE = (
         checked=lambda editor: editor.animation.is_playing,
         separated=True,
     ),
-    _TIMELINE.action(
+    _TIMELINE.switch(
         "loop",
         "Loop",
-        lambda editor: editor.show(loops=not editor.session.loops),
+        "loops",
         "repeat",
         "Begin anew at the end",
         enabled=always,
-        checked=lambda editor: editor.session.loops,
     ),
     _TIMELINE.action(
         "first",
