@@ -77,6 +77,21 @@ class ActionGroup:
         parts = {"enabled": self.enabled, **more}
         return Action(f"{self.name}.{name}", label, self.menu, run, chord, icon, tooltip, **parts)
 
+    def choice(
+        self,
+        value: str,
+        label: str,
+        choose: Callable[[Editor, Any], None],
+        present: Callable[[Editor], object],
+        *shown: str,
+    ) -> Action:
+        """Return one that chooses a value, on while that is the present one; `shown` are icon, tooltip and chord."""
+
+        def is_present(editor: Editor) -> bool:
+            return present(editor) == value
+
+        return self.action(value, label, lambda editor: choose(editor, value), *shown, checked=is_present)
+
     def switch(self, name: str, label: str, part: str, icon: str, tooltip: str, chord: str = "", **more: Any) -> Action:
         """Return one that switches a part of the session on and off."""
 

@@ -46,18 +46,6 @@ _LOOKS: tuple[tuple[Look, str, str, str, str], ...] = (
 )
 
 
-def _look(look: Look, label: str, chord: str, icon: str, tooltip: str) -> Action:
-    return _LOOK.action(
-        look,
-        label,
-        lambda editor: show_look(editor, look),
-        icon,
-        tooltip,
-        chord,
-        checked=lambda editor: editor.session.look == look,
-    )
-
-
 def _beside(look: Before, label: str, chord: str, icon: str) -> Action:
     def is_beside(editor: Editor) -> bool:
         return editor.session.compare == "split" and editor.session.look_before == look
@@ -98,7 +86,10 @@ def _mask(name: Painted, label: str, icon: str, tooltip: str) -> tuple[Action, .
 
 
 RETEXTURE = (
-    *(_look(*row) for row in _LOOKS),
+    *(
+        _LOOK.choice(look, label, show_look, lambda editor: editor.session.look, icon, tooltip, chord)
+        for look, label, chord, icon, tooltip in _LOOKS
+    ),
     _beside("original", "Original", "Shift+1", "image"),
     _beside("deformed", "Deformed", "Shift+2", "water"),
     _RETEXTURE.action(

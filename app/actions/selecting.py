@@ -57,15 +57,12 @@ _FEATURES = ActionGroup("features", "Mask/Features", in_warp)
 _REFINE = ActionGroup("mask", "Mask/Refine", _is_painted)
 
 
-def _how(how: Combining, label: str, icon: str, tooltip: str) -> Action:
-    return _SELECT.action(
-        how,
-        label,
-        lambda editor: set_selecting(editor, how=how),
-        icon,
-        tooltip,
-        checked=lambda editor: editor.session.selecting.how == how,
-    )
+def _choose_how(editor: Editor, how: Combining) -> None:
+    set_selecting(editor, how=how)
+
+
+def _present_how(editor: Editor) -> Combining:
+    return editor.session.selecting.how
 
 
 def _switch(name: str, label: str, icon: str, tooltip: str) -> Action:
@@ -101,7 +98,7 @@ def _refine(name: str, label: str, icon: str, tooltip: str, change: Callable[[By
 
 
 SELECTING = (
-    *(_how(*row) for row in _HOW),
+    *(_SELECT.choice(how, label, _choose_how, _present_how, *shown) for how, label, *shown in _HOW),
     _switch("contiguous", "Only what hangs together", "link", "The wand takes what hangs together with the click only"),
     _switch("by_stroke", "Objects by rough paint", "paintbrush", "Paint over an object instead of dragging a box"),
     *(_part(*row) for row in _PARTS),

@@ -226,16 +226,7 @@ _MODES: tuple[tuple[Mode, str, str, str], ...] = (
 )
 
 
-def _mode(number: int, mode: Mode, label: str, icon: str, tooltip: str) -> Action:
-    return _MODE.action(
-        mode,
-        label,
-        lambda editor: editor.choose_mode(mode),
-        icon,
-        tooltip,
-        f"Alt+{number}",
-        checked=lambda editor: editor.session.mode == mode,
-    )
-
-
-MODES = tuple(_mode(number, *row) for number, row in enumerate(_MODES, start=1))
+MODES = tuple(
+    _MODE.choice(mode, label, Editor.choose_mode, lambda editor: editor.session.mode, icon, tooltip, f"Alt+{number}")
+    for number, (mode, label, icon, tooltip) in enumerate(_MODES, start=1)
+)
