@@ -15,11 +15,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
+import cv2
 import numpy as np
 import scipy
 from scipy import sparse
 
-from core.arrays import Floats, InputError, Points, readonly
+from core.arrays import Floats, InputError, Points, SingularSystemError, readonly
 from core.grid import Grid
 from core.linalg.factor import Factor
 
@@ -91,17 +92,32 @@ class Chart:
 def flatten(stretch_at: Callable[[Points], Floats], cells: int) -> Chart:
     """Return the chart of a surface by `cells` x `cells` of its texture.
 
-    `stretch_at` returns M (k, 2, 2) at places of the texture (k, 2). Raises `InputError` for a surface that would lie
-    over itself.
+    `stretch_at` returns M (k, 2, 2) at places of the texture (k, 2). Where it changes so abruptly that the chart would
+    fold, as between parts of a texture that do not belong together, it is averaged over ever larger surroundings.
     """
-    grid, side = Grid(cells, cells, cell_px=1), cells + 1
-    nodes, triangles = ((grid.nodes + 0.5) / cells).reshape(-1, 2), grid.triangles
-    # Two triangles of a quad follow one another, and share its metric: the mean over it, since a mesh has facets.
+    grid = Grid(cells, cells, cell_px=1)
+    nodes = ((grid.nodes + 0.5) / cells).reshape(-1, 2)
+    # The mean over each quad, since a mesh has facets.
     within = (np.stack(np.divmod(np.arange(SAMPLES**2), SAMPLES), axis=-1) + 0.5) / (SAMPLES * cells)
     samples = nodes[grid.quads[:, :1]] + within
-    stretch = stretch_at(samples.reshape(-1, 2)).reshape(len(samples), -1, 2, 2).mean(axis=1).repeat(2, axis=0)
+    stretch = stretch_at(samples.reshape(-1, 2)).reshape(cells, cells, SAMPLES**2, 4).mean(axis=2)
+    for around in (0.0, *2.0 ** np.arange(np.log2(cells))):
+        smooth = cv2.GaussianBlur(stretch, (0, 0), around, borderType=cv2.BORDER_REPLICATE) if around else stretch
+        places = _solve(nodes, grid, np.asarray(smooth, np.float64).reshape(-1, 2, 2))
+        if places is not None:
+            return Chart(readonly(places))
+    places = _solve(nodes, grid, np.broadcast_to(stretch.mean(axis=(0, 1)).reshape(2, 2), (cells**2, 2, 2)))
+    if places is None:
+        raise InputError("surface: cannot be laid flat")
+    return Chart(readonly(places))
+
+
+def _solve(nodes: Points, grid: Grid, stretch: Floats) -> Points | None:
+    """Return `Chart.places` of nodes (n, 2) for M (k, 2, 2) of the quads; None where the chart would fold."""
+    side, triangles = grid.columns, grid.triangles
     corners = nodes[triangles]
-    flat = np.einsum("tij,tkj->tki", stretch, corners - corners[:, :1])
+    # Two triangles of a quad follow one another, and share its metric.
+    flat = np.einsum("tij,tkj->tki", stretch.repeat(2, axis=0), corners - corners[:, :1])
     zeta = flat[..., 0] + 1j * flat[..., 1]
     opposite = zeta[:, [2, 0, 1]] - zeta[:, [1, 2, 0]]
     area = (np.conj(zeta[:, 1] - zeta[:, 0]) * (zeta[:, 2] - zeta[:, 0])).imag / 2
@@ -114,7 +130,10 @@ def flatten(stretch_at: Callable[[Points], Floats], cells: int) -> Chart:
     system = skewed.conj().T @ of_quads @ skewed + held @ turned
     # The middle stays, or all could be shifted.
     free = np.delete(np.arange(side**2), side**2 // 2)
-    factor = Factor(sparse.csc_array(system[free][:, free]))
+    try:
+        factor = Factor(sparse.csc_array(system[free][:, free]))
+    except SingularSystemError:
+        return None
     place, turn = np.zeros(side**2, complex), np.ones(len(area), complex)
     for _ in range(ROUNDS):
         place[free] = factor.solve((held @ turn)[free])
@@ -125,6 +144,6 @@ def flatten(stretch_at: Callable[[Points], Floats], cells: int) -> Chart:
     corner = place[triangles]
     covered = (np.conj(corner[:, 1] - corner[:, 0]) * (corner[:, 2] - corner[:, 0])).imag / 2
     if not (covered > 0).all():
-        raise InputError("surface: its texture is laid on it in folds")
+        return None
     places = np.stack([place.real, place.imag], axis=-1).reshape(side, side, 2)
-    return Chart(readonly((places - places.min(axis=(0, 1))) / np.sqrt(covered.sum())))
+    return np.asarray((places - places.min(axis=(0, 1))) / np.sqrt(covered.sum()))

@@ -16,6 +16,8 @@ THIN = 0.1
 """At a pole a texture has no length across. There it is taken to have this share of the usual length."""
 RASTER_PX, FINER = 1024, 4
 """Texture coordinates are looked up in a raster of so many pixels a side, drawn to so many bits of a pixel."""
+FARTHEST = 1e9
+"""Numbers that are larger are no places."""
 FAR = 100.0
 """Texture coordinates so many pictures away are as good as any farther."""
 CELLS = 64
@@ -45,6 +47,8 @@ class Surface:
             raise InputError(f"surface: {numbers.shape} is not from 1 to {MOST} triangles")
         if not (np.isfinite(vertices).all() and np.isfinite(texture).all() and np.isfinite(numbers).all()):
             raise InputError("surface: holds numbers that are not finite")
+        if max(np.abs(vertices).max(), np.abs(texture).max()) > FARTHEST:
+            raise InputError(f"surface: reaches farther than {FARTHEST:g}")
         triangles = numbers.astype(np.int64)
         if (triangles != numbers).any() or triangles.min() < 0 or triangles.max() >= len(vertices):
             raise InputError("surface: a triangle names a vertex that is not there")
