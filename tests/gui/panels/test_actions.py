@@ -28,6 +28,7 @@ ASKING = {
     "mask.load": "Load mask",
     "mask.save": "Save mask",
     "surface.open": "Open a mesh to lay the picture on",
+    "surface.export_view": "Export the view",
     "warp.export": "Export warp: ST map (.exr) or mesh (.obj)",
     "help.tour.warp": "Save changes?",
     "help.tour.retexture": "Save changes?",
