@@ -122,10 +122,24 @@ def compose_layers(
     strength: float,
 ) -> tuple[Floats, Floats]:
     """Return what `compose` does for a part of a cloth of that norm; the layers are uv, shading and detail."""
+    source = prepare(with_opacity(texture), placement, norm.scale)
+    return compose_prepared(source, layers, norm, placement, alpha=alpha, strength=strength)
+
+
+def compose_prepared(
+    source: Floats,
+    layers: tuple[Floats, Floats, Floats],
+    norm: Norm,
+    placement: Placement,
+    *,
+    alpha: float,
+    strength: float,
+) -> tuple[Floats, Floats]:
+    """Return what `compose_layers` does with a texture (h, w, 4) that is prepared for the placement."""
     uv, shading, detail = layers
     covered = finite(uv)
     light = relight(shading, strength, norm.light)
-    colours = lay(with_opacity(texture), placement, uv, norm, covered)
+    colours = lay(source, placement, uv, norm, covered)
     wp = np.nan_to_num(light if light.ndim == 3 else light[..., None])
     return wp * colours[..., :3] + alpha * np.nan_to_num(detail), colours[..., 3] * covered
 
@@ -151,9 +165,8 @@ def relight(shading: Floats, strength: float, usual_light: float) -> Floats:
     return shading if strength == 1 else np.asarray(usual_light * (shading / usual_light) ** strength)
 
 
-def lay(texture: Floats, placement: Placement, uv: Floats, norm: Norm, covered: Bools) -> Floats:
-    """Return the texture (H, W, 4), premultiplied by its opacity, as the cloth shows it; 0 outside."""
-    source = prepare(texture, placement, norm.scale)
+def lay(source: Floats, placement: Placement, uv: Floats, norm: Norm, covered: Bools) -> Floats:
+    """Return the prepared texture (H, W, 4), premultiplied by its opacity, as the cloth shows it; 0 outside."""
     copies = placement(np.nan_to_num(uv), norm.scale, norm.middle)
     at = copies / 2 if placement.mirror else copies
     colours = filter_texture(source, np.where(covered[..., None], at, np.nan))

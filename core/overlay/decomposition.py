@@ -79,6 +79,8 @@ class FoundCloth:
     scale: int
     opacity: Singles | np.float32
     """(H, W), or one number: of what is laid there."""
+    explained: float
+    """What speaks for it (`Evidence`)."""
 
 
 def decompose(
@@ -120,7 +122,7 @@ def find(
     whole = np.ones(photo.shape[:2], bool) if region is None else np.asarray(region > 0, np.bool_)
     scale = -(-max(photo.shape[:2]) // WORKING_PX)
     small = shrunk(photo, scale)
-    valid = np.asarray(shrunk(whole.astype(float)[..., None], scale)[..., 0] > 0.5, np.bool_)
+    valid = np.asarray(shrunk(whole[..., None], scale)[..., 0] > 0.5, np.bool_)
     canvas = flat_canvas(small, valid)
     if lattice is None:
         side = None if texel_px is None else texel_px / scale
@@ -130,17 +132,21 @@ def find(
         job = fit(small, canvas, [rescale(piece, scale) for piece in lattice], seed, trusted=True)
     cloth, fitted = yield from on_one_thread(job)
     opacity = np.float32(1) if region is None else region.astype(np.float32)
-    return FoundCloth(cloth, fitted, photo, whole, scale, opacity)
+    with one_thread():
+        evidence = weigh(cloth, fitted)
+    return FoundCloth(cloth, fitted, photo, whole, scale, opacity, evidence.explained)
 
 
-def shrunk(image: Floats | Singles, scale: int) -> Floats:
-    """Return the means (h, w, C) of squares of `scale` pixels; the last may be cut by the picture's edge."""
+def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
+    """Return the means (h, w, C) of squares of `scale` pixels; past the picture's edge its last pixels are repeated."""
     if scale == 1:
         return image.astype(np.float64, copy=False)
-    h, w = (-(-n // scale) for n in image.shape[:2])
-    rest = h * scale - image.shape[0], w * scale - image.shape[1]
-    padded = np.pad(image, ((0, rest[0]), (0, rest[1]), (0, 0)), mode="edge") if any(rest) else image
-    return np.asarray(padded.reshape(h, scale, w, scale, -1).mean((1, 3), np.float64))
+    total = np.zeros((*(-(-n // scale) for n in image.shape[:2]), image.shape[2]))
+    for first in np.ndindex(scale, scale):
+        ends = zip(first, image.shape[:2], strict=True)
+        places = (np.minimum(np.arange(k, n + k, scale)[: -(-n // scale)], n - 1) for k, n in ends)
+        total += image[np.ix_(*places)]
+    return total / scale**2
 
 
 def to_small(points: Points, scale: int) -> Points:
@@ -205,7 +211,7 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
         coverage=model.coverage * found.opacity,
         lattice=replace(lattice, frames=frames),
         basis=cloth.basis * scale,
-        explained=weigh(cloth, found.fit).explained,
+        explained=found.explained,
     )
 
 

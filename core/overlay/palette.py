@@ -8,11 +8,21 @@ from core.overlay.texel import Texel
 
 COLOURS = 5
 """Colours that stand for those of a texel."""
+SAMPLES = 40_000
+"""Samples of a texel that tell its colours at least: four times as many are thinned out."""
 
 
 def palette(texel: Texel, most: int = COLOURS) -> Singles:
     """Return the means (k, 3) of the groups, `most` at most, that the texel's colours fall into."""
-    pixels = texel.pixels.reshape(-1, 3)
+    if most not in texel.palettes:
+        texel.palettes[most] = find_palette(texel, most)
+    return texel.palettes[most]
+
+
+def find_palette(texel: Texel, most: int) -> Singles:
+    """Return what `palette` does, from as many of a large texel's samples as tell it."""
+    every = max(1, int(np.sqrt(texel.shape[0] * texel.shape[1] / SAMPLES)))
+    pixels = texel.pixels[::every, ::every].reshape(-1, 3)
     count = min(most, len(pixels))
     main = np.linalg.svd(pixels - pixels.mean(0), full_matrices=False)[2][0]
     # Groups of one size along the direction of most change, to begin with: always the same ones.

@@ -84,6 +84,11 @@ class Texel:
         """Blurred texels: a fit asks for the same ones in every step of its growth."""
         return {}
 
+    @cached_property
+    def palettes(self) -> dict[int, Singles]:
+        """The colours (k, 3) that stand for the texel's, by how many at most."""
+        return {}
+
     def _blurred(self, sigma_px: float, scale: Floats) -> "Texel":
         h, w = self.shape
         # Covariance of the blur in texels: S⁻¹ S⁻ᵀ σ², in the frequency domain, where the texel's periods are exact.
@@ -143,9 +148,11 @@ def estimate_texel(
     gather what is still missing, which takes out the blur of sharing a pixel among four samples. `photo` (H, W, 3),
     `uv` (H, W, 2), `shading` and `weight` (H, W).
     """
-    use = draw_sample(weight > 0, max(OBSERVED * shape[0] * shape[1], LEAST_OBSERVED))
-    colours, light, w = (plane[use].astype(np.float32) for plane in (photo, shading, weight))
-    shares = shares_of(*splat(uv[use].astype(np.float64), shape), shape).astype(np.float32)
+    use = np.flatnonzero(draw_sample(weight > 0, max(OBSERVED * shape[0] * shape[1], LEAST_OBSERVED)))
+    colours, at = (plane.reshape(-1, plane.shape[-1]).take(use, 0) for plane in (photo, uv))
+    light, w = (plane.ravel().take(use).astype(np.float32) for plane in (shading, weight))
+    colours = colours.astype(np.float32, copy=False)
+    shares = shares_of(*splat(at.astype(np.float64, copy=False), shape), shape).astype(np.float32)
     pixels = np.zeros((shares.shape[1], photo.shape[-1]), np.float32)
     robust = w
     for _ in range(rounds):
@@ -170,10 +177,14 @@ def splat(at: Floats, shape: tuple[int, int]) -> tuple[Ints, Floats]:
     x, y = at[:, 0] * w - 0.5, at[:, 1] * h - 0.5
     left, top = np.floor(x), np.floor(y)
     fx, fy = x - left, y - top
-    columns = [(left.astype(np.int64) + k) % w for k in (0, 1)]
-    rows = [(top.astype(np.int64) + k) % h for k in (0, 1)]
+    columns, rows = (next_to(first.astype(np.int64) % n, n) for first, n in ((left, w), (top, h)))
     index = np.stack([rows[b] * w + columns[a] for b in (0, 1) for a in (0, 1)], -1)
     return index, np.stack([(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy], -1)
+
+
+def next_to(first: Ints, count: int) -> tuple[Ints, Ints]:
+    """Return the numbers (n,) of samples, and those of the next ones; the first of `count` comes after the last."""
+    return first, np.where(first == count - 1, 0, first + 1)
 
 
 def shares_of(index: Ints, share: Floats, shape: tuple[int, int]) -> sparse.csr_array:

@@ -38,11 +38,12 @@ class Contrast:
 
     def within(self, model: Singles, covered: Bools, top: int) -> Singles:
         """Return a (M - mean M) (H, W, 3) for a model of the rows from `top` on, 0 where it is not `covered`."""
-        rows, columns = np.nonzero(covered)
+        cloth = np.flatnonzero(covered)
+        rows, columns = np.divmod(cloth, covered.shape[1])
         at = (np.stack([columns, rows + top], -1) / self.step).astype(np.float32)
-        out = np.zeros(model.shape, np.float32)
-        out[covered] = look_up(self.amount, at) * (model[covered] - look_up(self.mean, at))
-        return out
+        out = np.zeros((covered.size, 3), np.float32)
+        out[cloth] = look_up(self.amount, at) * (model.reshape(-1, 3).take(cloth, 0) - look_up(self.mean, at))
+        return out.reshape(model.shape)
 
 
 def contrast_of(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats, noise: float) -> Contrast:

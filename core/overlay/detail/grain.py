@@ -78,7 +78,7 @@ def grain_of(detail: Singles, uv: Singles, clear: Bools, shape: tuple[int, int],
 def fine_at(detail: Singles, clear: Bools, drawn: Bools) -> Floats:
     """Return the fine part (n, 3) of the detail (H, W, 3) at the pixels drawn (H, W)."""
     fine: list[Singles] = []
-    for first, top, bottom, last in bands(len(detail), margin=int(3 * COARSE_PX)):
+    for first, top, bottom, last in bands(detail.shape, margin=int(3 * COARSE_PX)):
         part, own = slice(first, last), slice(top - first, bottom - first)
         coarse = mean(detail[part], clear[part].astype(np.float32)[..., None], COARSE_PX)
         fine.append((detail[part] - coarse)[own][drawn[top:bottom]])

@@ -11,17 +11,19 @@ the grain of the cloth is kept. Its coarse part is the mean over a neighbourhood
 stronger than usual. Where a motif lies that the model does not have, there is no fine part, and where many do, none.
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 import scipy
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Floats, Ints, Singles
 from core.overlay.composition import finite
 from core.overlay.detail.contrast import contrast_of
 from core.overlay.detail.grain import COARSE_PX, DRAWN, NEAR_PX, even_out, grain_of
 from core.overlay.detail.misplaced import find_misplaced
 from core.overlay.detail.model_validity import estimate_trust
-from core.overlay.filters.bands import bands
+from core.overlay.filters.bands import in_bands
 from core.overlay.filters.sampling import look_up
 from core.overlay.filters.smoothing import gaussian, mean
 from core.overlay.mesh import around
@@ -47,50 +49,97 @@ def without_old_pattern(detail: Singles, uv: Singles, shading: Singles, texel: T
     covered = finite(uv)
     if not covered.any():
         return detail
-    out, box = np.full_like(detail, np.nan), around(covered)
-    out[box] = _without(detail[box], uv[box], shading[box], texel, basis)
+    box = around(covered)
+    inside = _without(detail[box], uv[box], shading[box], texel, basis)
+    if inside.shape == detail.shape:
+        return inside
+    out = np.full_like(detail, np.nan)
+    out[box] = inside
     return out
 
 
 def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats) -> Singles:
     """Do what `without_old_pattern` does for a picture that has cloth up to all of its edges."""
     covered = finite(uv)
-    noise = max(float(np.median(np.abs(detail[covered]))), LEAST_NOISE)
-    rest = np.nan_to_num(detail)
-    rest[covered] -= recurring(rest[covered], uv[covered], texel.shape, noise)
-    faded = contrast_of(rest, uv, shading, texel, basis, noise)
-    soft, before, other = texel.blurred(1.0, basis), rest.copy(), np.zeros(covered.shape, bool)
-    for first, top, bottom, last in bands(len(rest), margin=int(6 * SIGMA_PX)):
+    rest, cloth = np.nan_to_num(detail), np.flatnonzero(covered)
+    some = rest.reshape(-1, 3).take(cloth[:: max(1, len(cloth) // DRAWN)], 0)
+    noise = max(float(np.median(np.abs(some, out=some), overwrite_input=True)), LEAST_NOISE)
+    recurring = find_recurring(rest.reshape(-1, 3), uv.reshape(-1, 2), cloth, texel.shape, noise)
+    del cloth, some
+
+    def subtract(_first: int, top: int, bottom: int, _last: int) -> None:
+        there = np.flatnonzero(covered[top:bottom])
+        places = rest[top:bottom].reshape(-1, 3)
+        places[there] -= recurring.at(uv[top:bottom].reshape(-1, 2).take(there, 0))
+
+    in_bands(subtract, rest.shape)
+    rest, other = without_errors(detail, rest, (uv, shading), texel, basis, noise)
+    clear = covered & (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
+    side = float(np.sqrt(abs(np.linalg.det(basis))))
+    held = estimate_trust(other, covered, side)
+    grain, out = grain_of(rest, uv, clear, texel.shape, basis), np.empty_like(rest)
+
+    def keep_grain(first: int, top: int, bottom: int, last: int) -> None:
+        part, own = slice(first, last), slice(top - first, bottom - first)
+        out[top:bottom] = even_out(rest[part], uv[part], clear[part], held[part], grain)[own]
+
+    in_bands(keep_grain, rest.shape, margin=int(3 * (COARSE_PX + NEAR_PX)))
+    out[~covered] = np.nan
+    return out
+
+
+def without_errors(
+    detail: Singles, before: Singles, layers: tuple[Singles, Singles], texel: Texel, basis: Floats, noise: float
+) -> tuple[Singles, Bools]:
+    """Return the detail (H, W, 3) without what small errors of the model leave, and where (H, W) it lies elsewhere.
+
+    `before` is the detail without what recurs, `layers` are the coordinates and the shading.
+    """
+    (uv, shading), covered = layers, finite(layers[0])
+    faded = contrast_of(before, uv, shading, texel, basis, noise)
+    soft, rest, other = texel.blurred(1.0, basis), np.empty_like(before), np.zeros(covered.shape, bool)
+
+    def correct(first: int, top: int, bottom: int, last: int) -> None:
         part, own = slice(first, last), slice(top - first, bottom - first)
         light, model, effects = modelled(uv[part], shading[part], texel, soft, basis)
         seen = before[part] - faded.within(model, covered[part], first)
         rest[top:bottom] = (seen - explain(seen, effects, covered[part], noise))[own]
         other[top:bottom] = find_misplaced(np.nan_to_num(detail[part]), model, light, texel, noise)[own]
-    clear = covered & (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
-    side = float(np.sqrt(abs(np.linalg.det(basis))))
-    held = estimate_trust(other, covered, side)
-    grain, out = grain_of(rest, uv, clear, texel.shape, basis), before
-    for first, top, bottom, last in bands(len(rest), margin=int(3 * (COARSE_PX + NEAR_PX))):
-        part, own = slice(first, last), slice(top - first, bottom - first)
-        out[top:bottom] = even_out(rest[part], uv[part], clear[part], held[part], grain)[own]
-    out[~covered] = np.nan
-    return out
+
+    in_bands(correct, rest.shape, margin=int(6 * SIGMA_PX))
+    return rest, other
 
 
-def recurring(detail: Singles, uv: Singles, shape: tuple[int, int], noise: float) -> Singles:
-    """Return what of the detail (n, C) at uv (n, 2) recurs at the same place of the texels around.
+@dataclass(frozen=True)
+class Recurring:
+    """What recurs at the same place of the texels around, over the texture."""
+
+    means: Singles
+    """(rows, columns, C)."""
+    low: Singles
+    """(2,), where the texture begins, texels."""
+    density: Singles
+    """(2,), samples a texel."""
+
+    def at(self, uv: Singles) -> Singles:
+        """Return it (n, C) at coordinates (n, 2)."""
+        return look_up(self.means, (uv - self.low) * self.density - np.float32(0.5))
+
+
+def find_recurring(detail: Singles, uv: Singles, cloth: Ints, shape: tuple[int, int], noise: float) -> Recurring:
+    """Return what of the detail (N, C) at uv (N, 2) recurs, from those rows (n,) of both that are cloth.
 
     `shape` (h, w) is that of the texel, `noise` how large a detail usually is.
     """
-    low = np.floor(uv.min(0))
-    texels = (np.floor(uv.max(0)) - low).astype(np.int64)[::-1] + 1
+    low, high = (np.floor(end(uv, axis=0)).astype(np.float32) for end in (np.nanmin, np.nanmax))
+    texels = (high - low).astype(np.int64)[::-1] + 1
     share = min(1.0, float(np.sqrt(MOST_SAMPLES / (np.prod(texels) * np.prod(shape)))))
     h, w = (max(1, round(share * n)) for n in shape)
     rows, columns = int(texels[0]) * h, int(texels[1]) * w
-    some = np.random.default_rng(0).random(len(uv), np.float32) < DRAWN / len(uv)
-    index, shares = splat((uv[some].astype(np.float64) - low) / texels[::-1], (rows, columns))
+    some = cloth[np.random.default_rng(0).random(len(cloth), np.float32) < DRAWN / len(cloth)]
+    index, shares = splat((uv.take(some, 0).astype(np.float64) - low) / texels[::-1], (rows, columns))
     # A stain recurs nowhere: it must not be seen in its neighbours.
-    values = (*np.clip(detail[some], -4 * noise, 4 * noise).T[..., None], 1.0)
+    values = (*np.clip(detail.take(some, 0), -4 * noise, 4 * noise).T[..., None], 1.0)
     planes = [np.bincount(index.ravel(), (shares * value).ravel(), rows * columns) for value in values]
     by_texel: Singles = np.stack(planes, -1).astype(np.float32).reshape(int(texels[0]), h, int(texels[1]), -1)
     for axis in (0, 2):
@@ -100,8 +149,8 @@ def recurring(detail: Singles, uv: Singles, shape: tuple[int, int], noise: float
     sums = by_texel.reshape(rows, columns, -1)
     # A pixel of the photo is several samples.
     mass = sums[..., -1:]
-    means = sums[..., :-1] / (mass + DOUBT * some.sum() / max(int((mass > 0.1).sum()), 1))
-    return look_up(means, (uv - low.astype(np.float32)) * np.array([w, h], np.float32) - np.float32(0.5))
+    means = sums[..., :-1] / (mass + DOUBT * len(some) / max(int((mass > 0.1).sum()), 1))
+    return Recurring(means, low, np.array([w, h], np.float32))
 
 
 def modelled(

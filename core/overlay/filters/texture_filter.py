@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Singles
+from core.overlay.filters.bands import in_bands
 from core.overlay.filters.sampling import look_up
 
 DENSITY = 1.5
@@ -19,20 +20,37 @@ TAPS = 8
 def filter_texture(texture: Floats, at: Floats) -> Floats:
     """Return a repeating texture (h, w, C) at places (H, W, 2), in copies; NaN places give 0."""
     covered = np.isfinite(at[..., 0]) & np.isfinite(at[..., 1])
-    out = np.zeros((*at.shape[:2], texture.shape[-1]))
     along, length, width = footprints(at, covered, texture.shape[:2])
-    level = np.log2(np.clip(np.maximum(width, length / TAPS), 1, None))
+    level = np.log2(np.maximum(np.maximum(width, length / TAPS), 1))
     taps = np.clip(np.ceil(length), 1, TAPS)
     levels = pyramid(texture, int(np.ceil(level.max(initial=0))) + 1)
-    total = np.zeros((len(level), texture.shape[-1]))
-    reach = (length - np.maximum(width, 1))[:, None] * along
-    place = at[covered]
+    along *= (length - np.maximum(width, 1))[:, None]
+    total, place = np.zeros((len(level), texture.shape[-1])), at.reshape(-1, 2).compress(covered.ravel(), 0)
     for k in range(int(taps.max(initial=1))):
-        # Most pixels need one sample only.
+        # Most pixels need few samples only.
         some = np.flatnonzero(k < taps)
-        away = ((k + 0.5) / taps[some] - 0.5)[:, None] * reach[some]
-        total[some] += trilinear(levels, place[some] + away, level[some]) / taps[some, None]
+        share = 1 / taps.take(some)
+        away = ((k + 0.5) * share - 0.5)[:, None] * along.take(some, 0)
+        seen = trilinear(levels, place.take(some, 0) + away, level.take(some), share)
+        if len(some) == len(total):
+            total += seen
+        else:
+            total[some] += seen
+    if covered.all():
+        return total.reshape(*covered.shape, -1)
+    out = np.zeros((*covered.shape, texture.shape[-1]))
     out[covered] = total
+    return out
+
+
+def filter_large(texture: Floats, at: Singles) -> Singles:
+    """Return what `filter_texture` does for a large picture (H, W, 2), some rows at a time."""
+    out = np.empty((*at.shape[:2], texture.shape[-1]), np.float32)
+
+    def look_up(first: int, top: int, bottom: int, last: int) -> None:
+        out[top:bottom] = filter_texture(texture, at[first:last].astype(np.float64))[top - first : bottom - first]
+
+    in_bands(look_up, at.shape, margin=1)
     return out
 
 
@@ -43,15 +61,16 @@ def footprints(at: Floats, covered: Bools, shape: tuple[int, int]) -> tuple[Floa
     """
     samples = np.array(shape[::-1], float)
     places = at * samples / DENSITY
-    J = np.stack([steepness(places, axis)[covered] for axis in (1, 0)], -1)
-    # Singular values and the first left vector of a 2 x 2 matrix, from the angle that diagonalises J Jᵀ.
-    a, b, c = (np.einsum("nk,nk->n", J[:, i], J[:, j]) for i, j in ((0, 0), (0, 1), (1, 1)))
+    slopes = [steepness(places, axis).reshape(-1, 2).compress(covered.ravel(), 0).T for axis in (1, 0)]
+    # Singular values and the first left vector of a 2 x 2 matrix, from the double of the angle that diagonalises J Jᵀ.
+    a, b, c = (sum(slope[i] * slope[j] for slope in slopes) for i, j in ((0, 0), (0, 1), (1, 1)))
     half, off = (a + c) / 2, (a - c) / 2
-    gap = np.hypot(off, b)
-    length, along = np.sqrt(half + gap), np.zeros(J.shape[:2])
-    long = length > 1
-    angle = np.arctan2(b[long], off[long]) / 2
-    along[long] = np.stack([np.cos(angle), np.sin(angle)], -1) * DENSITY / samples
+    gap = np.sqrt(off * off + b * b)
+    length, along = np.sqrt(half + gap), np.zeros((len(a), 2))
+    long = np.flatnonzero(length > 1)
+    cosine = np.clip(off.take(long) / np.maximum(gap.take(long), 1e-300), -1, 1)
+    along[long, 0] = np.sqrt((1 + cosine) / 2) * (DENSITY / samples[0])
+    along[long, 1] = np.copysign(np.sqrt((1 - cosine) / 2), b.take(long)) * (DENSITY / samples[1])
     return along, length, np.sqrt(np.maximum(half - gap, 0))
 
 
@@ -78,13 +97,19 @@ def steepness_at(at: Floats | Singles, rows: Ints, columns: Ints, axis: int) -> 
     return np.asarray(steepness(around, 0)[1], np.float64)
 
 
-def trilinear(levels: list[Singles], at: Floats, level: Floats) -> Floats:
-    """Return the texture at places (n, 2) between the two levels of its pyramid next to `level` (n,)."""
+def trilinear(levels: list[Singles], at: Floats, level: Floats, share: Floats) -> Floats:
+    """Return the texture at places (n, 2) between the two levels of its pyramid next to `level` (n,), times a `share`.
+
+    The share (n,) is that of each place in what is seen of several.
+    """
     total = np.zeros((len(at), levels[0].shape[-1]))
     for k, texture in enumerate(levels):
-        near = np.flatnonzero(np.abs(level - k) < 1)
-        if len(near):
-            total[near] += (1 - np.abs(level[near] - k))[:, None] * wrap(texture, at[near])
+        weight = share * np.maximum(1 - np.abs(level - k), 0)
+        near = np.flatnonzero(weight)
+        if len(near) == len(at):
+            total += weight[:, None] * wrap(texture, at)
+        elif len(near):
+            total[near] += weight.take(near)[:, None] * wrap(texture, at.take(near, 0))
     return total
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.composition import Norm, Placement, compose_layers
+from core.overlay.composition import Norm, Placement, compose_prepared, prepare, with_opacity
 from core.overlay.detail.residual_cleanup import without_old_pattern
-from core.overlay.filters.bands import bands
+from core.overlay.filters.bands import in_bands
 from core.overlay.texel import Texel
 
 
@@ -65,15 +65,18 @@ def lay_over(parts: Layered, texture: Floats, placement: Placement, *, alpha: fl
     """Return the photo with `texture` (h, w, 3 or 4), encoded, 0 to 1, in its folds: grey where both are."""
     norm = parts.norm
     photo = parts.source if is_grey(texture) else colour(parts.source)
-    out = np.empty_like(photo.pixels)
-    for first, top, bottom, last in bands(len(out), margin=1):
+    out, source = np.empty_like(photo.pixels), prepare(with_opacity(texture), placement, norm.scale)
+
+    def lay_rows(first: int, top: int, bottom: int, last: int) -> None:
         own = slice(top - first, bottom - first)
         uv, shading, detail, coverage = parts.rows(first, last)
-        new, opacity = compose_layers(texture, (uv, shading, detail), norm, placement, alpha=alpha, strength=strength)
+        new, opacity = compose_prepared(source, (uv, shading, detail), norm, placement, alpha=alpha, strength=strength)
         band = photo.with_pixels(photo.pixels[top:bottom])
         share = (opacity * coverage)[own, :, None]
         colours = share * new[own] + (1 - share) * encode(band)
         out[top:bottom] = in_place_of(band, colours, share > 0).pixels
+
+    in_bands(lay_rows, out.shape, margin=1)
     return photo.with_pixels(out)
 
 

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.filters.bands import bands
+from core.overlay.filters.bands import in_bands
 from core.overlay.filters.distances import distance, within
 from core.overlay.mesh import ClothMesh, around
 from core.overlay.pixels.extension import Extension, extension_of
@@ -67,14 +67,23 @@ def painted(mesh: ClothMesh, pieces: list[ClothState], masks: list[Bools], valid
 
 def paint(layers: Layers, mesh: ClothMesh, pieces: list[ClothState], masks: list[Bools], valid: Bools) -> None:
     """Put what `painted` returns where the layers have nothing yet."""
-    uv, shading = layers
     for piece, mask in zip(pieces, masks, strict=True):
-        inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid & np.isnan(shading)
-        rows, columns = around(inside)
-        for _, top, bottom, _ in bands(rows.stop - rows.start, margin=0):
-            box = slice(rows.start + top, rows.start + bottom), columns
-            at, own = mesh.smooth_to_pixels(piece.values, box), inside[box]
-            uv[box][own], shading[box][own] = at[own, :2], np.maximum(at[own, 2], LEAST_SHADING)
+        inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid & np.isnan(layers[1])
+        box = around(inside)
+        paint_piece((layers[0][box], layers[1][box]), mesh, piece, inside[box], box)
+
+
+def paint_piece(layers: Layers, mesh: ClothMesh, piece: ClothState, inside: Bools, box: tuple[slice, slice]) -> None:
+    """Put a piece's coordinates and shading on the pixels (h, w) `inside` a box of the picture."""
+    (uv, shading), (rows, columns) = layers, box
+
+    def draw(_first: int, top: int, bottom: int, _last: int) -> None:
+        at = mesh.smooth_to_pixels(piece.values, (slice(rows.start + top, rows.start + bottom), columns))
+        part, own = slice(top, bottom), inside[top:bottom]
+        np.copyto(uv[part], at[..., :2], "same_kind", where=own[..., None])
+        np.copyto(shading[part], np.maximum(at[..., 2], LEAST_SHADING), "same_kind", where=own)
+
+    in_bands(draw, inside.shape)
 
 
 def carry_to_outline(

@@ -57,15 +57,17 @@ def matte_of(photo: Floats | Singles, modelled: Singles, inside: Bools, carried:
     depth = distance(~inside)
     depth -= distance(inside)
     near, grounds = np.zeros(inside.shape, bool), []
-    for first, top, bottom, last in bands(len(photo), margin=int(4 * AROUND_PX) + 1):
+    for first, top, bottom, last in bands(photo.shape, margin=int(4 * AROUND_PX) + 1):
         part, own = slice(first, last), slice(top - first, bottom - first)
+        if np.abs(depth[top:bottom]).min() > BAND_PX:
+            continue
         around = np.asarray(depth[part] < -BAND_PX, np.float32)
         mass = cv2.GaussianBlur(around, (0, 0), AROUND_PX)[own]
         here = carried[top:bottom] & (np.abs(depth[top:bottom]) <= BAND_PX) & (mass > LEAST_SEEN)
         ground = cv2.GaussianBlur(photo[part].astype(np.float32) * around[..., None], (0, 0), AROUND_PX)[own]
         grounds.append(ground[here] / mass[here][:, None])
         near[top:bottom] = here
-    if not near.any():
+    if not grounds:
         return share
     ground, core = np.concatenate(grounds), inside & ~near
     errors = np.abs(photo[core] - modelled[core]) if core.any() else np.zeros(1)

@@ -10,8 +10,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.filters.bands import bands
-from core.overlay.filters.texture_filter import filter_texture
+from core.overlay.filters.texture_filter import filter_large
 from core.overlay.laying.albedo_scale import gauge_of
 from core.overlay.pixels.filling import filled
 from core.overlay.pixels.gaps.gap_completion import sew
@@ -148,8 +147,8 @@ def relight(model: PixelModel) -> PixelModel:
 
 def refine_pixels(model: PixelModel) -> PixelModel:
     """Move single pixels, where the mesh is too coarse."""
-    every = max(1, model.scale // 2)
-    return replace(model, uv=refine(model.photo, model.uv, model.shading, model.texel, model.basis, every=every))
+    layers, every = (model.photo, model.uv, model.shading), max(1, model.scale - 1)
+    return replace(model, uv=refine(*layers, model.texel, model.basis, every=every))
 
 
 def estimate_finer_texel(model: PixelModel) -> PixelModel:
@@ -175,14 +174,15 @@ def soften_border(model: PixelModel) -> PixelModel:
 def draw_model(model: PixelModel) -> PixelModel:
     """Draw what texel and light make; the texel is rounded as its file is, so that parts that are written recombine."""
     texel = Texel(np.rint(255 * np.clip(model.texel.pixels, 0, 1)) / 255)
-    light, modelled = model.shading[..., None], texture_at(texel, model.uv)
+    light, modelled = model.shading[..., None], filter_large(texel.pixels, model.uv)
     modelled *= np.nan_to_num(light)
     return replace(model, texel=texel, light=light, modelled=modelled, coverage=model.outline.astype(np.float32))
 
 
 def light_folds(model: PixelModel) -> PixelModel:
     """Find the light in folds that are finer than the mesh."""
-    folds = fold_light(model.photo, model.modelled, model.uv, model.followed, model.texel, model.basis)
+    lengths = model.texel, model.basis
+    folds = fold_light(model.photo, model.modelled, model.uv, model.followed, *lengths, scale=model.scale)
     return replace(model, light=model.light * folds, modelled=model.modelled * folds)
 
 
@@ -270,14 +270,6 @@ def without_pixels(model: PixelModel, off: Bools) -> PixelModel:
     return replace(
         model, uv=uv, shading=np.where(off, np.float32(np.nan), model.shading), followed=model.followed & ~off
     )
-
-
-def texture_at(texel: Texel, uv: Singles) -> Singles:
-    """Return the texture's colours (H, W, 3) at coordinates (H, W, 2), 0 where they are NaN."""
-    out = np.empty((*uv.shape[:2], 3), np.float32)
-    for first, top, bottom, last in bands(len(uv), margin=1):
-        out[top:bottom] = filter_texture(texel.pixels, uv[first:last].astype(float))[top - first : bottom - first]
-    return out
 
 
 def estimate_coloured_light(

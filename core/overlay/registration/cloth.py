@@ -127,16 +127,24 @@ def near_lattice(mesh: ClothMesh, lattice: Lattice, uv: Floats) -> Bools:
     return np.asarray(near[:-1, :-1] & near[1:, :-1] & near[:-1, 1:] & near[1:, 1:], np.bool_)
 
 
-def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...], *, parity: tuple[int, int] | None = None) -> Texel:
-    """Return the texel that the pieces show; with a `parity`, axis and rest by 2, that of these rows or columns."""
-    uv, rho, weight = np.zeros((*cloth.valid.shape, 2)), np.ones(cloth.valid.shape), np.zeros(cloth.valid.shape)
+def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...]) -> Texel:
+    """Return the texel that the pieces show."""
+    return estimate_from(cloth, *draw(cloth, pieces))
+
+
+def draw(cloth: FittedCloth, pieces: tuple[ClothState, ...]) -> tuple[Floats, Floats]:
+    """Return the coordinates and the shading of the pieces at the pixels (H, W, 3), and where (H, W) there are any."""
+    at, weight = np.zeros((*cloth.mesh.shape, 3)), np.zeros(cloth.mesh.shape)
     for piece in pieces:
-        at = cloth.mesh.to_pixels(piece.values)
         inside = cloth.mesh.pixels_of(piece.cells) & cloth.valid
-        uv[inside], rho[inside], weight[inside] = at[inside, :2], at[inside, 2], 1.0
-    if parity is not None:
-        weight *= np.floor(uv[..., parity[0]]) % 2 == parity[1]
-    return estimate_texel(cloth.photo, uv, rho, weight, cloth.texel_samples)
+        np.copyto(at, cloth.mesh.to_pixels(piece.values), where=inside[..., None])
+        weight[inside] = 1.0
+    return at, weight
+
+
+def estimate_from(cloth: FittedCloth, at: Floats, weight: Floats) -> Texel:
+    """Return the texel that is seen at coordinates and shading (H, W, 3) under weights (H, W)."""
+    return estimate_texel(cloth.photo, at[..., :2], at[..., 2], weight, cloth.texel_samples)
 
 
 def measure(cloth: FittedCloth, texel: Texel, pieces: tuple[ClothState, ...]) -> Fit:

@@ -9,6 +9,7 @@ The prediction is compared with what is left of the texel if only one of its dir
 of which one even colour is a special case. The light is fitted to that anew, under the same smoothness (NRT eq. 6).
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from scipy import sparse
 
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
-from core.overlay.registration.cloth import Fit, FittedCloth, estimate
+from core.overlay.registration.cloth import Fit, FittedCloth, draw, estimate_from
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import LEAST_NOISE, sums_of_cells
 from core.overlay.registration.registration import LEAST_SHADING, ClothState, huber
@@ -55,32 +56,42 @@ def weigh(cloth: FittedCloth, found: Fit) -> Evidence:
     stripes = found.texel.striped()
     striped = tuple(relight(cloth, piece, stripes) for piece in found.pieces)
     before, count = measure_unexplained(cloth, striped, stripes)
-    ways = [along(cloth, found, axis, before, count) for axis in (0, 1)]
+    seen = draw(cloth, found.pieces)
+    with ThreadPoolExecutor(2) as workers:
+        ways = list(workers.map(lambda axis: along(cloth, found, seen, axis, before, count), (0, 1)))
     return Evidence(min(way.explained for way in ways), min(way.share for way in ways))
 
 
-def along(cloth: FittedCloth, found: Fit, axis: int, before: Floats, count: Floats) -> Evidence:
-    """Return what speaks for a fit along an axis, where stripes leave an error `before` (K,) in `count` (K,) pixels."""
-    seen_again, after = count_repeated(piece_parts(found), axis), foretold(cloth, found, axis)
+def along(
+    cloth: FittedCloth, found: Fit, seen: tuple[Floats, Floats], axis: int, before: Floats, count: Floats
+) -> Evidence:
+    """Return what speaks for a fit along an axis, where stripes leave an error `before` (K,) in `count` (K,) pixels.
+
+    `seen` is what `draw` returns of its pieces.
+    """
+    seen_again, after = count_repeated(piece_parts(found), axis), foretold(cloth, found, seen, axis)
     ratios = np.log((before + LEAST_NOISE * count) / (after + LEAST_NOISE * count))
     share = 1 - float(after.sum()) / max(float(before.sum()), 1e-9)
     return Evidence(seen_again * 0.5 * float(count @ ratios), seen_again * share)
 
 
-def foretold(cloth: FittedCloth, found: Fit, axis: int) -> Floats:
+def foretold(cloth: FittedCloth, found: Fit, seen: tuple[Floats, Floats], axis: int) -> Floats:
     """Return the squared error in each cell (K,) of the pieces, each texel shown as those of other parity along `axis`.
 
-    Summed over channels.
+    Summed over channels; `seen` is what `draw` returns of the pieces.
     """
     mesh, (photo, weight) = cloth.mesh, cloth.registration.by_cells()
-    errors = [np.zeros(int(piece.cells.sum())) for piece in found.pieces]
-    for half in (0, 1):
-        texel = estimate(cloth, found.pieces, parity=(axis, 1 - half))
-        for piece, error in zip(found.pieces, errors, strict=True):
-            at = mesh.weights @ piece.uv.reshape(-1, 2)[mesh.corners[piece.cells]]
-            own = np.zeros_like(weight)
-            own[piece.cells] = weight[piece.cells] * (np.floor(at[..., axis]) % 2 == half)
-            error += sums_of_cells(mesh, photo, own, piece, texel)[:, 0]
+    odd = np.floor(seen[0][..., axis]) % 2
+    # The texel that even ones are compared with is that of the odd ones.
+    texels = [estimate_from(cloth, seen[0], seen[1] * (odd == rest)) for rest in (1, 0)]
+    errors = []
+    for piece in found.pieces:
+        at = mesh.weights @ piece.values.reshape(-1, 3)[mesh.corners[piece.cells]]
+        even, other = (texel(at[..., :2]) for texel in texels)
+        missing = np.where((np.floor(at[..., axis]) % 2 == 0)[..., None], even, other)
+        missing *= -at[..., 2:]
+        missing += photo[piece.cells]
+        errors.append(np.einsum("kpc,kpc,kp->k", missing, missing, weight[piece.cells]))
     return np.concatenate(errors)
 
 

@@ -21,6 +21,7 @@ from core.imaging.images import write as write_picture
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
 from core.overlay.detection.lattice import Lattice
+from core.overlay.filters.bands import bands
 from core.overlay.laying.compositing import Parts, texture_colours
 from core.overlay.registration.region import feather
 
@@ -59,8 +60,11 @@ def write(found: Decomposition, source: Image, folder: Path) -> None:
 
 
 def picture(values: Floats | Singles) -> Image:
-    """Return values on the 0 to 1 scale as an 8-bit picture."""
-    return Image(color.quantise(values.astype(np.float32), np.uint8))
+    """Return values (H, W, 3) on the 0 to 1 scale as an 8-bit picture."""
+    pixels = np.empty(values.shape, np.uint8)
+    for _, top, bottom, _ in bands(values.shape, margin=0):
+        pixels[top:bottom] = color.quantise(values[top:bottom].astype(np.float32), np.uint8)
+    return Image(pixels)
 
 
 def report(found: Decomposition) -> dict[str, object]:
@@ -180,7 +184,7 @@ def read_report(path: Path, shape: tuple[int, int]) -> Floats | None:
 def array(path: Path, key: str, shapes: list[tuple[int, ...]], covered: Bools | None = None) -> Singles:
     """Return the array `key` of an .npz file, of one of the given shapes and finite where there is cloth (H, W)."""
     with np.errstate(over="ignore"):  # what is too large for a single becomes infinite, and is refused so
-        values = read_npz(path, key, shapes).astype(np.float32)
-    if covered is not None and not np.isfinite(values[covered]).all():
+        values = read_npz(path, key, shapes).astype(np.float32, copy=False)
+    if covered is not None and not (np.isfinite(values).reshape(*covered.shape, -1).all(-1) | ~covered).all():
         raise InputError(f"{path}: '{key}' is not finite on all of the cloth that texture_coords.npz covers")
     return values

@@ -14,7 +14,7 @@ from core.overlay.composition import finite
 from core.overlay.decomposition import difference
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
-from core.overlay.pixels.stages import texture_at
+from core.overlay.filters.texture_filter import filter_large
 from core.overlay.texel import Texel
 
 FOLDER = "layers/"
@@ -68,4 +68,4 @@ def lattice_of(arrays: Mapping[str, Pixels]) -> Lattice:
 def detail_of(photo: Floats | Singles, uv: Singles, shading: Singles, texel: Texel) -> Singles:
     """Return HF = I - Wp T(Wg) (H, W, 3), NaN outside the cloth."""
     light = shading if shading.ndim == 3 else shading[..., None]
-    return difference(photo, texture_at(texel, uv) * np.nan_to_num(light), finite(uv))
+    return difference(photo, filter_large(texel.pixels, uv) * np.nan_to_num(light), finite(uv))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from core.arrays import InputError
-from core.files.npy_file import read_npy, read_npz
+from core.files.npy_file import read_npy, read_npz, write_npz
 
 
 def npy(values: Any) -> bytes:
@@ -72,3 +72,16 @@ def test_of_an_archive_no_more_is_unpacked_than_the_array_needs(tmp_path: Path) 
     tracemalloc.stop()
     with pytest.raises(InputError, match="has shape"):
         read_npz(path, "uv", [(5, 4)])
+
+
+def test_what_is_even_is_packed_and_what_was_measured_is_not(tmp_path: Path) -> None:
+    measured = np.random.default_rng(0).normal(0, 0.01, (300, 400, 3)).astype(np.float32)
+    partly = np.where(np.arange(400)[:, None] < 200, measured, np.float32(np.nan))
+    sizes = {}
+    for name, values in (("measured", measured), ("partly", partly), ("empty", measured[:0])):
+        path = tmp_path / f"{name}.npz"
+        write_npz(path, run=np.uint32(7), values=values)
+        np.testing.assert_array_equal(read_npz(path, "values", [values.shape]), values)
+        sizes[name] = path.stat().st_size
+    assert measured.nbytes < sizes["measured"] < measured.nbytes + 2000
+    assert sizes["partly"] < 0.6 * measured.nbytes

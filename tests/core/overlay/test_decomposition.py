@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay.decomposition import Decomposition, decompose
+from core.overlay.decomposition import Decomposition, decompose, shrunk
 from core.overlay.detection.basis import reduce
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.pixels import layers
@@ -149,3 +149,14 @@ def test_a_scrap_apart_from_the_cloth_is_left_out(scene: Scene, side: int, apart
     found = run(decompose(photo, region=inside | scrap))
     assert found.covered[inside].mean() > 0.95
     assert found.covered[scrap].mean() == pytest.approx(float(is_cloth), abs=0.1)
+
+
+@pytest.mark.parametrize("scale", [1, 2, 5])
+def test_a_large_photo_is_shrunk_to_the_means_of_squares(scale: int) -> None:
+    photo = np.random.default_rng(0).random((23, 41, 3)).astype(np.float32)
+    found = shrunk(photo, scale)
+    assert found.shape == (-(-23 // scale), -(-41 // scale), 3)
+    np.testing.assert_allclose(found[1, 2], photo[scale : 2 * scale, 2 * scale : 3 * scale].mean((0, 1)), rtol=1e-6)
+    edge = np.pad(photo, ((0, -23 % scale), (0, -41 % scale), (0, 0)), mode="edge")
+    np.testing.assert_allclose(found[-1, -1], edge[-scale:, -scale:].mean((0, 1)), rtol=1e-6)
+    np.testing.assert_array_equal(shrunk(photo > 0.5, scale) > 0.5, shrunk((photo > 0.5).astype(float), scale) > 0.5)

@@ -185,15 +185,19 @@ def finer(uv: Singles, small: Sewn, every: int) -> tuple[Singles, Bools]:
     h, w = small.sheet.shape
     nearest = nearest_of(finite(small.uv))[1]
     slopes = np.stack([steepness(small.uv, 0), steepness(small.uv, 1)], -1).reshape(-1, 2, 2)
+    free, moved = small.sheet.ravel()[nearest] < 0, small.moved.reshape(-1, 2)[nearest]
+    down, across = (
+        np.minimum((np.arange(n) + every // 2) // every, m - 1) for n, m in zip(uv.shape[:2], (h, w), strict=True)
+    )
     out, anew = uv.copy(), np.zeros(uv.shape[:2], bool)
-    for _, top, bottom, _ in bands(len(uv), margin=0):
-        rows, columns = np.nonzero(finite(uv[top:bottom]))
+    for _, top, bottom, _ in bands(uv.shape, margin=0):
+        near = np.ix_(down[top:bottom], across)
+        if moved[near[0].ravel()].any():
+            out[top:bottom] += moved[near]
+        rows, columns = np.nonzero(free[near] & finite(uv[top:bottom]))
+        place = nearest[down[top:bottom][rows], across[columns]]
         rows += top
-        near = np.minimum((rows + every // 2) // every, h - 1), np.minimum((columns + every // 2) // every, w - 1)
-        place = nearest[near]
-        own = small.sheet.ravel()[place]
         way = np.stack([rows / every - place // w, columns / every - place % w], -1)
-        on = small.uv.reshape(-1, 2)[place] + np.einsum("nij,nj->ni", slopes[place], way)
-        out[rows, columns] = np.where(own[:, None] >= 0, uv[rows, columns] + small.moved.reshape(-1, 2)[place], on)
-        anew[rows, columns] = own < 0
+        out[rows, columns] = small.uv.reshape(-1, 2)[place] + np.einsum("nij,nj->ni", slopes[place], way)
+        anew[rows, columns] = True
     return out, anew

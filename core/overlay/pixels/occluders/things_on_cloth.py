@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools, Floats, Ints
 from core.overlay.filters.distances import distance
 from core.overlay.palette import from_shades, palette
 from core.overlay.pixels.occluders.things_of_other_colour import foreign_things
@@ -106,7 +106,7 @@ def patch_colours(texel: Texel, basis: Floats) -> Floats:
     There are two at least.
     """
     colours = np.asarray(palette(texel, GROUPS), np.float64)
-    nearest = np.linalg.norm(texel.tiled(2, 2)[..., None, :] - colours, axis=-1).argmin(-1)
+    nearest = np.tile(nearest_of(colours, texel), (2, 2))
     sample_px = np.sqrt(abs(float(np.linalg.det(basis))) / (texel.shape[0] * texel.shape[1]))
     radii = [cv2.distanceTransform((nearest == k).astype(np.uint8), cv2.DIST_L2, 5).max() for k in range(len(colours))]
     large = np.array(radii) * sample_px > RIM_PX
@@ -115,9 +115,14 @@ def patch_colours(texel: Texel, basis: Floats) -> Floats:
 
 def largest_patches(texel: Texel, colours: Floats, basis: Floats) -> list[float]:
     """Return the area of the largest connected patch of each colour in the texture, pixels; inf for a ground."""
-    nearest = np.linalg.norm(texel.tiled(3, 3)[..., None, :] - colours, axis=-1).argmin(-1)
+    nearest = np.tile(nearest_of(colours, texel), (3, 3))
     sample = abs(float(np.linalg.det(basis))) / (texel.shape[0] * texel.shape[1])
     return [sample * largest_patch(nearest == number, texel.shape) for number in range(len(colours))]
+
+
+def nearest_of(colours: Floats, texel: Texel) -> Ints:
+    """Return the number (h, w) of the colour (k, 3) that each sample of a texel is most like."""
+    return np.asarray(np.linalg.norm(texel.pixels[..., None, :] - colours, axis=-1).argmin(-1), np.int64)
 
 
 def largest_patch(mask: Bools, shape: tuple[int, int]) -> float:

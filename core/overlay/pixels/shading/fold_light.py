@@ -6,11 +6,12 @@ shade of the model do not count. What recurs at the same place of the texels aro
 light, and is taken out.
 """
 
+import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.detail.residual_cleanup import recurring
-from core.overlay.filters.bands import bands
+from core.overlay.detail.residual_cleanup import find_recurring
+from core.overlay.filters.bands import in_bands
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.texel import Texel
 
@@ -28,32 +29,56 @@ RANGE = (0.6, 1.5)
 """Light in a fold, over that of the model."""
 CHANCE = 0.2
 """Change of the light, as its logarithm, up to four times of which something may recur."""
+SAMPLES = 4
+"""Means of squares to the least width: of more pixels than that a large photo's light is known."""
 
 
 def fold_light(
-    photo: Floats | Singles, modelled: Singles, uv: Singles, followed: Bools, texel: Texel, basis: Floats
+    photo: Floats | Singles,
+    modelled: Singles,
+    uv: Singles,
+    followed: Bools,
+    texel: Texel,
+    basis: Floats,
+    *,
+    scale: int = 1,
 ) -> Singles:
     """Return the light (H, W, 1) on the cloth over that of the model (H, W, 3), 1 outside.
 
     `photo` is (H, W, 3), `uv` (H, W, 2), NaN outside the cloth, of which the `followed` (H, W) has been registered;
-    `basis` (2, 2) is pixels of undeformed cloth a texel.
+    `basis` (2, 2) is pixels of undeformed cloth a texel. In a photo of `scale` times the size the light is smooth over
+    as many pixels, and is found from means over them where its widths allow that.
     """
-    covered, out = np.isfinite(uv[..., 0]), np.ones((*followed.shape, 1), np.float32)
-    both, own = np.empty((2, *followed.shape), np.float32)
-    counts = np.empty(followed.shape, bool)
-    for _, top, bottom, _ in bands(len(photo), margin=0):
-        rows = slice(top, bottom)
-        parts = shades(photo[rows], modelled[rows], covered[rows], followed[rows])
-        both[rows], own[rows], counts[rows] = parts
-    if not counts.any():
-        return out
-    usual = USUAL * float(own[counts].mean())
     least = max(LEAST * float(np.sqrt(abs(np.linalg.det(basis)))), LEAST_PX)
-    both, own = (sum_of_means(plane, usual, least)[covered] for plane in (both, own))
-    change = np.log(np.clip(both / own, *RANGE))[:, None]
-    change -= recurring(change, uv[covered], texel.shape, CHANCE)
-    out[covered] = np.exp(change, out=change)
-    return out
+    every = int(np.clip(least / SAMPLES, 1, scale))
+    covered, counts = np.isfinite(uv[..., 0]), np.empty(followed.shape, bool)
+    both, own = np.empty((2, *followed.shape), np.float32)
+
+    def compare(_first: int, top: int, bottom: int, _last: int) -> None:
+        rows = slice(top, bottom)
+        both[rows], own[rows], counts[rows] = shades(photo[rows], modelled[rows], covered[rows], followed[rows])
+
+    in_bands(compare, photo.shape)
+    if not counts.any():
+        return np.ones((*followed.shape, 1), np.float32)
+    usual = USUAL * float(own[counts].mean())
+    both, own = (sum_of_means(means_of(plane, every), usual, least / every) for plane in (both, own))
+    change = np.log(np.clip(both / own, *RANGE))
+    middles = np.ix_(*(np.minimum(np.arange(0, n, every) + every // 2, n - 1) for n in covered.shape))
+    inside = covered[middles]
+    places = uv[middles]
+    seen = change.reshape(-1, 1), places.reshape(-1, 2), np.flatnonzero(inside)
+    change[inside] -= find_recurring(*seen, texel.shape, CHANCE).at(places[inside])[:, 0]
+    wide = cv2.resize(change, covered.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    np.exp(wide, out=wide)
+    wide[~covered] = 1
+    return np.asarray(wide[..., None], np.float32)
+
+
+def means_of(plane: Singles, every: int) -> Singles:
+    """Return the means of a plane (H, W) over squares of so many pixels; the last ones may be smaller."""
+    size = -(-plane.shape[1] // every), -(-plane.shape[0] // every)
+    return plane if every == 1 else np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def shades(

@@ -64,3 +64,19 @@ def test_beyond_the_cloth_the_light_is_one() -> None:
     np.testing.assert_array_equal(found[:, 100:], 1)
     assert np.isfinite(found).all()
     assert found[:, :100].min() < 0.85
+
+
+def test_of_a_large_photo_means_over_squares_tell_the_same_light() -> None:
+    times = 6
+    photo, model, followed = (np.repeat(np.repeat(a, times, 0), times, 1) for a in (FOLD[..., None], MODEL, EVERYWHERE))
+    y, x = np.indices(followed.shape).astype(np.float32)
+    uv = ((np.stack([x, y], -1) - (times - 1) / 2) / (times * SIDE)).astype(np.float32)
+    uv[:, -times * 30 :] = np.nan
+    seen = (photo * model).astype(np.float32), model, uv, followed
+    by_pixels, by_means = (fold_light(*seen, TEXEL, times * BASIS, scale=scale) for scale in (1, times))
+    change = np.abs(by_means - by_pixels)
+    assert change.max() > 0
+    assert change.mean() < 5e-4
+    assert change.max() < 0.02
+    assert by_pixels.min() < 0.8
+    np.testing.assert_array_equal(by_means[np.isnan(uv[..., 0])], 1)
