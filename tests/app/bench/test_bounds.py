@@ -1,11 +1,16 @@
 """What large pictures may take, measured on small ones."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from app.bench.bounds import BOUNDS, Bound, measure
 from core.arrays import WeftError
+
+
+def make_nothing(folder: Path, size: tuple[int, int]) -> list[str]:
+    return ["warp", str(folder / "none.jpg"), "-o", "x.jpg"]
 
 
 def small(name: str) -> Bound:
@@ -28,6 +33,6 @@ def test_regrowing_is_one_of_the_commands() -> None:
 
 
 def test_a_command_that_fails_is_named_with_what_it_said() -> None:
-    failing = replace(small("warp, arc"), make=lambda folder, size: ["warp", str(folder / "none.jpg"), "-o", "x.jpg"])
+    failing = replace(small("warp, arc"), make=make_nothing)
     with pytest.raises(WeftError, match=r"weft warp, arc: .*none\.jpg"):
         measure((failing,))
