@@ -9,7 +9,7 @@ import re
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -20,8 +20,9 @@ from app.render.surface_view import draw_view
 from core.arrays import InputError
 from core.canvas import Canvas, Framing
 from core.document.document import Document, WarpSettings
+from core.document.feature import Feature, KeptAs
 from core.document.map import MapSolver, lay_on_surface, with_handles
-from core.document.mask_file import with_mask_file
+from core.document.mask_file import with_mask_file, with_said
 from core.files.atomic import AtomicFiles, check_outputs
 from core.imaging.images import Image, check_writable_format, load, write
 from core.interchange.obj import obj_mesh
@@ -85,6 +86,16 @@ def _add_mapping_options(group: argparse._ArgumentGroup) -> None:
         help="without a mask: keep what stands out of its ground, about so much of the picture",
     )
     group.add_argument("--keep", choices=("similarity", "rigid", "none"), default="similarity")
+    group.add_argument(
+        "--feature",
+        action="append",
+        default=[],
+        type=_feature,
+        dest="features",
+        metavar="N=HOW",
+        help="how feature N of the report is kept instead: similarity, rigid or none, upright, least:SIZE, most:SIZE, "
+        "several with commas between them",
+    )
     group.add_argument("--method", choices=("exact", "per-quad"), default="exact")
     group.add_argument("--allow-folds", action="store_true", help="do not remove the folds that features bring")
     group.add_argument("--cell", type=float, metavar="PX", help="grid cell; by default 20 000 to 50 000 nodes")
@@ -113,6 +124,36 @@ def _setting(text: str) -> tuple[str, float]:
         return key, float(value)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r}: not KEY=NUMBER") from None
+
+
+def _feature(text: str) -> Feature:
+    """Read N=HOW,HOW."""
+    number, _, how = text.partition("=")
+    said: dict[str, Any] = {}
+    for word in how.split(","):
+        name, _, value = word.partition(":")
+        if word in get_args(KeptAs):
+            said["keep"] = word
+        elif word in ("none", "upright"):
+            said |= {"kept": False} if word == "none" else {"upright": True}
+        elif name in ("least", "most"):
+            said[name] = _number(value, text)
+        else:
+            raise argparse.ArgumentTypeError(f"{text!r}: {word!r} is no way to keep a feature")
+    try:
+        return Feature(int(number), **said)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: not NUMBER=HOW") from None
+    except InputError as fault:
+        raise argparse.ArgumentTypeError(f"{text!r}: {fault}") from None
+
+
+def _number(text: str, within: str) -> float:
+    """Read a number."""
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{within!r}: {text!r} is no number") from None
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -202,6 +243,8 @@ def document_from(arguments: argparse.Namespace) -> Document:
         document = replace(document, mask=Raster.from_array(mask))
     if arguments.mask is not None:
         document = with_mask_file(document, arguments.mask)
+    if arguments.features:
+        document = with_said(document, arguments.features)
     return document if arguments.handles is None else with_handles(document, arguments.handles)
 
 

@@ -14,7 +14,7 @@ from app.model.jobs import Jobs, Task
 from core import tracing
 from core.arrays import Points
 from core.document.document import Document
-from core.document.map import MapSolver, grid_of
+from core.document.map import MapSolver, grid_of, options_of
 from core.mapping.result import Warped
 from core.mesh import Mesh
 from core.progress import Job, Progress, stepwise
@@ -217,6 +217,7 @@ def _maps_alike(a: Document, b: Document) -> bool:
         and a.numbers is b.numbers
         and a.given_up == b.given_up
         and a.warp == b.warp
+        and options_of(a) == options_of(b)
         and a.outline is b.outline
         and a.warp_map is b.warp_map
         and a.surface is b.surface

@@ -10,7 +10,8 @@ import scipy
 from app.editor.editor import Editor
 from app.marking.applying import with_number
 from core.arrays import Bools, Bytes, Points, readonly
-from core.document.document import Document, Feature
+from core.document.document import Document
+from core.document.feature import Feature
 from core.grid import Features, Grid
 from core.rasters.components import Labels
 from core.rasters.raster import Box, Raster
@@ -25,7 +26,8 @@ class Listed:
     id: int
     """What the map calls it."""
     name: str
-    kept: bool
+    said: Feature
+    """What is said of it."""
     box: Box
     """Pixels of the picture around it."""
 
@@ -152,7 +154,7 @@ def _list_folder(document: Document, found: Features, grid: Grid) -> list[Listed
         feature = said.get(number, Feature(number)) if is_own else Feature(number)
         order = number if document.numbers is None or is_own else number - MOST
         name = feature.name or (f"Feature {order}" if is_own or document.numbers is None else f"Area {order}")
-        rows.append(Listed(number, name, feature.kept, box))
+        rows.append(Listed(number, name, feature, box))
     return rows
 
 
@@ -200,6 +202,22 @@ def merge(editor: Editor, label: str, ids: frozenset[int], **changes: object) ->
         document = with_said(document, number, **changes)
     editor.edit(label, document)
     editor.show(features=frozenset({number}), lit=None)
+
+
+def say(editor: Editor, label: str, ids: frozenset[int], *, slides: bool = False, **changes: object) -> None:
+    """Say something of each of some features, those without a number given one; as one undo entry.
+
+    While a slider `slides`, the entry is open until `Editor.finish`.
+    """
+    document, named = editor.document, []
+    for n in sorted(ids):
+        is_own = editor.document.numbers is not None and n <= MOST
+        named.append(n if is_own else _free(document))
+        if not is_own:
+            document = document.changed(numbers=with_number(document.numbers, _area(editor, n), named[-1]))
+        document = with_said(document, named[-1], **changes)
+    (editor.slide if slides else editor.edit)(label, document)
+    editor.show(features=frozenset(named))
 
 
 def remove(editor: Editor, ids: frozenset[int]) -> None:

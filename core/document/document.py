@@ -12,6 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from core.arrays import InputError, Points, as_points, readonly
+from core.document.feature import Feature
 from core.document.keys import Span, Track
 from core.document.overlay_settings import Cloth
 from core.document.ring import Ring
@@ -83,18 +84,6 @@ class RetextureSettings:
     left_out: tuple[Place, ...] = ()
     """Points on long edges, normalised, that are not to be kept."""
     seed: int = 0
-
-
-@dataclass(frozen=True)
-class Feature:
-    """What the artist said of a feature that has a number; of others nothing is said."""
-
-    number: int
-    """That of its pixels in `Document.numbers`, 1 to 255."""
-    name: str = ""
-    """Empty for one that goes by its number."""
-    kept: bool = True
-    """Whether it keeps its shape; else it is warped like what is not painted."""
 
 
 @dataclass(frozen=True)
@@ -257,8 +246,12 @@ class Document:
     @property
     def given_up(self) -> frozenset[int]:
         """Numbers of the features that are not to keep their shape."""
-        said = self.features if self.numbers is not None else ()
-        return frozenset(feature.number for feature in said if not feature.kept)
+        return frozenset(feature.number for feature in self.said if not feature.kept)
+
+    @property
+    def said(self) -> tuple[Feature, ...]:
+        """What is said of features, where there are numbers."""
+        return self.features if self.numbers is not None else ()
 
     @property
     def result_px(self) -> tuple[int, int]:

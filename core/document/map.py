@@ -166,11 +166,14 @@ def _outline_of_preset(
     return Outline(np.concatenate(sides))
 
 
-def options_of(warp: WarpSettings) -> MappingOptions:
-    """Return what the settings say about features."""
-    return MappingOptions(
+def options_of(document: Document) -> MappingOptions:
+    """Return what the document says about its features."""
+    warp = document.warp
+    usual = MappingOptions(
         keep=warp.keep, method=warp.method, weight=warp.weight, falloff=warp.falloff, frame=warp.frame
     )
+    limits = ((feature.number, feature.limits(rigid=warp.keep == "rigid")) for feature in document.said)
+    return replace(usual, single=tuple((n, limit) for n, limit in limits if limit != usual.limits_of(n)))
 
 
 def settle_map(document: Document) -> Job[Warped]:
@@ -230,7 +233,7 @@ class MapSolver:
 
     def _prepared(self, document: Document) -> Warper:
         live = self._on_grid(document)
-        live.use(self._features_of(live.grid, document), options_of(document.warp))
+        live.use(self._features_of(live.grid, document), options_of(document))
         return live
 
     def _on_grid(self, document: Document) -> Warper:

@@ -11,13 +11,15 @@ Minimised is, over quads with a weight w(Q) (FAT eqs. 6 and 7) and their four ed
 
     ½ Σ |dz - dW|²  of the quads that follow W (FAT eq. 4)  +  ½ Σ w² |dz - α dp|²  of those around features (eq. 3),
 
-together with a prior on sizes, |α_i| = s_i, where s_i is λ_i of FAT sec. 2.1 (1 for rigid features), and, where it
-would fold, a barrier that keeps the area of every corner of a quad positive.
+together with a prior on sizes, |α_i| = s_i, where s_i is λ_i of FAT sec. 2.1 within the limits of the feature (1 for
+rigid ones; `features.limits`), and, where it would fold, a barrier that keeps the area of every corner of a quad
+positive.
 
 Subject to
 
 - the frame lies where W has it (FAT eq. 5). Where W keeps it a rectangle, its nodes glide along their side and only
   along it, and a feature that a side cuts does not turn (α real) and slides along it;
+- α of a feature that stays upright is real;
 - every handle holds (FAT eq. 8): a point of the background is, bilinearly, where the hand has it; a point in a feature
   fixes its place, two its place, turn and size, more do so in the least-squares sense. A ring around a point fixes the
   turn and size of what lies around it, of a feature or of the background (`handles.probes`).

@@ -44,8 +44,7 @@ class PreparedMask:
         rectangle = Rectangle.of(w)
         if rectangle is None:
             pose = stroke.pose(mapping, plain, Placed.none(mapping))
-            rigid = mapping.keep == "rigid"
-            return mapping.follow(pose, *fit_cuts(self._cuts, w, pose.alpha, pose.t, rigid=rigid))
+            return mapping.follow(pose, *fit_cuts(self._cuts, w, pose.alpha, pose.t))
         placed = place_cut(mapping, w, rectangle)
         if placed.frame is not None:
             cut = np.isin(mapping.index, np.flatnonzero(placed.bodies))

@@ -17,6 +17,7 @@ from core.mapping.handles.poses import find_owners
 from core.mapping.handles.probes import Probes
 from core.mapping.handles.straight_frame import distance_to_line
 from core.mapping.jacobians import Complexes, as_complex, as_positions
+from core.mapping.options import MappingOptions
 
 MISSED_PX = 0.1
 """A pin that is no further from its point holds it."""
@@ -89,7 +90,7 @@ class Warped:
     warped: Points
     """Where they end."""
     marked: Features
-    rigid: bool
+    options: MappingOptions
     seconds: dict[str, float]
     """Per stage: setup, factor, rhs, solve, and unfold, which holds the solves that it asks for."""
     pins: Pins = NO_PINS
@@ -127,7 +128,8 @@ class Warped:
         found = []
         for body in bodies_of(self.marked, rest):
             alpha, _ = body.fit(z)
-            residual = fit_residual(body.arms, z[body.nodes], rigid=self.rigid)
+            rigid = self.options.limits_of(body.number).is_rigid
+            residual = fit_residual(body.arms, z[body.nodes], rigid=rigid)
             angle = float(np.degrees(np.angle(alpha)))
             found.append(FeatureReport(body.number, len(body.nodes), residual, abs(alpha), angle))
         return found

@@ -66,9 +66,9 @@ class _Frame:
     pose: Pose
 
     def places_in(self, mapping: FeatureMapping) -> Ints:
-        """Return for each body of `mapping` the one with the same nodes in this frame's mapping, -1 for none."""
-        known = {body.nodes.tobytes(): i for i, body in enumerate(self.mapping.bodies)}
-        return np.array([known.get(body.nodes.tobytes(), -1) for body in mapping.bodies], np.int64)
+        """Return for each body of `mapping` that with its nodes and limits in this frame's mapping, -1 for none."""
+        known = {(body.nodes.tobytes(), body.limits): i for i, body in enumerate(self.mapping.bodies)}
+        return np.array([known.get((body.nodes.tobytes(), body.limits), -1) for body in mapping.bodies], np.int64)
 
     def bodies_near_change(self, mapping: FeatureMapping) -> Ints:
         """Return the bodies of `mapping` around nodes that came into a feature, or out of one, since this frame."""

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from core.arrays import InputError, Points
 from core.grid import Features, Grid
 from core.linalg.blas import on_one_thread, one_thread
 from core.linalg.multifrontal import GridFactor
-from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.feature_mapping import Choices, FeatureMapping
 from core.mapping.features.pose import Solution
 from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles
@@ -75,14 +74,17 @@ class Warper:
             return mask
         if mask is None or not mask.fits_options(options):
             self._stroke.forget()
-        keep: Literal["similarity", "rigid"] = "rigid" if options.keep == "rigid" else "similarity"
-        method, weight, falloff = options.method, options.weight, options.falloff
+        choices: Choices = {
+            "keep": "rigid" if options.keep == "rigid" else "similarity",
+            "single": dict(options.single),
+            "method": options.method,
+            "weight": options.weight,
+            "falloff": options.falloff,
+        }
         if mask is None:
-            mapping = FeatureMapping(
-                self.grid, features, keep=keep, method=method, weight=weight, falloff=falloff, analyse=self._analyse
-            )
+            mapping = FeatureMapping(self.grid, features, **choices, analyse=self._analyse)
         else:
-            mapping = mask.mapping.update(features, keep=keep, method=method, weight=weight, falloff=falloff)
+            mapping = mask.mapping.update(features, **choices)
         self._mask = PreparedMask(mapping, options)
         return self._mask
 
@@ -162,7 +164,7 @@ class Warper:
         self._stroke.forget()
         linear, w = mask.answer(plain, self._stroke), as_complex(plain)
         constraints = constrain_frame(mask.mapping, linear.z)
-        if near is not None and (near.z.shape, near.alpha.shape) != (linear.z.shape, linear.alpha.shape):
+        if near is not None and not _may_be(near, linear, mask.mapping):
             near = None  # of another grid, or of other features
         solution = yield from unfold(
             mask.mapping, w, linear, shape=w, scales=np.abs(linear.alpha), constraints=constraints, near=near
@@ -195,8 +197,8 @@ class Warper:
         solution = reference if moved is None else moved.solution
         w = plain if moved is None or not moved.field.any() else plain + as_positions(moved.field)
         pins = NO_PINS if handles is None else Pins(handles.pins_at, handles.pins_to, handles.rings)
-        rigid = self._options.keep == "rigid"
-        return Warped(self.grid, w, solution.positions, self._features, rigid, seconds, pins=pins, reference=reference)
+        positions, options = solution.positions, self._options
+        return Warped(self.grid, w, positions, self._features, options, seconds, pins=pins, reference=reference)
 
     def _seconds(self, settling: float = 0.0) -> dict[str, float]:
         """Return what the stages took since the last call."""
@@ -206,6 +208,14 @@ class Warper:
         # What settling took beyond one solve; factorisations of its own are part of it.
         seconds["unfold"] = max(0.0, settling - seconds["rhs"] - seconds["solve"])
         return seconds
+
+
+def _may_be(near: Solution, linear: Solution, mapping: FeatureMapping) -> bool:
+    """Return whether `near` is of the grid and the bodies of the linear answer, and turns none that stays upright."""
+    if (near.z.shape, near.alpha.shape) != (linear.z.shape, linear.alpha.shape):
+        return False
+    bodies = mapping.bodies[: len(near.alpha)]
+    return not any(alpha.imag and not body.limits.turns for alpha, body in zip(near.alpha, bodies, strict=True))
 
 
 def _check_finite(plain: Points) -> None:

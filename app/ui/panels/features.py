@@ -6,6 +6,7 @@ from app.actions.selecting import REFINED, set_selecting
 from app.actions.table import ActionTable
 from app.editor.editor import Editor
 from app.marking.feature_list import Listed, feature_list, merge, remove, rows_of
+from app.ui.panels.keeping import Keeping
 from app.ui.widgets import theme
 from app.ui.widgets.action_buttons import action_buttons
 from app.ui.widgets.controls import faint, icon_button, label, shorten, tip
@@ -25,6 +26,7 @@ class FeaturesPanel:
         self._editor = editor
         self._table = table
         self._picture = picture
+        self._keeping = Keeping(editor)
         self._naming: int | None = None
         """The feature whose name is being typed."""
         self._focuses = False
@@ -48,6 +50,7 @@ class FeaturesPanel:
         if lit != editor.session.lit:
             editor.show(lit=lit)
         self._draw_deeds()
+        self._keeping.draw([row.said for row in rows if row.id in editor.session.features])
         self._draw_refining()
         self._draw_look()
 
@@ -78,7 +81,7 @@ class FeaturesPanel:
         end = imgui.get_cursor_screen_pos()
         sheet, code = (
             imgui.get_window_draw_list(),
-            theme.feature_code(feature_list(editor).color(row.id), kept=row.kept),
+            theme.feature_code(feature_list(editor).color(row.id), kept=row.said.kept),
         )
         sheet.add_rect_filled(top, ImVec2(top.x + em(0.35), top.y + em(ROW_EM)), color(code), em(0.15))
         self._draw_picture(sheet, ImVec2(top.x + em(0.6), top.y), row.box)
@@ -86,9 +89,10 @@ class FeaturesPanel:
         imgui.set_cursor_screen_pos(ImVec2(left, middle))
         self._draw_name(row, room - em(PICTURE_EM + 1.0 + 2 * 1.9))
         imgui.set_cursor_screen_pos(ImVec2(top.x + room - em(2 * 1.75), middle))
-        hint = "It keeps its shape: press to let it be warped" if row.kept else "It is warped: press to keep its shape"
-        if icon_button("keep", "lock" if row.kept else "lock-open", quiet=True, on=row.kept, hint=hint, size_em=1.7):
-            merge(editor, "Give up feature" if row.kept else "Keep feature", frozenset({row.id}), kept=not row.kept)
+        kept = row.said.kept
+        hint = "It keeps its shape: press to let it be warped" if kept else "It is warped: press to keep its shape"
+        if icon_button("keep", "lock" if kept else "lock-open", quiet=True, on=kept, hint=hint, size_em=1.7):
+            merge(editor, "Give up feature" if kept else "Keep feature", frozenset({row.id}), kept=not kept)
         imgui.same_line(0, em(0.1))
         if icon_button("remove", "xmark", quiet=True, hint="Take it out of the mask", size_em=1.7):
             remove(editor, frozenset({row.id}))

@@ -1,7 +1,7 @@
 """The feature-aware mapping: as close to W as its features allow  [FAT sec. 2]."""
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Literal, TypedDict, Unpack
 
 import numpy as np
 from scipy import sparse
@@ -12,6 +12,7 @@ from core.linalg.blas import one_thread
 from core.linalg.laplacian import edge_weights, laplacian, node_values
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.columns import fields_of
+from core.mapping.features.limits import FREE, NONE, RIGID, Single
 from core.mapping.features.per_quad import load_per_quad
 from core.mapping.features.pose import Approach, HeldPoints, Pose, Solution
 from core.mapping.features.quad_weights import assign_roles
@@ -25,6 +26,17 @@ from core.stopwatch import Stopwatch
 Keep = Literal["similarity", "rigid"]
 Method = Literal["exact", "per-quad"]
 
+
+class Choices(TypedDict, total=False):
+    """What `FeatureMapping` says of them."""
+
+    keep: Keep
+    single: Single
+    method: Method
+    weight: float
+    falloff: float
+
+
 JOINT_AT_MOST = 32
 """So many features, the largest, are placed together; each smaller one where W alone would have it."""
 
@@ -37,6 +49,8 @@ class FeatureMapping:
     keep
         "similarity": every feature is turned, moved and scaled by its λ, the smaller singular value of W in it;
         "rigid": turned and moved.
+    single
+        Limits of single features; of all others `keep` says them.
     method
         "exact": a feature's nodes move as one; "per-quad": FAT eqs. 1-7 as printed.
     weight
@@ -53,6 +67,7 @@ class FeatureMapping:
         features: Features,
         *,
         keep: Keep = "similarity",
+        single: Single = NONE,
         method: Method = "exact",
         weight: float = 10.0,
         falloff: float = 2.0,
@@ -61,13 +76,14 @@ class FeatureMapping:
     ) -> None:
         if features.labels.shape != grid.shape:
             raise InputError("features: found on another grid")
-        self.grid, self.features, self.keep, self.method = grid, features, keep, method
+        self.grid, self.features, self.method = grid, features, method
         self._is_spent = False
         self.clock = Stopwatch()
         self._rest = as_complex(grid.nodes)
         with self.clock.measure("setup"):
             self.factor: GridFactor = analyse(grid.shape) if _taken is None else _taken.factor
-            self.bodies = sorted(bodies_of(features, self._rest), key=lambda body: -len(body.nodes))
+            bodies = bodies_of(features, self._rest, RIGID if keep == "rigid" else FREE, single)
+            self.bodies = sorted(bodies, key=lambda body: -len(body.nodes))
             self._joint, self._apart = Bodies(self.bodies[: self.joint_count]), Bodies(self.bodies[self.joint_count :])
             self.index = body_index(self.bodies, grid.shape)
             self._roles = assign_roles(self.index, weight=weight, falloff=falloff)
@@ -83,24 +99,14 @@ class FeatureMapping:
             self.factor.factorise(values)
             self._placement = self._place_features(_taken) if self.method == "exact" and self.bodies else None
 
-    def update(
-        self,
-        features: Features,
-        *,
-        keep: Keep = "similarity",
-        method: Method = "exact",
-        weight: float = 10.0,
-        falloff: float = 2.0,
-    ) -> "FeatureMapping":
+    def update(self, features: Features, **choices: Unpack[Choices]) -> "FeatureMapping":
         """Return the mapping of other features on the same grid, with this one's factor, renewed where it differs.
 
         This one is spent: it raises `RuntimeError` when it is solved with again.
         """
         self._check_fresh()
         self._is_spent = True
-        return FeatureMapping(
-            self.grid, features, keep=keep, method=method, weight=weight, falloff=falloff, _taken=self
-        )
+        return FeatureMapping(self.grid, features, **choices, _taken=self)
 
     def _check_fresh(self) -> None:
         if self._is_spent:
@@ -205,7 +211,7 @@ class FeatureMapping:
             z = w.copy() if frame is None else np.where(self.grid.outline, frame, w)
             z.ravel()[self._joint.nodes] = 0
             if moves[joint:].any():
-                alone = zip((alpha, t), self._alone(self._apart, w), strict=True)
+                alone = zip((alpha, t), self._apart.fit_within(w.ravel()), strict=True)
                 for part, found in alone:
                     part[joint:] = np.where(moves[joint:], found, part[joint:])
             z.ravel()[self._apart.nodes] = self._apart.place(alpha[joint:], t[joint:])
@@ -215,7 +221,8 @@ class FeatureMapping:
                 self._placement.prepare(together)
         with one_thread(), self.clock.measure("solve"):
             given = np.concatenate([alpha[:joint], t[:joint]])
-            c, load = self._placement.find(w, z, r, scales, given=given, moving=together)
+            turns = self._joint.turns[together]
+            c, load = self._placement.find(w, z, r, scales, given=given, moving=together, turns=turns)
             alpha[:joint], t[:joint] = c[:joint], c[joint:]
         return Pose(alpha, t, w, z, load, together)
 
@@ -256,25 +263,21 @@ class FeatureMapping:
         return laplacian(self._edges, np.where(apart, w - z, 0)) - laplacian(self._own_edges, w)
 
     def scale_alone(self, body: int, w: Complexes) -> float:
-        """Return the size that W alone gives a body: λ of FAT eq. 3, or 1 for a rigid one."""
+        """Return the size that W alone gives a body: λ of FAT eq. 3 within its limits."""
         if body >= self.joint_count:
-            return float(np.abs(self._alone(Bodies([self.bodies[body]]), w)[0][0]))
+            return float(np.abs(Bodies([self.bodies[body]]).fit_within(w.ravel())[0][0]))
         scales = self._scales(w, np.array([body]))
         return abs(self.bodies[body].fit(w.ravel())[0]) if scales is None else float(scales[0])
 
-    def _alone(self, bodies: Bodies, w: Complexes) -> tuple[Complexes, Complexes]:
-        """Place bodies where W has them."""
-        alpha, t = bodies.fit(w.ravel())
-        if self.keep == "rigid":
-            size = np.abs(alpha)
-            alpha = np.divide(alpha, size, out=alpha, where=size > 0)
-        return alpha, t
-
     def _scales(self, w: Complexes, chosen: Ints) -> Floats | None:
         """Return the scale of each `chosen` feature; None leaves it to the best fit where there are only features."""
-        if self.keep == "rigid":
-            return np.ones(len(chosen))
-        return self.sizes_under(w, chosen) if self.free.any() else None
+        limits = [self.bodies[i].limits for i in chosen]
+        if not self.free.any() and all(limit == FREE for limit in limits):
+            return None
+        is_open = np.array([not limit.fix_size for limit in limits], bool)
+        sizes = np.zeros(len(chosen))
+        sizes[is_open] = self.sizes_under(w, chosen[is_open])
+        return self._joint.clip_sizes(sizes, chosen)
 
     def sizes_under(self, w: Complexes, chosen: Ints) -> Floats:
         """Return λ of FAT sec. 2.1 of the `chosen` bodies; where it is 0, the size of the similarity closest to W."""
@@ -289,7 +292,7 @@ class FeatureMapping:
             with self.clock.measure("rhs"), self.clock.measure("solve"):
                 return Solution(w.copy(), none, none)
         with self.clock.measure("rhs"):
-            b = load_per_quad(self.grid, w, self._roles, self.owner, len(self.bodies), keeps_size=self.keep == "rigid")
+            b = load_per_quad(self.grid, w, self._roles, self.owner, self._joint)
             r = np.where(self.free, b - laplacian(self._edges, w), 0)
         with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.solve(as_two(r.ravel())))

@@ -62,12 +62,20 @@ class ReducedSystem:
         self._reduced: _Reduced | None = None
 
     def find(
-        self, w: Complexes, z0: Complexes, r: Complexes, scales: Floats | None, *, given: Complexes, moving: Ints
+        self,
+        w: Complexes,
+        z0: Complexes,
+        r: Complexes,
+        scales: Floats | None,
+        *,
+        given: Complexes,
+        moving: Ints,
+        turns: Bools,
     ) -> tuple[Complexes, Floats]:
         """Return c = (α, t) and the load of v without the columns of the features `moving`, for W, the start z⁰ and r.
 
-        The features `moving` find their place, with |α| = `scales`, one for each, where they are given; the others have
-        that of `given`, (α, t).
+        The features `moving` find their place, with |α| = `scales`, one for each, where these are given, and α real
+        where one of them does not turn (`turns`); the others have that of `given`, (α, t).
         """
         n = self._count
         chosen = np.concatenate([moving, n + moving])
@@ -81,7 +89,7 @@ class ReducedSystem:
             reduced = self.prepare(moving)
             g = np.array([self.fields[i].weighed(r, z0, w, _TIE) for i in moving]).T.ravel() - (self._G @ c)[chosen]
             g += _gather(as_one(reduced.half.T @ y), len(moving))
-            c[chosen] = _minimise(reduced.S, g, scales)
+            c[chosen] = _minimise(reduced.S, g, scales, turns)
         return c, y
 
     def follow(self, c: Complexes, y: Floats, moving: Ints) -> Complexes:
@@ -123,8 +131,8 @@ class _Reduced:
     """G - B* K_ff⁻¹ B (2 k, 2 k)."""
 
 
-def _minimise(S: Complexes, g: Complexes, scales: Floats | None) -> Complexes:
-    """Minimise ½ c* S c - Re c* g, with |α| given or not."""
+def _minimise(S: Complexes, g: Complexes, scales: Floats | None, turns: Bools) -> Complexes:
+    """Minimise ½ c* S c - Re c* g, with |α| given or not; where it is, α = |α| but for those that turn."""
     n = len(g) // 2
     if scales is None:
         return np.linalg.solve(S, g).astype(np.complex128, copy=False)
@@ -132,10 +140,10 @@ def _minimise(S: Complexes, g: Complexes, scales: Floats | None) -> Complexes:
     carry = np.linalg.solve(S[n:, n:], np.column_stack([S[n:, :n], g[n:]]))
     A = S[:n, :n] - S[:n, n:] @ carry[:, :n]
     gamma = g[:n] - S[:n, n:] @ carry[:, n]
-    alpha = _with_length(np.linalg.solve(A, gamma), scales)
+    alpha = np.where(turns, _with_length(np.linalg.solve(A, gamma), scales), scales)
     for _ in range(_ROUNDS):
         before = alpha.copy()
-        for j in range(n):
+        for j in np.flatnonzero(turns):
             alpha[j] = _with_length(gamma[j] - A[j] @ alpha + A[j, j] * alpha[j], scales[j])
         if np.abs(alpha - before).max() < 1e-13 * scales.max():
             break

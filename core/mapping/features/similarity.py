@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from core.arrays import Ints
+from core.arrays import Floats, Ints
 from core.grid import Features
+from core.mapping.features.limits import FREE, NONE, Limits, Single
 from core.mapping.jacobians import Complexes
 
 LEAST_NODES = 2
@@ -24,6 +25,7 @@ class Body:
     nodes: Ints
     arms: Complexes
     """Rest positions from their centre."""
+    limits: Limits = FREE
 
     @property
     def radius(self) -> float:
@@ -52,6 +54,9 @@ class Bodies:
         self._owner = np.repeat(np.arange(self.count), counts)
         self._starts, self._counts = np.cumsum(counts) - counts, counts
         self._spread = self._sums(np.abs(self._arms) ** 2).real
+        self.turns = np.array([body.limits.turns for body in bodies], bool)
+        """Which do not have to stay upright."""
+        self._bounds = np.array([(body.limits.least, body.limits.most) for body in bodies]).reshape(-1, 2)
 
     def place(self, alpha: Complexes, t: Complexes) -> Complexes:
         """Return where (α, t), (k,) each, take `nodes`."""
@@ -62,6 +67,19 @@ class Bodies:
         there = z[self.nodes]
         return self._sums(self._arms.conj() * there) / self._spread, self._sums(there) / self._counts
 
+    def fit_within(self, z: Complexes) -> tuple[Complexes, Complexes]:
+        """Return the (α, t), (k,) each, that bring the bodies closest to z (N,) within their limits."""
+        alpha, t = self.fit(z)
+        alpha = np.where(self.turns, alpha, np.maximum(alpha.real, 0))
+        size = np.abs(alpha)
+        found = self.clip_sizes(size, np.arange(self.count))
+        over = np.divide(size, found, out=np.ones_like(size), where=(size > 0) & (found > 0))
+        return alpha / over, t
+
+    def clip_sizes(self, sizes: Floats, chosen: Ints) -> Floats:
+        """Return sizes (m,) of the `chosen` bodies (m,), the nearest within their limits."""
+        return np.asarray(np.clip(sizes, *self._bounds[chosen].T), np.float64)
+
     def _sums(self, values: NDArray[Any]) -> Complexes:
         """Return the sum over the nodes of each body."""
         if not self.count:
@@ -69,8 +87,11 @@ class Bodies:
         return np.asarray(np.add.reduceat(values, self._starts), np.complex128)
 
 
-def bodies_of(features: Features, rest: Complexes) -> list[Body]:
-    """Return a body for every feature that has a shape, by component number; rest is (R, C)."""
+def bodies_of(features: Features, rest: Complexes, usual: Limits = FREE, single: Single = NONE) -> list[Body]:
+    """Return a body for every feature that has a shape, by component number; rest is (R, C).
+
+    Those not in `single` have the `usual` limits.
+    """
     labels = features.labels.ravel()
     marked = np.flatnonzero(labels)
     marked = marked[np.argsort(labels[marked], kind="stable")]
@@ -79,7 +100,7 @@ def bodies_of(features: Features, rest: Complexes) -> list[Body]:
     for number, nodes in zip(numbers, np.split(marked, first[1:]), strict=False):
         if len(nodes) >= LEAST_NODES:
             p = rest.ravel()[nodes]
-            bodies.append(Body(int(number), nodes, p - p.mean()))
+            bodies.append(Body(int(number), nodes, p - p.mean(), single.get(int(number), usual)))
     return bodies
 
 

@@ -6,7 +6,7 @@ Three kinds of constraints, all hard:
   the hand asks for;
 - freedoms of bodies: a body moves by z = t + α (p - pivot), where α = s exp(ρ + iφ); each of ρ, φ, Re t and Im t is
   either unknown or stays. A body with one pin turns and scales about it; one with two has none of the four left; one
-  that a straight frame cuts neither turns nor leaves its side;
+  that stays upright does not turn; one that a straight frame cuts neither turns nor leaves its side;
 - gliding nodes of the frame: they move along the outline that W draws, and only along it. All others stay.
 """
 
@@ -45,6 +45,6 @@ class Constraints:
             Probes.of_points(np.empty((0, 2))),
             np.empty(0, np.complex128),
             pivots,
-            np.ones((len(bodies), 4), bool),
+            np.array([(True, body.limits.turns, True, True) for body in bodies], bool).reshape(-1, 4),
             np.zeros(rest.shape, bool),
         )

@@ -9,8 +9,8 @@ twice the area,
 
 is therefore linear in (ω, σ), and so is that every such corner has some room. Of all such changes the one is taken that
 moves the feature's nodes least, Σ |ω p + σ|² = |ω|² Σ |p|² + n |σ|²: a least-distance problem [Lawson and Hanson 1974,
-ch. 23]. A rigid feature turns and moves only, if that is enough. What is shown while something moves is therefore what
-stays.
+ch. 23]. A rigid feature turns and moves only, if that is enough; an upright one never turns. What is shown while
+something moves is therefore what stays.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class Cut:
     room: Floats
     """Twice the area that each is to have, in pixels of the picture."""
 
-    def fit(self, w: Complexes, alpha: complex, t: complex, *, rigid: bool) -> tuple[complex, complex]:
+    def fit(self, w: Complexes, alpha: complex, t: complex) -> tuple[complex, complex]:
         """Return the (α, t) closest to a given one with room in every corner for W (N,).
 
         That is the given one, too, where there is no other, or only one that is too small.
@@ -56,7 +56,7 @@ class Cut:
             lacks, q = self._lacks(w, found, place)
             if not found or (lacks <= _EXACT * self.room).all():
                 return found, place
-            change = self._change(q, lacks, rigid=rigid)
+            change = self._change(q, lacks)
             if change is None:
                 return alpha, t
             found = found / (1 + change[0])
@@ -70,17 +70,21 @@ class Cut:
         q = (w[self.outside] - t) / alpha if alpha else np.zeros(len(self.outside), np.complex128)
         return self.room - (np.conj(self.b - self.a) * (q - self.a)).imag, q
 
-    def _change(self, q: Complexes, lacks: Floats, *, rigid: bool) -> tuple[complex, complex] | None:
+    def _change(self, q: Complexes, lacks: Floats) -> tuple[complex, complex] | None:
         """Return the least (ω, σ) that gives corners what each `lacks`; None if nothing does."""
         along = np.conj(self.b - self.a)
         size, count = float(np.linalg.norm(self.body.arms)), float(np.sqrt(len(self.body.nodes)))
         parts = [(along * q).imag / size, (along * q).real / size, along.imag / count, along.real / count]
-        rows = np.stack(parts, axis=1)
-        found = _shortest(rows[:, 1:], lacks) if rigid else None
-        if found is not None:
-            return complex(np.exp(1j * found[0] / size)) - 1, complex(found[1], found[2]) / count
-        found = _shortest(rows, lacks)
-        return None if found is None else (complex(found[0], found[1]) / size, complex(found[2], found[3]) / count)
+        rows, limits = np.stack(parts, axis=1), self.body.limits
+        for scales in [False, True] if limits.fix_size else [True]:
+            chosen = np.array([scales, limits.turns, True, True])
+            shortest = _shortest(rows[:, chosen], lacks)
+            if shortest is not None:
+                found = np.zeros(4)
+                found[chosen] = shortest
+                omega = complex(found[0], found[1]) / size
+                return omega if scales else complex(np.exp(omega)) - 1, complex(found[2], found[3]) / count
+        return None
 
 
 def cuts_of(mapping: FeatureMapping) -> list[Cut]:
@@ -102,13 +106,11 @@ def cuts_of(mapping: FeatureMapping) -> list[Cut]:
     return found
 
 
-def fit_cuts(
-    cuts: list[Cut], w: Complexes, alpha: Complexes, t: Complexes, *, rigid: bool
-) -> tuple[Complexes, Complexes]:
+def fit_cuts(cuts: list[Cut], w: Complexes, alpha: Complexes, t: Complexes) -> tuple[Complexes, Complexes]:
     """Return (α, t) of all features (n,) with those that the frame cuts where they fit, for W (R, C)."""
     alpha, t = alpha.copy(), t.copy()
     for cut in cuts:
-        alpha[cut.number], t[cut.number] = cut.fit(w.ravel(), alpha[cut.number], t[cut.number], rigid=rigid)
+        alpha[cut.number], t[cut.number] = cut.fit(w.ravel(), alpha[cut.number], t[cut.number])
     return alpha, t
 
 

@@ -1,7 +1,8 @@
 """What the hand says about features: which points they hold, and the similarity that these ask for.
 
 A feature with one point has its place there, and turns about it; with two or more, or a ring, it has the similarity
-that is closest to them in the least-squares sense, a ring as the points that it stands for; a rigid one keeps its size.
+that is closest to them in the least-squares sense, a ring as the points that it stands for; a rigid one keeps its size,
+an upright one does not turn.
 One that a straight frame cuts does so as far as it can slide.
 """
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points
 from core.grid import Grid
+from core.mapping.features.limits import Limits
 from core.mapping.features.similarity import Body
 from core.mapping.handles.probes import RING, Probes
 from core.mapping.jacobians import Complexes, as_complex
@@ -62,14 +64,19 @@ class Hold:
         """The middle of the points."""
         return complex(self.arms.mean())
 
-    def fit(self, places: Complexes, turned: Complexes, alpha: complex, *, rigid: bool) -> tuple[complex, complex]:
+    def fit(self, places: Complexes, turned: Complexes, alpha: complex, limits: Limits) -> tuple[complex, complex]:
         """Return the (α, t) of the body closest to its points at `places` (k,) and its rings with α as `turned` (m,).
 
         α is now `alpha`.
         """
         p, q, share = self.arms - self.arms.mean(), places - places.mean(), RING * self.radius**2
         found = complex((np.vdot(p, q) + share @ turned) / (np.vdot(p, p) + share.sum()))
-        size = abs(alpha) if rigid else max(abs(found), _SMALLEST * abs(alpha))
+        if not limits.turns:
+            found = complex(max(found.real, np.finfo(float).tiny))
+        now = abs(alpha)
+        # What has given way without handles need not come back within its limits.
+        size = now if limits.fix_size else max(abs(found), _SMALLEST * now)
+        size = min(max(size, min(limits.least, now)), max(limits.most, now))
         found = size * found / abs(found) if found else alpha
         return found, complex(places.mean() - found * self.arms.mean())
 

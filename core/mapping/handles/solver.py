@@ -195,8 +195,7 @@ class HandleSolver:
                 pivots[i], free[i, 2:] = rest.ravel()[bodies[i].nodes].mean() + hold.arm, False
             else:
                 free[i] = False
-        if mapping.keep == "rigid":
-            free[:, SCALE] = False
+        free[[body.limits.fix_size for body in bodies], SCALE] = False
         to = s.held.read(reference.z) + moved.goal[s.rows]
         return Constraints(s.probes[s.rows], to, pivots, free, none.glide)
 
@@ -213,13 +212,13 @@ class HandleSolver:
                 middle = complex(rest.ravel()[s.mapping.bodies[i].nodes].mean())
                 pivot = pivot_of(s.cut[i], rest, middle) - middle
                 free = freedom_of(s.cut[i])
-                free[0] &= s.mapping.keep != "rigid"
+                free[0] &= not s.mapping.bodies[i].limits.fix_size
                 poses.alpha[i], poses.t[i] = hold.slide(places, turned, alpha, t, free, pivot)
             elif hold.is_one_place:
                 poses.pivots[i] = complex(places.mean())
                 poses.t[i] = poses.pivots[i] - alpha * hold.arm
             else:
-                poses.alpha[i], poses.t[i] = hold.fit(places, turned, alpha, rigid=s.mapping.keep == "rigid")
+                poses.alpha[i], poses.t[i] = hold.fit(places, turned, alpha, s.mapping.bodies[i].limits)
         return poses
 
     def _know(self, s: Structure, reference: Solution, poses: Poses, asked: Complexes) -> Complexes:
@@ -237,6 +236,7 @@ class HandleSolver:
         if small.any():
             turned, moved = s.mapping.fit_bodies(D)
             alpha = reference.alpha + turned
+            alpha = np.where([body.limits.turns for body in s.mapping.bodies], alpha, reference.alpha)
             kept = np.divide(np.abs(reference.alpha), np.abs(alpha), out=np.zeros(len(alpha)), where=alpha != 0)
             poses.alpha[small] = np.where(alpha != 0, alpha * kept, reference.alpha)[small]
             poses.t[small] = (reference.t + moved)[small]

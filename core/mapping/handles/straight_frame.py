@@ -257,7 +257,7 @@ def constrain_frame(mapping: FeatureMapping, z: Complexes) -> Constraints:
     pivots, free = none.pivots.copy(), none.free.copy()
     for i, body in enumerate(mapping.bodies):
         cut = sides_cut(body, mapping.grid.shape)
-        pivots[i], free[i] = pivot_of(cut, rest, complex(pivots[i])), freedom_of(cut)
+        pivots[i], free[i] = pivot_of(cut, rest, complex(pivots[i])), free[i] & freedom_of(cut)
     glide = mapping.grid.outline & (mapping.index < 0)
     glide[[0, 0, -1, -1], [0, -1, -1, 0]] = False
     return Constraints(none.probes, none.to, pivots, free, glide)

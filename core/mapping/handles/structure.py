@@ -44,7 +44,7 @@ class Structure:
     samples: list[tuple[int, Complexes, slice]]
     """Body, points sampled on it, from its centroid, and which of the plate's points they are."""
     columns: dict[int, slice]
-    """The unknown motions of those bodies that have any: a turn and, without a hold, moves along x and y."""
+    """The unknown motions of bodies that have any: a turn, where they do, and, without a hold, moves along x and y."""
     held: HeldPoints
     rows: Ints
     """The handles that free nodes hold."""
@@ -57,9 +57,11 @@ class Structure:
         for i, arms, points in self.samples:
             if i in self.columns:
                 first, hold = self.columns[i].start, self.holds.get(i)
-                Q[points, first] = 1j * alpha[i] * (arms - (hold.arm if hold is not None else 0))
+                if self.mapping.bodies[i].limits.turns:
+                    Q[points, first] = 1j * alpha[i] * (arms - (hold.arm if hold is not None else 0))
+                    first += 1
                 if hold is None:
-                    Q[points, first + 1], Q[points, first + 2] = 1, 1j
+                    Q[points, first], Q[points, first + 1] = 1, 1j
         return Q
 
     @property
@@ -79,12 +81,12 @@ class Poses:
     def move(self, structure: Structure, motions: Floats) -> None:
         """Turn and move the bodies that the plate moves by its `motions`; their sizes stay."""
         for i, columns in structure.columns.items():
-            turn = motions[columns.start]
-            self.alpha[i] *= np.exp(1j * turn)
+            if structure.mapping.bodies[i].limits.turns:
+                self.alpha[i] *= np.exp(1j * motions[columns.start])
             if i in self.pivots:
                 self.t[i] = self.pivots[i] - self.alpha[i] * structure.holds[i].arm
             else:
-                self.t[i] += motions[columns.start + 1] + 1j * motions[columns.start + 2]
+                self.t[i] += motions[columns.stop - 2] + 1j * motions[columns.stop - 1]
 
 
 def prepare(mapping: FeatureMapping, count: int, probes: Probes, pins: Bools, *, frame_is_held: bool) -> Structure:
@@ -113,7 +115,7 @@ def prepare(mapping: FeatureMapping, count: int, probes: Probes, pins: Bools, *,
         samples.append((i, arms, slice(end, end + len(arms))))
         points.append(as_positions(arms + rest.ravel()[bodies[i].nodes].mean()))
         end += len(arms)
-    columns = _number_motions(samples, holds, cut)
+    columns = _number_motions(samples, holds, cut, [body.limits.turns for body in bodies])
     rows = np.where(owners < 0, share >= _HOLDS, (share > LEAST_WEIGHT) & ~rings)
     rows = _thin_out(np.flatnonzero(rows), pins, mapping)
     held = mapping.hold_points(*probes[rows].spread(mapping.grid))
@@ -143,17 +145,19 @@ def _thin_out(rows: Ints, pins: Bools, mapping: FeatureMapping) -> Ints:
 
 
 def _number_motions(
-    samples: list[tuple[int, Complexes, slice]], holds: dict[int, Hold], cut: Bools
+    samples: list[tuple[int, Complexes, slice]], holds: dict[int, Hold], cut: Bools, turns: list[bool]
 ) -> dict[int, slice]:
     """Return the columns of the unknown motions of bodies.
 
-    A body without a hold turns, and moves; one held at one place turns about it. Bodies that the frame cuts stay.
+    A body without a hold turns, and moves; one held at one place turns about it. One that stays upright does not turn,
+    and bodies that the frame cuts stay.
     """
     numbered: dict[int, slice] = {}
     end = 0
     for i, _, _ in samples:
         hold = holds.get(i)
-        if not cut[i].any() and (hold is None or hold.is_one_place):
-            numbered[i] = slice(end, end + (3 if hold is None else 1))
+        count = turns[i] + (2 if hold is None else 0)
+        if count and not cut[i].any() and (hold is None or hold.is_one_place):
+            numbered[i] = slice(end, end + count)
             end = numbered[i].stop
     return numbered

@@ -104,7 +104,11 @@ class Ways:
         if gliding is None:
             return None
         left = yield from self._from_coarse(level, cells, leaves=True)
-        if left is None and safe is None and self._mapping.keep == "rigid":
+        if (
+            left is None
+            and safe is None
+            and any(body.limits.least > 0 for body in self._mapping.bodies[: len(self._linear.alpha)])
+        ):
             left = yield from self._smaller(cells)
         if left is None and safe is None:
             left = yield from self._from_safe(None, cells)
@@ -200,7 +204,8 @@ class Ways:
         sizes = self._mapping.sizes_under(level.wanted, np.arange(n))
         if (sizes < LEAST * self._goal.scales).any():
             return None
-        alpha = sizes * np.exp(1j * np.angle(alpha))
+        turns = [body.limits.turns for body in self._mapping.bodies[:n]]
+        alpha = np.asarray(sizes * np.exp(1j * np.angle(np.where(turns, alpha, 1))), np.complex128)
         linear = level.of_solution(self._mapping.place_at(level.wanted, alpha, t), self._centres)
         goal = Goal(sizes, linear.alpha, linear.place)
         return (

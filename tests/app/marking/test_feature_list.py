@@ -1,9 +1,12 @@
 import numpy as np
+import pytest
 
 from app.editor.painting import with_layer
-from app.marking.feature_list import feature_list, merge, remove, rows_of, split
+from app.marking.feature_list import feature_list, merge, remove, rows_of, say, split
 from core.arrays import Bytes
-from core.document.document import Feature
+from core.document.feature import Feature
+from core.document.map import options_of
+from core.mapping.features.limits import Limits
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, document
 
@@ -42,7 +45,7 @@ def test_what_is_given_up_has_a_colour_of_its_own() -> None:
     drive.frame()
     assert drive.document.given_up == {1}
     assert color_at(drive, 165, 80) == 13
-    assert [row.kept for row in rows_of(drive.editor)] == [False, True]
+    assert [row.said.kept for row in rows_of(drive.editor)] == [False, True]
 
 
 def test_what_is_said_of_features_goes_with_their_numbers() -> None:
@@ -64,7 +67,7 @@ def test_a_number_that_is_free_again_brings_nothing_back() -> None:
     drive.editor.edit("Clear", drive.document.changed(mask=bars((120, 160)), numbers=None))
     assert split(drive.editor, np.array([[140.0, 30.0], [140.0, 130.0]])) == 1
     assert [row.name for row in rows_of(drive.editor)] == ["Feature 2", "Area 1"]
-    assert all(row.kept for row in rows_of(drive.editor))
+    assert all(row.said.kept for row in rows_of(drive.editor))
 
 
 def test_removing_a_feature_is_undone_with_its_name() -> None:
@@ -74,3 +77,31 @@ def test_removing_a_feature_is_undone_with_its_name() -> None:
     remove(drive.editor, frozenset({1}))
     assert [row.name for row in rows_of(drive.editor)] == ["Area 1"]
     assert drive.undo().document is kept
+
+
+def test_what_is_said_of_several_features_bends_each_of_them_and_is_one_undo_entry() -> None:
+    drive = EditorDriver(document().changed(mask=bars((20, 60), (120, 160))).with_warp(preset="arc", bend=60))
+    drive.editor.show(features=frozenset({1, 2}))
+    say(drive.editor, "Upright feature", frozenset({1, 2}), upright=True, keep="rigid")
+    drive.frame()
+    assert drive.document.features == (Feature(1, keep="rigid", upright=True), Feature(2, keep="rigid", upright=True))
+    result = drive.editor.map.result
+    assert result is not None
+    assert [(f.scale, f.angle_deg) for f in result.features] == [pytest.approx((1, 0), abs=1e-9)] * 2
+    say(drive.editor, "Keep feature as", frozenset({2}), keep="similarity", upright=False)
+    drive.frame()
+    result = drive.editor.map.result
+    assert result is not None
+    assert abs(result.features[1].angle_deg) > 5
+    assert result.features[0].angle_deg == pytest.approx(0, abs=1e-9)
+    drive.undo().undo()
+    assert not drive.document.features
+    assert drive.document.numbers is None
+
+
+def test_what_is_said_of_a_feature_survives_painting_on_it() -> None:
+    drive = EditorDriver(document().changed(mask=bars((20, 60), (120, 160))))
+    say(drive.editor, "Upright feature", frozenset({2}), upright=True)
+    drive.editor.edit("Paint", with_layer(drive.document, "mask", bars((20, 60), (110, 170), (180, 195))))
+    assert drive.document.features == (Feature(1, upright=True),)
+    assert options_of(drive.document).single == ((1, Limits(turns=False)),)

@@ -103,6 +103,8 @@ def test_damage_inside_is_named(project: Path, document: object, fault: str) -> 
         ("pins", [{"at": [0, 0], "to": [0, 0], "ring": {"scale": -1}}], "ring: a scale of -1 is not from"),
         ("outline", {"ring": [[0, 0]] * 5}, "outline: needs 12 points"),
         ("curves", [{"source": "x", "target": []}], "curves.0.source"),
+        ("features", [{"number": 1, "keep": "wobbly"}], "features.0.keep: is not one of"),
+        ("features", [{"number": 1, "least": 2, "most": 1}], "size of a feature from 2 to 1"),
         ("mask", {"file": "image.png"}, "mask: is not an 8-bit grey picture"),
     ],
 )

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from core.arrays import InputError
-from core.document.document import CurvePair, Document, Feature, Outline, Pin, RetextureSettings, WarpSettings
+from core.document.document import CurvePair, Document, Outline, Pin, RetextureSettings, WarpSettings
+from core.document.feature import Feature
 from core.document.overlay_settings import Cloth, LatticeVertices, Laying, Search
 from core.document.project import load_project, save_project
 from core.document.ring import Ring
@@ -85,7 +86,16 @@ cloths = st.builds(
     ),
 )
 
-named_features = st.builds(Feature, st.integers(1, 255), st.text(max_size=9), st.booleans())
+named_features = st.builds(
+    Feature,
+    st.integers(1, 255),
+    st.text(max_size=9),
+    st.booleans(),
+    keep=st.sampled_from([None, "similarity", "rigid"]),
+    upright=st.booleans(),
+    least=st.none() | st.floats(0, 0.9),
+    most=st.none() | st.floats(0.9, 9),
+)
 
 
 rings = st.builds(Ring, st.floats(-720, 720), st.floats(0.05, 20))
@@ -172,6 +182,16 @@ def test_a_texture_leans_as_it_did_in_projects_that_do_not_say_how(tmp_path: Pat
     del data["document"]["cloth"]["laying"]["upright"]
     rewritten(path, document=data["document"])
     assert not load_project(path).cloth.laying.upright
+
+
+def test_features_in_projects_that_do_not_say_how_are_kept_as_all_are(project: Path) -> None:
+    document = load_project(project).changed(features=(Feature(1, "Sun"), Feature(2, kept=False)))
+    save_project(document, project)
+    with zipfile.ZipFile(project) as archive:
+        data = json.loads(archive.read("weft.json"))["document"]
+    old = [{name: feature[name] for name in ("number", "name", "kept")} for feature in data["features"]]
+    rewritten(project, document=data | {"features": old})
+    assert load_project(project).features == document.features
 
 
 def test_a_fault_while_saving_keeps_the_good_file(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:

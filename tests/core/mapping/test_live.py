@@ -163,7 +163,7 @@ def test_features_held_where_the_best_mapping_has_them_leave_it_as_it_is() -> No
 def test_features_that_a_curved_frame_cuts_have_room_between_its_nodes(preset: str, bend: float, keep: Keep) -> None:
     mapping, w = FeatureMapping(GRID, find_features(GRID, cut_by_the_edge()), keep=keep), as_complex(bent(preset, bend))
     cuts, before = cuts_of(mapping), mapping.place(w)
-    alpha, t = fit_cuts(cuts, w, before.alpha, before.t, rigid=keep == "rigid")
+    alpha, t = fit_cuts(cuts, w, before.alpha, before.t)
 
     def least_room(alpha: Complexes, t: Complexes) -> float:
         """Return the least share of its room that a corner between a cut feature and the frame has."""

@@ -2,7 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from core.document.document import Document, Feature
+from core.document.document import Document
+from core.document.feature import Feature
 from core.document.map import settle_map
 from core.grid import Grid, find_features
 from core.imaging.images import Image

@@ -13,7 +13,8 @@ from app.model.jobs import Jobs
 from app.model.session import Brush
 from app.tools.all import TOOLS
 from app.ui.widgets import theme
-from core.document.document import Document, Feature
+from core.document.document import Document
+from core.document.feature import Feature
 from core.document.project import load_project, save_project
 from core.rasters.raster import Raster
 from tests.app.driver import picture
@@ -167,3 +168,27 @@ def test_the_masks_colour_and_strength_are_chosen(editor: Editor, tmp_path: Path
     drive(editor, script)
     assert seen[1].tolist() == [0, 255, 0]
     assert np.abs(seen[0] - seen[1]).max() > 60
+
+
+def test_chosen_features_are_kept_each_in_its_way(editor: Editor, tmp_path: Path) -> None:
+    def script(window: WindowDriver) -> None:
+        show_list(window)
+        window.item("//Warp/**/Arch").wait(3)
+        window.item("//Features/feature 2/##row").wait(2).item("//Features/Rigid##keep one").wait(2)
+        assert editor.document.features == (Feature(1, keep="rigid"),)
+        window.item("//Features/Upright").wait(2)
+        window.item("//Features/feature 257/##row").wait(2)
+        window.context.item_input_value("//Features/Size to/##number", 80.0)
+        window.wait(2).wait_until(lambda: editor.live.is_settled)
+        window.screenshot(tmp_path / "keeping.png")
+
+    drive(editor, script)
+    assert editor.document.features == (Feature(1, keep="rigid", upright=True), Feature(2, most=0.8))
+    assert editor.history.labels[-3:] == ("Keep feature as", "Upright feature", "Size of feature")
+    result = editor.map.result
+    assert result is not None
+    found = {feature.id: feature for feature in result.features}
+    assert (found[1].scale, found[1].angle_deg) == pytest.approx((1, 0), abs=1e-6)
+    assert found[2].scale <= 0.8 + 1e-6
+    save_project(editor.document, tmp_path / "kept.weft")
+    assert load_project(tmp_path / "kept.weft").features == editor.document.features

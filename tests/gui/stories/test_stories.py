@@ -6,9 +6,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from imgui_bundle import imgui
+from imgui_bundle import hello_imgui, imgui
 
 from app.editor.editor import Editor
+from app.marking.feature_list import rows_of
 from app.model.jobs import Jobs
 from app.render.picture_file import exporting
 from app.tools.all import TOOLS
@@ -133,3 +134,29 @@ def test_a_wing_is_lifted_by_two_pins(editor: Editor, tmp_path: Path) -> None:
     (written,) = files
     green = written[..., 1].astype(int) - written[..., 0] > 50
     assert green.nonzero()[0].min() < 140
+
+
+def test_in_a_square_one_feature_stays_rigid_and_the_other_similar(editor: Editor, tmp_path: Path) -> None:
+    save(two_discs()[0], tmp_path / "discs.png")
+    files: list[Bytes] = []
+
+    def script(window: WindowDriver) -> None:
+        open_picture(window, tmp_path / "discs.png")
+        window.item("//Warp/Resize##page").wait(2).item("//Warp/1:1").wait(3)
+        settle(window)
+        hello_imgui.get_runner_params().docking_params.focus_dockable_window("Features")
+        left = min(rows_of(editor), key=lambda row: row.box[0])
+        window.wait(4).item(f"//Features/feature {left.id}/##row").wait(2).item("//Features/Rigid##keep one")
+        settle(window)
+        window.screenshot(tmp_path / "kept.png")
+        files.append(export(window, tmp_path / "square.png"))
+
+    drive(editor, script)
+    (pixels,) = files
+    assert pixels.shape[:2] == (300, 300)
+    orange = (pixels[..., 0].astype(int) - pixels[..., 2] > 60).astype(np.uint8)
+    _, _, stats, _ = cv2.connectedComponentsWithStats(orange)
+    discs = sorted((row for row in stats[1:] if row[cv2.CC_STAT_AREA] > 300), key=lambda row: row[0])
+    rigid, similar = (row[[cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].tolist() for row in discs)
+    assert rigid == pytest.approx([121, 121], abs=4)
+    assert similar == pytest.approx([0.6 * 91, 0.6 * 91], abs=4)

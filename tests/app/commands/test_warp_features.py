@@ -1,0 +1,54 @@
+"""`weft warp --feature`: features of one mask, each kept in its own way."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from core.imaging.images import Image, save
+from tests.app.commands.warp_scene import HEIGHT, WIDTH, refused, weft
+
+pytestmark = pytest.mark.gpu
+WORDS = ("photo.png", "--mask", "two.png", "--preset", "arc", "--bend=60", "-o", "out.png", "--report", "report.json")
+
+
+@pytest.fixture
+def two(folder: Path) -> None:
+    mask = np.zeros((HEIGHT, WIDTH, 1), np.uint8)
+    mask[15:35, 10:30] = mask[30:50, 60:85] = 255
+    save(Image(mask), "two.png")
+    save(Image(np.where(mask > 0, 1 + (np.arange(WIDTH) > 50)[None, :, None], 0).astype(np.uint8)), "labels.png")
+
+
+def warp(*words: str) -> dict[int, Any]:
+    assert weft(*WORDS, *words) == 0
+    report = json.loads(Path("report.json").read_text())
+    assert max(feature["residual"] for feature in report["features"]) < 1e-6
+    return {feature["id"]: feature for feature in report["features"]}
+
+
+@pytest.mark.usefixtures("two")
+@pytest.mark.parametrize("mask", ["two.png", "labels.png"])
+def test_each_feature_is_kept_as_it_says(mask: str) -> None:
+    plain = warp("--mask", mask)
+    assert plain[1]["scale"] < 0.95
+    assert abs(plain[1]["angle_deg"]) > 5
+    found = warp("--mask", mask, "--feature", "1=rigid,upright", "--feature", "2=most:0.6")
+    assert (found[1]["scale"], found[1]["angle_deg"]) == pytest.approx((1, 0), abs=1e-9)
+    assert found[2]["scale"] == pytest.approx(0.6, abs=1e-9)
+    assert warp("--mask", mask, "--keep", "rigid", "--feature=2=similarity")[2]["scale"] < 0.95
+    assert set(warp("--mask", mask, "--feature", "1=none")) == {2}
+
+
+@pytest.mark.usefixtures("two")
+def test_what_cannot_be_said_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("photo.png", "--mask", "two.png")
+    assert "feature 3: the mask has none of that number" in refused(capsys, *words, "--feature", "3=rigid")
+    for said, fault in (
+        ("1=wobbly", "'wobbly' is no way"),
+        ("x=rigid", "not NUMBER=HOW"),
+        ("1=least:2,most:1", "size of"),
+    ):
+        assert fault in refused(capsys, *words, "--feature", said)
