@@ -96,6 +96,9 @@ def _add_mapping_options(group: argparse._ArgumentGroup) -> None:
         help="how feature N of the report is kept instead: similarity, rigid or none, upright, least:SIZE, most:SIZE, "
         "several with commas between them",
     )
+    group.add_argument(
+        "--straight", action="store_true", help="keep long straight lines straight beside features: horizons, walls"
+    )
     group.add_argument("--method", choices=("exact", "per-quad"), default="exact")
     group.add_argument("--allow-folds", action="store_true", help="do not remove the folds that features bring")
     group.add_argument("--cell", type=float, metavar="PX", help="grid cell; by default 20 000 to 50 000 nodes")
@@ -233,6 +236,7 @@ def document_from(arguments: argparse.Namespace) -> Document:
         method=arguments.method,
         weight=arguments.weight,
         falloff=arguments.falloff,
+        straight=arguments.straight,
         cell_px=arguments.cell,
     )
     document = replace(document, warp=settings, warp_map=found, surface=surface_of(arguments))

@@ -32,9 +32,10 @@ def limit_size(document: Document, size: Size) -> Size:
 
 
 def with_size(document: Document, size: Size) -> Document:
-    """Return the document with a result of about this width and height in pixels."""
+    """Return the document with a result of about this width and height in pixels; the first keeps lines straight."""
     width, height = (round(side) for side in limit_size(document, size))
-    return document.with_warp(aspect=(width / document.size_px[0], height / document.size_px[1]))
+    straight = document.warp.straight or document.warp.aspect == (1.0, 1.0)
+    return document.with_warp(aspect=(width / document.size_px[0], height / document.size_px[1]), straight=straight)
 
 
 def with_ratio(size: Size, ratio: float) -> Size:

@@ -57,6 +57,8 @@ class WarpSettings:
     """wF of FAT sec. 2.1."""
     falloff: float = 2.0
     """rho of FAT eq. 6, in cells."""
+    straight: bool = False
+    """Whether long straight lines of the picture stay straight beside features."""
     cell_px: float | None = None
     """Side of a grid cell; None for a grid of 20 000 to 50 000 nodes."""
 

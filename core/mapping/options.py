@@ -5,6 +5,7 @@ from typing import Literal
 
 from core.mapping.features.feature_mapping import Method
 from core.mapping.features.limits import FREE, RIGID, Limits
+from core.mapping.features.straight_lines import Lines
 from core.mapping.handles.plate import Frame
 
 Keep = Literal["similarity", "rigid", "none"]
@@ -22,6 +23,8 @@ class MappingOptions:
     """w_F of FAT sec. 2.1."""
     falloff: float = 2.0
     """ρ, in cells."""
+    lines: Lines | None = None
+    """What is to stay straight beside features."""
     frame: Frame = "held"
     """Whether handles leave the outline where W has it, or draw it along."""
 

@@ -12,6 +12,7 @@ from core.linalg.blas import on_one_thread, one_thread
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.feature_mapping import Choices, FeatureMapping
 from core.mapping.features.pose import Solution
+from core.mapping.features.straight_lines import Lines
 from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.solver import HandleSolver, Moved
@@ -59,7 +60,14 @@ class Warper:
         self._mask: PreparedMask | None = None
         self._shown: _Shown | None = None
         self._stroke = MaskStroke()
+        self._painted: PreparedMask | None = None
+        """A mask that has just been painted on, which is answered without straight lines once."""
         self._handles: HandleSolver | None = None
+
+    @property
+    def lines(self) -> Lines | None:
+        """What stays straight, since `use`."""
+        return self._options.lines
 
     def use(self, features: Features, options: MappingOptions) -> None:
         """Prepare for the given features and options; cheap when they are the same objects as before."""
@@ -85,7 +93,9 @@ class Warper:
             mapping = FeatureMapping(self.grid, features, **choices, analyse=self._analyse)
         else:
             mapping = mask.mapping.update(features, **choices)
+        is_painted = mask is not None and mask.fits_options(options)
         self._mask = PreparedMask(mapping, options)
+        self._painted = self._mask if is_painted else None
         return self._mask
 
     @property
@@ -114,10 +124,17 @@ class Warper:
             self._stroke.forget()
             return Solution(as_complex(plain), *_NO_POSES)
         if not mask.mapping.has_poses:
-            return mask.answer(plain, self._stroke)
+            return self._straight(mask, plain)
         if shown is None or shown.mask is not mask or shown.plain is not plain:
-            self._shown = shown = _Shown(mask, plain, mask.answer(plain, self._stroke), is_settled=False)
+            found = self._straight(mask, plain)
+            self._shown = shown = _Shown(mask, plain, found, is_settled=False)
         return shown.reference
+
+    def _straight(self, mask: PreparedMask, plain: Points) -> Solution:
+        """Return the linear answer with its lines straight, but in the frame in which the mask is painted on."""
+        painted, self._painted = self._painted, None
+        found = mask.answer(plain, self._stroke)
+        return found if painted is mask else mask.straighten(found, plain)
 
     def _moved(self, reference: Solution, handles: Handles | None, *, rounds: int) -> "Moved | None":
         """Return what the handles make of the reference, None without handles."""
@@ -151,7 +168,7 @@ class Warper:
         if mask is None or find_folded_quads(as_complex(plain)).any():
             return False
         self._stroke.forget()
-        return bool(find_folded_quads(mask.answer(plain, self._stroke).z).any())
+        return bool(find_folded_quads(mask.straighten(mask.answer(plain, self._stroke), plain).z).any())
 
     def _unfolded(self, plain: Points, near: Solution | None) -> Job[Solution]:
         """Return the picture without handles and, where W has none, without folds."""
@@ -162,12 +179,14 @@ class Warper:
             return shown.reference
         # Whatever was answered before: the same bits.
         self._stroke.forget()
-        linear, w = mask.answer(plain, self._stroke), as_complex(plain)
+        followed, w = mask.answer(plain, self._stroke), as_complex(plain)
+        linear = mask.straighten(followed, plain)
+        wanted = w if linear is followed else w + (linear.z - followed.z)
         constraints = constrain_frame(mask.mapping, linear.z)
         if near is not None and not _may_be(near, linear, mask.mapping):
             near = None  # of another grid, or of other features
         solution = yield from unfold(
-            mask.mapping, w, linear, shape=w, scales=np.abs(linear.alpha), constraints=constraints, near=near
+            mask.mapping, wanted, linear, shape=w, scales=np.abs(linear.alpha), constraints=constraints, near=near
         )
         self._shown = _Shown(mask, plain, solution, is_settled=True)
         return solution

@@ -5,6 +5,7 @@ from imgui_bundle import ImVec2, imgui
 from app.editor.editor import Editor
 from app.marking.resizing import is_proposal, propose_kept, resize, set_resizing, with_proposal, with_ratio
 from app.model.session import Unit
+from app.ui.panels.straight_lines import draw_straight
 from app.ui.widgets.controls import check, faint, label, section, segments
 from app.ui.widgets.key_button import key_button
 from app.ui.widgets.sliders import number_box, slider
@@ -117,5 +118,6 @@ class ResizePanel:
         if imgui.button("Propose now", ImVec2(imgui.get_content_region_avail().x, 0)):
             propose_kept(editor)
         imgui.end_disabled()
+        draw_straight(editor)
         if mine:
             faint("You have painted yourself what is kept. Clear the mask to have something proposed.")

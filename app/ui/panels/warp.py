@@ -11,6 +11,7 @@ from app.editor.editor import Editor
 from app.ui.panels.preset_list import PresetList
 from app.ui.panels.resize import ResizePanel
 from app.ui.panels.space import SpacePanel
+from app.ui.panels.straight_lines import draw_straight
 from app.ui.widgets.controls import check, faint, label, section, segments
 from app.ui.widgets.key_button import key_button
 from app.ui.widgets.sliders import Held, slider
@@ -159,6 +160,7 @@ class WarpPanel:
         keep = segments("keep", KEEPS, self._warp.keep)
         if keep is not None:
             self._edit("Keep features", keep=cast("Keep", keep))
+        draw_straight(self._editor)
 
     def _draw_advanced(self) -> None:
         """Draw what is seldom needed, with a sentence on each."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from core.imaging.images import Image, save
-from tests.app.commands.warp_scene import HEIGHT, WIDTH, refused, weft
+from tests.app.commands.warp_scene import HEIGHT, WIDTH, arrays, refused, weft
 
 pytestmark = pytest.mark.gpu
 WORDS = ("photo.png", "--mask", "two.png", "--preset", "arc", "--bend=60", "-o", "out.png", "--report", "report.json")
@@ -52,3 +52,19 @@ def test_what_cannot_be_said_is_refused(capsys: pytest.CaptureFixture[str]) -> N
         ("1=least:2,most:1", "size of"),
     ):
         assert fault in refused(capsys, *words, "--feature", said)
+
+
+def test_a_horizon_stays_straight(folder: Path) -> None:
+    pixels = np.full((HEIGHT, WIDTH, 3), 200, np.uint8)
+    pixels[56:] = 60
+    save(Image(pixels), "sea.png")
+    words = ("sea.png", "--mask", "mask.png", "--size", "58x64", "--cell=2", "-o", "out.png", "--map", "map.npz")
+    bends = []
+    for straight in ((), ("--straight",)):
+        assert weft(*words, *straight) == 0
+        found = arrays("map.npz")
+        row = np.abs(found["rest"][:, 0, 1] - 55.5).argmin()
+        line = found["warped"][row]
+        bends.append(np.abs(line[:, 1] - np.polyval(np.polyfit(line[:, 0], line[:, 1], 1), line[:, 0])).max())
+    assert bends[0] > 0.5
+    assert bends[1] < 0.4 * bends[0]

@@ -52,6 +52,7 @@ warps = st.builds(
     keep=st.sampled_from(["similarity", "rigid", "none"]),
     method=st.sampled_from(["exact", "per-quad"]),
     cell_px=st.none() | st.floats(1, 50),
+    straight=st.booleans(),
 )
 retextures = st.builds(
     RetextureSettings,

@@ -14,6 +14,7 @@ from app.model.session import Resizing
 from app.model.spaces import screen_from_canvas
 from app.tools.all import TOOLS
 from core.document.document import Document
+from core.imaging.images import Image
 from core.rasters.raster import Raster
 from tests.core.selection.test_importance import two_discs
 from tests.gui.window_driver import WindowDriver, drive
@@ -66,6 +67,46 @@ def test_numbers_ratios_and_a_proposal_that_can_be_painted_on(editor: Editor, tm
     drive(editor, script)
     assert editor.document.canvas_px == (300, 150)
     assert editor.history.labels[1:4] == ("Resize", "Propose what to keep", "How much to keep")
+
+
+def test_a_line_beside_what_is_kept_stays_straight_until_it_is_switched_off(tmp_path: Path) -> None:
+    pixels = np.array(two_discs()[0].pixels)
+    pixels[215:219] = 250
+    jobs = Jobs()
+    editor = Editor(Document.of(Image(pixels)).with_warp(cell_px=10.0), TOOLS, jobs=jobs)
+    editor.edit(
+        "Mask", editor.document.changed(mask=Raster.from_array(np.where(two_discs()[1], 255, 0).astype(np.uint8)))
+    )
+    found: list[float] = []
+
+    def measure(window: WindowDriver) -> None:
+        """Find how far the line is from straight, in pixels, where the map takes it."""
+        settle(window)
+        result = editor.map.result
+        assert result is not None
+        assert not result.folded.any()
+        at = np.stack([np.linspace(10, 490, 80), np.full(80, 217.0)], axis=1)
+        nodes, weights = result.grid.weights_at(at)
+        there = (result.warped.reshape(-1, 2)[nodes] * weights[..., None]).sum(axis=1)
+        found.append(
+            float(np.abs(there[:, 1] - np.polyval(np.polyfit(there[:, 0], there[:, 1], 1), there[:, 0])).max())
+        )
+
+    def script(window: WindowDriver) -> None:
+        window.item("//Warp/Resize##page").wait(2).item("//Warp/1:1").wait(2)
+        measure(window)
+        window.screenshot(tmp_path / "straight.png")
+        window.item("//Warp/Straight lines").wait(2)
+        measure(window)
+
+    try:
+        drive(editor, script)
+    finally:
+        jobs.close()
+    straight, bent = found
+    assert straight < 0.35 * bent
+    assert not editor.document.warp.straight
+    assert editor.history.labels[-2:] == ("Resize", "Straight lines")
 
 
 @pytest.mark.parametrize("side", ["right", "left", "corner"])

@@ -1,0 +1,176 @@
+"""Lines of the picture that are to stay straight: a soft term of the energy, for features where they are.
+
+A line has samples at equal steps, which C z takes to their places, bilinearly. M, an orthonormal basis of all that is
+neither constant nor linear along the line, takes these to what no straight line explains. With n the normal of the line
+where it lies, Re n̄ (M C z) is what bends it: samples that glide along the line add nothing. Added to the energy is
+
+    ½ w_F ℓ Σ |Re n̄ (M C z)|²,
+
+w_F the weight of features and ℓ the cells of the line that a sample stands for. It draws at the free nodes by forces f,
+one for each row of M, which follow from the bends b without them by a small system [Woodbury's formula]:
+
+    (Re n̄ n' P + 1 / (w_F ℓ)) f = -b,      P = M C K_ff⁻¹ Cᵀ Mᵀ.
+
+So the factor of the grid stays as it is. Where the frame may glide, it does so with lines that end on it: each end has
+an unknown move q along its side, which fades to the next one, or to the corner. With U what it moves of the frame, d
+its direction, F = M (C U - C K_ff⁻¹ K U) what that does to the rows, S = Uᵀ K U - (K U)ᵀ K_ff⁻¹ (K U) what it costs,
+and G = Re n̄ d F, the system gains G S⁻¹ Gᵀ, and q = S⁻¹ Gᵀ f.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy
+
+from core.arrays import Floats, Ints, Points
+from core.grid import Grid
+from core.linalg.blas import one_thread
+from core.linalg.laplacian import edge_weights, laplacian
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.pose import HeldPoints, Solution
+from core.mapping.features.reduced_system import as_one, as_two
+from core.mapping.jacobians import Complexes
+
+_STEP, _FEWEST = 0.02, 4
+"""Distance of samples, as a share of the picture's diagonal; so many has the shortest line."""
+_MOST_NUMBERS = 16_000_000
+"""Numbers in the responses of all samples: what does not fit, the shortest lines, is left out."""
+_ON_FRAME, _APART = 0.5, 2
+"""Cells from the frame within which a line ends on it, and between places that move by themselves."""
+_ROUNDS = 3
+"""Times that the normals are taken, each from where the lines then lie."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Straight lines of a picture by their ends (n, 2, 2), in pixels, the longest first."""
+
+    ends: Points
+
+
+class LineSolver:
+    """Straightens lines by the factor of one mapping; prepared once for it, a solve for each answer."""
+
+    def __init__(self, mapping: FeatureMapping, lines: Lines, weight: float) -> None:
+        self._mapping, grid = mapping, mapping.grid
+        step = _STEP * float(np.hypot(grid.width_px, grid.height_px))
+        lengths = np.linalg.norm(lines.ends[:, 1] - lines.ends[:, 0], axis=1)
+        counts = np.maximum(np.rint(lengths / step).astype(np.int64) + 1, _FEWEST)
+        counts = counts[np.cumsum(counts) * grid.size <= _MOST_NUMBERS]
+        self.count = len(counts)
+        """Of the lines."""
+        if not self.count:
+            return
+        shares = [np.linspace(0, 1, count)[:, None] for count in counts]
+        at = np.concatenate([a + (b - a) * u for (a, b), u in zip(lines.ends, shares, strict=False)])
+        bases = [scipy.linalg.null_space(np.hstack([np.ones_like(u), u]).T).T for u in shares]
+        M = scipy.sparse.csr_array(scipy.sparse.block_diag(bases))
+        self._points = mapping.hold_points(at, M)
+        with one_thread():
+            self._give = (self._points.half.T @ self._points.half) @ M.T
+        self._P = np.asarray(M @ self._give)
+        self._owner = np.repeat(np.arange(self.count), counts - 2)
+        cell = float(np.sqrt(grid.cell[0] * grid.cell[1]))
+        self._softness = (cell * (counts - 1) / (weight * lengths[: self.count]))[self._owner]
+        self._ends = np.cumsum(counts) - counts, np.cumsum(counts) - 1
+        self._glide = _Glide.of(mapping, lines.ends[: self.count].reshape(-1, 2), self._points)
+
+    def straighten(self, found: Solution, *, glides: bool = False) -> Solution:
+        """Return a solution with its lines straight, as far as they give way, and its features where they are.
+
+        Where it `glides`, the frame moves along its sides with the lines that end there.
+        """
+        if not self.count:
+            return found
+        points, glide = self._points, self._glide if glides else self._glide.none()
+        there = (found.z.ravel()[points.nodes] * points.weights).sum(axis=1)
+        bends = points.M @ there
+        forces, moves = np.zeros(len(bends), np.complex128), np.zeros(len(glide.along), np.complex128)
+        with one_thread():
+            for _ in range(_ROUNDS):
+                now = there + self._give @ forces + glide.at_points @ moves
+                chords = now[self._ends[1]] - now[self._ends[0]]
+                normals = (1j * chords / np.maximum(np.abs(chords), np.finfo(float).tiny))[self._owner]
+                system = self._P * (np.conj(normals)[:, None] * normals).real + np.diag(self._softness)
+                G = (np.conj(normals)[:, None] * glide.along).real * glide.rows
+                given = np.linalg.solve(glide.stiffness, G.T)
+                pulls = np.linalg.solve(system + G @ given, -(np.conj(normals) * bends).real)
+                forces, moves = normals * pulls, glide.along * (given @ pulls)
+            at_points = as_two(np.asarray(points.M.T @ forces, np.complex128))
+            moved = as_one(self._mapping.factor.backward(points.half @ at_points + glide.half @ as_two(moves)))
+            moved = moved + as_one(glide.shapes @ as_two(moves))
+        return replace(found, z=found.z + moved.reshape(found.z.shape))
+
+
+@dataclass(frozen=True, eq=False)
+class _Glide:
+    """Moves of the frame along its sides, one (q) for each place where lines end on it."""
+
+    along: Complexes
+    """Their directions (q,)."""
+    shapes: Floats
+    """U (N, q)."""
+    half: Floats
+    """-L⁻¹ P K U (N, q): how free nodes follow."""
+    at_points: Floats
+    """What both do to the samples (m, q),"""
+    rows: Floats
+    """and F, what they do to the rows of M (k, q)."""
+    stiffness: Floats
+    """S (q, q), with nothing between moves along x and along y."""
+
+    @classmethod
+    def of(cls, mapping: FeatureMapping, ends: Points, points: HeldPoints) -> "_Glide":
+        """Prepare those of the places where some of the `ends` (n, 2) of lines lie on the frame."""
+        grid = mapping.grid
+        shapes = [(d, shape) for d, side in _SIDES for shape in _hats(grid, mapping.index, ends, side)]
+        along = np.array([d for d, _ in shapes], np.complex128)
+        edges = edge_weights(mapping.follow_w + mapping.follow_feature)
+        U = np.array([u for _, u in shapes]).reshape(len(along), grid.size).T
+        KU = np.array([laplacian(edges, u) for _, u in shapes]).reshape(len(along), grid.size).T
+        with one_thread():
+            half = mapping.factor.forward(np.where(mapping.free.ravel()[:, None], -KU, 0))
+            at_points = (U[points.nodes] * points.weights[..., None]).sum(axis=1) + points.half.T @ half
+            stiffness = U.T @ KU - half.T @ half
+        same = (np.conj(along)[:, None] * along).real
+        return cls(along, U, half, at_points, np.asarray(points.M @ at_points), same * stiffness)
+
+    def none(self) -> "_Glide":
+        """Return that the frame stays."""
+        parts = (part[:, :0] for part in (self.shapes, self.half, self.at_points, self.rows, self.stiffness[:0]))
+        return _Glide(self.along[:0], *parts)
+
+
+_SIDES: list[tuple[complex, tuple[Any, int, int]]] = [
+    (1, (np.s_[0], 0, 0)),
+    (1, (np.s_[-1], 0, -1)),
+    (1j, (np.s_[:, 0], 1, 0)),
+    (1j, (np.s_[:, -1], 1, -1)),
+]
+"""Of the four sides, along which direction they run, their nodes, along which axis, and which end of the other."""
+
+
+def _hats(grid: Grid, index: Ints, ends: Points, side: tuple[Any, int, int]) -> list[Floats]:
+    """Return the shares (R, C) by which the nodes of a side move with each place on it where lines end.
+
+    Between such places, bodies (`index` (R, C) is that of each node) and corners, they run linearly.
+    """
+    nodes, axis, end = side
+    size = grid.shape[1 - axis], grid.shape[axis]
+    cells = (ends + 0.5) / grid.cell
+    on_side = np.abs(cells[:, 1 - axis] - (0 if end == 0 else size[1] - 1)) < _ON_FRAME
+    held = index[nodes] >= 0
+    held[[0, -1]] = True
+    stays = np.flatnonzero(held).astype(np.float64)
+    places: list[float] = []
+    for place in np.sort(cells[on_side, axis]).tolist():
+        if min(abs(place - other) for other in (*stays, *places)) >= _APART:
+            places.append(place)
+    found = []
+    for place in places:
+        knots = np.sort(np.concatenate([stays, places]))
+        hat = np.zeros(grid.shape)
+        hat[nodes] = np.interp(np.arange(size[0]), knots, (knots == place).astype(float))
+        found.append(hat)
+    return found

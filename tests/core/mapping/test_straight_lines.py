@@ -1,0 +1,165 @@
+"""Straight lines beside features: how straight they come out, what they leave alone, and that it is a least energy."""
+
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from core.arrays import Bytes, Floats, Points
+from core.grid import Grid, find_features
+from core.mapping.features.straight_lines import Lines, LineSolver
+from core.mapping.handles.handles import Handles
+from core.mapping.jacobians import Complexes, as_complex
+from core.mapping.options import MappingOptions
+from core.mapping.result import Warped
+from core.mapping.warper import Warper
+from core.mapping.warping import warp_grid
+from core.progress import run
+from core.warps.presets import make_warp
+
+SIZE = 300, 200
+GRID = Grid(*SIZE, cell_px=4)
+ENDS = np.array([[[5.0, 60.0], [290.0, 66.0]], [[40.0, 10.0], [44.0, 190.0]], [[120.0, 185.0], [250.0, 180.0]]])
+WARPS = {
+    "narrow": GRID.nodes * [0.6, 1.0],
+    "wide": GRID.nodes * [1.5, 1.0],
+    "twist": make_warp("twist", *SIZE, bend=40)(GRID.nodes),
+    "arch": make_warp("arch", *SIZE, bend=20)(GRID.nodes),
+}
+
+
+def mask() -> Bytes:
+    found = np.zeros(SIZE[::-1], np.uint8)
+    cv2.circle(found, (80, 110), 34, 255, -1)
+    cv2.circle(found, (200, 120), 40, 255, -1)
+    return found
+
+
+def warped(plain: Points, lines: Lines | None, painted: Bytes | None = None) -> Warped:
+    features = find_features(GRID, mask() if painted is None else painted)
+    return warp_grid(GRID, features, plain, options=MappingOptions(lines=lines))
+
+
+def places(z: Points, at: Points) -> Points:
+    nodes, weights = GRID.weights_at(at)
+    return np.asarray((z.reshape(-1, 2)[nodes] * weights[..., None]).sum(axis=1))
+
+
+def bends(z: Points, ends: Points = ENDS) -> Floats:
+    """Return how far the furthest point of each line is from the straight line that fits it best, in pixels."""
+    found = []
+    for start, end in ends:
+        there = places(z, start + (end - start) * np.linspace(0, 1, 60)[:, None])
+        there -= there.mean(axis=0)
+        found.append(np.abs(there @ np.linalg.svd(there, full_matrices=False)[2][1]).max())
+    return np.array(found)
+
+
+@pytest.mark.parametrize("name", WARPS)
+def test_lines_come_out_straighter_and_all_else_holds(name: str) -> None:
+    plain = WARPS[name]
+    before, found = warped(plain, None), warped(plain, Lines(ENDS))
+    assert bends(found.warped).max() < 0.4 * bends(before.warped).max()
+    assert not found.folded.any()
+    assert max(feature.residual for feature in found.features) < 1e-9
+    assert found.outline_moved_px == 0
+
+
+ACROSS = np.array([[[-0.5, 60.0], [299.5, 64.0]], [[110.0, -0.5], [112.0, 199.5]]])
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_where_the_frame_glides_it_does_so_with_lines_that_end_on_it(cut: bool) -> None:
+    painted = mask()
+    if cut:
+        painted[55:120, :30] = painted[:20, 200:260] = 255
+    before, found = (warped(WARPS["narrow"], lines, painted) for lines in (None, Lines(ACROSS)))
+    assert bends(found.warped, ACROSS).max() < (0.5 if cut else 0.2) * bends(before.warped, ACROSS).max()
+    assert found.outline_moved_px == 0
+    assert not found.folded.any()
+    assert max(feature.residual for feature in found.features) < 1e-9
+    sides: list[tuple[Any, int]] = [(np.s_[:, 0], 1), (np.s_[:, -1], 1), (np.s_[0], 0), (np.s_[-1], 0)]
+    for side, axis in sides:
+        assert np.diff(found.warped[side][:, axis]).min() > 0
+        if not cut:
+            assert np.array_equal(found.warped[side][:, 1 - axis], before.warped[side][:, 1 - axis])
+    glided = [np.abs(found.warped[side] - before.warped[side]).max() for side, _ in sides]
+    assert glided[0] > 1 or cut
+    assert glided[1] > 1
+
+
+def test_lines_inside_a_feature_and_no_lines_change_nothing() -> None:
+    inside = np.array([[[185.0, 110.0], [215.0, 130.0]]])
+    plain = WARPS["twist"]
+    before = warped(plain, None).warped
+    assert np.array_equal(warped(plain, Lines(np.empty((0, 2, 2)))).warped, before)
+    assert np.abs(warped(plain, Lines(inside)).warped - before).max() < 1e-9
+
+
+def test_without_features_lines_that_w_keeps_straight_stay_where_they_are() -> None:
+    none = np.zeros(SIZE[::-1], np.uint8)
+    assert np.abs(warped(WARPS["narrow"], Lines(ENDS), none).warped - WARPS["narrow"]).max() < 1e-9
+    straightened = warped(WARPS["twist"], Lines(ENDS), none).warped
+    assert bends(straightened).max() < 0.4 * bends(WARPS["twist"]).max()
+
+
+def test_what_is_added_to_the_energy_is_at_its_least() -> None:
+    warper = Warper(GRID)
+    warper.use(find_features(GRID, mask()), MappingOptions(weight=7.0))
+    plain = as_complex(WARPS["twist"])
+    mapping = warper._mask.mapping  # type: ignore[union-attr]
+    solution = mapping.place(plain)
+    solver = LineSolver(mapping, Lines(ENDS), 7.0)
+    found = solver.straighten(solution)
+    step = 0.02 * float(np.hypot(*SIZE))
+    shares = [np.linspace(0, 1, round(np.linalg.norm(b - a) / step) + 1) for a, b in ENDS]
+
+    def energy(z: Complexes) -> float:
+        total = 0.0
+        follow = np.where(mapping.owner >= 0, solution.alpha[mapping.owner], 0)
+        corners = [np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, 1:], np.s_[1:, :-1]]
+        for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+            edge, wanted, arm = (a[end] - a[start] for a in (z, plain, as_complex(GRID.nodes)))
+            total += float((mapping.follow_w * np.abs(edge - wanted) ** 2).sum()) / 2
+            total += float((mapping.follow_feature * np.abs(edge - follow * arm) ** 2).sum()) / 2
+        for (a, b), share in zip(ENDS, shares, strict=True):
+            nodes, weights = GRID.weights_at(a + (b - a) * share[:, None])
+            there, chord = ((values.ravel()[nodes] * weights).sum(axis=1) for values in (z, found.z))
+            across = (np.conj(1j * (chord[-1] - chord[0])) * there).real / abs(chord[-1] - chord[0])
+            bend = across - np.polyval(np.polyfit(share, across, 1), share)
+            cells = float(np.linalg.norm(b - a)) / 4 / (len(share) - 1)
+            total += 7.0 * cells * float((bend**2).sum()) / 2
+        return total
+
+    least, rng = energy(found.z), np.random.default_rng(0)
+    assert energy(solution.z) > least
+    for size in (1e-3, 1e-2, 0.1):
+        noise = rng.normal(0, size, GRID.shape) + 1j * rng.normal(0, size, GRID.shape)
+        assert energy(found.z + np.where(mapping.free, noise, 0)) > least
+    way = solution.z - found.z
+    assert energy(found.z + 1e-3 * way) > least < energy(found.z - 1e-3 * way)
+
+
+def test_a_handle_that_is_not_moved_leaves_straight_lines_as_they_are() -> None:
+    plain, lines = WARPS["narrow"], Lines(ENDS)
+    still = warped(plain, lines)
+    at = np.array([[30.0, 100.0], [150.0, 30.0]])
+    options = MappingOptions(lines=lines)
+    features = find_features(GRID, mask())
+    found = warp_grid(GRID, features, plain, options=options, handles=Handles(at, places(still.warped, at)))
+    assert np.array_equal(found.warped, still.warped)
+
+
+def test_while_painting_lines_rest_and_the_next_frame_has_them() -> None:
+    plain, lines = WARPS["narrow"], Lines(ENDS)
+    warper, painted = Warper(GRID), mask()
+    warper.use(find_features(GRID, painted), MappingOptions(lines=lines))
+    first = bends(warper.frame(plain).warped).max()
+    cv2.circle(painted, (100, 100), 30, 255, -1)
+    warper.use(find_features(GRID, painted), MappingOptions(lines=lines))
+    stroke = bends(warper.frame(plain).warped).max()
+    moved = plain * [1.0001, 1.0]
+    after = bends(warper.frame(moved).warped).max()
+    assert stroke > 2 * max(first, after)
+    assert np.array_equal(run(warper.settle(plain)).warped, warped(plain, lines, painted).warped)
