@@ -94,7 +94,7 @@ def _add_mapping_options(group: argparse._ArgumentGroup) -> None:
         dest="features",
         metavar="N=HOW",
         help="how feature N of the report is kept instead: similarity, rigid or none, upright, least:SIZE, most:SIZE, "
-        "several with commas between them",
+        "weight:0-1; several with commas between them",
     )
     group.add_argument(
         "--straight", action="store_true", help="keep long straight lines straight beside features: horizons, walls"
@@ -139,7 +139,7 @@ def _feature(text: str) -> Feature:
             said["keep"] = word
         elif word in ("none", "upright"):
             said |= {"kept": False} if word == "none" else {"upright": True}
-        elif name in ("least", "most"):
+        elif name in ("least", "most", "weight"):
             said[name] = _number(value, text)
         else:
             raise argparse.ArgumentTypeError(f"{text!r}: {word!r} is no way to keep a feature")

@@ -248,7 +248,7 @@ class Document:
     @property
     def given_up(self) -> frozenset[int]:
         """Numbers of the features that are not to keep their shape."""
-        return frozenset(feature.number for feature in self.said if not feature.kept)
+        return frozenset(feature.number for feature in self.said if not feature.is_kept)
 
     @property
     def said(self) -> tuple[Feature, ...]:

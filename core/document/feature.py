@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Literal
 
+from core.arrays import InputError
 from core.mapping.features.limits import Limits
 
 KeptAs = Literal["similarity", "rigid"]
@@ -13,7 +14,7 @@ KeptAs = Literal["similarity", "rigid"]
 class Feature:
     """What the artist said of a feature that has a number; of others nothing is said.
 
-    Raises `InputError` for sizes that nothing lies between.
+    Raises `InputError` for sizes that nothing lies between, and for a weight beyond 0 to 1.
     """
 
     number: int
@@ -30,11 +31,22 @@ class Feature:
     most: float | None = None
     """Its size at least and at most, in times that in the picture; None for no bound. A rigid one has its own."""
 
+    weight: float = 1.0
+    """How much it is protected, 0 to 1: under 1 softly, with 0 not at all."""
+
     def __post_init__(self) -> None:
         self.limits(rigid=False)
+        if not 0 <= self.weight <= 1:
+            raise InputError(f"protection of a feature by {self.weight:g}: must be from 0 to 1")
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether anything of its shape is kept."""
+        return self.kept and self.weight > 0
 
     def limits(self, *, rigid: bool) -> Limits:
         """Return what it may do where those of which nothing is said are `rigid`, or similar."""
+        weight = self.weight or 1.0
         if rigid if self.keep is None else self.keep == "rigid":
-            return Limits(1.0, 1.0, not self.upright)
-        return Limits(self.least or 0.0, inf if self.most is None else self.most, not self.upright)
+            return Limits(1.0, 1.0, not self.upright, weight)
+        return Limits(self.least or 0.0, inf if self.most is None else self.most, not self.upright, weight)

@@ -11,7 +11,8 @@ Minimised is, over quads with a weight w(Q) (FAT eqs. 6 and 7) and their four ed
 
     ½ Σ |dz - dW|²  of the quads that follow W (FAT eq. 4)  +  ½ Σ w² |dz - α dp|²  of those around features (eq. 3),
 
-together with a soft term that keeps lines straight, where there are any (`features.straight_lines`), a prior on sizes,
+together with what features ask for that are protected softly (`features.soft_features`), a soft term that keeps lines
+straight, where there are any (`features.straight_lines`), a prior on sizes,
 |α_i| = s_i, where s_i is λ_i of FAT sec. 2.1 within the limits of the feature (1 for rigid ones; `features.limits`),
 and, where it would fold, a barrier that keeps the area of every corner of a quad positive.
 

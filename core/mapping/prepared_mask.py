@@ -9,6 +9,7 @@ from core.arrays import Points
 from core.grid import Features
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import Solution
+from core.mapping.features.soft_features import SoftFeatures
 from core.mapping.features.straight_lines import LineSolver
 from core.mapping.handles.curved_frame import Cut, cuts_of, fit_cuts
 from core.mapping.handles.frame_glide import FrameGlide
@@ -32,8 +33,10 @@ class PreparedMask:
         """Return whether the options say the same about features."""
         return self._options == _of_features(options)
 
-    def straighten(self, found: Solution, plain: Points) -> Solution:
-        """Return the answer for W at the nodes (R, C, 2) with what is to stay straight beside features straight."""
+    def refine(self, found: Solution, plain: Points) -> Solution:
+        """Return the answer for W at the nodes (R, C, 2) with soft features, and lines straight beside features."""
+        if self._soft is not None:
+            found = self._soft.soften(found, as_complex(plain))
         if self._lines is None:
             return found
         rectangle = Rectangle.of(as_complex(plain))
@@ -41,7 +44,7 @@ class PreparedMask:
         return self._lines.straighten(found, glides=glides)
 
     def answer(self, plain: Points, stroke: MaskStroke) -> Solution:
-        """Return the linear answer without handles, which may fold, for W at the nodes (R, C, 2), before `straighten`.
+        """Return the linear answer without handles, which may fold, for W at the nodes (R, C, 2), before `refine`.
 
         Where W keeps the frame a rectangle, features that it cuts slide along its sides, and where it stretches the
         picture, all of the frame glides with what the features do; where W bends it, they fit between its nodes.
@@ -66,6 +69,10 @@ class PreparedMask:
         stroke.forget()
         glided = replace(placed, frame=self._glide.glide(found.z, w))
         return mapping.follow(mapping.pose(w, glided.alpha, glided.t, moving=~glided.bodies, frame=glided.frame))
+
+    @cached_property
+    def _soft(self) -> SoftFeatures | None:
+        return SoftFeatures(self.mapping) if self.mapping.soft else None
 
     @cached_property
     def _lines(self) -> LineSolver | None:

@@ -165,7 +165,11 @@ class Warped:
         found = np.divide(after, before, out=np.ones_like(after), where=before != 0)
         if self.reference is None or not self.reference.alpha.size:
             return np.asarray(found)
-        bodies = bodies_of(self.marked, as_complex(self.rest))
+        bodies = [
+            body
+            for body in bodies_of(self.marked, as_complex(self.rest))
+            if self.options.limits_of(body.number).weight == 1
+        ]
         owners = find_owners(body_index(bodies, self.grid.shape), self.grid, at)
         for i in np.flatnonzero(owners >= 0):
             body = bodies[owners[i]]

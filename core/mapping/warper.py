@@ -61,7 +61,7 @@ class Warper:
         self._shown: _Shown | None = None
         self._stroke = MaskStroke()
         self._painted: PreparedMask | None = None
-        """A mask that has just been painted on, which is answered without straight lines once."""
+        """A mask that has just been painted on, whose answer is not refined once."""
         self._handles: HandleSolver | None = None
 
     @property
@@ -124,17 +124,17 @@ class Warper:
             self._stroke.forget()
             return Solution(as_complex(plain), *_NO_POSES)
         if not mask.mapping.has_poses:
-            return self._straight(mask, plain)
+            return self._refined(mask, plain)
         if shown is None or shown.mask is not mask or shown.plain is not plain:
-            found = self._straight(mask, plain)
+            found = self._refined(mask, plain)
             self._shown = shown = _Shown(mask, plain, found, is_settled=False)
         return shown.reference
 
-    def _straight(self, mask: PreparedMask, plain: Points) -> Solution:
-        """Return the linear answer with its lines straight, but in the frame in which the mask is painted on."""
+    def _refined(self, mask: PreparedMask, plain: Points) -> Solution:
+        """Return the refined linear answer; while the mask is painted on, the bare one."""
         painted, self._painted = self._painted, None
         found = mask.answer(plain, self._stroke)
-        return found if painted is mask else mask.straighten(found, plain)
+        return found if painted is mask else mask.refine(found, plain)
 
     def _moved(self, reference: Solution, handles: Handles | None, *, rounds: int) -> "Moved | None":
         """Return what the handles make of the reference, None without handles."""
@@ -168,7 +168,7 @@ class Warper:
         if mask is None or find_folded_quads(as_complex(plain)).any():
             return False
         self._stroke.forget()
-        return bool(find_folded_quads(mask.straighten(mask.answer(plain, self._stroke), plain).z).any())
+        return bool(find_folded_quads(mask.refine(mask.answer(plain, self._stroke), plain).z).any())
 
     def _unfolded(self, plain: Points, near: Solution | None) -> Job[Solution]:
         """Return the picture without handles and, where W has none, without folds."""
@@ -180,7 +180,7 @@ class Warper:
         # Whatever was answered before: the same bits.
         self._stroke.forget()
         followed, w = mask.answer(plain, self._stroke), as_complex(plain)
-        linear = mask.straighten(followed, plain)
+        linear = mask.refine(followed, plain)
         wanted = w if linear is followed else w + (linear.z - followed.z)
         constraints = constrain_frame(mask.mapping, linear.z)
         if near is not None and not _may_be(near, linear, mask.mapping):

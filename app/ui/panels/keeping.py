@@ -39,6 +39,13 @@ class Keeping:
         upright = check("Upright", first.upright, "They do not turn")
         if upright is not None:
             self._say("Upright feature", upright=upright)
+        held = slider(
+            "Protection", 100 * first.weight, 0, 100, default=100, hint="How much of their shape is kept, per cent"
+        )
+        if held.value is not None:
+            self._say("Protection of feature", slides=True, weight=held.value / 100)
+        if held.done:
+            self._editor.finish()
         imgui.begin_disabled((first.keep or warp.keep) == "rigid")
         self._draw_sizes(first)
         imgui.end_disabled()

@@ -15,7 +15,7 @@ from core.mapping.features.columns import fields_of
 from core.mapping.features.limits import FREE, NONE, RIGID, Single
 from core.mapping.features.per_quad import load_per_quad
 from core.mapping.features.pose import Approach, HeldPoints, Pose, Solution
-from core.mapping.features.quad_weights import assign_roles
+from core.mapping.features.quad_weights import assign_roles, weigh_free
 from core.mapping.features.reduced_system import ReducedSystem, as_one, as_two
 from core.mapping.features.similarity import Bodies, bodies_of, body_index
 from core.mapping.features.sizes import smaller_scales
@@ -83,17 +83,18 @@ class FeatureMapping:
         with self.clock.measure("setup"):
             self.factor: GridFactor = analyse(grid.shape) if _taken is None else _taken.factor
             bodies = bodies_of(features, self._rest, RIGID if keep == "rigid" else FREE, single)
-            self.bodies = sorted(bodies, key=lambda body: -len(body.nodes))
+            bodies.sort(key=lambda body: -len(body.nodes))
+            self.bodies = [body for body in bodies if body.limits.weight == 1]
+            self.soft = [body for body in bodies if body.limits.weight < 1]
             self._joint, self._apart = Bodies(self.bodies[: self.joint_count]), Bodies(self.bodies[self.joint_count :])
             self.index = body_index(self.bodies, grid.shape)
             self._roles = assign_roles(self.index, weight=weight, falloff=falloff)
             self.owner = np.where(self._roles.owner < self.joint_count, self._roles.owner, -1)
             self.follow_feature = np.where(self.owner >= 0, self._roles.weight**2, 0.0)
-            self.follow_w = np.where(self.owner >= 0, 0.0, 1.0)
+            self.follow_w = weigh_free(self.owner, grid, self.soft, weight)
             self._edges = edge_weights(self.follow_w + self.follow_feature)
             self._own_edges = edge_weights(self.follow_feature)
-            fixed = self.grid.outline if self.method == "per-quad" else self.grid.outline | (self.index >= 0)
-            self.free = ~fixed
+            self.free = ~(grid.outline if method == "per-quad" else grid.outline | (self.index >= 0))
             values = node_values(self._edges, self.free)
         with one_thread(), self.clock.measure("factor"):
             self.factor.factorise(values)
@@ -274,9 +275,8 @@ class FeatureMapping:
         limits = [self.bodies[i].limits for i in chosen]
         if not self.free.any() and all(limit == FREE for limit in limits):
             return None
-        is_open = np.array([not limit.fix_size for limit in limits], bool)
-        sizes = np.zeros(len(chosen))
-        sizes[is_open] = self.sizes_under(w, chosen[is_open])
+        are_fixed = all(limit.fix_size for limit in limits)
+        sizes = np.zeros(len(chosen)) if are_fixed else self.sizes_under(w, chosen)
         return self._joint.clip_sizes(sizes, chosen)
 
     def sizes_under(self, w: Complexes, chosen: Ints) -> Floats:

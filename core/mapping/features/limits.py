@@ -16,15 +16,19 @@ class Limits:
     most: float = math.inf
     turns: bool = True
     """Else α is real and positive: the feature stays upright."""
+    weight: float = 1.0
+    """How much it is protected, over 0; under 1 softly, as `soft_features` says."""
 
     def __post_init__(self) -> None:
         if not (0 <= self.least <= self.most and self.most > 0 and math.isfinite(self.least)):
             raise InputError(f"size of a feature from {self.least:g} to {self.most:g}: must be positive, and in order")
+        if not 0 < self.weight <= 1:
+            raise InputError(f"protection of a feature by {self.weight:g}: must be over 0, and 1 at most")
 
     @property
     def is_rigid(self) -> bool:
         """Whether the feature keeps its size."""
-        return self.least == self.most == 1
+        return self.least == self.most == self.weight == 1
 
     @property
     def fix_size(self) -> bool:

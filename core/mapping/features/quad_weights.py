@@ -1,6 +1,7 @@
 """Which quads follow a feature, which follow W, and how strongly  [FAT sec. 2.1]."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,6 +9,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Ints
+from core.grid import Grid
+from core.mapping.features.similarity import Body
 
 MOST_WEIGHT, MOST_FALLOFF = 1e6, 1000
 
@@ -82,6 +85,24 @@ def assign_roles(index: Ints, *, weight: float, falloff: float) -> Roles:
     owner, total = np.full(touched.shape, -1), np.ones(touched.shape)
     owner.ravel()[near], total.ravel()[near] = of, np.where(of >= 0, weight * share + (1 - share), 1.0)
     return Roles(owner, touched, total, math.ceil(falloff) + 2)
+
+
+def weigh_free(owner: Ints, grid: Grid, soft: Iterable[Body], weight: float) -> Floats:
+    """Return the weights (R-1, C-1) of equations of type FAT eq. 4, squared: 0 where a quad has an `owner`, else 1.
+
+    Inside features that are protected softly they grow up to that of features: w_F^(2p).
+    """
+    weights = np.ones(owner.shape)
+    for body in soft:
+        weights[quads_inside(grid, body)] = weight ** (2 * body.limits.weight)
+    weights[owner >= 0] = 0
+    return weights
+
+
+def quads_inside(grid: Grid, body: Body) -> Bools:
+    """Return the quads (R-1, C-1) with all nodes in a body."""
+    inside = np.bincount(body.nodes, minlength=grid.size)[grid.quads].all(axis=1)
+    return np.asarray(inside.reshape(grid.rows - 1, grid.columns - 1))
 
 
 def decay(distance: Floats, falloff: float) -> Floats:

@@ -40,6 +40,19 @@ def test_each_feature_is_kept_as_it_says(mask: str) -> None:
     assert found[2]["scale"] == pytest.approx(0.6, abs=1e-9)
     assert warp("--mask", mask, "--keep", "rigid", "--feature=2=similarity")[2]["scale"] < 0.95
     assert set(warp("--mask", mask, "--feature", "1=none")) == {2}
+    assert set(warp("--mask", mask, "--feature", "1=weight:0")) == {2}
+
+
+@pytest.mark.usefixtures("two")
+def test_a_soft_feature_keeps_some_of_its_shape() -> None:
+    left = []
+    for weight in ("0.2", "0.8", "1"):
+        assert weft(*WORDS, "--feature", f"1=weight:{weight}") == 0
+        features = json.loads(Path("report.json").read_text())["features"]
+        left.append(features[0]["residual"])
+        assert features[1]["residual"] < 1e-6
+    assert left[0] > 2 * left[1] > 1e-3
+    assert left[2] < 1e-6
 
 
 @pytest.mark.usefixtures("two")
@@ -50,6 +63,7 @@ def test_what_cannot_be_said_is_refused(capsys: pytest.CaptureFixture[str]) -> N
         ("1=wobbly", "'wobbly' is no way"),
         ("x=rigid", "not NUMBER=HOW"),
         ("1=least:2,most:1", "size of"),
+        ("1=weight:2", "protection of"),
     ):
         assert fault in refused(capsys, *words, "--feature", said)
 

@@ -104,6 +104,7 @@ def test_damage_inside_is_named(project: Path, document: object, fault: str) -> 
         ("outline", {"ring": [[0, 0]] * 5}, "outline: needs 12 points"),
         ("curves", [{"source": "x", "target": []}], "curves.0.source"),
         ("features", [{"number": 1, "keep": "wobbly"}], "features.0.keep: is not one of"),
+        ("features", [{"number": 1, "weight": 1.5}], "protection of a feature by 1.5"),
         ("features", [{"number": 1, "least": 2, "most": 1}], "size of a feature from 2 to 1"),
         ("mask", {"file": "image.png"}, "mask: is not an 8-bit grey picture"),
     ],

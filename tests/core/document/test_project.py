@@ -96,6 +96,7 @@ named_features = st.builds(
     upright=st.booleans(),
     least=st.none() | st.floats(0, 0.9),
     most=st.none() | st.floats(0.9, 9),
+    weight=st.floats(0, 1),
 )
 
 

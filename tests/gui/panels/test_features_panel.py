@@ -179,16 +179,25 @@ def test_chosen_features_are_kept_each_in_its_way(editor: Editor, tmp_path: Path
         window.item("//Features/Upright").wait(2)
         window.item("//Features/feature 257/##row").wait(2)
         window.context.item_input_value("//Features/Size to/##number", 80.0)
+        window.item("//Features/feature 256/##row").wait(2)
+        window.context.item_input_value("//Features/Protection/##number", 50.0)
         window.wait(2).wait_until(lambda: editor.live.is_settled)
         window.screenshot(tmp_path / "keeping.png")
 
     drive(editor, script)
-    assert editor.document.features == (Feature(1, keep="rigid", upright=True), Feature(2, most=0.8))
-    assert editor.history.labels[-3:] == ("Keep feature as", "Upright feature", "Size of feature")
+    features = Feature(1, keep="rigid", upright=True), Feature(2, most=0.8), Feature(3, weight=0.5)
+    assert editor.document.features == features
+    assert editor.history.labels[-4:] == (
+        "Keep feature as",
+        "Upright feature",
+        "Size of feature",
+        "Protection of feature",
+    )
     result = editor.map.result
     assert result is not None
     found = {feature.id: feature for feature in result.features}
     assert (found[1].scale, found[1].angle_deg) == pytest.approx((1, 0), abs=1e-6)
     assert found[2].scale <= 0.8 + 1e-6
+    assert 1e-3 < found[3].residual < 0.1
     save_project(editor.document, tmp_path / "kept.weft")
     assert load_project(tmp_path / "kept.weft").features == editor.document.features
