@@ -14,15 +14,17 @@ factor serves all rounds.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-import scipy
-from scipy import sparse
 
 from core.arrays import Floats, InputError, Points, SingularSystemError, readonly
 from core.grid import Grid
 from core.linalg.factor import Factor
+
+if TYPE_CHECKING:
+    from scipy.interpolate import RectBivariateSpline
 
 LENGTHS = 1e-4
 """How much lengths count beside angles."""
@@ -64,9 +66,11 @@ class Chart:
 
     def texture_at(self, places: Points) -> Points:
         """Return which places of the texture (..., 2), shares of it, lie at places of the chart; its border beyond."""
+        from scipy.spatial import cKDTree
+
         wanted = places.reshape(-1, 2)
         count = self.places.shape[0]
-        _, nearest = scipy.spatial.cKDTree(self.places.reshape(-1, 2)).query(wanted)
+        _, nearest = cKDTree(self.places.reshape(-1, 2)).query(wanted)
         share = np.stack(np.divmod(nearest, count)[::-1], axis=-1) / (count - 1)
         for _ in range(STEPS):
             rest = wanted - self.at(share)
@@ -84,9 +88,11 @@ class Chart:
         return np.asarray(share.reshape(places.shape))
 
     @cached_property
-    def _splines(self) -> tuple[scipy.interpolate.RectBivariateSpline, ...]:
+    def _splines(self) -> "tuple[RectBivariateSpline, ...]":
+        from scipy.interpolate import RectBivariateSpline
+
         even = np.linspace(0, 1, len(self.places))
-        return tuple(scipy.interpolate.RectBivariateSpline(even, even, self.places[..., i]) for i in (0, 1))
+        return tuple(RectBivariateSpline(even, even, self.places[..., i]) for i in (0, 1))
 
 
 def flatten(stretch_at: Callable[[Points], Floats], cells: int) -> Chart:
@@ -114,6 +120,9 @@ def flatten(stretch_at: Callable[[Points], Floats], cells: int) -> Chart:
 
 def _solve(nodes: Points, grid: Grid, stretch: Floats) -> Points | None:
     """Return `Chart.places` of nodes (n, 2) for M (k, 2, 2) of the quads; None where the chart would fold."""
+    # The editor starts without SciPy, which takes longer to load than most of it.
+    from scipy import sparse
+
     side, triangles = grid.columns, grid.triangles
     corners = nodes[triangles]
     # Two triangles of a quad follow one another, and share its metric.

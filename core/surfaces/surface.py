@@ -5,7 +5,6 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-import scipy
 
 from core.arrays import Floats, InputError, Ints, Points, readonly
 from core.surfaces.chart import Chart, flatten
@@ -117,6 +116,8 @@ class Surface:
         found: Ints = np.asarray(drawn[y, x], np.int64)
         missing = found < 0
         if missing.any():
+            from scipy.spatial import cKDTree
+
             middles = self.corners[self._laid].mean(axis=1)
-            found[missing] = scipy.spatial.cKDTree(middles).query(share[missing])[1]
+            found[missing] = cKDTree(middles).query(share[missing])[1]
         return found

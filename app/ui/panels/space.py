@@ -76,8 +76,8 @@ class SpacePanel:
         if shape is None or surface.number is None:
             return
         shown = surface.number if self._number is None else self._number
-        label = shape.number.capitalize()
-        held = slider(label, shown, shape.least, shape.most, default=shape.usual, digits=2, logarithmic=shape.least > 0)
+        bounds, hint = (shape.least, shape.most), shape.number.capitalize()
+        held = slider("Proportion", shown, *bounds, default=shape.usual, digits=2, logarithmic=bounds[0] > 0, hint=hint)
         if held.value is not None:
             self._number = held.value
         if held.done and self._number is not None:

@@ -125,7 +125,10 @@ class WarpPanel:
             editor.show(page=turned)
         chosen = segments("page", PAGES, turned)
         if chosen is not None:
-            editor.choose_tool({"resize": "resize", "bend": "outline", "space": "brush"}[chosen])
+            if chosen != "space":
+                editor.choose_tool("resize" if chosen == "resize" else "outline")
+            elif tool == "resize":
+                editor.choose_tool("pins")
             editor.show(page=chosen)
         imgui.dummy(ImVec2(0, 0))
 
