@@ -148,10 +148,16 @@ class FeatureMapping:
             return self.place(w)
         return self.follow(self.pose(w, alpha, t, moving=np.zeros(len(alpha), bool)))
 
-    def hold_points(self, at: Points, M: sparse.csr_array) -> HeldPoints:
-        """Return what holding combinations M (k, m) of the points `at` (m, 2) takes; half a solve for each point."""
+    def hold_points(self, at: Points, M: sparse.csr_array, shares: Floats | None = None) -> HeldPoints:
+        """Return what holding combinations M (k, m) of the points `at` (m, 2) takes; half a solve for each point.
+
+        With `shares` (m, s) each point is the mean, by them, of s places: `at` is (m, s, 2).
+        """
         self._check_fresh()
-        nodes, weights = self.grid.weights_at(at)
+        nodes, weights = self.grid.weights_at(at.reshape(-1, 2))
+        if shares is not None:
+            nodes, weights = nodes.reshape(len(at), -1), (weights.reshape(*shares.shape, -1) * shares[..., None])
+            weights = weights.reshape(len(at), -1)
         free = np.where(self.free.ravel()[nodes], weights, 0.0)
         load = np.zeros((self.grid.size, len(at)))
         np.add.at(load, (nodes, np.arange(len(at))[:, None]), free)

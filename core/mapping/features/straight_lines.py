@@ -1,8 +1,9 @@
 """Lines of the picture that are to stay straight: a soft term of the energy, for features where they are.
 
-A line has samples at equal steps, which C z takes to their places, bilinearly. M, an orthonormal basis of all that is
-neither constant nor linear along the line, takes these to what no straight line explains. With n the normal of the line
-where it lies, Re n̄ (M C z) is what bends it: samples that glide along the line add nothing. Added to the energy is
+A line has samples at equal steps, each a mean over the line to the next ones. C z is where they are, read bilinearly;
+M, an orthonormal basis of all that is neither constant nor linear along the line, takes that to what no straight line
+explains. With n the normal of the line where it lies, Re n̄ (M C z) is what bends it: samples that glide along the line
+add nothing. Added to the energy is
 
     ½ w_F ℓ Σ |Re n̄ (M C z)|²,
 
@@ -62,11 +63,12 @@ class LineSolver:
         """Of the lines."""
         if not self.count:
             return
-        shares = [np.linspace(0, 1, count)[:, None] for count in counts]
-        at = np.concatenate([a + (b - a) * u for (a, b), u in zip(lines.ends, shares, strict=False)])
-        bases = [scipy.linalg.null_space(np.hstack([np.ones_like(u), u]).T).T for u in shares]
+        samples = [_sample(count, round(2 * step / min(grid.cell))) for count in counts]
+        at = np.concatenate([a + (b - a) * u[..., None] for (a, b), (u, _) in zip(lines.ends, samples, strict=False)])
+        means = [(u * share).sum(axis=1, keepdims=True) for u, share in samples]
+        bases = [scipy.linalg.null_space(np.hstack([np.ones_like(u), u]).T).T for u in means]
         M = scipy.sparse.csr_array(scipy.sparse.block_diag(bases))
-        self._points = mapping.hold_points(at, M)
+        self._points = mapping.hold_points(at, M, np.concatenate([share for _, share in samples]))
         with one_thread():
             self._give = (self._points.half.T @ self._points.half) @ M.T
         self._P = np.asarray(M @ self._give)
@@ -101,6 +103,18 @@ class LineSolver:
             moved = as_one(self._mapping.factor.backward(points.half @ at_points + glide.half @ as_two(moves)))
             moved = moved + as_one(glide.shapes @ as_two(moves))
         return replace(found, z=found.z + moved.reshape(found.z.shape))
+
+
+def _sample(count: int, places: int) -> tuple[Floats, Floats]:
+    """Return where samples of a line read it, 0 to 1 (count, s), at about so many `places`, and their shares.
+
+    A sample is a mean that fades to the samples beside it. So its force is spread along the line: at single points it
+    would draw them out of their surroundings.
+    """
+    offset = np.linspace(-1, 1, 2 * max(places // 2, 2) + 1)[1:-1]
+    at = (np.arange(count)[:, None] + offset) / (count - 1)
+    share = np.where((at < 0) | (at > 1), 0, 1 - np.abs(offset))
+    return np.clip(at, 0, 1), share / share.sum(axis=1, keepdims=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import pytest
 
 from core.arrays import Bytes, Floats, Points
 from core.grid import Grid, find_features
-from core.mapping.features.straight_lines import Lines, LineSolver
+from core.mapping.features.straight_lines import Lines, LineSolver, _sample
 from core.mapping.handles.handles import Handles
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.options import MappingOptions
@@ -113,7 +113,8 @@ def test_what_is_added_to_the_energy_is_at_its_least() -> None:
     solver = LineSolver(mapping, Lines(ENDS), 7.0)
     found = solver.straighten(solution)
     step = 0.02 * float(np.hypot(*SIZE))
-    shares = [np.linspace(0, 1, round(np.linalg.norm(b - a) / step) + 1) for a, b in ENDS]
+    counts = [round(np.linalg.norm(b - a) / step) + 1 for a, b in ENDS]
+    samples = [_sample(count, round(2 * step / min(GRID.cell))) for count in counts]
 
     def energy(z: Complexes) -> float:
         total = 0.0
@@ -123,9 +124,11 @@ def test_what_is_added_to_the_energy_is_at_its_least() -> None:
             edge, wanted, arm = (a[end] - a[start] for a in (z, plain, as_complex(GRID.nodes)))
             total += float((mapping.follow_w * np.abs(edge - wanted) ** 2).sum()) / 2
             total += float((mapping.follow_feature * np.abs(edge - follow * arm) ** 2).sum()) / 2
-        for (a, b), share in zip(ENDS, shares, strict=True):
-            nodes, weights = GRID.weights_at(a + (b - a) * share[:, None])
-            there, chord = ((values.ravel()[nodes] * weights).sum(axis=1) for values in (z, found.z))
+        for (a, b), (places, parts) in zip(ENDS, samples, strict=True):
+            nodes, weights = GRID.weights_at(a + (b - a) * places.reshape(-1, 1))
+            read = ((values.ravel()[nodes] * weights).sum(axis=1) for values in (z, found.z))
+            there, chord = ((values.reshape(parts.shape) * parts).sum(axis=1) for values in read)
+            share = (places * parts).sum(axis=1)
             across = (np.conj(1j * (chord[-1] - chord[0])) * there).real / abs(chord[-1] - chord[0])
             bend = across - np.polyval(np.polyfit(share, across, 1), share)
             cells = float(np.linalg.norm(b - a)) / 4 / (len(share) - 1)
@@ -139,6 +142,15 @@ def test_what_is_added_to_the_energy_is_at_its_least() -> None:
         assert energy(found.z + np.where(mapping.free, noise, 0)) > least
     way = solution.z - found.z
     assert energy(found.z + 1e-3 * way) > least < energy(found.z - 1e-3 * way)
+
+
+def test_what_lies_on_a_line_moves_evenly_and_not_by_steps() -> None:
+    before, after = (as_complex(warped(WARPS["arch"], lines).warped) for lines in (None, Lines(ENDS)))
+    for a, b in ENDS:
+        share = np.linspace(0.1, 0.9, round(0.8 * float(np.linalg.norm(b - a)) / 4))[:, None]
+        nodes, weights = GRID.weights_at(a + (b - a) * share)
+        moved = ((after - before).ravel()[nodes] * weights).sum(axis=1)
+        assert np.abs(np.diff(moved, 2)).max() < 0.2 * np.abs(moved).max()
 
 
 def test_a_handle_that_is_not_moved_leaves_straight_lines_as_they_are() -> None:
