@@ -5,6 +5,7 @@ from pathlib import Path
 
 from app.model.orbit import Orbit
 from core.arrays import InputError
+from core.files.faults import faults_named
 from core.surfaces.mesh_file import read_mesh
 from core.surfaces.shapes import SHAPES, make_shape
 from core.surfaces.surface import Surface
@@ -45,8 +46,9 @@ def surface_of(arguments: argparse.Namespace) -> Surface | None:
         if arguments.proportion is not None:
             raise InputError("--proportion: is that of a surface: choose one with --surface")
         return None
-    if arguments.size is not None:
-        raise InputError("--size: on a surface the picture keeps its size")
+    for name in ("size", "frame"):
+        if getattr(arguments, name) is not None:
+            raise InputError(f"--{name}: the texture of a surface has the picture's size and frame")
     if arguments.surface in SHAPES:
         surface = make_shape(arguments.surface, arguments.proportion)
     elif arguments.proportion is not None:
@@ -55,8 +57,6 @@ def surface_of(arguments: argparse.Namespace) -> Surface | None:
         raise InputError(f"--surface {arguments.surface}: neither a file nor one of {', '.join(SHAPES)}")
     else:
         surface = read_mesh(Path(arguments.surface))
-    try:
+    with faults_named(arguments.surface):
         surface.chart.size_px((1, 1))
-    except InputError as fault:
-        raise InputError(f"{arguments.surface}: {fault}") from None
     return surface

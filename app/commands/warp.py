@@ -21,7 +21,7 @@ from core.arrays import InputError
 from core.canvas import Canvas, Framing
 from core.document.document import Document, WarpSettings
 from core.document.feature import Feature, KeptAs
-from core.document.map import MapSolver, lay_on_surface, with_handles
+from core.document.map import MapSolver, frame_result, with_handles
 from core.document.mask_file import with_mask_file, with_said
 from core.files.atomic import AtomicFiles, check_outputs
 from core.imaging.images import Image, check_writable_format, load, write
@@ -172,15 +172,15 @@ def run(arguments: argparse.Namespace) -> None:
     _check_outputs(arguments)
     document = document_from(arguments)
     found = _solve_pixels(document, allow_folds=arguments.allow_folds)
-    report = found.report()
+    framing: Framing = arguments.frame or ("warp" if document.warp_map is None else "picture")
+    canvas, moved = frame_result(document, found, framing)
     if document.surface is None:
-        framing: Framing = arguments.frame or ("warp" if document.warp_map is None else "picture")
-        canvas = Canvas.of(framing, found.warped, document.canvas_px)
         pins = replace(found.pins, to=canvas.placed(found.pins.to))
-        placed = replace(found, plain=canvas.placed(found.plain), warped=canvas.placed(found.warped), pins=pins)
+        placed = replace(found, plain=canvas.placed(found.plain), warped=moved, pins=pins)
+        report = placed.report()
     else:
-        canvas = Canvas(*document.size_px)
-        placed = replace(found, plain=found.rest, warped=lay_on_surface(document, found))
+        # Features have their shape on the chart, pins their places.
+        placed, report = replace(found, plain=found.rest, warped=moved), found.report()
     view = None if arguments.view is None else draw_view(document, found, arguments.orbit)
     _write(arguments, document.image, placed, canvas, report, view)
     for complaint in [] if arguments.allow_folds else found.complaints():

@@ -43,6 +43,10 @@ class Laid:
     """Where they are on the canvas of the surface's chart."""
     canvas_px: tuple[int, int]
 
+    def shows_same(self, other: "Laid") -> bool:
+        """Return whether another one is of the same arrays."""
+        return self.rest is other.rest and self.moved is other.moved and self.surface is other.surface
+
 
 class SurfaceView:
     """Draws a surface with a picture on it in one GL context; what has not changed is kept."""
@@ -55,14 +59,14 @@ class SurfaceView:
         self._depth = context.depth_renderbuffer(self._shown.size)
         self._target = context.framebuffer([self._shown], self._depth)
         self._surface: Surface | None = None
-        self._held: list[moderngl.Buffer | moderngl.VertexArray | moderngl.Texture] = []
-        self._laid: tuple[object, ...] = ()
+        self._array: moderngl.VertexArray | None = None
+        self._corners: moderngl.Buffer | None = None
+        self._chart: moderngl.Texture | None = None
         self._picture: PicturePass | None = None
-
-    @property
-    def texture(self) -> moderngl.Texture:
-        """What was drawn last, its first row at the bottom."""
-        return self._shown
+        self._laid: tuple[Laid, Source, bool] | None = None
+        """What the picture shows."""
+        self._seen: tuple[object, ...] | None = None
+        """What was drawn, and how."""
 
     def draw(
         self,
@@ -79,15 +83,16 @@ class SurfaceView:
         """
         if laid.surface is not self._surface:
             self._take(laid.surface)
-        key = source, laid.rest, laid.moved, draft
-        if len(self._laid) != len(key) or any(a is not b for a, b in zip(key, self._laid, strict=True)):
+        if self._laid is None or not laid.shows_same(self._laid[0]) or self._laid[1:] != (source, draft):
             self._lay(laid, source, DRAFT_PX if draft else MOST_PX)
-            self._laid = key
+            self._laid = laid, source, draft
+        if self._seen == (self._laid, orbit, desk):
+            return self._shown
+        self._seen = self._laid, orbit, desk
+        assert self._array is not None
+        assert self._chart is not None
         assert self._picture is not None
-        array, chart = self._held[0], self._held[1]
-        assert isinstance(array, moderngl.VertexArray)
-        assert isinstance(chart, moderngl.Texture)
-        chart.use(0)
+        self._chart.use(0)
         self._picture.light.texture.use(1)
         uniforms = {
             "to_clip": tuple(orbit.clip_matrix(laid.surface, self.size).T.ravel().tolist()),
@@ -100,7 +105,7 @@ class SurfaceView:
         with gpu.drawing(self._target, (0, 0, *self._shown.size)):
             self._target.clear(color=desk)
             self._context.enable(moderngl.DEPTH_TEST)
-            programs_of(self._context).render(array, 3 * len(laid.surface.triangles))
+            programs_of(self._context).render(self._array, 3 * len(laid.surface.triangles))
             self._context.disable(moderngl.DEPTH_TEST)
         return self._shown
 
@@ -115,28 +120,27 @@ class SurfaceView:
 
     def _take(self, surface: Surface) -> None:
         """Send another surface to the GPU."""
-        self._drop()
+        gpu.release(self._array, self._corners, self._chart)
         program = programs_of(self._context).get("surface.vert", "surface.frag")
         corners = np.concatenate(
             [surface.vertices[surface.triangles], surface.normals[surface.triangles], surface.corners], axis=-1
         )
-        buffer = self._context.buffer(corners.astype("f4").tobytes())
-        array = self._context.vertex_array(program, [(buffer, "3f 3f 2f", "place", "normal", "share")])
+        self._corners = self._context.buffer(corners.astype("f4").tobytes())
+        self._array = self._context.vertex_array(program, [(self._corners, "3f 3f 2f", "place", "normal", "share")])
         even = np.linspace(0, 1, CHART_NODES)
         share = np.stack(np.meshgrid(even, even), axis=-1)
         places = surface.chart.at(share) / surface.chart.places.max(axis=(0, 1))
         chart = self._context.texture((CHART_NODES, CHART_NODES), 2, places.astype("f4").tobytes(), dtype="f4")
         chart.filter = moderngl.LINEAR, moderngl.LINEAR
         chart.repeat_x = chart.repeat_y = False
-        self._surface, self._held = surface, [array, chart, buffer]
+        self._surface, self._chart, self._laid = surface, chart, None
 
     def _lay(self, laid: Laid, source: Source, most_px: int) -> None:
         """Draw the result that is laid on the surface, by so many pixels a side at most."""
         scale = min(1.0, most_px / max(laid.canvas_px))
         size = max(1, round(laid.canvas_px[0] * scale)), max(1, round(laid.canvas_px[1] * scale))
         if self._picture is None or self._picture.size != size:
-            if self._picture is not None:
-                self._picture.release()
+            gpu.release(self._picture)
             self._picture = PicturePass(self._context, size)
         mesh = MeshBuffers(self._context, laid.rest.shape[:2])
         mesh.place(laid.rest, (laid.moved + 0.5) * (np.array(size) / laid.canvas_px) - 0.5)
@@ -148,18 +152,9 @@ class SurfaceView:
         light.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         light.repeat_x = light.repeat_y = False
 
-    def _drop(self) -> None:
-        for held in self._held:
-            held.release()
-        self._held, self._surface = [], None
-
     def release(self) -> None:
         """Free the GPU objects."""
-        self._drop()
-        if self._picture is not None:
-            self._picture.release()
-        for held in (self._target, self._depth, self._shown):
-            held.release()
+        gpu.release(self._array, self._corners, self._chart, self._picture, self._target, self._depth, self._shown)
 
 
 class SurfaceViews:
@@ -173,8 +168,7 @@ class SurfaceViews:
         """Return the view of a name, made anew for another size, (w, h)."""
         found = self._views.get(name)
         if found is None or found.size != size:
-            if found is not None:
-                found.release()
+            gpu.release(found)
             found = self._views[name] = SurfaceView(self._context, size)
         return found
 
@@ -184,8 +178,7 @@ class SurfaceViews:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        for view in self._views.values():
-            view.release()
+        gpu.release(*self._views.values())
         self._views.clear()
 
 
@@ -199,5 +192,4 @@ def draw_view(document: Document, found: Warped, orbit: Orbit, width_px: int | N
         view.draw(Laid(document.surface, found.rest, found.warped, document.canvas_px), source, orbit)
         return Image(view.read())
     finally:
-        view.release()
-        source.release()
+        gpu.release(view, source)

@@ -60,16 +60,20 @@ class Polylines:
     def take(self, numbers: Ints) -> "Polylines":
         """Return the lines of some `numbers`, in that order."""
         count = self.count[numbers]
-        within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        return Polylines(self.places[np.repeat(self.first[numbers], count) + within], count)
+        return Polylines(self.places[np.repeat(self.first[numbers], count) + count_up(count)], count)
 
     def resample(self, step_px: float) -> "Polylines":
         """Return the lines with places evenly along them, about `step_px` apart."""
         parts = np.maximum(np.rint(self.length / step_px).astype(int), 2)
         line = np.repeat(np.arange(len(parts)), parts + 1)
-        share = (np.arange(len(line)) - np.repeat(np.cumsum(parts + 1) - parts - 1, parts + 1)) / parts[line]
+        share = count_up(parts + 1) / parts[line]
         # One line begins a pixel after the other has ended, so that no place is between two.
         start = np.cumsum(self.length + 1) - self.length
         given, asked = start[self.line] + self.along, start[line] + share * self.length[line]
         places = [np.interp(asked, given, column) for column in self.places.T]
         return Polylines(np.stack(places, axis=-1), parts + 1)
+
+
+def count_up(counts: Ints) -> Ints:
+    """Return 0, 1, ... up to each of the `counts` (k,), one after another."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -22,6 +22,7 @@ import numpy as np
 from core.arrays import Floats, InputError, Points, SingularSystemError, readonly
 from core.grid import Grid
 from core.linalg.factor import Factor
+from core.linalg.pairs import solve_pairs
 
 if TYPE_CHECKING:
     from scipy.interpolate import RectBivariateSpline
@@ -33,8 +34,8 @@ SAMPLES = 4
 ROUNDS = 40
 STEADY = 1e-6
 """The last round is that in which no angle changes by more."""
-STEPS = 20
-"""Steps of Newton's method from the nearest node of a chart to a place in it."""
+STEPS, FOUND = 20, 1e-12
+"""Steps of Newton's method from the nearest node of a chart to a place in it, and the one that is the last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,18 +74,10 @@ class Chart:
         _, nearest = cKDTree(self.places.reshape(-1, 2)).query(wanted)
         share = np.stack(np.divmod(nearest, count)[::-1], axis=-1) / (count - 1)
         for _ in range(STEPS):
-            rest = wanted - self.at(share)
-            across, down = self.at(share, across=1), self.at(share, down=1)
-            area = across[:, 0] * down[:, 1] - across[:, 1] * down[:, 0]
-            step = np.stack(
-                [
-                    rest[:, 0] * down[:, 1] - rest[:, 1] * down[:, 0],
-                    across[:, 0] * rest[:, 1] - across[:, 1] * rest[:, 0],
-                ],
-                axis=-1,
-            )
-            step = np.clip(step / area[:, None], -2 / count, 2 / count)
-            share = np.clip(share + step, 0, 1)
+            step = solve_pairs(self.at(share, across=1), self.at(share, down=1), wanted - self.at(share))
+            before, share = share, np.clip(share + np.clip(step, -2 / count, 2 / count), 0, 1)
+            if np.abs(share - before).max(initial=0) < FOUND:
+                break
         return np.asarray(share.reshape(places.shape))
 
     @cached_property

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from core.arrays import Floats, InputError, Ints, Points
+from core.files.faults import faults_named, system_faults_named
 from core.files.json_file import parse_json
 from core.surfaces.surface import MOST, Surface
 
@@ -32,18 +33,14 @@ def read_mesh(path: Path) -> Surface:
     """
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: not a mesh: its name ends with none of {', '.join(SUFFIXES)}")
-    try:
+    with system_faults_named(path):
         if path.stat().st_size > LARGEST_BYTES:
             raise InputError(f"{path}: larger than {LARGEST_BYTES // 1_000_000} MB")
         parts = _read_parts(path)
-    except OSError as fault:
-        raise InputError(f"{path}: {(fault.strerror or str(fault)).lower()}") from fault
     if not parts:
         raise InputError(f"{path}: has no triangles with texture coordinates")
-    try:
+    with faults_named(path):
         return _join(path.stem, parts)
-    except InputError as fault:
-        raise InputError(f"{path}: {fault}") from None
 
 
 def _read_parts(path: Path) -> list[Part]:

@@ -17,6 +17,7 @@ import scipy
 from core.arrays import Bools, Floats, InputError, Ints, Points, Singles, readonly
 from core.imaging.image import Image
 from core.imaging.reading import load
+from core.linalg.pairs import solve_pairs
 from core.warps.warp import Warp
 
 Kind: TypeAlias = Literal["st", "displacement"]
@@ -79,7 +80,7 @@ class WarpMap:
             inside = np.clip(at - cell, 0, 1)
             value, across, down = _affine(places, cell, inside)
             beyond = at - cell - inside
-            step = _solve_pixels(across, down, share - value - across * beyond[:, :1] - down * beyond[:, 1:])
+            step = solve_pairs(across, down, share - value - across * beyond[:, :1] - down * beyond[:, 1:])
             long = np.abs(step).max(axis=1, keepdims=True)
             at = at + step * np.minimum(1, _STEP / np.maximum(long, _STEP))
             cell = self._entered(cell, at)
@@ -113,18 +114,6 @@ def _affine(places: Points, cell: Ints, inside: Points) -> tuple[Points, Points,
     a, b, c, d = places[y, x], places[y, x + 1], places[y + 1, x], places[y + 1, x + 1]
     across, down = (b - a) * (1 - v) + (d - c) * v, (c - a) * (1 - u) + (d - b) * u
     return a * (1 - u) * (1 - v) + b * u * (1 - v) + c * (1 - u) * v + d * u * v, across, down
-
-
-def _solve_pixels(across: Points, down: Points, rest: Points) -> Points:
-    """Return the steps (n, 2) that make up for what is left, 0 where the map stands still."""
-    area = across[:, 0] * down[:, 1] - across[:, 1] * down[:, 0]
-    step = np.stack(
-        [rest[:, 0] * down[:, 1] - rest[:, 1] * down[:, 0], across[:, 0] * rest[:, 1] - across[:, 1] * rest[:, 0]],
-        axis=1,
-    )
-    usable = np.abs(area) > 1e-18
-    steps: Points = np.where(usable[:, None], step / np.where(usable, area, 1)[:, None], 0.0)
-    return steps
 
 
 def warp_map_of(st_map: Path | None, displacement: Path | None) -> WarpMap | None:

@@ -117,13 +117,12 @@ class SpacePanel:
         editor, pixels = self._editor, round(side * imgui.get_io().display_framebuffer_scale.x)
         laid = Laid(surface, editor.answer.rest, moved, editor.answer.document.canvas_px)
         desk = theme.rgb(theme.SUNKEN)
-        draft = editor.is_busy or self._turning is not None
         texture = self._views.view(title, (pixels, pixels)).draw(
             laid,
             self._views.source(editor.document.image),
             editor.session.orbit,
             (desk.x, desk.y, desk.z, 1.0),
-            draft=draft,
+            draft=editor.is_busy,
         )
         at = imgui.get_cursor_screen_pos()
         imgui.invisible_button(title, ImVec2(side, side))

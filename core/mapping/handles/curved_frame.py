@@ -28,8 +28,9 @@ _ROOM = 0.1
 LEAST = 0.5
 """Share of its size that a feature is to keep; where it would have to be smaller, the frame gives way beside it."""
 _ROUNDS, _EXACT = 5, 1e-6
-"""Times that a turn, which is linear for small angles only, is taken anew; and share of the room that is rounding, as
-is a distance from 0 of a combination of constraints, which then contradict one another."""
+"""Times that a turn, which is linear for small angles only, is taken anew, and share of the room that is rounding."""
+_NONE = 1e-6
+"""Distance from 0 of a combination of constraints below which they contradict one another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,4 +121,4 @@ def _shortest(G: Floats, h: Floats) -> Floats | None:
     far = float((h / unit).max())
     E, f = np.vstack([G.T, h / far]) / unit, np.append(np.zeros(G.shape[1]), 1.0)
     u, distance = scipy.optimize.nnls(E, f)
-    return None if distance < _EXACT else np.asarray(far * (E @ u - f)[:-1] / distance**2)
+    return None if distance < _NONE else np.asarray(far * (E @ u - f)[:-1] / distance**2)

@@ -21,7 +21,7 @@ from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.curves.bezier import Curve
 from core.curves.feature_curves import FeatureCurve
 from core.curves.fitting import fit
-from core.curves.polylines import Polylines
+from core.curves.polylines import Polylines, count_up
 from core.linalg.nearest import Nearest
 from core.retexture.deformation.coordinates import Feet, SpineCurves
 from core.retexture.synthesis.patches import PatchShape
@@ -266,6 +266,5 @@ def _pairs(lines: Floats) -> tuple[Ints, Ints, Floats]:
     low, high = (np.searchsorted(begin[order, 0], end[:, 0] + gap) for gap in (-GAP_PX, GAP_PX))
     count = high - low
     one = np.repeat(np.arange(len(lines)), count)
-    within = np.arange(len(one)) - np.repeat(np.cumsum(count) - count, count)
-    other = order[np.repeat(low, count) + within]
+    other = order[np.repeat(low, count) + count_up(count)]
     return one, other, np.linalg.norm(begin[other] - end[one], axis=1)

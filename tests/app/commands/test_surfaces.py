@@ -8,6 +8,7 @@ import pytest
 from core.imaging.images import load
 from core.surfaces.shapes import make_shape
 from tests.app.commands.warp_scene import HEIGHT, WIDTH, photograph, refused, weft
+from tests.core.surfaces.test_surface import write_obj
 
 pytestmark = pytest.mark.gpu
 
@@ -45,11 +46,7 @@ def test_a_view_shows_the_surface_from_where_the_camera_is(folder: Path) -> None
 
 
 def test_a_mesh_from_a_file_is_a_surface_like_one_by_name(folder: Path) -> None:
-    surface = make_shape("cylinder")
-    lines = ["v {} {} {}".format(*vertex) for vertex in surface.vertices]
-    lines += [f"vt {x} {1 - y}" for x, y in surface.texture]
-    lines += ["f {0}/{0} {1}/{1} {2}/{2}".format(*(corner + 1)) for corner in surface.triangles]
-    Path("mug.obj").write_text("\n".join(lines))
+    write_obj(Path("mug.obj"), make_shape("cylinder"))
     for name in ("cylinder", "mug.obj"):
         assert weft("photo.png", "--mask", "mask.png", "--surface", name, "-o", f"{name[:3]}.png") == 0
     difference = load("cyl.png").pixels.astype(int) - load("mug.png").pixels
@@ -65,6 +62,7 @@ def test_a_mesh_from_a_file_is_a_surface_like_one_by_name(folder: Path) -> None:
         (["--surface", "sphere", "--proportion", "99"], "99 is not 0.2 to 5"),
         (["--proportion", "2"], "--proportion"),
         (["--surface", "torus", "--size", "10x10"], "--size"),
+        (["--surface", "torus", "--frame", "warp"], "--frame"),
         (["--view", "view.png"], "--view"),
         (["--surface", "cone", "--view", "view.tx"], "view.tx"),
     ],

@@ -67,6 +67,18 @@ def test_the_canvas_holds_the_whole_warp_or_the_frame(folder: Path) -> None:
     np.testing.assert_allclose(arrays("map.npz")["warped"] + [0, 24], found["warped"], atol=1e-9)
 
 
+def test_pins_are_reported_where_the_result_has_them(folder: Path) -> None:
+    Path("handles.json").write_text(json.dumps({"pins": [{"at": [60, 40], "to": [62, 20]}]}))
+    words = ("photo.png", "--preset", "arch", "--bend=100", "--handles", "handles.json", "--cell=1")
+    assert weft(*words, "-o", "out.png", "--map", "map.npz", "--report", "r.json") == 0
+    pin = json.loads(Path("r.json").read_text())["pins"][0]
+    found = arrays("map.npz")
+    nearest = np.argmin(((found["rest"] - [60, 40]) ** 2).sum(-1))
+    np.testing.assert_allclose(found["warped"].reshape(-1, 2)[nearest], pin["reached"], atol=1.5)
+    np.testing.assert_allclose(pin["to"], pin["reached"], atol=0.1)
+    assert pin["reached"][1] - 20 > 20  # the canvas begins above the picture
+
+
 def feature_report(*words: str) -> dict[str, Any]:
     assert weft("photo.png", "-o", "out.png", "--mask", "mask.png", "--report", "report.json", *words) == 0
     feature: dict[str, Any] = json.loads(Path("report.json").read_text())["features"][0]
