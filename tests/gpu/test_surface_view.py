@@ -26,7 +26,7 @@ def test_only_what_has_changed_is_drawn_anew() -> None:
     def triangles_drawn(laid: Laid, orbit: Orbit) -> int:
         with context.query(primitives=True) as query:
             view.draw(laid, source, orbit)
-        return query.primitives
+        return int(query.primitives)
 
     picture_and_surface = triangles_drawn(laid, orbit)
     assert triangles_drawn(replace(laid), orbit) == 0
