@@ -1,5 +1,6 @@
 // Resampling of the picture: cubic convolution (Keys 1981, a = -1/2), stretched to the footprint where it shrinks.
 // Where DRAFT is defined, a blend of four texels of the level: a renderer in software runs every branch that is compiled.
+// Where INTERPOLATED or AVERAGED is, every footprint is known to be of that kind.
 
 uniform sampler2D picture;    // linear light, premultiplied: the base level, at its right the coarser ones
 uniform ivec2 picture_size;   // whole picture in pixels
@@ -105,6 +106,10 @@ vec4 filtered(vec2 whole, vec2 fraction, vec3 kernel, int level) {
     Level texels = level_of(level);
 #ifdef DRAFT
     return blended(at, t, texels);
+#elif defined(INTERPOLATED)
+    return interpolated(at, t, texels);
+#elif defined(AVERAGED)
+    return averaged(at, t, kernel, texels);
 #else
     bool plain = abs(kernel.x - 1.0) + abs(kernel.y) + abs(kernel.z - 1.0) < 1e-4;
     return plain ? interpolated(at, t, texels) : averaged(at, t, kernel, texels);

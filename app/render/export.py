@@ -225,24 +225,30 @@ class TileTarget:
     def draw(self, box: Box, out: Pixels) -> None:
         """Draw the output pixels of `box` into `out`, (h, w, 4)."""
         self._picture.clear()
-        self._draw_light(box, box)
+        if not self._draw_light(box, box):
+            out[:] = 0
+            return
         with self._pixels.drawing():
             self._picture.light.texture.use(0)
             self._programs.fullscreen("encode.frag", tile=0, linear=self._linear)
         read = self._pixels.read((box[2] - box[0], box[3] - box[1]))
         out[:] = np.frombuffer(read, out.dtype).reshape(out.shape)
 
-    def _draw_light(self, tile: Box, part: Box) -> None:
-        """Draw `part` of `tile`, in quarters where the source for it is too large for one window."""
+    def _draw_light(self, tile: Box, part: Box) -> bool:
+        """Draw `part` of `tile`, in quarters where the source for it is too large for one window.
+
+        Returns whether there is anything to draw.
+        """
         assert self._mesh is not None
+        read = self._mesh.source_of(part, least_stretch=LEAST_STRETCH)
+        if read is None:
+            return False
         side = max(part[2] - part[0], part[3] - part[1])
-        if side > LEAST_TILE_PX and not self._source.is_small:
-            read, base = self._mesh.source_of(part, least_stretch=LEAST_STRETCH)
-            if not self._source.fits(read, base):
-                for quarter in _quarters(part):
-                    self._draw_light(tile, quarter)
-                return
-        self._picture.draw(self._mesh, self._source, part, origin=tile[:2])
+        if side > LEAST_TILE_PX and not (self._source.is_small or self._source.fits(read.box, read.level)):
+            drawn = [self._draw_light(tile, quarter) for quarter in _quarters(part)]
+            return any(drawn)
+        self._picture.draw(self._mesh, self._source, part, origin=tile[:2], filters=read.filters)
+        return True
 
     def release(self) -> None:
         """Free the GPU objects."""

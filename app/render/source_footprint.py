@@ -1,9 +1,11 @@
-"""Which source pixels a part of the output reads: only large pictures, drawn window by window, need to know."""
+"""Which source pixels a part of the output reads, and by which filter."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from app.render.programs import Names
 from app.render.sources.source import Box
 from core.arrays import Floats, Ints, Points
 
@@ -13,6 +15,19 @@ LEAST_AREA = 1e-3
 """Triangles of a smaller area, in square output pixels, hit no pixel worth the pixels they would read."""
 BLOCK = 16
 """Quads along the side of a block; triangles are looked for in blocks first."""
+ENLARGED, SHRUNK = 1.0, 1.001
+"""Greatest singular values up to the first certainly leave the filter as it is (filter.glsl), from the second on they
+stretch it."""
+
+
+class Read(NamedTuple):
+    """What drawing a part of the output reads."""
+
+    box: Box
+    level: int
+    """The finest of the pyramid."""
+    filters: Names
+    """The one filter of resample.frag that is needed, or none where it must choose."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +47,8 @@ class SourceFootprint:
     """(T, 2, 2)"""
     major: Floats
     minor: Floats
+    has_slivers: bool
+    """Whether there are triangles besides these."""
     starts: Ints
     """The first triangle of each of B blocks, and T."""
     low: Points
@@ -62,20 +79,21 @@ class SourceFootprint:
             J,
             major,
             np.maximum(minor, major / MOST_ANISOTROPY),
+            len(chosen) < len(block),
             np.append(starts, len(chosen)),
             np.minimum.reduceat(moved_low, starts) if starts.size else moved_low,
             np.maximum.reduceat(moved_high, starts) if starts.size else moved_high,
         )
 
-    def read_for(self, box: Box, *, least_stretch: float) -> tuple[Box, int]:
-        """Return the source pixels that drawing `box` reads, and the finest level of the pyramid among them."""
+    def read_for(self, box: Box, *, least_stretch: float) -> Read | None:
+        """Return what drawing `box` reads, None where nothing is to be drawn."""
         first, last = np.array([box[0] - 1, box[1] - 1]), np.array([box[2], box[3]])
         near = self._in_blocks(first, last)
         low, high = np.maximum(self.moved_low[near], first), np.minimum(self.moved_high[near], last)
         seen = (low <= high).all(axis=1)
         near, low, high = near[seen], low[seen], high[seen]
         if not near.size:
-            return (0, 0, 1, 1), 0
+            return Read((0, 0, 1, 1), 0, ()) if self.has_slivers else None
         # The image of a rectangle with centre c and half sides h has its centre at J c and half sides |J| h.
         J = self.jacobian[near]
         middle = (low + high) / 2 - self.moved[near]
@@ -85,7 +103,15 @@ class SourceFootprint:
         left, top = (np.maximum(centre - half, self.rest_low[near]) - margin).min(axis=0)
         right, bottom = (np.minimum(centre + half, self.rest_high[near]) + margin).max(axis=0)
         level = int(np.floor(np.log2(max(float(self.minor[near].min()) / least_stretch, 1.0))))
-        return (int(np.floor(left)), int(np.floor(top)), int(np.ceil(right)) + 1, int(np.ceil(bottom)) + 1), level
+        source = int(np.floor(left)), int(np.floor(top)), int(np.ceil(right)) + 1, int(np.ceil(bottom)) + 1
+        return Read(source, level, self._filters_of(near))
+
+    def _filters_of(self, triangles: Ints) -> Names:
+        """Return which of the two filters is the only one of some triangles; neither if both are."""
+        major = self.major[triangles]
+        if major.min() > SHRUNK:
+            return ("AVERAGED",)
+        return ("INTERPOLATED",) if major.max() <= ENLARGED and not self.has_slivers else ()
 
     def _in_blocks(self, first: Points, last: Points) -> Ints:
         """Return the triangles of all blocks that meet a rectangle of the output."""

@@ -147,8 +147,7 @@ def _fit_to_format(image: Image, suffix: str) -> Image:
     pixels, linear = image.pixels, image.linear
     if suffix in (".jpg", ".jpeg"):
         if image.has_alpha:
-            light = color.linear_light(pixels, linear=linear)
-            pixels = color.store(color.over(light, 1.0), depth=np.uint8, linear=False)
+            pixels = _over_white(pixels, linear=linear)
         elif linear or pixels.dtype != np.uint8:
             pixels = _restore(image, np.uint8, linear=False)
         linear = False
@@ -166,6 +165,20 @@ def _fit_to_format(image: Image, suffix: str) -> Image:
             pixels, linear = _restore(image, np.float32, linear=True), True
         pixels = color.premultiply(pixels)
     return image if pixels is image.pixels else replace(image, pixels=pixels, linear=linear)
+
+
+def _over_white(pixels: Pixels, *, linear: bool) -> Pixels:
+    """Return pixels with alpha (h, w, 2 or 4) over white, 8 bits a channel."""
+    if pixels.dtype != np.uint8 or linear:
+        return color.store(color.over(color.linear_light(pixels, linear=linear), 1.0), depth=np.uint8, linear=False)
+    # All channels of a pixel are one number: most pixels are opaque or clear.
+    each = np.dtype(f"u{pixels.shape[-1]}")
+    alpha, whole = pixels[..., -1], np.ascontiguousarray(pixels).view(each)[..., 0]
+    shown = np.where(alpha == 0, np.iinfo(each).max, whole)[..., None].view(np.uint8)[..., :-1]
+    soft = (alpha > 0) & (alpha < 255)
+    light = color.linear_light(pixels[soft], linear=False)
+    shown[soft] = color.store(color.over(light, 1.0), depth=np.uint8, linear=False)
+    return shown
 
 
 def _restore(image: Image, depth: Any, *, linear: bool) -> Pixels:

@@ -182,13 +182,13 @@ def test_a_file_written_row_by_row_is_that_of_the_whole(
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".jpg"])
 def test_a_file_is_written_in_a_fraction_of_the_memory_of_its_pixels(tmp_path: Path, suffix: str) -> None:
-    image, size = scenes.picture(32, 512, 4, "f4"), (256, 4096)
+    image, size = scenes.picture(32, 512, 4, "f4"), (384, 6144)
     rest, path = scenes.grid(32, 512), tmp_path / f"a{suffix}"
     tracemalloc.start()
-    run(rendering_file(image, rest, rest, path, named=path, size=size, scale=8))
+    run(rendering_file(image, rest, rest, path, named=path, size=size, scale=12))
     peak_bytes = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak_bytes < 256 * 4096 * 16 / 2
+    assert peak_bytes < 384 * 6144 * 16 / 2
 
 
 @pytest.mark.parametrize("scale", [0.4, 1.0, 2.6])

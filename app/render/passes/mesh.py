@@ -15,7 +15,7 @@ from app.render.gpu import release
 from app.render.nodes import Nodes
 from app.render.passes.ring import put_ring
 from app.render.programs import Names, programs_of, set_uniforms
-from app.render.source_footprint import SourceFootprint
+from app.render.source_footprint import Read, SourceFootprint
 from app.render.sources.source import Box
 from core import tracing
 from core.arrays import Bools, Floats, Ints, Points
@@ -94,8 +94,8 @@ class MeshBuffers:
         right, bottom = np.minimum(np.ceil(self._high.max(axis=(0, 1))), box[2:]).astype(int).tolist()
         return left, top, max(right, left), max(bottom, top)
 
-    def source_of(self, box: Box, *, least_stretch: float) -> tuple[Box, int]:
-        """Return what drawing the output pixels of `box` reads (see `SourceFootprint.read_for`)."""
+    def source_of(self, box: Box, *, least_stretch: float) -> Read | None:
+        """Return what drawing the output pixels of `box` reads, None where nothing is to be drawn."""
         if self._reach is None:
             assert self._rest is not None
             assert self._moved is not None

@@ -13,7 +13,7 @@ import numpy as np
 
 from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
-from app.render.programs import programs_of
+from app.render.programs import Names, programs_of
 from app.render.sources.source import Box, Source, Window
 from core.arrays import Bools
 
@@ -22,6 +22,7 @@ PICTURE_UNIT, PLACE_UNIT, FOOTPRINT_UNIT = 2, 3, 4
 LEAST_STRETCH = 1.5
 """How many texels of its level a shrinking kernel spans at least: more is slower, less lets the pyramid show."""
 DRAFT_STRETCH = 0.75
+NOTHING_READ: tuple[Box, int] = (0, 0, 1, 1), 0
 PIECE_BLOCKS = 24
 STRIP_PIXELS = 1 << 14
 """Where the picture is shrunk, the filter may take a microsecond a pixel."""
@@ -55,13 +56,21 @@ class PicturePass:
             self.cells.clear()
 
     def draw(
-        self, mesh: MeshBuffers, source: Source, box: Box, *, origin: tuple[int, int] = (0, 0), draft: bool = False
+        self,
+        mesh: MeshBuffers,
+        source: Source,
+        box: Box,
+        *,
+        origin: tuple[int, int] = (0, 0),
+        draft: bool = False,
+        filters: Names = (),
     ) -> None:
         """Draw the output pixels of `box`, which nothing was drawn in since `clear`.
 
-        `origin` is the output pixel that is the target's first. A `draft` is less sharp.
+        `origin` is the output pixel that is the target's first. A `draft` is less sharp. `filters` is the one that all
+        of the box needs, if that is known.
         """
-        for _ in self.drawing(mesh, source, box, origin=origin, draft=draft, in_pieces=False):
+        for _ in self.drawing(mesh, source, box, origin=origin, draft=draft, filters=filters, in_pieces=False):
             pass
 
     def drawing(
@@ -72,6 +81,7 @@ class PicturePass:
         *,
         origin: tuple[int, int] = (0, 0),
         draft: bool = False,
+        filters: Names = (),
         in_pieces: bool = True,
     ) -> Iterator[None]:
         """Draw as `draw` does, in pieces of a few milliseconds at most, with a stop after each.
@@ -101,7 +111,7 @@ class PicturePass:
                 self._place.texture.use(PLACE_UNIT)
                 self._footprint.texture.use(FOOTPRINT_UNIT)
                 self._programs.fullscreen(
-                    "resample.frag", defined, place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms
+                    "resample.frag", defined or filters, place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms
                 )
             yield
         source.window(*read).texture.use(PICTURE_UNIT)
@@ -125,7 +135,10 @@ class PicturePass:
 
 def what_is_read(mesh: MeshBuffers, source: Source, box: Box, least_stretch: float) -> tuple[Box, int]:
     """Return which pixels of the picture drawing the output pixels of `box` reads, and the finest level among them."""
-    return (source.whole, 0) if source.is_small else mesh.source_of(box, least_stretch=least_stretch)
+    if source.is_small:
+        return source.whole, 0
+    read = mesh.source_of(box, least_stretch=least_stretch)
+    return NOTHING_READ if read is None else read[:2]
 
 
 def picture_uniforms(window: Window, source: Source, side: int, origin: tuple[int, int] = (0, 0)) -> dict[str, object]:

@@ -48,21 +48,31 @@ def test_it_holds_the_source_of_every_pixel_and_its_level(seed: int) -> None:
     moved = waved(grid.nodes, rng)
     found, mesh = SourceFootprint.of(grid.nodes, moved), Mesh(grid, moved)
     for box in boxes(moved, rng):
-        (left, top, right, bottom), level = found.read_for(box, least_stretch=STRETCH)
+        read = found.read_for(box, least_stretch=STRETCH)
+        (left, top, right, bottom), level = read[:2] if read else ((0, 0, 1, 1), 0)
         pixels = np.stack(np.meshgrid(np.arange(box[0], box[2]), np.arange(box[1], box[3])), -1).reshape(-1, 2)
         places = mesh.image_from_canvas(pixels[::23].astype(float))
         places = places[~np.isnan(places).any(axis=1)]
         assert (places > [left + 2, top + 2]).all() or not len(places)
         assert (places < [right - 2, bottom - 2]).all() or not len(places)
         if len(places):
+            assert read is not None
             shrink = np.linalg.svd(np.linalg.inv(jacobians_of(mesh, places)), compute_uv=False).min()
             assert level <= max(np.log2(shrink / STRETCH) + 1, 0)
 
 
-def test_what_is_drawn_nowhere_reads_a_pixel() -> None:
+def test_what_is_drawn_nowhere_reads_nothing_but_slivers_may_be_anywhere() -> None:
     rest = Grid(40, 30, cell_px=5).nodes
-    assert SourceFootprint.of(rest, np.zeros_like(rest)).read_for((0, 0, 8, 8), least_stretch=STRETCH) == (
-        (0, 0, 1, 1),
-        0,
-    )
-    assert SourceFootprint.of(rest, rest + 500).read_for((0, 0, 8, 8), least_stretch=STRETCH) == ((0, 0, 1, 1), 0)
+    assert SourceFootprint.of(rest, rest + 500).read_for((0, 0, 8, 8), least_stretch=STRETCH) is None
+    read = SourceFootprint.of(rest, np.zeros_like(rest)).read_for((0, 0, 8, 8), least_stretch=STRETCH)
+    assert read == ((0, 0, 1, 1), 0, ())
+
+
+def test_it_knows_where_all_is_shrunk_or_enlarged() -> None:
+    rest = Grid(400, 300, cell_px=10).nodes
+    moved = rest.copy()
+    moved[..., 0] = np.where(rest[..., 0] < 200, rest[..., 0] / 2, 100 + 2 * (rest[..., 0] - 200))
+    footprint = SourceFootprint.of(rest, moved)
+    of = {x: footprint.read_for((x, 50, x + 40, 90), least_stretch=STRETCH) for x in (20, 80, 200)}
+    filters = [None if read is None else read.filters for read in of.values()]
+    assert filters == [("AVERAGED",), (), ("INTERPOLATED",)]
