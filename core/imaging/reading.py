@@ -90,7 +90,7 @@ def _read(path: Path, name: str) -> Image:
         check_size(
             (spec.width, spec.height), max(spec.depth, 1) * spec.nchannels * OpenImageIO.TypeDesc(depth).size(), path
         )
-        pixels = source.read_image(0, 0, 0, spec.nchannels, depth)
+        pixels = _read_pixels(source, spec, depth)
         fault = take_fault(source)
     finally:
         source.close()
@@ -102,7 +102,26 @@ def _read(path: Path, name: str) -> Image:
     if source.format_name() == "jpegxl":  # whose reader does not say that alpha is straight, and says colours twice
         spec.attribute("oiio:UnassociatedAlpha", 1)
         spec.erase_attribute("CICP")
-    return _image_from_file(np.asarray(pixels), spec)
+    return _image_from_file(pixels, spec)
+
+
+def _read_pixels(source: OpenImageIO.ImageInput, spec: OpenImageIO.ImageSpec, depth: Any) -> Pixels | None:
+    """Return all pixels (h, w, C) of an open file, None if they cannot be read.
+
+    Rows come in bands, since what the library reads it copies once more.
+    """
+    if spec.tile_width or spec.depth > 1:
+        pixels = source.read_image(0, 0, 0, spec.nchannels, depth)
+        return None if pixels is None else np.asarray(pixels)
+    shape = spec.height, spec.width, spec.nchannels
+    pixels = np.empty(shape, {OpenImageIO.UINT8: np.uint8, OpenImageIO.UINT16: np.uint16}.get(depth, np.float32))
+    for top in range(0, spec.height, BAND_ROWS):
+        bottom = min(top + BAND_ROWS, spec.height)
+        band = source.read_scanlines(0, 0, spec.y + top, spec.y + bottom, spec.z, 0, spec.nchannels, depth)
+        if band is None:
+            return None
+        pixels[top:bottom] = np.asarray(band).reshape(bottom - top, *shape[1:])
+    return pixels
 
 
 def load_mask(path: Path | str, size_px: tuple[int, int]) -> Bytes:
