@@ -93,8 +93,8 @@ def _add_mapping_options(group: argparse._ArgumentGroup) -> None:
         type=_feature,
         dest="features",
         metavar="N=HOW",
-        help="how feature N of the report is kept instead: similarity, rigid or none, upright, least:SIZE, most:SIZE, "
-        "weight:0-1; several with commas between them",
+        help="how feature N of the report is kept instead: similarity, rigid, none, lines (long straight ones only), "
+        "upright, least:SIZE, most:SIZE, weight:0-1; several with commas between them",
     )
     group.add_argument(
         "--straight", action="store_true", help="keep long straight lines straight beside features: horizons, walls"

@@ -62,7 +62,7 @@ class FeatureList:
         return self._rows
 
     def owners(self, document: Document, grid: Grid, count: int) -> Bytes:
-        """Return which of `count` colours, from 1, is that of each node (R, C); one more where shape is not kept.
+        """Return which of `count` colours, from 1, is that of each node (R, C); one more where nothing is kept.
 
         Nodes beside a feature have its colour, too: its edge runs between nodes. All others have 0.
         """
@@ -70,11 +70,12 @@ class FeatureList:
         if self._tints is None or self._tints[0] is not found:
             self._tints = found, self._tinted(found, count)
             self._owners = None
-        if self._owners is None or self._owners[0] != document.given_up:
+        given_up = frozenset(feature.number for feature in document.said if not feature.is_kept)
+        if self._owners is None or self._owners[0] != given_up:
             own = self._tints[1].copy()
-            own[np.isin(found.labels, list(document.given_up))] = count + 1
+            own[np.isin(found.labels, list(given_up))] = count + 1
             wider = cv2.dilate(own, np.ones((5, 5), np.uint8))
-            self._owners = document.given_up, readonly(np.where(own > 0, own, wider).astype(np.uint8))
+            self._owners = given_up, readonly(np.where(own > 0, own, wider).astype(np.uint8))
         return self._owners[1]
 
     def _tinted(self, found: Features, count: int) -> Bytes:

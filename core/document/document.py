@@ -247,8 +247,8 @@ class Document:
 
     @property
     def given_up(self) -> frozenset[int]:
-        """Numbers of the features that are not to keep their shape."""
-        return frozenset(feature.number for feature in self.said if not feature.is_kept)
+        """Numbers of the features that are not to keep their shape, though perhaps their straight lines."""
+        return frozenset(feature.number for feature in self.said if not feature.is_kept or feature.keeps_lines)
 
     @property
     def said(self) -> tuple[Feature, ...]:

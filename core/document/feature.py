@@ -7,7 +7,8 @@ from typing import Literal
 from core.arrays import InputError
 from core.mapping.features.limits import Limits
 
-KeptAs = Literal["similarity", "rigid"]
+KeptAs = Literal["similarity", "rigid", "lines"]
+"""By a similarity, by one that leaves its size, or bent with the warp but for its long straight lines."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,6 @@ class Feature:
     least: float | None = None
     most: float | None = None
     """Its size at least and at most, in times that in the picture; None for no bound. A rigid one has its own."""
-
     weight: float = 1.0
     """How much it is protected, 0 to 1: under 1 softly, with 0 not at all."""
 
@@ -43,6 +43,11 @@ class Feature:
     def is_kept(self) -> bool:
         """Whether anything of its shape is kept."""
         return self.kept and self.weight > 0
+
+    @property
+    def keeps_lines(self) -> bool:
+        """Whether its long straight lines are all that is kept."""
+        return self.is_kept and self.keep == "lines"
 
     def limits(self, *, rigid: bool) -> Limits:
         """Return what it may do where those of which nothing is said are `rigid`, or similar."""

@@ -8,7 +8,6 @@ so that the same document gives the same bits, on screen and in a file.
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -26,16 +25,14 @@ from core.document.document import (
     pixels_from_places,
     places_from_pixels,
 )
+from core.document.straight_lines import straight_lines_of
 from core.files.faults import faults_named
 from core.grid import Features, Grid
-from core.imaging.image import Image
-from core.mapping.features.straight_lines import Lines
 from core.mapping.handles.handles import Handles
 from core.mapping.options import MappingOptions
 from core.mapping.result import Warped
 from core.mapping.warper import Warper
 from core.progress import Job
-from core.selection.long_lines import find_long_lines
 from core.selection.nodes import MarkedNodes
 from core.surfaces.chart import Chart
 from core.warps.map_file import WarpMap
@@ -178,21 +175,11 @@ def options_of(document: Document) -> MappingOptions:
         method=warp.method,
         weight=warp.weight,
         falloff=warp.falloff,
-        lines=_lines_of(document.image) if warp.straight else None,
+        lines=straight_lines_of(document),
         frame=warp.frame,
     )
     limits = ((feature.number, feature.limits(rigid=warp.keep == "rigid")) for feature in document.said)
     return replace(usual, single=tuple((n, limit) for n, limit in limits if limit != usual.limits_of(n)))
-
-
-_lines: WeakKeyDictionary[Image, Lines] = WeakKeyDictionary()
-
-
-def _lines_of(image: Image) -> Lines:
-    """Return the long straight lines of a picture, which are looked for once."""
-    if image not in _lines:
-        _lines[image] = Lines(readonly(find_long_lines(image)))
-    return _lines[image]
 
 
 def settle_map(document: Document) -> Job[Warped]:
@@ -216,7 +203,7 @@ class MapSolver:
         if self._live is None or self._live.grid != grid_of(document):
             return True
         lines = options_of(document).lines
-        return lines is not None and lines is not self._live.lines
+        return lines is not None and lines != self._live.lines
 
     def frame(self, document: Document) -> Warped:
         """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""

@@ -1,4 +1,4 @@
-"""How the features that are chosen in the list are kept: similar or rigid, upright, within sizes."""
+"""How the features that are chosen in the list are kept: similar or rigid or by their lines, upright, within sizes."""
 
 from collections.abc import Sequence
 
@@ -15,6 +15,7 @@ KEEPS = (
     (AS_ALL, "As all", "As the panel of the warp says of all features"),
     ("similarity", "Similar", "It moves, turns and scales as a whole"),
     ("rigid", "Rigid", "It only moves and turns: its size stays"),
+    ("lines", "Lines", "It bends with the warp, but its long straight lines stay straight"),
 )
 LEAST, MOST = 5.0, 2000.0
 """Per cent at which the sliders of sizes end, and stand for no bound."""
@@ -36,6 +37,7 @@ class Keeping:
         keep = segments("keep one", KEEPS, first.keep or AS_ALL)
         if keep is not None:
             self._say("Keep feature as", keep=None if keep == AS_ALL else keep)
+        imgui.begin_disabled(first.keep == "lines")
         upright = check("Upright", first.upright, "They do not turn")
         if upright is not None:
             self._say("Upright feature", upright=upright)
@@ -48,6 +50,7 @@ class Keeping:
             self._editor.finish()
         imgui.begin_disabled((first.keep or warp.keep) == "rigid")
         self._draw_sizes(first)
+        imgui.end_disabled()
         imgui.end_disabled()
         imgui.end_disabled()
 

@@ -45,9 +45,15 @@ _ROUNDS = 3
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Straight lines of a picture by their ends (n, 2, 2), in pixels, the longest first."""
+    """Straight lines of a picture by their ends (n, 2, 2), in pixels, the longest first; alike where these are."""
 
     ends: Points
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Lines) and np.array_equal(self.ends, other.ends)
+
+    def __hash__(self) -> int:
+        return hash(self.ends.tobytes())
 
 
 class LineSolver:

@@ -60,12 +60,41 @@ def test_what_cannot_be_said_is_refused(capsys: pytest.CaptureFixture[str]) -> N
     words = ("photo.png", "--mask", "two.png")
     assert "feature 3: the mask has none of that number" in refused(capsys, *words, "--feature", "3=rigid")
     for said, fault in (
+        ("1=line", "'line' is no way"),
         ("1=wobbly", "'wobbly' is no way"),
         ("x=rigid", "not NUMBER=HOW"),
         ("1=least:2,most:1", "size of"),
         ("1=weight:2", "protection of"),
     ):
         assert fault in refused(capsys, *words, "--feature", said)
+
+
+def bend_of(row_px: float, columns: slice = slice(None)) -> float:
+    """Return how far what was a row of the picture is from straight in map.npz, in pixels."""
+    found = arrays("map.npz")
+    row = np.abs(found["rest"][:, 0, 1] - row_px).argmin()
+    line = found["warped"][row, columns]
+    return float(np.abs(line[:, 1] - np.polyval(np.polyfit(line[:, 0], line[:, 1], 1), line[:, 0])).max())
+
+
+def test_a_feature_of_which_only_lines_are_kept_bends_between_them(folder: Path) -> None:
+    pixels = np.full((HEIGHT, WIDTH, 3), 200, np.uint8)
+    pixels[20:44, 10:90] = 60
+    save(Image(pixels), "sill.png")
+    mask = np.zeros((HEIGHT, WIDTH, 1), np.uint8)
+    mask[30:52, 10:90] = 255
+    save(Image(mask), "wall.png")
+    words = ("sill.png", "--mask", "wall.png", "--preset", "arch", "--bend=30", "--cell=2")
+    files = "-o", "out.png", "--map", "map.npz", "--report", "report.json"
+    bends = []
+    for how in ("none", "lines"):
+        assert weft(*words, *files, "--feature", f"1={how}") == 0
+        assert json.loads(Path("report.json").read_text())["features"] == []
+        rest = arrays("map.npz")["rest"][0, :, 0]
+        inside = slice(int((rest < 14).sum()), int((rest < 86).sum()))
+        bends.append([bend_of(43.5, inside), bend_of(19.5, inside)])
+    assert bends[1][0] < 0.3 * bends[0][0]
+    assert bends[1][1] > 0.4 * bends[0][1]
 
 
 def test_a_horizon_stays_straight(folder: Path) -> None:
@@ -76,9 +105,6 @@ def test_a_horizon_stays_straight(folder: Path) -> None:
     bends = []
     for straight in ((), ("--straight",)):
         assert weft(*words, *straight) == 0
-        found = arrays("map.npz")
-        row = np.abs(found["rest"][:, 0, 1] - 55.5).argmin()
-        line = found["warped"][row]
-        bends.append(np.abs(line[:, 1] - np.polyval(np.polyfit(line[:, 0], line[:, 1], 1), line[:, 0])).max())
+        bends.append(bend_of(55.5))
     assert bends[0] > 0.5
     assert bends[1] < 0.4 * bends[0]

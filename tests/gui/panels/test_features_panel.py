@@ -8,7 +8,7 @@ import pytest
 from imgui_bundle import hello_imgui, imgui
 
 from app.editor.editor import Editor
-from app.marking.feature_list import rows_of
+from app.marking.feature_list import feature_list, rows_of
 from app.model.jobs import Jobs
 from app.model.session import Brush
 from app.tools.all import TOOLS
@@ -16,6 +16,7 @@ from app.ui.widgets import theme
 from core.document.document import Document
 from core.document.feature import Feature
 from core.document.project import load_project, save_project
+from core.imaging.images import Image
 from core.rasters.raster import Raster
 from tests.app.driver import picture
 from tests.gui.tools.test_select_tools import on_screen
@@ -201,3 +202,43 @@ def test_chosen_features_are_kept_each_in_its_way(editor: Editor, tmp_path: Path
     assert 1e-3 < found[3].residual < 0.1
     save_project(editor.document, tmp_path / "kept.weft")
     assert load_project(tmp_path / "kept.weft").features == editor.document.features
+
+
+def test_of_a_feature_only_its_straight_lines_are_kept(editor: Editor, tmp_path: Path) -> None:
+    pixels = np.full((*SIZE[::-1], 3), 190, np.uint8)
+    pixels[180:220, 20:580] = 40
+    document = editor.document.changed(image=Image(pixels), mask=blocks((40, 560)))
+    editor.edit("Wall", document)
+    found: list[float] = []
+
+    def measure(window: WindowDriver) -> None:
+        """Find how far the upper side of the bar is from straight inside the feature, in pixels."""
+        window.wait(2).wait_until(lambda: editor.live.is_settled)
+        result = editor.map.result
+        assert result is not None
+        assert not result.features
+        at = np.stack([np.linspace(60, 540, 60), np.full(60, 179.5)], axis=1)
+        nodes, weights = result.grid.weights_at(at)
+        x, y = (result.warped.reshape(-1, 2)[nodes] * weights[..., None]).sum(axis=1).T
+        found.append(float(np.abs(y - np.polyval(np.polyfit(x, y, 1), x)).max()))
+
+    def script(window: WindowDriver) -> None:
+        show_list(window)
+        window.item("//Warp/**/Arch").wait(3)
+        window.item("//Features/feature 1/##row").wait(2).item("//Features/feature 1/###keep")
+        measure(window)
+        window.item("//Features/feature 1/###keep").wait(2).item("//Features/Lines##keep one")
+        measure(window)
+        window.screenshot(tmp_path / "lines.png")
+        assert owners_in(editor) == {0, 1}
+
+    drive(editor, script)
+    assert found[1] < 0.3 * found[0]
+    assert editor.document.features == (Feature(1, keep="lines"),)
+    save_project(editor.document, tmp_path / "kept.weft")
+    assert load_project(tmp_path / "kept.weft").features == editor.document.features
+
+
+def owners_in(editor: Editor) -> set[int]:
+    """Return the colours that features have in the picture."""
+    return set(np.unique(feature_list(editor).owners(editor.document, editor.map.grid, 12)).tolist())
