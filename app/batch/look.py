@@ -13,7 +13,7 @@ from core.document.animated import NUMBERS, document_at, is_animated, key_frames
 from core.document.document import Document, Pin, places_from_pixels
 from core.document.keys import KeyFrame, Track, check_track
 from core.document.map import preset_of, with_handles, with_warp_map
-from core.document.mask_file import with_mask_file
+from core.document.mask_file import with_mask_file, with_said
 from core.document.project import load_project
 from core.files.faults import faults_named
 from core.imaging.images import Image
@@ -68,6 +68,7 @@ class Look:
         if self._masks is not None:
             with hear_notices():  # what is said of a mask is said of all of them, and only once
                 document = with_mask_file(document, Path(numbered(self._masks, frame)))
+            document = with_said(document, self._table.said, only_there=True)
         st_map, displacement = (_of_frame(name, frame) for name in (self._st_maps, self._displacements))
         found = warp_map_of(st_map, displacement)
         return document_at(document if found is None else document.changed(warp_map=found), frame)
@@ -99,9 +100,12 @@ def base_document(batch: Batch) -> Document:
             preset_of(document_at(document, frame))
     if table.handles is not None:
         document = with_handles(document, recipe.place(table.handles))
-    if table.mask is not None and not is_numbered(table.mask):
+    if table.mask is not None and is_numbered(table.mask):
+        return document
+    if table.mask is not None:
         document = with_mask_file(document, recipe.place(table.mask))
-    return document
+    with faults_named(recipe.path):
+        return with_said(document, table.said)
 
 
 def with_warp(document: Document, recipe: Recipe, table: RecipeTable) -> Document:

@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeAlias
 from core.arrays import InputError
 from core.canvas import Framing
 from core.document.document import Frame, Keep, Method, WarpSettings
+from core.document.feature import Feature, read_feature
 from core.document.keys import Easing
 from core.document.plain_data import decode
 from core.document.project import SUFFIX
@@ -37,6 +38,7 @@ class WarpTable:
     method: Method = WarpSettings.method
     weight: float = WarpSettings.weight
     falloff: float = WarpSettings.falloff
+    straight: bool = WarpSettings.straight
     cell: float | None = None
 
 
@@ -106,9 +108,16 @@ class RecipeTable:
     displacement: str | None = None
     chunk: int = 25
     warp: WarpTable = field(default_factory=WarpTable)
+    features: Mapping[str, str] = field(default_factory=dict)
+    """How single features are kept, by their numbers, in the words of `weft warp --feature`."""
     pins: tuple[PinTable, ...] = ()
     keys: Mapping[str, tuple[KeyTable, ...]] = field(default_factory=dict)
     output: OutputTable = field(default_factory=OutputTable)
+
+    @property
+    def said(self) -> tuple[Feature, ...]:
+        """What is said of single features."""
+        return tuple(_feature(number, how) for number, how in self.features.items())
 
 
 @dataclass(frozen=True)
@@ -134,6 +143,13 @@ class Recipe:
     def project(self) -> Path | None:
         """The project that the recipe starts from."""
         return None if self.table.project is None else self.place(self.table.project)
+
+
+def _feature(number: str, how: str) -> Feature:
+    try:
+        return read_feature(number, how)
+    except InputError as fault:
+        raise InputError(f"features.{number}: {fault}") from None
 
 
 class _Nothing:
@@ -219,7 +235,7 @@ def _check_values(table: RecipeTable) -> None:
         raise InputError(f"chunk: {table.chunk} is not from 1 to 100000")
     if not 1 <= table.output.quality <= 100:
         raise InputError(f"output.quality: {table.output.quality} is not from 1 to 100")
-    _ = table.output.frames_per_second
+    _ = table.output.frames_per_second, table.said
     if not 0 < table.output.scale <= 64:
         raise InputError(f"output.scale: {table.output.scale:g} is not above 0 and up to 64")
     for number, pin in enumerate(table.pins, 1):

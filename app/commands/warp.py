@@ -9,7 +9,7 @@ import re
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from app.render.surface_view import draw_view
 from core.arrays import InputError
 from core.canvas import Canvas, Framing
 from core.document.document import Document, WarpSettings
-from core.document.feature import Feature, KeptAs
+from core.document.feature import Feature, read_feature
 from core.document.map import MapSolver, frame_result, with_handles
 from core.document.mask_file import with_mask_file, with_said
 from core.files.atomic import AtomicFiles, check_outputs
@@ -132,31 +132,10 @@ def _setting(text: str) -> tuple[str, float]:
 def _feature(text: str) -> Feature:
     """Read N=HOW,HOW."""
     number, _, how = text.partition("=")
-    said: dict[str, Any] = {}
-    for word in how.split(","):
-        name, _, value = word.partition(":")
-        if word in get_args(KeptAs):
-            said["keep"] = word
-        elif word in ("none", "upright"):
-            said |= {"kept": False} if word == "none" else {"upright": True}
-        elif name in ("least", "most", "weight"):
-            said[name] = _number(value, text)
-        else:
-            raise argparse.ArgumentTypeError(f"{text!r}: {word!r} is no way to keep a feature")
     try:
-        return Feature(int(number), **said)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r}: not NUMBER=HOW") from None
+        return read_feature(number, how)
     except InputError as fault:
         raise argparse.ArgumentTypeError(f"{text!r}: {fault}") from None
-
-
-def _number(text: str, within: str) -> float:
-    """Read a number."""
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{within!r}: {text!r} is no number") from None
 
 
 def _size(text: str) -> tuple[int, int]:
@@ -247,8 +226,7 @@ def document_from(arguments: argparse.Namespace) -> Document:
         document = replace(document, mask=Raster.from_array(mask))
     if arguments.mask is not None:
         document = with_mask_file(document, arguments.mask)
-    if arguments.features:
-        document = with_said(document, arguments.features)
+    document = with_said(document, arguments.features)
     return document if arguments.handles is None else with_handles(document, arguments.handles)
 
 

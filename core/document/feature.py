@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import inf
-from typing import Literal
+from typing import Any, Literal, get_args
 
 from core.arrays import InputError
 from core.mapping.features.limits import Limits
@@ -55,3 +55,28 @@ class Feature:
         if rigid if self.keep is None else self.keep == "rigid":
             return Limits(1.0, 1.0, not self.upright, weight)
         return Limits(self.least or 0.0, inf if self.most is None else self.most, not self.upright, weight)
+
+
+def read_feature(number: str, how: str) -> Feature:
+    """Return what the words `how`, with commas between them, say of a feature; raise `InputError` for other words."""
+    said: dict[str, Any] = {}
+    for word in how.split(","):
+        name, _, value = word.partition(":")
+        if word in get_args(KeptAs):
+            said["keep"] = word
+        elif word in ("none", "upright"):
+            said |= {"kept": False} if word == "none" else {"upright": True}
+        elif name in ("least", "most", "weight"):
+            said[name] = _number(value)
+        else:
+            raise InputError(f"{word!r} is no way to keep a feature")
+    if not (number.isascii() and number.isdigit()):
+        raise InputError(f"{number!r} is no number of a feature")
+    return Feature(int(number), **said)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{text!r} is no number") from None

@@ -29,18 +29,26 @@ def with_mask_file(document: Document, path: Path) -> Document:
     return document.changed(mask=Raster.from_array(mask), numbers=labels, features=())
 
 
-def with_said(document: Document, said: Iterable[Feature]) -> Document:
-    """Return `document` with something said of features, by the numbers that they have in a report.
+def with_said(document: Document, said: Iterable[Feature], *, only_there: bool = False) -> Document:
+    """Return `document` with something else said of features, by the numbers that they have in a report.
 
-    Raises `InputError` for a feature that is not there, and for more features than can have numbers.
+    With `only_there`, what is said of a feature that is not there is left out. Raises `InputError` for one that is not
+    there, and for more features than can have numbers.
     """
+    said = tuple(said)
+    if not said:
+        return document
     numbers = document.numbers
     if numbers is None:
         count, parts = cv2.connectedComponents((document.mask.array > MARKED).astype(np.uint8), connectivity=8)
         if count - 1 > MOST:
             raise InputError(f"the mask has {count - 1} features: something can be said of {MOST} at most")
         numbers = Raster.from_array(parts.astype(np.uint8))
-    by_number = {feature.number: feature for feature in said}
-    for number in sorted(set(by_number) - set(np.unique(numbers.array).tolist())):
-        raise InputError(f"feature {number}: the mask has none of that number")
+    there = set(np.unique(numbers.array).tolist())
+    by_number = {feature.number: feature for feature in document.said}
+    for feature in said:
+        if feature.number in there:
+            by_number[feature.number] = feature
+        elif not only_there:
+            raise InputError(f"feature {feature.number}: the mask has none of that number")
     return document.changed(numbers=numbers, features=tuple(by_number[n] for n in sorted(by_number)))

@@ -9,9 +9,11 @@ from app.batch.look import Look
 from app.batch.recipe import read_recipe
 from app.cli import main
 from core.document.document import Document
+from core.document.feature import Feature
 from core.document.keys import KeyFrame
 from core.document.project import save_project
 from core.imaging.images import Image, save
+from core.rasters.raster import Raster
 from tests.app.batch.scene import HEIGHT, WIDTH, chunks_of, write_recipe, write_scene
 
 FULL = """\
@@ -67,6 +69,30 @@ def test_a_recipe_changes_of_its_project_what_it_names(tmp_path: Path) -> None:
     assert base.tracks.keys() == {"bend", "vertical"}
 
 
+def test_single_features_are_kept_as_the_recipe_says_and_others_as_its_project(tmp_path: Path) -> None:
+    own = Document.of(Image(np.zeros((20, 30, 3), np.uint8)))
+    marks = np.zeros((20, 30), np.uint8)
+    marks[5:9, 4:10], marks[12:16, 15:25] = 3, 4
+    mask = Raster.from_array(np.where(marks > 0, 255, 0).astype(np.uint8))
+    said = Feature(3, "Left", keep="rigid"), Feature(4, "Right")
+    save_project(own.changed(mask=mask, numbers=Raster.from_array(marks), features=said), tmp_path / "a.weft")
+    recipe = write_recipe(tmp_path, 'project = "a.weft"\n[features]\n4 = "lines"\n[warp]\nstraight = true')
+    base = Look(chunks_of(recipe, tmp_path / "f.####.png")[0].batch).base
+    assert base.features == (said[0], Feature(4, keep="lines"))
+    assert base.warp.straight
+
+
+def test_of_masks_for_each_frame_those_that_have_a_feature_keep_it_as_the_recipe_says(tmp_path: Path) -> None:
+    recipe = write_scene(tmp_path, 'picture = "plates/shot.####.png"\nmask = "m.#.png"\n[features]\n2 = "upright"\n')
+    labels = np.zeros((HEIGHT, WIDTH, 1), np.uint8)
+    labels[5:20, 5:20] = 1
+    save(Image(labels.copy()), tmp_path / "m.1.png")
+    labels[25:40, 25:40] = 2
+    save(Image(labels), tmp_path / "m.2.png")
+    look = Look(chunks_of(recipe, tmp_path / "f.####.png")[0].batch)
+    assert [look.at(frame, None).features for frame in (1, 2)] == [(), (Feature(2, upright=True),)]
+
+
 def test_a_project_is_a_recipe(tmp_path: Path) -> None:
     save_project(Document.of(Image(np.zeros((20, 30, 3), np.uint8))), tmp_path / "a.weft")
     assert read_recipe(tmp_path / "a.weft").project == tmp_path / "a.weft"
@@ -84,6 +110,10 @@ def test_a_project_is_a_recipe(tmp_path: Path) -> None:
         ("[keys]\nbend = [{value = 1}]", "keys.bend.0.frame: is missing"),
         ("[[pins]]\nat = [1, 2]", 'pins 1: has neither "to" nor "keys"'),
         ("[warp\nbend", "not a recipe in TOML: Expected ']'"),
+        ("[features]\n1 = 'wobbly'", "features.1: 'wobbly' is no way to keep a feature"),
+        ("[features]\nleft = 'rigid'", "features.left: 'left' is no number of a feature"),
+        ("[features]\n1 = 2", "features.1: is not of type str"),
+        ("mask = 'mask.png'\n[features]\n2 = 'rigid'", "feature 2: the mask has none of that number"),
         ("chunk = 0", "chunk: 0 is not from 1 to 100000"),
         ("[output]\nquality = 101", "output.quality: 101 is not from 1 to 100"),
         ("[output]\nrate = 'fast'", "output.rate: 'fast' is not a number or a fraction above 0"),

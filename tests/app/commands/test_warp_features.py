@@ -62,7 +62,7 @@ def test_what_cannot_be_said_is_refused(capsys: pytest.CaptureFixture[str]) -> N
     for said, fault in (
         ("1=line", "'line' is no way"),
         ("1=wobbly", "'wobbly' is no way"),
-        ("x=rigid", "not NUMBER=HOW"),
+        ("x=rigid", "'x' is no number of a feature"),
         ("1=least:2,most:1", "size of"),
         ("1=weight:2", "protection of"),
     ):
