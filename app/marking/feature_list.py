@@ -1,6 +1,7 @@
 """The features of a document as a list: where each is, what it is called, and what can be done with one or several."""
 
 from dataclasses import dataclass, replace
+from itertools import count
 from weakref import WeakKeyDictionary
 
 import cv2
@@ -185,20 +186,33 @@ def _free(document: Document) -> int:
 
 def with_said(document: Document, number: int, **changes: object) -> Document:
     """Return the document with something else said of a feature."""
-    said = {feature.number: feature for feature in document.features}
-    said[number] = replace(said.get(number, Feature(number)), **changes)  # type: ignore[arg-type]
-    return document.changed(features=tuple(said[n] for n in sorted(said)))
+    said = next((feature for feature in document.features if feature.number == number), Feature(number))
+    return _with_feature(document, replace(said, **changes))  # type: ignore[arg-type]
+
+
+def _with_feature(document: Document, said: Feature) -> Document:
+    features = {feature.number: feature for feature in (*document.features, said)}
+    return document.changed(features=tuple(features[n] for n in sorted(features)))
 
 
 def merge(editor: Editor, label: str, ids: frozenset[int], **changes: object) -> None:
-    """Make one feature of several, or give one a number of its own, and say something of it; as one undo entry."""
+    """Make one feature of several, or give one a number of its own, and say something of it; as one undo entry.
+
+    What is said of the largest goes for all; if it has no name, it takes that of another one.
+    """
     document = editor.document
     own = sorted(n for n in ids if document.numbers is not None and n <= MOST)
     number = own[0] if own else _free(document)
     if own != sorted(ids) or len(ids) > 1:
-        area = np.logical_or.reduce([_area(editor, n) for n in sorted(ids)])
-        document = document.changed(numbers=with_number(document.numbers, area, number))
-        document = document.changed(features=tuple(f for f in document.features if f.number not in own[1:]))
+        areas = {n: _area(editor, n) for n in sorted(ids)}
+        said = {feature.number: feature for feature in document.features if feature.number in own}
+        largest = said.get(max(areas, key=lambda n: int(areas[n].sum())), Feature(number))
+        names = [feature.name for feature in (largest, *said.values()) if feature.name]
+        document = document.changed(
+            numbers=with_number(document.numbers, np.logical_or.reduce(list(areas.values())), number),
+            features=tuple(feature for feature in document.features if feature.number not in own),
+        )
+        document = _with_feature(document, replace(largest, number=number, name=names[0] if names else ""))
     if changes:
         document = with_said(document, number, **changes)
     editor.edit(label, document)
@@ -233,14 +247,23 @@ def remove(editor: Editor, ids: frozenset[int]) -> None:
 
 
 def split(editor: Editor, line: Points) -> int:
-    """Cut the features that a line (n, 2) of pixels runs through along it; return how many pieces there are more."""
+    """Cut the features that a line (n, 2) of pixels runs through along it; return how many pieces there are more.
+
+    What is said of a feature is said of all its pieces, with a number after the name.
+    """
     document = editor.document
     numbers = None if document.numbers is None else document.numbers.array
     parts = parts_of(document.mask.array, numbers)
     added = 0
     for number in _crossed(parts, line).tolist():
+        said = next((feature for feature in document.said if feature.number == number), None)
         for piece in split_along(parts == number, line)[1:]:
-            document = document.changed(numbers=with_number(document.numbers, piece, _free(document)))
+            free = _free(document)
+            document = document.changed(numbers=with_number(document.numbers, piece, free))
+            if said is not None:
+                taken = {feature.name for feature in document.features}
+                name = said.name and next(name for k in count(2) if (name := f"{said.name} {k}") not in taken)
+                document = _with_feature(document, replace(said, number=free, name=name))
             added += 1
     if added:
         editor.edit("Split feature", document)

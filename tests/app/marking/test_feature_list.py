@@ -105,3 +105,34 @@ def test_what_is_said_of_a_feature_survives_painting_on_it() -> None:
     drive.editor.edit("Paint", with_layer(drive.document, "mask", bars((20, 60), (110, 170), (180, 195))))
     assert drive.document.features == (Feature(1, upright=True),)
     assert options_of(drive.document).single == ((1, Limits(turns=False)),)
+
+
+def test_pieces_of_a_feature_are_kept_as_it_was() -> None:
+    drive = EditorDriver(document().changed(mask=bars((20, 100), (120, 160))))
+    merge(drive.editor, "Name feature", frozenset({1}), name="Left", keep="rigid", upright=True)
+    for x in (60.0, 40.0):
+        assert split(drive.editor, np.array([[x, 30.0], [x, 130.0]])) == 1
+    names = ["Left", "Left 2", "Left 3"]
+    assert drive.document.features == tuple(Feature(n, name, True, "rigid", True) for n, name in enumerate(names, 1))
+    assert [row.name for row in rows_of(drive.editor)] == [*names, "Area 1"]
+    assert split(drive.editor, np.array([[140.0, 30.0], [140.0, 130.0]])) == 1
+    assert len(drive.document.features) == 3
+    drive.undo().undo()
+    assert [feature.name for feature in drive.document.features] == names[:2]
+
+
+def test_features_made_one_are_kept_as_the_largest_of_them() -> None:
+    start = document().changed(mask=bars((5, 25), (40, 90), (110, 190)))
+    drive = EditorDriver(start)
+    merge(drive.editor, "Name feature", frozenset({1}), name="Left", keep="rigid")
+    merge(drive.editor, "Keep", frozenset({256}), upright=True, weight=0.5)
+    named = drive.document
+    merge(drive.editor, "Make one feature", frozenset({1, 2}))
+    assert drive.document.features == (Feature(1, "Left", upright=True, weight=0.5),)
+    drive.editor.edit("Back", named)
+    merge(drive.editor, "Make one feature", frozenset({1, 2, 256}))
+    assert drive.document.features == (Feature(1, "Left"),)
+    merge(drive.editor, "Give up feature", frozenset({1}), kept=False)
+    merge(drive.editor, "Keep feature", frozenset({1}), kept=True)
+    assert drive.document.features == (Feature(1, "Left"),)
+    assert [row.name for row in rows_of(drive.editor)] == ["Left"]
