@@ -199,11 +199,11 @@ class MapSolver:
         self._base: tuple[object, Points] | None = None
 
     def is_heavy(self, document: Document) -> bool:
-        """Return whether the next answer needs more than a frame's time: another grid, or other straight lines."""
-        if self._live is None or self._live.grid != grid_of(document):
+        """Return whether the next answer needs more than a frame's time: another grid, or straight lines."""
+        live = self._live
+        if live is None or live.grid != grid_of(document):
             return True
-        lines = options_of(document).lines
-        return lines is not None and lines != self._live.lines
+        return not live.is_ready(self._features_of(live.grid, document), options_of(document))
 
     def frame(self, document: Document) -> Warped:
         """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""

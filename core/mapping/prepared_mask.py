@@ -10,7 +10,7 @@ from core.grid import Features
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import Solution
 from core.mapping.features.soft_features import SoftFeatures
-from core.mapping.features.straight_lines import LineSolver
+from core.mapping.features.straight_lines import LineSolver, Pull
 from core.mapping.handles.curved_frame import Cut, cuts_of, fit_cuts
 from core.mapping.handles.frame_glide import FrameGlide
 from core.mapping.handles.straight_frame import Placed, Rectangle, place_cut
@@ -22,16 +22,32 @@ from core.mapping.stroke import MaskStroke
 class PreparedMask:
     """The mapping of features, and how the frame of the picture meets them."""
 
-    def __init__(self, mapping: FeatureMapping, options: MappingOptions) -> None:
-        self.mapping, self._options = mapping, _of_features(options)
+    def __init__(self, mapping: FeatureMapping, options: MappingOptions, *, pull: Pull | None = None) -> None:
+        self.mapping, self._options, self._pull = mapping, _of_features(options), pull
 
     def fits(self, features: Features, options: MappingOptions) -> bool:
         """Return whether it was prepared for just these features and options."""
-        return self.mapping.features is features and self.fits_options(options)
+        return self.mapping.features is features and self._options == _of_features(options)
 
-    def fits_options(self, options: MappingOptions) -> bool:
-        """Return whether the options say the same about features."""
-        return self._options == _of_features(options)
+    def fits_poses(self, options: MappingOptions) -> bool:
+        """Return whether the options say the same about features, whatever lines are to stay straight."""
+        return replace(self._options, lines=options.lines) == _of_features(options)
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether `refine` has nothing to prepare for straight lines."""
+        return self._options.lines is None or "_lines" in vars(self)
+
+    @property
+    def pull(self) -> Pull | None:
+        """What straightened the last answer, under this mask or the one before."""
+        return self._lines.pull if self.is_ready and self._lines is not None else self._pull
+
+    def sketch(self, found: Solution, plain: Points) -> Solution:
+        """Return what `refine` does, with lines drawn at as they were under the mask before: nothing is prepared."""
+        if self._soft is not None:
+            found = self._soft.soften(found, as_complex(plain))
+        return found if self._pull is None else self._pull.draw(self.mapping, found)
 
     def refine(self, found: Solution, plain: Points) -> Solution:
         """Return the answer for W at the nodes (R, C, 2) with soft features, and lines straight beside features."""

@@ -12,7 +12,6 @@ from core.linalg.blas import on_one_thread, one_thread
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.feature_mapping import Choices, FeatureMapping
 from core.mapping.features.pose import Solution
-from core.mapping.features.straight_lines import Lines
 from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.solver import HandleSolver, Moved
@@ -61,13 +60,20 @@ class Warper:
         self._shown: _Shown | None = None
         self._stroke = MaskStroke()
         self._painted: PreparedMask | None = None
-        """A mask that has just been painted on, whose answer is not refined once."""
+        """A mask that has just been painted on, whose answer is a sketch once."""
         self._handles: HandleSolver | None = None
 
-    @property
-    def lines(self) -> Lines | None:
-        """What stays straight, since `use`."""
-        return self._options.lines
+    def is_ready(self, features: Features, options: MappingOptions) -> bool:
+        """Return whether the next answer to these features and options prepares no straight lines."""
+        mask = self._mask
+        if options.keep == "none" or options.lines is None or self._is_painting(features, options):
+            return True
+        return mask is not None and mask.fits(features, options) and mask.is_ready
+
+    def _is_painting(self, features: Features, options: MappingOptions) -> bool:
+        """Return whether these are other features than before, and kept in the same way."""
+        mask = self._mask
+        return mask is not None and mask.mapping.features is not features and mask.fits_poses(options)
 
     def use(self, features: Features, options: MappingOptions) -> None:
         """Prepare for the given features and options; cheap when they are the same objects as before."""
@@ -80,7 +86,8 @@ class Warper:
         mask = self._mask
         if mask is not None and mask.fits(features, options):
             return mask
-        if mask is None or not mask.fits_options(options):
+        is_painted = self._is_painting(features, options)
+        if not is_painted:
             self._stroke.forget()
         choices: Choices = {
             "keep": "rigid" if options.keep == "rigid" else "similarity",
@@ -93,8 +100,8 @@ class Warper:
             mapping = FeatureMapping(self.grid, features, **choices, analyse=self._analyse)
         else:
             mapping = mask.mapping.update(features, **choices)
-        is_painted = mask is not None and mask.fits_options(options)
-        self._mask = PreparedMask(mapping, options)
+        pull = mask.pull if mask is not None and is_painted else None
+        self._mask = PreparedMask(mapping, options, pull=pull)
         self._painted = self._mask if is_painted else None
         return self._mask
 
@@ -131,10 +138,10 @@ class Warper:
         return shown.reference
 
     def _refined(self, mask: PreparedMask, plain: Points) -> Solution:
-        """Return the refined linear answer; while the mask is painted on, the bare one."""
+        """Return the refined linear answer; while the mask is painted on, a sketch of it."""
         painted, self._painted = self._painted, None
         found = mask.answer(plain, self._stroke)
-        return found if painted is mask else mask.refine(found, plain)
+        return mask.sketch(found, plain) if painted is mask else mask.refine(found, plain)
 
     def _moved(self, reference: Solution, handles: Handles | None, *, rounds: int) -> "Moved | None":
         """Return what the handles make of the reference, None without handles."""

@@ -56,6 +56,27 @@ class Lines:
         return hash(self.ends.tobytes())
 
 
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """What draws an answer elsewhere: a load at the nodes, and how far the frame glides, (R, C) each."""
+
+    load: Complexes
+    glide: Complexes
+
+    @classmethod
+    def none(cls, grid: Grid) -> "Pull":
+        """Return what leaves all where it is."""
+        return cls(np.zeros(grid.shape, np.complex128), np.zeros(grid.shape, np.complex128))
+
+    def draw(self, mapping: FeatureMapping, found: Solution) -> Solution:
+        """Return the answer under it, with features where they are: a solve."""
+        glide = np.where(mapping.index < 0, self.glide, 0)
+        load = self.load - laplacian(edge_weights(mapping.follow_w + mapping.follow_feature), glide)
+        with one_thread():
+            moved = as_one(mapping.factor.solve(as_two(np.where(mapping.free, load, 0).ravel())))
+        return replace(found, z=found.z + glide + moved.reshape(glide.shape))
+
+
 class LineSolver:
     """Straightens lines by the factor of one mapping; prepared once for it, a solve for each answer."""
 
@@ -67,6 +88,8 @@ class LineSolver:
         counts = counts[np.cumsum(counts) * grid.size <= _MOST_NUMBERS]
         self.count = len(counts)
         """Of the lines."""
+        self.pull = Pull.none(grid)
+        """What straightened the last answer."""
         if not self.count:
             return
         samples = [_sample(count, round(2 * step / min(grid.cell))) for count in counts]
@@ -105,10 +128,11 @@ class LineSolver:
                 given = np.linalg.solve(glide.stiffness, G.T)
                 pulls = np.linalg.solve(system + G @ given, -(np.conj(normals) * bends).real)
                 forces, moves = normals * pulls, glide.along * (given @ pulls)
-            at_points = as_two(np.asarray(points.M.T @ forces, np.complex128))
-            moved = as_one(self._mapping.factor.backward(points.half @ at_points + glide.half @ as_two(moves)))
-            moved = moved + as_one(glide.shapes @ as_two(moves))
-        return replace(found, z=found.z + moved.reshape(found.z.shape))
+        load = np.zeros(found.z.size, np.complex128)
+        np.add.at(load, points.nodes, points.weights * np.asarray(points.M.T @ forces)[:, None])
+        shape = found.z.shape
+        self.pull = Pull(load.reshape(shape), np.asarray(glide.shapes @ moves, np.complex128).reshape(shape))
+        return self.pull.draw(self._mapping, found)
 
 
 def _sample(count: int, places: int) -> tuple[Floats, Floats]:

@@ -9,6 +9,8 @@ from core.document.document import CurvePair, Document, Outline
 from core.document.map import MapSolver, settle_map
 from core.grid import Grid
 from core.imaging.images import Image
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.straight_lines import Lines, LineSolver
 from core.mapping.result import Warped
 from core.mapping.warper import Warper
 from core.progress import run
@@ -234,3 +236,50 @@ def test_what_one_answer_has_built_the_next_one_finds(inline: int, most: int, mo
     assert drive.editor.answer.settled
     assert np.array_equal(drive.editor.answer.warped, run(settle_map(drive.document)).warped)
     assert len(made) == most + 1  # one of them by `settle_map`
+
+
+def test_straight_lines_are_prepared_beside_the_frames_also_after_a_stroke(monkeypatch: pytest.MonkeyPatch) -> None:
+    later, beside = Later(), False
+    prepared: list[bool] = []
+    prepare = LineSolver.__init__
+
+    def note(solver: LineSolver, mapping: FeatureMapping, lines: Lines, weight: float) -> None:
+        prepared.append(beside)
+        prepare(solver, mapping, lines, weight)
+
+    def run_beside() -> None:
+        nonlocal beside
+        beside = True
+        later.run()
+        beside = False
+        drive.frame()
+
+    def rest() -> None:
+        drive.clock.now += app.live.warp.REST_S
+        drive.frame()
+        while not drive.editor.live.is_settled:
+            run_beside()
+
+    monkeypatch.setattr(LineSolver, "__init__", note)
+    pixels = np.full((150, 200, 3), 200, np.uint8)
+    pixels[70:] = 40
+    mask = np.zeros((150, 200), np.uint8)
+    mask[50:110, 60:95] = 255
+    start = Document.of(Image(pixels)).changed(mask=Raster.from_array(mask)).with_warp(cell_px=4.0, straight=True)
+    drive = EditorDriver(start.with_warp(aspect=(0.7, 1.0)), jobs=Jobs(live=later, long=InlineExecutor()))
+    run_beside()
+    rest()
+    drive.tool("brush")
+    drive.editor.show(brush=Brush(12.0, 0.5))
+    for step in range(3):
+        drive.drag((20 + 40 * step, 30), (30 + 40 * step, 40), (25 + 40 * step, 100))
+        assert drive.editor.answer.document.mask is drive.document.mask
+        rest()
+        for width in (0.71, 0.72):
+            drive.editor.slide("Resize", drive.document.with_warp(aspect=(width, 1.0)))
+            drive.frame()
+            assert drive.editor.answer.document is drive.document
+        drive.editor.finish()
+        rest()
+    assert len(prepared) >= 4
+    assert all(prepared)

@@ -12,7 +12,9 @@ from core.mapping.handles.handles import Handles
 from core.mapping.jacobians import as_complex
 from core.mapping.options import MappingOptions
 from core.mapping.result import Warped
+from core.mapping.warper import Warper
 from core.mapping.warping import warp_grid
+from core.progress import run
 from core.warps.presets import make_warp
 
 SIZE = 300, 200
@@ -83,3 +85,15 @@ def test_pins_hold_in_soft_features_and_one_that_is_not_moved_changes_nothing() 
     assert not found.missed_pins
     assert not found.folded.any()
     assert residual(found, FIRST) < 1e-9
+
+
+def test_while_painting_soft_features_are_as_at_rest() -> None:
+    plain, painted = GRID.nodes * [0.6, 1.0], mask()
+    warper, options = Warper(GRID), MappingOptions(single=((SECOND, Limits(weight=0.6)),))
+    warper.use(find_features(GRID, painted), options)
+    warper.frame(plain)
+    cv2.circle(painted, (90, 110), 36, 255, -1)
+    warper.use(find_features(GRID, painted), options)
+    stroke = residual(warper.frame(plain), SECOND)
+    assert stroke == pytest.approx(residual(run(warper.settle(plain)), SECOND), rel=1e-3)
+    assert stroke < 0.7 * residual(warped(plain, None), SECOND)

@@ -8,6 +8,7 @@ import pytest
 
 from core.arrays import Bytes, Floats, Points
 from core.grid import Grid, find_features
+from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.straight_lines import Lines, LineSolver, _sample
 from core.mapping.handles.handles import Handles
 from core.mapping.jacobians import Complexes, as_complex
@@ -163,15 +164,37 @@ def test_a_handle_that_is_not_moved_leaves_straight_lines_as_they_are() -> None:
     assert np.array_equal(found.warped, still.warped)
 
 
-def test_while_painting_lines_rest_and_the_next_frame_has_them() -> None:
-    plain, lines = WARPS["narrow"], Lines(ENDS)
-    warper, painted = Warper(GRID), mask()
-    warper.use(find_features(GRID, painted), MappingOptions(lines=lines))
-    first = bends(warper.frame(plain).warped).max()
-    cv2.circle(painted, (100, 100), 30, 255, -1)
-    warper.use(find_features(GRID, painted), MappingOptions(lines=lines))
-    stroke = bends(warper.frame(plain).warped).max()
-    moved = plain * [1.0001, 1.0]
-    after = bends(warper.frame(moved).warped).max()
-    assert stroke > 2 * max(first, after)
-    assert np.array_equal(run(warper.settle(plain)).warped, warped(plain, lines, painted).warped)
+def test_while_painting_lines_are_drawn_at_as_before_and_nothing_is_prepared(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain, lines, painted = WARPS["narrow"], Lines(ENDS), mask()
+    prepared: list[LineSolver] = []
+    prepare = LineSolver.__init__
+
+    def count(solver: LineSolver, mapping: FeatureMapping, lines: Lines, weight: float) -> None:
+        prepared.append(solver)
+        prepare(solver, mapping, lines, weight)
+
+    monkeypatch.setattr(LineSolver, "__init__", count)
+    warper, options = Warper(GRID), MappingOptions(lines=lines)
+
+    def frame() -> Warped:
+        features = find_features(GRID, painted)
+        ready = warper.is_ready(features, options)
+        before = len(prepared)
+        warper.use(features, options)
+        found = warper.frame(plain)
+        assert ready == (len(prepared) == before)
+        return found
+
+    frame()
+    for reach in (24, 27, 30):
+        cv2.circle(painted, (100, 100), reach, 255, -1)
+        stroke = frame()
+    assert len(prepared) == 1
+    assert max(feature.residual for feature in stroke.features) < 1e-9
+    bare = warped(plain, None, painted).warped
+    rest = run(warper.settle(plain)).warped
+    assert len(prepared) == 2
+    assert np.array_equal(rest, warped(plain, lines, painted).warped)
+    assert np.abs(stroke.warped - rest).max() < 0.4 * np.abs(bare - rest).max()
+    assert warper.is_ready(stroke.marked, options)
+    assert not warper.is_ready(stroke.marked, MappingOptions(lines=Lines(ENDS[:2])))
