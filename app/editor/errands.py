@@ -3,7 +3,7 @@
 import logging
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeVar
 
 from app.model.jobs import Jobs, Task, Ticket
@@ -22,6 +22,13 @@ class Notice:
 
     text: str
     level: Literal["info", "error"] = "info"
+    holds: Callable[[], bool] | None = field(default=None, compare=False)
+    """Whether what it says still holds; None for what does not pass."""
+
+    @property
+    def still_holds(self) -> bool:
+        """Whether it is still to be read."""
+        return self.holds is None or self.holds()
 
 
 class Errands(ABC):
@@ -42,14 +49,16 @@ class Errands(ABC):
     def edit(self, label: str, document: Document, *, joins: bool = False) -> None:
         """Make `document` the present one, as one undo entry."""
 
-    def notify(self, text: str, level: Literal["info", "error"] = "info") -> None:
-        """Leave a message for the artist."""
-        self.notices.append(Notice(legible(text), level))
+    def notify(
+        self, text: str, level: Literal["info", "error"] = "info", *, holds: Callable[[], bool] | None = None
+    ) -> None:
+        """Leave a message for the artist, which goes once it no longer `holds`."""
+        self.notices.append(Notice(legible(text), level, holds))
 
-    def fail(self, fault: Exception) -> None:
+    def fail(self, fault: Exception, *, holds: Callable[[], bool] | None = None) -> None:
         """Tell the artist what went wrong; a fault of the program itself goes to `take_fault` and to the log."""
         if isinstance(fault, WeftError | OSError | MemoryError):
-            self.notify("not enough memory" if isinstance(fault, MemoryError) else str(fault), "error")
+            self.notify("not enough memory" if isinstance(fault, MemoryError) else str(fault), "error", holds=holds)
             return
         log.error("a job failed", exc_info=fault)
         if self.take_fault is not None:
@@ -64,11 +73,12 @@ class Errands(ABC):
         apply: Callable[[Document, T], Document | None],
         *,
         beside: bool = False,
+        holds: Callable[[], bool] | None = None,
     ) -> Ticket:
         """Run a long job and make what `apply` returns one undo entry called `name`.
 
         `apply` gets the document of that moment, and returns None where the job's result no longer fits it. A job
-        `beside` waits for none of the others.
+        `beside` waits for none of the others. What is said of its fault goes once it no longer `holds`.
         """
 
         def deliver(result: T) -> None:
@@ -76,7 +86,8 @@ class Errands(ABC):
             if document is not None:
                 self.edit(name, document)
 
-        return self.jobs.start(Task(name, steps, deliver, self.fail, edits=True), beside=beside)
+        fail = lambda fault: self.fail(fault, holds=holds)  # noqa: E731
+        return self.jobs.start(Task(name, steps, deliver, fail, edits=True), beside=beside)
 
     def background(
         self,

@@ -94,4 +94,5 @@ def fit_to_objects(editor: Editor) -> None:
     def apply(document: Document, fitted: Raster) -> Document | None:
         return with_layer(document, name, fitted) if layer(document, name) is rough else None
 
-    editor.start(f"Fit {LAYERS[name]} to objects", steps, apply)
+    is_same = lambda: layer(editor.document, name) is rough  # noqa: E731
+    editor.start(f"Fit {LAYERS[name]} to objects", steps, apply, holds=is_same)

@@ -16,13 +16,20 @@ class WholeView:
         """The view of the frame before."""
         self._is_whole = False
         """Whether the view is one that showed the whole picture when it was chosen."""
+        self._size_px: tuple[int, int] | None = None
+        """Of the result, the frame before."""
 
     def update(self) -> None:
-        """Look at the view, once a frame, and fit it anew where the picture has run out; not while a hand holds it."""
-        view = self._editor.session.view
+        """Look at the view, once a frame, and fit it anew where the picture has run out or has another size.
+
+        Not while a hand holds it, nor after the hand has given it its size, nor where keys give it one.
+        """
+        view, document = self._editor.session.view, self._editor.answer.document
+        is_resized = document.canvas_px != self._size_px and "size" not in document.tracks
+        self._size_px = document.canvas_px
         if view != self._view:
             self._view, self._is_whole = view, view == whole(self._editor)
-        elif self._is_whole and not self._editor.is_busy and not _holds(view, self._editor):
+        elif self._is_whole and not self._editor.is_busy and (is_resized or not _holds(view, self._editor)):
             self._view = whole(self._editor)
             self._editor.show(view=self._view)
 

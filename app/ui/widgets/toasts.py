@@ -39,9 +39,10 @@ class Toasts:
         """Draw them at the canvas's lower edge; return seconds until something is to change."""
         now = imgui.get_time()
         for notice in self._editor.notices:
+            self._shown = [toast for toast in self._shown if toast.notice != notice]
             self._shown.append(Toast(notice, now + SECONDS[notice.level]))
         self._editor.notices.clear()
-        self._shown = [toast for toast in self._shown[-4:] if toast.ends > now]
+        self._shown = [toast for toast in self._shown[-4:] if toast.ends > now and toast.notice.still_holds]
         bottom = area.y + area.height - em(1)
         for number, toast in reversed(list(enumerate(self._shown))):
             bottom = self._draw_one(number, toast, area, bottom, now) - em(0.5)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
+from app.actions.view import whole
 from app.editor.editor import Editor
 from app.marking.resizing import is_proposal
 from app.model.jobs import Jobs
@@ -150,3 +151,44 @@ def test_escape_gives_a_drag_up(editor: Editor) -> None:
     drive(editor, script)
     assert editor.history.index == 0
     assert editor.document.canvas_px == (500, 300)
+
+
+def test_a_result_of_another_size_is_shown_whole_and_as_large_as_before(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.item("//Warp/Resize##page").wait(2).item("//Warp/%##unit").wait(2)
+        for width in (40.0, 150.0):
+            window.context.item_input_value("//Warp/##Width", width)
+            settle(window)
+            assert editor.session.view == whole(editor)
+        wide = editor.session.view
+        right, middle = screen_from_canvas(wide, np.array([[749.5, 149.5]]))[0]
+        window.drag((right, middle), (right - 150, middle))
+        settle(window)
+        assert editor.document.canvas_px[0] < 700
+        assert editor.session.view == wide
+        window.move(400, 300).context.mouse_wheel_y(5)
+        window.wait(3)
+        chosen = editor.session.view
+        window.context.item_input_value("//Warp/##Width", 60.0)
+        settle(window)
+        assert editor.session.view == chosen
+
+    drive(editor, script)
+
+
+def test_what_is_said_of_a_fit_that_failed_goes_once_the_mask_is_another(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        said = window.shell.workspace.toasts
+        editor.edit("All", editor.document.changed(mask=Raster.filled(*editor.document.size_px, 255)))
+        for _ in range(2):
+            window.shell.workspace.table.run("mask.fit", editor)
+            window.wait(3).wait_until(lambda: editor.jobs.is_idle).wait(2)
+        assert len(said.texts) == 1
+        assert "paint" in said.texts[0]
+        editor.notify("something else", "error")
+        disc = np.where(two_discs()[1], 255, 0).astype(np.uint8)
+        editor.edit("Paint", editor.document.changed(mask=Raster.from_array(disc)))
+        window.wait(3)
+        assert said.texts == ("something else",)
+
+    drive(editor, script)
