@@ -184,10 +184,17 @@ def move_right(*widths_em: float) -> None:
 
 
 def segments(name: str, choices: Sequence[tuple[str, str, str]], chosen: str) -> str | None:
-    """Choose one of (value, label, tooltip) in a row of joined buttons; return the value that was pressed."""
-    width = imgui.get_content_region_avail().x / len(choices)
+    """Choose one of (value, label, tooltip) in a row of joined buttons; return the value that was pressed.
+
+    They have one width, or where a label is longer each its label's and an even share of the rest.
+    """
+    texts = [imgui.calc_text_size(text).x for _, text, _ in choices]
+    room = imgui.get_content_region_avail().x
+    even = room / len(choices)
+    widths = [even if max(texts) < even - em(0.4) else text + (room - sum(texts)) / len(choices) for text in texts]
     pressed: str | None = None
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(1, imgui.get_style().item_spacing.y))
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(0, imgui.get_style().frame_padding.y))
     for number, (value, text, hint) in enumerate(choices):
         if number:
             imgui.same_line()
@@ -197,10 +204,10 @@ def segments(name: str, choices: Sequence[tuple[str, str, str]], chosen: str) ->
             button_hovered=theme.ACCENT if on else theme.BUTTON_HOVERED,
             text=theme.ON_ACCENT if on else theme.TEXT,
         ):
-            if imgui.button(f"{text}##{name}", ImVec2(width - 1, 0)):
+            if imgui.button(f"{text}##{name}", ImVec2(widths[number] - 1, 0)):
                 pressed = value
         tip(hint)
-    imgui.pop_style_var()
+    imgui.pop_style_var(2)
     return pressed
 
 
