@@ -8,7 +8,7 @@ from typing import TypeAlias
 import moderngl
 
 Names: TypeAlias = tuple[str, ...]
-_INCLUDE = re.compile(r'^#include "([\w.]+)"$', re.MULTILINE)
+_INCLUDE = re.compile(r'^#include "([\w./]+)"$', re.MULTILINE)
 
 
 @cache
@@ -24,6 +24,7 @@ class Programs:
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._programs: dict[tuple[str, str, Names], moderngl.Program] = {}
+        self._compute: dict[tuple[str, Names], moderngl.ComputeShader] = {}
         self._fullscreen: dict[tuple[str, Names], moderngl.VertexArray] = {}
         self.draws = True
         """Whether anything is drawn: a measurement of the processor's part leaves the draw calls out."""
@@ -32,10 +33,15 @@ class Programs:
         """Return the program of `vertex` and `fragment`, file names in `shaders`, the latter with names `defined`."""
         key = (vertex, fragment, defined)
         if key not in self._programs:
-            version, rest = source(fragment).split("\n", 1)
-            text = "\n".join([version, *(f"#define {name}" for name in defined), rest])
+            text = _with_names(fragment, defined)
             self._programs[key] = self._context.program(vertex_shader=source(vertex), fragment_shader=text)
         return self._programs[key]
+
+    def compute(self, name: str, defined: Names = ()) -> moderngl.ComputeShader:
+        """Return the compute shader of the file `name`, with names `defined` (OpenGL 4.3)."""
+        if (name, defined) not in self._compute:
+            self._compute[name, defined] = self._context.compute_shader(_with_names(name, defined))
+        return self._compute[name, defined]
 
     def fullscreen(
         self, fragment: str, defined: Names = (), vertex: str = "fullscreen.vert", /, **uniforms: object
@@ -52,6 +58,12 @@ class Programs:
         """Draw the triangles of so many vertices, or indices, of `array` from the `first` on."""
         if self.draws:
             array.render(moderngl.TRIANGLES, vertices=vertices, first=first)
+
+
+def _with_names(name: str, defined: Names) -> str:
+    """Return the text of the shader file `name` with names `defined` in it."""
+    version, rest = source(name).split("\n", 1)
+    return "\n".join([version, *(f"#define {name}" for name in defined), rest])
 
 
 def programs_of(context: moderngl.Context) -> Programs:

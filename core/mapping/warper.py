@@ -9,6 +9,7 @@ import numpy as np
 from core.arrays import InputError, Points
 from core.grid import Features, Grid
 from core.linalg.blas import on_one_thread, one_thread
+from core.linalg.grid_solver import GridSolver
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.feature_mapping import Choices, FeatureMapping
 from core.mapping.features.pose import Solution
@@ -51,7 +52,7 @@ class Warper:
     Handles are applied to the picture as it is without them: at rest, that has no folds where W has none.
     """
 
-    def __init__(self, grid: Grid, *, analyse: Callable[[tuple[int, int]], GridFactor] = GridFactor) -> None:
+    def __init__(self, grid: Grid, *, analyse: Callable[[tuple[int, int]], GridSolver] = GridFactor) -> None:
         self.grid, self._analyse = grid, analyse
         self._features = Features(np.zeros(grid.shape, np.int32))
         self._bare = self._features

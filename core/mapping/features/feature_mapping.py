@@ -10,6 +10,7 @@ from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.grid import Features, Grid
 from core.linalg.blas import one_thread
 from core.linalg.laplacian import edge_weights, laplacian, node_values
+from core.linalg.grid_solver import GridSolver
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.columns import fields_of
 from core.mapping.features.limits import FREE, NONE, RIGID, Single
@@ -71,7 +72,7 @@ class FeatureMapping:
         method: Method = "exact",
         weight: float = 10.0,
         falloff: float = 2.0,
-        analyse: Callable[[tuple[int, int]], GridFactor] = GridFactor,
+        analyse: Callable[[tuple[int, int]], GridSolver] = GridFactor,
         _taken: "FeatureMapping | None" = None,
     ) -> None:
         if features.labels.shape != grid.shape:
@@ -81,7 +82,7 @@ class FeatureMapping:
         self.clock = Stopwatch()
         self._rest = as_complex(grid.nodes)
         with self.clock.measure("setup"):
-            self.factor: GridFactor = analyse(grid.shape) if _taken is None else _taken.factor
+            self.factor: GridSolver = analyse(grid.shape) if _taken is None else _taken.factor
             bodies = bodies_of(features, self._rest, RIGID if keep == "rigid" else FREE, single)
             bodies.sort(key=lambda body: -len(body.nodes))
             self.bodies = [body for body in bodies if body.limits.weight == 1]

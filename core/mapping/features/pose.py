@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from core.arrays import Floats, Ints, Points
+from core.linalg.grid_solver import HalfSolved
 from core.mapping.jacobians import Complexes, as_positions
 
 
@@ -18,7 +19,7 @@ class HeldPoints:
     """Corners of the points' quads and their bilinear weights (m, 4)."""
     M: sparse.csr_array
     """The combinations (k, m)."""
-    half: Floats
+    half: HalfSolved
     """L⁻¹ P Cᵀ (N, m)."""
     inverse: Floats | Complexes
     """(M C K_ff⁻¹ Cᵀ M*)⁻¹ (k, k)."""

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints
-from core.linalg.multifrontal import GridFactor
+from core.linalg.grid_solver import GridSolver, HalfSolved
 from core.mapping.features.columns import Field
 from core.mapping.jacobians import Complexes
 
@@ -49,7 +49,7 @@ class ReducedSystem:
         Of K_ff, with the equation x = 0 on all other nodes.
     """
 
-    def __init__(self, fields: list[Field], *, free: Bools, factor: GridFactor) -> None:
+    def __init__(self, fields: list[Field], *, free: Bools, factor: GridSolver) -> None:
         self.fields = fields
         self._factor, self._free = factor, free
         self._count = n = len(fields)
@@ -125,7 +125,7 @@ class _Reduced:
     """The system of the features that find their own place, given the others."""
 
     moving: Ints
-    half: Floats
+    half: HalfSolved
     """L⁻¹ P B' (N, 3 k)."""
     S: Complexes
     """G - B* K_ff⁻¹ B (2 k, 2 k)."""

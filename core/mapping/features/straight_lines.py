@@ -27,6 +27,7 @@ import scipy
 from core.arrays import Floats, Ints, Points
 from core.grid import Grid
 from core.linalg.blas import one_thread
+from core.linalg.grid_solver import HalfSolved
 from core.linalg.laplacian import edge_weights, laplacian
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import HeldPoints, Solution
@@ -155,7 +156,7 @@ class _Glide:
     """Their directions (q,)."""
     shapes: Floats
     """U (N, q)."""
-    half: Floats
+    half: HalfSolved
     """-L⁻¹ P K U (N, q): how free nodes follow."""
     at_points: Floats
     """What both do to the samples (m, q),"""

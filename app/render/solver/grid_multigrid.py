@@ -1,0 +1,165 @@
+"""Multigrid in the place of a grid's Cholesky factor: `core.linalg.grid_solver.GridSolver` on the GPU.
+
+There is no half of a solve here: loads stay what they are, and their product is aᵀ A⁻¹ b, a solve. Features and handles
+are reduced to their few unknowns by these products, as by those of the factor. A⁻¹ is symmetric, so that products of a
+few columns with any load cost one solve for that load.
+"""
+
+from typing import Any, Literal
+
+import moderngl
+import numpy as np
+
+from app.render.gpu import release
+from app.render.solver.multigrid import Multigrid
+from core.arrays import Floats, Ints
+
+_WITHIN_PX = {"shown": 1e-3, "read": 1e-4}
+"""How far solutions may be off in output pixels: what is shown, and what features and handles are placed by."""
+_SHARE = 1e-5
+"""The same of columns that are kept, each time, as a share of their largest response."""
+
+
+
+class GridMultigrid:
+    """Solves A x = b on a grid, from the last solution of the same kind on.
+
+    Raises `moderngl.Error` where the context lacks OpenGL 4.3.
+    """
+
+    def __init__(self, context: moderngl.Context, shape: tuple[int, int]) -> None:
+        self.size = shape[0] * shape[1]
+        self._multigrid = Multigrid(context, shape)
+        self._last = {kind: self._multigrid.solution() for kind in _WITHIN_PX}
+        self._kept = self._multigrid.solution()
+
+    @property
+    def steps(self) -> int:
+        """Steps of conjugate gradients so far."""
+        return self._multigrid.steps
+
+    def factorise(self, values: Floats) -> "GridMultigrid":
+        """Take new values (R, C, 3) of `laplacian.node_values`; return the solver itself."""
+        self._multigrid.hierarchy.take(values)
+        return self
+
+    def solve(self, b: Floats) -> Floats:
+        """Solve A x = b for b (N, 2)."""
+        return self.backward(b)
+
+    def forward(self, b: Floats, nodes: Ints | None = None) -> "Loads":
+        """Return loads b (N, k), which are 0 but at `nodes`, for products."""
+        rows = np.unique(nodes) if nodes is not None else np.flatnonzero(b.any(axis=1))
+        return Loads(self, rows, b[rows])
+
+    def forward_again(self, b: Floats) -> Floats:
+        """Return the load b (N, 2)."""
+        return b.copy()
+
+    def backward(self, y: Floats) -> Floats:
+        """Return A⁻¹ y (N, 2)."""
+        return self._solve(y, "shown")
+
+    def read(self, y: Floats, rows: Ints) -> Floats:
+        """Return A⁻¹ y at some rows (m, 2)."""
+        return self._solve(y, "read")[rows]
+
+    def respond(self, loads: "Loads", rows: Ints) -> Floats:
+        """Return A⁻¹ b at some rows (m, k)."""
+        found = np.zeros((len(rows), loads.count))
+        for first in range(0, loads.count, 2):
+            pair = np.zeros((self.size, 2))
+            chosen = loads.at_rows[:, first : first + 2]
+            pair[loads.rows, : chosen.shape[1]] = chosen
+            found[:, first : first + 2] = self._refined(pair)[rows, : chosen.shape[1]]
+        return found
+
+    def _solve(self, load: Floats, kind: Literal["shown", "read"]) -> Floats:
+        v = self._last[kind]
+        self._multigrid.solve(load, v, within=_WITHIN_PX[kind])
+        return _numbers(v)
+
+    def _refined(self, load: Floats) -> Floats:
+        """Return A⁻¹ b (N, 2) with more digits than single precision has, by solving for what is left once more."""
+        v, total = self._kept, np.zeros(load.shape)
+        rest = load
+        for _ in range(2):
+            v.clear()
+            self._multigrid.solve(rest, v, within=_SHARE, share=True)
+            total += _numbers(v)
+            rest = self._multigrid.left() + (rest - rest.astype(np.float32))
+        return total
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        release(self._multigrid, self._kept, *self._last.values())
+
+
+class Loads:
+    """Columns of loads (N, k), 0 but at some rows; products with them are solves.
+
+    What a load has in common with them is taken out of it before, so that little is left to lose digits: with s the
+    shares of the columns that come closest to y, bᵀ A⁻¹ y = (bᵀ A⁻¹ b) s + bᵀ A⁻¹ (y - b s).
+    """
+
+    def __init__(self, solver: GridMultigrid, rows: Ints, at_rows: Floats) -> None:
+        self._solver, self.rows, self.at_rows = solver, rows, at_rows
+        self._gram: Floats | None = None
+        self._closest: Floats | None = None
+
+    @property
+    def T(self) -> "_Transposed":  # noqa: N802
+        """What multiplies others from the left."""
+        return _Transposed(self)
+
+    def __matmul__(self, shares: Floats) -> Floats:
+        found = np.zeros((self._solver.size, shares.shape[1]))
+        found[self.rows] = self.at_rows @ shares
+        return found
+
+    def __getitem__(self, columns: Any) -> "Loads":
+        return Loads(self._solver, self.rows, self.at_rows[columns])
+
+    @property
+    def count(self) -> int:
+        """How many columns there are."""
+        return int(self.at_rows.shape[1])
+
+    def respond_to(self, other: "Loads") -> Floats:
+        """Return A⁻¹ times other loads, at the rows of these (m, k)."""
+        return self._solver.respond(other, self.rows)
+
+    def times_own(self) -> Floats:
+        """Return bᵀ A⁻¹ b (k, k)."""
+        if self._gram is None:
+            gram = self.at_rows.T @ self.respond_to(self)
+            self._gram = (gram + gram.T) / 2
+        return self._gram
+
+    def times(self, y: Floats) -> Floats:
+        """Return bᵀ A⁻¹ y (k, 2)."""
+        if self._closest is None:
+            self._closest = np.linalg.pinv(self.at_rows)
+        shares = self._closest @ y[self.rows]
+        rest = y - self @ shares
+        return np.asarray(self.times_own() @ shares + self.at_rows.T @ self._solver.read(rest, self.rows))
+
+
+class _Transposed:
+    """Loads that multiply from the left."""
+
+    def __init__(self, loads: Loads) -> None:
+        self._loads = loads
+
+    def __matmul__(self, other: Floats | Loads) -> Floats:
+        loads = self._loads
+        if other is loads:
+            return loads.times_own()
+        if isinstance(other, Loads):
+            return loads.at_rows.T @ loads.respond_to(other)
+        return loads.times(other)
+
+
+def _numbers(v: moderngl.Buffer) -> Floats:
+    """Return a solution (N, 2)."""
+    return np.frombuffer(v.read(), np.float32).reshape(-1, 2).astype(np.float64)
