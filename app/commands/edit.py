@@ -28,6 +28,8 @@ from core.imaging.images import load
 from core.notices import hear_notices
 
 if TYPE_CHECKING:
+    from app.live.gpu_frames import MakeSolver
+    from app.render.solver.choice import GpuSolver
     from core.progress import Job
 
 WITHOUT_WINDOW = Path("weft-sample.png")
@@ -87,7 +89,15 @@ def editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
 def _editor_on(document: Document, path: Path | None, jobs: Jobs) -> Editor:
     preferences = load_preferences(preferences_file())
     recovery = Recovery(jobs, every_s=preferences.keep_every_s)
-    editor = Editor(document, TOOLS, jobs=jobs, recovery=recovery, exporter=_exporting, preferences=preferences)
+    editor = Editor(
+        document,
+        TOOLS,
+        jobs=jobs,
+        recovery=recovery,
+        exporter=_exporting,
+        grid_solver=_GridSolvers(),
+        preferences=preferences,
+    )
     editor.preferences_file = preferences_file()
     editor.recent_file = settings_file()
     editor.session = replace(editor.session, recent=recent_files())
@@ -111,6 +121,20 @@ def _exporting(document: Document, options: ExportOptions) -> "Job[None]":
     from app.render.picture_file import exporting
 
     return exporting(document, options)
+
+
+class _GridSolvers:
+    """Finds what solves large grids by the renderer, which is imported only when one is asked for."""
+
+    def __init__(self) -> None:
+        self._solver: GpuSolver | None = None
+
+    def __call__(self, preferred: str) -> "MakeSolver | None":
+        if self._solver is None:
+            from app.render.solver.choice import GpuSolver
+
+            self._solver = GpuSolver()
+        return self._solver.find(preferred)
 
 
 def render_without_window(document: Document, file: Path | None) -> None:

@@ -13,6 +13,7 @@ from app.editor.interaction import Interaction
 from app.editor.tool import Tool, first_tool
 from app.editor.unwarped import Unwarped
 from app.live.answer import Answer
+from app.live.gpu_frames import MakeSolver
 from app.live.overlay import LiveOverlay
 from app.live.retexture import LiveRetexture
 from app.live.warp import LiveWarp
@@ -45,6 +46,7 @@ class Editor(Errands):
         jobs: Jobs | None = None,
         recovery: Recovery | None = None,
         exporter: Exporter | None = None,
+        grid_solver: Callable[[str], MakeSolver | None] = lambda preferred: None,
         preferences: Preferences | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -60,7 +62,7 @@ class Editor(Errands):
         self.exporter = exporter
         """Writes a document's picture; None where nothing can draw it."""
         self.clock = clock
-        self.live = LiveWarp(self.jobs, clock=clock)
+        self.live = LiveWarp(self.jobs, clock=clock, gpu=lambda: grid_solver(self.preferences.solver))
         self.regrowth = LiveRetexture(self.jobs)
         self.overlay = LiveOverlay(self.jobs)
         self.project_path: Path | None = None

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from app.live.answer import Answer, answer_without_handles, explain
+from app.live.gpu_frames import GpuFrames, MakeSolver
 from app.model.jobs import Jobs, Task
 from core import tracing
 from core.arrays import Points
@@ -28,7 +29,13 @@ REST_S = 0.15
 class LiveWarp:
     """Keeps `answer` to the document it is shown; everything runs on the UI thread but the jobs."""
 
-    def __init__(self, jobs: Jobs, *, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        jobs: Jobs,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        gpu: Callable[[], MakeSolver | None] = lambda: None,
+    ) -> None:
         self.answer: Answer | None = None
         self.fault: str | None = None
         """Why the present document has no map of its own; the last one stays on the screen."""
@@ -44,6 +51,10 @@ class LiveWarp:
         """This thread's, for grids that fit into a frame."""
         self._side_solver = MapSolver()
         """The live thread's, for final answers and for larger grids: what one of them has built, the next one finds."""
+        self._gpu_frames = GpuFrames(gpu)
+        """The live thread's too, for what moves on larger grids, where a GPU does that."""
+        self._settled: tuple[Document, Warped] | None = None
+        """The last final answer."""
 
     @property
     def is_settled(self) -> bool:
@@ -144,7 +155,7 @@ class LiveWarp:
 
         def steps() -> Job[tuple[Warped, float]]:
             yield Progress(0.0, "solving")
-            return self._timed(self._side_solver.frame, document)
+            return self._timed(self._frame_beside, document)
 
         def deliver(result: tuple[Warped, float]) -> None:
             if _fits_into_frame(document):  # the next frames are answered on this thread, with what has been built
@@ -162,6 +173,16 @@ class LiveWarp:
             self._is_behind = self._seen is not None and not _maps_alike(document, self._seen)
 
         self._jobs.submit("solve", Task("Solve", steps, deliver, fail))
+
+    def _frame_beside(self, document: Document) -> Warped:
+        """Return the linear answer, worked out on the live thread."""
+        found = None
+        if not _fits_into_frame(document):
+            settled = self._settled
+            if settled is not None and not _maps_alike(_bare(document), _bare(settled[0])):
+                settled = None
+            found = self._gpu_frames.frame(document, settled)
+        return self._side_solver.frame(document) if found is None else found
 
     def _timed(self, solve: Callable[[Document], Warped], document: Document) -> tuple[Warped, float]:
         """Return the map of `document` and how many milliseconds it took."""
@@ -181,6 +202,7 @@ class LiveWarp:
         if self._seen is None:
             return
         self._show(self._seen, result, final=True)
+        self._settled = self._seen, result
         if not _fits_into_frame(self._seen):
             return  # the live thread answers the next frames, too
         if self._solver.is_heavy(self._seen):  # what the final answer has built need not be built again
@@ -207,6 +229,11 @@ class LiveWarp:
 def _fits_into_frame(document: Document) -> bool:
     """Return whether a solve on the document's grid fits into a frame."""
     return grid_of(document).size <= INLINE_NODES
+
+
+def _bare(document: Document) -> Document:
+    """Return a document without handles."""
+    return replace(document, pins=(), curves=())
 
 
 def _maps_alike(a: Document, b: Document) -> bool:

@@ -37,6 +37,8 @@ class Preferences:
     """Whether a save keeps the version before beside the project, as `name~`."""
     drafts: bool = True
     """Whether the picture is drawn faster, at less quality, while something moves."""
+    solver: str = "auto"
+    """What answers on large grids while something moves: "gpu", "processor", or what is likely the faster of both."""
     mask_color: int = 0xF53B57
     """Of what is painted, as 0xRRGGBB."""
     mask_opacity: float = 0.4

@@ -5,6 +5,7 @@ keep their shape within that. `settle_map` is the one way to the final answer. I
 so that the same document gives the same bits, on screen and in a file.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -28,6 +29,8 @@ from core.document.document import (
 from core.document.straight_lines import straight_lines_of
 from core.files.faults import faults_named
 from core.grid import Features, Grid
+from core.linalg.grid_solver import GridSolver
+from core.linalg.multifrontal import GridFactor
 from core.mapping.handles.handles import Handles
 from core.mapping.options import MappingOptions
 from core.mapping.result import Warped
@@ -190,10 +193,12 @@ def settle_map(document: Document) -> Job[Warped]:
 class MapSolver:
     """What is worth keeping from one answer to the next: analyses, factors and responses, while their inputs stay.
 
-    For one thread at a time. Raises `InputError` for a document that has no map.
+    For one thread at a time. Raises `InputError` for a document that has no map. `analyse` makes what solves the system
+    of a grid of that shape.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, analyse: Callable[[tuple[int, int]], GridSolver] = GridFactor) -> None:
+        self._analyse = analyse
         self._live: Warper | None = None
         self._marked: MarkedNodes | None = None
         self._base: tuple[object, Points] | None = None
@@ -248,7 +253,7 @@ class MapSolver:
     def _on_grid(self, document: Document) -> Warper:
         grid = grid_of(document)
         if self._live is None or self._live.grid != grid:
-            self._live = Warper(grid)
+            self._live = Warper(grid, analyse=self._analyse)
             self._marked = None
         return self._live
 

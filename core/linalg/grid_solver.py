@@ -9,7 +9,7 @@ class HalfSolved(Protocol):
     """Loads b (N, k) after the first half of a solve: of two of them, a.T @ c is bᵀ A⁻¹ d."""
 
     @property
-    def T(self) -> Any:
+    def T(self) -> Any:  # noqa: N802
         """What multiplies others, or what `GridSolver.forward_again` gave, from the left."""
 
     def __matmul__(self, shares: Any, /) -> Any:

@@ -5,6 +5,7 @@ are reduced to their few unknowns by these products, as by those of the factor. 
 few columns with any load cost one solve for that load.
 """
 
+from functools import cached_property
 from typing import Any, Literal
 
 import moderngl
@@ -18,7 +19,6 @@ _WITHIN_PX = {"shown": 1e-3, "read": 1e-4}
 """How far solutions may be off in output pixels: what is shown, and what features and handles are placed by."""
 _SHARE = 1e-5
 """The same of columns that are kept, each time, as a share of their largest response."""
-
 
 
 class GridMultigrid:
@@ -104,8 +104,6 @@ class Loads:
 
     def __init__(self, solver: GridMultigrid, rows: Ints, at_rows: Floats) -> None:
         self._solver, self.rows, self.at_rows = solver, rows, at_rows
-        self._gram: Floats | None = None
-        self._closest: Floats | None = None
 
     @property
     def T(self) -> "_Transposed":  # noqa: N802
@@ -129,20 +127,22 @@ class Loads:
         """Return A⁻¹ times other loads, at the rows of these (m, k)."""
         return self._solver.respond(other, self.rows)
 
-    def times_own(self) -> Floats:
-        """Return bᵀ A⁻¹ b (k, k)."""
-        if self._gram is None:
-            gram = self.at_rows.T @ self.respond_to(self)
-            self._gram = (gram + gram.T) / 2
-        return self._gram
+    @cached_property
+    def _closest(self) -> Floats:
+        """What takes a load at the rows to the shares of the columns that come closest to it (k, m)."""
+        return np.asarray(np.linalg.pinv(self.at_rows), np.float64)
+
+    @cached_property
+    def products(self) -> Floats:
+        """Evaluate bᵀ A⁻¹ b (k, k)."""
+        products = self.at_rows.T @ self.respond_to(self)
+        return np.asarray((products + products.T) / 2)
 
     def times(self, y: Floats) -> Floats:
         """Return bᵀ A⁻¹ y (k, 2)."""
-        if self._closest is None:
-            self._closest = np.linalg.pinv(self.at_rows)
         shares = self._closest @ y[self.rows]
         rest = y - self @ shares
-        return np.asarray(self.times_own() @ shares + self.at_rows.T @ self._solver.read(rest, self.rows))
+        return np.asarray(self.products @ shares + self.at_rows.T @ self._solver.read(rest, self.rows))
 
 
 class _Transposed:
@@ -154,7 +154,7 @@ class _Transposed:
     def __matmul__(self, other: Floats | Loads) -> Floats:
         loads = self._loads
         if other is loads:
-            return loads.times_own()
+            return loads.products
         if isinstance(other, Loads):
             return loads.at_rows.T @ loads.respond_to(other)
         return loads.times(other)

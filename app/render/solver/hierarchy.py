@@ -52,15 +52,14 @@ class Hierarchy:
         while shapes[-1][0] * shapes[-1][1] > _BOTTOM:
             rows, columns = shapes[-1]
             shapes.append(((rows + 1) // 2, (columns + 1) // 2))
-        firsts = np.concatenate([[0], np.cumsum([rows * columns for rows, columns in shapes])]).tolist()
-        self.count = firsts[-1]
+        self.levels: list[Level] = []
+        self.count = 0
         """Nodes of all grids."""
-        rows = np.array([(*shape, first, 0) for shape, first in zip(shapes, firsts, strict=False)], np.int32)
-        after = np.vstack([rows[1:], rows[-1:]])
-        self.levels = [
-            Level(shape, first, context.buffer(np.concatenate(both).tobytes()))
-            for shape, first, both in zip(shapes, firsts, zip(rows, after, strict=True), strict=False)
-        ]
+        for (rows, columns), coarser in zip(shapes, [*shapes[1:], shapes[-1]], strict=True):
+            after = self.count + rows * columns
+            uniforms = np.array([rows, columns, self.count, 0, *coarser, after, 0], np.int32)
+            self.levels.append(Level((rows, columns), self.count, context.buffer(uniforms.tobytes())))
+            self.count = after
         self.coefficients = context.buffer(reserve=4 * PLANES * self.count)
         self._inverse = context.buffer(reserve=4 * self.levels[-1].size ** 2)
 

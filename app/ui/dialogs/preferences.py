@@ -11,6 +11,12 @@ from app.ui.widgets.theme import em
 
 SCALES = (0.8, 1.0, 1.25, 1.5, 2.0)
 
+SOLVERS = (
+    ("auto", "Automatic", "The GPU, where it has a driver of its own and OpenGL 4.3"),
+    ("gpu", "GPU", "Wherever there is OpenGL 4.3"),
+    ("processor", "Processor", ""),
+)
+
 
 class PreferencesSheet:
     """Draws the sheet's inside."""
@@ -34,6 +40,10 @@ class PreferencesSheet:
         drafts = check("Draw faster, less sharp", preferences.drafts, "The picture is drawn at its best once it rests")
         if drafts is not None:
             self._editor.prefer(preferences.changed(drafts=drafts))
+        label("Large grids", "What answers while something moves; files are always made from the processor's answer")
+        solver = segments("solver", SOLVERS, preferences.solver)
+        if solver is not None:
+            self._editor.prefer(preferences.changed(solver=solver))
         label("When saving")
         hint = "The version before stays beside the project, as its name with ~ behind it"
         backups = check("Keep the version before", preferences.backups, hint)

@@ -9,8 +9,8 @@ from scipy import sparse
 from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.grid import Features, Grid
 from core.linalg.blas import one_thread
-from core.linalg.laplacian import edge_weights, laplacian, node_values
 from core.linalg.grid_solver import GridSolver
+from core.linalg.laplacian import edge_weights, laplacian, node_values
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.columns import fields_of
 from core.mapping.features.limits import FREE, NONE, RIGID, Single

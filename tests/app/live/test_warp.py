@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -220,9 +222,9 @@ def test_what_one_answer_has_built_the_next_one_finds(inline: int, most: int, mo
     made: list[Warper] = []
     begin = Warper.__init__
 
-    def counted(warper: Warper, grid: Grid) -> None:
+    def counted(warper: Warper, grid: Grid, **more: Any) -> None:
         made.append(warper)
-        begin(warper, grid)
+        begin(warper, grid, **more)
 
     monkeypatch.setattr(Warper, "__init__", counted)
     drive = EditorDriver(swirled())
