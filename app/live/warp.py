@@ -182,7 +182,9 @@ class LiveWarp:
             if settled is not None and not _maps_alike(_bare(document), _bare(settled[0])):
                 settled = None
             found = self._gpu_frames.frame(document, settled)
-        return self._side_solver.frame(document) if found is None else found
+        found = self._side_solver.frame(document) if found is None else found
+        _ = found.folded  # worked out here: the window asks for it in every frame
+        return found
 
     def _timed(self, solve: Callable[[Document], Warped], document: Document) -> tuple[Warped, float]:
         """Return the map of `document` and how many milliseconds it took."""

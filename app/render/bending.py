@@ -25,7 +25,7 @@ def find_places(scene: CanvasScene, before: CanvasScene, part: Box) -> Points | 
         return None
     now, then, here = scene.plain.rest, before.plain.rest, scene.in_framebuffer(scene.warped)
     low, high = _seen(before)
-    needed = (here >= np.maximum(part[:2], low)).all(axis=-1) & (here <= np.minimum(part[2:], high)).all(axis=-1)
+    needed = _between(here, np.maximum(part[:2], low), np.minimum(part[2:], high))
     needed = np.asarray(cv2.dilate(np.asarray(needed, np.uint8), np.ones((3, 3), np.uint8)) > 0)
     if now is then:
         places = before.in_framebuffer(before.warped)
@@ -37,7 +37,13 @@ def find_places(scene: CanvasScene, before: CanvasScene, part: Box) -> Points | 
     else:
         return None
     shown = places[needed]
-    return places if ((shown >= low) & (shown <= high)).all() else None
+    return places if _between(shown, low, high).all() else None
+
+
+def _between(points: Points, low: Points, high: Points) -> Bools:
+    """Return which points (..., 2) lie between two corners (2,)."""
+    x, y = points[..., 0], points[..., 1]
+    return np.asarray((x >= low[0]) & (y >= low[1]) & (x <= high[0]) & (y <= high[1]))
 
 
 def _seen(scene: CanvasScene) -> tuple[Points, Points]:

@@ -73,7 +73,7 @@ def test_kept_preferences_reach_the_file_and_the_recovery(tmp_path: Path) -> Non
         "keep_every_s": 60.0,
         "backups": True,
         "drafts": True,
-            "solver": "auto",
+        "solver": "auto",
         "mask_color": 0xF53B57,
         "mask_opacity": 0.4,
         "feature_colors": True,
