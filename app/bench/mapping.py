@@ -53,7 +53,7 @@ def measure(sizes: Sequence[tuple[int, int]] = SIZES, *, repeats: int = 5) -> li
 def _record(rows: int, columns: int, repeats: int) -> dict[str, Any]:
     repeats = max(2, repeats if rows * columns <= _LARGE else repeats // 2)
     grid = Grid((columns - 1) * CELL_PX, (rows - 1) * CELL_PX, cell_px=CELL_PX)
-    mask = _mask(grid)
+    mask = make_mask(grid)
     features = find_features(grid, mask)
     plain = _swirled(grid)
     return {
@@ -75,7 +75,8 @@ def _paper(rows: int, columns: int) -> dict[str, float | None]:
     return dict(zip(("setup_s", "factor_s", "rhs_s", "solve_s"), seconds, strict=True))
 
 
-def _mask(grid: Grid) -> Bytes:
+def make_mask(grid: Grid) -> Bytes:
+    """Return a mask with four discs."""
     mask = np.zeros((grid.height_px, grid.width_px), np.uint8)
     for disc in _DISCS:
         x, y, radius = (round(value * side) for value, side in zip(disc, _sides(grid), strict=True))

@@ -12,6 +12,7 @@ from app.bench import (
     batch,
     bounds,
     export,
+    gpu_mapping,
     machine,
     mapping,
     overlay,
@@ -38,12 +39,14 @@ ENGINES: Mapping[str, tuple[Callable[[], list[Record]], Callable[[], list[Record
     "overlay": (overlay.measure, lambda: overlay.measure(overlay.SIZES[:1], runs=1)),
     "export": (export.measure, lambda: export.measure(export.SIZES[:1], runs=1)),
     "window": (_window, lambda: _window(features=(4,), frames=10)),
+    "gpu": (gpu_mapping.measure, lambda: gpu_mapping.measure(gpu_mapping.QUICK)),
     "bounds": (bounds.measure, lambda: bounds.measure(bounds.QUICK)),
     "batch": (batch.measure, lambda: batch.measure(batch.QUICK_FRAMES)),
 }
 """What measures each engine, in full and quickly."""
-USUAL = [name for name in ENGINES if name not in {"window", "bounds", "batch"}]
-"""What is measured unless asked otherwise: the window needs a display, large pictures and batches take minutes."""
+USUAL = [name for name in ENGINES if name not in {"window", "gpu", "bounds", "batch"}]
+"""What is measured unless asked otherwise: the window needs a display, the GPU OpenGL 4.3, large pictures and
+batches take minutes."""
 PHOTOGRAPHS, RETEXTURED = "photographs", "retexture-photographs"
 
 
