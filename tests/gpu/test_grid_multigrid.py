@@ -166,3 +166,13 @@ def test_a_solution_that_is_known_takes_no_step(context: moderngl.Context) -> No
     assert solver.steps == steps
     assert not solver.solve(np.zeros_like(load)).any()
     solver.release()
+
+
+def test_what_is_not_finite_is_said(context: moderngl.Context) -> None:
+    values, load = system((60, 70))
+    solver = GridMultigrid(context, (60, 70)).factorise(values)
+    load[2000] = np.nan
+    with pytest.raises(ArithmeticError):
+        solver.solve(load)
+    assert np.isfinite(solver.solve(system((60, 70))[1])).all(), "the next solve begins anew"
+    solver.release()

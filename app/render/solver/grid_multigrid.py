@@ -10,15 +10,18 @@ from typing import Any, Literal
 
 import moderngl
 import numpy as np
+from scipy import sparse
 
 from app.render.gpu import release
 from app.render.solver.multigrid import Multigrid
 from core.arrays import Floats, Ints
+from core.linalg.laplacian import find_stored, pattern
 
-_WITHIN_PX = {"shown": 1e-3, "read": 1e-4}
-"""How far solutions may be off in output pixels: what is shown, and what features and handles are placed by."""
-_SHARE = 1e-5
-"""The same of columns that are kept, each time, as a share of their largest response."""
+_WITHIN_PX = {"shown": 1e-3, "read": 1e-3}
+"""How far solutions may be off in output pixels: what is shown, and, before it is improved once, what features and
+handles are placed by."""
+_SHARE = 1e-4
+"""The same of what improves a solution, as a share of its largest value."""
 
 
 class GridMultigrid:
@@ -28,7 +31,7 @@ class GridMultigrid:
     """
 
     def __init__(self, context: moderngl.Context, shape: tuple[int, int]) -> None:
-        self.size = shape[0] * shape[1]
+        self._shape, self.size = shape, shape[0] * shape[1]
         self._multigrid = Multigrid(context, shape)
         self._last = {kind: self._multigrid.solution() for kind in _WITHIN_PX}
         self._kept = self._multigrid.solution()
@@ -41,6 +44,9 @@ class GridMultigrid:
     def factorise(self, values: Floats) -> "GridMultigrid":
         """Take new values (R, C, 3) of `laplacian.node_values`; return the solver itself."""
         self._multigrid.hierarchy.take(values)
+        lower = pattern(self._shape)
+        lower.data = values[find_stored(self._shape)]
+        self._matrix = sparse.csr_array(lower + sparse.tril(lower, -1).T)
         return self
 
     def solve(self, b: Floats) -> Floats:
@@ -62,7 +68,7 @@ class GridMultigrid:
 
     def read(self, y: Floats, rows: Ints) -> Floats:
         """Return A⁻¹ y at some rows (m, 2)."""
-        return self._solve(y, "read")[rows]
+        return self._improved(self._solve(y, "read"), y)[rows]
 
     def respond(self, loads: "Loads", rows: Ints) -> Floats:
         """Return A⁻¹ b at some rows (m, k)."""
@@ -71,7 +77,8 @@ class GridMultigrid:
             pair = np.zeros((self.size, 2))
             chosen = loads.at_rows[:, first : first + 2]
             pair[loads.rows, : chosen.shape[1]] = chosen
-            found[:, first : first + 2] = self._refined(pair)[rows, : chosen.shape[1]]
+            both = self._improved(self._improved(np.zeros_like(pair), pair), pair)
+            found[:, first : first + 2] = both[rows, : chosen.shape[1]]
         return found
 
     def _solve(self, load: Floats, kind: Literal["shown", "read"]) -> Floats:
@@ -79,16 +86,11 @@ class GridMultigrid:
         self._multigrid.solve(load, v, within=_WITHIN_PX[kind])
         return _numbers(v)
 
-    def _refined(self, load: Floats) -> Floats:
-        """Return A⁻¹ b (N, 2) with more digits than single precision has, by solving for what is left once more."""
-        v, total = self._kept, np.zeros(load.shape)
-        rest = load
-        for _ in range(2):
-            v.clear()
-            self._multigrid.solve(rest, v, within=_SHARE, share=True)
-            total += _numbers(v)
-            rest = self._multigrid.left() + (rest - rest.astype(np.float32))
-        return total
+    def _improved(self, found: Floats, load: Floats) -> Floats:
+        """Return A⁻¹ b (N, 2) with more digits than a solution that was found has, by solving for what that leaves."""
+        self._kept.clear()
+        self._multigrid.solve(load - self._matrix @ found, self._kept, within=_SHARE, share=True)
+        return found + _numbers(self._kept)
 
     def release(self) -> None:
         """Free the GPU objects."""

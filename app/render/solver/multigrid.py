@@ -1,5 +1,7 @@
 """Conjugate gradients on a grid, preconditioned by one V-cycle of multigrid [Tatebe 1993]."""
 
+import math
+
 import moderngl
 import numpy as np
 
@@ -41,11 +43,12 @@ class Multigrid:
     def solve(self, load: Floats, v: moderngl.Buffer, *, within: float, share: bool = False) -> None:
         """Improve the solution `v` for a load (N, 2) until it is off by no more than `within` anywhere.
 
-        Where `share` is set, that is a share of the largest value of the solution.
+        Where `share` is set, that is a share of the largest value of the solution. Raises `ArithmeticError` where the
+        driver finds nothing finite.
         """
         self._load.write(np.ascontiguousarray(load, np.float32).tobytes())
         self._bind(v)
-        if self._begin() <= 0:  # 0 is nearer
+        if not self._begin() > 0:  # 0 is nearer, or the last solution was not finite
             v.clear()
             self._begin()
         first = largest = self._correct()
@@ -58,12 +61,6 @@ class Multigrid:
                 return
             self._begin()
             first = largest = self._correct()
-
-    def left(self) -> Floats:
-        """Return what the last solution leaves of its load (N, 2)."""
-        self._begin()
-        data = self._left.read(8 * self._finest.size)
-        return np.frombuffer(data, np.float32).reshape(-1, 2).astype(np.float64)
 
     def _bind(self, v: moderngl.Buffer) -> None:
         self.hierarchy.bind()
@@ -86,7 +83,9 @@ class Multigrid:
         self._cycle()
         self.hierarchy.run("product", self._finest)
         self._total()
-        *_, largest = self._read_sums()
+        energy, *_, largest = self._read_sums()
+        if not math.isfinite(energy):
+            raise ArithmeticError("a solve on the GPU has no finite solution")
         return largest
 
     def _descend(self, bound: float) -> None:
