@@ -247,7 +247,7 @@ class TileTarget:
         if side > LEAST_TILE_PX and not (self._source.is_small or self._source.fits(read.box, read.level)):
             drawn = [self._draw_light(tile, quarter) for quarter in _quarters(part)]
             return any(drawn)
-        self._picture.draw(self._mesh, self._source, part, origin=tile[:2], filters=read.filters)
+        self._picture.draw(self._mesh, self._source, part, origin=tile[:2], read=read)
         return True
 
     def release(self) -> None:

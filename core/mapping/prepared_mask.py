@@ -47,7 +47,7 @@ class PreparedMask:
         """Return what `refine` does, with lines drawn at as they were under the mask before: nothing is prepared."""
         if self._soft is not None:
             found = self._soft.soften(found, as_complex(plain))
-        return found if self._pull is None else self._pull.draw(self.mapping, found)
+        return found if self._pull is None else self._pull.apply(self.mapping, found)
 
     def refine(self, found: Solution, plain: Points) -> Solution:
         """Return the answer for W at the nodes (R, C, 2) with soft features, and lines straight beside features."""

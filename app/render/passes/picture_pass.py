@@ -13,7 +13,8 @@ import numpy as np
 
 from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
-from app.render.programs import Names, programs_of
+from app.render.programs import programs_of
+from app.render.source_footprint import Read
 from app.render.sources.source import Box, Source, Window
 from core.arrays import Bools
 
@@ -63,14 +64,14 @@ class PicturePass:
         *,
         origin: tuple[int, int] = (0, 0),
         draft: bool = False,
-        filters: Names = (),
+        read: Read | None = None,
     ) -> None:
         """Draw the output pixels of `box`, which nothing was drawn in since `clear`.
 
-        `origin` is the output pixel that is the target's first. A `draft` is less sharp. `filters` is the one that all
-        of the box needs, if that is known.
+        `origin` is the output pixel that is the target's first. A `draft` is less sharp. `read` is what the mesh
+        says that this reads, where that is known.
         """
-        for _ in self.drawing(mesh, source, box, origin=origin, draft=draft, filters=filters, in_pieces=False):
+        for _ in self.drawing(mesh, source, box, origin=origin, draft=draft, read=read, in_pieces=False):
             pass
 
     def drawing(
@@ -81,7 +82,7 @@ class PicturePass:
         *,
         origin: tuple[int, int] = (0, 0),
         draft: bool = False,
-        filters: Names = (),
+        read: Read | None = None,
         in_pieces: bool = True,
     ) -> Iterator[None]:
         """Draw as `draw` does, in pieces of a few milliseconds at most, with a stop after each.
@@ -93,10 +94,11 @@ class PicturePass:
         if not blocks.any():
             return
         least_stretch = DRAFT_STRETCH if draft else LEAST_STRETCH
-        read = what_is_read(mesh, source, box, least_stretch)
+        area = what_is_read(mesh, source, box, least_stretch) if read is None else read[:2]
+        filters = () if read is None else read.filters
         yield
         uniforms = {
-            **picture_uniforms(source.window(*read), source, self.side, origin),
+            **picture_uniforms(source.window(*area), source, self.side, origin),
             "least_stretch": least_stretch,
         }
         defined = ("DRAFT",) if draft else ()
@@ -107,14 +109,14 @@ class PicturePass:
             yield
         for strip in strips(box, STRIP_PIXELS) if in_pieces else (box,):
             with self.light.drawing(None, _shifted(strip, origin)):
-                source.window(*read).texture.use(PICTURE_UNIT)
+                source.window(*area).texture.use(PICTURE_UNIT)
                 self._place.texture.use(PLACE_UNIT)
                 self._footprint.texture.use(FOOTPRINT_UNIT)
                 self._programs.fullscreen(
                     "resample.frag", defined or filters, place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms
                 )
             yield
-        source.window(*read).texture.use(PICTURE_UNIT)
+        source.window(*area).texture.use(PICTURE_UNIT)
         with self.light.drawing(viewport, _shifted(box, origin)), self._blending():
             mesh.draw_edge("edge.frag", defined, **uniforms)
         if self.cells is not None:

@@ -6,7 +6,7 @@ few columns with any load cost one solve for that load.
 """
 
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -17,9 +17,8 @@ from app.render.solver.multigrid import Multigrid
 from core.arrays import Floats, Ints
 from core.linalg.laplacian import find_stored, pattern
 
-_WITHIN_PX = {"shown": 1e-3, "read": 1e-3}
-"""How far solutions may be off in output pixels: what is shown, and, before it is improved once, what features and
-handles are placed by."""
+_WITHIN_PX = 1e-3
+"""How far solutions may be off in output pixels, before those that features and handles are placed by are improved."""
 _SHARE = 1e-4
 """The same of what improves a solution, as a share of its largest value."""
 
@@ -33,7 +32,8 @@ class GridMultigrid:
     def __init__(self, context: moderngl.Context, shape: tuple[int, int]) -> None:
         self._shape, self.size = shape, shape[0] * shape[1]
         self._multigrid = Multigrid(context, shape)
-        self._last = {kind: self._multigrid.solution() for kind in _WITHIN_PX}
+        self._shown, self._read = self._multigrid.solution(), self._multigrid.solution()
+        """The last ones of what is shown, and of what features and handles are placed by."""
         self._kept = self._multigrid.solution()
 
     @property
@@ -64,11 +64,11 @@ class GridMultigrid:
 
     def backward(self, y: Floats) -> Floats:
         """Return A⁻¹ y (N, 2)."""
-        return self._solve(y, "shown")
+        return self._solve(y, self._shown)
 
     def read(self, y: Floats, rows: Ints) -> Floats:
         """Return A⁻¹ y at some rows (m, 2)."""
-        return self._improved(self._solve(y, "read"), y)[rows]
+        return self._improved(self._solve(y, self._read), y)[rows]
 
     def respond(self, loads: "Loads", rows: Ints) -> Floats:
         """Return A⁻¹ b at some rows (m, k)."""
@@ -81,9 +81,8 @@ class GridMultigrid:
             found[:, first : first + 2] = both[rows, : chosen.shape[1]]
         return found
 
-    def _solve(self, load: Floats, kind: Literal["shown", "read"]) -> Floats:
-        v = self._last[kind]
-        self._multigrid.solve(load, v, within=_WITHIN_PX[kind])
+    def _solve(self, load: Floats, v: moderngl.Buffer) -> Floats:
+        self._multigrid.solve(load, v, within=_WITHIN_PX)
         return _numbers(v)
 
     def _improved(self, found: Floats, load: Floats) -> Floats:
@@ -94,7 +93,7 @@ class GridMultigrid:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        release(self._multigrid, self._kept, *self._last.values())
+        release(self._multigrid, self._kept, self._shown, self._read)
 
 
 class Loads:

@@ -69,7 +69,7 @@ class Pull:
         """Return what leaves all where it is."""
         return cls(np.zeros(grid.shape, np.complex128), np.zeros(grid.shape, np.complex128))
 
-    def draw(self, mapping: FeatureMapping, found: Solution) -> Solution:
+    def apply(self, mapping: FeatureMapping, found: Solution) -> Solution:
         """Return the answer under it, with features where they are: a solve."""
         glide = np.where(mapping.index < 0, self.glide, 0)
         load = self.load - laplacian(edge_weights(mapping.follow_w + mapping.follow_feature), glide)
@@ -133,7 +133,7 @@ class LineSolver:
         np.add.at(load, points.nodes, points.weights * np.asarray(points.M.T @ forces)[:, None])
         shape = found.z.shape
         self.pull = Pull(load.reshape(shape), np.asarray(glide.shapes @ moves, np.complex128).reshape(shape))
-        return self.pull.draw(self._mapping, found)
+        return self.pull.apply(self._mapping, found)
 
 
 def _sample(count: int, places: int) -> tuple[Floats, Floats]:
