@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import zip_longest
 from pathlib import Path
 
 import moderngl
@@ -12,6 +13,7 @@ from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
 from app.render.passes.picture_pass import LEAST_STRETCH, PicturePass
 from app.render.programs import programs_of
+from app.render.source_footprint import Read
 from app.render.sources.source import DEFAULT_LIMITS, Box, Source, TextureLimits
 from core import tracing
 from core.arrays import InputError, Pixels, Points
@@ -199,7 +201,7 @@ class TileTarget:
         self.side = side
         self._context = context
         self._programs = programs_of(context)
-        self._source = Source(context, image, exact=True, limits=limits)
+        self._sources = [Source(context, image, exact=True, limits=limits) for _ in range(2)]
         self._linear = image.linear
         depth = {"u1": "f1", "u2": "nu2", "f4": "f4"}[image.pixels.dtype.str[1:]]
         self._picture = PicturePass(context, (side, side), exact=True)
@@ -213,46 +215,69 @@ class TileTarget:
         self._mesh.place(rest, moved)
 
     def drawing_rows(self, top: int, out: Pixels) -> Job[None]:
-        """Draw the output's rows from `top` into `out`, (h, w, 4): all columns, of rows what a tile has at most."""
-        height, width = out.shape[:2]
-        for left in range(0, width, self.side):
-            yield Progress(left / width, "rendering")
-            right = min(left + self.side, width)
-            box = left, top, right, top + height
-            with tracing.span("draw", tile=box):
-                self.draw(box, out[:, left:right])
+        """Draw the output's rows from `top` into `out`, (h, w, 4): all columns, of rows what a tile has at most.
 
-    def draw(self, box: Box, out: Pixels) -> None:
-        """Draw the output pixels of `box` into `out`, (h, w, 4)."""
+        While the GPU filters one tile, what the next one reads of the picture is loaded.
+        """
+        height, width = out.shape[:2]
+        tiles = [(left, top, min(left + self.side, width), top + height) for left in range(0, width, self.side)]
+        coming = self._reads_of(tiles[0])
+        for tile, following in zip_longest(tiles, tiles[1:]):
+            yield Progress(tile[0] / width, "rendering")
+            with tracing.span("draw", tile=tile):
+                reads, coming = coming, []
+                if reads:
+                    self._filter(tile, reads)
+                if following is not None:
+                    coming = self._reads_of(following)
+                    self._load(coming)
+                self._encode(out[:, tile[0] : tile[2]], is_empty=not reads)
+
+    def _filter(self, tile: Box, reads: list[tuple[Box, Read]]) -> None:
+        """Send off what draws the parts of `tile` in linear light."""
+        assert self._mesh is not None
         self._picture.clear()
-        if not self._draw_light(box, box):
+        for box, read in reads:
+            self._picture.draw(self._mesh, self._source_of(read), box, origin=tile[:2], read=read)
+        self._pixels.clear()  # drivers begin with what is queued when the target changes
+
+    def _load(self, reads: list[tuple[Box, Read]]) -> None:
+        """Load what the first of `reads` needs."""
+        for _, read in reads[:1]:
+            self._source_of(read).window(*read[:3])
+
+    def _encode(self, out: Pixels, *, is_empty: bool) -> None:
+        """Put the tile into `out`, (h, w, 4)."""
+        if is_empty:
             out[:] = 0
             return
         with self._pixels.drawing():
             self._picture.light.texture.use(0)
             self._programs.fullscreen("encode.frag", tile=0, linear=self._linear)
-        read = self._pixels.read((box[2] - box[0], box[3] - box[1]))
+        read = self._pixels.read((out.shape[1], out.shape[0]))
         out[:] = np.frombuffer(read, out.dtype).reshape(out.shape)
 
-    def _draw_light(self, tile: Box, part: Box) -> bool:
-        """Draw `part` of `tile`, in quarters where the source for it is too large for one window.
-
-        Returns whether there is anything to draw.
-        """
+    def _reads_of(self, box: Box) -> list[tuple[Box, Read]]:
+        """Return what drawing `box` reads, by quarters where that is too large for a window; nothing if it is empty."""
         assert self._mesh is not None
-        read = self._mesh.source_of(part, least_stretch=LEAST_STRETCH)
+        read = self._mesh.source_of(box, least_stretch=LEAST_STRETCH)
         if read is None:
-            return False
-        side = max(part[2] - part[0], part[3] - part[1])
-        if side > LEAST_TILE_PX and not (self._source.is_small or self._source.fits(read.box, read.level)):
-            drawn = [self._draw_light(tile, quarter) for quarter in _quarters(part)]
-            return any(drawn)
-        self._picture.draw(self._mesh, self._source, part, origin=tile[:2], read=read)
-        return True
+            return []
+        side = max(box[2] - box[0], box[3] - box[1])
+        source = self._sources[0]
+        if side > LEAST_TILE_PX and not (source.is_small or source.fits(*read[:3])):
+            return [found for quarter in _quarters(box) for found in self._reads_of(quarter)]
+        return [(box, read)]
+
+    def _source_of(self, read: Read) -> Source:
+        """Return the source that was drawn from last if its window holds what is read, else the other."""
+        if not self._sources[0].holds(*read[:3]):
+            self._sources.reverse()
+        return self._sources[0]
 
     def release(self) -> None:
         """Free the GPU objects."""
-        gpu.release(self._source, self._mesh, self._picture, self._pixels)
+        gpu.release(*self._sources, self._mesh, self._picture, self._pixels)
 
 
 def _quarters(box: Box) -> list[Box]:

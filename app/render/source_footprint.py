@@ -15,9 +15,8 @@ LEAST_AREA = 1e-3
 """Triangles of a smaller area, in square output pixels, hit no pixel worth the pixels they would read."""
 BLOCK = 16
 """Quads along the side of a block; triangles are looked for in blocks first."""
-ENLARGED, SHRUNK = 1.0, 1.001
-"""Greatest singular values up to the first certainly leave the filter as it is (filter.glsl), from the second on they
-stretch it."""
+ROUNDING = 1.001
+"""What a singular value decides is certain where so much more would decide it too: the shader's has fewer digits."""
 
 
 class Read(NamedTuple):
@@ -26,6 +25,8 @@ class Read(NamedTuple):
     box: Box
     level: int
     """The finest of the pyramid."""
+    top: int | None
+    """The coarsest; None where it is not known."""
     filters: Names
     """The one filter of resample.frag that is needed, or none where it must choose."""
 
@@ -93,7 +94,7 @@ class SourceFootprint:
         seen = (low <= high).all(axis=1)
         near, low, high = near[seen], low[seen], high[seen]
         if not near.size:
-            return Read((0, 0, 1, 1), 0, ()) if self.has_slivers else None
+            return Read((0, 0, 1, 1), 0, None, ()) if self.has_slivers else None
         # The image of a rectangle with centre c and half sides h has its centre at J c and half sides |J| h.
         J = self.jacobian[near]
         middle = (low + high) / 2 - self.moved[near]
@@ -102,16 +103,19 @@ class SourceFootprint:
         margin = 2 * np.maximum(self.major[near], 1.0)[:, None] + 2
         left, top = (np.maximum(centre - half, self.rest_low[near]) - margin).min(axis=0)
         right, bottom = (np.minimum(centre + half, self.rest_high[near]) + margin).max(axis=0)
-        level = int(np.floor(np.log2(max(float(self.minor[near].min()) / least_stretch, 1.0))))
+        minor = self.minor[near]
+        finest, coarsest = (
+            int(np.log2(max(float(s) / least_stretch, 1.0))) for s in (minor.min(), minor.max() * ROUNDING)
+        )
         source = int(np.floor(left)), int(np.floor(top)), int(np.ceil(right)) + 1, int(np.ceil(bottom)) + 1
-        return Read(source, level, self._filters_of(near))
+        return Read(source, finest, None if self.has_slivers else coarsest, self._filters_of(near))
 
     def _filters_of(self, triangles: Ints) -> Names:
         """Return which of the two filters is the only one of some triangles; neither if both are."""
         major = self.major[triangles]
-        if major.min() > SHRUNK:
+        if major.min() > ROUNDING:
             return ("AVERAGED",)
-        return ("INTERPOLATED",) if major.max() <= ENLARGED and not self.has_slivers else ()
+        return ("INTERPOLATED",) if major.max() <= 1 and not self.has_slivers else ()
 
     def _in_blocks(self, first: Points, last: Points) -> Ints:
         """Return the triangles of all blocks that meet a rectangle of the output."""

@@ -83,6 +83,17 @@ def test_windows_of_a_large_picture_leave_no_trace(scale: float, cells: int) -> 
     assert np.abs(windows.astype(int) - whole).max() <= (0 if scale == 1.0 else 1)
 
 
+def test_what_the_next_tile_reads_is_loaded_before_one_is_read_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    events: list[str] = []
+    load, read = Source._begun, gpu.Offscreen.read
+    monkeypatch.setattr(Source, "_begun", lambda *args: events.append("load") or load(*args))  # type: ignore[func-returns-value]
+    monkeypatch.setattr(gpu.Offscreen, "read", lambda *args: events.append("read") or read(*args))  # type: ignore[func-returns-value]
+    image, rest = scenes.picture(700, 500), scenes.grid(700, 500)
+    run(rendering(image, rest, rest, size=(700, 60), tile_px=128, limits=TextureLimits(side_px=384)))
+    assert events[:3] == ["load", "load", "read"]
+    assert events.count("read") == 6
+
+
 def checkers(path: Path, side_px: int) -> Path:
     """Write a square PNG of one bit a pixel, squares of 8 x 8 pixels, the first one white."""
     bright = b"\0" + b"\xff\0" * (side_px // 16)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from app.model.spaces import View
 from app.render import gpu
@@ -152,5 +153,28 @@ def test_what_another_place_has_replaced_is_given_up() -> None:
     window = held.window((800, 500, 900, 600), 0)
     assert not list(first)
     assert held.glimpse((800, 500, 900, 600), 0) is window
-    assert held.window((0, 0, 100, 100), 0).holds((0, 0, 100, 100), 0)
+    assert held.window((0, 0, 100, 100), 0).holds((0, 0, 100, 100), 0, 0)
     held.release()
+
+
+def test_a_window_has_the_levels_that_are_asked_for() -> None:
+    image = scenes.picture(900, 600)
+    held = Source(gpu.standalone(), image, limits=TextureLimits(side_px=400))
+    box = (102, 130, 302, 290)
+    few = held.window(box, 0, 1)
+    assert (few.box, few.top) == (box, 1)
+    texels = base_level(few)
+    assert held.window(box, 0, 0) is few
+    assert held.holds(box, 0, 1)
+    assert not held.holds(box, 0, 2)
+    many = held.window(box, 0)
+    assert many.top == held.levels
+    left, top = box[0] - many.box[0], box[1] - many.box[1]
+    assert np.array_equal(texels, base_level(many)[top : top + 160, left : left + 200])
+    held.release()
+
+
+def base_level(window: source.Window) -> NDArray[np.float16]:
+    """Return the texels of the finest level of a window."""
+    texture, (width, height) = window.texture, window.base_size
+    return np.frombuffer(texture.read(), np.float16).reshape(texture.height, texture.width, 4)[:height, :width]

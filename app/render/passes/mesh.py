@@ -97,9 +97,7 @@ class MeshBuffers:
     def source_of(self, box: Box, *, least_stretch: float) -> Read | None:
         """Return what drawing the output pixels of `box` reads, None where nothing is to be drawn."""
         if self._reach is None:
-            assert self._rest is not None
-            assert self._moved is not None
-            self._reach = SourceFootprint.of(self._rest[self._drawn], self._moved[self._drawn])
+            self._reach = SourceFootprint.of(self._nodes["rest_nodes"].at, self._nodes["moved_nodes"].at)
         return self._reach.read_for(box, least_stretch=least_stretch)
 
     def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:

@@ -23,7 +23,9 @@ PICTURE_UNIT, PLACE_UNIT, FOOTPRINT_UNIT = 2, 3, 4
 LEAST_STRETCH = 1.5
 """How many texels of its level a shrinking kernel spans at least: more is slower, less lets the pyramid show."""
 DRAFT_STRETCH = 0.75
-NOTHING_READ: tuple[Box, int] = (0, 0, 1, 1), 0
+Area = tuple[Box, int, int | None]
+"""A box of the picture, the finest level of its pyramid that is read, and the coarsest, None if that is not known."""
+NOTHING_READ: Area = (0, 0, 1, 1), 0, None
 PIECE_BLOCKS = 24
 STRIP_PIXELS = 1 << 14
 """Where the picture is shrunk, the filter may take a microsecond a pixel."""
@@ -94,7 +96,7 @@ class PicturePass:
         if not blocks.any():
             return
         least_stretch = DRAFT_STRETCH if draft else LEAST_STRETCH
-        area = what_is_read(mesh, source, box, least_stretch) if read is None else read[:2]
+        area = what_is_read(mesh, source, box, least_stretch) if read is None else read[:3]
         filters = () if read is None else read.filters
         yield
         uniforms = {
@@ -135,12 +137,12 @@ class PicturePass:
         gpu.release(self._places, self.light, self.cells, self._place, self._footprint)
 
 
-def what_is_read(mesh: MeshBuffers, source: Source, box: Box, least_stretch: float) -> tuple[Box, int]:
-    """Return which pixels of the picture drawing the output pixels of `box` reads, and the finest level among them."""
+def what_is_read(mesh: MeshBuffers, source: Source, box: Box, least_stretch: float) -> Area:
+    """Return what drawing the output pixels of `box` reads of the picture."""
     if source.is_small:
-        return source.whole, 0
+        return source.whole, 0, None
     read = mesh.source_of(box, least_stretch=least_stretch)
-    return NOTHING_READ if read is None else read[:2]
+    return NOTHING_READ if read is None else (read.box, read.level, None)
 
 
 def picture_uniforms(window: Window, source: Source, side: int, origin: tuple[int, int] = (0, 0)) -> dict[str, object]:

@@ -54,19 +54,19 @@ class DressedSource(Source):
         """Whether it would be no waste to compose the whole at full size: never."""
         return False
 
-    def loading(self, box: Box, base: int) -> Iterator[None]:
+    def loading(self, box: Box, base: int, top: int | None = None) -> Iterator[None]:
         """Stop nowhere: `window` composes."""
-        self.window(box, base)
+        self.window(box, base, top)
         return iter(())
 
-    def glimpse(self, box: Box, base: int) -> Window:
+    def glimpse(self, box: Box, base: int, top: int | None = None) -> Window:
         """Return what `window` does."""
-        return self.window(box, base)
+        return self.window(box, base, top)
 
-    def window(self, box: Box, base: int) -> Window:
-        """Return a window over `box` with levels from `base` up."""
+    def window(self, box: Box, base: int, top: int | None = None) -> Window:
+        """Return a window over `box` with all levels from `base` up."""
         box = self._clipped(box)
-        if self._window is not None and self._window.holds(box, base):
+        if self._window is not None and self._window.holds(box, base, self._top(base, top)):
             return self._window
         wide = self._with_margin(box)
         while not self.fits(wide, base):
@@ -80,7 +80,7 @@ class DressedSource(Source):
         self._composed = self._pyramid = None
 
     def _load(self, box: Box, base: int) -> Window:
-        box = self._aligned(box, base)
+        box = self._aligned(box, base + self.levels)
         size = ((box[2] - box[0]) >> base, (box[3] - box[1]) >> base)
         self._compose(box, base, size)
         texture = self._fill(size)

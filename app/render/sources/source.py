@@ -58,10 +58,10 @@ class Window:
         """Width and height of the base level, in texels."""
         return (self.box[2] - self.box[0]) >> self.base, (self.box[3] - self.box[1]) >> self.base
 
-    def holds(self, box: Box, base: int) -> bool:
-        """Return whether the window covers `box` from level `base` or finer."""
+    def holds(self, box: Box, base: int, top: int) -> bool:
+        """Return whether the window covers `box` from level `base` or finer to `top` or coarser."""
         inside = self.box[0] <= box[0] and self.box[1] <= box[1] and self.box[2] >= box[2] and self.box[3] >= box[3]
-        return inside and self.base <= base
+        return inside and self.base <= base and top <= self.top
 
 
 @dataclass(frozen=True)
@@ -110,10 +110,10 @@ class Source:
         """The box of the whole picture."""
         return 0, 0, self.image.width_px, self.image.height_px
 
-    def fits(self, box: Box, base: int) -> bool:
-        """Return whether a window over `box` from level `base` is within the budget and the texture limit."""
-        left, top, right, bottom = self._aligned(box, base)
-        width, height = (right - left) >> base, (bottom - top) >> base
+    def fits(self, box: Box, base: int, top: int | None = None) -> bool:
+        """Return whether a window over `box` from level `base` to `top` is within the budget and the texture limit."""
+        left, upper, right, lower = self._aligned(box, self._top(base, top))
+        width, height = (right - left) >> base, (lower - upper) >> base
         texel_bytes = 16 if self.dtype == "f4" else 8
         sides_fit = max(_texture_width(width), height) <= self._max_side_px
         budget = self._budget_bytes // (1 if box == self.whole else 2)
@@ -124,45 +124,54 @@ class Source:
         """Whether all of the picture fits, so that nobody need ask what is read."""
         return self.fits(self.whole, 0)
 
-    def window(self, box: Box, base: int) -> Window:
-        """Return a window over `box` with levels from `base` up; the whole picture where that fits.
+    def window(self, box: Box, base: int, top: int | None = None) -> Window:
+        """Return a window over `box` with the levels from `base` to `top`, if not given all; the whole where that fits.
 
         A base that does not fit is raised to the least one that does: the drawing is then less sharp.
         """
-        for _ in self.loading(box, base):
+        for _ in self.loading(box, base, top):
             pass
         assert self._window is not None
         return self._window
 
-    def loading(self, box: Box, base: int) -> Iterator[None]:
+    def holds(self, box: Box, base: int, top: int | None = None) -> bool:
+        """Return whether `window` need not load anything."""
+        return self._window is not None and self._window.holds(*self._attainable(box, base, top))
+
+    def loading(self, box: Box, base: int, top: int | None = None) -> Iterator[None]:
         """Load what `window` needs, piece by piece with a stop after each; what was begun for it goes on."""
-        box, base = self._attainable(box, base)
-        if self._window is not None and self._window.holds(box, base):
+        if self.holds(box, base, top):
             return
+        box, base, top = self._attainable(box, base, top)
         coming = self._coming
-        if coming is None or not coming.window.holds(box, base):
-            wishes = [(self.whole, 0), (self.whole, base), (self._with_margin(box), base), (box, base)]
-            coming = self._coming = self._begun(*next(wish for wish in wishes if self.fits(*wish)))
+        if coming is None or not coming.window.holds(box, base, top):
+            wishes = [(self.whole, 0, None), (self.whole, base, None), (self._with_margin(box), base, top)]
+            coming = self._coming = self._begun(*next((wish for wish in wishes if self.fits(*wish)), (box, base, top)))
             yield  # making the texture may take as long as many pieces
         while self._coming is coming:
             if next(coming.pieces) == 0:
                 self._window, self._coming = coming.window, None
             yield
 
-    def glimpse(self, box: Box, base: int) -> Window:
+    def glimpse(self, box: Box, base: int, top: int | None = None) -> Window:
         """Return the window over `box` if it is loaded, else one of the whole picture with few texels."""
-        if self._window is not None and self._window.holds(*self._attainable(box, base)):
+        if self._window is not None and self.holds(box, base, top):
             return self._window
         if self._glimpse is None:
             self._glimpse = self._few_texels()
         return self._glimpse
 
-    def _attainable(self, box: Box, base: int) -> tuple[Box, int]:
-        """Return what there is of `box`, and the least level from `base` up that fits."""
+    def _attainable(self, box: Box, base: int, top: int | None) -> tuple[Box, int, int]:
+        """Return what there is of `box`, the least level from `base` up that fits, and the coarsest one."""
         box = self._clipped(box)
-        while not (self.fits(box, base) or self.fits(self.whole, base)):
+        while not (self.fits(box, base, top) or self.fits(self.whole, base)):
             base += 1
-        return box, base
+        return box, base, self._top(base, top)
+
+    def _top(self, base: int, top: int | None) -> int:
+        """Return the coarsest level that there is in a window from `base` up of which `top` is wished for."""
+        most = base + self.levels
+        return most if top is None else min(max(top, base), most)
 
     def release(self) -> None:
         """Free the GPU objects."""
@@ -189,32 +198,36 @@ class Source:
             max(min(box[3], self.image.height_px), top + 1),
         )
 
-    def _aligned(self, box: Box, base: int) -> Box:
-        block = 1 << (base + self.levels)
+    @staticmethod
+    def _aligned(box: Box, level: int) -> Box:
+        """Return the whole texels of `level` around `box`."""
+        block = 1 << level
         left, top = box[0] // block * block, box[1] // block * block
         return left, top, -(-box[2] // block) * block, -(-box[3] // block) * block
 
-    def _begun(self, box: Box, base: int) -> "_Coming":
+    def _begun(self, box: Box, base: int, top: int | None) -> "_Coming":
         """Begin to load a window, in the place of the present one."""
-        left, top, right, bottom = box = self._aligned(box, base)
-        size = ((right - left) >> base, (bottom - top) >> base)
-        texture = self._texture_of(_texture_width(size[0]), size[1])
+        top = self._top(base, top)
+        left, upper, right, lower = box = self._aligned(box, top)
+        width, height = (right - left) >> base, (lower - upper) >> base
+        window = Window(self._texture_of(_texture_width(width), height), box, base, top)
         self._window = None
-        return _Coming(Window(texture, box, base, base + self.levels), self._pieces(texture, box, base, size))
+        return _Coming(window, self._pieces(window))
 
-    def _pieces(self, texture: moderngl.Texture, box: Box, base: int, size: tuple[int, int]) -> Iterator[int]:
-        """Send the pyramid over `box` to `texture`, its base level of `size`; count the pieces that are left."""
-        parts = list(_parts(box, 1 << (base + self.levels)))
+    def _pieces(self, window: Window) -> Iterator[int]:
+        """Send the pyramid to the texture of `window`; count the pieces that are left."""
+        (first_x, first_y, *_), base, size = window.box, window.base, window.base_size
+        parts = list(_parts(window.box, 1 << window.top))
         for left, part in zip(reversed(range(len(parts))), parts, strict=True):
             with tracing.span("upload", what="picture"):
                 texels = reduce(texels_of(self.image, part), 1 << base)
-                x, y = (part[0] - box[0]) >> base, (part[1] - box[1]) >> base
-                for level in range(self.levels + 1):
+                x, y = (part[0] - first_x) >> base, (part[1] - first_y) >> base
+                for level in range(window.top - base + 1):
                     texels = reduce(texels, 2) if level else texels
                     shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
                     corner = ((x >> level) + shift[0], (y >> level) + shift[1])
                     sent = texels if self.dtype == "f4" else halves(texels)
-                    texture.write(sent, viewport=(*corner, texels.shape[1], texels.shape[0]))
+                    window.texture.write(sent, viewport=(*corner, texels.shape[1], texels.shape[0]))
             yield left
 
     def _few_texels(self) -> Window:

@@ -65,7 +65,7 @@ def test_what_is_drawn_nowhere_reads_nothing_but_slivers_may_be_anywhere() -> No
     rest = Grid(40, 30, cell_px=5).nodes
     assert SourceFootprint.of(rest, rest + 500).read_for((0, 0, 8, 8), least_stretch=STRETCH) is None
     read = SourceFootprint.of(rest, np.zeros_like(rest)).read_for((0, 0, 8, 8), least_stretch=STRETCH)
-    assert read == ((0, 0, 1, 1), 0, ())
+    assert read == ((0, 0, 1, 1), 0, None, ())
 
 
 def test_it_knows_where_all_is_shrunk_or_enlarged() -> None:
@@ -76,3 +76,14 @@ def test_it_knows_where_all_is_shrunk_or_enlarged() -> None:
     of = {x: footprint.read_for((x, 50, x + 40, 90), least_stretch=STRETCH) for x in (20, 80, 200)}
     filters = [None if read is None else read.filters for read in of.values()]
     assert filters == [("AVERAGED",), (), ("INTERPOLATED",)]
+
+
+def test_it_knows_the_finest_and_the_coarsest_level() -> None:
+    rest = Grid(800, 800, cell_px=10).nodes
+    moved = rest / 8
+    moved[:, 40:, 0] += np.maximum(rest[:, 40:, 0] - 400, 0) * 7 / 8
+    moved[40:, :, 1] += np.maximum(rest[40:, :, 1] - 400, 0) * 7 / 8
+    footprint = SourceFootprint.of(rest, moved)
+    boxes = [(10, 10, 40, 40), (100, 100, 140, 140), (40, 40, 60, 60)]
+    reads = [footprint.read_for(box, least_stretch=STRETCH) for box in boxes]
+    assert [read and (read.level, read.top) for read in reads] == [(2, 2), (0, 0), (0, 2)]
