@@ -18,6 +18,7 @@ from app.render.sources.source import DEFAULT_LIMITS, Box, Source, TextureLimits
 from core import tracing
 from core.arrays import InputError, Pixels, Points
 from core.canvas import has_gaps
+from core.imaging import color
 from core.imaging.images import Image, writing_rows
 from core.progress import Job, Progress, part, run
 
@@ -126,7 +127,9 @@ def rendering_file(
                     raise _UncoveredError(top / size[1])
                 if written is not None:
                     written.result()
-                written = writer.submit(lambda rows: append(rows if len(kept) == 4 else rows[..., kept]), rows)
+                written = writer.submit(
+                    lambda rows: append(rows if len(kept) == 4 else color.take_channels(rows, kept)), rows
+                )
                 band, spare = spare, band
             if written is not None:
                 written.result()
@@ -178,7 +181,7 @@ def _in_channels_of(image: Image, pixels: Pixels) -> Pixels:
     height, width = pixels.shape[:2]
     packed = pixels.reshape(-1)[: height * width * len(kept)].reshape(height, width, len(kept))
     for y in range(height):
-        packed[y] = pixels[y][:, kept]
+        packed[y] = color.take_channels(pixels[y][None], kept)[0]
     del packed
     pixels.resize((height, width, len(kept)), refcheck=False)
     return pixels

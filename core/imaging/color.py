@@ -6,8 +6,10 @@ sRGB (IEC 61966-2-1), both pieces exactly:
     linear = s / 12.92 for s <= 0.04045, ((s + 0.055) / 1.055) ** 2.4 above.
 """
 
+from collections.abc import Sequence
 from functools import cache
 
+import cv2
 import numpy as np
 from numpy.typing import DTypeLike
 
@@ -84,6 +86,14 @@ def store(light: Singles, *, depth: DTypeLike, linear: bool) -> Pixels:
 def color_channels(channels: int) -> int:
     """Return how many of `channels` carry colour: 1 of 1 or 2, 3 of 3 or 4."""
     return 1 if channels <= 2 else 3
+
+
+def take_channels(pixels: Pixels, numbers: Sequence[int]) -> Pixels:
+    """Return some channels of (h, w, C) pixels, a copy, many times as fast as an index."""
+    if pixels.shape[2] == 4 and list(numbers) == [0, 1, 2]:
+        return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_RGBA2RGB))
+    taken = cv2.merge([cv2.extractChannel(pixels, number) for number in numbers])
+    return np.asarray(taken).reshape(*pixels.shape[:2], len(numbers))
 
 
 def premultiply(straight: Singles) -> Singles:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import OpenImageIO
 
@@ -171,14 +172,15 @@ def _over_white(pixels: Pixels, *, linear: bool) -> Pixels:
     """Return pixels with alpha (h, w, 2 or 4) over white, 8 bits a channel."""
     if pixels.dtype != np.uint8 or linear:
         return color.store(color.over(color.linear_light(pixels, linear=linear), 1.0), depth=np.uint8, linear=False)
-    # All channels of a pixel are one number: most pixels are opaque or clear.
-    each = np.dtype(f"u{pixels.shape[-1]}")
-    alpha, whole = pixels[..., -1], np.ascontiguousarray(pixels).view(each)[..., 0]
-    shown = np.where(alpha == 0, np.iinfo(each).max, whole)[..., None].view(np.uint8)[..., :-1]
-    soft = (alpha > 0) & (alpha < 255)
-    light = color.linear_light(pixels[soft], linear=False)
-    shown[soft] = color.store(color.over(light, 1.0), depth=np.uint8, linear=False)
-    return shown
+    channels = pixels.shape[-1]
+    alpha = color.take_channels(pixels, [channels - 1])
+    colors = color.take_channels(pixels, range(channels - 1))
+    clear = cv2.merge([np.where(alpha == 0, np.uint8(255), np.uint8(0))] * (channels - 1))
+    shown = np.asarray(cv2.bitwise_or(colors, clear.reshape(colors.shape)))
+    soft = np.flatnonzero((alpha > 0) & (alpha < 255))
+    light = color.linear_light(pixels.reshape(-1, channels)[soft], linear=False)
+    shown.reshape(-1, channels - 1)[soft] = color.store(color.over(light, 1.0), depth=np.uint8, linear=False)
+    return shown.reshape(colors.shape)
 
 
 def _restore(image: Image, depth: Any, *, linear: bool) -> Pixels:

@@ -110,14 +110,17 @@ class Source:
         """The box of the whole picture."""
         return 0, 0, self.image.width_px, self.image.height_px
 
+    @property
+    def _texel_bytes(self) -> int:
+        return 16 if self.dtype == "f4" else 8
+
     def fits(self, box: Box, base: int, top: int | None = None) -> bool:
         """Return whether a window over `box` from level `base` to `top` is within the budget and the texture limit."""
         left, upper, right, lower = self._aligned(box, self._top(base, top))
         width, height = (right - left) >> base, (lower - upper) >> base
-        texel_bytes = 16 if self.dtype == "f4" else 8
         sides_fit = max(_texture_width(width), height) <= self._max_side_px
         budget = self._budget_bytes // (1 if box == self.whole else 2)
-        return sides_fit and width * height * texel_bytes * 4 // 3 <= budget
+        return sides_fit and width * height * self._texel_bytes * 4 // 3 <= budget
 
     @property
     def is_small(self) -> bool:
@@ -247,6 +250,9 @@ class Source:
     def _texture_of(self, width: int, height: int) -> moderngl.Texture:
         """Return a texture of at least this size: the present one if that will do, since drivers free late."""
         if self._texture is not None and (self._texture.width < width or self._texture.height < height):
+            larger = max(self._texture.width, width), max(self._texture.height, height)
+            if larger[0] * larger[1] * self._texel_bytes <= self._budget_bytes // 2:
+                width, height = larger
             self._free_texture()
         if self._texture is None:
             self._texture = self._context.texture((width, height), 4, dtype=self.dtype)

@@ -17,7 +17,7 @@ def texels_of(image: Image, box: Box) -> Singles:
     left, top, right, bottom = box
     rows = slice(min(top, image.height_px - 1), min(bottom, image.height_px))
     columns = slice(min(left, image.width_px - 1), min(right, image.width_px))
-    pixels = np.ascontiguousarray(image.pixels[rows, columns])
+    pixels = image.pixels[rows, columns]
     below, beside = bottom - top - pixels.shape[0], right - left - pixels.shape[1]
     if below or beside:
         wider = cv2.copyMakeBorder(pixels, 0, below, 0, beside, cv2.BORDER_REPLICATE)

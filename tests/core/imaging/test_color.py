@@ -71,3 +71,12 @@ def test_over_a_backdrop() -> None:
 def test_quantising_rounds_and_clips() -> None:
     values = singles([-1, 0.4999 / 255, 0.5001 / 255, 1, 7])
     np.testing.assert_array_equal(color.quantise(values, np.uint8), [0, 0, 1, 255, 255])
+
+
+@pytest.mark.parametrize("depth", ["u1", "u2", "f4"])
+@pytest.mark.parametrize("numbers", [[0], [0, 3], [0, 1, 2], [3]])
+def test_channels_are_taken_as_an_index_takes_them(depth: str, numbers: list[int]) -> None:
+    pixels = np.arange(5 * 7 * 4).reshape(5, 7, 4).astype(depth)
+    taken = color.take_channels(pixels[:, 1:6], numbers)
+    assert taken.dtype == pixels.dtype
+    assert np.array_equal(taken, pixels[:, 1:6][..., numbers])
