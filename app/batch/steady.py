@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 from core.arrays import InputError
 from core.document.document import Document
-from core.document.map import MapSolver
+from core.document.map_solver import MapSolver
 from core.mapping.result import Warped
 from core.progress import run
 

@@ -20,7 +20,7 @@ from core.arrays import InputError, WeftError
 from core.document import overlay_texture
 from core.document import retexture as document_retexture
 from core.document.document import Document
-from core.document.map import MapSolver
+from core.document.map_solver import MapSolver
 from core.files.atomic import AtomicFiles
 from core.imaging.images import Image, load
 from core.linalg.blas import one_thread

@@ -21,7 +21,8 @@ from core.arrays import InputError
 from core.canvas import Canvas, Framing
 from core.document.document import Document, WarpSettings
 from core.document.feature import Feature, read_feature
-from core.document.map import MapSolver, frame_result, with_handles
+from core.document.map import frame_result, with_handles
+from core.document.map_solver import MapSolver
 from core.document.mask_file import with_mask_file, with_said
 from core.files.atomic import AtomicFiles, check_outputs
 from core.imaging.images import Image, check_writable_format, load, write

@@ -6,7 +6,8 @@ from app.editor.editor import Editor
 from app.model.requests import OpenFile
 from core.arrays import InputError
 from core.document.document import Document
-from core.document.map import frame_result, settle_map, with_warp_map
+from core.document.map import frame_result, with_warp_map
+from core.document.map_solver import settle_map
 from core.files.atomic import atomic_file
 from core.files.text import legible
 from core.interchange.obj import obj_mesh

@@ -6,7 +6,8 @@ from typing import TypeAlias
 
 from core.arrays import WeftError
 from core.document.document import Document
-from core.document.map import MapSolver
+from core.document.map_solver import MapSolver
+from core.document.straight_lines import PictureLines
 from core.linalg.grid_solver import GridSolver
 from core.mapping.result import Warped
 
@@ -17,10 +18,10 @@ MakeSolver: TypeAlias = Callable[[tuple[int, int]], GridSolver]
 class GpuFrames:
     """Answers while something moves; everything but its making runs on the live thread."""
 
-    def __init__(self, find: Callable[[], MakeSolver | None]) -> None:
-        self._find = find
+    def __init__(self, find: Callable[[], MakeSolver | None], lines: PictureLines) -> None:
+        self._find, self._lines = find, lines
         self._make: MakeSolver | None = None
-        self._solver = MapSolver()
+        self._solver = MapSolver(lines=lines)
         self._learnt: Warped | None = None
         self._has_failed = False
 
@@ -33,7 +34,7 @@ class GpuFrames:
         if make is None:
             return None
         if make != self._make:
-            self._make, self._solver, self._learnt = make, MapSolver(analyse=make), None
+            self._make, self._solver, self._learnt = make, MapSolver(analyse=make, lines=self._lines), None
         try:
             if settled is not None and settled[1] is not self._learnt:
                 self._solver.learn(*settled)

@@ -15,7 +15,9 @@ from app.model.jobs import Jobs, Task
 from core import tracing
 from core.arrays import Points
 from core.document.document import Document
-from core.document.map import MapSolver, grid_of, options_of
+from core.document.map import grid_of, options_of
+from core.document.map_solver import MapSolver
+from core.document.straight_lines import PictureLines, asked_lines
 from core.mapping.result import Warped
 from core.mesh import Mesh
 from core.progress import Job, Progress, stepwise
@@ -47,11 +49,12 @@ class LiveWarp:
         """Whether the document has changed since the solve that was begun last."""
         self._unfolded: tuple[Document, Points] | None = None
         """An answer without folds that the present settling has come by, and its document."""
-        self._solver = MapSolver()
+        lines = PictureLines()
+        self._solver = MapSolver(lines=lines)
         """This thread's, for grids that fit into a frame."""
-        self._side_solver = MapSolver()
+        self._side_solver = MapSolver(lines=lines)
         """The live thread's, for final answers and for larger grids: what one of them has built, the next one finds."""
-        self._gpu_frames = GpuFrames(gpu)
+        self._gpu_frames = GpuFrames(gpu, lines)
         """The live thread's too, for what moves on larger grids, where a GPU does that."""
         self._settled: tuple[Document, Warped] | None = None
         """The last final answer."""
@@ -247,6 +250,7 @@ def _maps_alike(a: Document, b: Document) -> bool:
         and a.given_up == b.given_up
         and a.warp == b.warp
         and options_of(a) == options_of(b)
+        and asked_lines(a) == asked_lines(b)
         and a.outline is b.outline
         and a.warp_map is b.warp_map
         and a.surface is b.surface

@@ -15,7 +15,8 @@ from core.canvas import Canvas, Framing
 from core.document import overlay, overlay_texture
 from core.document import retexture as document_retexture
 from core.document.document import Document
-from core.document.map import frame_result, settle_map
+from core.document.map import frame_result
+from core.document.map_solver import settle_map
 from core.files.atomic import atomic_file
 from core.grid import Grid
 from core.imaging import color

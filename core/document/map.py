@@ -1,18 +1,16 @@
-"""From a document to its map: what the window shows at rest, and what is saved, reopened and exported.
+"""What a document says of its map, in the terms of the mapping: W, handles, options; and where its result is drawn.
 
 The preset warps the picture; the outline, the pins and the inner curves edit the preset's result; the features then
-keep their shape within that. `settle_map` is the one way to the final answer. It begins from nothing but the document,
-so that the same document gives the same bits, on screen and in a file.
+keep their shape within that. `map_solver` has the answer.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from core.arrays import Points, readonly
+from core.arrays import Points
 from core.canvas import Canvas, Framing
 from core.curves.bezier import Curve
 from core.curves.curve_edit import through
@@ -26,20 +24,14 @@ from core.document.document import (
     pixels_from_places,
     places_from_pixels,
 )
-from core.document.straight_lines import straight_lines_of
 from core.files.faults import faults_named
-from core.grid import Features, Grid
-from core.linalg.grid_solver import GridSolver
-from core.linalg.multifrontal import GridFactor
+from core.grid import Grid
+from core.mapping.features.straight_lines import Lines
 from core.mapping.handles.handles import Handles
 from core.mapping.options import MappingOptions
 from core.mapping.result import Warped
-from core.mapping.warper import Warper
-from core.progress import Job
-from core.selection.nodes import MarkedNodes
 from core.surfaces.chart import Chart
 from core.warps.map_file import WarpMap
-from core.warps.outline import follow_outline
 from core.warps.presets import make_warp
 from core.warps.warp import Warp, compose, resize
 
@@ -54,17 +46,32 @@ def grid_of(document: Document) -> Grid:
 
 def preset_of(document: Document) -> Warp:
     """Return the map, the preset and the resizing, from pixels of the picture to pixels of the canvas."""
-    return _preset(document.warp, _source_of(document), document.size_px, document.canvas_px)
+    start, bend = start_of(document), bend_of(document)
+    return bend if start is None else compose(start, bend)
+
+
+def start_of(document: Document) -> Warp | None:
+    """Return what takes the picture where the preset begins, to pixels of the picture: a map that was read, a chart."""
+    return _start(_source_of(document), document.size_px)
+
+
+def bend_of(document: Document) -> Warp:
+    """Return the preset and the resizing, from pixels of the picture to pixels of the canvas."""
+    return _bend(document.warp, document.size_px, document.canvas_px)
 
 
 def _source_of(document: Document) -> WarpMap | Chart | None:
-    """Return what takes the picture where the preset begins."""
     return document.warp_map if document.surface is None else document.surface.chart
 
 
-def _preset(
-    warp: WarpSettings, source: WarpMap | Chart | None, size_px: tuple[int, int], canvas_px: tuple[int, int]
-) -> Warp:
+def _start(source: WarpMap | Chart | None, size_px: tuple[int, int]) -> Warp | None:
+    if source is None:
+        return None
+    given_px = source.size_px(size_px) if isinstance(source, Chart) else source.size_px
+    return compose(source.warp(size_px), resize(given_px, size_px))
+
+
+def _bend(warp: WarpSettings, size_px: tuple[int, int], canvas_px: tuple[int, int]) -> Warp:
     bent = make_warp(
         warp.preset or "none",
         *size_px,
@@ -74,11 +81,7 @@ def _preset(
         vertical_axis=warp.vertical_axis,
         settings=warp.values,
     )
-    bent = compose(bent, resize(size_px, canvas_px))
-    if source is None:
-        return bent
-    given_px = source.size_px(size_px) if isinstance(source, Chart) else source.size_px
-    return compose(source.warp(size_px), resize(given_px, size_px), bent)
+    return compose(bent, resize(size_px, canvas_px))
 
 
 def handles_of(document: Document) -> Handles:
@@ -162,7 +165,8 @@ def _outline_of_preset(
     u = np.linspace(0, 1, _EDGE_SAMPLES)
     low, high = np.zeros_like(u), np.ones_like(u)
     edges = [(u, low), (high, u), (1 - u, high), (low, 1 - u)]
-    preset = _preset(warp, source, size_px, canvas_px)
+    start, bend = _start(source, size_px), _bend(warp, size_px, canvas_px)
+    preset = bend if start is None else compose(start, bend)
     sides = []
     for edge in edges:
         pixels = preset(pixels_from_places(size_px, np.stack(edge, axis=-1)))
@@ -170,95 +174,16 @@ def _outline_of_preset(
     return Outline(np.concatenate(sides))
 
 
-def options_of(document: Document) -> MappingOptions:
-    """Return what the document says about its features."""
+def options_of(document: Document, lines: Lines | None = None) -> MappingOptions:
+    """Return what the document says about its features, beside the lines that are to stay straight."""
     warp = document.warp
     usual = MappingOptions(
         keep=warp.keep,
         method=warp.method,
         weight=warp.weight,
         falloff=warp.falloff,
-        lines=straight_lines_of(document),
+        lines=lines,
         frame=warp.frame,
     )
     limits = ((feature.number, feature.limits(rigid=warp.keep == "rigid")) for feature in document.said)
     return replace(usual, single=tuple((n, limit) for n, limit in limits if limit != usual.limits_of(n)))
-
-
-def settle_map(document: Document) -> Job[Warped]:
-    """Return the map of `document`, without folds where W has none."""
-    return (yield from MapSolver().settle(document))
-
-
-class MapSolver:
-    """What is worth keeping from one answer to the next: analyses, factors and responses, while their inputs stay.
-
-    For one thread at a time. Raises `InputError` for a document that has no map. `analyse` makes what solves the system
-    of a grid of that shape.
-    """
-
-    def __init__(self, *, analyse: Callable[[tuple[int, int]], GridSolver] = GridFactor) -> None:
-        self._analyse = analyse
-        self._live: Warper | None = None
-        self._marked: MarkedNodes | None = None
-        self._base: tuple[object, Points] | None = None
-
-    def is_heavy(self, document: Document) -> bool:
-        """Return whether the next answer needs more than a frame's time: another grid, or straight lines."""
-        live = self._live
-        if live is None or live.grid != grid_of(document):
-            return True
-        return not live.is_ready(self._features_of(live.grid, document), options_of(document))
-
-    def frame(self, document: Document) -> Warped:
-        """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""
-        live = self._prepared(document)
-        return live.frame(self._base_of(document, live.grid), handles_of(document))
-
-    def settle(self, document: Document, *, near: Warped | None = None) -> Job[Warped]:
-        """Return the answer without folds where W has none; the same bits, whatever was answered before.
-
-        Of several answers that are about as good, it is the one next to that of a document that is `near`.
-        """
-        live = self._prepared(document)
-        reference = None if near is None else near.reference
-        return (yield from live.settle(self._base_of(document, live.grid), handles_of(document), near=reference))
-
-    def folds(self, document: Document) -> bool:
-        """Return whether the linear answer folds where W does not, so that there may be several answers at rest."""
-        live = self._prepared(document)
-        return live.folds(self._base_of(document, live.grid))
-
-    def learn(self, document: Document, settled: Warped) -> None:
-        """Take the picture without handles from an answer at rest to the same document."""
-        live = self._prepared(document)
-        if settled.reference is not None:
-            live.learn(self._base_of(document, live.grid), settled.reference)
-
-    def _base_of(self, document: Document, grid: Grid) -> Points:
-        """Return where preset and outline take the nodes, kept while pins and curves are dragged."""
-        key = (document.warp, _source_of(document), document.size_px, document.outline)
-        if self._base is None or self._base[0] != key or self._base[1].shape[:2] != grid.shape:
-            base = preset_of(document)(grid.nodes)
-            if document.outline is not None:
-                base = follow_outline(base, pixels_from_places(document.canvas_px, document.outline.ring))
-            self._base = key, readonly(base)
-        return self._base[1]
-
-    def _prepared(self, document: Document) -> Warper:
-        live = self._on_grid(document)
-        live.use(self._features_of(live.grid, document), options_of(document))
-        return live
-
-    def _on_grid(self, document: Document) -> Warper:
-        grid = grid_of(document)
-        if self._live is None or self._live.grid != grid:
-            self._live = Warper(grid, analyse=self._analyse)
-            self._marked = None
-        return self._live
-
-    def _features_of(self, grid: Grid, document: Document) -> Features:
-        """Return the features of the document, the same object as before while no node's number changed."""
-        if self._marked is None:
-            self._marked = MarkedNodes(grid)
-        return self._marked.features(document.mask, document.numbers, document.given_up)

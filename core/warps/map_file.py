@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Literal, TypeAlias
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
@@ -64,10 +63,7 @@ class WarpMap:
 
         def warp(points: Points) -> Points:
             share = ((points + 0.5) / size_px).reshape(-1, 2)
-            before = _met_last.get(self)
-            if before is None or not np.array_equal(before[0], share):
-                before = _met_last[self] = share, self._met(share)
-            return before[1].reshape(points.shape).copy()
+            return self._met(share).reshape(points.shape)
 
         return warp
 
@@ -101,10 +97,6 @@ class WarpMap:
         height, width = self._cells.shape
         new = np.clip(np.floor(at), 0, [width - 1, height - 1]).astype(np.int64)
         return np.where(self._cells[new[:, 1], new[:, 0]][:, None], new, cell)
-
-
-_met_last: WeakKeyDictionary[WarpMap, tuple[Points, Points]] = WeakKeyDictionary()
-"""The shares that a map was asked for last, the nodes of a grid mostly, and where it has them."""
 
 
 def _affine(places: Points, cell: Ints, inside: Points) -> tuple[Points, Points, Points]:

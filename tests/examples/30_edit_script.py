@@ -7,7 +7,7 @@ from pathlib import Path
 from app.render.export import render_mesh
 from assets import asset
 from core.document.document import Document, Pin
-from core.document.map import settle_map
+from core.document.map_solver import settle_map
 from core.document.project import load_project, save_project
 from core.imaging.images import load, load_mask, save
 from core.progress import run

@@ -21,7 +21,7 @@ from core.arrays import WeftError
 from core.curves import feature_curves
 from core.document import handles_file
 from core.document.document import CurvePair, Document, Outline, Pin
-from core.document.map import MapSolver
+from core.document.map_solver import MapSolver
 from core.document.project import load_project, save_project
 from core.imaging.images import Attribute, Image, load, load_mask, save
 from core.notices import hear_notices

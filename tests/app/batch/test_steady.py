@@ -14,7 +14,7 @@ from app.batch.work import do_chunk
 from core.arrays import Floats
 from core.document import retexture as document_retexture
 from core.document.document import CurvePair, Document
-from core.document.map import MapSolver
+from core.document.map_solver import MapSolver
 from core.document.overlay_settings import Cloth, Search
 from core.document.project import save_project
 from core.imaging.images import Image, load, save

@@ -12,7 +12,7 @@ from app.tools.all import TOOLS
 from core.arrays import Points
 from core.document.document import Pin, pixels_from_places
 from core.document.keys import KeyFrame
-from core.document.map import settle_map
+from core.document.map_solver import settle_map
 from core.document.project import load_project
 from core.progress import run
 from tests.app.driver import EditorDriver, document

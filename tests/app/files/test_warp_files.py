@@ -10,7 +10,7 @@ from app.actions.table import ActionTable
 from app.cli import main
 from app.model.requests import OpenFile
 from app.tools.all import TOOLS
-from core.document.map import settle_map
+from core.document.map_solver import settle_map
 from core.imaging.images import Image, save
 from core.progress import run
 from core.warps.map_file import is_st_map

@@ -11,7 +11,7 @@ from app.live.warp import LiveWarp
 from app.model.jobs import Jobs
 from core.arrays import Floats
 from core.document.document import Document, Pin
-from core.document.map import MapSolver, settle_map
+from core.document.map_solver import MapSolver, settle_map
 from core.linalg.multifrontal import GridFactor
 from core.progress import run
 from core.rasters.raster import Raster

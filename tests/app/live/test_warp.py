@@ -8,7 +8,7 @@ from app.model.jobs import InlineExecutor, Jobs
 from app.model.session import Brush
 from core import tracing
 from core.document.document import CurvePair, Document, Outline
-from core.document.map import MapSolver, settle_map
+from core.document.map_solver import MapSolver, settle_map
 from core.grid import Grid
 from core.imaging.images import Image
 from core.mapping.features.feature_mapping import FeatureMapping

@@ -6,7 +6,7 @@ import pytest
 from app.model.events import Move
 from app.model.jobs import InlineExecutor, Jobs
 from core.document.document import Document, Pin
-from core.document.map import MapSolver
+from core.document.map_solver import MapSolver
 from core.mapping.result import Warped
 from tests.app.driver import EditorDriver, Later, document
 

@@ -8,7 +8,8 @@ import pytest
 
 from core.arrays import Floats, InputError, Points
 from core.document.document import Document, Pin
-from core.document.map import lay_on_surface, settle_map
+from core.document.map import lay_on_surface
+from core.document.map_solver import settle_map
 from core.document.project import load_project, save_project
 from core.imaging.image import Image
 from core.mapping.result import Warped

@@ -4,7 +4,7 @@ import pytest
 
 from core.document.document import Document
 from core.document.feature import Feature
-from core.document.map import settle_map
+from core.document.map_solver import settle_map
 from core.grid import Grid, find_features
 from core.imaging.images import Image
 from core.mapping.result import Warped

@@ -11,7 +11,7 @@ from app.render.solver.grid_multigrid import GridMultigrid
 from app.state.preferences import Preferences
 from app.tools.all import TOOLS
 from core.arrays import Floats
-from core.document.map import MapSolver
+from core.document.map_solver import MapSolver
 from core.progress import run
 from core.rasters.raster import Raster
 from tests.app.driver import document
