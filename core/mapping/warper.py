@@ -1,8 +1,8 @@
-"""What an editor keeps between frames: the analysis of a grid, the factor of a mask, the structure of handles."""
+"""What an editor keeps between frames: what is prepared for a mask and for handles, and the last answer."""
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,8 +11,9 @@ from core.grid import Features, Grid
 from core.linalg.blas import on_one_thread, one_thread
 from core.linalg.grid_solver import GridSolver
 from core.linalg.multifrontal import GridFactor
-from core.mapping.features.feature_mapping import Choices, FeatureMapping
+from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import Solution
+from core.mapping.features.straight_lines import Pull
 from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.solver import HandleSolver, Moved
@@ -20,7 +21,7 @@ from core.mapping.handles.straight_frame import constrain_frame
 from core.mapping.injective.unfold import unfold
 from core.mapping.jacobians import as_complex, as_positions
 from core.mapping.options import MappingOptions
-from core.mapping.prepared_mask import PreparedMask
+from core.mapping.prepared import Prepared
 from core.mapping.result import NO_PINS, Pins, Warped
 from core.mapping.stroke import MaskStroke
 from core.progress import Job
@@ -31,23 +32,34 @@ _LIVE_ROUNDS, _ROUNDS = 1, 20
 
 
 @dataclass(eq=False)
-class _Shown:
-    """The picture without handles, for one mask and one W."""
+class LastAnswer:
+    """What the next answer goes on from, or is, where nothing changed."""
 
-    mask: PreparedMask
-    plain: Points
-    """W at the nodes (R, C, 2)."""
-    reference: Solution
-    """The linear answer or, once that is known, the one without folds."""
-    is_settled: bool
+    mask: Prepared | None = None
+    """What was answered with, None where no features are kept,"""
+    plain: Points | None = None
+    """W at the nodes (R, C, 2),"""
+    reference: Solution | None = None
+    """and the picture without handles: the linear answer or, once that is known, the one without folds."""
+    is_settled: bool = False
+    pull: Pull | None = None
+    """What drew lines straight, under this mask or the one before."""
+    stroke: MaskStroke = field(default_factory=MaskStroke)
+    """Where features were."""
+    handles: HandleSolver | None = None
+    """How handles moved it."""
+
+    def is_of(self, mask: Prepared | None, plain: Points) -> bool:
+        """Return whether the picture without handles was for this mask and W."""
+        return self.reference is not None and self.mask is mask and self.plain is plain
 
 
 class Warper:
-    """What an editor keeps between frames: of a grid the handles' solver, of a mask its factor, of a W the answer.
+    """What an editor keeps between frames, in two places: what is prepared, and the last answer.
 
     `use` costs a factorisation when features or options are others than before, `frame` one right-hand side and one
     solve, and as much again where there are handles. `settle` is the answer at rest. One thread at a time; a background
-    thread has its own.
+    thread has its own. Features, options and W are taken to be as before where they are the same objects.
 
     Handles are applied to the picture as it is without them: at rest, that has no folds where W has none.
     """
@@ -57,24 +69,17 @@ class Warper:
         self._features = Features(np.zeros(grid.shape, np.int32))
         self._bare = self._features
         self._options = MappingOptions(keep="none")
-        self._mask: PreparedMask | None = None
-        self._shown: _Shown | None = None
-        self._stroke = MaskStroke()
-        self._painted: PreparedMask | None = None
-        """A mask that has just been painted on, whose answer is a sketch once."""
-        self._handles: HandleSolver | None = None
+        self._prepared: Prepared | None = None
+        self._last = LastAnswer()
 
     def is_ready(self, features: Features, options: MappingOptions) -> bool:
         """Return whether the next answer to these features and options prepares no straight lines."""
-        mask = self._mask
-        if options.keep == "none" or options.lines is None or self._is_painting(features, options):
+        mask = self._prepared
+        if options.keep == "none" or options.lines is None:
             return True
-        return mask is not None and mask.fits(features, options) and mask.is_ready
-
-    def _is_painting(self, features: Features, options: MappingOptions) -> bool:
-        """Return whether these are other features than before, and kept in the same way."""
-        mask = self._mask
-        return mask is not None and mask.mapping.features is not features and mask.fits_poses(options)
+        return mask is not None and (
+            mask.is_other_mask(features, options) or (mask.fits(features, options) and mask.is_ready)
+        )
 
     def use(self, features: Features, options: MappingOptions) -> None:
         """Prepare for the given features and options; cheap when they are the same objects as before."""
@@ -82,34 +87,23 @@ class Warper:
             self._prepare(features, options)
         self._features, self._options = features, options
 
-    def _prepare(self, features: Features, options: MappingOptions) -> PreparedMask:
+    def _prepare(self, features: Features, options: MappingOptions) -> Prepared:
         """Return what features and options need, by way of what was prepared last."""
-        mask = self._mask
+        mask = self._prepared
         if mask is not None and mask.fits(features, options):
             return mask
-        is_painted = self._is_painting(features, options)
-        if not is_painted:
-            self._stroke.forget()
-        choices: Choices = {
-            "keep": "rigid" if options.keep == "rigid" else "similarity",
-            "single": dict(options.single),
-            "method": options.method,
-            "weight": options.weight,
-            "falloff": options.falloff,
-        }
         if mask is None:
-            mapping = FeatureMapping(self.grid, features, **choices, analyse=self._analyse)
+            self._prepared = Prepared.of(self.grid, features, options, self._analyse)
         else:
-            mapping = mask.mapping.update(features, **choices)
-        pull = mask.pull if mask is not None and is_painted else None
-        self._mask = PreparedMask(mapping, options, pull=pull)
-        self._painted = self._mask if is_painted else None
-        return self._mask
+            self._prepared = mask.update(features, options)
+        is_painted, last = self._prepared.is_painted, self._last
+        self._last = LastAnswer(pull=last.pull, stroke=last.stroke) if is_painted else LastAnswer()
+        return self._prepared
 
     @property
-    def _keeping(self) -> PreparedMask | None:
-        """The mask whose features are kept, None where none are."""
-        return None if self._options.keep == "none" else self._mask
+    def _keeping(self) -> Prepared | None:
+        """What is prepared where features are kept, None where none are."""
+        return None if self._options.keep == "none" else self._prepared
 
     def frame(self, plain: Points, handles: Handles | None = None) -> Warped:
         """Return the linear answer, which may fold, for W at the nodes (R, C, 2)."""
@@ -123,48 +117,54 @@ class Warper:
         """Take it that W at the nodes (R, C, 2) leads to the `reference` at rest, without handles."""
         mask = self._keeping
         if mask is not None and len(reference.alpha) == len(mask.mapping.bodies):
-            self._shown = _Shown(mask, plain, reference, is_settled=True)
+            self._keep(plain, reference, is_settled=True)
+
+    def _keep(self, plain: Points, reference: Solution, *, is_settled: bool) -> Solution:
+        """Keep the picture without handles, and return it."""
+        last = self._last
+        last.mask, last.plain, last.reference, last.is_settled = self._keeping, plain, reference, is_settled
+        return reference
 
     def _reference(self, plain: Points) -> Solution:
-        """Return the picture without handles: without folds if that is known, else the linear answer."""
-        mask, shown = self._keeping, self._shown
-        if mask is None:
-            self._stroke.forget()
-            return Solution(as_complex(plain), *_NO_POSES)
-        if not mask.mapping.has_poses:
-            return self._refined(mask, plain)
-        if shown is None or shown.mask is not mask or shown.plain is not plain:
-            found = self._refined(mask, plain)
-            self._shown = shown = _Shown(mask, plain, found, is_settled=False)
-        return shown.reference
+        """Return the picture without handles: without folds if that is known, else the linear answer.
 
-    def _refined(self, mask: PreparedMask, plain: Points) -> Solution:
-        """Return the refined linear answer; while the mask is painted on, a sketch of it."""
-        painted, self._painted = self._painted, None
-        found = mask.answer(plain, self._stroke)
-        return mask.sketch(found, plain) if painted is mask else mask.refine(found, plain)
+        The first one under a mask that is painted on is a sketch.
+        """
+        mask, last = self._keeping, self._last
+        if last.is_of(mask, plain) and last.reference is not None:
+            return last.reference
+        if mask is None:
+            last.stroke.forget()
+            return self._keep(plain, Solution(as_complex(plain), *_NO_POSES), is_settled=False)
+        found = mask.answer(plain, last.stroke)
+        if mask.is_painted and last.mask is not mask:
+            return self._keep(plain, mask.sketch(found, plain, last.pull), is_settled=False)
+        found, last.pull = mask.refine(found, plain)
+        return self._keep(plain, found, is_settled=False)
 
     def _moved(self, reference: Solution, handles: Handles | None, *, rounds: int) -> "Moved | None":
         """Return what the handles make of the reference, None without handles."""
         if handles is None or not handles.any:
             return None
-        mapping = self._mapping_of_handles()
-        if self._handles is None or self._handles.frame != self._options.frame:
-            self._handles = HandleSolver(mapping, self._options.frame)
+        mask, (probes, asked) = self._mask_of_handles(), handles.probes(self.grid)
+        structure = mask.hold(probes, handles.are_pins(probes.at), self._options.frame)
+        if self._last.handles is None or self._last.handles.structure is not structure:
+            self._last.handles = HandleSolver(structure)
         with one_thread():
-            return self._handles.solve(mapping, reference, handles, rounds=rounds)
+            return self._last.handles.solve(reference, asked, rounds=rounds)
 
-    def _mapping_of_handles(self) -> FeatureMapping:
-        """Return the mapping that handles act on; it has no features where none are kept."""
-        return (self._keeping or self._prepare(self._bare, MappingOptions())).mapping
+    def _mask_of_handles(self) -> Prepared:
+        """Return what handles act on; it has no features where none are kept."""
+        return self._keeping or self._prepare(self._bare, MappingOptions())
 
     def settle(self, plain: Points, handles: Handles | None = None, *, near: Solution | None = None) -> Job[Warped]:
         """Return the answer without folds where W has none; of several, the one that is `near` another's reference."""
         _check_finite(plain)
         started = time.perf_counter()
         reference = yield from on_one_thread(self._unfolded(plain, near))
-        if self._handles is not None:
-            self._handles.forget()
+        self._last.handles = None
+        if self._prepared is not None:
+            self._prepared.forget_handles()
         moved = self._moved(reference, handles, rounds=_ROUNDS)
         if moved is not None:
             moved = yield from on_one_thread(self._unfolded_handles(reference, moved))
@@ -175,20 +175,19 @@ class Warper:
         mask = self._keeping
         if mask is None or find_folded_quads(as_complex(plain)).any():
             return False
-        self._stroke.forget()
-        return bool(find_folded_quads(mask.refine(mask.answer(plain, self._stroke), plain).z).any())
+        self._last.stroke.forget()
+        found, _ = mask.refine(mask.answer(plain, self._last.stroke), plain)
+        return bool(find_folded_quads(found.z).any())
 
     def _unfolded(self, plain: Points, near: Solution | None) -> Job[Solution]:
         """Return the picture without handles and, where W has none, without folds."""
-        mask, shown = self._keeping, self._shown
-        if mask is None:
+        mask, last = self._keeping, self._last
+        if mask is None or (last.is_settled and last.is_of(mask, plain)):
             return self._reference(plain)
-        if shown is not None and shown.is_settled and shown.mask is mask and shown.plain is plain:
-            return shown.reference
         # Whatever was answered before: the same bits.
-        self._stroke.forget()
-        followed, w = mask.answer(plain, self._stroke), as_complex(plain)
-        linear = mask.refine(followed, plain)
+        last.stroke.forget()
+        followed, w = mask.answer(plain, last.stroke), as_complex(plain)
+        linear, last.pull = mask.refine(followed, plain)
         wanted = w if linear is followed else w + (linear.z - followed.z)
         constraints = constrain_frame(mask.mapping, linear.z)
         if near is not None and not _may_be(near, linear, mask.mapping):
@@ -196,19 +195,18 @@ class Warper:
         solution = yield from unfold(
             mask.mapping, wanted, linear, shape=w, scales=np.abs(linear.alpha), constraints=constraints, near=near
         )
-        self._shown = _Shown(mask, plain, solution, is_settled=True)
-        return solution
+        return self._keep(plain, solution, is_settled=True)
 
     def _unfolded_handles(self, reference: Solution, moved: Moved) -> Job[Moved]:
         """Return a picture that handles have moved, without folds where there were none without them."""
-        assert self._handles is not None
+        assert self._last.handles is not None
         solution = yield from unfold(
-            self._mapping_of_handles(),
+            self._mask_of_handles().mapping,
             reference.z + moved.field,
             moved.solution,
             shape=reference.z,
             scales=np.abs(moved.solution.alpha),
-            constraints=self._handles.constrain(reference, moved),
+            constraints=self._last.handles.constrain(reference, moved),
             safe=reference,
         )
         return replace(moved, solution=solution)

@@ -18,7 +18,7 @@ from core.mapping.features.per_quad import load_per_quad
 from core.mapping.features.pose import Approach, HeldPoints, Pose, Solution
 from core.mapping.features.quad_weights import assign_roles, weigh_free
 from core.mapping.features.reduced_system import ReducedSystem, as_one, as_two
-from core.mapping.features.similarity import Bodies, bodies_of, body_index
+from core.mapping.features.similarity import Bodies, Body, bodies_of, body_index
 from core.mapping.features.sizes import smaller_scales
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.tolerances import SINGULAR
@@ -188,6 +188,11 @@ class FeatureMapping:
         with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.backward(found.load + points.pull(found.missed)))
         return np.asarray(found.start + v.reshape(found.start.shape))
+
+    @property
+    def moved_bodies(self) -> list[Body]:
+        """The bodies that move as one each."""
+        return self.bodies if self.has_poses else []
 
     @property
     def has_poses(self) -> bool:

@@ -64,11 +64,6 @@ class Pull:
     load: Complexes
     glide: Complexes
 
-    @classmethod
-    def none(cls, grid: Grid) -> "Pull":
-        """Return what leaves all where it is."""
-        return cls(np.zeros(grid.shape, np.complex128), np.zeros(grid.shape, np.complex128))
-
     def apply(self, mapping: FeatureMapping, found: Solution) -> Solution:
         """Return the answer under it, with features where they are: a solve."""
         glide = np.where(mapping.index < 0, self.glide, 0)
@@ -89,8 +84,6 @@ class LineSolver:
         counts = counts[np.cumsum(counts) * grid.size <= _MOST_NUMBERS]
         self.count = len(counts)
         """Of the lines."""
-        self.pull = Pull.none(grid)
-        """What straightened the last answer."""
         if not self.count:
             return
         samples = [_sample(count, round(2 * step / min(grid.cell))) for count in counts]
@@ -108,13 +101,13 @@ class LineSolver:
         self._ends = np.cumsum(counts) - counts, np.cumsum(counts) - 1
         self._glide = _Glide.of(mapping, lines.ends[: self.count].reshape(-1, 2), self._points)
 
-    def straighten(self, found: Solution, *, glides: bool = False) -> Solution:
-        """Return a solution with its lines straight, as far as they give way, and its features where they are.
+    def straighten(self, found: Solution, *, glides: bool = False) -> Pull | None:
+        """Return what draws the lines of a solution straight, as far as they give way, with features where they are.
 
-        Where it `glides`, the frame moves along its sides with the lines that end there.
+        Where it `glides`, the frame moves along its sides with the lines that end there. None where there are no lines.
         """
         if not self.count:
-            return found
+            return None
         points, glide = self._points, self._glide if glides else self._glide.none()
         there = (found.z.ravel()[points.nodes] * points.weights).sum(axis=1)
         bends = points.M @ there
@@ -132,8 +125,7 @@ class LineSolver:
         load = np.zeros(found.z.size, np.complex128)
         np.add.at(load, points.nodes, points.weights * np.asarray(points.M.T @ forces)[:, None])
         shape = found.z.shape
-        self.pull = Pull(load.reshape(shape), np.asarray(glide.shapes @ moves, np.complex128).reshape(shape))
-        return self.pull.apply(self._mapping, found)
+        return Pull(load.reshape(shape), np.asarray(glide.shapes @ moves, np.complex128).reshape(shape))
 
 
 def _sample(count: int, places: int) -> tuple[Floats, Floats]:

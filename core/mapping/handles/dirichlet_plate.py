@@ -7,6 +7,8 @@ the matrix of the energy and its inverse are
     A = L + ℓ² L²,      A⁻¹ = L⁻¹ - (L + ℓ⁻²)⁻¹.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from core.arrays import Floats, Points
@@ -32,18 +34,17 @@ class HeldPlate:
         self._grid = DirichletGrid(*grid.shape, cell=cell)
         self._stiffness = self._grid.eigenvalues + rounded**2 * self._grid.eigenvalues**2
         self._responses = Responses(self._grid), Responses(self._grid, shift=rounded**-2)
-        self._places: Points = np.empty((0, 2))
 
-    def hold(self, points: Points) -> Floats:
-        """Declare the places (n, 2) of the forces and return S (n, n): what a force at one moves another."""
-        self._places = (points + 0.5) / self._cell
-        of_all, of_short_waves = (responses.between(self._places) for responses in self._responses)
-        return np.asarray(of_all - of_short_waves)
+    def hold(self, points: Points) -> "HeldForces":
+        """Return how it answers forces at the points (n, 2)."""
+        places = (points + 0.5) / self._cell
+        of_all, of_short_waves = (responses.between(places) for responses in self._responses)
+        return HeldForces(np.asarray(of_all - of_short_waves), places, self)
 
-    def answer(self, forces: Complexes) -> Complexes:
-        """Return d (N,) for the forces (n,) at the places."""
+    def spread(self, places: Points, forces: Complexes) -> Complexes:
+        """Return d (N,) for forces (n,) at places (n, 2), in cells."""
         parts = np.stack([forces.real, forces.imag], axis=1)
-        return as_one(self._grid.spread(self._places, parts, self._stiffness).reshape(-1, 2))
+        return as_one(self._grid.spread(places, parts, self._stiffness).reshape(-1, 2))
 
     def solve_poisson(self, load: Complexes) -> Complexes:
         """Return y (R, C), 0 on the outline, with dᵀ w d y = `load` (R, C) inside, w = 1 for every quad."""
@@ -51,3 +52,17 @@ class HeldPlate:
         stiffness = 2 * (self._grid.y.eigenvalues[:, None] + self._grid.x.eigenvalues)
         y = self._grid.solve(np.stack([load.real, load.imag], axis=-1), stiffness)
         return np.asarray(y[..., 0] + 1j * y[..., 1])
+
+
+@dataclass(frozen=True, eq=False)
+class HeldForces:
+    """Answers to forces at some points."""
+
+    S: Floats
+    """What a force at one moves another (n, n)."""
+    places: Points
+    plate: HeldPlate
+
+    def answer(self, forces: Complexes) -> Complexes:
+        """Return d (N,) for the forces (n,)."""
+        return self.plate.spread(self.places, forces)

@@ -6,6 +6,8 @@ places on the fine grid. So what the places are to do they do exactly. A respons
 A⁻¹ (C U)ᵀ.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import sparse
 
@@ -38,28 +40,29 @@ class FreePlate:
         rounded = smoothness * float(np.hypot(*self._coarse.shape))
         A = _opposite_part(self._coarse, cell) + rounded**2 * _bending(self._coarse, cell)
         self._factor = Factor(A + _RIDGE * sparse.eye_array(self._coarse.size))
-        self._points: Points = np.empty((0, 2))
-        self._S: Complexes = np.empty((0, 0), np.complex128)
-        self._columns: Complexes = np.empty((0, self._coarse.size), np.complex128)
-        """A⁻¹ (C U)ᵀ, a row per place."""
 
-    def hold(self, points: Points) -> Complexes:
-        """Declare the places (n, 2) of the forces and return S (n, n): what a force at one moves another."""
-        before, S = _known_responses(points, self._points, self._S)
-        old, new = np.flatnonzero(before >= 0), np.flatnonzero(before < 0)
+    def hold(self, points: Points, known: "FreeForces | None" = None) -> "FreeForces":
+        """Return how it answers forces at the points (n, 2); what is `known` of some of them is not worked out anew."""
         columns = np.empty((len(points), self._coarse.size), np.complex128)
-        columns[old] = self._columns[before[old]]
+        S = np.zeros((len(points), len(points)), np.complex128)
+        before = np.full(len(points), -1)
+        if known is not None:
+            number = {tuple(point): i for i, point in enumerate(known.points.tolist())}
+            before = np.array([number.get(tuple(point), -1) for point in points.tolist()], np.int64)
+        old, new = np.flatnonzero(before >= 0), np.flatnonzero(before < 0)
+        if known is not None:
+            columns[old] = known.columns[before[old]]
+            S[np.ix_(old, old)] = known.S[np.ix_(before[old], before[old])]
         if new.size:
             weights = self._weights_at(points)
             columns[new] = self._factor.solve(weights[new].T.astype(np.complex128)).T
             S[:, new] = weights @ columns[new].T
             S[new, :] = S[:, new].conj().T
-        self._points, self._S, self._columns = points.copy(), S, columns
-        return S
+        return FreeForces(S, points, columns, self)
 
-    def answer(self, forces: Complexes) -> Complexes:
-        """Return d (N,) for the forces (n,) at the places."""
-        d = (self._columns.T @ forces).reshape(self._coarse.shape)
+    def refine(self, d: Complexes) -> Complexes:
+        """Return what is d at the nodes of the coarse grid at those of the fine one (N,)."""
+        d = d.reshape(self._coarse.shape)
         with one_thread():
             parts = [self._down @ part @ self._across.T for part in (d.real, d.imag)]
         return np.asarray(parts[0] + 1j * parts[1]).ravel()
@@ -75,14 +78,20 @@ class FreePlate:
         return np.asarray((found[0][:, :, None] * found[1][:, None, :]).reshape(len(points), -1))
 
 
-def _known_responses(points: Points, before: Points, S: Complexes) -> tuple[Ints, Complexes]:
-    """Return which of the places `before` each of `points` (n, 2) is, -1 for none, and what of S (n, n) is known."""
-    known = {tuple(point): i for i, point in enumerate(before.tolist())}
-    number = np.array([known.get(tuple(point), -1) for point in points.tolist()], np.int64)
-    old = np.flatnonzero(number >= 0)
-    found = np.zeros((len(points), len(points)), S.dtype)
-    found[np.ix_(old, old)] = S[np.ix_(number[old], number[old])]
-    return number, found
+@dataclass(frozen=True, eq=False)
+class FreeForces:
+    """Answers to forces at some points."""
+
+    S: Complexes
+    """What a force at one moves another (n, n)."""
+    points: Points
+    columns: Complexes
+    """A⁻¹ (C U)ᵀ, a row per point."""
+    plate: FreePlate
+
+    def answer(self, forces: Complexes) -> Complexes:
+        """Return d (N,) for the forces (n,)."""
+        return self.plate.refine(self.columns.T @ forces)
 
 
 def _between(count: int, coarse: int) -> Floats:

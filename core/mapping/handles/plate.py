@@ -23,7 +23,8 @@ z⁰ is taken from it, quad by quad, and the gradient of z⁰ turned by it is in
 Alexa 2007]: y minimises Σ |d y - (r - 1) d z⁰|², y = 0 on the frame. Then d makes up for the rest.
 """
 
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,13 +35,14 @@ from core.arrays import Floats, Points
 from core.grid import Grid
 from core.linalg.blas import one_thread
 from core.linalg.laplacian import divergence, edge_weights, laplacian
-from core.mapping.handles.dirichlet_plate import HeldPlate
-from core.mapping.handles.free_plate import FreePlate
+from core.mapping.handles.dirichlet_plate import HeldForces, HeldPlate
+from core.mapping.handles.free_plate import FreeForces, FreePlate
 from core.mapping.jacobians import Complexes, Jacobians, as_complex, linear_parts
 from core.mapping.tolerances import SINGULAR
 from core.tracing import span
 
 Frame = Literal["held", "free"]
+Plate: TypeAlias = HeldPlate | FreePlate
 
 ROUNDED = 0.1
 """ℓ as a share of the grid's diagonal."""
@@ -49,60 +51,88 @@ _APART = 1e-5
 """Pivots down to this share of the largest one, squared, tell of points that are surely apart."""
 
 
-class HandleField:
-    """Displacements of a grid by points at any places of the picture; prepare once per set, solve once per frame.
+@dataclass(frozen=True, eq=False)
+class Base:
+    """A picture that is displaced, z⁰ (R, C), and what its local rotation is measured against."""
 
-    Parameters
-    ----------
+    z: Complexes
+    parts: Jacobians
+    right: Complexes
+    below: Complexes
+    """Edges across and down."""
+
+    @classmethod
+    def of(cls, grid: Grid, z: Complexes) -> "Base":
+        """Evaluate linear parts and edges."""
+        return cls(z, linear_parts(grid, z), np.diff(z, axis=1), np.diff(z, axis=0))
+
+
+def make_plate(grid: Grid, frame: Frame) -> Plate | None:
+    """Return the plate over a grid, None where no node can move.
+
     frame
         "held": the outline stays where it is; "free": nothing but the handles holds the picture.
     """
+    if frame == "free":
+        return FreePlate(grid, smoothness=ROUNDED)
+    if min(grid.shape) <= 2:
+        return None
+    return HeldPlate(grid, cell=grid.cell_aspect, rounded=ROUNDED * float(np.hypot(*grid.shape)))
 
-    def __init__(self, grid: Grid, *, frame: Frame = "held") -> None:
-        self.grid, self.frame = grid, frame
+
+class HandleField:
+    """Displacements of a grid by points at any places of the picture; made once per set, solve once per frame.
+
+    Parameters
+    ----------
+    points, M
+        Places (m, 2), in pixels of the picture, and combinations M (n, m): what is asked of the points is asked of
+        these combinations of their displacements, by default of each (n = m).
+    spare
+        With the frame free, how many columns similarities of the whole have: one handle alone moves the picture, two
+        turn and scale it too.
+    known
+        The field of other points of the same plate, in which some of these may be.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        plate: Plate | None,
+        points: Points,
+        M: sparse.csr_array | None = None,
+        *,
+        spare: int = 0,
+        known: "HandleField | None" = None,
+    ) -> None:
+        self.grid, self._plate = grid, plate
         self._length = float(np.hypot(grid.width_px, grid.height_px))
-        self._plate: HeldPlate | FreePlate | None = None
-        """None where no node can move."""
-        if frame == "free":
-            self._plate = FreePlate(grid, smoothness=ROUNDED)
-        elif min(grid.shape) > 2:
-            self._plate = HeldPlate(grid, cell=grid.cell_aspect, rounded=ROUNDED * float(np.hypot(*grid.shape)))
-        self._points, self._M = np.empty((0, 2)), sparse.csr_array((0, 0))
-        self._spare = 0
-        self._before: tuple[Complexes, Jacobians, Complexes, Complexes] | None = None
-        """The z⁰ that was turned last, its linear parts and its edges: while handles are dragged it stays."""
-
-    def hold(self, points: Points, M: sparse.csr_array | None = None, *, spare: int) -> None:
-        """Declare the places (m, 2) of the points, in pixels of the picture.
-
-        What is asked of them is asked of the combinations M (n, m) of their displacements, by default of each (n = m).
-        With the frame free, `spare` says how many columns similarities of the whole have: one handle alone moves the
-        picture, two turn and scale it too.
-        """
-        M = sparse.eye_array(len(points), format="csr") if M is None else M
-        if np.array_equal(points, self._points) and M.shape == self._M.shape:
-            return
-        self._points, self._M = points.copy(), M
-        if self._plate is None:
+        self._M = sparse.eye_array(len(points), format="csr") if M is None else M
+        self._spare = spare if isinstance(plate, FreePlate) else 0
+        self._forces: HeldForces | FreeForces | None = None
+        if plate is None or not len(points):
             return
         with span("handles", count=len(points)), one_thread():
-            self._spare = spare if self.frame == "free" else 0
             self._at = self._inside(points)
-            S = np.asarray(M @ self._plate.hold(self._at) @ M.conj().T)
+            if isinstance(plate, FreePlate):
+                before = None if known is None else known._forces
+                self._forces = plate.hold(self._at, before if isinstance(before, FreeForces) else None)
+            else:
+                self._forces = plate.hold(self._at)
+            S = np.asarray(self._M @ self._forces.S @ self._M.conj().T)
             if self._spare:
-                whole = M @ self._similarities()
+                whole = self._M @ self._similarities()
                 S = np.block([[S, whole], [whole.conj().T, np.zeros((self._spare,) * 2)]])
             self._inverse = _inverse(S)
 
-    def forget(self) -> None:
-        """Forget all points: the last bits of what is prepared do not depend on points that were held before."""
-        if self._plate is not None:
-            self._plate.hold(np.empty((0, 2)))
-        self._points, self._M = np.empty((0, 2)), sparse.csr_array((0, 0))
+    @property
+    def is_free(self) -> bool:
+        """Whether the frame is."""
+        return isinstance(self._plate, FreePlate)
 
     def find_motions(self, known: Complexes, Q: Complexes) -> Floats:
         """Return the motions c (u,) of bodies, which move the points by Q c (n,) beyond what is known of them (n,)."""
-        if self._plate is None or not Q.size:
+        if self._forces is None or not Q.size:
             return np.zeros(Q.shape[1])
         inverse = self._inverse[: len(Q), : len(Q)]
         if np.iscomplexobj(inverse):
@@ -116,7 +146,7 @@ class HandleField:
     def displace(self, asked: Complexes) -> Complexes:
         """Return the nodes' displacements d (R, C) that have the points' ones (n,)."""
         d = np.zeros(self.grid.size, np.complex128)
-        if self._plate is not None and len(self._points):
+        if self._forces is not None:
             rest = asked
             for _ in range(_REFINEMENTS):
                 d += self._answer(rest)
@@ -125,19 +155,16 @@ class HandleField:
                     break
         return d.reshape(self.grid.shape)
 
-    def turn(self, z0: Complexes, d: Complexes, sides: Complexes) -> Complexes:
+    def turn(self, base: Base, d: Complexes, sides: Complexes) -> Complexes:
         """Return y (R, C): the displacement of z⁰ whose gradient z⁰ + d turns, locally, with that of z⁰.
 
         On the frame y is `sides` (R, C). With the frame free there is none: similarities cost nothing there.
         """
-        if self.frame == "free" or not isinstance(self._plate, HeldPlate):
-            return np.zeros_like(z0)
-        if self._before is None or self._before[0] is not z0:
-            self._before = z0, linear_parts(self.grid, z0), np.diff(z0, axis=1), np.diff(z0, axis=0)
-        _, parts, right, below = self._before
-        turned = _rotations(parts, linear_parts(self.grid, z0 + d)) - 1
+        if not isinstance(self._plate, HeldPlate):
+            return np.zeros_like(base.z)
+        turned = _rotations(base.parts, linear_parts(self.grid, base.z + d)) - 1
         across, down = edge_weights(turned)
-        load = divergence(across * right, down * below)
+        load = divergence(across * base.right, down * base.below)
         held = np.where(self.grid.outline, sides, 0)
         if held.any():
             load -= laplacian(edge_weights(np.ones(turned.shape)), held)
@@ -146,15 +173,15 @@ class HandleField:
 
     def at_points(self, d: Complexes) -> Complexes:
         """Return what displacements d (R, C) of the nodes are at the points (n,)."""
-        if self._plate is None or not len(self._points):
-            return np.zeros(len(self._points), np.complex128)
+        if self._forces is None:
+            return np.zeros(self._M.shape[0], np.complex128)
         return self._moved(d.ravel())
 
     def _answer(self, asked: Complexes) -> Complexes:
-        assert self._plate is not None
+        assert self._forces is not None
         n = len(asked)
         found = self._inverse @ np.concatenate([asked, np.zeros(self._spare)])
-        d = self._plate.answer(self._M.conj().T @ found[:n])
+        d = self._forces.answer(self._M.conj().T @ found[:n])
         if self._spare:
             d += found[-1]
         if self._spare > 1:
@@ -168,7 +195,7 @@ class HandleField:
 
     def _inside(self, points: Points) -> Points:
         """Return the points, those less than a cell from a held frame a cell inside it: on it nothing moves."""
-        if self.frame == "free":
+        if isinstance(self._plate, FreePlate):
             return points
         margin = np.minimum(self.grid.cell, np.array([self.grid.width_px, self.grid.height_px]) / 2)
         return np.clip(points, margin - 0.5, [self.grid.width_px, self.grid.height_px] - margin - 0.5)

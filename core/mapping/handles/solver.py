@@ -15,17 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools
-from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import Approach, Solution
 from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
-from core.mapping.handles.handles import Handles
-from core.mapping.handles.plate import Frame, HandleField
-from core.mapping.handles.probes import Probes
+from core.mapping.handles.plate import Base, HandleField
 from core.mapping.handles.secants import Secants
 from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
-from core.mapping.handles.structure import Poses, Structure, prepare
+from core.mapping.handles.structure import Poses, Structure
 from core.mapping.jacobians import Complexes, as_complex
 
 _IDLE_PX = 1e-6
@@ -54,63 +50,46 @@ class Moved:
 
 
 class HandleSolver:
-    """Answers handles on a grid; prepared anew when features or handles are others, or at other places.
+    """Answers handles at the places of one structure, each time from the last answer on."""
 
-    Parameters
-    ----------
-    frame
-        "held": the outline stays; "free": handles draw it along.
-    """
-
-    def __init__(self, mapping: FeatureMapping, frame: Frame) -> None:
-        self.frame = frame
-        self.field = HandleField(mapping.grid, frame=frame)
-        self._structure: Structure | None = None
+    def __init__(self, structure: Structure) -> None:
+        self.structure = structure
         self._secants = Secants()
-        self._last: tuple[Complexes, Complexes] | None = None
-        """The z⁰ and the D of the last answer."""
+        self._base: Base | None = None
+        """The picture that was moved last,"""
+        self._D: Complexes | None = None
+        """and its last displacement."""
 
-    def forget(self) -> None:
-        """Prepare all anew: the last bits of the next answer do not depend on those before it."""
-        self._structure, self._secants, self._last = None, Secants(), None
-        self.field.forget()
-
-    def solve(self, mapping: FeatureMapping, reference: Solution, handles: Handles, *, rounds: int) -> Moved:
-        """Return where handles move the `reference`.
+    def solve(self, reference: Solution, asked: Complexes, *, rounds: int) -> Moved:
+        """Return where handles that ask for `asked` (k,) move the `reference`.
 
         So many times, if need be, what the features around make pins of the background miss is asked for as well: then
         the plate alone holds them, smoothly, and one that is set later where it is already changes nothing.
         """
-        probes, asked = handles.probes(mapping.grid)
-        s = self._prepare(mapping, len(reference.alpha), probes, handles.are_pins(probes.at))
-        goal = self._find_goal(mapping, reference, probes, asked)
+        s, mapping = self.structure, self.structure.mapping
+        goal = self._find_goal(s, reference, asked)
         if not goal.any():
             return Moved(reference, np.zeros_like(reference.z), goal)
-        is_straight = _is_straight(reference.z, self.frame)
+        if self._base is None or self._base.z is not reference.z:
+            self._base, self._D = Base.of(mapping.grid, reference.z), None
+        base, last = self._base, self._D
+        is_straight = _is_straight(reference.z, s.field)
         poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
         sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
-        turned = self._first_turned(s, reference, poses, goal, sides)
+        first = self._displace(s, reference, poses, goal, np.zeros_like(reference.z)) if last is None else last
+        turned = s.field.turn(base, first, sides)
         for _ in range(max(rounds // _ROUNDS_PER_TURN, 1)):
             found = self._converge(s, reference, poses, goal, sides, turned, rounds)
-            again = self.field.turn(reference.z, found.D, sides) if rounds >= _ROUNDS_PER_TURN else turned
+            again = s.field.turn(base, found.D, sides) if rounds >= _ROUNDS_PER_TURN else turned
             if np.abs(again - turned).max() < _CLOSE_PX:
                 break
             turned = again
-        last, self._last = self._last, (reference.z, found.D)
-        moves = last is None or last[0] is not reference.z or np.abs(found.D - last[1]).max() > _LIVE_CLOSE_PX
+        self._D = found.D
+        moves = last is None or np.abs(found.D - last).max() > _LIVE_CLOSE_PX
         z = reference.z + mapping.hold(found.approach, s.held)
         if len(found.alpha):
             mapping.put_bodies(z, found.alpha, found.t)
         return Moved(Solution(z, found.alpha, found.t), found.D, goal, is_final=not moves)
-
-    def _first_turned(
-        self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, sides: Complexes
-    ) -> Complexes:
-        """Return what turning does to the background (R, C): as in the last frame, or as if nothing turned far."""
-        if self._last is not None and self._last[0] is reference.z:
-            return self.field.turn(reference.z, self._last[1], sides)
-        first = self._displace(s, reference, poses, goal, np.zeros_like(reference.z))
-        return self.field.turn(reference.z, first, sides)
 
     def _converge(
         self,
@@ -135,7 +114,7 @@ class HandleSolver:
             to_rows = np.where(s.owners < 0, goal, 0)
             for hold in s.holds.values():
                 to_rows[hold.points] = alpha[hold.body] * hold.arms + t[hold.body]
-            frame = D if self.frame == "free" else sides
+            frame = D if s.field.is_free else sides
             approach = s.mapping.approach(D, alpha, t, frame, s.held, to_rows[s.rows])
             misses = approach.missed[s.alone]
             missed = float(np.abs(misses).max(initial=0))
@@ -148,11 +127,11 @@ class HandleSolver:
         assert best is not None
         return best
 
-    def _find_goal(self, mapping: FeatureMapping, reference: Solution, probes: Probes, asked: Complexes) -> Complexes:
+    def _find_goal(self, s: Structure, reference: Solution, asked: Complexes) -> Complexes:
         """Return by how much each handle (k,) is to change what it reads; exactly 0 where it reads that already."""
-        there = probes.read(mapping.grid, reference.z)
-        to = _inside(asked, reference.z) if self.frame == "held" else asked
-        goal = np.where(probes.are_rings, (asked - 1) * there, to - there)
+        there = s.probes.read(s.mapping.grid, reference.z)
+        to = asked if s.field.is_free else _inside(asked, reference.z)
+        goal = np.where(s.probes.are_rings, (asked - 1) * there, to - there)
         goal[np.abs(goal) < _IDLE_PX] = 0
         return np.asarray(goal)
 
@@ -160,36 +139,26 @@ class HandleSolver:
         self, s: Structure, reference: Solution, poses: Poses, asked: Complexes, turned: Complexes
     ) -> Complexes:
         """Return D (R, C) for the displacements `asked` of handles (k,), beside `turned`; place the other bodies."""
-        already = self.field.at_points(turned)
+        already = s.field.at_points(turned)
         for _ in range(_POSE_STEPS):
             known = self._know(s, reference, poses, asked) - already
-            poses.move(s, self.field.find_motions(known, s.moving(poses.alpha)))
-        D = turned + self.field.displace(self._know(s, reference, poses, asked) - already)
+            poses.move(s, s.field.find_motions(known, s.moving(poses.alpha)))
+        D = turned + s.field.displace(self._know(s, reference, poses, asked) - already)
         self._pose_small(s, reference, poses, D)
         return D
-
-    def _prepare(self, mapping: FeatureMapping, count: int, probes: Probes, pins: Bools) -> Structure:
-        """Return the structure; what was prepared for the same handles and features is taken again."""
-        s = self._structure
-        if s is None or s.mapping is not mapping or not s.probes.is_same(probes):
-            s = self._structure = prepare(mapping, count, probes, pins, frame_is_held=self.frame == "held")
-            self.field.hold(*s.of_plate.spread(mapping.grid), spare=s.whole)
-            self._secants, self._last = Secants(), None
-        return s
 
     def constrain(self, reference: Solution, moved: Moved) -> Constraints:
         """Return the constraints that the handles of the last answer, `moved`, and the frame are.
 
         Rigid features keep the size that they have without handles: before that yields, handles do.
         """
-        s = self._structure
-        assert s is not None
-        mapping, bodies = s.mapping, s.mapping.bodies[: len(reference.alpha)]
+        s, mapping = self.structure, self.structure.mapping
+        bodies = mapping.moved_bodies
         rest = as_complex(mapping.grid.nodes)
-        none = constrain_frame(mapping, reference.z) if self.frame == "held" else Constraints.none(bodies, rest)
+        none = Constraints.none(bodies, rest) if s.field.is_free else constrain_frame(mapping, reference.z)
         pivots, free = none.pivots.copy(), none.free.copy()
         for i, hold in s.holds.items():
-            if _is_straight(reference.z, self.frame) and s.cut[i].any():
+            if _is_straight(reference.z, s.field) and s.cut[i].any():
                 free[i] = False
             elif hold.is_one_place:
                 pivots[i], free[i, 2:] = rest.ravel()[bodies[i].nodes].mean() + hold.arm, False
@@ -272,9 +241,9 @@ class _Found:
     t: Complexes
 
 
-def _is_straight(z: Complexes, frame: Frame) -> bool:
+def _is_straight(z: Complexes, field: HandleField) -> bool:
     """Return whether a frame at z (R, C) is held, and a rectangle."""
-    return frame == "held" and Rectangle.of(z) is not None
+    return not field.is_free and Rectangle.of(z) is not None
 
 
 def _inside(to: Complexes, z: Complexes) -> Complexes:

@@ -7,6 +7,8 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import HeldPoints
+from core.mapping.handles.free_plate import FreePlate
+from core.mapping.handles.plate import HandleField, Plate
 from core.mapping.handles.poses import Hold, find_holds, find_owners, sample_rim
 from core.mapping.handles.probes import LEAST_WEIGHT, Probes
 from core.mapping.handles.straight_frame import sides_cut
@@ -48,6 +50,8 @@ class Structure:
     held: HeldPoints
     rows: Ints
     """The handles that free nodes hold."""
+    field: HandleField
+    """The plate's answers."""
     alone: Bools
     """Which of the rows are pins in the background: held by free nodes only, each would draw out a spike."""
 
@@ -63,11 +67,6 @@ class Structure:
                 if hold is None:
                     Q[points, first], Q[points, first + 1] = 1, 1j
         return Q
-
-    @property
-    def whole(self) -> int:
-        """How many of moving and turning the whole picture the handles decide."""
-        return min(len(self.outside) + sum(2 - hold.is_one_place for hold in self.holds.values()), 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +88,15 @@ class Poses:
                 self.t[i] += motions[columns.stop - 2] + 1j * motions[columns.stop - 1]
 
 
-def prepare(mapping: FeatureMapping, count: int, probes: Probes, pins: Bools, *, frame_is_held: bool) -> Structure:
-    """Return the structure of handles (k) for a mapping that moves its first bodies.
+def prepare(
+    mapping: FeatureMapping, probes: Probes, pins: Bools, plate: Plate | None, known: Structure | None = None
+) -> Structure:
+    """Return the structure of handles (k) for a mapping.
 
-    Free nodes hold all `pins`; of the samples of curves, which the plate holds closely, as many as cost little.
+    Free nodes hold all `pins`; of the samples of curves, which the plate holds closely, as many as cost little. What is
+    `known` of the same plate's answers is taken from there.
     """
-    bodies = mapping.bodies[:count]
+    bodies, frame_is_held = mapping.moved_bodies, not isinstance(plate, FreePlate)
     rest = as_complex(mapping.grid.nodes)
     at, rings = probes.at, probes.are_rings
     owners = find_owners(mapping.index, mapping.grid, at) if bodies else np.full(len(at), -1)
@@ -120,6 +122,9 @@ def prepare(mapping: FeatureMapping, count: int, probes: Probes, pins: Bools, *,
     rows = _thin_out(np.flatnonzero(rows), pins, mapping)
     held = mapping.hold_points(*probes[rows].spread(mapping.grid))
     rim = Probes.of_points(np.concatenate([np.empty((0, 2)), *points]))
+    of_plate = Probes(np.concatenate([at[outside], rim.at]), np.concatenate([probes.radius[outside], rim.radius]))
+    whole = min(len(outside) + sum(2 - hold.is_one_place for hold in holds.values()), 2)
+    before = None if known is None else known.field
     return Structure(
         mapping,
         probes,
@@ -128,11 +133,12 @@ def prepare(mapping: FeatureMapping, count: int, probes: Probes, pins: Bools, *,
         cut,
         outside,
         at_frame,
-        Probes(np.concatenate([at[outside], rim.at]), np.concatenate([probes.radius[outside], rim.radius])),
+        of_plate,
         samples,
         columns,
         held,
         rows,
+        HandleField(mapping.grid, plate, *of_plate.spread(mapping.grid), spare=whole, known=before),
         (pins & (owners < 0))[rows],
     )
 

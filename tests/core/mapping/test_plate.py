@@ -6,7 +6,7 @@ import pytest
 from core.grid import Grid
 from core.mapping.features.similarity import fit_residual
 from core.mapping.handles.dirichlet_plate import HeldPlate
-from core.mapping.handles.plate import HandleField
+from core.mapping.handles.plate import HandleField, make_plate
 from core.mapping.jacobians import Complexes, as_complex
 from tests.core.mapping.test_handles import GRID
 
@@ -16,8 +16,7 @@ def test_a_held_plate_bends_as_little_as_the_handles_allow(size: tuple[int, int]
     """The plate's answer has the gradient of E at nodes that no handle holds, within the outline: zero."""
     grid = Grid(*size, cell_px=3)
     at = np.array([[0.4, 0.5], [0.7, 0.3], [0.71, 0.33]]) * size
-    field = HandleField(grid)
-    field.hold(at, spare=0)
+    field = HandleField(grid, make_plate(grid, "held"), at)
     d = field.displace(as_complex(np.array([[4.0, 1.0], [-2.0, 3.0], [-2.5, 3.0]])))
     unit = np.sqrt(np.prod(grid.cell))
     width, height = grid.cell / unit
@@ -40,30 +39,27 @@ def test_a_held_plate_bends_as_little_as_the_handles_allow(size: tuple[int, int]
 
 
 def test_an_unknown_motion_of_the_plate_leaves_no_force_on_a_body() -> None:
-    field, grid = HandleField(GRID), GRID
     rim = np.array([[150.0, 80.0], [190, 80], [170, 60], [170, 100]])
     at = np.concatenate([[[60.0, 60.0]], rim])
     Q = np.zeros((5, 3), np.complex128)
     Q[1:, 0], Q[1:, 1], Q[1:, 2] = 1j * as_complex(rim - rim.mean(axis=0)), 1, 1j
-    field.hold(at, spare=0)
+    field = HandleField(GRID, make_plate(GRID, "held"), at)
     known = np.array([20.0 + 5j, 0, 0, 0, 0])
     found = known + Q @ field.find_motions(known, Q)
     d = field.displace(found)
     assert np.abs(field.at_points(d) - found).max() < 1e-9
     assert fit_residual(as_complex(rim), as_complex(rim) + field.at_points(d)[1:], rigid=False) < 1e-12
     assert abs(found[1:].mean()) > 0.1
-    assert grid.shape == d.shape
+    assert d.shape == GRID.shape
 
 
 def test_responses_are_what_the_answers_have_at_the_places() -> None:
     grid = Grid(300, 170, cell_px=7)
     at = np.random.default_rng(3).uniform(8, 160, (9, 2))
-    plate = HeldPlate(grid, cell=(1.02, 0.98), rounded=5.0)
-    plate.hold(at[[2, 5]])
-    S = plate.hold(at)
+    held = HeldPlate(grid, cell=(1.02, 0.98), rounded=5.0).hold(at)
     nodes, weights = grid.weights_at(at)
-    for force, row in zip(np.eye(9, dtype=np.complex128), S, strict=True):
-        assert np.abs((plate.answer(force)[nodes] * weights).sum(axis=1) - row).max() < 1e-12 * S.max()
+    for force, row in zip(np.eye(9, dtype=np.complex128), held.S, strict=True):
+        assert np.abs((held.answer(force)[nodes] * weights).sum(axis=1) - row).max() < 1e-12 * held.S.max()
 
 
 def test_the_fast_poisson_solve_has_its_load() -> None:

@@ -109,10 +109,12 @@ def test_what_is_added_to_the_energy_is_at_its_least() -> None:
     warper = Warper(GRID)
     warper.use(find_features(GRID, mask()), MappingOptions(weight=7.0))
     plain = as_complex(WARPS["twist"])
-    mapping = warper._mask.mapping  # type: ignore[union-attr]
+    mapping = warper._prepared.mapping  # type: ignore[union-attr]
     solution = mapping.place(plain)
     solver = LineSolver(mapping, Lines(ENDS), 7.0)
-    found = solver.straighten(solution)
+    pull = solver.straighten(solution)
+    assert pull is not None
+    found = pull.apply(mapping, solution)
     step = 0.02 * float(np.hypot(*SIZE))
     counts = [round(np.linalg.norm(b - a) / step) + 1 for a, b in ENDS]
     samples = [_sample(count, round(2 * step / min(GRID.cell))) for count in counts]
