@@ -1,6 +1,6 @@
 """From a document to its map: what the window shows at rest, and what is saved, reopened and exported.
 
-Two things are kept from one answer to the next, and no module keeps anything:
+Two objects keep what the next answer can use; nothing of a map is kept by a module:
 
     document  --[MapInputs]-->  grid, features, options, W  --[Warper]-->  map
 
