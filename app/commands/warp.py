@@ -15,7 +15,7 @@ import numpy as np
 
 from app.commands.surfaces import add_surface_options, add_view_options, surface_of
 from app.console import run_shown
-from app.render.export import rendering_file
+from app.render.export import COMMAND_TILE_PX, rendering_file
 from app.render.surface_view import draw_view
 from core.arrays import InputError
 from core.canvas import Canvas, Framing
@@ -244,8 +244,18 @@ def _write(
     with AtomicFiles() as files:
         started = time.perf_counter()
         with files.place(arguments.output) as place:
-            drawing = {"named": arguments.output, "size": canvas.size, "quality": arguments.quality}
-            run_shown(rendering_file(image, found.rest, found.warped, place, **drawing))
+            run_shown(
+                rendering_file(
+                    image,
+                    found.rest,
+                    found.warped,
+                    place,
+                    named=arguments.output,
+                    size=canvas.size,
+                    quality=arguments.quality,
+                    tile_px=COMMAND_TILE_PX,
+                )
+            )
         report["seconds"]["render"] = time.perf_counter() - started
         if arguments.map is not None:
             with files.place(arguments.map) as place, place.open("wb") as file:

@@ -23,6 +23,8 @@ from core.imaging.images import Image, writing_rows
 from core.progress import Job, Progress, part, run
 
 TILE_PX = 512
+COMMAND_TILE_PX = 1024
+"""For commands, in which nothing waits for the next stop: threads wait less often for one another."""
 LEAST_TILE_PX = 64
 MOST_SIDE_PX = 65_536
 
@@ -71,8 +73,8 @@ def rendering(
     Image
         Same depth, profile and metadata; alpha is added where the result does not cover its frame.
     """
-    _check(rest, warped, size, scale)
-    moved = (warped - np.asarray(origin) + 0.5) * scale - 0.5
+    moved = scaled(warped - np.asarray(origin), scale)
+    _check(rest, moved, size)
     pixels = np.zeros((size[1], size[0], 4), image.pixels.dtype)
     with _target(image, rest, moved, size, tile_px, limits) as target:
         for top in range(0, size[1], target.side):
@@ -93,29 +95,28 @@ class _UncoveredError(Exception):
 def rendering_file(
     image: Image,
     rest: Points,
-    warped: Points,
+    moved: Points,
     place: Path,
     *,
     named: Path,
     size: tuple[int, int],
-    scale: float = 1.0,
     quality: int = 95,
+    tile_px: int = TILE_PX,
 ) -> Job[None]:
     """Write to `place` the file that `rendering` and `core.imaging.images.write` make, with one row of tiles in memory.
 
-    While one row of tiles is drawn, the one above it is compressed and written on a thread of its own. Whether the file
-    needs alpha is known when all is drawn. Where no gap is plain it is begun without, and anew at the first
-    row of tiles that is not opaque.
+    `moved` is in output pixels (`scaled`). While one row of tiles is drawn, the one above it is compressed and written
+    on a thread of its own. Whether the file needs alpha is known when all is drawn. Where no gap is plain it is begun
+    without, and anew at the first row of tiles that is not opaque.
     """
-    _check(rest, warped, size, scale)
-    moved = (warped + 0.5) * scale - 0.5
+    _check(rest, moved, size)
 
     def attempt(*, with_alpha: bool) -> Job[None]:
         kept = _kept(image, with_alpha=with_alpha)
         sample = image.with_pixels(np.zeros((1, 1, len(kept)), image.pixels.dtype))
         with (
             writing_rows(sample, size, place, named=named, quality=quality) as append,
-            _target(image, rest, moved, size) as target,
+            _target(image, rest, moved, size, tile_px) as target,
             ThreadPoolExecutor(1, "writing") as writer,
         ):
             band, spare = np.empty((2, min(target.side, size[1]), size[0], 4), image.pixels.dtype)
@@ -161,13 +162,20 @@ def _target(
         target.release()
 
 
-def _check(rest: Points, warped: Points, size: tuple[int, int], scale: float) -> None:
-    if rest.shape != warped.shape or rest.ndim != 3 or min(rest.shape) < 2:
-        raise InputError(f"grid of {rest.shape} and {warped.shape}: not two grids of one shape, 2 x 2 nodes at least")
+def scaled(nodes: Points, scale: float) -> Points:
+    """Return positions in output pixels at `scale` for those at scale 1."""
+    if not (np.isfinite(scale) and scale > 0):
+        raise InputError(f"a scale of {scale:g}: must be a number greater than 0")
+    return (nodes + 0.5) * scale - 0.5
+
+
+def _check(rest: Points, moved: Points, size: tuple[int, int]) -> None:
+    if rest.shape != moved.shape or rest.ndim != 3 or min(rest.shape) < 2:
+        raise InputError(f"grid of {rest.shape} and {moved.shape}: not two grids of one shape, 2 x 2 nodes at least")
     if not (min(size) >= 1 and max(size) <= MOST_SIDE_PX):
         raise InputError(f"size {size[0]}x{size[1]}: sides must be from 1 to {MOST_SIDE_PX} pixels")
-    if not (np.isfinite(warped).all() and np.isfinite(scale) and scale > 0):
-        raise InputError("grid positions or scale that are not finite numbers")
+    if not np.isfinite(moved).all():
+        raise InputError("grid positions that are not finite numbers")
 
 
 def _in_channels_of(image: Image, pixels: Pixels) -> Pixels:

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.model.orbit import Orbit
 from app.model.requests import ExportOptions
-from app.render.export import rendering, rendering_file
+from app.render.export import rendering, rendering_file, scaled
 from app.render.surface_view import draw_view
 from core.arrays import Points
 from core.canvas import Canvas, Framing
@@ -137,11 +137,10 @@ def drawing_file(drawing: Drawing, place: Path, *, named: Path, quality: int = 9
     yield from rendering_file(
         drawing.image,
         drawing.rest,
-        drawing.moved,
+        scaled(drawing.moved, drawing.scale),
         place,
         named=named,
         size=drawing.size,
-        scale=drawing.scale,
         quality=quality,
     )
 

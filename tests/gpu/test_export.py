@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from app.render import export, gpu
-from app.render.export import render_mesh, rendering, rendering_file
+from app.render.export import render_mesh, rendering, rendering_file, scaled
 from app.render.sources.source import Source, TextureLimits
 from core.arrays import InputError, Pixels, Points
 from core.canvas import has_gaps
@@ -196,7 +196,7 @@ def test_a_file_is_written_in_a_fraction_of_the_memory_of_its_pixels(tmp_path: P
     image, size = scenes.picture(32, 512, 4, "f4"), (384, 6144)
     rest, path = scenes.grid(32, 512), tmp_path / f"a{suffix}"
     tracemalloc.start()
-    run(rendering_file(image, rest, rest, path, named=path, size=size, scale=12))
+    run(rendering_file(image, rest, scaled(rest, 12), path, named=path, size=size))
     peak_bytes = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak_bytes < 384 * 6144 * 16 / 2
@@ -209,7 +209,7 @@ def test_a_file_at_another_scale_is_that_of_the_whole(tmp_path: Path, scale: flo
     warped, size = scenes.wavy(rest), (round(300 * scale), round(260 * scale))
     whole, rows = tmp_path / "whole.png", tmp_path / "rows.png"
     write(render_mesh(image, rest, warped, size=size, scale=scale), whole, named=whole)
-    run(rendering_file(image, rest, warped, rows, named=rows, size=size, scale=scale))
+    run(rendering_file(image, rest, scaled(warped, scale), rows, named=rows, size=size))
     assert rows.read_bytes() == whole.read_bytes()
 
 
