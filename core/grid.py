@@ -137,6 +137,11 @@ class Grid:
         nodes = corner[:, None] + np.array([0, 1, self.columns + 1, self.columns])
         return nodes, np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=-1)
 
+    def read(self, points: Points, values: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Return what `values` (N,) or (N, q) at the nodes are at `points` (n, 2)."""
+        nodes, weights = self.weights_at(points)
+        return np.asarray(np.einsum("nk,nk...->n...", weights, values[nodes]))
+
 
 @dataclass(frozen=True, eq=False)
 class Features:

@@ -17,6 +17,7 @@ from core.mapping.handles.curved_frame import Cut, cuts_of, fit_cuts
 from core.mapping.handles.frame_glide import FrameGlide
 from core.mapping.handles.plate import Frame, Plate, make_plate
 from core.mapping.handles.probes import Probes
+from core.mapping.handles.rods import Rods
 from core.mapping.handles.straight_frame import Placed, Rectangle, place_cut
 from core.mapping.handles.structure import Structure, prepare
 from core.mapping.jacobians import as_complex
@@ -72,10 +73,11 @@ class Prepared:
         if frame not in self._plates:
             self._plates[frame] = make_plate(self.mapping.grid, frame)
         plate, last = self._plates[frame], self._structure
-        if last is not None and last[0] is plate and last[1].mapping is self.mapping and last[1].probes.is_same(probes):
+        is_of_this = last is not None and last[1].mapping is self.mapping and last[1].field.rods is self._rods
+        if last is not None and is_of_this and last[0] is plate and last[1].probes.is_same(probes):
             return last[1]
         known = last[1] if last is not None and last[0] is plate else None
-        self._structure = plate, prepare(self.mapping, probes, pins, plate, known)
+        self._structure = plate, prepare(self.mapping, probes, pins, plate, self._rods, known)
         return self._structure[1]
 
     def forget_handles(self) -> None:
@@ -137,6 +139,11 @@ class Prepared:
     def _lines(self) -> LineSolver | None:
         lines = self._options.lines
         return None if lines is None else LineSolver(self.mapping, lines, self._options.weight)
+
+    @cached_property
+    def _rods(self) -> Rods:
+        lines, grid = self._options.lines, self.mapping.grid
+        return Rods.none(grid) if lines is None else Rods.of(grid, lines.ends, self._options.weight)
 
     @cached_property
     def _glide(self) -> FrameGlide:

@@ -3,7 +3,9 @@
 from app.editor.editor import Editor
 from app.ui.widgets.controls import check
 
-HINT = "Horizons, walls and other long lines of the picture stay straight beside features, as far as these leave room"
+HINT = (
+    "Horizons, walls and other long lines stay straight beside features and under handles, as far as these leave room"
+)
 
 
 def draw_straight(editor: Editor) -> None:

@@ -161,7 +161,7 @@ class _Glide:
     def of(cls, mapping: FeatureMapping, ends: Points, points: HeldPoints) -> "_Glide":
         """Prepare those of the places where some of the `ends` (n, 2) of lines lie on the frame."""
         grid = mapping.grid
-        shapes = [(d, shape) for d, side in _SIDES for shape in _hats(grid, mapping.index, ends, side)]
+        shapes = slides_of(grid, mapping.index, ends)
         along = np.array([d for d, _ in shapes], np.complex128)
         edges = edge_weights(mapping.follow_w + mapping.follow_feature)
         U = np.array([u for _, u in shapes]).reshape(len(along), grid.size).T
@@ -186,6 +186,14 @@ _SIDES: list[tuple[complex, tuple[Any, int, int]]] = [
     (1j, (np.s_[:, -1], 1, -1)),
 ]
 """Of the four sides, along which direction they run, their nodes, along which axis, and which end of the other."""
+
+
+def slides_of(grid: Grid, index: Ints, ends: Points) -> list[tuple[complex, Floats]]:
+    """Return along what, and by which shapes (R, C), a frame slides with the `ends` (n, 2) of lines that are on it.
+
+    `index` (R, C) is the body of each node; those of bodies, and corners, stay.
+    """
+    return [(d, shape) for d, side in _SIDES for shape in _hats(grid, index, ends, side)]
 
 
 def _hats(grid: Grid, index: Ints, ends: Points, side: tuple[Any, int, int]) -> list[Floats]:

@@ -21,8 +21,11 @@ one small dense inverse for each set of points, and a few products in every fram
 A displacement is linear, so that it would shear what is turned far. Therefore the local rotation r of z⁰ + d against
 z⁰ is taken from it, quad by quad, and the gradient of z⁰ turned by it is integrated [as-rigid-as-possible; Sorkine and
 Alexa 2007]: y minimises Σ |d y - (r - 1) d z⁰|², y = 0 on the frame. Then d makes up for the rest.
+
+Lines that are to stay straight are rods in the plate (`rods`).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -37,6 +40,7 @@ from core.linalg.blas import one_thread
 from core.linalg.laplacian import divergence, edge_weights, laplacian
 from core.mapping.handles.dirichlet_plate import HeldForces, HeldPlate
 from core.mapping.handles.free_plate import FreeForces, FreePlate
+from core.mapping.handles.rods import Found, Rods, RodSystem, Slides
 from core.mapping.jacobians import Complexes, Jacobians, as_complex, linear_parts
 from core.mapping.tolerances import SINGULAR
 from core.tracing import span
@@ -67,6 +71,24 @@ class Base:
         return cls(z, linear_parts(grid, z), np.diff(z, axis=1), np.diff(z, axis=0))
 
 
+@dataclass(frozen=True, eq=False)
+class Turned:
+    """What large rotations make of a picture without handles, which a displacement is added to."""
+
+    y: Complexes
+    """Displacements (R, C)."""
+    normals: Complexes
+    bends: Floats
+    """Of the rods, n and b (k,)."""
+    slides: bool
+    """Whether the frame slides with rods that end on it."""
+
+    def differs_px(self, other: "Turned") -> float:
+        """Return by how much at most another one takes a node elsewhere, or bends rods otherwise."""
+        parts = np.abs(self.y - other.y), np.abs(self.bends - other.bends)
+        return max(float(part.max(initial=0)) for part in parts)
+
+
 def make_plate(grid: Grid, frame: Frame) -> Plate | None:
     """Return the plate over a grid, None where no node can move.
 
@@ -91,6 +113,10 @@ class HandleField:
     spare
         With the frame free, how many columns similarities of the whole have: one handle alone moves the picture, two
         turn and scale it too.
+    rods
+        Lines that stay straight.
+    slides
+        Directions and shapes (R, C) by which a straight frame slides with rods that end on it.
     known
         The field of other points of the same plate, in which some of these may be.
     """
@@ -103,9 +129,14 @@ class HandleField:
         M: sparse.csr_array | None = None,
         *,
         spare: int = 0,
+        rods: Rods | None = None,
+        slides: Sequence[tuple[complex, Floats]] = (),
         known: "HandleField | None" = None,
     ) -> None:
         self.grid, self._plate = grid, plate
+        self.rods = Rods.none(grid) if rods is None else rods
+        self._system: RodSystem | None = None
+        """None where there are no rods."""
         self._length = float(np.hypot(grid.width_px, grid.height_px))
         self._M = sparse.eye_array(len(points), format="csr") if M is None else M
         self._spare = spare if isinstance(plate, FreePlate) else 0
@@ -113,27 +144,36 @@ class HandleField:
         if plate is None or not len(points):
             return
         with span("handles", count=len(points)), one_thread():
-            self._at = self._inside(points)
+            self._at, n = self._inside(points), self._M.shape[0]
+            places = np.concatenate([self._at, self._inside(self.rods.at)])
             if isinstance(plate, FreePlate):
                 before = None if known is None else known._forces
-                self._forces = plate.hold(self._at, before if isinstance(before, FreeForces) else None)
+                self._forces = plate.hold(places, before if isinstance(before, FreeForces) else None)
             else:
-                self._forces = plate.hold(self._at)
-            S = np.asarray(self._M @ self._forces.S @ self._M.conj().T)
+                self._forces = plate.hold(places)
+            of_all = sparse.block_diag([self._M, self.rods.M], format="csr")
+            S = np.asarray(of_all @ self._forces.S @ of_all.conj().T)
+            across, within, S = S[:n, n:], S[n:, n:], S[:n, :n]
             if self._spare:
-                whole = self._M @ self._similarities()
-                S = np.block([[S, whole], [whole.conj().T, np.zeros((self._spare,) * 2)]])
+                whole = of_all @ self._similarities(places)
+                across = np.concatenate([across, whole[n:].conj().T])
+                S = np.block([[S, whole[:n]], [whole[:n].conj().T, np.zeros((self._spare,) * 2)]])
             self._inverse = _inverse(S)
+            if len(self.rods):
+                self._system = RodSystem(self.rods, self._inverse, across, within)
+                self._slides = self._prepare_slides(slides)
 
     @property
     def is_free(self) -> bool:
         """Whether the frame is."""
         return isinstance(self._plate, FreePlate)
 
-    def find_motions(self, known: Complexes, Q: Complexes) -> Floats:
+    def find_motions(self, known: Complexes, Q: Complexes, turned: Turned | None = None) -> Floats:
         """Return the motions c (u,) of bodies, which move the points by Q c (n,) beyond what is known of them (n,)."""
         if self._forces is None or not Q.size:
             return np.zeros(Q.shape[1])
+        if self._system is not None and turned is not None:
+            return self._push(known, Q, turned).motions
         inverse = self._inverse[: len(Q), : len(Q)]
         if np.iscomplexobj(inverse):
             forces = Q.conj().T @ inverse
@@ -143,29 +183,50 @@ class HandleField:
             system, load = across @ Q.real + down @ Q.imag, across @ known.real + down @ known.imag
         return np.asarray(-_inverse(system) @ load, np.float64)
 
-    def displace(self, asked: Complexes) -> Complexes:
-        """Return the nodes' displacements d (R, C) that have the points' ones (n,)."""
+    def displace(self, asked: Complexes, turned: Turned | None = None) -> Complexes:
+        """Return the nodes' displacements d (R, C) that have the points' ones (n,), beside what is `turned`."""
         d = np.zeros(self.grid.size, np.complex128)
-        if self._forces is not None:
-            rest = asked
-            for _ in range(_REFINEMENTS):
-                d += self._answer(rest)
-                rest = asked - self._moved(d)
-                if np.abs(rest).max() < SINGULAR * np.abs(asked).max():
-                    break
+        if self._forces is None:
+            return d.reshape(self.grid.shape)
+        rest, size = asked, float(np.abs(asked).max())
+        if self._system is not None and turned is not None:
+            none, slides = np.empty((len(asked), 0), np.complex128), self._slides.where(turned.slides)
+            found = self._push(asked, none, turned)
+            d += slides.fields @ found.slid + self._answer(asked - slides.at_points @ found.slid, found.forces)
+            rest, size = asked - self._moved(d), max(size, float(np.abs(found.forces).max()))
+        for _ in range(_REFINEMENTS):
+            if np.abs(rest).max() <= SINGULAR * size:
+                break
+            d += self._answer(rest)
+            rest = asked - self._moved(d)
         return d.reshape(self.grid.shape)
 
-    def turn(self, base: Base, d: Complexes, sides: Complexes) -> Complexes:
+    def still(self, base: Base, *, slides: bool) -> Turned:
+        """Return that nothing of z⁰ is turned; `slides` says whether a straight frame holds it."""
+        return self._aim(base, np.zeros_like(base.z), base.z, slides=slides)
+
+    def turn(self, base: Base, d: Complexes, sides: Complexes, *, slides: bool) -> Turned:
+        """Return what large rotations make of z⁰ where it is displaced by d (R, C); on the frame y is `sides`."""
+        return self._aim(base, self._integrate(base, d, sides), base.z + d, slides=slides)
+
+    def _aim(self, base: Base, y: Complexes, now: Complexes, *, slides: bool) -> Turned:
+        """Return y with the normals that rods have `now` (R, C), and by how much more than in z⁰ it bends them."""
+        there, moved, then = (self.rods.read(self.grid, z.ravel()) for z in (base.z, y, now))
+        normals = self.rods.normals(then)
+        bends = self.rods.bends(there + moved, normals) - self.rods.bends(there, self.rods.normals(there))
+        return Turned(y, normals, bends, slides)
+
+    def _integrate(self, base: Base, d: Complexes, sides: Complexes) -> Complexes:
         """Return y (R, C): the displacement of z⁰ whose gradient z⁰ + d turns, locally, with that of z⁰.
 
-        On the frame y is `sides` (R, C). With the frame free there is none: similarities cost nothing there.
+        With the frame free there is none: similarities cost nothing there.
         """
+        held = np.where(self.grid.outline, sides, 0)
         if not isinstance(self._plate, HeldPlate):
-            return np.zeros_like(base.z)
+            return held
         turned = _rotations(base.parts, linear_parts(self.grid, base.z + d)) - 1
         across, down = edge_weights(turned)
         load = divergence(across * base.right, down * base.below)
-        held = np.where(self.grid.outline, sides, 0)
         if held.any():
             load -= laplacian(edge_weights(np.ones(turned.shape)), held)
         with one_thread():
@@ -177,20 +238,42 @@ class HandleField:
             return np.zeros(self._M.shape[0], np.complex128)
         return self._moved(d.ravel())
 
-    def _answer(self, asked: Complexes) -> Complexes:
+    def _push(self, known: Complexes, Q: Complexes, turned: Turned) -> Found:
+        """Return how rods answer what is `known` of the points (n,), and bodies that move them by Q."""
+        assert self._system is not None
+        with one_thread():
+            return self._system.find(known, Q, self._slides.where(turned.slides), turned.normals, turned.bends)
+
+    def _answer(self, asked: Complexes, pushes: Complexes | None = None) -> Complexes:
+        """Return d (N,) for what is asked of the points (n,), where rods push by forces (k,)."""
         assert self._forces is not None
-        n = len(asked)
-        found = self._inverse @ np.concatenate([asked, np.zeros(self._spare)])
-        d = self._forces.answer(self._M.conj().T @ found[:n])
+        n, load = len(asked), np.concatenate([asked, np.zeros(self._spare)])
+        pushed = np.zeros(len(self.rods), np.complex128) if pushes is None else pushes
+        if self._system is not None:
+            load = load - self._system.across @ pushed
+        found = self._inverse @ load
+        d = self._forces.answer(np.concatenate([self._M.conj().T @ found[:n], self.rods.M.T @ pushed]))
         if self._spare:
             d += found[-1]
         if self._spare > 1:
             d += as_complex(self.grid.nodes).ravel() / self._length * found[-2]
         return d
 
-    def _similarities(self) -> Complexes:
-        """Return the points' displacements (n, spare) by the similarities of the whole."""
-        here = as_complex(self._at)[:, None] / self._length
+    def _prepare_slides(self, shapes: Sequence[tuple[complex, Floats]]) -> Slides:
+        """Return how the frame slides by these directions and shapes (R, C), and how inner nodes follow."""
+        plain = edge_weights(np.ones((self.grid.rows - 1, self.grid.columns - 1)))
+        fields, loads = np.zeros((2, self.grid.size, len(shapes)), np.complex128)
+        for number, (along, shape) in enumerate(shapes):
+            assert isinstance(self._plate, HeldPlate)
+            y = along * (shape + self._plate.solve_poisson(-laplacian(plain, shape.astype(np.complex128))))
+            fields[:, number], loads[:, number] = y.ravel(), laplacian(plain, y).ravel()
+        cost = (fields.conj().T @ loads).real / 2  # an inner edge belongs to two quads
+        at_rows = np.asarray(self.rods.M @ self.rods.read(self.grid, fields))
+        return Slides(fields, cost, self._moved(fields), at_rows)
+
+    def _similarities(self, places: Points) -> Complexes:
+        """Return the displacements (n, spare) of `places` (n, 2) by the similarities of the whole."""
+        here = as_complex(places)[:, None] / self._length
         return np.concatenate([here, np.ones_like(here)], axis=1)[:, 2 - self._spare :]
 
     def _inside(self, points: Points) -> Points:
@@ -201,9 +284,8 @@ class HandleField:
         return np.clip(points, margin - 0.5, [self.grid.width_px, self.grid.height_px] - margin - 0.5)
 
     def _moved(self, d: Complexes) -> Complexes:
-        """Return M C d for d (N,)."""
-        nodes, weights = self.grid.weights_at(self._at)
-        return np.asarray(self._M @ (d[nodes] * weights).sum(axis=1))
+        """Return M C d for d (N,) or (N, q)."""
+        return np.asarray(self._M @ self.grid.read(self._at, d))
 
 
 def _rotations(before: Jacobians, after: Jacobians) -> Complexes:

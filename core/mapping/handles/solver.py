@@ -4,7 +4,7 @@ The picture without handles, z⁰ with features at (α⁰, t⁰), costs nothing;
 
 1. features that handles place get the similarity that these ask for (`poses`);
 2. a plate with rigid inclusions gives all others theirs, and the background its displacement D (`plate`);
-   sizes stay, unless two handles in a feature change its size;
+   sizes stay, unless two handles in a feature change its size; straight lines are rods in it (`rods`);
 3. free nodes follow D and the features as FAT eqs. 3 and 4 have it for displacements, with every point of the
    background that a handle holds as a hard constraint (`FeatureMapping.place_held`).
 
@@ -18,7 +18,7 @@ import numpy as np
 from core.mapping.features.pose import Approach, Solution
 from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
-from core.mapping.handles.plate import Base, HandleField
+from core.mapping.handles.plate import Base, HandleField, Turned
 from core.mapping.handles.secants import Secants
 from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
 from core.mapping.handles.structure import Poses, Structure
@@ -72,18 +72,19 @@ class HandleSolver:
             return Moved(reference, np.zeros_like(reference.z), goal)
         if self._base is None or self._base.z is not reference.z:
             self._base, self._D = Base.of(mapping.grid, reference.z), None
-        base, last = self._base, self._D
         is_straight = _is_straight(reference.z, s.field)
         poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
         sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
-        first = self._displace(s, reference, poses, goal, np.zeros_like(reference.z)) if last is None else last
-        turned = s.field.turn(base, first, sides)
+        turned = self._first_turned(s, reference, poses, goal, sides, slides=is_straight)
         for _ in range(max(rounds // _ROUNDS_PER_TURN, 1)):
-            found = self._converge(s, reference, poses, goal, sides, turned, rounds)
-            again = s.field.turn(base, found.D, sides) if rounds >= _ROUNDS_PER_TURN else turned
-            if np.abs(again - turned).max() < _CLOSE_PX:
+            found = self._converge(s, reference, poses, goal, turned, rounds)
+            if rounds < _ROUNDS_PER_TURN:
+                break
+            again = s.field.turn(self._base, found.D, sides, slides=is_straight)
+            if again.differs_px(turned) < _CLOSE_PX:
                 break
             turned = again
+        last = self._D
         self._D = found.D
         moves = last is None or np.abs(found.D - last).max() > _LIVE_CLOSE_PX
         z = reference.z + mapping.hold(found.approach, s.held)
@@ -91,15 +92,18 @@ class HandleSolver:
             mapping.put_bodies(z, found.alpha, found.t)
         return Moved(Solution(z, found.alpha, found.t), found.D, goal, is_final=not moves)
 
+    def _first_turned(
+        self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, sides: Complexes, *, slides: bool
+    ) -> Turned:
+        """Return what turning does to the background: as in the last frame, or as if nothing turned far."""
+        assert self._base is not None
+        d = self._D
+        if d is None:
+            d = self._displace(s, reference, poses, goal, s.field.still(self._base, slides=slides))
+        return s.field.turn(self._base, d, sides, slides=slides)
+
     def _converge(
-        self,
-        s: Structure,
-        reference: Solution,
-        poses: Poses,
-        goal: Complexes,
-        sides: Complexes,
-        turned: Complexes,
-        rounds: int,
+        self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, turned: Turned, rounds: int
     ) -> "_Found":
         """Return the displacement of the background for which the plate alone holds handles, as nearly as it comes."""
         close_px = _CLOSE_PX if rounds >= _ROUNDS_PER_TURN else _LIVE_CLOSE_PX
@@ -114,8 +118,7 @@ class HandleSolver:
             to_rows = np.where(s.owners < 0, goal, 0)
             for hold in s.holds.values():
                 to_rows[hold.points] = alpha[hold.body] * hold.arms + t[hold.body]
-            frame = D if s.field.is_free else sides
-            approach = s.mapping.approach(D, alpha, t, frame, s.held, to_rows[s.rows])
+            approach = s.mapping.approach(D, alpha, t, D, s.held, to_rows[s.rows])
             misses = approach.missed[s.alone]
             missed = float(np.abs(misses).max(initial=0))
             if best is None or missed < best.missed:
@@ -135,15 +138,13 @@ class HandleSolver:
         goal[np.abs(goal) < _IDLE_PX] = 0
         return np.asarray(goal)
 
-    def _displace(
-        self, s: Structure, reference: Solution, poses: Poses, asked: Complexes, turned: Complexes
-    ) -> Complexes:
+    def _displace(self, s: Structure, reference: Solution, poses: Poses, asked: Complexes, turned: Turned) -> Complexes:
         """Return D (R, C) for the displacements `asked` of handles (k,), beside `turned`; place the other bodies."""
-        already = s.field.at_points(turned)
+        already = s.field.at_points(turned.y)
         for _ in range(_POSE_STEPS):
             known = self._know(s, reference, poses, asked) - already
-            poses.move(s, s.field.find_motions(known, s.moving(poses.alpha)))
-        D = turned + s.field.displace(self._know(s, reference, poses, asked) - already)
+            poses.move(s, s.field.find_motions(known, s.moving(poses.alpha), turned))
+        D = turned.y + s.field.displace(self._know(s, reference, poses, asked) - already, turned)
         self._pose_small(s, reference, poses, D)
         return D
 

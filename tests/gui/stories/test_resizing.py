@@ -110,6 +110,49 @@ def test_a_line_beside_what_is_kept_stays_straight_until_it_is_switched_off(tmp_
     assert editor.history.labels[-2:] == ("Resize", "Straight lines")
 
 
+def test_a_pin_lifts_a_horizon_that_stays_straight_until_that_is_switched_off(tmp_path: Path) -> None:
+    pixels = np.array(two_discs()[0].pixels)
+    pixels[:140] = (150, 180, 220)
+    pixels[140:] = (60, 90, 40)
+    jobs = Jobs()
+    editor = Editor(Document.of(Image(pixels)).with_warp(cell_px=10.0, straight=True), TOOLS, jobs=jobs)
+    found: list[float] = []
+
+    def measure(window: WindowDriver) -> None:
+        """Find how far the horizon is from straight, in pixels, and that the pin is met."""
+        settle(window)
+        result = editor.map.result
+        assert result is not None
+        assert not result.folded.any()
+        assert result.pin_reports[0].worst_px < 0.1
+        at = np.stack([np.linspace(2, 497, 80), np.full(80, 139.5)], axis=1)
+        nodes, weights = result.grid.weights_at(at)
+        there = (result.warped.reshape(-1, 2)[nodes] * weights[..., None]).sum(axis=1)
+        found.append(
+            float(np.abs(there[:, 1] - np.polyval(np.polyfit(there[:, 0], there[:, 1], 1), there[:, 0])).max())
+        )
+
+    def script(window: WindowDriver) -> None:
+        window.move(5, 5).key(imgui.Key.p).wait(2)
+        at, to = screen_from_canvas(editor.session.view, np.array([[250.0, 120.0], [250.0, 80.0]])).tolist()
+        window.click(*at).wait(2).press(*at).move(*to).wait(2)
+        assert editor.document.pins[0].to[1] < 0.3
+        window.release()
+        measure(window)
+        window.screenshot(tmp_path / "lifted.png")
+        window.item("//Warp/Straight lines").wait(2)
+        measure(window)
+        window.screenshot(tmp_path / "bent.png")
+
+    try:
+        drive(editor, script)
+    finally:
+        jobs.close()
+    straight, bent = found
+    assert bent > 10
+    assert straight < 0.2 * bent
+
+
 @pytest.mark.parametrize("side", ["right", "left", "corner"])
 def test_the_frame_is_dragged(editor: Editor, side: str) -> None:
     editor.edit("Mask", editor.document.changed(mask=Raster.from_array(np.full((300, 500), 0, np.uint8))))
