@@ -1,13 +1,14 @@
 """Straight lines of the picture as rods in the plate that handles bend: what keeps them straight as they move.
 
-A line has samples at equal steps, C d their displacements, M an orthonormal basis of all that is neither constant nor
-linear along the line, and n the normal of the line where it lies. Where the rest of the displacement leaves bends
+A line has samples, closer towards its ends, C d their displacements, √ℓ M an orthonormal basis of all √ℓ d that are
+neither constant nor linear along the line, ℓ the cells of it that a sample stands for, and n the normal of the line
+where it lies. Where the rest of the displacement leaves bends
 b = Re n̄ M C (z⁰ + y) - Re n̄⁰ M C z⁰, those of now beyond those that the line has without handles, the energy of
-`plate` gains w_F ℓ / 2 |b + Re n̄ M C (d - y)|², w_F the weight of features and ℓ the cells of the line that a sample
-stands for; as in `straight_lines`, samples that glide along the line add nothing. It pushes by forces n f, one real f
+`plate` gains w_F² / 2 |b + Re n̄ M C (d - y)|², w_F the weight of features, by which the equations of these are
+multiplied, too; samples that glide along the line add nothing. It pushes by forces n f, one real f
 for each row of M. Points that handles hold have the forces λ,
 
-    λ = S⁻¹ (g + X m - B n f),      s f + Re n̄ (B* λ + V m + S_ll n f) = -b,      s = 2 / (w_F ℓ),
+    λ = S⁻¹ (g + X m - B n f),      s f + Re n̄ (B* λ + V m + S_ll n f) = -b,      s = 2 / w_F²,
 
 with g what is known of them, B and S_ll what rows do to points and to rows, and m all that is unknown beside forces:
 motions c of bodies, X = Q, and how far q places of a straight frame slide along their sides where lines end there. Each
@@ -29,10 +30,15 @@ from scipy import sparse
 
 from core.arrays import Floats, Ints, Points
 from core.grid import Grid
+from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.straight_lines import slides_of
+from core.mapping.handles.probes import LEAST_WEIGHT
 from core.mapping.jacobians import Complexes
 
-_STEP, _FEWEST = 0.04, 4
+_STEP, _FEWEST = 0.04, 3
 """Distance of samples, as a share of the picture's diagonal: the plate is smooth over several; the fewest of a line."""
+_NEAR_ENDS = (0.5,)
+"""Further samples so many steps from both ends: where these are on a frame that is held, the plate is stiff."""
 _MOST_ROWS = 192
 """Rows of M: the shortest lines are left out beyond, so that a frame's system stays small."""
 
@@ -69,22 +75,20 @@ class Rods:
         """Return those of lines with these `ends` (n, 2, 2), the longest first."""
         step = _STEP * float(np.hypot(grid.width_px, grid.height_px))
         lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        counts = np.maximum(np.rint(lengths / step).astype(np.int64) + 1, _FEWEST)
+        shares = [_sample(max(round(length / step), _FEWEST)) for length in lengths.tolist()]
+        counts = np.array([len(share) for share in shares], np.int64)
         counts = counts[np.cumsum(counts - 2) <= _MOST_ROWS]
-        ends, lengths = ends[: len(counts)], lengths[: len(counts)]
-        shares = [np.linspace(0, 1, count)[:, None] for count in counts]
-        at = [a + (b - a) * share for (a, b), share in zip(ends, shares, strict=True)]
-        bases = [scipy.linalg.null_space(np.hstack([np.ones_like(share), share]).T).T for share in shares]
-        owner = np.repeat(np.arange(len(counts)), counts - 2)
-        cell = float(np.sqrt(grid.cell[0] * grid.cell[1]))
+        shares, cells = shares[: len(counts)], lengths / np.sqrt(grid.cell[0] * grid.cell[1])
+        at = [a + (b - a) * share[:, None] for (a, b), share in zip(ends, shares, strict=False)]
+        bases = [_bends_of(share, length) for share, length in zip(shares, cells.tolist(), strict=False)]
         return cls(
             np.concatenate([np.empty((0, 2)), *at]),
             sparse.csr_array(sparse.block_diag(bases)) if bases else sparse.csr_array((0, 0)),
-            owner,
-            (2 * cell * (counts - 1) / (weight**2 * lengths))[owner],
+            np.repeat(np.arange(len(counts)), counts - 2),
+            np.full(int((counts - 2).sum()), 2 / weight**2),
             np.cumsum(counts) - counts,
             np.cumsum(counts) - 1,
-            ends,
+            ends[: len(counts)],
         )
 
     def read(self, grid: Grid, z: Complexes) -> Complexes:
@@ -99,6 +103,20 @@ class Rods:
     def bends(self, there: Complexes, normals: Complexes) -> Floats:
         """Return Re n̄ M C z (k,) for samples `there` (m,)."""
         return np.asarray((np.conj(normals) * (self.M @ there)).real)
+
+
+def _sample(steps: int) -> Floats:
+    """Return where the samples of a line with so many steps lie, 0 to 1."""
+    near = np.array(_NEAR_ENDS) / steps
+    return np.sort(np.concatenate([np.linspace(0, 1, steps + 1), near, 1 - near]))
+
+
+def _bends_of(share: Floats, cells: float) -> Floats:
+    """Return M (s - 2, s) of a line so many `cells` long with samples at `share` (s,) of it."""
+    middles = np.concatenate([[0.0], (share[1:] + share[:-1]) / 2, [1.0]])
+    root = np.sqrt(cells * np.diff(middles))[:, None]
+    kept = scipy.linalg.null_space(np.hstack([root, root * share[:, None]]).T)
+    return np.asarray((kept * root).T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +136,17 @@ class Slides:
         if slides:
             return self
         return Slides(self.fields[:, :0], self.cost[:0, :0], self.at_points[:, :0], self.at_rows[:, :0])
+
+
+def slides_with(rods: Rods, mapping: FeatureMapping, stay: Points) -> list[tuple[complex, Floats]]:
+    """Return along what, and by which shapes (R, C), a held frame slides with rods, but not points that `stay` (n, 2).
+
+    They are flat where lines end: from a kink of the frame the field that follows it falls off at once.
+    """
+    grid, index = mapping.grid, mapping.index.copy()
+    nodes, weights = grid.weights_at(stay)
+    index.ravel()[nodes[weights > LEAST_WEIGHT]] = 0
+    return [(along, u**2 * (3 - 2 * u)) for along, u in slides_of(grid, index, rods.ends.reshape(-1, 2))]
 
 
 @dataclass(frozen=True, eq=False)

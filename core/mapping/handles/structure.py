@@ -4,15 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Floats, Ints, Points
+from core.arrays import Bools, Floats, Ints
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import HeldPoints
-from core.mapping.features.straight_lines import slides_of
 from core.mapping.handles.free_plate import FreePlate
 from core.mapping.handles.plate import HandleField, Plate
 from core.mapping.handles.poses import Hold, find_holds, find_owners, sample_rim
 from core.mapping.handles.probes import LEAST_WEIGHT, Probes
-from core.mapping.handles.rods import Rods
+from core.mapping.handles.rods import Rods, slides_with
 from core.mapping.handles.straight_frame import sides_cut
 from core.mapping.jacobians import Complexes, as_complex, as_positions
 
@@ -151,24 +150,11 @@ def prepare(
             *of_plate.spread(mapping.grid),
             spare=whole,
             rods=rods,
-            slides=_slides(mapping, probes.at[at_frame], rods) if frame_is_held else (),
+            slides=slides_with(rods, mapping, probes.at[at_frame]) if frame_is_held else (),
             known=before,
         ),
         (pins & (owners < 0))[rows],
     )
-
-
-def _slides(mapping: FeatureMapping, at_frame: Points, rods: Rods) -> list[tuple[complex, Floats]]:
-    """Return along what, and by which shapes (R, C), a held frame slides with lines that end on it.
-
-    Where handles are on it, at `at_frame` (n, 2), and where features are, it stays.
-    """
-    if not len(rods):
-        return []
-    stays = mapping.index.copy()
-    nodes, weights = mapping.grid.weights_at(at_frame)
-    stays.ravel()[nodes[weights > LEAST_WEIGHT]] = 0
-    return slides_of(mapping.grid, stays, rods.ends.reshape(-1, 2))
 
 
 def _thin_out(rows: Ints, pins: Bools, mapping: FeatureMapping) -> Ints:
