@@ -127,7 +127,7 @@ def list_features(window: WindowDriver) -> None:
     merge(editor, "Name feature", frozenset({1}), name="Red balloon")
     window.wait(4)
     merge(editor, "Name feature", frozenset({256}), name="Green balloon")
-    window.wait(4).context.mouse_move("//Features/feature 2/##row")
+    window.wait(4).context.mouse_move("//Features/**/feature 2/##row")
     window.wait(5)
 
 

@@ -120,7 +120,7 @@ class Workspace:
         right, down = imgui.Dir.right, imgui.Dir.down
         docking.docking_splits = [
             hello_imgui.DockingSplit("MainDockSpace", SIDE, right, 0.235),
-            hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.27),
+            hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.42),
             hello_imgui.DockingSplit("MainDockSpace", BELOW, down, 0.25),
         ]
         panels = (

@@ -6,6 +6,7 @@ from core.arrays import Points, readonly
 from core.document.document import Document
 from core.imaging.image import Image
 from core.imaging.proxy import scale_for
+from core.mapping.features.limits import FREE, Limits
 from core.mapping.features.straight_lines import Lines
 from core.rasters.raster import Raster
 from core.selection.features import MARKED
@@ -33,21 +34,24 @@ class PictureLines:
             self._found = found = image, readonly(find_lines(image))
         lines = found[1]
         long = are_long(lines, image.size_px)
-        chosen = [lines[long]] if of_all else []
+        chosen = [(lines[long], FREE)] if of_all else []
         if mask is not None and numbers is not None:
             step = max(1, int(1 / scale_for(image, LOOKED_PX)))
             own = np.where(mask.array[::step, ::step] > MARKED, numbers.array[::step, ::step], 0)
-            others = lines[~long] if of_all else lines
-            chosen += [long_lines_within(others, own == number, image.size_px) for number in of_features]
-        ends = np.concatenate(chosen)
-        return Lines(readonly(ends[np.argsort(-lengths_of(ends), kind="stable")]))
+            for number, limit in of_features:
+                others = lines[~long] if of_all and limit == FREE else lines
+                chosen.append((long_lines_within(others, own == number, image.size_px), limit))
+        ends, limits = np.concatenate([part for part, _ in chosen]), [limit for part, limit in chosen for _ in part]
+        order = np.argsort(-lengths_of(ends), kind="stable")
+        return Lines(readonly(ends[order]), tuple(limits[i] for i in order))
 
 
-def asked_lines(document: Document) -> tuple[bool, tuple[int, ...], Raster | None, Raster | None]:
+def asked_lines(document: Document) -> tuple[bool, tuple[tuple[int, Limits], ...], Raster | None, Raster | None]:
     """Return all that the choice of lines of a picture depends on.
 
-    That is whether long ones of all of it stay straight, of which features, and the mask and its numbers for these.
+    That is whether long ones of all of it stay straight, of which features, within which limits, and the mask and its
+    numbers for these.
     """
-    of_features = tuple(feature.number for feature in document.said if feature.keeps_lines)
+    of_features = tuple((f.number, f.limits(rigid=False)) for f in document.said if f.keeps_lines)
     masks = (document.mask, document.numbers) if of_features else (None, None)
     return document.warp.straight, of_features, *masks

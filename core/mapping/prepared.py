@@ -143,7 +143,7 @@ class Prepared:
     @cached_property
     def _rods(self) -> Rods:
         lines, grid = self._options.lines, self.mapping.grid
-        return Rods.none(grid) if lines is None else Rods.of(grid, lines.ends, self._options.weight)
+        return Rods.none(grid) if lines is None else Rods.of(grid, lines, self._options.weight)
 
     @cached_property
     def _glide(self) -> FrameGlide:

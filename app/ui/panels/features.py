@@ -1,5 +1,7 @@
 """The panel of features: a row for each, with its colour, picture and name; below it what refines the mask."""
 
+from collections.abc import Sequence
+
 from imgui_bundle import ImVec2, imgui
 
 from app.actions.selecting import REFINED, set_selecting
@@ -16,7 +18,8 @@ from app.ui.widgets.theme import color, em
 from core.rasters.raster import Box
 
 ROW_EM, PICTURE_EM, MOST_NAME = 2.2, 2.6, 80
-MOST_ROWS = 200
+LEAST_ROWS, MOST_ROWS = 2.5, 200
+"""Rows that are in sight at least: half a one tells that there are more."""
 
 
 class FeaturesPanel:
@@ -30,6 +33,8 @@ class FeaturesPanel:
         self._naming: int | None = None
         """The feature whose name is being typed."""
         self._focuses = False
+        self._below_list = 0.0
+        """How high the settings of what is chosen were in the last frame, in screen pixels."""
 
     def draw(self) -> None:
         """Draw colour and strength of the mask, the list, and what can be done with it."""
@@ -39,20 +44,33 @@ class FeaturesPanel:
         if not editor.session.features <= there:
             editor.show(features=editor.session.features & there)
         self._draw_part()
-        lit = None
-        for row in rows[:MOST_ROWS]:
-            if self._draw_row(row):
-                lit = row.id
-        if len(rows) > MOST_ROWS:
-            faint(f"… and {len(rows) - MOST_ROWS} more")
-        if not rows:
+        if rows:
+            self._draw_list(rows)
+        else:
             faint("No features yet. Paint one (B), select one (R), or take them from the picture's transparency.")
-        if lit != editor.session.lit:
-            editor.show(lit=lit)
-        self._draw_deeds()
+            editor.show(lit=None)
+        top = imgui.get_cursor_pos_y()
         self._keeping.draw([row.said for row in rows if row.id in editor.session.features])
+        self._below_list = imgui.get_cursor_pos_y() - top
+        self._draw_deeds()
         self._draw_refining()
         self._draw_look()
+
+    def _draw_list(self, rows: Sequence[Listed]) -> None:
+        """Draw the list, which scrolls where the settings of what is chosen in it would not be in sight below it."""
+        editor, row_height = self._editor, em(ROW_EM) + imgui.get_style().item_spacing.y
+        room = imgui.get_content_region_avail().y - self._below_list - row_height / 2
+        height = min((len(rows) + (len(rows) > MOST_ROWS)) * row_height, max(room, LEAST_ROWS * row_height))
+        lit = None
+        if imgui.begin_child("list", ImVec2(0, height)):
+            for row in rows[:MOST_ROWS]:
+                if self._draw_row(row):
+                    lit = row.id
+            if len(rows) > MOST_ROWS:
+                faint(f"… and {len(rows) - MOST_ROWS} more")
+        imgui.end_child()
+        if lit != editor.session.lit:
+            editor.show(lit=lit)
 
     def _draw_part(self) -> None:
         """Draw which feature is painted next."""
@@ -96,7 +114,8 @@ class FeaturesPanel:
         imgui.same_line(0, em(0.1))
         if icon_button("remove", "xmark", quiet=True, hint="Take it out of the mask", size_em=1.7):
             remove(editor, frozenset({row.id}))
-        imgui.set_cursor_screen_pos(end)
+        imgui.set_cursor_screen_pos(ImVec2(end.x, end.y - imgui.get_style().item_spacing.y))
+        imgui.dummy(ImVec2(0, 0))
         imgui.pop_id()
         return hovered
 

@@ -39,6 +39,14 @@ def fault(text: str) -> None:
 
 
 @contextmanager
+def disabled(now: bool) -> Iterator[None]:
+    """Grey out what is drawn inside, where that is so `now`."""
+    imgui.begin_disabled(now)
+    yield
+    imgui.end_disabled()
+
+
+@contextmanager
 def at_least(*texts: str) -> Iterator[None]:
     """Give the block the height of the highest of `texts`, so that what follows stays in its place.
 

@@ -12,10 +12,12 @@ one for each row of M, which follow from the bends b without them by a small sys
 
     (Re n̄ n' P + 1 / (w_F ℓ)) f = -b,      P = M C K_ff⁻¹ Cᵀ Mᵀ.
 
-So the factor of the grid stays as it is. Where the frame may glide, it does so with lines that end on it: each end has
-an unknown move q along its side, which fades to the next one, or to the corner. With U what it moves of the frame, d
-its direction, F = M (C U - C K_ff⁻¹ K U) what that does to the rows, S = Uᵀ K U - (K U)ᵀ K_ff⁻¹ (K U) what it costs,
-and G = Re n̄ d F, the system gains G S⁻¹ Gᵀ, and q = S⁻¹ Gᵀ f.
+So the factor of the grid stays as it is. What single lines may do is said by limits (`line_rows`).
+
+Where the frame may glide, it does so with lines that end on it: each end has an unknown move q along its side, which
+fades to the next one, or to the corner. With U what it moves of the frame, d its direction, F = M (C U - C K_ff⁻¹ K U)
+what that does to the rows, S = Uᵀ K U - (K U)ᵀ K_ff⁻¹ (K U) what it costs, and G = Re n̄ d F, the system gains
+G S⁻¹ Gᵀ, and q = S⁻¹ Gᵀ f.
 """
 
 from dataclasses import dataclass, replace
@@ -30,6 +32,8 @@ from core.linalg.blas import one_thread
 from core.linalg.grid_solver import HalfSolved
 from core.linalg.laplacian import edge_weights, laplacian
 from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.limits import FREE, Limits
+from core.mapping.features.line_rows import LineRows, along_lines, bends_of, fixed_directions
 from core.mapping.features.pose import HeldPoints, Solution
 from core.mapping.features.reduced_system import as_one, as_two
 from core.mapping.jacobians import Complexes
@@ -49,12 +53,19 @@ class Lines:
     """Straight lines of a picture by their ends (n, 2, 2), in pixels, the longest first; alike where these are."""
 
     ends: Points
+    limits: tuple[Limits, ...] = ()
+    """What each may do; none where all are free to turn and stretch."""
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Lines) and np.array_equal(self.ends, other.ends)
+        return isinstance(other, Lines) and np.array_equal(self.ends, other.ends) and self.limits == other.limits
 
     def __hash__(self) -> int:
         return hash(self.ends.tobytes())
+
+    @property
+    def limits_of_each(self) -> tuple[Limits, ...]:
+        """The limits (n)."""
+        return self.limits or (FREE,) * len(self.ends)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,15 +100,18 @@ class LineSolver:
         samples = [_sample(count, round(2 * step / min(grid.cell))) for count in counts]
         at = np.concatenate([a + (b - a) * u[..., None] for (a, b), (u, _) in zip(lines.ends, samples, strict=False)])
         means = [(u * share).sum(axis=1, keepdims=True) for u, share in samples]
-        bases = [scipy.linalg.null_space(np.hstack([np.ones_like(u), u]).T).T for u in means]
-        M = scipy.sparse.csr_array(scipy.sparse.block_diag(bases))
+        limits = lines.limits_of_each[: self.count]
+        bases = [bends_of(np.ones_like(u), u, limit) for u, limit in zip(means, limits, strict=True)]
+        self._rows = LineRows.of(limits, means, lengths, np.array([len(base) for base in bases]))
+        along = scipy.sparse.block_diag([(u - u.mean()).T / np.linalg.norm(u - u.mean()) for u in means], format="csr")
+        M = scipy.sparse.csr_array(scipy.sparse.vstack([scipy.sparse.block_diag(bases), along[self._rows.bounded]]))
         self._points = mapping.hold_points(at, M, np.concatenate([share for _, share in samples]))
         with one_thread():
             self._give = (self._points.half.T @ self._points.half) @ M.T
         self._P = np.asarray(M @ self._give)
-        self._owner = np.repeat(np.arange(self.count), counts - 2)
         cell = float(np.sqrt(grid.cell[0] * grid.cell[1]))
-        self._softness = (cell * (counts - 1) / (weight * lengths[: self.count]))[self._owner]
+        self._softness = (cell * (counts - 1) / (weight * lengths[: self.count]))[self._rows.owner]
+        self._fixed = fixed_directions(lines.ends, limits)
         self._ends = np.cumsum(counts) - counts, np.cumsum(counts) - 1
         self._glide = _Glide.of(mapping, lines.ends[: self.count].reshape(-1, 2), self._points)
 
@@ -110,18 +124,19 @@ class LineSolver:
             return None
         points, glide = self._points, self._glide if glides else self._glide.none()
         there = (found.z.ravel()[points.nodes] * points.weights).sum(axis=1)
-        bends = points.M @ there
-        forces, moves = np.zeros(len(bends), np.complex128), np.zeros(len(glide.along), np.complex128)
+        read = points.M @ there
+        forces, moves = np.zeros(len(read), np.complex128), np.zeros(len(glide.along), np.complex128)
         with one_thread():
             for _ in range(_ROUNDS):
                 now = there + self._give @ forces + glide.at_points @ moves
-                chords = now[self._ends[1]] - now[self._ends[0]]
-                normals = (1j * chords / np.maximum(np.abs(chords), np.finfo(float).tiny))[self._owner]
-                system = self._P * (np.conj(normals)[:, None] * normals).real + np.diag(self._softness)
-                G = (np.conj(normals)[:, None] * glide.along).real * glide.rows
+                u = self._rows.directions(along_lines(now[self._ends[1]] - now[self._ends[0]], self._fixed))
+                excess = self._rows.excess((np.conj(u) * read).real)
+                on = np.flatnonzero(self._rows.bends | (excess != 0))
+                system = self._P[np.ix_(on, on)] * (np.conj(u[on])[:, None] * u[on]).real + np.diag(self._softness[on])
+                G = (np.conj(u[on])[:, None] * glide.along).real * glide.rows[on]
                 given = np.linalg.solve(glide.stiffness, G.T)
-                pulls = np.linalg.solve(system + G @ given, -(np.conj(normals) * bends).real)
-                forces, moves = normals * pulls, glide.along * (given @ pulls)
+                pulls = np.linalg.solve(system + G @ given, -excess[on])
+                forces[:], forces[on], moves = 0, u[on] * pulls, glide.along * (given @ pulls)
         load = np.zeros(found.z.size, np.complex128)
         np.add.at(load, points.nodes, points.weights * np.asarray(points.M.T @ forces)[:, None])
         shape = found.z.shape

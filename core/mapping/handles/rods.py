@@ -31,7 +31,9 @@ from scipy import sparse
 from core.arrays import Floats, Ints, Points
 from core.grid import Grid
 from core.mapping.features.feature_mapping import FeatureMapping
-from core.mapping.features.straight_lines import slides_of
+from core.mapping.features.limits import Limits
+from core.mapping.features.line_rows import along_lines, bends_of, fixed_directions
+from core.mapping.features.straight_lines import Lines, slides_of
 from core.mapping.handles.probes import LEAST_WEIGHT
 from core.mapping.jacobians import Complexes
 
@@ -60,35 +62,41 @@ class Rods:
     """The samples at the ends of each line."""
     ends: Points
     """Of the lines (n, 2, 2)."""
+    fixed: Complexes
+    """The directions (n,) of those that stay upright, 0 for the others."""
 
     @classmethod
     def none(cls, grid: Grid) -> "Rods":
         """Return that there are none."""
-        return cls.of(grid, np.empty((0, 2, 2)), 1.0)
+        return cls.of(grid, Lines(np.empty((0, 2, 2))), 1.0)
 
     def __len__(self) -> int:
         """Return how many rows M has."""
         return len(self.softness)
 
     @classmethod
-    def of(cls, grid: Grid, ends: Points, weight: float) -> "Rods":
-        """Return those of lines with these `ends` (n, 2, 2), the longest first."""
+    def of(cls, grid: Grid, lines: Lines, weight: float) -> "Rods":
+        """Return those of lines; one that is protected by p has the weight of such a feature, w_F to the power p."""
+        ends = lines.ends
         step = _STEP * float(np.hypot(grid.width_px, grid.height_px))
         lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         shares = [_sample(max(round(length / step), _FEWEST)) for length in lengths.tolist()]
-        counts = np.array([len(share) for share in shares], np.int64)
-        counts = counts[np.cumsum(counts - 2) <= _MOST_ROWS]
-        shares, cells = shares[: len(counts)], lengths / np.sqrt(grid.cell[0] * grid.cell[1])
-        at = [a + (b - a) * share[:, None] for (a, b), share in zip(ends, shares, strict=False)]
-        bases = [_bends_of(share, length) for share, length in zip(shares, cells.tolist(), strict=False)]
+        rows = np.array([len(share) - 1 - lim.turns for share, lim in zip(shares, lines.limits_of_each, strict=True)])
+        limits = lines.limits_of_each[: int((np.cumsum(rows) <= _MOST_ROWS).sum())]
+        shares, rows, ends = shares[: len(limits)], rows[: len(limits)].astype(np.int64), ends[: len(limits)]
+        cells = (lengths / np.sqrt(grid.cell[0] * grid.cell[1])).tolist()
+        at = [a + (b - a) * share[:, None] for (a, b), share in zip(ends, shares, strict=True)]
+        bases = [_weigh(share, length, limit) for share, length, limit in zip(shares, cells, limits, strict=False)]
+        owner, counts = np.repeat(np.arange(len(rows)), rows), np.array([len(share) for share in shares], np.int64)
         return cls(
             np.concatenate([np.empty((0, 2)), *at]),
             sparse.csr_array(sparse.block_diag(bases)) if bases else sparse.csr_array((0, 0)),
-            np.repeat(np.arange(len(counts)), counts - 2),
-            np.full(int((counts - 2).sum()), 2 / weight**2),
+            owner,
+            2 / weight ** (2 * np.array([limit.weight for limit in limits])[owner]),
             np.cumsum(counts) - counts,
             np.cumsum(counts) - 1,
-            ends[: len(counts)],
+            ends,
+            fixed_directions(ends, limits),
         )
 
     def read(self, grid: Grid, z: Complexes) -> Complexes:
@@ -97,8 +105,7 @@ class Rods:
 
     def normals(self, there: Complexes) -> Complexes:
         """Return the normal of the line of each row (k,) with samples `there` (m,)."""
-        chords = there[self.last] - there[self.first]
-        return np.asarray((1j * chords / np.maximum(np.abs(chords), np.finfo(float).tiny))[self.owner])
+        return 1j * along_lines(there[self.last] - there[self.first], self.fixed)[self.owner]
 
     def bends(self, there: Complexes, normals: Complexes) -> Floats:
         """Return Re n̄ M C z (k,) for samples `there` (m,)."""
@@ -111,12 +118,11 @@ def _sample(steps: int) -> Floats:
     return np.sort(np.concatenate([np.linspace(0, 1, steps + 1), near, 1 - near]))
 
 
-def _bends_of(share: Floats, cells: float) -> Floats:
-    """Return M (s - 2, s) of a line so many `cells` long with samples at `share` (s,) of it."""
+def _weigh(share: Floats, cells: float, limits: Limits) -> Floats:
+    """Return M (k, s) of a line so many `cells` long with samples at `share` (s,) of it."""
     middles = np.concatenate([[0.0], (share[1:] + share[:-1]) / 2, [1.0]])
     root = np.sqrt(cells * np.diff(middles))[:, None]
-    kept = scipy.linalg.null_space(np.hstack([root, root * share[:, None]]).T)
-    return np.asarray((kept * root).T)
+    return bends_of(root, root * share[:, None], limits) * root.T
 
 
 @dataclass(frozen=True, eq=False)

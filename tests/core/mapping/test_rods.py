@@ -116,7 +116,7 @@ def test_where_w_bends_the_frame_only_inner_lines_move() -> None:
 def test_the_plate_with_rods_is_at_its_least_energy() -> None:
     """Forces on points and rods balance: no motion that points allow lowers plate and bends together."""
     rng = np.random.default_rng(0)
-    rods = Rods.of(GRID, INSIDE, 3.0)
+    rods = Rods.of(GRID, Lines(INSIDE), 3.0)
     points = np.array([[90.0, 50.0], [160.0, 120.0]])
     field = HandleField(GRID, make_plate(GRID, "held"), points, rods=rods)
     turned = field.still(Base.of(GRID, as_complex(GRID.nodes)), slides=True)
@@ -151,8 +151,8 @@ def test_motions_of_bodies_leave_no_force_on_them() -> None:
     n, k, u = 6, 4, 2
     full = rng.normal(size=(n + k, n + k))
     S = full @ full.T + np.eye(n + k)
-    rods = Rods.of(GRID, INSIDE, 10.0)
-    rods = Rods(rods.at, rods.M, rods.owner[:k], rods.softness[:k], rods.first, rods.last, rods.ends)
+    rods = Rods.of(GRID, Lines(INSIDE), 10.0)
+    rods = Rods(rods.at, rods.M, rods.owner[:k], rods.softness[:k], rods.first, rods.last, rods.ends, rods.fixed)
     inverse = np.linalg.inv(S[:n, :n])
     system = RodSystem(rods, inverse, S[:n, n:], S[n:, n:])
     Q = rng.normal(size=(n, u)) + 1j * rng.normal(size=(n, u))

@@ -9,6 +9,7 @@ import pytest
 from core.arrays import Bytes, Floats, Points
 from core.grid import Grid, find_features
 from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.limits import FREE, Limits
 from core.mapping.features.straight_lines import Lines, LineSolver, _sample
 from core.mapping.handles.handles import Handles
 from core.mapping.jacobians import Complexes, as_complex
@@ -200,3 +201,42 @@ def test_while_painting_lines_are_drawn_at_as_before_and_nothing_is_prepared(mon
     assert np.abs(stroke.warped - rest).max() < 0.4 * np.abs(bare - rest).max()
     assert warper.is_ready(stroke.marked, options)
     assert not warper.is_ready(stroke.marked, MappingOptions(lines=Lines(ENDS[:2])))
+
+
+NONE = np.zeros(SIZE[::-1], np.uint8)
+
+
+def kept_by(limits: Limits, plain: Points) -> Points:
+    """Return where nodes are when lines have these limits and nothing else is kept."""
+    return warped(plain, Lines(ENDS, (limits,) * len(ENDS)), NONE).warped
+
+
+def chords(z: Points) -> Complexes:
+    return as_complex(places(z, ENDS[:, 1]) - places(z, ENDS[:, 0]))
+
+
+def test_the_less_a_line_is_protected_the_more_it_bends() -> None:
+    plain = WARPS["twist"]
+    by = [bends(kept_by(Limits(weight=weight), plain)).max() for weight in (1e-6, 0.25, 0.5, 0.75, 1.0)]
+    assert by[0] == pytest.approx(bends(plain).max(), rel=1e-3)
+    assert by == sorted(by, reverse=True)
+    assert by[2] == pytest.approx((by[0] + by[4]) / 2, rel=0.2)
+
+
+def test_upright_lines_keep_their_angle() -> None:
+    plain = make_warp("rise", *SIZE, bend=30)(GRID.nodes)
+    before = np.angle(as_complex(ENDS[:, 1] - ENDS[:, 0]))
+    free, upright = (chords(kept_by(limits, plain)) for limits in (FREE, Limits(turns=False)))
+    tilted, kept = (np.abs(np.angle(found * np.exp(-1j * before))) for found in (free, upright))
+    assert tilted.max() > 0.05
+    assert kept.max() < 0.4 * tilted.max()
+
+
+@pytest.mark.parametrize(("plain", "limits"), [("narrow", Limits(least=0.85)), ("wide", Limits(most=1.2))])
+def test_lengths_of_lines_come_nearer_to_their_bounds_and_those_within_stay(plain: str, limits: Limits) -> None:
+    lengths = np.abs(as_complex(ENDS[:, 1] - ENDS[:, 0]))
+    before, after = (np.abs(chords(kept_by(limit, WARPS[plain]))) / lengths for limit in (FREE, limits))
+    bound = limits.least or limits.most
+    assert np.abs(after - bound)[2] < 0.6 * np.abs(before - bound)[2]
+    assert after[1] == pytest.approx(before[1], abs=0.03)
+    assert np.array_equal(kept_by(Limits(least=0.1, most=9.0), WARPS[plain]), kept_by(FREE, WARPS[plain]))

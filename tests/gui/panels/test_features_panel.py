@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from imgui_bundle import hello_imgui, imgui
+from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from app.editor.editor import Editor
 from app.marking.feature_list import feature_list, rows_of
@@ -60,7 +60,7 @@ def test_rows_light_up_are_named_merged_given_up_and_removed(editor: Editor, tmp
     def script(window: WindowDriver) -> None:
         show_list(window)
         assert ids(editor) == [1, 2, 3]
-        window.context.mouse_move("//Features/feature 2/##row")
+        window.context.mouse_move("//Features/**/feature 2/##row")
         window.wait(3)
         assert editor.session.lit == 2
         pixels = window.screenshot(tmp_path / "lit.png")
@@ -69,25 +69,25 @@ def test_rows_light_up_are_named_merged_given_up_and_removed(editor: Editor, tmp
         accent = np.array([theme.ACCENT >> 16 & 255, theme.ACCENT >> 8 & 255, theme.ACCENT & 255])
         assert np.abs(edge.astype(int) - accent).max(axis=2).min() < 40
 
-        window.context.item_double_click("//Features/feature 1/##row")
+        window.context.item_double_click("//Features/**/feature 1/##row")
         window.wait(3).context.key_chars_replace_enter("Left bar")
         window.wait(3)
         assert editor.document.features == (Feature(1, "Left bar"),)
         assert ids(editor) == [1, 256, 257]
 
-        window.item("//Features/feature 256/##row").wait(1)
+        window.item("//Features/**/feature 256/##row").wait(1)
         window.context.key_down(int(imgui.Key.mod_shift))
-        window.item("//Features/feature 1/##row").wait(1)
+        window.item("//Features/**/feature 1/##row").wait(1)
         window.context.key_up(int(imgui.Key.mod_shift))
         window.item("//Features/Make one feature").wait(3)
         assert ids(editor) == [1, 256]
         assert [row.name for row in rows_of(editor)] == ["Left bar", "Area 1"]
 
-        window.item("//Features/feature 256/###keep").wait(3)
+        window.item("//Features/**/feature 256/###keep").wait(3)
         assert ids(editor) == [1, 2]
         assert editor.document.given_up == {2}
         window.screenshot(tmp_path / "list.png")
-        window.item("//Features/feature 2/###remove").wait(3)
+        window.item("//Features/**/feature 2/###remove").wait(3)
         assert ids(editor) == [1]
         assert not editor.document.mask.array[:, 400:].any()
 
@@ -175,12 +175,12 @@ def test_chosen_features_are_kept_each_in_its_way(editor: Editor, tmp_path: Path
     def script(window: WindowDriver) -> None:
         show_list(window)
         window.item("//Warp/**/Arch").wait(3)
-        window.item("//Features/feature 2/##row").wait(2).item("//Features/Rigid##keep one").wait(2)
+        window.item("//Features/**/feature 2/##row").wait(2).item("//Features/Rigid##keep one").wait(2)
         assert editor.document.features == (Feature(1, keep="rigid"),)
         window.item("//Features/Upright").wait(2)
-        window.item("//Features/feature 257/##row").wait(2)
+        window.item("//Features/**/feature 257/##row").wait(2)
         window.context.item_input_value("//Features/Size to/##number", 80.0)
-        window.item("//Features/feature 256/##row").wait(2)
+        window.item("//Features/**/feature 256/##row").wait(2)
         window.context.item_input_value("//Features/Protection/##number", 50.0)
         window.wait(2).wait_until(lambda: editor.live.is_settled)
         window.screenshot(tmp_path / "keeping.png")
@@ -204,6 +204,31 @@ def test_chosen_features_are_kept_each_in_its_way(editor: Editor, tmp_path: Path
     assert load_project(tmp_path / "kept.weft").features == editor.document.features
 
 
+@pytest.mark.parametrize("size", [(1280, 900), (1600, 1000)])
+def test_the_settings_of_a_chosen_feature_are_in_sight_at_once(
+    editor: Editor, size: tuple[int, int], tmp_path: Path
+) -> None:
+    sides = [(30 + 60 * n, 60 + 60 * n) for n in range(9)]
+    editor.edit("Nine", editor.document.changed(mask=blocks(*sides)))
+
+    def script(window: WindowDriver) -> None:
+        show_list(window)
+        window.item("//Features/**/feature 2/##row").wait(3)
+        window.screenshot(tmp_path / "chosen.png")
+        panel = imgui.internal.find_window_by_name("Features")
+        assert panel.scroll.y == 0
+        for name in ("Lines##keep one", "Upright", "Protection/##number", "Size from/##number", "Size to/##number"):
+            rect = window.context.item_info(f"//Features/{name}").rect_full
+            assert panel.inner_rect.min.y <= rect.min.y
+            assert rect.max.y <= panel.inner_rect.max.y, name
+        window.context.mouse_move("//Features/**/feature 1/##row")
+        window.context.mouse_wheel(ImVec2(0, -30))
+        window.wait(3).item("//Features/**/feature 9/##row").wait(3)
+        assert editor.session.features == {9}
+
+    drive(editor, script, size=size)
+
+
 def test_of_a_feature_only_its_straight_lines_are_kept(editor: Editor, tmp_path: Path) -> None:
     pixels = np.full((*SIZE[::-1], 3), 190, np.uint8)
     pixels[180:220, 20:580] = 40
@@ -225,16 +250,21 @@ def test_of_a_feature_only_its_straight_lines_are_kept(editor: Editor, tmp_path:
     def script(window: WindowDriver) -> None:
         show_list(window)
         window.item("//Warp/**/Arch").wait(3)
-        window.item("//Features/feature 1/##row").wait(2).item("//Features/feature 1/###keep")
+        window.item("//Features/**/feature 1/##row").wait(2).item("//Features/**/feature 1/###keep")
         measure(window)
-        window.item("//Features/feature 1/###keep").wait(2).item("//Features/Lines##keep one")
+        window.item("//Features/**/feature 1/###keep").wait(2).item("//Features/Lines##keep one")
         measure(window)
         window.screenshot(tmp_path / "lines.png")
         assert owners_in(editor) == {0, 1}
+        window.context.item_input_value("//Features/Protection/##number", 50.0)
+        measure(window)
+        window.item("//Features/Upright").wait(2).context.item_input_value("//Features/Size to/##number", 120.0)
+        measure(window)
 
     drive(editor, script)
     assert found[1] < 0.3 * found[0]
-    assert editor.document.features == (Feature(1, keep="lines"),)
+    assert 1.5 * found[1] < found[2] < 0.8 * found[0]
+    assert editor.document.features == (Feature(1, keep="lines", weight=0.5, upright=True, most=1.2),)
     save_project(editor.document, tmp_path / "kept.weft")
     assert load_project(tmp_path / "kept.weft").features == editor.document.features
 

@@ -146,7 +146,7 @@ def test_in_a_square_one_feature_stays_rigid_and_the_other_similar(editor: Edito
         settle(window)
         hello_imgui.get_runner_params().docking_params.focus_dockable_window("Features")
         left = min(rows_of(editor), key=lambda row: row.box[0])
-        window.wait(4).item(f"//Features/feature {left.id}/##row").wait(2).item("//Features/Rigid##keep one")
+        window.wait(4).item(f"//Features/**/feature {left.id}/##row").wait(2).item("//Features/Rigid##keep one")
         settle(window)
         window.screenshot(tmp_path / "kept.png")
         files.append(export(window, tmp_path / "square.png"))
