@@ -1,6 +1,7 @@
 """The one table of actions, which feeds menus, toolbar, keys, palette and tests."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from app.actions import Action, ActionGroup, chord_of
 from app.actions.edit import EDIT, HELP
@@ -18,6 +19,7 @@ from app.actions.warp import MASK, WARP
 from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.model.events import Key
+from app.model.pointer_keys import assigned, word
 
 _TOOLS = ActionGroup("tool", "Tools")
 
@@ -39,7 +41,8 @@ class ActionTable:
 
     def set_keys(self, preset: str, own: Keys = ()) -> None:
         """Give the actions the chords of a preset, and then the artist's own."""
-        self.actions[:] = with_keys(self._plain, preset, own)
+        chords = assigned(preset, own)
+        self.actions[:] = [_worded(action, chords) for action in with_keys(self._plain, preset, own)]
         self.by_name.clear()
         self.by_name.update((action.name, action) for action in self.actions)
         self._by_chord.clear()
@@ -79,6 +82,12 @@ class ActionTable:
             return False
         action.release(editor)
         return True
+
+
+def _worded(action: Action, chords: Mapping[str, str]) -> Action:
+    """Return an action whose tooltip names the modifiers that are to be held, where it takes a tool."""
+    group, _, tool = action.name.partition(".")
+    return replace(action, tooltip=word(action.tooltip, tool, chords)) if group == _TOOLS.name else action
 
 
 def _tool(tool: Tool) -> Action:

@@ -5,11 +5,13 @@ Events come in; the tool in hand, or the gesture that it began, gets them.
 
 from collections.abc import Callable, Generator, Mapping
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from app.editor.tool import Tool
-from app.model.events import Event, Finish, Key, KeyUp, Move, Press, Release, Wheel
+from app.model.events import Event, Finish, Key, KeyUp, Modifiers, Move, Press, Release, Wheel
 from app.model.gestures import Running
+from app.model.pointer_keys import PAN, translate
 from app.model.spaces import zoom_at
 
 if TYPE_CHECKING:
@@ -89,12 +91,19 @@ class Interaction:
                 return True
             case Key():
                 return self._key(event)
-            case KeyUp(name="space"):
-                self._spring = None
-                return True
+            case KeyUp():
+                return self._let_go(event)
         return False
 
+    def _let_go(self, key: KeyUp) -> bool:
+        springs = self._spring is not None and key.name == self._editor.preferences.pointer_keys[PAN].lower()
+        if springs:
+            self._spring = None
+        return springs
+
     def _press(self, press: Press) -> bool:
+        in_hand = self._gesture_tool if self._gesture else self.tool.name
+        press = replace(press, mods=translate(press.mods, in_hand, self._editor.preferences.pointer_keys))
         if press.button == "left":
             self._editor.animation.let_go()
         if press.button == "middle":
@@ -117,7 +126,8 @@ class Interaction:
         if self._navigation:
             self._navigation.send(event)
         elif self._gesture:
-            self._gesture.send(event)
+            mods = translate(event.mods, self._gesture_tool, self._editor.preferences.pointer_keys)
+            self._gesture.send(replace(event, mods=mods))
         else:
             self._editor.show(hover=self.tool.hover(self._editor, event.pos))
         return True
@@ -125,7 +135,7 @@ class Interaction:
     def _key(self, key: Key) -> bool:
         if key.name == "escape" and self.cancel():
             return True
-        if key.name == "space" and not (key.mods.ctrl or key.mods.alt or key.mods.shift):
+        if key.name == self._editor.preferences.pointer_keys[PAN].lower() and key.mods == Modifiers():
             self._spring = "hand"
             return True
         if self._gesture and key.name in GESTURE_KEYS and not key.mods.ctrl:

@@ -1,12 +1,14 @@
 """What the artist prefers from run to run, kept in the user's settings folder."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
 import platformdirs
 
+from app.model.pointer_keys import assigned
 from app.state.state_files import read_state
 from core.files.atomic import write_text
 from core.files.faults import make_folder
@@ -48,6 +50,11 @@ class Preferences:
     """Whose keys are used."""
     keys: tuple[tuple[str, str], ...] = ()
     """Keys that the artist has set: names of actions and their chords."""
+
+    @property
+    def pointer_keys(self) -> Mapping[str, str]:
+        """What is held for what the pointer does, by the names of `app.model.pointer_keys`."""
+        return assigned(self.key_preset, self.keys)
 
     @property
     def undo_bytes(self) -> int:

@@ -5,6 +5,7 @@ from imgui_bundle import imgui
 from app.actions.selecting import set_selecting
 from app.editor.editor import Editor
 from app.editor.tool import Tool
+from app.model.pointer_keys import word
 from app.tools.brush import resize
 from app.ui.widgets.controls import icon_button
 from app.ui.widgets.overflow import BarPart
@@ -22,7 +23,7 @@ def group_part(editor: Editor, tool: Tool, chord: str) -> BarPart:
     on = editor.tool.name == tool.name
 
     def draw() -> None:
-        hint = f"{tool.label}\n{tool.hint}"
+        hint = f"{tool.label}\n{word(tool.hint, tool.name, editor.preferences.pointer_keys)}"
         if icon_button(f"in bar {tool.label}", tool.icon, on=on, quiet=True, hint=hint, key=chord, size_em=SIDE_EM):
             editor.choose_tool(tool.name)
 

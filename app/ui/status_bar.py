@@ -9,6 +9,7 @@ from app.editor.editor import Editor
 from app.marking.feature_list import feature_list, rows_of
 from app.model.events import Position
 from app.model.jobs import Ticket
+from app.model.pointer_keys import word
 from app.model.spaces import View, canvas_from_screen
 from app.ui.widgets import theme
 from app.ui.widgets.controls import Hinted, colors, icon_button, shorten, tip
@@ -65,7 +66,8 @@ class StatusBar:
         if self._hinted:
             return self._hinted
         under = "" if editor.is_busy else self._feature
-        return " · ".join(text for text in (under, tool.moment(editor) or tool.hint) if text)
+        does = word(tool.moment(editor) or tool.hint, tool.name, editor.preferences.pointer_keys)
+        return " · ".join(text for text in (under, does) if text)
 
     def _draw_hint(self, room: float) -> None:
         """Say what the tool does, in `room` screen pixels."""

@@ -5,6 +5,7 @@ from imgui_bundle import imgui
 from app.actions.table import ActionTable
 from app.editor.editor import Editor
 from app.editor.tool import Tool
+from app.model.pointer_keys import word
 from app.ui.widgets.controls import icon_button
 from app.ui.widgets.overflow import BUTTON_EM, BarPart, count_fitting, draw_menu, draw_parts, extent
 from app.ui.widgets.theme import em, icon
@@ -37,7 +38,7 @@ def _part(editor: Editor, tool: Tool, chord: str, side_em: float) -> BarPart:
     on = editor.tool.name == tool.name
 
     def draw() -> None:
-        hint = f"{tool.label}\n{tool.hint}"
+        hint = f"{tool.label}\n{word(tool.hint, tool.name, editor.preferences.pointer_keys)}"
         if icon_button(tool.label, tool.icon, on=on, hint=hint, key=chord, size_em=side_em):
             editor.choose_tool(tool.name)
 

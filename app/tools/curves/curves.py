@@ -293,5 +293,5 @@ FEATURE_CURVE_TOOL = curve_tool(
     icon="bezier-curve",
     key="c",
     modes=frozenset(("retexture",)),
-    hint="Click and drag to draw, Enter ends · drag the blue target · S edits the source · Alt+click a thin edge",
+    hint="Click and drag to draw, Enter ends · drag the blue target · S edits the source · Alt-click a thin edge",
 )

@@ -9,7 +9,8 @@ from app.actions import Action, chord_of
 from app.actions.keys import LABELS, with_own
 from app.actions.table import ActionTable
 from app.editor.editor import Editor
-from app.model.events import Key
+from app.model.events import Key, Modifiers
+from app.model.pointer_keys import PAN, POINTER_KEYS, PREFIX, chord_of_modifiers, with_own_pointer
 from app.ui.canvas.input import KEYS, modifiers
 from app.ui.dialogs.modal import within, within_height
 from app.ui.widgets import theme
@@ -25,7 +26,6 @@ MOST_COLUMNS, COLUMN_EM, KEY_EM = 3, 22.0, 7.5
 HEIGHT_EM, AROUND_EM = 60.0, 12.0
 """Height of the list, and of what stands around it."""
 POINTER: tuple[Row, ...] = (
-    ("Space-drag", "Move the view; middle button too", ""),
     ("Wheel", "Zoom at the pointer", ""),
     ("Esc", "Cancel what is being dragged", ""),
     ("Enter", "End the curve or outline that is being drawn", ""),
@@ -37,8 +37,15 @@ BRUSH: tuple[Row, ...] = (
     ("[ ]", "Smaller, larger", ""),
     ("Shift+[ ]", "Softer, harder", ""),
     ("X", "Paint or erase", ""),
-    ("Shift-click", "A straight line from the last stroke", ""),
 )
+POINTER_GROUPS = {
+    "select": "Selecting, held",
+    "brush": "Brush, held",
+    "points": "Points, held",
+    "zoom": "Magnifier, held",
+    "texture": "Texture, held",
+}
+"""What stands over the modifiers of each group of tools."""
 
 
 class KeysSheet:
@@ -48,7 +55,9 @@ class KeysSheet:
         self._editor = editor
         self._table = table
         self._asked = ""
-        """Name of the action whose key is to be pressed."""
+        """Name of the action, or of what the pointer does, whose key is to be pressed."""
+        self._held = Modifiers()
+        """The modifiers that were held since then."""
 
     @property
     def is_asking(self) -> bool:
@@ -84,31 +93,71 @@ class KeysSheet:
         if chosen is not None:
             self._editor.prefer(preferences.changed(key_preset=chosen, keys=()))
         if self._asked:
-            name = self._table.by_name[self._asked].label
-            faint(f"Press the key for “{name}”; Backspace takes its key away, Esc leaves it.")
+            what = "Press and let go" if self._takes_modifiers else "Press"
+            name = self._meanings()[self._asked]
+            faint(f"{what} the key for “{name}”; Backspace takes its key away, Esc leaves it.")
         else:
             faint("Press a key in the list to set another one.")
 
+    @property
+    def _takes_modifiers(self) -> bool:
+        """Whether modifiers are asked for, and not a key."""
+        return self._asked.startswith(PREFIX) and self._asked != PAN
+
+    def _meanings(self) -> dict[str, str]:
+        """Return what each key is for, by the names of actions and of what the pointer does."""
+        of_pointer = {key.name: key.meaning for key in POINTER_KEYS} | {PAN: "Move the view"}
+        return of_pointer | {name: action.label for name, action in self._table.by_name.items()}
+
     def _take_key(self) -> None:
-        """Give the action that is asked for the key that is pressed; Escape leaves it, Backspace takes its key."""
+        """Give what is asked for the key that is pressed; Escape leaves it, Backspace takes its key.
+
+        Modifiers are taken when they are let go.
+        """
         pressed = next((name for code, name in KEYS.items() if imgui.is_key_pressed(code, False)), None)
-        if not self._asked or pressed is None:
+        if not self._asked:
             return
-        asked, self._asked = self._asked, ""
-        if pressed != "escape":
-            chord = "" if pressed == "backspace" else chord_of(Key(pressed, modifiers()))
-            preferences = self._editor.preferences
-            self._editor.prefer(preferences.changed(keys=with_own(preferences.keys, asked, chord)))
+        now = modifiers()
+        if self._takes_modifiers and pressed not in ("escape", "backspace"):
+            held = self._held
+            self._held = Modifiers(held.shift or now.shift, held.ctrl or now.ctrl, held.alt or now.alt)
+            if now == Modifiers() and held != now:
+                self._give(chord_of_modifiers(held))
+        elif pressed == "escape":
+            self._asked = ""
+        elif pressed is not None:
+            self._give("" if pressed == "backspace" else chord_of(Key(pressed, now)))
+
+    def _give(self, chord: str) -> None:
+        """Give what is asked for a key; empty for none."""
+        preferences, modified = self._editor.preferences, self._takes_modifiers
+        asked, self._asked, self._held = self._asked, "", Modifiers()
+        if modified:
+            keys = with_own_pointer(preferences.keys, preferences.key_preset, asked, chord)
+        else:
+            keys = with_own(preferences.keys, asked, chord)
+        self._editor.prefer(preferences.changed(keys=keys))
 
     def _groups(self) -> list[Group]:
         """Return the keys: those of the pointer, then menu by menu, then the tools'."""
-        groups: list[Group] = [("Pointer", POINTER), ("Brush", BRUSH)]
+        groups: list[Group] = self._pointer_groups()
         actions = self._table.actions
         for menu in dict.fromkeys(action.menu for action in actions):
             rows = [_row(action) for action in actions if action.menu == menu and action.chord]
             if rows and menu != "Tools":
                 groups.append((menu.replace("/", " › "), rows))
         return groups + self._tool_groups()
+
+    def _pointer_groups(self) -> list[Group]:
+        """Return what the pointer does, and what is held for it with which tools."""
+        chords = self._editor.preferences.pointer_keys
+        pan = (f"{chords[PAN]}-drag" if chords[PAN] else "", "Move the view; middle button too", PAN)
+        groups: list[Group] = [("Pointer", (pan, *POINTER)), ("Brush", BRUSH)]
+        for group, title in POINTER_GROUPS.items():
+            of_group = [key for key in POINTER_KEYS if key.group == PREFIX + group]
+            rows = [(chords[k.name] and chords[k.name] + k.how, k.meaning, k.name) for k in of_group]
+            groups.append((title, rows))
+        return groups
 
     def _tool_groups(self) -> list[Group]:
         """Return the keys of tools: those of one mode only, mode by mode, and those of all."""
@@ -129,7 +178,7 @@ class KeysSheet:
                     if imgui.selectable(
                         shown, asked, imgui.SelectableFlags_.no_auto_close_popups, ImVec2(em(KEY_EM - 0.5), 0)
                     )[0]:
-                        self._asked = name
+                        self._asked, self._held = name, Modifiers()
                     tip("Press to set another key")
                 else:
                     imgui.text(key)
