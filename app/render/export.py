@@ -11,7 +11,7 @@ import numpy as np
 
 from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
-from app.render.passes.picture_pass import LEAST_STRETCH, PicturePass
+from app.render.passes.picture_pass import LEAST_STRETCH, PicturePass, draw_at_once
 from app.render.programs import programs_of
 from app.render.source_footprint import Read
 from app.render.sources.source import DEFAULT_LIMITS, Box, Source, TextureLimits
@@ -249,7 +249,7 @@ class TileTarget:
         assert self._mesh is not None
         self._picture.clear()
         for box, read in reads:
-            self._picture.draw(self._mesh, self._source_of(read), box, origin=tile[:2], read=read)
+            draw_at_once(self._picture.drawing(self._mesh, self._source_of(read), box, origin=tile[:2], read=read))
         self._pixels.clear()  # drivers begin with what is queued when the target changes
 
     def _load(self, reads: list[tuple[Box, Read]]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from app.model.orbit import Orbit
 from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
-from app.render.passes.picture_pass import PicturePass
+from app.render.passes.picture_pass import PicturePass, draw_at_once
 from app.render.programs import programs_of, set_uniforms
 from app.render.sources.source import Source
 from app.render.sources.sources import Sources
@@ -145,7 +145,7 @@ class SurfaceView:
         mesh = MeshBuffers(self._context, laid.rest.shape[:2])
         mesh.place(laid.rest, (laid.moved + 0.5) * (np.array(size) / laid.canvas_px) - 0.5)
         self._picture.clear()
-        self._picture.draw(mesh, source, (0, 0, *size), draft=most_px == DRAFT_PX)
+        draw_at_once(self._picture.drawing(mesh, source, (0, 0, *size), draft=most_px == DRAFT_PX))
         mesh.release()
         light = self._picture.light.texture
         light.build_mipmaps()

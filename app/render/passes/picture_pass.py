@@ -31,6 +31,12 @@ STRIP_PIXELS = 1 << 14
 """Where the picture is shrunk, the filter may take a microsecond a pixel."""
 
 
+def draw_at_once(pieces: Iterator[None]) -> None:
+    """Draw all pieces of what is drawn with stops."""
+    for _ in pieces:
+        pass
+
+
 class PicturePass:
     """A target of `size`, (w, h), and the passes that draw into it.
 
@@ -58,24 +64,6 @@ class PicturePass:
         if self.cells is not None:
             self.cells.clear()
 
-    def draw(
-        self,
-        mesh: MeshBuffers,
-        source: Source,
-        box: Box,
-        *,
-        origin: tuple[int, int] = (0, 0),
-        draft: bool = False,
-        read: Read | None = None,
-    ) -> None:
-        """Draw the output pixels of `box`, which nothing was drawn in since `clear`.
-
-        `origin` is the output pixel that is the target's first. A `draft` is less sharp. `read` is what the mesh
-        says that this reads, where that is known.
-        """
-        for _ in self.drawing(mesh, source, box, origin=origin, draft=draft, read=read, in_pieces=False):
-            pass
-
     def drawing(
         self,
         mesh: MeshBuffers,
@@ -85,11 +73,13 @@ class PicturePass:
         origin: tuple[int, int] = (0, 0),
         draft: bool = False,
         read: Read | None = None,
-        in_pieces: bool = True,
+        in_pieces: bool = False,
     ) -> Iterator[None]:
-        """Draw as `draw` does, in pieces of a few milliseconds at most, with a stop after each.
+        """Draw the output pixels of `box`, which nothing was drawn in since `clear`, with a stop after each piece.
 
-        If not `in_pieces`, then in as few as can be.
+        `origin` is the output pixel that is the target's first. A `draft` is less sharp. `read` is what the mesh
+        says that this reads, where that is known. `in_pieces`, each takes a few milliseconds at most; else there are
+        as few as can be, for `draw_at_once`.
         """
         box = mesh.bounds_in(box)
         blocks = mesh.blocks_in(box)

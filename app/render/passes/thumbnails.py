@@ -7,7 +7,7 @@ import numpy as np
 
 from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
-from app.render.passes.picture_pass import PicturePass
+from app.render.passes.picture_pass import PicturePass, draw_at_once
 from app.render.programs import programs_of
 from app.render.sources.source import Source
 from core.arrays import Bytes, Points
@@ -26,7 +26,7 @@ def draw_thumbnails(
     for warped in warps:
         mesh.place(rest, _fit_curve(warped, size))
         target.clear()
-        target.draw(mesh, source, (0, 0, *size), draft=True)
+        draw_at_once(target.drawing(mesh, source, (0, 0, *size), draft=True))
         with pixels.drawing():
             target.light.texture.use(0)
             programs_of(context).fullscreen("encode.frag", tile=0, linear=False)
