@@ -10,11 +10,14 @@ import numpy as np
 from core.arrays import Bools, Floats, Points
 from core.imaging.image import Image
 from core.imaging.proxy import proxy, scale_for
+from core.selection.collinear import join_collinear
 
 LOOKED_PX = 320_000
 """Pictures are looked at with about so many pixels."""
 _LONG, _BORDER = 0.1, 0.01
 """Shares of the picture's diagonal: what is long, and how near to a side of the frame a line is the frame's."""
+_OFF_TEXELS = 1.0
+"""Pixels of the picture as it is looked at by which ends that are found are off: pieces of a line lie so near to it."""
 _BESIDE = _SHORTEST = 0.02
 """Such shares, too: a line that ends so near to the frame goes on to it, and none in a feature is shorter."""
 
@@ -26,7 +29,10 @@ def find_lines(image: Image) -> Points:
     if found is None:
         return np.empty((0, 2, 2))
     size = np.array(image.size_px, np.float64)
-    lines = _reaching_the_frame((np.reshape(found, (-1, 2, 2)) + 0.5) * (size / looked.shape[1::-1]) - 0.5, size)
+    lines = (np.reshape(found, (-1, 2, 2)) + 0.5) * (size / looked.shape[1::-1]) - 0.5
+    texel = float(np.max(size / looked.shape[1::-1]))
+    lines = join_collinear(lines, _OFF_TEXELS * texel, _SHORTEST * float(np.hypot(*size)))
+    lines = _reaching_the_frame(lines, size)
     border = _BORDER * float(np.hypot(*size))
     beside = np.all(lines < border, axis=1) | np.all(lines > size - 1 - border, axis=1)
     lines = np.clip(lines[~np.any(beside, axis=1)], -0.5, size - 0.5)
