@@ -14,7 +14,7 @@ from core.mapping.features.pose import Solution
 from core.mapping.features.soft_features import SoftFeatures
 from core.mapping.features.straight_lines import LineSolver, Pull
 from core.mapping.handles.curved_frame import Cut, cuts_of, fit_cuts
-from core.mapping.handles.frame_glide import FrameGlide
+from core.mapping.handles.frame_glide import FrameGlide, glide_beside
 from core.mapping.handles.plate import Frame, Plate, make_plate
 from core.mapping.handles.probes import Probes
 from core.mapping.handles.rods import Rods
@@ -85,9 +85,15 @@ class Prepared:
         self._structure = None
 
     def sketch(self, found: Solution, plain: Points, pull: Pull | None) -> Solution:
-        """Return what `refine` does, with lines drawn at as they were under the mask before: nothing is prepared."""
+        """Return what `refine` does, with lines drawn at as they were under the mask before: nothing is prepared.
+
+        Where features have come onto the frame since then, what glides beside them fades towards them.
+        """
         found = self._soften(found, plain)
-        return found if pull is None else pull.apply(self.mapping, found)
+        if pull is None:
+            return found
+        beside = glide_beside(np.zeros_like(pull.glide), pull.glide, self.mapping.index)
+        return replace(pull, glide=beside).apply(self.mapping, found)
 
     def refine(self, found: Solution, plain: Points) -> tuple[Solution, Pull | None]:
         """Return the answer for W at the nodes (R, C, 2) with soft features, and lines straight beside features.

@@ -203,6 +203,20 @@ def test_while_painting_lines_are_drawn_at_as_before_and_nothing_is_prepared(mon
     assert not warper.is_ready(stroke.marked, MappingOptions(lines=Lines(ENDS[:2])))
 
 
+@pytest.mark.parametrize("place", [(14, 64), (6, 40)])
+def test_what_is_painted_onto_a_gliding_frame_beside_a_line_leaves_no_step_there(place: tuple[int, int]) -> None:
+    plain, options, painted = WARPS["narrow"], MappingOptions(lines=Lines(ACROSS)), mask()
+    warper = Warper(GRID)
+    for reach in (0, 6, 10, 14):
+        if reach:
+            cv2.circle(painted, place, reach, 255, -1)
+        warper.use(find_features(GRID, painted), options)
+        sketch = warper.frame(plain).warped
+        side = sketch[:, 0, 1]
+        assert np.diff(side).min() > 0
+        assert np.abs(np.diff(side, 2)).max() < 4
+
+
 NONE = np.zeros(SIZE[::-1], np.uint8)
 
 
