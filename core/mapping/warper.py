@@ -149,7 +149,7 @@ class Warper:
         mask, (probes, asked) = self._mask_of_handles(), handles.probes(self.grid)
         structure = mask.hold(probes, handles.are_pins(probes.at), self._options.frame)
         if self._last.handles is None or self._last.handles.structure is not structure:
-            self._last.handles = HandleSolver(structure)
+            self._last.handles = HandleSolver(structure, self._last.handles)
         with one_thread():
             return self._last.handles.solve(reference, asked, rounds=rounds)
 

@@ -50,14 +50,17 @@ class Moved:
 
 
 class HandleSolver:
-    """Answers handles at the places of one structure, each time from the last answer on."""
+    """Answers handles at the places of one structure, each time from the last answer on.
 
-    def __init__(self, structure: Structure) -> None:
+    `before` has answered those of another structure: how far the picture was turned is known from there.
+    """
+
+    def __init__(self, structure: Structure, before: "HandleSolver | None" = None) -> None:
         self.structure = structure
         self._secants = Secants()
-        self._base: Base | None = None
+        self._base: Base | None = None if before is None else before._base
         """The picture that was moved last,"""
-        self._D: Complexes | None = None
+        self._D: Complexes | None = None if before is None else before._D
         """and its last displacement."""
 
     def solve(self, reference: Solution, asked: Complexes, *, rounds: int) -> Moved:
