@@ -25,7 +25,7 @@ from app.tools.points.grips import (
 from app.tools.points.selection import Selection
 from core.arrays import Points
 from core.document.document import Document, Pin, Place, places_from_pixels
-from core.mapping.result import MISSED_PX
+from core.mapping.tolerances import SEEN_PX
 
 PIN_PX = 5.0
 
@@ -203,7 +203,7 @@ def measure_miss_px(editor: Editor, number: int) -> float:
     """Return how far a pin, or its ring, is from where it was dragged, in pixels of the canvas; 0 where it holds."""
     reports = editor.map.pins
     error = reports[number].worst_px if len(reports) == len(editor.document.pins) else 0.0
-    return error if error > MISSED_PX else 0.0
+    return error if error > SEEN_PX else 0.0
 
 
 def _misses(editor: Editor, targets: Points) -> Iterator[Shape]:

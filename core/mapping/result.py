@@ -18,9 +18,7 @@ from core.mapping.handles.probes import Probes
 from core.mapping.handles.straight_frame import distance_to_line
 from core.mapping.jacobians import Complexes, as_complex, as_positions
 from core.mapping.options import MappingOptions
-
-MISSED_PX = 0.1
-"""A pin that is no further from its point holds it."""
+from core.mapping.tolerances import SEEN_PX
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +185,7 @@ class Warped:
     @cached_property
     def missed_pins(self) -> list[PinReport]:
         """The pins that are not where they are to be, or not turned or scaled as their rings ask for."""
-        return [pin for pin in self.pin_reports if pin.worst_px > MISSED_PX]
+        return [pin for pin in self.pin_reports if pin.worst_px > SEEN_PX]
 
     def complaints(self) -> list[str]:
         """Return a line for each thing that could not be had."""

@@ -30,9 +30,8 @@ from core.arrays import Bools, Floats, Ints
 from core.linalg.grid_solver import GridSolver, HalfSolved
 from core.mapping.features.columns import Field
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import TIE
 
-_TIE = 1e-7
-"""Weight of a tie of feature nodes to W; it decides only where no free node does."""
 _ROUNDS = 50
 
 
@@ -57,7 +56,7 @@ class ReducedSystem:
         for i, field in enumerate(fields):
             for j, other in enumerate(fields):
                 if i == j or field.meets(other):
-                    self._G[i::n, j::n] = field.with_other(other, _TIE)
+                    self._G[i::n, j::n] = field.with_other(other, TIE)
             self._G[i, i] += field.stiffness
         self._reduced: _Reduced | None = None
 
@@ -87,7 +86,7 @@ class ReducedSystem:
         y = self._factor.forward_again(as_two(np.where(self._free, load, 0).ravel()))
         if moving.size:
             reduced = self.prepare(moving)
-            g = np.array([self.fields[i].weighed(r, z0, w, _TIE) for i in moving]).T.ravel() - (self._G @ c)[chosen]
+            g = np.array([self.fields[i].weighed(r, z0, w, TIE) for i in moving]).T.ravel() - (self._G @ c)[chosen]
             g += _gather(as_one(reduced.half.T @ y), len(moving))
             c[chosen] = _minimise(reduced.S, g, scales, turns)
         return c, y

@@ -21,16 +21,14 @@ import scipy
 from core.arrays import Floats, Ints
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.similarity import Body
+from core.mapping.handles.frame_glide import LEAST_GAP
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import ROUNDING
 
-_ROOM = 0.1
-"""Share of its area in the picture that a corner beside a cut feature keeps at least."""
 LEAST = 0.5
 """Share of its size that a feature is to keep; where it would have to be smaller, the frame gives way beside it."""
-_ROUNDS, _EXACT = 5, 1e-6
-"""Times that a turn, which is linear for small angles only, is taken anew, and share of the room that is rounding."""
-_NONE = 1e-6
-"""Distance from 0 of a combination of constraints below which they contradict one another."""
+_ROUNDS = 5
+"""Times that a turn, which is linear for small angles only, is taken anew."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +53,7 @@ class Cut:
         found, place = alpha, t
         for _ in range(_ROUNDS):
             lacks, q = self._lacks(w, found, place)
-            if not found or (lacks <= _EXACT * self.room).all():
+            if not found or (lacks <= ROUNDING * self.room).all():
                 return found, place
             change = self._change(q, lacks)
             if change is None:
@@ -103,7 +101,7 @@ def cuts_of(mapping: FeatureMapping) -> list[Cut]:
         body = mapping.bodies[i]
         middle = rest[body.nodes].mean()
         area = (np.conj(rest[b] - rest[a]) * (rest[o] - rest[a])).imag
-        found.append(Cut(int(i), body, rest[a] - middle, rest[b] - middle, o, _ROOM * area))
+        found.append(Cut(int(i), body, rest[a] - middle, rest[b] - middle, o, LEAST_GAP * area))
     return found
 
 
@@ -121,4 +119,5 @@ def _shortest(G: Floats, h: Floats) -> Floats | None:
     far = float((h / unit).max())
     E, f = np.vstack([G.T, h / far]) / unit, np.append(np.zeros(G.shape[1]), 1.0)
     u, distance = scipy.optimize.nnls(E, f)
-    return None if distance < _NONE else np.asarray(far * (E @ u - f)[:-1] / distance**2)
+    # Where a combination of the constraints is at 0, they contradict one another.
+    return None if distance < ROUNDING else np.asarray(far * (E @ u - f)[:-1] / distance**2)

@@ -16,11 +16,10 @@ from core.grid import Grid
 from core.linalg.blas import one_thread
 from core.linalg.factor import Factor
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import TIE
 
 SMOOTH_NODES = 2500
 """Nodes of a grid on which smooth things are worked out, about: an answer takes some tenths of a millisecond."""
-_RIDGE = 1e-7
-"""Makes A definite; similarities, which it would hold back, are added to d outside."""
 
 
 class FreePlate:
@@ -39,7 +38,8 @@ class FreePlate:
         cell = self._coarse.cell_aspect
         rounded = smoothness * float(np.hypot(*self._coarse.shape))
         A = _opposite_part(self._coarse, cell) + rounded**2 * _bending(self._coarse, cell)
-        self._factor = Factor(A + _RIDGE * sparse.eye_array(self._coarse.size))
+        # The tie makes A definite; similarities, which it would hold back, are added to d outside.
+        self._factor = Factor(A + TIE * sparse.eye_array(self._coarse.size))
 
     def hold(self, points: Points, known: "FreeForces | None" = None) -> "FreeForces":
         """Return how it answers forces at the points (n, 2); what is `known` of some of them is not worked out anew."""

@@ -16,10 +16,10 @@ from core.grid import Grid
 from core.mapping.handles.plate import ROUNDED
 from core.mapping.handles.probes import Probes
 from core.mapping.jacobians import Complexes, as_complex
+from core.mapping.tolerances import SEEN_PX
 
 _SPACING = 1.5
 """Samples of a curve lie so many cells apart: closer ones would say the same twice."""
-_SAME_SPOT_PX = 0.1
 _RING = ROUNDED / 4
 """Radius of a ring as a share of the picture's diagonal."""
 
@@ -83,7 +83,7 @@ class Handles:
         """
         at, to = self._points(grid)
         ringed = self.pins_at[self._ringed]
-        same = np.hypot(*(ringed[:, None] - ringed).T) <= _SAME_SPOT_PX
+        same = np.hypot(*(ringed[:, None] - ringed).T) <= SEEN_PX
         first = np.flatnonzero(same.argmax(axis=0) == np.arange(len(same))) if len(same) else self._ringed
         f = (same[first] @ self._f) / same[first].sum(axis=1)
         radius = ring_radius(grid) * np.append(np.zeros(len(at)), np.ones(len(f)))
@@ -113,7 +113,7 @@ def ring_radius(grid: Grid) -> float:
 def _agree(at: Points, to: Points) -> Points:
     """Return the targets (k, 2) of pins, those of pins on one spot in the middle of theirs."""
     agreed = to.copy()
-    pairs = scipy.spatial.cKDTree(at).query_pairs(_SAME_SPOT_PX) if len(at) else set()
+    pairs = scipy.spatial.cKDTree(at).query_pairs(SEEN_PX) if len(at) else set()
     for i in {i for pair in pairs for i in pair}:
         near = [i, *(j for pair in pairs if i in pair for j in pair if j != i)]
         agreed[i] = at[i] + (to[near] - at[near]).mean(axis=0)
@@ -124,7 +124,7 @@ def _apart(at: Points, pins: int, distance: float) -> Ints:
     """Return which points to keep: every spot's first pin, and curve samples that are not too close to one before."""
     keep = np.ones(len(at), bool)
     for i, j in sorted(scipy.spatial.cKDTree(at).query_pairs(distance)) if len(at) else []:
-        same = np.hypot(*(at[i] - at[j])) <= _SAME_SPOT_PX
+        same = np.hypot(*(at[i] - at[j])) <= SEEN_PX
         if keep[i] and (j >= pins or same):
             keep[j] = False
     return np.flatnonzero(keep)

@@ -16,10 +16,8 @@ from core.mapping.features.limits import Limits
 from core.mapping.features.similarity import Body
 from core.mapping.handles.probes import RING, Probes
 from core.mapping.jacobians import Complexes, as_complex
-from core.mapping.tolerances import ROUNDING
+from core.mapping.tolerances import LEAST_SHARE, ROUNDING
 
-_MOSTLY = 0.25
-"""A point is a feature's when nodes of it have this share of the point's bilinear weight."""
 _ONE_PLACE_PX = 0.5
 """Points of a feature closer than this say where it is, but not how it is turned."""
 _SMALLEST = 0.05
@@ -37,7 +35,7 @@ def find_owners(index: Ints, grid: Grid, at: Points) -> Ints:
     share[bodies < 0] = 0
     best = share.argmax(axis=1)
     found = np.take_along_axis(bodies, best[:, None], axis=1)[:, 0]
-    return np.where(share.max(axis=1, initial=0) >= _MOSTLY, found, -1)
+    return np.where(share.max(axis=1, initial=0) >= LEAST_SHARE, found, -1)
 
 
 @dataclass(frozen=True)

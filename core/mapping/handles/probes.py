@@ -20,8 +20,6 @@ from core.mapping.jacobians import Complexes, as_complex, as_positions
 
 RING = 4
 """Points of a ring."""
-LEAST_WEIGHT = 1e-6
-"""A smaller weight of nodes in what is read of them is none."""
 
 
 @dataclass(frozen=True, eq=False)

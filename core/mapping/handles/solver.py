@@ -23,17 +23,14 @@ from core.mapping.handles.secants import Secants
 from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
 from core.mapping.handles.structure import Poses, Structure
 from core.mapping.jacobians import Complexes, as_complex
+from core.mapping.tolerances import MET_PX, SEEN_PX
 
-_IDLE_PX = 1e-6
-"""A handle that is no further from its point has not been moved."""
 _POSE_STEPS = 2
 """Newton steps by which bodies are placed, in every round."""
 _ROUNDS_PER_TURN = 4
 """So many rounds to each time that the local rotation is taken anew; fewer take that of the last answer."""
 _WORSE = 4.0
 """Rounds end when they miss so many times as much as the best one."""
-_CLOSE_PX, _LIVE_CLOSE_PX = 1e-4, 0.05
-"""What the plate alone misses by less need not be asked for, at rest and while something moves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,12 +81,12 @@ class HandleSolver:
             if rounds < _ROUNDS_PER_TURN:
                 break
             again = s.field.turn(self._base, found.D, sides, slides=is_straight)
-            if again.differs_px(turned) < _CLOSE_PX:
+            if again.differs_px(turned) < MET_PX:
                 break
             turned = again
         last = self._D
         self._D = found.D
-        moves = last is None or np.abs(found.D - last).max() > _LIVE_CLOSE_PX
+        moves = last is None or np.abs(found.D - last).max() > SEEN_PX / 2
         z = reference.z + mapping.hold(found.approach, s.held)
         if len(found.alpha):
             mapping.put_bodies(z, found.alpha, found.t)
@@ -109,7 +106,7 @@ class HandleSolver:
         self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, turned: Turned, rounds: int
     ) -> "_Found":
         """Return the displacement of the background for which the plate alone holds handles, as nearly as it comes."""
-        close_px = _CLOSE_PX if rounds >= _ROUNDS_PER_TURN else _LIVE_CLOSE_PX
+        close_px = MET_PX if rounds >= _ROUNDS_PER_TURN else SEEN_PX / 2
         pins = s.rows[s.alone]
         asked = goal.copy()
         asked[pins] += self._secants.offset
@@ -138,7 +135,7 @@ class HandleSolver:
         there = s.probes.read(s.mapping.grid, reference.z)
         to = asked if s.field.is_free else _inside(asked, reference.z)
         goal = np.where(s.probes.are_rings, (asked - 1) * there, to - there)
-        goal[np.abs(goal) < _IDLE_PX] = 0
+        goal[np.abs(goal) < MET_PX] = 0
         return np.asarray(goal)
 
     def _displace(self, s: Structure, reference: Solution, poses: Poses, asked: Complexes, turned: Turned) -> Complexes:

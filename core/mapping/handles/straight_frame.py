@@ -16,15 +16,13 @@ from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import Body
 from core.mapping.handles.constraints import Constraints
-from core.mapping.handles.frame_glide import glide_beside
+from core.mapping.handles.frame_glide import LEAST_GAP, glide_beside
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.tolerances import ROUNDING
 
 LEFT, TOP, RIGHT, BOTTOM = range(4)
 _AT_ONCE = 256
 """Points whose distances from a line are worked out together."""
-_LEAST_GAP = 0.1
-"""Share of their distance under W that frame nodes beside a cut feature keep at least."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +137,7 @@ class _Axis:
         """What is left free at least, before and behind the body, in output pixels."""
         before = self.middle + self.arms.min() - self.rest_first
         behind = self.rest_last - self.middle - self.arms.max()
-        return _LEAST_GAP * self.stretch * float(before), _LEAST_GAP * self.stretch * float(behind)
+        return LEAST_GAP * self.stretch * float(before), LEAST_GAP * self.stretch * float(behind)
 
     @property
     def most(self) -> float:
@@ -181,7 +179,7 @@ def make_room(
         places = part(w.ravel()[line])
         arms = [[part(bodies[i].arms[bodies[i].nodes == line[k]][0]) for k in pair] for i, *pair in ends]
         reach = np.array(arms) * np.abs(alpha[order])[:, None]
-        gap = _LEAST_GAP * np.diff(places[np.stack([np.append(0, last), np.append(first, len(line) - 1)])], axis=0)[0]
+        gap = LEAST_GAP * np.diff(places[np.stack([np.append(0, last), np.append(first, len(line) - 1)])], axis=0)[0]
         room = places[-1] - places[0] - gap.sum()
         length = (reach[:, 1] - reach[:, 0]).sum()
         if length > room and not fixed.any() and all(freedom_of(cut[i])[0] for i in order):

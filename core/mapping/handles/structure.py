@@ -5,24 +5,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints
-from core.mapping.features.feature_mapping import FeatureMapping
+from core.mapping.features.feature_mapping import JOINT_AT_MOST, FeatureMapping
 from core.mapping.features.pose import HeldPoints
 from core.mapping.handles.free_plate import FreePlate
 from core.mapping.handles.plate import HandleField, Plate
 from core.mapping.handles.poses import Hold, find_holds, find_owners, sample_rim
-from core.mapping.handles.probes import LEAST_WEIGHT, Probes
+from core.mapping.handles.probes import Probes
 from core.mapping.handles.rods import Rods, slides_with
 from core.mapping.handles.straight_frame import sides_cut
 from core.mapping.jacobians import Complexes, as_complex, as_positions
+from core.mapping.tolerances import LEAST_SHARE, ROUNDING
 
 _MOST_NUMBERS = 4_000_000
 """Numbers in the responses of the points that free nodes hold, beside those of pins."""
-_SAMPLED, _FEW = 32, 12
-"""Features, the largest, that are rigid for the plate, and so many of which have many samples."""
+_FEW = 12
+"""So many features have many samples."""
 _MANY_BLOCKS, _FEW_BLOCKS = 5.7, 2.3
 """Blocks along a feature's diameter: some twenty samples on its rim, or some six."""
-_HOLDS = 0.25
-"""Share of its weight that a point of the background needs on free nodes: on the frame nothing can be held."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,9 +112,9 @@ def prepare(
     nodes, weights = probes.on(mapping.grid)
     weights = np.abs(weights)
     share = np.where(mapping.free.ravel()[nodes], weights, 0).sum(axis=1) / weights.sum(axis=1)
-    idle = (owners < 0) & (share < _HOLDS) & (frame_is_held | rings)
+    idle = (owners < 0) & (share < LEAST_SHARE) & (frame_is_held | rings)
     outside, at_frame = np.flatnonzero((owners < 0) & ~idle), np.flatnonzero(idle & ~rings)
-    sampled = [i for i in range(len(bodies)) if i < _SAMPLED or i in holds or cut[i].any()]
+    sampled = [i for i in range(len(bodies)) if i < JOINT_AT_MOST or i in holds or cut[i].any()]
     blocks = _MANY_BLOCKS if len(sampled) <= _FEW else _FEW_BLOCKS
     samples, points, end = [], [], len(outside)
     for i in sampled:
@@ -124,7 +123,7 @@ def prepare(
         points.append(as_positions(arms + rest.ravel()[bodies[i].nodes].mean()))
         end += len(arms)
     columns = _number_motions(samples, holds, cut, [body.limits.turns for body in bodies])
-    rows = np.where(owners < 0, share >= _HOLDS, (share > LEAST_WEIGHT) & ~rings)
+    rows = np.where(owners < 0, share >= LEAST_SHARE, (share > ROUNDING) & ~rings)
     rows = _thin_out(np.flatnonzero(rows), pins, mapping)
     held = mapping.hold_points(*probes[rows].spread(mapping.grid))
     rim = Probes.of_points(np.concatenate([np.empty((0, 2)), *points]))

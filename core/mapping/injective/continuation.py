@@ -7,15 +7,14 @@ import numpy as np
 
 from core.mapping.injective.newton import take_step
 from core.mapping.injective.problem import Problem
-from core.mapping.injective.windows import MET
+from core.mapping.tolerances import MET_PX
 from core.progress import Job, Progress
 
 HEAVY, HEAVIEST, ROOMY, LIGHT = 100.0, 1e5, 2.0, 0.1
 """μ while folds are cleared, at first and at most; where it has to leave room for a finer grid; and in the end."""
 FALL, GENTLE_FALL = 0.2, 0.7
-"""Fall of μ a step, and where handles or the outline are drawn to their places on the way."""
-_PRESS, _SLIP = 3.0, 30.0
-"""Rise of μ, and fall of friction before that, where folds do not become shallower."""
+"""Fall of μ and of friction a step, and of μ where handles or the outline are drawn to their places on the way. Where
+folds do not become shallower, μ rises by as much."""
 _LAG, _SINK, _BLUNT, _SHARP, _SHARPEST = 0.5, 0.6, 0.1, 1e-3, 1e-6
 """ε over the depth of the worst fold, and its fall a step at least; its least value while folds are cleared, at first
 and in the end, and after that."""
@@ -46,9 +45,9 @@ def clear_folds(problem: Problem, steps: int = STEPS) -> Job[bool]:
             break
         stalled = [len(depths) >= n and worst < _SHALLOWER * depths[-n] for n in (1, _BRIEF, _PATIENCE)]
         if stalled[1] and problem.grip > 1 and can_give(problem):
-            problem.grip, epsilon, depths = max(1.0, problem.grip / _SLIP), np.inf, []
+            problem.grip, epsilon, depths = max(1.0, problem.grip * FALL), np.inf, []
         elif stalled[0] and -worst < 2 * floor and worst <= 0:
-            floor, mu = max(floor / 2, _SHARP), mu * _PRESS
+            floor, mu = max(floor / 2, _SHARP), mu / FALL
             if mu > HEAVIEST:
                 break
         if stalled[2] and depths:
@@ -63,7 +62,7 @@ def clear_folds(problem: Problem, steps: int = STEPS) -> Job[bool]:
 
 def is_met(problem: Problem) -> bool:
     """Return whether held points are on their targets."""
-    return not problem.holds_points or bool(np.abs(problem.misses(problem.state)).max() < MET)
+    return not problem.holds_points or bool(np.abs(problem.misses(problem.state)).max() < MET_PX)
 
 
 def can_give(problem: Problem) -> bool:

@@ -18,12 +18,10 @@ from core.mapping.handles.constraints import Constraints
 from core.mapping.handles.frame_glide import SIDES
 from core.mapping.injective.outline import OutlineNodes
 from core.mapping.jacobians import Complexes, as_complex
-from core.mapping.tolerances import ROUNDING
+from core.mapping.tolerances import LEAST_SHARE, ROUNDING
 
 _WEIGHT, _FALLOFF, _MOST_WEIGHT = 10.0, 2.0, 4.0
 """w_F and ρ of FAT sec. 2.1 on coarser grids, and w_F² at most on all: more would only stiffen what has to give way."""
-_FREE_SHARE = 0.1
-"""Weight of free nodes that a point needs to be held on a coarser grid."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +166,7 @@ class Transfer:
         held = self.fine.constraints
         nodes, weights = held.probes.on(grid)
         inner = (index < 0) & ~grid.outline.ravel()
-        self.kept: Bools = (np.abs(weights) * inner[nodes]).sum(axis=1) > _FREE_SHARE * np.abs(weights).sum(axis=1)
+        self.kept: Bools = (np.abs(weights) * inner[nodes]).sum(axis=1) > LEAST_SHARE * np.abs(weights).sum(axis=1)
         """Points that the coarse grid holds."""
         kept = self.kept
         glide = grid.outline.ravel() & (index < 0) & ~stays & held.glide.any()

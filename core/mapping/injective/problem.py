@@ -8,7 +8,6 @@ from core.arrays import Bools, Floats, Ints
 from core.linalg.assembly import Assembly, pack, triangle
 from core.linalg.factor import Factor
 from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
-from core.mapping.handles.probes import LEAST_WEIGHT
 from core.mapping.injective.barrier import AreaBarrier, edges_of
 from core.mapping.injective.boundary_contact import NO_CONTACTS, BoundaryContacts
 from core.mapping.injective.levels import GridLevel, Map
@@ -16,6 +15,7 @@ from core.mapping.injective.outline import crosses_itself, ring_of
 from core.mapping.injective.springs import Springs
 from core.mapping.injective.unknowns import NOTHING_YIELDS, Freedoms, Iterate, Unknowns
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import ROUNDING
 
 _SIZE_FRICTION, _OUTLINE_FRICTION, _HANDLE_FRICTION = 200.0, 20.0, 3e4
 """Strengths: of a size, by its logarithm and per node of the body; of a node's hold on the outline; of a point's or a
@@ -101,7 +101,7 @@ class Problem:
         """Take the points whose place anything moves."""
         held = self.level.constraints
         nodes, weights = held.probes.on(self.level.grid)
-        moved = self.unknowns.moves()[nodes] & (np.abs(weights) > LEAST_WEIGHT)
+        moved = self.unknowns.moves()[nodes] & (np.abs(weights) > ROUNDING)
         self.points: Ints = np.flatnonzero(moved.any(axis=1))
         """Numbers of the points among those of the constraints."""
         self._point_nodes, self._point_weights = nodes[self.points], weights[self.points]

@@ -14,7 +14,6 @@ from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.springs import SLACK
 from core.mapping.injective.unknowns import Freedoms, Iterate
 from core.mapping.injective.windows import (
-    MET,
     count_folds,
     nearness,
     widen,
@@ -23,6 +22,7 @@ from core.mapping.injective.windows import (
     wrong_nodes,
 )
 from core.mapping.jacobians import Complexes, as_positions
+from core.mapping.tolerances import MET_PX
 from core.progress import Job, Progress
 
 CLOSE, REACH = 5, 12
@@ -95,7 +95,7 @@ class Refinement:
         q = Problem(level, start, goal, freedoms, contacts=contacts)
         yield from relax(q, ROOMY, end=ROOMY, steps=1)
         if not is_met(q):
-            level = with_points_at(level, q.found.z, MET)
+            level = with_points_at(level, q.found.z, MET_PX)
             q = Problem(level, q.found, goal, freedoms, contacts=contacts)
         return q
 

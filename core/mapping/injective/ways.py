@@ -26,9 +26,9 @@ from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.refinement import FEW, MANY, REACH, Refinement, preview
 from core.mapping.injective.starts import part_of_the_way, posed, similar, small
 from core.mapping.injective.unknowns import Freedoms
-from core.mapping.injective.windows import MET, count_folds, misses, window_around
+from core.mapping.injective.windows import count_folds, misses, window_around
 from core.mapping.jacobians import Complexes
-from core.mapping.tolerances import ROUNDING
+from core.mapping.tolerances import MET_PX, ROUNDING
 from core.progress import Job
 
 _COARSE, _FINER = 17.0, 0.67
@@ -61,11 +61,11 @@ class Ways:
             miss = float(misses(self._level, found.z).max(initial=0))
             if miss < least:
                 best, least = found, miss
-            if least < MET:
+            if least < MET_PX:
                 break
         if best is safe and safe is not None:
             return part_of_the_way(self._level, safe, self._linear)
-        return best if best is None or not MET < least < self._level.side else (yield from self._brought_home(best))
+        return best if best is None or not MET_PX < least < self._level.side else (yield from self._brought_home(best))
 
     def _brought_home(self, found: Map) -> Job[Map]:
         """Return a map without folds with points that are all but on their targets brought there, if nothing folds.

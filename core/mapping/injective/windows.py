@@ -9,9 +9,7 @@ from core.arrays import Bools, Floats
 from core.mapping.folds import find_folded_quads
 from core.mapping.injective.levels import GridLevel
 from core.mapping.jacobians import Complexes
-
-MET = 1e-4
-"""Pixels within which a point is on its target."""
+from core.mapping.tolerances import MET_PX
 
 
 def count_folds(level: GridLevel, z: Complexes) -> int:
@@ -35,7 +33,7 @@ def wrong_nodes(level: GridLevel, z: Complexes) -> Bools:
     wrong = np.zeros(level.grid.size, bool)
     wrong[level.grid.quads[find_folded_quads(z.reshape(level.grid.shape)).ravel()]] = True
     nodes, _ = level.constraints.probes.on(level.grid)
-    wrong[nodes[misses(level, z) > MET]] = True
+    wrong[nodes[misses(level, z) > MET_PX]] = True
     return wrong
 
 
