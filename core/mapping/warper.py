@@ -108,6 +108,7 @@ class Warper:
     def frame(self, plain: Points, handles: Handles | None = None) -> Warped:
         """Return the linear answer, which may fold, for W at the nodes (R, C, 2)."""
         _check_finite(plain)
+        self._prepare_handles(handles)
         reference = self._reference(plain)
         moved = self._moved(reference, handles, rounds=_LIVE_ROUNDS)
         found = self._result(plain, reference, moved, handles, self._seconds())
@@ -153,6 +154,11 @@ class Warper:
         with one_thread():
             return self._last.handles.solve(reference, asked, rounds=rounds)
 
+    def _prepare_handles(self, handles: Handles | None) -> None:
+        """Prepare what handles act on: what is prepared later would make the last answer another mask's."""
+        if handles is not None and handles.any:
+            self._mask_of_handles()
+
     def _mask_of_handles(self) -> Prepared:
         """Return what handles act on; it has no features where none are kept."""
         return self._keeping or self._prepare(self._bare, MappingOptions())
@@ -161,6 +167,7 @@ class Warper:
         """Return the answer without folds where W has none; of several, the one that is `near` another's reference."""
         _check_finite(plain)
         started = time.perf_counter()
+        self._prepare_handles(handles)
         reference = yield from on_one_thread(self._unfolded(plain, near))
         self._last.handles = None
         if self._prepared is not None:

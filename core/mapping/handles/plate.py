@@ -26,7 +26,6 @@ Lines that are to stay straight are rods in the plate (`rods`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -41,7 +40,8 @@ from core.linalg.laplacian import divergence, edge_weights, laplacian
 from core.mapping.handles.dirichlet_plate import HeldForces, HeldPlate
 from core.mapping.handles.free_plate import FreeForces, FreePlate
 from core.mapping.handles.rods import Found, Rods, RodSystem, Slides
-from core.mapping.jacobians import Complexes, Jacobians, as_complex, linear_parts
+from core.mapping.handles.turned import Base, Turned, rotations
+from core.mapping.jacobians import Complexes, as_complex, linear_parts
 from core.mapping.tolerances import SINGULAR
 from core.tracing import span
 
@@ -53,40 +53,6 @@ ROUNDED = 0.1
 _REFINEMENTS = 3
 _APART = 1e-5
 """Pivots down to this share of the largest one, squared, tell of points that are surely apart."""
-
-
-@dataclass(frozen=True, eq=False)
-class Base:
-    """A picture that is displaced, z⁰ (R, C), and what its local rotation is measured against."""
-
-    z: Complexes
-    parts: Jacobians
-    right: Complexes
-    below: Complexes
-    """Edges across and down."""
-
-    @classmethod
-    def of(cls, grid: Grid, z: Complexes) -> "Base":
-        """Evaluate linear parts and edges."""
-        return cls(z, linear_parts(grid, z), np.diff(z, axis=1), np.diff(z, axis=0))
-
-
-@dataclass(frozen=True, eq=False)
-class Turned:
-    """What large rotations make of a picture without handles, which a displacement is added to."""
-
-    y: Complexes
-    """Displacements (R, C)."""
-    normals: Complexes
-    bends: Floats
-    """Of the rods, n and b (k,)."""
-    slides: bool
-    """Whether the frame slides with rods that end on it."""
-
-    def differs_px(self, other: "Turned") -> float:
-        """Return by how much at most another one takes a node elsewhere, or bends rods otherwise."""
-        parts = np.abs(self.y - other.y), np.abs(self.bends - other.bends)
-        return max(float(part.max(initial=0)) for part in parts)
 
 
 def make_plate(grid: Grid, frame: Frame) -> Plate | None:
@@ -224,7 +190,7 @@ class HandleField:
         held = np.where(self.grid.outline, sides, 0)
         if not isinstance(self._plate, HeldPlate):
             return held
-        turned = _rotations(base.parts, linear_parts(self.grid, base.z + d)) - 1
+        turned = rotations(base.parts, linear_parts(self.grid, base.z + d)) - 1
         across, down = edge_weights(turned)
         load = divergence(across * base.right, down * base.below)
         if held.any():
@@ -286,14 +252,6 @@ class HandleField:
     def _moved(self, d: Complexes) -> Complexes:
         """Return M C d for d (N,) or (N, q)."""
         return np.asarray(self._M @ self.grid.read(self._at, d))
-
-
-def _rotations(before: Jacobians, after: Jacobians) -> Complexes:
-    """Return the local rotation (R-1, C-1) of a mapping against another one on every quad, as unit complex numbers."""
-    # J = L L0⁻¹ with L u = a u + b conj(u); its similarity part is (a conj(a0) - b conj(b0)) / det L0.
-    part = after.similar * before.similar.conj() - after.opposite * before.opposite.conj()
-    size = np.abs(part)
-    return np.divide(part, size, out=np.ones_like(part), where=size > 0)
 
 
 def _inverse(system: NDArray[Any]) -> NDArray[Any]:

@@ -34,8 +34,8 @@ from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.limits import Limits
 from core.mapping.features.line_rows import along_lines, bends_of, fixed_directions
 from core.mapping.features.straight_lines import Lines, slides_of
-from core.mapping.handles.probes import LEAST_WEIGHT
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import ROUNDING
 
 _STEP, _FEWEST = 0.04, 3
 """Distance of samples, as a share of the picture's diagonal: the plate is smooth over several; the fewest of a line."""
@@ -151,7 +151,7 @@ def slides_with(rods: Rods, mapping: FeatureMapping, stay: Points) -> list[tuple
     """
     grid, index = mapping.grid, mapping.index.copy()
     nodes, weights = grid.weights_at(stay)
-    index.ravel()[nodes[weights > LEAST_WEIGHT]] = 0
+    index.ravel()[nodes[weights > ROUNDING]] = 0
     return [(along, u**2 * (3 - 2 * u)) for along, u in slides_of(grid, index, rods.ends.reshape(-1, 2))]
 
 

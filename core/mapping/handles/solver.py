@@ -18,10 +18,11 @@ import numpy as np
 from core.mapping.features.pose import Approach, Solution
 from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
-from core.mapping.handles.plate import Base, HandleField, Turned
+from core.mapping.handles.plate import HandleField
 from core.mapping.handles.secants import Secants
 from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
 from core.mapping.handles.structure import Poses, Structure
+from core.mapping.handles.turned import Base, Turned
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.tolerances import MET_PX, SEEN_PX
 
@@ -73,9 +74,10 @@ class HandleSolver:
         if self._base is None or self._base.z is not reference.z:
             self._base, self._D = Base.of(mapping.grid, reference.z), None
         is_straight = _is_straight(reference.z, s.field)
-        poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
-        sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
-        turned = self._first_turned(s, reference, poses, goal, sides, slides=is_straight)
+        with mapping.clock.measure("rhs"):
+            poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
+            sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
+            turned = self._first_turned(s, reference, poses, goal, sides, slides=is_straight)
         for _ in range(max(rounds // _ROUNDS_PER_TURN, 1)):
             found = self._converge(s, reference, poses, goal, turned, rounds)
             if rounds < _ROUNDS_PER_TURN:

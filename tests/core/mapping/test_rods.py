@@ -9,8 +9,9 @@ from core.grid import Grid, find_features
 from core.mapping.features.straight_lines import Lines
 from core.mapping.handles.dirichlet_plate import HeldPlate
 from core.mapping.handles.handles import Handles
-from core.mapping.handles.plate import Base, Frame, HandleField, make_plate
+from core.mapping.handles.plate import Frame, HandleField, make_plate
 from core.mapping.handles.rods import Rods, RodSystem, Slides
+from core.mapping.handles.turned import Base
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.options import MappingOptions
 from core.mapping.result import Warped
