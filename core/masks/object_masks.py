@@ -9,7 +9,7 @@ import numpy as np
 from core.arrays import Bools, Bytes, InputError, Ints, Points
 from core.imaging.image import Image
 from core.imaging.proxy import proxy, scale_for
-from core.progress import Job, Progress, part
+from core.progress import Job, Progress
 
 PIXELS = 150_000
 """Objects are cut out in pictures of so many pixels."""
@@ -22,8 +22,8 @@ LEAST_PART = 0.02
 """Parts of an object, and holes in it, that are smaller, as shares of what is painted, are taken for noise."""
 LEAST_KEPT = 0.5
 """Share of what is painted that an object takes up at least."""
-GROWTHS, GROWS = 4, 1.03
-"""An object grows out of a part of it so often at most, and on only while that makes it so many times as large."""
+GROWS = 1.03
+"""Times as large as a part of it an object is at least, where there is more of it."""
 
 
 def object_within(image: Image, low: Points, high: Points) -> Job[Bytes]:
@@ -51,14 +51,19 @@ def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
 
     Raises `InputError` where nothing, or too much, is painted, and where no object stands out.
     """
+    return (yield from _cut_around(image, painted, cv2.GC_BGD))
+
+
+def _cut_around(image: Image, painted: Bytes, far: int) -> Job[Bytes]:
+    """Return what `object_under` does; `far` is GrabCut's label of what is not near the paint."""
     scale = scale_for(image, PIXELS)
     picture = proxy(image, scale)
     size = picture.shape[1::-1]
     marked = np.asarray(cv2.resize(painted, size, interpolation=cv2.INTER_AREA)) > 127
     if not marked.any():
         raise InputError("paint over an object first, roughly")
-    labels = _labels(marked)
-    if not (labels == cv2.GC_BGD).any():
+    labels = _labels(marked, far)
+    if not (labels == far).any():
         raise InputError("too much is painted: no ground is left around the object")
     inside = yield from _cut(picture, labels)
     inside = _without_noise(inside, marked)
@@ -70,19 +75,13 @@ def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
 def whole_object(image: Image, known: Bools) -> Job[Bools]:
     """Return where (H, W) an object is of which a part (H, W) is known, however far that reaches.
 
-    What is known is cut out with what is near it, and so is what comes of it, until nothing much is added. Raises
-    `InputError` where that is so from the beginning.
+    What is far from the known part is its ground to begin with, but none for certain: it may have the object's colours.
+    Raises `InputError` where hardly more stands out.
     """
-    inside = known
-    for number in range(GROWTHS):
-        before = inside
-        try:
-            cut = yield from part(object_under(image, as_bytes(before)), number / GROWTHS, (number + 1) / GROWTHS)
-        except InputError:  # It does not stand out from its ground, or there is no ground.
-            break
-        inside = before | (cut > 127)
-        if inside.sum() < GROWS * before.sum():
-            break
+    try:
+        inside = known | ((yield from _cut_around(image, as_bytes(known), cv2.GC_PR_BGD)) > 127)
+    except InputError:  # It does not stand out from its ground, or there is no ground.
+        inside = known
     if inside.sum() < GROWS * known.sum():
         raise InputError("no more stands out from the ground than is found already")
     return inside
@@ -93,7 +92,7 @@ def as_bytes(inside: Bools) -> Bytes:
     return np.where(inside, 255, 0).astype(np.uint8)
 
 
-def _labels(marked: Bools) -> Bytes:
+def _labels(marked: Bools, far: int) -> Bytes:
     """Return for GrabCut what is object or ground (h, w), for certain or probably, by what is painted (h, w)."""
     depth = cv2.distanceTransform(marked.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
     away, nearest = cv2.distanceTransformWithLabels((~marked).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
@@ -101,7 +100,7 @@ def _labels(marked: Bools) -> Bytes:
     half_widths = np.zeros(nearest_part.max() + 1)
     np.maximum.at(half_widths, nearest_part[marked], depth[marked])
     half_width = np.minimum(half_widths, FAR)[nearest_part]
-    labels = np.full(marked.shape, cv2.GC_BGD, np.uint8)
+    labels = np.full(marked.shape, far, np.uint8)
     labels[away <= np.maximum(half_width, NEAR)] = cv2.GC_PR_BGD
     labels[marked] = cv2.GC_PR_FGD
     labels[marked & (depth >= CORE * half_width)] = cv2.GC_FGD
