@@ -49,10 +49,14 @@ class ClothMesh:
         y, x = np.indices(self.nodes).astype(float) * self.cell - 0.5
         return np.stack([x, y], -1)
 
-    def to_pixels(self, values: Floats) -> Floats:
-        """Return node values (R, C, K) at the pixels (H, W, K), linear in each triangle (NRT eq. 4)."""
+    def to_pixels(self, values: Floats, cells: Bools) -> Floats:
+        """Return node values (R, C, K) at the pixels (H, W, K) of marked cells, linear in each triangle (NRT eq. 4).
+
+        The other pixels are 0.
+        """
         k = values.shape[-1]
-        inside = self.weights @ values.reshape(-1, k)[self.corners]
+        inside = np.zeros((*self.cells, self.cell**2, k))
+        inside[cells] = self.weights @ values.reshape(-1, k)[self.corners[cells]]
         return self.from_cells(inside)
 
     def box_of(self, cells: Bools, margin: int) -> tuple[slice, slice]:

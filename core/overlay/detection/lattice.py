@@ -38,6 +38,11 @@ class Lattice:
         return Lattice(self.keys[which], self.frames[which])
 
     @property
+    def is_row(self) -> bool:
+        """Whether all vertices lie in one row or column: the edge of stripes repeats so too."""
+        return len(self) == 0 or bool(np.ptp(self.keys, axis=0).min() == 0)
+
+    @property
     def texel_area(self) -> float:
         """Median area of a texel, square pixels."""
         return float(np.median(np.abs(np.linalg.det(self.frames.bases)))) if len(self) else 0.0

@@ -73,7 +73,16 @@ def find_lattices(
     yield Progress(0.1, "clustering keypoints")
     groups = alike_keypoints(canvas.image, valid, rng)
     yield Progress(0.2, "clustering keypoints", Stage("keypoints", groups=tuple(groups), shape=canvas.shape))
-    proposals = in_turn(of_size(proposals + propose_from_keypoints(groups), texel_px))[:TRIALS]
+    proposals = of_size(proposals + propose_from_keypoints(groups), texel_px)
+    return (yield from grow_proposals(canvas, proposals))
+
+
+def grow_proposals(canvas: FlatPicture, proposals: list[Proposal]) -> Job[list[Lattice]]:
+    """Return the lattices that grow from proposals, best first, until some agree; the most likely lattice first.
+
+    Raises `NoPatternError` if there is none.
+    """
+    proposals = in_turn(proposals)[:TRIALS]
     seeds = tuple((proposal.point, proposal.basis) for proposal in proposals)
     lattices: list[Lattice] = []
     for number, proposal in enumerate(proposals):
@@ -87,7 +96,7 @@ def find_lattices(
             break
         if not is_grown(lattice, grown):
             grown.append((yield from full_grown(canvas, lattice, Progress(0.5 + 0.12 * len(grown), GROWING))))
-    return rank(grown, LEAST_VERTICES)
+    return rank([lattice for lattice in grown if not lattice.is_row], LEAST_VERTICES)
 
 
 def rank(lattices: list[Lattice], least: int) -> list[Lattice]:

@@ -137,7 +137,7 @@ def draw(cloth: FittedCloth, pieces: tuple[ClothState, ...]) -> tuple[Floats, Fl
     at, weight = np.zeros((*cloth.mesh.shape, 3)), np.zeros(cloth.mesh.shape)
     for piece in pieces:
         inside = cloth.mesh.pixels_of(piece.cells) & cloth.valid
-        np.copyto(at, cloth.mesh.to_pixels(piece.values), where=inside[..., None])
+        np.copyto(at, cloth.mesh.to_pixels(piece.values, piece.cells), where=inside[..., None])
         weight[inside] = 1.0
     return at, weight
 
@@ -176,5 +176,5 @@ def stage(cloth: FittedCloth, found: Fit) -> Stage:
     uv = np.full((*cloth.valid.shape, 2), np.nan)
     for piece in found.pieces:
         inside = cloth.mesh.pixels_of(piece.cells) & cloth.valid
-        uv[inside] = cloth.mesh.to_pixels(piece.uv)[inside]
+        uv[inside] = cloth.mesh.to_pixels(piece.uv, piece.cells)[inside]
     return Stage("mesh", None, found.texel, uv, cloth.mesh.shape)

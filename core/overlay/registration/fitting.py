@@ -58,7 +58,7 @@ def begun(
             found = measure(cloth, estimate(cloth, (start,)), (start,))
             start = refit(cloth, found, rounds=5, blur_px=1.5).pieces[0]
             M = true_period(cloth, start, seed)
-        cloth = make_cloth(photo, canvas, lattice, M)
+        cloth = cloth if np.array_equal(M, cloth.M) else make_cloth(photo, canvas, lattice, M)
     start = replace(start, uv=start.uv @ np.linalg.inv(cloth.M).T)
     found = measure(cloth, estimate(cloth, (start,)), (start,))
     if evenness(cloth, found) < LEAST_EVENNESS:
@@ -123,7 +123,7 @@ def true_period(cloth: FittedCloth, state: ClothState, seed: int) -> Floats:
     """Return the sides (2, 2), in lattice steps, of the smallest texel that explains the photo in colour."""
     M = np.diag(far_period(cloth.canvas, cloth.lattice)).astype(float)
     weight = cloth.mesh.pixels_of(state.cells) * cloth.valid.astype(float)
-    at = cloth.mesh.to_pixels(state.uv)
+    at = cloth.mesh.to_pixels(state.uv, state.cells)
     for count in (2, 3, 2):
         if len(cloth.lattice) < 8 * count**2 * abs(np.linalg.det(M)):
             continue

@@ -14,14 +14,21 @@ from core.arrays import Floats
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice, keep_connected
-from core.overlay.detection.seeding import LEAST_VERTICES, NoPatternError, divides, find_lattices, flat_canvas
+from core.overlay.detection.seeding import (
+    COVERED,
+    LEAST_VERTICES,
+    NoPatternError,
+    divides,
+    find_lattices,
+    flat_canvas,
+)
 from core.overlay.detection.stages import Stage
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import begun, complete
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.search.large_periods import find_wide
-from core.overlay.search.magnified import TIMES, at_photo_size, can_be_magnified, magnified
+from core.overlay.search.magnified import TIMES, at_photo_size, can_be_magnified, find_small_lattices, magnified
 from core.progress import Job, Progress, part
 
 AS_MUCH = 0.9
@@ -58,6 +65,15 @@ class Find:
         """Whether no doubt is left about it."""
         return self.weight.is_clear and self.is_credible
 
+    def has_explained(self, lattice: Lattice, scale: int) -> bool:
+        """Return whether this find leaves no doubt where a lattice of the photo `scale` times enlarged lies."""
+        if not self.weight.is_clear:
+            return False
+        mesh = self.cloth.mesh
+        at = (lattice.frames.points + 0.5) * (self.scale / scale)
+        x, y = np.clip(np.rint(at).astype(int), 0, np.array(mesh.shape[::-1]) - 1).T
+        return bool(mesh.pixels_of(self.followed.cells)[y, x].mean() > COVERED)
+
 
 def find_cloth(
     photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None, start: Proposal | None = None
@@ -72,18 +88,18 @@ def find_cloth(
         lattice = (yield from part(marked, 0.0, 0.4))[0]
         first = yield from part(begun(photo, canvas, lattice, seed), 0.4, 0.45)
         return (yield from part(complete(*first, [], seed), 0.45, 1.0))
-    finds = yield from part(find_by_lattice(photo, canvas, canvas, seed, texel_px), 0.0, 0.3)
+    search = find_lattices(canvas, np.random.default_rng(seed), texel_px=texel_px)
+    finds = yield from part(register_each(photo, canvas, search, [], seed), 0.0, 0.3)
     if not is_any_clear(finds) and not canvas.valid.all():
-        whole = flat_canvas(photo, np.ones(canvas.shape, np.bool_))
-        finds += yield from part(find_by_lattice(photo, canvas, whole, seed, texel_px), 0.3, 0.4)
+        finds += yield from part(find_by_whole_picture(photo, canvas, finds, seed, texel_px), 0.3, 0.4)
     if not any(find.is_credible for find in finds) and can_be_magnified(canvas.shape):
         large, place = magnified(photo, np.asarray(canvas.valid[..., 0] > 0, np.bool_))
         side = None if texel_px is None else TIMES * texel_px
-        small = yield from part(find_by_lattice(large, place, place, seed, side), 0.4, 0.5)
-        finds += [replace(find, scale=TIMES) for find in small]
+        search = find_small_lattices(place, np.random.default_rng(seed), side)
+        finds += yield from part(register_each(large, place, search, finds, seed, scale=TIMES), 0.4, 0.5)
     if not is_any_clear(finds):
         try:
-            wide = find_wide(photo, canvas, np.random.default_rng(seed), texel_px=texel_px, is_finer_known=bool(finds))
+            wide = find_wide(photo, canvas, np.random.default_rng(seed), texel_px=texel_px)
             cloth, grown = yield from part(wide, 0.5, 0.6)
             finds.append(Find(cloth, grown, weigh(cloth, grown)))
         except NoPatternError:
@@ -97,21 +113,35 @@ def is_any_clear(finds: list[Find]) -> bool:
     return any(find.is_clear for find in finds)
 
 
-def find_by_lattice(
-    photo: Floats, canvas: FlatPicture, place: FlatPicture, seed: int, texel_px: float | None
+def find_by_whole_picture(
+    photo: Floats, canvas: FlatPicture, known: list[Find], seed: int, texel_px: float | None
 ) -> Job[list[Find]]:
-    """Return what is found of the cloth that `canvas` bounds from the lattices of `place`, until one is clear."""
+    """Return what is found of the cloth that `canvas` bounds from the lattices of the whole picture."""
+    whole = flat_canvas(photo, np.ones(canvas.shape, np.bool_))
+    search = find_lattices(whole, np.random.default_rng(seed), texel_px=texel_px)
+    return (yield from register_each(photo, canvas, search, known, seed))
+
+
+def register_each(
+    photo: Floats, canvas: FlatPicture, search: Job[list[Lattice]], known: list[Find], seed: int, *, scale: int = 1
+) -> Job[list[Find]]:
+    """Return what is found of the cloth that `canvas` bounds from the lattices of a search, until one is clear.
+
+    The photo is so many times enlarged. A lattice on what one of the `known` finds explains is left out.
+    """
     finds: list[Find] = []
     try:
-        search = find_lattices(place, np.random.default_rng(seed), texel_px=texel_px)
         lattices = yield from part(search, 0.0, 0.8)
     except NoPatternError:
         return finds
     for lattice in lattices:
+        if any(find.has_explained(lattice, scale) for find in (*known, *finds)):
+            continue
         try:
-            finds.append((yield from part(register(photo, canvas, inside(lattice, canvas), seed), 0.8, 1.0)))
+            found = yield from part(register(photo, canvas, inside(lattice, canvas), seed), 0.8, 1.0)
         except NoPatternError:
             continue
+        finds.append(replace(found, scale=scale))
         if finds[-1].is_clear:
             finer = (other for other in lattices if divides(other, lattice))
             finds[-1] = yield from least_texel(photo, canvas, finds[-1], finer, seed)

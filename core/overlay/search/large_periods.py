@@ -55,22 +55,16 @@ GOOD = 0.25
 REPEATED, LEAST_PART = 0.85, 0.2
 """Correlation of a texel with itself from which it repeats within, and the least part of a side that it is moved by."""
 AGAINST = 3
-"""Large texels that repeat within after which the finer lattice is believed."""
+"""Large texels that repeat within after which no more are tried."""
 NEIGHBOURS = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j], float)
 
 
 def find_wide(
-    photo: Floats,
-    canvas: FlatPicture,
-    rng: np.random.Generator,
-    *,
-    texel_px: float | None = None,
-    is_finer_known: bool = False,
+    photo: Floats, canvas: FlatPicture, rng: np.random.Generator, *, texel_px: float | None = None
 ) -> Job[tuple[FittedCloth, Fit]]:
     """Return the cloth followed from where the large texel lies that explains most of the photo (H, W, 3).
 
-    Raises `NoPatternError` if there is none. Where a finer lattice is known, a texel that repeats within speaks for
-    that.
+    Raises `NoPatternError` if there is none. A texel that repeats within is none: a finer lattice's are, or stripes.
     """
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
     best: tuple[float, tuple[FittedCloth, Fit] | None] = (0.0, None)
@@ -82,7 +76,9 @@ def find_wide(
             break
         step = Progress(0.1 + 0.9 * number / TRIALS, NOTE)
         yield step
-        lattice = yield from full_grown(canvas, try_out(canvas, proposal), step)
+        lattice = try_out(canvas, proposal)
+        if len(lattice) >= LEAST_VERTICES:
+            lattice = yield from full_grown(canvas, lattice, step)
         if len(lattice) < LEAST_VERTICES:
             continue
         fits += 1
@@ -93,10 +89,9 @@ def find_wide(
         found = yield from goes_on(cloth, begin, step)
         if found is None:
             continue
-        weight = weigh(cloth, found)
-        if is_finer_known and repeats_within(found.texel):
+        if repeats_within(found.texel):
             several += 1
-        elif weight.is_credible:
+        elif (weight := weigh(cloth, found)).is_credible:
             best = max(best, (weight.explained, (cloth, found)), key=itemgetter(0))
     if best[1] is None:
         raise NoPatternError

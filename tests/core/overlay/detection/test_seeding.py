@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from core.arrays import Floats
 from core.overlay.detection.alignment import PatchFrames
@@ -12,15 +13,19 @@ from core.overlay.detection.seeding import (
     LEAST_VERTICES,
     NEARLY,
     TURN,
+    NoPatternError,
     bend_px,
     divides,
     finalists,
+    flat_canvas,
+    grow_proposals,
     in_turn,
     is_grown,
     merit,
     part_of,
     rank,
 )
+from core.progress import run
 
 FINE = np.array([[15.0, 2.0], [-1.0, 12.0]])
 
@@ -31,6 +36,20 @@ def lattice(basis: Floats, columns: int, rows: int, score: float, *, uneven_px: 
     points[:, 0] += uneven_px * np.where(keys.sum(1) % 2, 1.0, -1.0)
     frames = PatchFrames(points, np.tile(basis, (len(keys), 1, 1)), np.full(len(keys), score))
     return Lattice(keys, frames)
+
+
+def test_dots_in_a_row_are_no_pattern() -> None:
+    y, x = np.indices((100, 260)).astype(np.float32)
+    rows = {count: np.abs(y - 20) < 20 * (count - 1) + 9 for count in (1, 4)}
+    for count, inside in rows.items():
+        dots = inside * np.exp(-((((x + 10) % 20 - 10) ** 2) + (((y - 20 + 10) % 20) - 10) ** 2) / 18)
+        canvas = flat_canvas(np.repeat(0.3 + 0.5 * dots[..., None], 3, 2), np.ones(dots.shape, bool))
+        proposals = [Proposal(np.array([120.0, 20.0]), 20 * np.eye(2), 1.0)]
+        if count == 1:
+            with pytest.raises(NoPatternError):
+                run(grow_proposals(canvas, proposals))
+        else:
+            assert len(run(grow_proposals(canvas, proposals))[0]) > LEAST_VERTICES
 
 
 def test_every_size_has_its_turn_before_the_best_size_goes_on() -> None:

@@ -109,6 +109,19 @@ def test_what_repeats_in_a_corner_of_a_photo_is_not_its_cloth(scene: Scene) -> N
     assert not Find(far, corner, Evidence(100.0, 0.9)).is_credible
 
 
+def test_where_a_find_leaves_no_doubt_no_other_lattice_is_needed(scene: Scene) -> None:
+    cloth, found = begun_with(scene.photo, 24.0)
+    lattice, clear = cloth.lattice, Find(cloth, found, Evidence(100.0, 0.9))
+    frames = lattice.frames
+    large = replace(lattice, frames=replace(frames, points=2 * frames.points + 0.5, bases=2 * frames.bases))
+    outside = replace(lattice, frames=replace(frames, points=frames.points + np.array([90.0, 0.0])))
+    assert clear.has_explained(lattice, 1)
+    assert clear.has_explained(large, 2)
+    assert replace(clear, scale=2).has_explained(replace(large, frames=replace(frames, points=frames.points / 2)), 1)
+    assert not clear.has_explained(outside, 1)
+    assert not Find(cloth, found, Evidence(100.0, 0.4)).has_explained(lattice, 1)
+
+
 def test_a_lattice_that_cannot_be_followed_is_refused(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     def lost(_: FittedCloth, found: Fit, step: Progress) -> Job[Fit]:
         yield step

@@ -58,7 +58,8 @@ def test_few_large_texels_are_found_by_following_them(tartan: Scene, followed: t
 def test_large_texels_are_looked_for_where_no_lattice_is_found(
     tartan: Scene, followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def none(*_: object, **__: object) -> None:
+    def none(*_: object, **__: object) -> Job[list[Lattice]]:
+        yield Progress(0.0, "")
         raise NoPatternError
 
     def found_wide(photo: Floats, *_: object, **__: object) -> Job[tuple[FittedCloth, Fit]]:
@@ -158,9 +159,7 @@ def test_a_texel_of_several_repeats_within_and_one_of_its_own_does_not() -> None
         assert repeats_within(Texel(several + rng.normal(0, 0.03, several.shape)))
 
 
-def test_large_texels_that_repeat_within_speak_for_the_finer_lattice(
-    small: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_large_texels_that_repeat_within_are_none(small: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     cloth, found = cloth_of(small)
     tried: list[Progress] = []
 
@@ -181,7 +180,5 @@ def test_large_texels_that_repeat_within_speak_for_the_finer_lattice(
     monkeypatch.setattr(wide, "GOOD", 2.0)
     canvas = canvas_of(small.photo)
     with pytest.raises(NoPatternError):
-        run(find_wide(small.photo, canvas, np.random.default_rng(0), is_finer_known=True))
+        run(find_wide(small.photo, canvas, np.random.default_rng(0)))
     assert len(tried) == wide.AGAINST
-    run(find_wide(small.photo, canvas, np.random.default_rng(0)))
-    assert len(tried) == wide.AGAINST + len(proposals)

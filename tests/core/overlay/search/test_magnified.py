@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from core.arrays import Floats
 from core.overlay.detection.alignment import FlatPicture
-from core.overlay.detection.seeding import flat_canvas
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.search import finding
-from core.overlay.search.finding import Find, find_cloth
-from core.overlay.search.magnified import TIMES, can_be_magnified, magnified
+from core.overlay.search.finding import find_cloth
+from core.overlay.search.magnified import TIMES, can_be_magnified, find_small_lattices, magnified
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
@@ -17,17 +17,11 @@ EVERYWHERE = np.ones(SCENE.photo.shape[:2], bool)
 
 
 def test_what_is_found_enlarged_lies_on_the_photos_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
-    search = finding.find_by_lattice
+    def find_none(_: FlatPicture, rng: np.random.Generator, *, texel_px: float | None) -> Job[list[Lattice]]:
+        yield Progress(0.0, f"{rng} {texel_px}")
+        raise NoPatternError
 
-    def enlarged_only(
-        photo: Floats, canvas: FlatPicture, place: FlatPicture, seed: int, texel_px: float | None
-    ) -> Job[list[Find]]:
-        if photo.shape == SCENE.photo.shape:
-            yield Progress(0.0)
-            return []
-        return (yield from search(photo, canvas, place, seed, texel_px))
-
-    monkeypatch.setattr(finding, "find_by_lattice", enlarged_only)
+    monkeypatch.setattr(finding, "find_lattices", find_none)
     cloth, found = run(find_cloth(SCENE.photo, flat_canvas(SCENE.photo, EVERYWHERE), 0))
     assert list(cloth.mesh.shape) == list(EVERYWHERE.shape)
     steps = np.linalg.solve(SCENE.basis, cloth.basis)
@@ -36,9 +30,19 @@ def test_what_is_found_enlarged_lies_on_the_photos_pixels(monkeypatch: pytest.Mo
     piece = max(found.pieces, key=lambda piece: int(piece.cells.sum()))
     inside = cloth.mesh.pixels_of(piece.cells)
     assert inside.mean() > 0.7
-    away = cloth.mesh.to_pixels(piece.uv)[inside] @ np.rint(steps).T - SCENE.uv[inside]
+    away = cloth.mesh.to_pixels(piece.uv, piece.cells)[inside] @ np.rint(steps).T - SCENE.uv[inside]
     rest = (away - np.median(away, axis=0)) @ SCENE.basis.T
     assert np.sqrt((rest**2).sum(-1).mean()) < 0.6
+
+
+def test_only_what_is_smaller_than_the_least_exemplar_is_looked_for_enlarged() -> None:
+    _, canvas = magnified(SCENE.photo, EVERYWHERE)
+    found = run(find_small_lattices(canvas, np.random.default_rng(0), None))
+    assert found[0].texel_area == pytest.approx(TIMES**2 * np.linalg.det(SCENE.basis), rel=0.1)
+    large = make_scene(motif(), size=(110, 120), basis=27.0 * np.eye(2), bend=0.0)
+    _, canvas = magnified(large.photo, EVERYWHERE)
+    with pytest.raises(NoPatternError):
+        run(find_small_lattices(canvas, np.random.default_rng(0), None))
 
 
 def test_a_photo_that_is_large_enough_is_not_enlarged() -> None:
