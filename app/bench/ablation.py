@@ -1,6 +1,7 @@
-"""What each stage from lattice to pixels is worth on photographs of patterned cloth.
+"""What each stage of the search, and from lattice to pixels, is worth on photographs of patterned cloth.
 
-The cloth of each photo is found once, in its matte, and split with all stages, then without each of some by turns.
+The cloth of each photo is found in its matte, and split with all stages, then without each of some by turns. Without a
+stage of the search it is found anew, where the search comes to that stage at all.
 """
 
 import sys
@@ -11,10 +12,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from app.bench.photographs import LEAST_COVERED, LEAST_LIKENESS, SCORES, cloth_of, photographs_in, score
-from core.arrays import InputError
-from core.imaging.images import load
+from app.bench.search_stages import SEARCH_STAGES, replaced, watched
+from core.arrays import Bools, InputError
+from core.imaging.images import Image, load
 from core.linalg.blas import one_thread
-from core.overlay.decomposition import find, split_without
+from core.overlay.decomposition import Decomposition, find, split, split_without
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.pixels.stages import OPTIONAL, WHOLE
@@ -28,10 +30,11 @@ EACH = "each"
 
 def measure(folder: Path, stages: Collection[str]) -> list[Record]:
     """Return one record per photo and stage that is left out: half, 0 or 1, and scores; then without none."""
-    unknown = next((name for name in stages if name not in (*OPTIONAL, EACH)), None)
+    every = (*SEARCH_STAGES, *OPTIONAL)
+    unknown = next((name for name in stages if name not in (*every, EACH)), None)
     if unknown is not None:
-        raise InputError(f"--without {unknown}: not one of {EACH}, {', '.join(OPTIONAL)}")
-    wanted = OPTIONAL if EACH in stages else tuple(stages)
+        raise InputError(f"--without {unknown}: not one of {EACH}, {', '.join(every)}")
+    wanted = every if EACH in stages else tuple(stages)
     return [
         record for number, file in enumerate(photographs_in(folder)) for record in _records(file, number % 2, wanted)
     ]
@@ -64,15 +67,32 @@ def _mean(records: list[Record], name: str, score_name: str, half: int | None) -
 def _records(file: Path, half: int, names: Collection[str]) -> list[Record]:
     image, cloth = load(file), cloth_of(file)
     try:
-        found = run(find(encode(image), region=searchable(image, cloth)))
+        with watched() as reached:
+            found = run(find(encode(image), region=searchable(image, cloth)))
     except NoPatternError:
         return []
-    records: list[Record] = []
     with one_thread():
-        for name, split in split_without(found, names):
-            scores = dict.fromkeys(SCORES, 0.0) if split is None else score(image, cloth, split)
-            holds = scores["covers"] >= LEAST_COVERED and scores["likeness"] >= LEAST_LIKENESS
-            records.append({"name": file.stem, "half": half, "without": name, **scores, "holds": holds})
+        scores = {name: _score(image, cloth, parts) for name, parts in split_without(found, names)}
+    for name in (name for name in names if name in SEARCH_STAGES):
+        scores[name] = scores[WHOLE]
+        if name in reached:
+            with replaced(name, SEARCH_STAGES[name].instead):
+                scores[name] = _score_anew(image, cloth)
     if sys.stderr.isatty():
-        sys.stderr.write(f"{file.stem}: explains {records[-1]['explains']:.3f}\n")
-    return records
+        sys.stderr.write(f"{file.stem}: explains {scores[WHOLE]['explains']:.3f}\n")
+    return [{"name": file.stem, "half": half, "without": name, **scores[name]} for name in (*names, WHOLE)]
+
+
+def _score_anew(image: Image, cloth: Bools | None) -> Record:
+    """Return the scores of a photo whose cloth is found as the search now is."""
+    try:
+        found = run(find(encode(image), region=searchable(image, cloth)))
+        with one_thread():
+            return _score(image, cloth, split(found))
+    except NoPatternError:
+        return _score(image, cloth, None)
+
+
+def _score(image: Image, cloth: Bools | None, parts: Decomposition | None) -> Record:
+    scores = dict.fromkeys(SCORES, 0.0) if parts is None else score(image, cloth, parts)
+    return {**scores, "holds": scores["covers"] >= LEAST_COVERED and scores["likeness"] >= LEAST_LIKENESS}

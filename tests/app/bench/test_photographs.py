@@ -6,9 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.bench import photographs
+from app.bench import photographs, search_stages
 from app.cli import main
-from core.imaging.images import save
+from core.imaging.images import load, save
+from core.overlay.decomposition import find
+from core.overlay.laying.compositing import encode
+from core.overlay.registration import fitting
+from core.progress import run
 from tests.core.overlay.overlay_scenes import make_scene, motif, stored
 
 
@@ -74,4 +78,30 @@ def test_what_a_stage_is_worth_is_what_leaving_it_out_changes(folder: Path, caps
 
 def test_a_stage_that_there_is_not_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--only", "photographs", str(folder), "--without", "magic"]) == 2
-    assert "weft: error: --without magic: not one of each, translate_pieces" in capsys.readouterr().err
+    assert "weft: error: --without magic: not one of each, alike_keypoints" in capsys.readouterr().err
+
+
+def test_stages_are_left_out_by_turns(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--without", "true_period", "find_wide", "fill_gaps"]
+    assert main(["bench", "--json", "--only", "photographs", str(folder), *words]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    records = {record["without"]: record for record in printed["photographs_by_stage"]}
+    assert list(records) == ["true_period", "find_wide", "fill_gaps", "nothing"]
+    unreached, whole = records["find_wide"], records["nothing"]
+    assert whole["holds"]
+    assert {**unreached, "without": "nothing"} == whole
+    rows = {row["without"]: row for row in printed["photographs_without"]}
+    assert rows["nothing"]["explains"] == whole["explains"]
+    assert rows["true_period"]["explains"] == records["true_period"]["explains"] - whole["explains"]
+
+
+def test_a_stage_that_is_left_out_is_not_run_and_stands_again_later(folder: Path) -> None:
+    own = fitting.true_period
+    image = load(folder / "bees.png")
+    for name, seen in (("alike_keypoints", "with_more_pieces"), ("true_period", "alike_keypoints")):
+        stage = search_stages.SEARCH_STAGES[name]
+        with search_stages.watched() as reached, search_stages.replaced(name, stage.instead):
+            run(find(encode(image)))
+        assert name not in reached
+        assert seen in reached
+    assert fitting.true_period is own
