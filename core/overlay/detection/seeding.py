@@ -56,12 +56,18 @@ def flat_canvas(photo: Floats, valid: Bools) -> FlatPicture:
 
 
 def find_lattices(
-    canvas: FlatPicture, rng: np.random.Generator, *, texel_px: float | None = None, start: Proposal | None = None
+    canvas: FlatPicture,
+    rng: np.random.Generator,
+    *,
+    texel_px: float | None = None,
+    start: Proposal | None = None,
+    most_px: float = np.inf,
 ) -> Job[list[Lattice]]:
     """Return the lattices that grow from several seeds and detectors, the most likely one first.
 
-    `texel_px` is the side of a texel where the user knows it; a `start` is the only seed if it is given, its vectors
-    those that it has or others of about its size, whichever fit. Raises `NoPatternError` if there is no lattice.
+    `texel_px` is the side of a texel where the user knows it, `most_px` what it is less than; a `start` is the only
+    seed if it is given, its vectors those that it has or others of about its size, whichever fit. Raises
+    `NoPatternError` if there is no lattice.
     """
     if start is not None:
         marked = [try_out(canvas, proposal) for proposal in (start, *snap(canvas.image, start))]
@@ -74,7 +80,8 @@ def find_lattices(
     groups = alike_keypoints(canvas.image, valid, rng)
     yield Progress(0.2, "clustering keypoints", Stage("keypoints", groups=tuple(groups), shape=canvas.shape))
     proposals = of_size(proposals + propose_from_keypoints(groups), texel_px)
-    return (yield from grow_proposals(canvas, proposals))
+    small = [proposal for proposal in proposals if abs(np.linalg.det(proposal.basis)) < most_px**2]
+    return (yield from grow_proposals(canvas, small))
 
 
 def grow_proposals(canvas: FlatPicture, proposals: list[Proposal]) -> Job[list[Lattice]]:

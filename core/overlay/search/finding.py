@@ -28,7 +28,7 @@ from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import begun, complete
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.search.large_periods import find_wide
-from core.overlay.search.magnified import TIMES, at_photo_size, can_be_magnified, find_small_lattices, magnified
+from core.overlay.search.magnified import MOST_PX, TIMES, at_photo_size, can_be_magnified, magnified
 from core.progress import Job, Progress, part
 
 AS_MUCH = 0.9
@@ -95,7 +95,7 @@ def find_cloth(
     if not any(find.is_credible for find in finds) and can_be_magnified(canvas.shape):
         large, place = magnified(photo, np.asarray(canvas.valid[..., 0] > 0, np.bool_))
         side = None if texel_px is None else TIMES * texel_px
-        search = find_small_lattices(place, np.random.default_rng(seed), side)
+        search = find_lattices(place, np.random.default_rng(seed), texel_px=side, most_px=MOST_PX)
         finds += yield from part(register_each(large, place, search, finds, seed, scale=TIMES), 0.4, 0.5)
     if not is_any_clear(finds):
         try:

@@ -10,15 +10,16 @@ import numpy as np
 
 from core.arrays import Bools, Floats
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
-from core.overlay.detection.correlation import SIDES_PX, propose
+from core.overlay.detection.correlation import SIDES_PX
 from core.overlay.detection.lattice import Lattice
-from core.overlay.detection.seeding import flat_canvas, grow_proposals, of_size
+from core.overlay.detection.seeding import flat_canvas
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, measure
 from core.overlay.registration.registration import Registration
-from core.progress import Job, Progress
 
 TIMES = 2
+MOST_PX = float(TIMES * SIDES_PX[0])
+"""Side of a texel of an enlarged photo up to which it is looked for there: the least exemplar holds it in the photo."""
 LONGEST_PX = 1200
 """Longest side of an enlarged photo: a search takes time as its pixels do."""
 
@@ -34,19 +35,6 @@ def magnified(photo: Floats, valid: Bools) -> tuple[Floats, FlatPicture]:
     large = np.asarray(np.clip(cv2.resize(photo, size, interpolation=cv2.INTER_CUBIC), 0, 1), np.float64)
     inside = np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1)
     return large, flat_canvas(large, inside)
-
-
-def find_small_lattices(canvas: FlatPicture, rng: np.random.Generator, texel_px: float | None) -> Job[list[Lattice]]:
-    """Return the lattices of an enlarged photo whose texels are smaller in the photo than its least exemplar.
-
-    Larger ones are found there, and so are keypoints, which are looked for in an enlarged photo anyway (D. Lowe 2004).
-    Raises `NoPatternError` if there is no lattice.
-    """
-    yield Progress(0.0, "correlating patches")
-    proposals = of_size(propose(canvas.image, canvas.valid[..., 0] > 0, rng), texel_px)
-    limit = (TIMES * SIDES_PX[0]) ** 2
-    small = [proposal for proposal in proposals if abs(np.linalg.det(proposal.basis)) < limit]
-    return (yield from grow_proposals(canvas, small))
 
 
 def at_photo_size(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture) -> tuple[FittedCloth, Fit]:

@@ -5,10 +5,10 @@ import pytest
 
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.lattice import Lattice
-from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.detection.seeding import NoPatternError, find_lattices, flat_canvas
 from core.overlay.search import finding
 from core.overlay.search.finding import find_cloth
-from core.overlay.search.magnified import TIMES, can_be_magnified, find_small_lattices, magnified
+from core.overlay.search.magnified import MOST_PX, TIMES, can_be_magnified, magnified
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
@@ -17,11 +17,15 @@ EVERYWHERE = np.ones(SCENE.photo.shape[:2], bool)
 
 
 def test_what_is_found_enlarged_lies_on_the_photos_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
-    def find_none(_: FlatPicture, rng: np.random.Generator, *, texel_px: float | None) -> Job[list[Lattice]]:
-        yield Progress(0.0, f"{rng} {texel_px}")
-        raise NoPatternError
+    def find_enlarged(
+        canvas: FlatPicture, rng: np.random.Generator, *, texel_px: float | None, most_px: float = np.inf
+    ) -> Job[list[Lattice]]:
+        if most_px == np.inf:
+            yield Progress(0.0, "")
+            raise NoPatternError
+        return (yield from find_lattices(canvas, rng, texel_px=texel_px, most_px=most_px))
 
-    monkeypatch.setattr(finding, "find_lattices", find_none)
+    monkeypatch.setattr(finding, "find_lattices", find_enlarged)
     cloth, found = run(find_cloth(SCENE.photo, flat_canvas(SCENE.photo, EVERYWHERE), 0))
     assert list(cloth.mesh.shape) == list(EVERYWHERE.shape)
     steps = np.linalg.solve(SCENE.basis, cloth.basis)
@@ -37,12 +41,12 @@ def test_what_is_found_enlarged_lies_on_the_photos_pixels(monkeypatch: pytest.Mo
 
 def test_only_what_is_smaller_than_the_least_exemplar_is_looked_for_enlarged() -> None:
     _, canvas = magnified(SCENE.photo, EVERYWHERE)
-    found = run(find_small_lattices(canvas, np.random.default_rng(0), None))
+    found = run(find_lattices(canvas, np.random.default_rng(0), most_px=MOST_PX))
     assert found[0].texel_area == pytest.approx(TIMES**2 * np.linalg.det(SCENE.basis), rel=0.1)
     large = make_scene(motif(), size=(110, 120), basis=27.0 * np.eye(2), bend=0.0)
     _, canvas = magnified(large.photo, EVERYWHERE)
     with pytest.raises(NoPatternError):
-        run(find_small_lattices(canvas, np.random.default_rng(0), None))
+        run(find_lattices(canvas, np.random.default_rng(0), most_px=MOST_PX))
 
 
 def test_a_photo_that_is_large_enough_is_not_enlarged() -> None:
