@@ -13,8 +13,12 @@ SEED := 0
 run: install
 	@$(BIN)/weft
 
+# What has no window and no GPU runs on all cores; windows stand still where others take their time, and are alone.
+ALONE := tests/gui tests/gpu tests/benchmarks
+
 test: install check
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses logical --dist worksteal --benchmark-disable $(addprefix --ignore=,$(ALONE))
+	$(BIN)/python -m pytest $(ALONE)
 
 check: .venv/installed
 	$(BIN)/ruff format --check .
