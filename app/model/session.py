@@ -87,6 +87,8 @@ class Resizing:
     """Whether it is proposed what to keep where nothing is painted."""
     share: float = 0.25
     """How much of the picture, 0 to 1."""
+    dragged_px: tuple[int, int] | None = None
+    """The size that the frame was last dragged to: the view stays where the hand saw it."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The frame of the result, whose sides and corners are dragged to give it another size."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -57,7 +58,8 @@ def _drag(editor: Editor, press: Press, grip: int) -> Gesture:
                 editor.document = with_size(start, limit_size(start, size))
                 grown = np.subtract(editor.document.canvas_px, start.canvas_px) * view.zoom
                 shift = np.where(GRIPS[grip] == 0.0, -grown, 0.0)
-                editor.show(view=move(view, (float(shift[0]), float(shift[1]))))
+                resizing = replace(editor.session.resizing, dragged_px=editor.document.canvas_px)
+                editor.show(view=move(view, (float(shift[0]), float(shift[1]))), resizing=resizing)
                 event = yield
     except GeneratorExit:
         editor.show(view=view)

@@ -24,8 +24,9 @@ class WholeView:
 
         Not while a hand holds it, nor after the hand has given it its size, nor where keys give it one.
         """
-        view, document = self._editor.session.view, self._editor.answer.document
-        is_resized = document.canvas_px != self._size_px and "size" not in document.tracks
+        session, document = self._editor.session, self._editor.answer.document
+        view, is_given = session.view, "size" in document.tracks or document.canvas_px == session.resizing.dragged_px
+        is_resized = document.canvas_px != self._size_px and not is_given
         self._size_px = document.canvas_px
         if view != self._view:
             self._view, self._is_whole = view, view == whole(self._editor)

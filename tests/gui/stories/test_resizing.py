@@ -14,9 +14,11 @@ from app.model.jobs import Jobs
 from app.model.session import Resizing
 from app.model.spaces import screen_from_canvas
 from app.tools.all import TOOLS
+from app.ui.canvas.whole_view import WholeView
 from core.document.document import Document
 from core.imaging.images import Image
 from core.rasters.raster import Raster
+from tests.app.driver import EditorDriver
 from tests.core.selection.test_importance import two_discs
 from tests.gui.window_driver import WindowDriver, drive
 
@@ -179,6 +181,21 @@ def test_the_frame_is_dragged(editor: Editor, side: str) -> None:
     width, height = editor.document.canvas_px
     assert (width, height) == pytest.approx((400, 250 if side == "corner" else 300), abs=4)
     assert editor.history.labels[-1] == "Resize"
+
+
+def test_a_drag_within_one_frame_leaves_the_view_too() -> None:
+    hand = EditorDriver()
+    hand.editor.show(view=whole(hand.editor))
+    view, following = hand.editor.session.view, WholeView(hand.editor)
+    for _ in range(2):
+        following.update()
+    width, height = hand.editor.canvas_px
+    x, y = screen_from_canvas(view, np.array([width - 0.5, height - 0.5])).tolist()
+    hand.tool("resize").press(x, y).move(x - 40, y - 10).release()
+    assert hand.editor.canvas_px != (width, height)
+    for _ in range(2):
+        following.update()
+    assert hand.editor.session.view == view
 
 
 def test_escape_gives_a_drag_up(editor: Editor) -> None:
