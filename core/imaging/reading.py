@@ -21,6 +21,8 @@ from core.imaging.picture_bounds import TooLargeError, check_size
 from core.imaging.png_chunks import is_broken_png
 
 BAND_ROWS = 256
+LARGEST = 1e15
+"""Floating pixels are held within this: what is computed of them, squares and their sums too, is finite in float32."""
 _STRUCTURE = ("ICCProfile", "oiio:", "png:", "tiff:", "jpeg:", "openexr:", "webp:", "gif:", "thumbnail", "screenWindow")
 _STRUCTURE_NAMES = {"Orientation", "compression", "planarconfig", "Exif:PixelXDimension", "Exif:PixelYDimension"}
 
@@ -192,7 +194,7 @@ def _image_from_file(pixels: Pixels, spec: OpenImageIO.ImageSpec) -> Image:
     linear = pixels.dtype == np.float32
     pixels = _take_channels(pixels, spec)
     if linear:
-        pixels = np.nan_to_num(pixels, copy=False, nan=0.0)
+        _bound(pixels)
     if pixels.shape[2] in (2, 4) and not spec.get_int_attribute("oiio:UnassociatedAlpha"):
         pixels = _straight(pixels)
     pixels = upright(pixels, spec.get_int_attribute("Orientation", 1))
@@ -201,13 +203,20 @@ def _image_from_file(pixels: Pixels, spec: OpenImageIO.ImageSpec) -> Image:
     )
 
 
+def _bound(pixels: Pixels) -> None:
+    """Hold floating `pixels` within `LARGEST`, in their place; what is no number becomes 0."""
+    np.nan_to_num(pixels, copy=False, nan=0.0)
+    np.clip(pixels, -LARGEST, LARGEST, out=pixels)
+
+
 def _straight(pixels: Pixels) -> Pixels:
-    """Return premultiplied `pixels` with straight alpha, in their place; what overflows becomes the largest number."""
+    """Return premultiplied `pixels` with straight alpha, in their place; floating ones within `LARGEST`."""
     for top in range(0, pixels.shape[0], BAND_ROWS):
         band = pixels[top : top + BAND_ROWS]
         with np.errstate(over="ignore"):
             straight = color.unpremultiply(color.unit(band))
-        band[:] = color.quantise(np.nan_to_num(straight, copy=False), pixels.dtype)
+        _bound(straight)
+        band[:] = color.quantise(straight, pixels.dtype)
     return pixels
 
 
