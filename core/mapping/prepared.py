@@ -103,8 +103,9 @@ class Prepared:
         found = self._soften(found, plain)
         if self._lines is None:
             return found, None
-        rectangle = Rectangle.of(as_complex(plain))
-        pull = self._lines.straighten(found, glides=rectangle is not None and rectangle.stretches(self.mapping.grid))
+        w = as_complex(plain)
+        rectangle = Rectangle.of(w)
+        pull = self._lines.straighten(found, w, glides=rectangle is not None and rectangle.stretches(self.mapping.grid))
         return found if pull is None else pull.apply(self.mapping, found), pull
 
     def _soften(self, found: Solution, plain: Points) -> Solution:

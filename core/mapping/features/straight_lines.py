@@ -3,7 +3,8 @@
 A line has samples at equal steps, each a mean over the line to the next ones. C z is where they are, read bilinearly;
 M, an orthonormal basis of all that is neither constant nor linear along the line, takes that to what no straight line
 explains. With n the normal of the line where it lies, Re n̄ (M C z) is what bends it: samples that glide along the line
-add nothing. Added to the energy is
+add nothing. Of a level or plumb line, a horizon, what is linear along it counts likewise, with n the normal of the
+line where W alone takes it: it keeps its tilt. Added to the energy is
 
     ½ w_F ℓ Σ |Re n̄ (M C z)|²,
 
@@ -33,7 +34,7 @@ from core.linalg.grid_solver import HalfSolved
 from core.linalg.laplacian import edge_weights, laplacian
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.limits import FREE, Limits
-from core.mapping.features.line_rows import LineRows, along_lines, bends_of, fixed_directions
+from core.mapping.features.line_rows import LineRows, along_lines, are_level, bends_of, fixed_directions
 from core.mapping.features.pose import HeldPoints, Solution
 from core.mapping.features.reduced_system import as_one, as_two
 from core.mapping.jacobians import Complexes
@@ -102,9 +103,12 @@ class LineSolver:
         means = [(u * share).sum(axis=1, keepdims=True) for u, share in samples]
         limits = lines.limits_of_each[: self.count]
         bases = [bends_of(np.ones_like(u), u, limit) for u, limit in zip(means, limits, strict=True)]
-        self._rows = LineRows.of(limits, means, lengths, np.array([len(base) for base in bases]))
+        self._level = are_level(lines.ends, limits)
+        counts_of_bends = np.array([len(base) for base in bases])
+        self._rows = LineRows.of(limits, means, lengths, counts_of_bends, np.flatnonzero(self._level))
         along = scipy.sparse.block_diag([(u - u.mean()).T / np.linalg.norm(u - u.mean()) for u in means], format="csr")
-        M = scipy.sparse.csr_array(scipy.sparse.vstack([scipy.sparse.block_diag(bases), along[self._rows.bounded]]))
+        linear = along[self._rows.owner[counts_of_bends.sum() :]]
+        M = scipy.sparse.csr_array(scipy.sparse.vstack([scipy.sparse.block_diag(bases), linear]))
         self._points = mapping.hold_points(at, M, np.concatenate([share for _, share in samples]))
         with one_thread():
             self._give = (self._points.half.T @ self._points.half) @ M.T
@@ -115,21 +119,23 @@ class LineSolver:
         self._ends = np.cumsum(counts) - counts, np.cumsum(counts) - 1
         self._glide = _Glide.of(mapping, lines.ends[: self.count].reshape(-1, 2), self._points)
 
-    def straighten(self, found: Solution, *, glides: bool = False) -> Pull | None:
-        """Return what draws the lines of a solution straight, as far as they give way, with features where they are.
+    def straighten(self, found: Solution, w: Complexes, *, glides: bool = False) -> Pull | None:
+        """Return what draws the lines of a solution for W straight, as they give way, with features where they are.
 
         Where it `glides`, the frame moves along its sides with the lines that end there. None where there are no lines.
         """
         if not self.count:
             return None
         points, glide = self._points, self._glide if glides else self._glide.none()
-        there = (found.z.ravel()[points.nodes] * points.weights).sum(axis=1)
+        there, unkept = ((z.ravel()[points.nodes] * points.weights).sum(axis=1) for z in (found.z, w))
+        fixed = self._fixed.copy()
+        fixed[self._level] = along_lines(unkept[self._ends[1]] - unkept[self._ends[0]], 0 * fixed)[self._level]
         read = points.M @ there
         forces, moves = np.zeros(len(read), np.complex128), np.zeros(len(glide.along), np.complex128)
         with one_thread():
             for _ in range(_ROUNDS):
                 now = there + self._give @ forces + glide.at_points @ moves
-                u = self._rows.directions(along_lines(now[self._ends[1]] - now[self._ends[0]], self._fixed))
+                u = self._rows.directions(along_lines(now[self._ends[1]] - now[self._ends[0]], fixed))
                 excess = self._rows.excess((np.conj(u) * read).real)
                 on = np.flatnonzero(self._rows.bends | (excess != 0))
                 system = self._P[np.ix_(on, on)] * (np.conj(u[on])[:, None] * u[on]).real + np.diag(self._softness[on])

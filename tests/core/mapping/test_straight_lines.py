@@ -110,14 +110,15 @@ def test_what_is_added_to_the_energy_is_at_its_least() -> None:
     warper = Warper(GRID)
     warper.use(find_features(GRID, mask()), MappingOptions(weight=7.0))
     plain = as_complex(WARPS["twist"])
+    ends, levels = np.concatenate([ENDS, [[[60.0, 20.0], [240.0, 90.0]]]]), (True, True, True, False)
     mapping = warper._prepared.mapping  # type: ignore[union-attr]
     solution = mapping.place(plain)
-    solver = LineSolver(mapping, Lines(ENDS), 7.0)
-    pull = solver.straighten(solution)
+    solver = LineSolver(mapping, Lines(ends), 7.0)
+    pull = solver.straighten(solution, plain)
     assert pull is not None
     found = pull.apply(mapping, solution)
     step = 0.02 * float(np.hypot(*SIZE))
-    counts = [round(np.linalg.norm(b - a) / step) + 1 for a, b in ENDS]
+    counts = [round(np.linalg.norm(b - a) / step) + 1 for a, b in ends]
     samples = [_sample(count, round(2 * step / min(GRID.cell))) for count in counts]
 
     def energy(z: Complexes) -> float:
@@ -128,13 +129,14 @@ def test_what_is_added_to_the_energy_is_at_its_least() -> None:
             edge, wanted, arm = (a[end] - a[start] for a in (z, plain, as_complex(GRID.nodes)))
             total += float((mapping.follow_w * np.abs(edge - wanted) ** 2).sum()) / 2
             total += float((mapping.follow_feature * np.abs(edge - follow * arm) ** 2).sum()) / 2
-        for (a, b), (places, parts) in zip(ENDS, samples, strict=True):
+        for (a, b), (places, parts), level in zip(ends, samples, levels, strict=True):
             nodes, weights = GRID.weights_at(a + (b - a) * places.reshape(-1, 1))
-            read = ((values.ravel()[nodes] * weights).sum(axis=1) for values in (z, found.z))
+            shown = plain if level else found.z
+            read = ((values.ravel()[nodes] * weights).sum(axis=1) for values in (z, shown))
             there, chord = ((values.reshape(parts.shape) * parts).sum(axis=1) for values in read)
             share = (places * parts).sum(axis=1)
             across = (np.conj(1j * (chord[-1] - chord[0])) * there).real / abs(chord[-1] - chord[0])
-            bend = across - np.polyval(np.polyfit(share, across, 1), share)
+            bend = across - np.polyval(np.polyfit(share, across, 0 if level else 1), share)
             cells = float(np.linalg.norm(b - a)) / 4 / (len(share) - 1)
             total += 7.0 * cells * float((bend**2).sum()) / 2
         return total
@@ -225,8 +227,8 @@ def kept_by(limits: Limits, plain: Points) -> Points:
     return warped(plain, Lines(ENDS, (limits,) * len(ENDS)), NONE).warped
 
 
-def chords(z: Points) -> Complexes:
-    return as_complex(places(z, ENDS[:, 1]) - places(z, ENDS[:, 0]))
+def chords(z: Points, ends: Points = ENDS) -> Complexes:
+    return as_complex(places(z, ends[:, 1]) - places(z, ends[:, 0]))
 
 
 def test_the_less_a_line_is_protected_the_more_it_bends() -> None:
@@ -235,6 +237,24 @@ def test_the_less_a_line_is_protected_the_more_it_bends() -> None:
     assert by[0] == pytest.approx(bends(plain).max(), rel=1e-3)
     assert by == sorted(by, reverse=True)
     assert by[2] == pytest.approx((by[0] + by[4]) / 2, rel=0.2)
+
+
+@pytest.mark.parametrize("aspect", [(0.6, 1.0), (1.0, 1.6)])
+def test_a_horizon_that_ends_at_a_feature_stays_level_where_what_is_aslant_may_turn(
+    aspect: tuple[float, float],
+) -> None:
+    plain, horizon = GRID.nodes * aspect, np.array([[[-0.5, 88.0], [52.0, 89.0]], [[-0.5, 125.0], [52.0, 124.0]]])
+    aslant = np.array([[[6.0, 70.0], [60.0, 85.0]]])
+
+    def tilts(ends: Points) -> Floats:
+        found = warped(plain, Lines(ends)).warped
+        return np.abs(np.angle(chords(found, ends) / chords(plain, ends)))
+
+    before = warped(plain, None).warped
+    least = np.abs(np.angle(chords(before, horizon) / chords(plain, horizon))).min()
+    assert least > 0.1
+    assert tilts(horizon).max() < 0.5 * least
+    assert tilts(aslant).max() > 0.1
 
 
 def test_upright_lines_keep_their_angle() -> None:
