@@ -1,5 +1,6 @@
 """Actions on outline, pins and inner curves."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from app.actions import ActionGroup, always, in_warp
@@ -28,6 +29,13 @@ def _select_all(editor: Editor) -> None:
 def _has_some_to_select(editor: Editor) -> bool:
     in_warp = editor.session.mode == "warp"
     return in_warp and (editor.session.tool == "outline" or bool(editor.document.pins))
+
+
+def _toggle_aid(name: str) -> Callable[[Editor], None]:
+    """Return what switches one of the aids of the outline."""
+    return lambda editor: editor.show(
+        outline=replace(editor.session.outline, **{name: not getattr(editor.session.outline, name)})
+    )
 
 
 def put_back(editor: Editor) -> None:
@@ -92,6 +100,31 @@ HANDLES = (
         "S",
         enabled=lambda editor: editor.session.tool in ("curves", "feature-curves"),
         checked=lambda editor: editor.session.curve_side == "source",
+    ),
+    _HANDLES.action(
+        "mirror_across",
+        "Left and right alike",
+        _toggle_aid("across"),
+        "left-right",
+        "What is done to one side of the outline is done to the opposite one, mirrored",
+        checked=lambda editor: editor.session.outline.across,
+        separated=True,
+    ),
+    _HANDLES.action(
+        "mirror_down",
+        "Top and bottom alike",
+        _toggle_aid("down"),
+        "up-down",
+        "What is done to the top of the outline is done to the bottom, mirrored, and the other way round",
+        checked=lambda editor: editor.session.outline.down,
+    ),
+    _HANDLES.action(
+        "snap_outline",
+        "Snap outline",
+        _toggle_aid("snaps"),
+        "magnet",
+        "Corners, handles and sides come level with the frame, its middle, and corners",
+        checked=lambda editor: editor.session.outline.snaps,
     ),
     _HANDLES.removal(
         "reset_outline",

@@ -54,7 +54,7 @@ POINTER_KEYS = (
     _key("brush.size", "Alt", "-drag", "Size and hardness of the brush", "brush"),
     _key("points.axis", "Shift", "", "Several; axis, steps, ratio", *_POINTS),
     _key("points.remove", "Alt", "-click", "Remove a point, break a knot", *_POINTS),
-    _key("points.other", "Ctrl", "-drag", "Source, straight on, seam", *_POINTS, "trace"),
+    _key("points.other", "Ctrl", "-drag", "Source, straight on, seam; never snaps", *_POINTS, "trace"),
     _key("zoom.out", "Alt", "-click", "Zoom out with the magnifier", "zoom"),
     _key("texture.turn", "Shift", "-drag", "Turn the texture on the cloth", "drape"),
     _key("texture.scale", "Ctrl", "-drag", "Scale the texture on the cloth", "drape"),

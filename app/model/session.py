@@ -92,6 +92,18 @@ class Resizing:
 
 
 @dataclass(frozen=True)
+class OutlineAids:
+    """What helps to lay an outline exactly."""
+
+    snaps: bool = True
+    """Whether what is dragged snaps to the frame and to corners."""
+    across: bool = False
+    """Whether left and right are edited alike,"""
+    down: bool = False
+    """and top and bottom."""
+
+
+@dataclass(frozen=True)
 class Overlays:
     """What is drawn over the picture."""
 
@@ -162,6 +174,9 @@ class Session:
     """Numbers of the selected pins."""
     selected_corners: frozenset[int] = frozenset()
     """Numbers of the outline's selected corners, 0 to 3 clockwise from the top left."""
+    outline: OutlineAids = field(default_factory=OutlineAids)
+    guides: tuple[tuple[Points, Points], ...] = field(default=(), compare=False)
+    """Lines to what a dragged place of the outline snaps to, (2,) and (2,) in screen pixels."""
     selected_curve: int | None = None
     """Number of the curve that is being edited."""
     selected_knots: frozenset[int] = frozenset()

@@ -13,10 +13,12 @@ from app.model.events import Event, Key, Move, Position, Press
 from app.model.gestures import Gesture
 from app.model.shapes import Bezier, Circle, Polyline, Shape, Square
 from app.model.spaces import canvas_from_screen, screen_from_canvas
+from app.tools import outline_aids
 from app.tools.curves.curve_set import place_on_line
+from app.tools.outline_aids import Snapping
 from app.tools.points import band
 from app.tools.points.box import Box, Grip, apply
-from app.tools.points.grips import aim, drag_from, nearest, nudge_px, places_from_screen, screen_from_places
+from app.tools.points.grips import drag_from, nearest, nudge_px, places_from_screen, screen_from_places
 from app.tools.points.selection import Selection
 from core.arrays import InputError, Points
 from core.curves import curve_edit
@@ -99,8 +101,10 @@ def drag_corners(editor: Editor, press: Press, corner: int) -> Gesture:
     first = yield from SELECTION.grip(editor, press, corner)
     if first is None:
         return
-    corners = find_selected(editor)
-    move = lambda ring, event: curve_edit.with_knots_moved(ring, corners, _shift(press, event), closed=True)  # noqa: E731
+    corners, knots = find_selected(editor), ring_on_screen(editor)[:-1:3]
+    stay = sorted(set(range(CORNERS)) - outline_aids.opposites(corners, editor.session.outline))
+    snapping = Snapping(editor, knots[corner], knots[stay])
+    move = lambda ring, event: curve_edit.with_knots_moved(ring, corners, snapping.shift(press, event), closed=True)  # noqa: E731
     yield from _follow(editor, "Move corner" if len(corners) == 1 else "Move corners", move, first, by_corners=True)
 
 
@@ -110,13 +114,16 @@ def drag(editor: Editor, press: Press, part: OutlinePart) -> Gesture:
     first = yield from drag_from(press.pos)
     if first is None:
         return
-    if part.kind == "side":
-        yield from _follow(
-            editor, "Bend side", lambda ring, event: curve_edit.bent(ring, part.t, _shift(press, event)), first
-        )
-    else:
-        move = lambda ring, event: _handle_moved(ring, part.number, _shift(press, event), broken=event.mods.alt)  # noqa: E731
-        yield from _follow(editor, "Move handle", move, first)
+    ring, is_side = ring_on_screen(editor), part.kind == "side"
+    snapping = Snapping(editor, np.array(press.pos) if is_side else ring[part.number], ring[:-1:3])
+
+    def move(ring: Points, event: Move) -> Points:
+        shift = snapping.shift(press, event)
+        if is_side:
+            return curve_edit.bent(ring, part.t, shift)
+        return _handle_moved(ring, part.number, shift, broken=event.mods.alt)
+
+    yield from _follow(editor, "Bend side" if is_side else "Move handle", move, first)
 
 
 def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
@@ -138,16 +145,19 @@ def transform(editor: Editor, press: Press, box: Box, grip: Grip) -> Gesture:
 def _follow(
     editor: Editor, label: str, move: Callable[[Points, Move], Points], first: Move, *, by_corners: bool = False
 ) -> Gesture:
-    """Keep the outline at `move(its ring at the start, event)`, all on the screen."""
-    start, ring = editor.document, ring_on_screen(editor)
-    with editor.group(label):
-        event: Event = first
-        while isinstance(event, Move):
-            moved = places_from_screen(editor, move(ring, event)[:-1])
-            result = lay_by_corners(start, moved) if by_corners else start.changed(outline=Outline(moved))
-            if result is not None:
-                editor.document = result
-            event = yield
+    """Keep the outline at `move(its ring at the start, event)`, all on the screen, on both sides alike if so chosen."""
+    start, ring, aids = editor.document, ring_on_screen(editor), editor.session.outline
+    try:
+        with editor.group(label):
+            event: Event = first
+            while isinstance(event, Move):
+                moved = places_from_screen(editor, outline_aids.mirror(ring, move(ring, event), aids)[:-1])
+                result = lay_by_corners(start, moved) if by_corners else start.changed(outline=Outline(moved))
+                if result is not None:
+                    editor.document = result
+                event = yield
+    finally:
+        editor.show(guides=())
 
 
 def lay_by_corners(document: Document, ring: Points) -> Document | None:
@@ -161,11 +171,6 @@ def lay_by_corners(document: Document, ring: Points) -> Document | None:
         return perspective.with_corners(document, ring[::3])
     except InputError:
         return None
-
-
-def _shift(press: Press, event: Move) -> Points:
-    """Return by how much a drag moves what is gripped."""
-    return np.subtract(aim(press.pos, event), press.pos)
 
 
 def _handle_moved(ring: Points, handle: int, shift: Points, *, broken: bool) -> Points:
@@ -213,6 +218,7 @@ def move_by(editor: Editor, corners: frozenset[int], by_px: Points) -> Document:
     outline = find_outline(editor)
     ring = np.concatenate([outline.ring, outline.ring[:1]])
     moved = curve_edit.with_knots_moved(ring, corners, by_px / editor.canvas_px, closed=True)
+    moved = outline_aids.mirror(ring, moved, editor.session.outline)
     return lay_by_corners(editor.document, moved[:-1]) or editor.document
 
 
@@ -239,7 +245,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
         at = _on_side(editor, ring, part.t) if part.kind == "side" else ring[part.number]
         if at is not None:
             shapes.append(Circle((float(at[0]), float(at[1])), 8.0, "hover"))
-    return [*shapes, *band.shapes(editor)]
+    return [*shapes, *outline_aids.shapes(editor), *band.shapes(editor)]
 
 
 def _on_side(editor: Editor, ring: Points, t: float) -> Points | None:
@@ -254,7 +260,7 @@ OUTLINE = Tool(
     label="Outline",
     icon="vector-square",
     key="o",
-    hint="Drag corners, handles, sides · Ctrl+A boxes all · Shift holds axes · Alt breaks · double-click straightens",
+    hint="Drag corners, handles, sides · Shift holds axes · Ctrl never snaps · Alt breaks · double-click straightens",
     press=press,
     cursor="arrow",
     modes=frozenset(("warp",)),

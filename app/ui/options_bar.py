@@ -53,7 +53,13 @@ GAP_EM = 0.9
 TOOL_ACTIONS = {
     "brush": ("features.new", "mask.fit", "mask.transparency", "mask.fill", "mask.clear", "mask.invert", "mask.load"),
     "pins": ("handles.select_all", "handles.frame", "handles.remove_pins"),
-    "outline": ("handles.select_all", "handles.reset_outline"),
+    "outline": (
+        "handles.select_all",
+        "handles.mirror_across",
+        "handles.mirror_down",
+        "handles.snap_outline",
+        "handles.reset_outline",
+    ),
     "curves": ("handles.edit_source", "handles.frame", "handles.remove_curves"),
     "brush in overlay": (
         "overlay.paint_region",

@@ -86,6 +86,7 @@ def test_every_action_runs_and_is_undone(name: str, drive: EditorDriver) -> None
             assert action.checked(drive.editor) or name in (
                 "warp.vertical_axis",
                 "handles.frame",
+                "handles.snap_outline",
                 "select.contiguous",
                 "timeline.loop",
             )
