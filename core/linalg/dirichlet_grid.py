@@ -35,29 +35,31 @@ class DirichletGrid:
         self.eigenvalues: Floats = self.y.eigenvalues[:, None] / cell[1] ** 2 + self.x.eigenvalues / cell[0] ** 2
         """Of L, for the inner nodes' sines (rows - 2, columns - 2)."""
 
-    def spread(self, places: Points, loads: Floats, stiffness: Floats) -> Floats:
-        """Return A⁻¹ Cᵀ loads (rows, columns, d) for loads (n, d) on places (n, 2); A has `stiffness` for each sine."""
-        by_x, by_y = (
-            sines.between(*sines.split(place)) for sines, place in zip((self.x, self.y), places.T, strict=True)
-        )
+    def sines_at(self, places: Points) -> tuple[Floats, Floats]:
+        """Return all sines along either axis at places (n, 2), continued linearly between nodes."""
+        x, y = places.T
+        return self.x.between(*self.x.split(x)), self.y.between(*self.y.split(y))
+
+    def spread(self, sines: tuple[Floats, Floats], loads: Floats, stiffness: Floats) -> Floats:
+        """Return A⁻¹ Cᵀ loads (d, rows, columns) for loads (d, n) on places that have these `sines`.
+
+        A has `stiffness` for each sine of the grid.
+        """
+        by_x, by_y = sines
         with one_thread():
-            found = by_y.T @ (loads.T[:, :, None] * by_x).transpose(1, 0, 2).reshape(len(places), -1)
-            waves = found.reshape(len(by_y.T), -1, by_x.shape[1])
-            waves /= stiffness[:, None]
+            waves = by_y.T @ (loads[:, :, None] * by_x)
+            waves /= stiffness
             return self._sum(waves)
 
     def solve(self, load: Floats, stiffness: Floats) -> Floats:
-        """Return A⁻¹ `load` (rows, columns, d), of which only inner nodes count; A has `stiffness` for each sine."""
+        """Return A⁻¹ `load` (d, rows, columns), of which only inner nodes count; A has `stiffness` for each sine."""
         with one_thread():
-            waves = self._sum(np.moveaxis(load[1:-1, 1:-1], 2, 1))[1:-1, 1:-1] / stiffness[..., None]
-            return self._sum(np.moveaxis(waves, 2, 1))
+            waves = self._sum(load[:, 1:-1, 1:-1])[:, 1:-1, 1:-1] / stiffness
+            return self._sum(waves)
 
     def _sum(self, waves: Floats) -> Floats:
-        """Return the sums of sines with coefficients (r, d, c) at all nodes (rows, columns, d)."""
-        rows, channels, columns = waves.shape
-        down = self.y.sums(waves.reshape(rows, -1), axis=0).reshape(-1, columns)
-        found = self.x.sums(down, axis=1).reshape(self.shape[0], channels, -1)
-        return np.ascontiguousarray(np.moveaxis(found, 1, 2))
+        """Return the sums of sines with coefficients (d, r, c) at all nodes (d, rows, columns)."""
+        return self.x.sums(self.y.sums(waves, axis=-2), axis=-1)
 
 
 class Responses:

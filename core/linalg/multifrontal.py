@@ -161,6 +161,8 @@ class GridFactor:
         """Eliminate the pivots of the boxes that are `touched`."""
         k = half.b.shape[1]
         for fronts, halves, boxes in self._up(np.flatnonzero(touched)):
+            if 2 * len(boxes) > fronts.count:
+                boxes = np.arange(fronts.count)  # all of them cost less than copies of most
             p, where = fronts.pivots, stretch(boxes)
             f = np.zeros((len(boxes), fronts.size, k))
             f[:, :p] = half.b.take(fronts.nodes[where, :p], axis=0)

@@ -37,11 +37,31 @@ class Sines:
         return (1 - share)[:, None] * self._at(cell) + share[:, None] * self._at(cell + 1)
 
     def sums(self, coefficients: Floats, *, axis: int) -> Floats:
-        """Return Σ c_k s_k at all nodes, k along an axis of a table of coefficients."""
-        if self._is_short:
-            return np.asarray(self._matrix @ coefficients if axis == 0 else coefficients @ self._matrix.T)
-        inner = scipy.fft.dst(coefficients, type=1, axis=axis, norm="ortho")
-        return np.pad(inner, [(1, 1) if axis == k else (0, 0) for k in range(2)])
+        """Return Σ c_k s_k at all nodes, k along the last `axis` but one, -2, or the last, -1, of coefficients.
+
+        Sines of odd k are the same on both sides of the middle, those of even k change their sign there: products are
+        worked out for one half.
+        """
+        if not self._is_short:
+            inner = scipy.fft.dst(coefficients, type=1, axis=axis, norm="ortho")
+            return np.pad(inner, [(1, 1) if axis == k - inner.ndim else (0, 0) for k in range(inner.ndim)])
+        if axis == -2:
+            odd, even = (half @ coefficients[..., k::2, :] for k, half in enumerate(self._halves))
+        else:
+            odd, even = (coefficients[..., k::2] @ half.T for k, half in enumerate(self._halves))
+        shape = list(coefficients.shape)
+        shape[axis] = self.count + 1
+        found, middle = np.empty(shape), odd.shape[axis]
+        first, last = found.swapaxes(axis, -1)[..., :middle], found.swapaxes(axis, -1)[..., : -middle - 1 : -1]
+        np.add(odd.swapaxes(axis, -1), even.swapaxes(axis, -1), out=first)
+        np.subtract(odd.swapaxes(axis, -1), even.swapaxes(axis, -1), out=last)
+        return found
+
+    @cached_property
+    def _halves(self) -> tuple[Floats, Floats]:
+        """Sines of odd and of even k at the nodes up to the middle."""
+        values = self._matrix[: self.count // 2 + 1]
+        return np.ascontiguousarray(values[:, ::2]), np.ascontiguousarray(values[:, 1::2])
 
     @cached_property
     def _matrix(self) -> Floats:

@@ -14,7 +14,6 @@ import numpy as np
 from core.arrays import Floats, Points
 from core.grid import Grid
 from core.linalg.dirichlet_grid import DirichletGrid, Responses
-from core.mapping.features.reduced_system import as_one
 from core.mapping.jacobians import Complexes
 
 
@@ -39,19 +38,17 @@ class HeldPlate:
         """Return how it answers forces at the points (n, 2)."""
         places = (points + 0.5) / self._cell
         of_all, of_short_waves = (responses.between(places) for responses in self._responses)
-        return HeldForces(np.asarray(of_all - of_short_waves), places, self)
+        return HeldForces(np.asarray(of_all - of_short_waves), self._grid.sines_at(places), self)
 
-    def spread(self, places: Points, forces: Complexes) -> Complexes:
-        """Return d (N,) for forces (n,) at places (n, 2), in cells."""
-        parts = np.stack([forces.real, forces.imag], axis=1)
-        return as_one(self._grid.spread(places, parts, self._stiffness).reshape(-1, 2))
+    def spread(self, sines: tuple[Floats, Floats], forces: Complexes) -> Complexes:
+        """Return d (N,) for forces (n,) at places that have these sines."""
+        return _joined(self._grid.spread(sines, _parts(forces), self._stiffness)).ravel()
 
     def solve_poisson(self, load: Complexes) -> Complexes:
         """Return y (R, C), 0 on the outline, with dᵀ w d y = `load` (R, C) inside, w = 1 for every quad."""
         # An inner edge belongs to two quads.
         stiffness = 2 * (self._grid.y.eigenvalues[:, None] + self._grid.x.eigenvalues)
-        y = self._grid.solve(np.stack([load.real, load.imag], axis=-1), stiffness)
-        return np.asarray(y[..., 0] + 1j * y[..., 1])
+        return _joined(self._grid.solve(_parts(load), stiffness))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +57,22 @@ class HeldForces:
 
     S: Floats
     """What a force at one moves another (n, n)."""
-    places: Points
+    sines: tuple[Floats, Floats]
+    """At the points."""
     plate: HeldPlate
 
     def answer(self, forces: Complexes) -> Complexes:
         """Return d (N,) for the forces (n,)."""
-        return self.plate.spread(self.places, forces)
+        return self.plate.spread(self.sines, forces)
+
+
+def _parts(z: Complexes) -> Floats:
+    """Return x + iy as x and y (2, ...)."""
+    return np.stack([z.real, z.imag])
+
+
+def _joined(parts: Floats) -> Complexes:
+    """Return x and y (2, ...) as x + iy."""
+    z = np.empty(parts.shape[1:], np.complex128)
+    z.real, z.imag = parts
+    return z

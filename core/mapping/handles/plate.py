@@ -39,9 +39,10 @@ from core.linalg.blas import one_thread
 from core.linalg.laplacian import divergence, edge_weights, laplacian
 from core.mapping.handles.dirichlet_plate import HeldForces, HeldPlate
 from core.mapping.handles.free_plate import FreeForces, FreePlate
+from core.mapping.handles.probes import Probes
 from core.mapping.handles.rods import Found, Rods, RodSystem, Slides
-from core.mapping.handles.turned import Base, Turned, rotations
-from core.mapping.jacobians import Complexes, as_complex, linear_parts
+from core.mapping.handles.turned import Base, Turned
+from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.tolerances import SINGULAR
 from core.tracing import span
 
@@ -50,7 +51,8 @@ Plate: TypeAlias = HeldPlate | FreePlate
 
 ROUNDED = 0.1
 """ℓ as a share of the grid's diagonal."""
-_REFINEMENTS = 3
+_REFINEMENTS = 1
+"""Of the forces on points, some of which may be close together."""
 _APART = 1e-5
 """Pivots down to this share of the largest one, squared, tell of points that are surely apart."""
 
@@ -73,14 +75,15 @@ class HandleField:
 
     Parameters
     ----------
-    points, M
-        Places (m, 2), in pixels of the picture, and combinations M (n, m): what is asked of the points is asked of
-        these combinations of their displacements, by default of each (n = m).
+    points
+        What is displaced (n): points of the picture, and rings around some.
     spare
         With the frame free, how many columns similarities of the whole have: one handle alone moves the picture, two
         turn and scale it too.
     rods
         Lines that stay straight.
+    bodies
+        B (n, 2 k) of `motions`: how bodies move the points; by default the points are of no body.
     slides
         Directions and shapes (R, C) by which a straight frame slides with rods that end on it.
     known
@@ -91,11 +94,11 @@ class HandleField:
         self,
         grid: Grid,
         plate: Plate | None,
-        points: Points,
-        M: sparse.csr_array | None = None,
+        points: Probes,
         *,
         spare: int = 0,
         rods: Rods | None = None,
+        bodies: sparse.csr_array | None = None,
         slides: Sequence[tuple[complex, Floats]] = (),
         known: "HandleField | None" = None,
     ) -> None:
@@ -104,13 +107,15 @@ class HandleField:
         self._system: RodSystem | None = None
         """None where there are no rods."""
         self._length = float(np.hypot(grid.width_px, grid.height_px))
-        self._M = sparse.eye_array(len(points), format="csr") if M is None else M
+        at, self._M = points.spread(grid)
+        """Places (m, 2), and combinations M (n, m) of these that the points are."""
         self._spare = spare if isinstance(plate, FreePlate) else 0
+        self._bodies = sparse.csr_array((len(points), 0)) if bodies is None else bodies
         self._forces: HeldForces | FreeForces | None = None
         if plate is None or not len(points):
             return
         with span("handles", count=len(points)), one_thread():
-            self._at, n = self._inside(points), self._M.shape[0]
+            self._at, n = self._inside(at), self._M.shape[0]
             places = np.concatenate([self._at, self._inside(self.rods.at)])
             if isinstance(plate, FreePlate):
                 before = None if known is None else known._forces
@@ -124,7 +129,9 @@ class HandleField:
                 whole = of_all @ self._similarities(places)
                 across = np.concatenate([across, whole[n:].conj().T])
                 S = np.block([[S, whole[:n]], [whole[:n].conj().T, np.zeros((self._spare,) * 2)]])
-            self._inverse = _inverse(S)
+            self._S, self._inverse = S, _inverse(S)
+            self._on_bodies = np.asarray(self._bodies.conj().T @ self._inverse[:n, :n])
+            self._between_bodies = np.asarray(self._on_bodies @ self._bodies)
             if len(self.rods):
                 self._system = RodSystem(self.rods, self._inverse, across, within)
                 self._slides = self._prepare_slides(slides)
@@ -134,38 +141,25 @@ class HandleField:
         """Whether the frame is."""
         return isinstance(self._plate, FreePlate)
 
-    def find_motions(self, known: Complexes, Q: Complexes, turned: Turned | None = None) -> Floats:
-        """Return the motions c (u,) of bodies, which move the points by Q c (n,) beyond what is known of them (n,)."""
-        if self._forces is None or not Q.size:
-            return np.zeros(Q.shape[1])
+    def find_motions(self, known: Complexes, T: Complexes, turned: Turned | None = None) -> Floats:
+        """Return the motions c (u,) of bodies: they move the points by B T c (n,) beyond what is known of them (n,)."""
+        if self._forces is None or not T.size:
+            return np.zeros(T.shape[1])
         if self._system is not None and turned is not None:
-            return self._push(known, Q, turned).motions
-        inverse = self._inverse[: len(Q), : len(Q)]
-        if np.iscomplexobj(inverse):
-            forces = Q.conj().T @ inverse
-            system, load = (forces @ Q).real, (forces @ known).real
-        else:  # by real products: a quarter of the work
-            across, down = Q.real.T @ inverse, Q.imag.T @ inverse
-            system, load = across @ Q.real + down @ Q.imag, across @ known.real + down @ known.imag
-        return np.asarray(-_inverse(system) @ load, np.float64)
+            return self._push(known, np.asarray(self._bodies @ T), turned).motions
+        system = (T.conj().T @ self._between_bodies @ T).real
+        return np.asarray(-_inverse(system) @ (T.conj().T @ (self._on_bodies @ known)).real, np.float64)
 
     def displace(self, asked: Complexes, turned: Turned | None = None) -> Complexes:
         """Return the nodes' displacements d (R, C) that have the points' ones (n,), beside what is `turned`."""
-        d = np.zeros(self.grid.size, np.complex128)
         if self._forces is None:
-            return d.reshape(self.grid.shape)
-        rest, size = asked, float(np.abs(asked).max())
-        if self._system is not None and turned is not None:
-            none, slides = np.empty((len(asked), 0), np.complex128), self._slides.where(turned.slides)
-            found = self._push(asked, none, turned)
-            d += slides.fields @ found.slid + self._answer(asked - slides.at_points @ found.slid, found.forces)
-            rest, size = asked - self._moved(d), max(size, float(np.abs(found.forces).max()))
-        for _ in range(_REFINEMENTS):
-            if np.abs(rest).max() <= SINGULAR * size:
-                break
-            d += self._answer(rest)
-            rest = asked - self._moved(d)
-        return d.reshape(self.grid.shape)
+            return np.zeros(self.grid.shape, np.complex128)
+        if self._system is None or turned is None:
+            return self._answer(asked).reshape(self.grid.shape)
+        none, slides = np.empty((len(asked), 0), np.complex128), self._slides.where(turned.slides)
+        found = self._push(asked, none, turned)
+        d = slides.fields @ found.slid + self._answer(asked - slides.at_points @ found.slid, found.forces)
+        return np.asarray(d).reshape(self.grid.shape)
 
     def still(self, base: Base, *, slides: bool) -> Turned:
         """Return that nothing of z⁰ is turned; `slides` says whether a straight frame holds it."""
@@ -190,7 +184,7 @@ class HandleField:
         held = np.where(self.grid.outline, sides, 0)
         if not isinstance(self._plate, HeldPlate):
             return held
-        turned = rotations(base.parts, linear_parts(self.grid, base.z + d)) - 1
+        turned = base.rotations(base.z + d) - 1
         across, down = edge_weights(turned)
         load = divergence(across * base.right, down * base.below)
         if held.any():
@@ -218,6 +212,8 @@ class HandleField:
         if self._system is not None:
             load = load - self._system.across @ pushed
         found = self._inverse @ load
+        for _ in range(_REFINEMENTS):
+            found = found + self._inverse @ (load - self._S @ found)
         d = self._forces.answer(np.concatenate([self._M.conj().T @ found[:n], self.rods.M.T @ pushed]))
         if self._spare:
             d += found[-1]

@@ -18,10 +18,11 @@ import numpy as np
 from core.mapping.features.pose import Approach, Solution
 from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
+from core.mapping.handles.motions import Poses
 from core.mapping.handles.plate import HandleField
 from core.mapping.handles.secants import Secants
 from core.mapping.handles.straight_frame import Rectangle, constrain_frame, freedom_of, pivot_of
-from core.mapping.handles.structure import Poses, Structure
+from core.mapping.handles.structure import Structure
 from core.mapping.handles.turned import Base, Turned
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.tolerances import MET_PX, SEEN_PX
@@ -72,7 +73,7 @@ class HandleSolver:
         if not goal.any():
             return Moved(reference, np.zeros_like(reference.z), goal)
         if self._base is None or self._base.z is not reference.z:
-            self._base, self._D = Base.of(mapping.grid, reference.z), None
+            self._base, self._D = Base.of(reference.z), None
         is_straight = _is_straight(reference.z, s.field)
         with mapping.clock.measure("rhs"):
             poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
@@ -111,8 +112,7 @@ class HandleSolver:
         close_px = MET_PX if rounds >= _ROUNDS_PER_TURN else SEEN_PX / 2
         pins = s.rows[s.alone]
         asked = goal.copy()
-        asked[pins] += self._secants.offset
-        self._secants.begin()
+        asked[pins] = self._secants.begin(goal[pins], close_px)
         best: _Found | None = None
         for number in range(rounds + 1):
             D = self._displace(s, reference, poses, asked, turned)
@@ -125,10 +125,10 @@ class HandleSolver:
             missed = float(np.abs(misses).max(initial=0))
             if best is None or missed < best.missed:
                 best = _Found(missed, approach, D, poses.alpha.copy(), poses.t.copy())
-            better = self._secants.improve(asked[pins], misses, goal[pins])
+            self._secants.learn(asked[pins], goal[pins] - misses)
             if number == rounds or missed > _WORSE * best.missed or missed < close_px:
                 break
-            asked[pins] = better
+            asked[pins] = self._secants.step(goal[pins])
         assert best is not None
         return best
 
@@ -145,7 +145,7 @@ class HandleSolver:
         already = s.field.at_points(turned.y)
         for _ in range(_POSE_STEPS):
             known = self._know(s, reference, poses, asked) - already
-            poses.move(s, s.field.find_motions(known, s.moving(poses.alpha), turned))
+            s.motions.move(poses, s.field.find_motions(known, s.motions.directions(poses.alpha), turned))
         D = turned.y + s.field.displace(self._know(s, reference, poses, asked) - already, turned)
         self._pose_small(s, reference, poses, D)
         return D
@@ -175,7 +175,8 @@ class HandleSolver:
         self, s: Structure, reference: Solution, goal: Complexes, asked: Complexes, *, is_straight: bool
     ) -> Poses:
         """Return the similarities of the bodies that handles place; those of the others as they are."""
-        poses = Poses(reference.alpha.copy(), reference.t.copy(), {})
+        none = np.full(len(reference.alpha), np.nan, np.complex128)
+        poses = Poses(reference.alpha.copy(), reference.t.copy(), none)
         rest = as_complex(s.mapping.grid.nodes)
         for i, hold in s.holds.items():
             alpha, t = complex(reference.alpha[i]), complex(reference.t[i])
@@ -195,16 +196,13 @@ class HandleSolver:
 
     def _know(self, s: Structure, reference: Solution, poses: Poses, asked: Complexes) -> Complexes:
         """Return the displacements of the plate's points, for what is `asked` of handles (k,) and bodies at `poses`."""
-        known = np.zeros(len(s.of_plate), np.complex128)
+        known = s.motions.displace(poses, reference.alpha, reference.t)
         known[: len(s.outside)] = asked[s.outside]
-        for i, arms, points in s.samples:
-            known[points] = (poses.alpha[i] - reference.alpha[i]) * arms + poses.t[i] - reference.t[i]
         return known
 
     def _pose_small(self, s: Structure, reference: Solution, poses: Poses, D: Complexes) -> None:
         """Place the bodies that are too many for the plate where D has them, at the sizes that they have."""
-        sampled = [i for i, *_ in s.samples]
-        small = np.isin(np.arange(len(reference.alpha)), sampled, invert=True)
+        small = np.isin(np.arange(len(reference.alpha)), s.motions.bodies, invert=True)
         if small.any():
             turned, moved = s.mapping.fit_bodies(D)
             alpha = reference.alpha + turned

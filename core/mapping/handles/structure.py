@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Floats, Ints
+from core.arrays import Bools, Ints
 from core.mapping.features.feature_mapping import JOINT_AT_MOST, FeatureMapping
 from core.mapping.features.pose import HeldPoints
 from core.mapping.handles.free_plate import FreePlate
+from core.mapping.handles.motions import Motions
 from core.mapping.handles.plate import HandleField, Plate
 from core.mapping.handles.poses import Hold, find_holds, find_owners, sample_rim
 from core.mapping.handles.probes import Probes
@@ -42,11 +43,9 @@ class Structure:
     at_frame: Ints
     """The handles that no body holds and that lie on a held frame."""
     of_plate: Probes
-    """The plate's: handles outside bodies, then the samples of bodies."""
-    samples: list[tuple[int, Complexes, slice]]
-    """Body, points sampled on it, from its centroid, and which of the plate's points they are."""
-    columns: dict[int, slice]
-    """The unknown motions of bodies that have any: a turn, where they do, and, without a hold, moves along x and y."""
+    """The plate's: handles outside bodies, then points of the rims of bodies."""
+    motions: Motions
+    """How the bodies move that the plate knows."""
     held: HeldPoints
     rows: Ints
     """The handles that free nodes hold."""
@@ -54,38 +53,6 @@ class Structure:
     """The plate's answers."""
     alone: Bools
     """Which of the rows are pins in the background: held by free nodes only, each would draw out a spike."""
-
-    def moving(self, alpha: Complexes) -> Complexes:
-        """Return Q (n, u): how the unknown motions move the plate's points where bodies are turned by `alpha`."""
-        Q = np.zeros((len(self.of_plate), max((c.stop for c in self.columns.values()), default=0)), np.complex128)
-        for i, arms, points in self.samples:
-            if i in self.columns:
-                first, hold = self.columns[i].start, self.holds.get(i)
-                if self.mapping.bodies[i].limits.turns:
-                    Q[points, first] = 1j * alpha[i] * (arms - (hold.arm if hold is not None else 0))
-                    first += 1
-                if hold is None:
-                    Q[points, first], Q[points, first + 1] = 1, 1j
-        return Q
-
-
-@dataclass(frozen=True, eq=False)
-class Poses:
-    """Similarities of all bodies, and where the points are that some of them turn about."""
-
-    alpha: Complexes
-    t: Complexes
-    pivots: dict[int, complex]
-
-    def move(self, structure: Structure, motions: Floats) -> None:
-        """Turn and move the bodies that the plate moves by its `motions`; their sizes stay."""
-        for i, columns in structure.columns.items():
-            if structure.mapping.bodies[i].limits.turns:
-                self.alpha[i] *= np.exp(1j * motions[columns.start])
-            if i in self.pivots:
-                self.t[i] = self.pivots[i] - self.alpha[i] * structure.holds[i].arm
-            else:
-                self.t[i] += motions[columns.stop - 2] + 1j * motions[columns.stop - 1]
 
 
 def prepare(
@@ -116,13 +83,10 @@ def prepare(
     outside, at_frame = np.flatnonzero((owners < 0) & ~idle), np.flatnonzero(idle & ~rings)
     sampled = [i for i in range(len(bodies)) if i < JOINT_AT_MOST or i in holds or cut[i].any()]
     blocks = _MANY_BLOCKS if len(sampled) <= _FEW else _FEW_BLOCKS
-    samples, points, end = [], [], len(outside)
-    for i in sampled:
-        arms = sample_rim(bodies[i], mapping.index, blocks)
-        samples.append((i, arms, slice(end, end + len(arms))))
-        points.append(as_positions(arms + rest.ravel()[bodies[i].nodes].mean()))
-        end += len(arms)
-    columns = _number_motions(samples, holds, cut, [body.limits.turns for body in bodies])
+    arms = [sample_rim(bodies[i], mapping.index, blocks) for i in sampled]
+    middles = [rest.ravel()[bodies[i].nodes].mean() for i in sampled]
+    points = [as_positions(part + middle) for part, middle in zip(arms, middles, strict=True)]
+    motions = _find_motions(mapping, sampled, arms, holds, cut, first=len(outside))
     rows = np.where(owners < 0, share >= LEAST_SHARE, (share > ROUNDING) & ~rings)
     rows = _thin_out(np.flatnonzero(rows), pins, mapping)
     held = mapping.hold_points(*probes[rows].spread(mapping.grid))
@@ -139,17 +103,17 @@ def prepare(
         outside,
         at_frame,
         of_plate,
-        samples,
-        columns,
+        motions,
         held,
         rows,
         HandleField(
             mapping.grid,
             plate,
-            *of_plate.spread(mapping.grid),
+            of_plate,
             spare=whole,
             rods=rods,
             slides=slides_with(rods, mapping, probes.at[at_frame]) if frame_is_held else (),
+            bodies=motions.points,
             known=before,
         ),
         (pins & (owners < 0))[rows],
@@ -163,20 +127,22 @@ def _thin_out(rows: Ints, pins: Bools, mapping: FeatureMapping) -> Ints:
     return np.sort(np.concatenate([rows[pins[rows]], others[:: max(-(-len(others) // room), 1)]]))
 
 
-def _number_motions(
-    samples: list[tuple[int, Complexes, slice]], holds: dict[int, Hold], cut: Bools, turns: list[bool]
-) -> dict[int, slice]:
-    """Return the columns of the unknown motions of bodies.
+def _find_motions(
+    mapping: FeatureMapping,
+    sampled: list[int],
+    arms: list[Complexes],
+    holds: dict[int, Hold],
+    cut: Bools,
+    *,
+    first: int,
+) -> Motions:
+    """Return how bodies move: one without a hold turns, and moves; one held at one place turns about it.
 
-    A body without a hold turns, and moves; one held at one place turns about it. One that stays upright does not turn,
-    and bodies that the frame cuts stay.
+    One that stays upright does not turn, and bodies that the frame cuts stay.
     """
-    numbered: dict[int, slice] = {}
-    end = 0
-    for i, _, _ in samples:
-        hold = holds.get(i)
-        count = turns[i] + (2 if hold is None else 0)
-        if count and not cut[i].any() and (hold is None or hold.is_one_place):
-            numbered[i] = slice(end, end + count)
-            end = numbered[i].stop
-    return numbered
+    is_free = np.array([i not in holds for i in sampled], bool)
+    is_held = np.array([i in holds and holds[i].is_one_place for i in sampled], bool)
+    about = np.array([holds[i].arm if i in holds else 0 for i in sampled], np.complex128)
+    turns = np.array([mapping.bodies[i].limits.turns for i in sampled], bool)
+    inner = ~cut[sampled].any(axis=1)
+    return Motions.of(sampled, arms, first, about, turns & inner & (is_free | is_held), inner & is_free)

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Floats
-from core.grid import Grid
-from core.mapping.jacobians import Complexes, Jacobians, linear_parts
+from core.mapping.jacobians import Complexes
 
 
 @dataclass(frozen=True, eq=False)
@@ -14,15 +13,30 @@ class Base:
     """A picture that is displaced, z⁰ (R, C), and what its local rotation is measured against."""
 
     z: Complexes
-    parts: Jacobians
     right: Complexes
     below: Complexes
     """Edges across and down."""
+    across: Complexes
+    down: Complexes
+    """Their sums on every quad (R-1, C-1), conjugated."""
 
     @classmethod
-    def of(cls, grid: Grid, z: Complexes) -> "Base":
-        """Evaluate linear parts and edges."""
-        return cls(z, linear_parts(grid, z), np.diff(z, axis=1), np.diff(z, axis=0))
+    def of(cls, z: Complexes) -> "Base":
+        """Evaluate edges."""
+        right, below = _edges(z)
+        across, down = _sums(right, below)
+        return cls(z, right, below, across.conj(), down.conj())
+
+    def rotations(self, z: Complexes) -> Complexes:
+        """Return the local rotation (R-1, C-1) of z (R, C) against z⁰ on every quad, as unit complex numbers.
+
+        With X and Y the sums of a quad's edges across and down, its linear part is u -> (X - iY) u + (X + iY) conj(u),
+        but for the cell's size. So the similarity part of L L0⁻¹ is, but for its size, i (X conj(Y0) - Y conj(X0)).
+        """
+        x, y = _sums(*_edges(z))
+        part = 1j * (x * self.down - y * self.across)
+        size = np.sqrt(part.real**2 + part.imag**2)
+        return np.divide(part, size, out=np.ones_like(part), where=size > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +57,11 @@ class Turned:
         return max(float(part.max(initial=0)) for part in parts)
 
 
-def rotations(before: Jacobians, after: Jacobians) -> Complexes:
-    """Return the local rotation (R-1, C-1) of a mapping against another one on every quad, as unit complex numbers."""
-    # J = L L0⁻¹ with L u = a u + b conj(u); its similarity part is (a conj(a0) - b conj(b0)) / det L0.
-    part = after.similar * before.similar.conj() - after.opposite * before.opposite.conj()
-    size = np.abs(part)
-    return np.divide(part, size, out=np.ones_like(part), where=size > 0)
+def _edges(z: Complexes) -> tuple[Complexes, Complexes]:
+    """Return the edges across (R, C-1) and down (R-1, C) of z (R, C)."""
+    return z[:, 1:] - z[:, :-1], z[1:] - z[:-1]
+
+
+def _sums(right: Complexes, below: Complexes) -> tuple[Complexes, Complexes]:
+    """Return the sums of the edges across and down of every quad (R-1, C-1)."""
+    return right[1:] + right[:-1], below[:, 1:] + below[:, :-1]

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from core.grid import Grid
 from core.mapping.features.similarity import fit_residual
 from core.mapping.handles.dirichlet_plate import HeldPlate
 from core.mapping.handles.plate import HandleField, make_plate
+from core.mapping.handles.probes import Probes
 from core.mapping.jacobians import Complexes, as_complex
 from tests.core.mapping.test_handles import GRID
 
@@ -16,7 +18,7 @@ def test_a_held_plate_bends_as_little_as_the_handles_allow(size: tuple[int, int]
     """The plate's answer has the gradient of E at nodes that no handle holds, within the outline: zero."""
     grid = Grid(*size, cell_px=3)
     at = np.array([[0.4, 0.5], [0.7, 0.3], [0.71, 0.33]]) * size
-    field = HandleField(grid, make_plate(grid, "held"), at)
+    field = HandleField(grid, make_plate(grid, "held"), Probes.of_points(at))
     d = field.displace(as_complex(np.array([[4.0, 1.0], [-2.0, 3.0], [-2.5, 3.0]])))
     unit = np.sqrt(np.prod(grid.cell))
     width, height = grid.cell / unit
@@ -43,9 +45,9 @@ def test_an_unknown_motion_of_the_plate_leaves_no_force_on_a_body() -> None:
     at = np.concatenate([[[60.0, 60.0]], rim])
     Q = np.zeros((5, 3), np.complex128)
     Q[1:, 0], Q[1:, 1], Q[1:, 2] = 1j * as_complex(rim - rim.mean(axis=0)), 1, 1j
-    field = HandleField(GRID, make_plate(GRID, "held"), at)
+    field = HandleField(GRID, make_plate(GRID, "held"), Probes.of_points(at), bodies=sparse.csr_array(Q))
     known = np.array([20.0 + 5j, 0, 0, 0, 0])
-    found = known + Q @ field.find_motions(known, Q)
+    found = known + Q @ field.find_motions(known, np.eye(3, dtype=np.complex128))
     d = field.displace(found)
     assert np.abs(field.at_points(d) - found).max() < 1e-9
     assert fit_residual(as_complex(rim), as_complex(rim) + field.at_points(d)[1:], rigid=False) < 1e-12

@@ -10,6 +10,7 @@ from core.mapping.features.straight_lines import Lines
 from core.mapping.handles.dirichlet_plate import HeldPlate
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame, HandleField, make_plate
+from core.mapping.handles.probes import Probes
 from core.mapping.handles.rods import Rods, RodSystem, Slides
 from core.mapping.handles.turned import Base
 from core.mapping.jacobians import Complexes, as_complex
@@ -119,8 +120,8 @@ def test_the_plate_with_rods_is_at_its_least_energy() -> None:
     rng = np.random.default_rng(0)
     rods = Rods.of(GRID, Lines(INSIDE), 3.0)
     points = np.array([[90.0, 50.0], [160.0, 120.0]])
-    field = HandleField(GRID, make_plate(GRID, "held"), points, rods=rods)
-    turned = field.still(Base.of(GRID, as_complex(GRID.nodes)), slides=True)
+    field = HandleField(GRID, make_plate(GRID, "held"), Probes.of_points(points), rods=rods)
+    turned = field.still(Base.of(as_complex(GRID.nodes)), slides=True)
     asked = np.array([3.0 - 20j, 4.0 + 9j])
     d = field.displace(asked, turned)
     assert field.at_points(d) == pytest.approx(asked, abs=1e-9)
@@ -133,11 +134,11 @@ def test_the_plate_with_rods_is_at_its_least_energy() -> None:
         plate = field._plate
         assert isinstance(plate, HeldPlate)
         grid = plate._grid
-        parts = np.stack([z.real, z.imag], axis=-1)
+        parts = np.stack([z.real, z.imag])
         waves = grid.solve(parts, 1 / plate._stiffness)
         return float((parts * waves).sum())
 
-    bare = HandleField(GRID, make_plate(GRID, "held"), points)
+    bare = HandleField(GRID, make_plate(GRID, "held"), Probes.of_points(points))
     assert energy(bare.displace(asked)) > energy(d)
     for _ in range(3):
         wish = np.where(GRID.outline, 0, rng.normal(size=GRID.shape) + 1j * rng.normal(size=GRID.shape))
