@@ -1,7 +1,6 @@
 """Actions of Overlay mode: finding the pattern, laying a texture, and what is shown and saved of it."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from app.actions import Action, ActionGroup
@@ -10,7 +9,7 @@ from app.files import document_io
 from app.model.requests import PICTURES, OpenFile
 from app.model.session import PaintedOnCloth, Shown
 from core.document.document import Document
-from core.document.overlay import find_layers
+from core.document.overlay import find_layers, vertices_of
 from core.document.overlay_settings import Search
 from core.document.parts import Part, picture_of
 from core.files.text import legible
@@ -21,7 +20,7 @@ from core.rasters.raster import Raster
 
 PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
 """Tools that work on the photo, and so show it in place of the result."""
-NO_BETTER = "In the whole cloth less of the pattern was found than there is: it stays as it is"
+NO_BETTER = "No more of the pattern was found on the whole cloth: it stays as it is"
 PART_FILES = ("png", "tif", "tiff", "exr")
 
 
@@ -57,7 +56,7 @@ def find(editor: Editor) -> None:
 
 
 def take_whole(editor: Editor) -> None:
-    """Make all of the cloth on which the pattern was found the region, where what is found there explains no less."""
+    """Let the lattice go on over all of the cloth on which it was found, where that explains no less."""
     editor.finish()
     layers, start = editor.overlay.layers, editor.document
     search = start.cloth.search
@@ -66,7 +65,8 @@ def take_whole(editor: Editor) -> None:
 
     def steps() -> Job[Search | None]:
         whole = yield from part(whole_object(start.image, layers.covered), 0.0, 0.1)
-        wider = replace(search, region=Raster.from_array(as_bytes(whole)))
+        lattice = vertices_of(start, layers)
+        wider = Search(Raster.from_array(as_bytes(whole)), lattice=lattice, seed=search.seed)
         found_there = yield from part(find_layers(start.with_cloth(search=wider)), 0.1, 1.0)
         return wider if found_there.explained >= layers.explained else None
 

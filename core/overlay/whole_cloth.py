@@ -1,4 +1,4 @@
-"""From a part of a cloth to all of it: the pattern is looked for again in what stands out where it was found."""
+"""From a part of a cloth to all of it: the lattice that was found goes on over what stands out where it was found."""
 
 from collections.abc import Callable
 
@@ -7,23 +7,25 @@ from core.imaging.image import Image
 from core.masks.object_masks import whole_object
 from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
+from core.overlay.detection.corrections import lattices_of
 from core.overlay.laying.compositing import searchable
 from core.progress import Job, part
 
 Finding = Callable[..., Job[Decomposition]]
-"""`decompose` of a photo, but for its region."""
+"""`decompose` of a photo, but for its region and its lattice."""
 
 
 def decompose_whole_cloth(image: Image, region: Bools | Singles | None, finding: Finding) -> Job[Decomposition]:
     """Return the decomposition of all of the cloth of which the pattern is found in `region` (H, W).
 
-    `finding` is called with a region: first the given one, then the object that was cut out of the `image` around what
-    the first call covered. Of the two finds the one that explains more of the photo is kept.
+    `finding` is called with the given region, then with the object that was cut out of the `image` around what the
+    first call covered, and the lattice found there. Of the two finds the one that explains more of the photo is kept.
     """
-    found = yield from part(finding(region=region), 0.0, 0.5)
+    found = yield from part(finding(region=region), 0.0, 0.6)
     try:
-        cloth = yield from part(whole_object(image, finite(found.uv)), 0.5, 0.55)
-        again = yield from part(finding(region=searchable(image, cloth)), 0.55, 1.0)
-    except InputError:  # It is all of the cloth, or too little of a pattern is seen there.
+        cloth = yield from part(whole_object(image, finite(found.uv)), 0.6, 0.65)
+        lattice = lattices_of(found.lattice.keys, found.lattice.frames.points)
+        wider = yield from part(finding(region=searchable(image, cloth), lattice=lattice), 0.65, 1.0)
+    except InputError:  # It is all of the cloth, or the lattice does not hold on all of it.
         return found
-    return max(found, again, key=lambda result: result.explained)
+    return max(found, wider, key=lambda result: result.explained)

@@ -161,9 +161,10 @@ def test_whole_cloth_keeps_the_better_find(
     first = replace(run(decompose(scene.photo)), explained=1.0)
     outcomes: Iterator[float | None] = iter([1.0, second])
 
-    def found_in(*, region: Bools | Singles | None) -> Job[Decomposition]:
+    def found_in(*, region: Bools | Singles | None, lattice: list[Lattice] | None = None) -> Job[Decomposition]:
         yield Progress(0.0, "")
         outcome = next(outcomes)
+        assert (lattice is None) == (region is None)
         if outcome is None:
             raise NoPatternError
         return replace(first, explained=outcome)
