@@ -8,6 +8,7 @@ leaves the processor's part. Every frame is split by the spans that the program 
 import statistics
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,7 @@ from imgui_bundle import hello_imgui, imgui
 from app.editor.editor import Editor
 from app.model.jobs import Jobs
 from app.model.spaces import screen_from_canvas
+from app.render.picture_file import exporting
 from app.tools.all import TOOLS
 from app.window.shell import Shell, has_display, wake
 from core import tracing
@@ -67,20 +69,26 @@ def measure(features: Sequence[int] = FEATURES, *, frames: int = FRAMES) -> list
 
 def _in_window(features: int, frames: int, *, draws: bool) -> list[dict[str, Any]]:
     """Open a window and play all deeds in it."""
+    with open_window(_document(features), draws=draws) as hand:
+        return [_played(hand, deed, frames) for deed in ("drag", "brush", "zoom", "idle")]
+
+
+@contextmanager
+def open_window(document: Document, *, draws: bool = True) -> Iterator["Hand"]:
+    """Open a window on a document, whose frames are drawn by whoever works in it."""
     jobs = Jobs(wake=wake)
-    shell = Shell(Editor(_document(features), TOOLS, jobs=jobs), keeps_settings=False, draws=draws)
+    shell = Shell(Editor(document, TOOLS, jobs=jobs, exporter=exporting), keeps_settings=False, draws=draws)
     shell.params.app_window_params.window_geometry.size = SIZE_PX
     render = hello_imgui.manual_render
     render.setup_from_runner_params(shell.params)
     try:
-        hand = _Hand(shell)
-        return [_played(hand, deed, frames) for deed in ("drag", "brush", "zoom", "idle")]
+        yield Hand(shell)
     finally:
         jobs.close()
         render.tear_down()
 
 
-def _played(hand: "_Hand", deed: str, frames: int) -> dict[str, Any]:
+def _played(hand: "Hand", deed: str, frames: int) -> dict[str, Any]:
     """Let the window come to rest, play a deed, and return what its frames took."""
     hand.rest()
     events = {"drag": hand.drag, "brush": hand.brush, "zoom": hand.zoom, "idle": hand.idle}[deed](frames)
@@ -93,7 +101,7 @@ def _played(hand: "_Hand", deed: str, frames: int) -> dict[str, Any]:
     return {"deed": deed, **summarise(found)}
 
 
-class _Hand:
+class Hand:
     """The mouse, and a little patience."""
 
     def __init__(self, shell: Shell) -> None:
@@ -104,32 +112,36 @@ class _Hand:
         until = time.monotonic() + SETTLING_S
         calm = 0
         while calm < 10 and time.monotonic() < until:
-            hello_imgui.manual_render.render()
+            self.draw()
             is_calm = self.shell.is_drawn and self.editor.live.is_settled and self.editor.jobs.is_idle
             calm = calm + 1 if is_calm else 0
             time.sleep(0.0 if is_calm else 0.01)
 
+    def draw(self) -> None:
+        """Draw a frame."""
+        hello_imgui.manual_render.render()
+
     def drag(self, frames: int) -> Events:
         """Move a pin along an arc."""
         self.editor.choose_tool("pins")
-        start = self._on_screen(PINS[0])
-        yield from self._press(start)
+        start = self.on_screen(PINS[0])
+        yield from self.press(start)
         for angle in np.linspace(0, np.pi, frames):
-            self._move(start[0] + 60 * np.sin(angle), start[1] + 40 * (1 - np.cos(angle)))
+            self.move(start[0] + 60 * np.sin(angle), start[1] + 40 * (1 - np.cos(angle)))
             yield
 
     def brush(self, frames: int) -> Events:
         """Paint around where a pin is."""
         self.editor.choose_tool("brush")
-        x, y = self._on_screen((0.5, 0.55))
-        yield from self._press((x, y))
+        x, y = self.on_screen((0.5, 0.55))
+        yield from self.press((x, y))
         for angle in np.linspace(0, 2 * np.pi, frames):
-            self._move(x + 90 * np.sin(angle), y + 60 * (1 - np.cos(angle)))
+            self.move(x + 90 * np.sin(angle), y + 60 * (1 - np.cos(angle)))
             yield
 
     def zoom(self, frames: int) -> Events:
         """Turn the wheel, in and out again."""
-        self._move(*self._on_screen((0.5, 0.5)))
+        self.move(*self.on_screen((0.5, 0.5)))
         yield
         for number in range(frames):
             imgui.get_io().add_mouse_wheel_event(0.0, 0.5 if number < frames // 2 else -0.5)
@@ -145,19 +157,20 @@ class _Hand:
         imgui.get_io().add_mouse_button_event(0, False)
         hello_imgui.manual_render.render()
 
-    def _press(self, place: tuple[float, float]) -> Events:
+    def press(self, place: tuple[float, float]) -> Events:
         """Move there, press, and show that; the first stop is before any of it counts."""
-        self._move(*place)
+        self.move(*place)
         hello_imgui.manual_render.render()
         imgui.get_io().add_mouse_button_event(0, True)
         hello_imgui.manual_render.render()
         yield
 
-    def _move(self, x: float, y: float) -> None:
+    def move(self, x: float, y: float) -> None:
+        """Move the pointer to a place of the canvas's widget."""
         area = self.shell.workspace.canvas.area
         imgui.get_io().add_mouse_pos_event(area.x + x, area.y + y)
 
-    def _on_screen(self, place: tuple[float, float]) -> tuple[float, float]:
+    def on_screen(self, place: tuple[float, float]) -> tuple[float, float]:
         """Return where a place of the canvas is, in pixels of the canvas's widget."""
         pixels = pixels_from_places(self.editor.canvas_px, np.array([place]))
         x, y = screen_from_canvas(self.editor.session.view, pixels)[0].tolist()

@@ -33,20 +33,28 @@ def _window(**settings: Any) -> list[Record]:
     return window.measure(**settings)
 
 
+def _stories(**settings: Any) -> list[Record]:
+    """Measure the longest frames of whole jobs in the window."""
+    with loading():
+        from app.bench import stories
+    return stories.measure(**settings)
+
+
 ENGINES: Mapping[str, tuple[Callable[[], list[Record]], Callable[[], list[Record]]]] = {
     "mapping": (mapping.measure, lambda: mapping.measure(mapping.SIZES[:4])),
     "retexture": (retexture.measure, lambda: retexture.measure(retexture.PAPER[:1], runs=1)),
     "overlay": (overlay.measure, lambda: overlay.measure(overlay.SIZES[:1], runs=1)),
     "export": (export.measure, lambda: export.measure(export.SIZES[:1], runs=1)),
     "window": (_window, lambda: _window(features=(4,), frames=10)),
+    "stories": (_stories, lambda: _stories(frames=4)),
     "gpu": (gpu_mapping.measure, lambda: gpu_mapping.measure(gpu_mapping.QUICK)),
     "bounds": (bounds.measure, lambda: bounds.measure(bounds.QUICK)),
     "batch": (batch.measure, lambda: batch.measure(batch.QUICK_FRAMES)),
 }
 """What measures each engine, in full and quickly."""
-USUAL = [name for name in ENGINES if name not in {"window", "gpu", "bounds", "batch"}]
-"""What is measured unless asked otherwise: the window needs a display, the GPU OpenGL 4.3, large pictures and
-batches take minutes."""
+USUAL = [name for name in ENGINES if name not in {"window", "stories", "gpu", "bounds", "batch"}]
+"""What is measured unless asked otherwise: the window and stories in it need a display, the GPU OpenGL 4.3, large
+pictures and batches take minutes."""
 PHOTOGRAPHS, RETEXTURED = "photographs", "retexture-photographs"
 
 
@@ -59,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         metavar="NAME",
         default=USUAL,
-        help=f"some of the engines, {', '.join(ENGINES)}, of which window needs a display; "
+        help=f"some of the engines, {', '.join(ENGINES)}, of which window and stories need a display; "
         f"or {PHOTOGRAPHS} DIR: how many of a folder are decomposed; "
         f"or {RETEXTURED} DIR: what is regrown of pictures with curves, beside the plain deformation",
     )

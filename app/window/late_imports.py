@@ -3,7 +3,7 @@
 import gc
 import importlib
 
-LOADED_LATER = ("scipy.spatial", "scipy.ndimage", "scipy.fft", "scipy.sparse.csgraph")
+LOADED_LATER = ("scipy.spatial", "scipy.ndimage", "scipy.fft", "scipy.sparse.csgraph", "scipy.interpolate")
 """What only the tools need: SciPy imports its parts where they are first used."""
 
 
