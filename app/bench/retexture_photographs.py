@@ -80,7 +80,7 @@ def _record(file: Path, sheets: Path | None) -> Record:
     if sheets is not None:
         sheets.mkdir(parents=True, exist_ok=True)
         plain = found.deformed(image.pixels, linear=image.linear)
-        save(Image(sheet(_eight_bits(plain), _eight_bits(result), curves)), sheets / f"{name}.png")
+        save(Image(sheet(eight_bits(plain), eight_bits(result), curves)), sheets / f"{name}.png")
     if sys.stderr.isatty():
         sys.stderr.write(f"{name}\n")
     return {"name": name, "half": half_of(picture.stem), **figures(found, curves), "cpu_s": seconds}
@@ -127,7 +127,7 @@ def _box(curves: list[FeatureCurve], size: tuple[int, ...]) -> tuple[np.ndarray[
     return low.astype(int), np.clip(moved.max(axis=0) + AROUND_PX, low + 1, size).astype(int)
 
 
-def _eight_bits(pixels: np.ndarray[Any, Any]) -> Bytes:
+def eight_bits(pixels: np.ndarray[Any, Any]) -> Bytes:
     """Return the colours (H, W, 3) of pixels (H, W, C) of any depth."""
     levels = color.quantise(color.unit(pixels)[..., : color.color_channels(pixels.shape[2])], np.uint8)
     return np.ascontiguousarray(np.broadcast_to(levels, (*levels.shape[:2], 3)))

@@ -17,6 +17,7 @@ from app.bench import (
     mapping,
     overlay,
     photographs,
+    retargeting,
     retexture,
     retexture_photographs,
 )
@@ -55,7 +56,7 @@ ENGINES: Mapping[str, tuple[Callable[[], list[Record]], Callable[[], list[Record
 USUAL = [name for name in ENGINES if name not in {"window", "stories", "gpu", "bounds", "batch"}]
 """What is measured unless asked otherwise: the window and stories in it need a display, the GPU OpenGL 4.3, large
 pictures and batches take minutes."""
-PHOTOGRAPHS, RETEXTURED = "photographs", "retexture-photographs"
+PHOTOGRAPHS, RETEXTURED, RETARGETED = "photographs", "retexture-photographs", "retargeting"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=USUAL,
         help=f"some of the engines, {', '.join(ENGINES)}, of which window and stories need a display; "
         f"or {PHOTOGRAPHS} DIR: how many of a folder are decomposed; "
-        f"or {RETEXTURED} DIR: what is regrown of pictures with curves, beside the plain deformation",
+        f"or {RETEXTURED} DIR: what is regrown of pictures with curves, beside the plain deformation; "
+        f"or {RETARGETED} DIR: pictures in other sizes, beside what other operators made of them",
     )
     add = parser.add_argument
     add(
@@ -78,14 +80,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="STAGE",
         help=f"with {PHOTOGRAPHS}: what each of these stages is worth, {ablation.EACH} for every one: it is left out",
     )
-    add("--sheets", type=Path, metavar="FOLDER", help=f"with {RETEXTURED}: show both side by side, enlarged")
+    add("--sheets", type=Path, metavar="FOLDER", help=f"with {RETEXTURED} and {RETARGETED}: show them side by side")
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Measure and print."""
     engines, folders = choose(arguments.only)
-    if arguments.sheets is not None and RETEXTURED not in folders:
-        raise InputError(f"--sheets: only with {RETEXTURED}")
+    if arguments.sheets is not None and not {RETEXTURED, RETARGETED} & set(folders):
+        raise InputError(f"--sheets: only with {RETEXTURED} and {RETARGETED}")
     if arguments.without and PHOTOGRAPHS not in folders:
         raise InputError(f"--without: only with {PHOTOGRAPHS}")
     found: dict[str, Any] = {"machine": machine.describe()}
@@ -103,6 +105,8 @@ def run(arguments: argparse.Namespace) -> None:
     if RETEXTURED in folders:
         found[RETEXTURED] = retexture_photographs.measure(folders[RETEXTURED], arguments.sheets)
         found[f"{RETEXTURED}_by_half"] = retexture_photographs.summarise(found[RETEXTURED])
+    if RETARGETED in folders:
+        found[RETARGETED] = retargeting.measure(folders[RETARGETED], arguments.sheets)
     if arguments.json:
         sys.stdout.write(json.dumps(found, indent=1) + "\n")
         return
@@ -114,7 +118,7 @@ def run(arguments: argparse.Namespace) -> None:
 def choose(words: Sequence[str]) -> tuple[list[str], dict[str, Path]]:
     """Return the engines that `--only` names, and the folders of pictures that it names for a judgement."""
     engines, folders = list(words), {}
-    for name, holding in ((PHOTOGRAPHS, "photographs"), (RETEXTURED, "pictures with curves")):
+    for name, holding in ((PHOTOGRAPHS, "photographs"), (RETEXTURED, "pictures with curves"), (RETARGETED, "pictures")):
         if name not in engines:
             continue
         place = engines.index(name)
@@ -125,7 +129,9 @@ def choose(words: Sequence[str]) -> tuple[list[str], dict[str, Path]]:
         folders[name] = after[0]
     unknown = next((name for name in engines if name not in ENGINES), None)
     if unknown is not None:
-        raise InputError(f"--only {unknown}: not one of {', '.join(ENGINES)}, {PHOTOGRAPHS}, {RETEXTURED}")
+        raise InputError(
+            f"--only {unknown}: not one of {', '.join(ENGINES)}, {PHOTOGRAPHS}, {RETEXTURED}, {RETARGETED}"
+        )
     return engines, folders
 
 
