@@ -97,7 +97,9 @@ class Warper:
         else:
             self._prepared = mask.update(features, options)
         is_painted, last = self._prepared.is_painted, self._last
-        self._last = LastAnswer(pull=last.pull, stroke=last.stroke) if is_painted else LastAnswer()
+        self._last = (
+            LastAnswer(pull=last.pull, stroke=last.stroke, handles=last.handles) if is_painted else LastAnswer()
+        )
         return self._prepared
 
     @property

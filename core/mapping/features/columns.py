@@ -9,6 +9,7 @@ w_own those of the quads that follow the feature. The first of two is that for �
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from core.arrays import Floats, Ints
 from core.linalg.laplacian import EdgeWeights, divergence, edge_weights, laplacian
 from core.mapping.features.similarity import Body
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import TIE
 
 Window = tuple[slice, slice]
 
@@ -72,9 +74,12 @@ class Field:
         block[0] -= self.halo[mine].conj().ravel() @ phi_of_other.T
         return np.asarray(block)
 
-    def meets(self, other: "Field") -> bool:
-        """Return whether the windows of two features overlap."""
-        return all(a.start < b.stop and b.start < a.stop for a, b in zip(self.window, other.window, strict=True))
+    @cached_property
+    def with_itself(self) -> Complexes:
+        """The block (2, 2) of τ Φ*Φ + D - Φ*B - H*Φ that this feature has with itself."""
+        block = self.with_other(self, TIE)
+        block[0, 0] += self.stiffness
+        return block
 
     def weighed(self, r: Complexes, z: Complexes, w: Complexes, tie: float) -> Complexes:
         """Return Φ* (r + τ W) + H* z (2,) for fields of the whole grid (R, C)."""
@@ -117,6 +122,16 @@ def fields_of(
             field = Field.of(body, rest, window, own, near)
         fields.append(field)
     return fields
+
+
+def pairs_that_meet(fields: list[Field]) -> list[tuple[int, int]]:
+    """Return the pairs of two fields, in both orders, whose windows overlap."""
+    if not fields:
+        return []
+    first, last = (np.array([[getattr(side, end) for side in f.window] for f in fields]) for end in ("start", "stop"))
+    meet = (first[:, None] < last).all(axis=-1)
+    meet &= meet.T & ~np.eye(len(fields), dtype=bool)
+    return [(i, j) for i, j in np.argwhere(meet).tolist()]
 
 
 def _window(body: Body, reach: int, shape: tuple[int, ...]) -> Window:

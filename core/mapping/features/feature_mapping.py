@@ -83,10 +83,11 @@ class FeatureMapping:
         self._rest = as_complex(grid.nodes)
         with self.clock.measure("setup"):
             self.factor: GridSolver = analyse(grid.shape) if _taken is None else _taken.factor
-            bodies = bodies_of(features, self._rest, RIGID if keep == "rigid" else FREE, single)
+            known: list[Body] = [] if _taken is None else [*_taken.bodies, *_taken.soft]
+            bodies = bodies_of(features, self._rest, RIGID if keep == "rigid" else FREE, single, known)
             bodies.sort(key=lambda body: -len(body.nodes))
-            self.bodies = [body for body in bodies if body.limits.weight == 1]
-            self.soft = [body for body in bodies if body.limits.weight < 1]
+            self.bodies: list[Body] = [body for body in bodies if body.limits.weight == 1]
+            self.soft: list[Body] = [body for body in bodies if body.limits.weight < 1]
             self._joint, self._apart = Bodies(self.bodies[: self.joint_count]), Bodies(self.bodies[self.joint_count :])
             self.index = body_index(self.bodies, grid.shape)
             self._roles = assign_roles(self.index, weight=weight, falloff=falloff)

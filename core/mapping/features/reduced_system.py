@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints
 from core.linalg.grid_solver import GridSolver, HalfSolved
-from core.mapping.features.columns import Field
+from core.mapping.features.columns import Field, pairs_that_meet
 from core.mapping.jacobians import Complexes
 from core.mapping.tolerances import TIE
 
@@ -54,10 +54,9 @@ class ReducedSystem:
         self._count = n = len(fields)
         self._G = np.zeros((2 * n, 2 * n), np.complex128)
         for i, field in enumerate(fields):
-            for j, other in enumerate(fields):
-                if i == j or field.meets(other):
-                    self._G[i::n, j::n] = field.with_other(other, TIE)
-            self._G[i, i] += field.stiffness
+            self._G[i::n, i::n] = field.with_itself
+        for i, j in pairs_that_meet(fields):
+            self._G[i::n, j::n] = fields[i].with_other(fields[j], TIE)
         self._reduced: _Reduced | None = None
 
     def find(

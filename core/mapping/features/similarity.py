@@ -1,6 +1,6 @@
 """Similarities of the plane as complex numbers: p -> α (p - centre) + t."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -87,11 +87,14 @@ class Bodies:
         return np.asarray(np.add.reduceat(values, self._starts), np.complex128)
 
 
-def bodies_of(features: Features, rest: Complexes, usual: Limits = FREE, single: Single = NONE) -> list[Body]:
+def bodies_of(
+    features: Features, rest: Complexes, usual: Limits = FREE, single: Single = NONE, known: Iterable[Body] = ()
+) -> list[Body]:
     """Return a body for every feature that has a shape, by component number; rest is (R, C).
 
-    Those not in `single` have the `usual` limits.
+    Those not in `single` have the `usual` limits. Those that are `known` on the same grid are the same objects.
     """
+    before = {(body.number, body.limits, body.nodes.tobytes()): body for body in known}
     labels = features.labels.ravel()
     marked = np.flatnonzero(labels)
     marked = marked[np.argsort(labels[marked], kind="stable")]
@@ -99,9 +102,14 @@ def bodies_of(features: Features, rest: Complexes, usual: Limits = FREE, single:
     bodies = []
     for number, nodes in zip(numbers, np.split(marked, first[1:]), strict=False):
         if len(nodes) >= LEAST_NODES:
-            p = rest.ravel()[nodes]
-            bodies.append(Body(int(number), nodes, p - p.mean(), single.get(int(number), usual)))
+            key = int(number), single.get(int(number), usual), nodes.tobytes()
+            bodies.append(before[key] if key in before else _body(*key[:2], nodes, rest))
     return bodies
+
+
+def _body(number: int, limits: Limits, nodes: Ints, rest: Complexes) -> Body:
+    p = rest.ravel()[nodes]
+    return Body(number, nodes, p - p.mean(), limits)
 
 
 def body_index(bodies: list[Body], shape: tuple[int, int]) -> Ints:

@@ -119,21 +119,21 @@ def find_holds(bodies: list[Body], rest: Complexes, owners: Ints, probes: Probes
     return found
 
 
-def sample_rim(body: Body, index: Ints, blocks: float) -> Complexes:
+def sample_rim(body: Body, shape: tuple[int, int], blocks: float) -> Complexes:
     """Return points (k,) spread over the rim of a body, from its centroid: of each block the furthest node of the rim.
 
     Blocks are squares around the centroid, `blocks` of them along the body's diameter: mirrored or turned by a right
-    angle, a body has the mirrored or turned points. `index` (R, C) is the body of each node; nodes of the frame are
-    left out, if others are left.
+    angle, a body has the mirrored or turned points. Nodes of the frame of the grid, of `shape`, are left out, if others
+    are left.
     """
-    rows, columns = index.shape
+    rows, columns = shape
     row, column = np.divmod(body.nodes, columns)
     inner = (row > 0) & (column > 0) & (row < rows - 1) & (column < columns - 1)
-    own = index.ravel()[body.nodes]
-    rim = np.zeros(len(row), bool)
-    for down, right in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-        beside = np.clip(row + down, 0, rows - 1) * columns + np.clip(column + right, 0, columns - 1)
-        rim |= index.ravel()[beside] != own
+    top, left = row.min() - 1, column.min() - 1
+    own = np.zeros((row.max() - top + 2, column.max() - left + 2), bool)
+    own[row - top, column - left] = True
+    around = (own[row - top + down, column - left + right] for down, right in ((1, 0), (-1, 0), (0, 1), (0, -1)))
+    rim = ~np.all(list(around), axis=0)
     chosen = rim & inner
     arms = body.arms[chosen if chosen.any() else slice(None)]
     side = 2 * np.abs(body.arms).max() / blocks

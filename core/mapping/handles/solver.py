@@ -51,12 +51,14 @@ class Moved:
 class HandleSolver:
     """Answers handles at the places of one structure, each time from the last answer on.
 
-    `before` has answered those of another structure: how far the picture was turned is known from there.
+    `before` has answered those of another structure: how far the picture was turned is known from there and, where its
+    handles were the same, what they are to be asked for.
     """
 
     def __init__(self, structure: Structure, before: "HandleSolver | None" = None) -> None:
         self.structure = structure
-        self._secants = Secants()
+        is_same = before is not None and before.structure.holds_same(structure)
+        self._secants: Secants = before._secants if before is not None and is_same else Secants()
         self._base: Base | None = None if before is None else before._base
         """The picture that was moved last,"""
         self._D: Complexes | None = None if before is None else before._D
@@ -73,7 +75,7 @@ class HandleSolver:
         if not goal.any():
             return Moved(reference, np.zeros_like(reference.z), goal)
         if self._base is None or self._base.z is not reference.z:
-            self._base, self._D = Base.of(reference.z), None
+            self._base = Base.of(reference.z)
         is_straight = _is_straight(reference.z, s.field)
         with mapping.clock.measure("rhs"):
             poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)

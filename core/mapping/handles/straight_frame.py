@@ -69,11 +69,12 @@ class Rectangle:
         return abs((right - left) * grid.height_px / ((bottom - top) * grid.width_px) - 1) > ROUNDING
 
 
-def sides_cut(body: Body, shape: tuple[int, int]) -> Bools:
-    """Return which of the four sides of the frame cut a body."""
-    row, column = np.divmod(body.nodes, shape[1])
-    last_row, last_column = shape[0] - 1, shape[1] - 1
-    return np.array([(column == 0).any(), (row == 0).any(), (column == last_column).any(), (row == last_row).any()])
+def sides_cut(mapping: FeatureMapping) -> Bools:
+    """Return which of the four sides of the frame cut which body of a mapping (n, 4)."""
+    cut, index = np.zeros((len(mapping.bodies), 4), bool), mapping.index
+    for side, line in ((LEFT, index[:, 0]), (TOP, index[0]), (RIGHT, index[:, -1]), (BOTTOM, index[-1])):
+        cut[line[line >= 0], side] = True
+    return cut
 
 
 def pivot_of(cut: Bools, rest: Complexes, middle: complex) -> complex:
@@ -232,7 +233,7 @@ def place_cut(mapping: FeatureMapping, w: Complexes, rectangle: Rectangle) -> Pl
     if not (mapping.index[mapping.grid.outline] >= 0).any():
         return Placed.none(mapping)
     rest = as_complex(mapping.grid.nodes)
-    cut = np.array([sides_cut(body, mapping.grid.shape) for body in mapping.bodies])
+    cut = sides_cut(mapping)
     is_cut = np.asarray(cut.any(axis=1))
     alpha, t = np.ones((2, len(cut)), np.complex128)
     for i in np.flatnonzero(is_cut):
@@ -253,8 +254,7 @@ def constrain_frame(mapping: FeatureMapping, z: Complexes) -> Constraints:
     if Rectangle.of(z) is None:
         return none
     pivots, free = none.pivots.copy(), none.free.copy()
-    for i, body in enumerate(mapping.bodies):
-        cut = sides_cut(body, mapping.grid.shape)
+    for i, cut in enumerate(sides_cut(mapping)):
         pivots[i], free[i] = pivot_of(cut, rest, complex(pivots[i])), free[i] & freedom_of(cut)
     glide = mapping.grid.outline & (mapping.index < 0)
     glide[[0, 0, -1, -1], [0, -1, -1, 0]] = False

@@ -7,6 +7,7 @@ import numpy as np
 from core.arrays import Bools, Ints
 from core.mapping.features.feature_mapping import JOINT_AT_MOST, FeatureMapping
 from core.mapping.features.pose import HeldPoints
+from core.mapping.features.similarity import Body
 from core.mapping.handles.free_plate import FreePlate
 from core.mapping.handles.motions import Motions
 from core.mapping.handles.plate import HandleField, Plate
@@ -46,6 +47,9 @@ class Structure:
     """The plate's: handles outside bodies, then points of the rims of bodies."""
     motions: Motions
     """How the bodies move that the plate knows."""
+    blocks: float
+    rims: dict[Body, Complexes]
+    """Points sampled on each of these, from its centroid, and into how many blocks along a diameter it was cut."""
     held: HeldPoints
     rows: Ints
     """The handles that free nodes hold."""
@@ -53,6 +57,12 @@ class Structure:
     """The plate's answers."""
     alone: Bools
     """Which of the rows are pins in the background: held by free nodes only, each would draw out a spike."""
+
+    def holds_same(self, other: "Structure") -> bool:
+        """Return whether free nodes hold the same handles alone."""
+        if not self.probes.is_same(other.probes):
+            return False
+        return np.array_equal(self.rows[self.alone], other.rows[other.alone])
 
 
 def prepare(
@@ -75,7 +85,7 @@ def prepare(
     holds = {hold.body: hold for hold in find_holds(bodies, rest, owners, probes)}
     cut = np.zeros((len(bodies), 4), bool)
     if frame_is_held and bodies:
-        cut = np.array([sides_cut(body, mapping.grid.shape) for body in bodies])
+        cut = sides_cut(mapping)
     nodes, weights = probes.on(mapping.grid)
     weights = np.abs(weights)
     share = np.where(mapping.free.ravel()[nodes], weights, 0).sum(axis=1) / weights.sum(axis=1)
@@ -83,7 +93,9 @@ def prepare(
     outside, at_frame = np.flatnonzero((owners < 0) & ~idle), np.flatnonzero(idle & ~rings)
     sampled = [i for i in range(len(bodies)) if i < JOINT_AT_MOST or i in holds or cut[i].any()]
     blocks = _MANY_BLOCKS if len(sampled) <= _FEW else _FEW_BLOCKS
-    arms = [sample_rim(bodies[i], mapping.index, blocks) for i in sampled]
+    rims = {} if known is None or known.blocks != blocks else known.rims
+    chosen = [bodies[i] for i in sampled]
+    arms = [rims[body] if body in rims else sample_rim(body, mapping.grid.shape, blocks) for body in chosen]
     middles = [rest.ravel()[bodies[i].nodes].mean() for i in sampled]
     points = [as_positions(part + middle) for part, middle in zip(arms, middles, strict=True)]
     motions = _find_motions(mapping, sampled, arms, holds, cut, first=len(outside))
@@ -104,6 +116,8 @@ def prepare(
         at_frame,
         of_plate,
         motions,
+        blocks,
+        dict(zip(chosen, arms, strict=True)),
         held,
         rows,
         HandleField(
