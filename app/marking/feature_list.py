@@ -1,12 +1,12 @@
 """The features of a document as a list: where each is, what it is called, and what can be done with one or several."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import count
 from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
-import scipy
 
 from app.editor.editor import Editor
 from app.marking.applying import with_number
@@ -142,15 +142,12 @@ def _list_folder(document: Document, found: Features, grid: Grid) -> list[Listed
     said = {feature.number: feature for feature in document.features}
     width, height = grid.cell
     rows = []
-    for number, place in enumerate(scipy.ndimage.find_objects(found.labels), 1):
-        if place is None:
-            continue
-        down, across = place
+    for number, left, top, right, bottom in _extents(found):
         box = (
-            max(round((across.start - 0.5) * width), 0),
-            max(round((down.start - 0.5) * height), 0),
-            min(round((across.stop - 0.5) * width) + 1, grid.width_px),
-            min(round((down.stop - 0.5) * height) + 1, grid.height_px),
+            max(round((left - 0.5) * width), 0),
+            max(round((top - 0.5) * height), 0),
+            min(round((right + 0.5) * width) + 1, grid.width_px),
+            min(round((bottom + 0.5) * height) + 1, grid.height_px),
         )
         is_own = document.numbers is not None and number <= MOST
         feature = said.get(number, Feature(number)) if is_own else Feature(number)
@@ -158,6 +155,16 @@ def _list_folder(document: Document, found: Features, grid: Grid) -> list[Listed
         name = feature.name or (f"Feature {order}" if is_own or document.numbers is None else f"Area {order}")
         rows.append(Listed(number, name, feature, box))
     return rows
+
+
+def _extents(found: Features) -> Iterator[tuple[int, int, int, int, int]]:
+    """Yield the number of every feature, and left, top, right and bottom of the box around its nodes."""
+    row, column = np.nonzero(found.labels)
+    number = found.labels[row, column]
+    order = np.argsort(number, kind="stable")
+    numbers, first = np.unique(number[order], return_index=True)
+    sides = [choose.reduceat(side[order], first) for choose in (np.minimum, np.maximum) for side in (column, row)]
+    yield from zip(*(column.tolist() for column in (numbers, *sides)), strict=True)
 
 
 def area_of(document: Document, found: Features, grid: Grid, number: int) -> Bools:

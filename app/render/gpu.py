@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 import moderngl
 
+from app.render.programs import programs_of
 from core.arrays import WeftError
 
 _threads = threading.local()
@@ -121,7 +122,8 @@ class Offscreen:
 
     def clear(self, color: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)) -> None:
         """Make every pixel of one colour, transparent black by default."""
-        self._framebuffer.clear(*color)
+        if programs_of(self._context).draws:
+            self._framebuffer.clear(*color)
 
     def read(self, size: tuple[int, int]) -> bytes:
         """Return the first `size`, (w, h), of the pixels, row by row."""

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import TypeAlias, TypeVar
 
 import moderngl
-import numpy as np
 
 from app.render.bending import find_places
+from app.render.desk import desk_uniforms
 from app.render.dirty_region import find_moved, find_painted
 from app.render.gpu import Offscreen, Rectangle, release
 from app.render.layers import CanvasLayers, Costs
@@ -17,25 +17,22 @@ from app.render.passes.bent import BentCanvas
 from app.render.passes.blitter import Blitter
 from app.render.passes.draft import Draft
 from app.render.passes.marks_layer import MarksLayer, names_of
-from app.render.passes.picture_pass import LEAST_STRETCH, strips, what_is_read
+from app.render.passes.picture_pass import LEAST_STRETCH, draw_at_once, strips, what_is_read
 from app.render.passes.placed_meshes import PlacedMeshes
 from app.render.passes.thumbnails import draw_thumbnails
 from app.render.programs import programs_of
-from app.render.scene import CanvasScene, Color
+from app.render.scene import CanvasScene
 from app.render.sources.source import Box, Source
 from app.render.sources.sources import Sources
 from core import tracing
 from core.arrays import Bytes, Points
-from core.imaging import color
 from core.imaging.images import Image
 
-CHECK_PX = 8.0
 COMPOSED_PIXELS = 1 << 18
 """So much of the canvas is composed in one piece."""
 AT_REST = 2.5
 """So much longer than while something moves a frame may take to make what rests better: nothing waits for it."""
 NO_MARKS = 1e9
-NO_FRAME = (0.0, 0.0, 0.0, 0.0)
 Size: TypeAlias = tuple[int, int]
 _Sized = TypeVar("_Sized", CanvasLayers, Draft, BentCanvas)
 
@@ -68,6 +65,9 @@ class Renderer:
         self._draft: Draft | None = None
         self._bent: BentCanvas | None = None
         self._costs = Costs(frame_s)
+        self._gpu_time = context.query(time=True)
+        self._sent_s = 0.0
+        """What sending off the last picture took that nobody waited for; `_gpu_time` has what it took the GPU."""
         self._shows_best = False
         """Whether the window shows the canvas at its best."""
 
@@ -111,7 +111,7 @@ class Renderer:
         if best.steps is not None and not (self._loads_on(best) and self._goes_on(best)):
             return False
         if not best.shows(scene):
-            _exhaust(self._composing(scene, best))
+            draw_at_once(self._composing(scene, best))
         return True
 
     def _loading(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
@@ -134,21 +134,31 @@ class Renderer:
     def _goes_on(self, best: CanvasLayers) -> bool:
         """Take the next steps; return whether there are no more."""
         assert best.steps is not None
-        started, fits = self._clock(), self._costs.full_fits
+        if self._costs.full_fits:
+            self._send(best, best.steps)
+            return True
+        started = self._clock()
         with tracing.span("refine"):
             for _ in best.steps:
-                if fits or math.isinf(self._costs.frame_s):
-                    continue
                 self._context.finish()
                 if self._clock() - started >= AT_REST * self._costs.frame_s:
                     best.spent_s += self._clock() - started
                     self._costs.learn_full(best.spent_s, finished=False)
                     return False
-            self._context.finish()
         best.spent_s += self._clock() - started
         best.steps = None
         self._costs.learn_full(best.spent_s, finished=True)
         return True
+
+    def _send(self, best: CanvasLayers, steps: Iterator[None]) -> None:
+        """Send all of the picture to the GPU, which draws it while the next frame is prepared; learn from the last."""
+        if self._sent_s:
+            self._costs.learn_full(max(self._sent_s, self._gpu_time.elapsed / 1e9), finished=True)
+        started = self._clock()
+        with tracing.span("refine"), self._gpu_time:
+            draw_at_once(steps)
+        self._sent_s = self._clock() - started
+        best.steps = None
 
     def _show_draft(self, scene: CanvasScene, viewport: Rectangle, best: CanvasLayers) -> None:
         """Show `scene` as fast as can be, but what stands still at its best.
@@ -171,7 +181,7 @@ class Renderer:
                 blitter.copy(self._drafted(scene, viewport, shrink, part).shown, part, viewport, shrink)
                 return
             with tracing.span("bend"):
-                bent.draw(best, scene, places, box, self._desk(scene))
+                bent.draw(best, scene, places, box, desk_uniforms(scene))
         blitter.copy(bent.shown, box, viewport)
 
     def _drafted(self, scene: CanvasScene, viewport: Rectangle, shrink: int, part: Box | None) -> Draft:
@@ -222,11 +232,13 @@ class Renderer:
         if touched is not None:
             self._compose(scene, layers, layers.shown, _rectangle(touched, layers.shown.size))
         else:
-            for left, top, right, bottom in strips(scene.bounds(layers.coming.size), COMPOSED_PIXELS):
-                self._compose(scene, layers, layers.coming, (left, top, right - left, bottom - top))
+            bounds = scene.bounds(layers.coming.size)
+            for strip in (bounds,) if self._costs.full_fits else strips(bounds, COMPOSED_PIXELS):
+                self._compose(scene, layers, layers.coming, _rectangle(strip, layers.coming.size))
                 yield
             layers.turn()
-        layers.drawn, layers.bounds = scene, scene.bounds(layers.shown.size)
+            layers.bounds = bounds
+        layers.drawn = scene
 
     def _compose(self, scene: CanvasScene, layers: CanvasLayers, canvas: Offscreen, part: Rectangle) -> None:
         """Compose a part of the canvas."""
@@ -239,22 +251,7 @@ class Renderer:
     def _look(self, scene: CanvasScene, width: int) -> dict[str, object]:
         """Return the uniforms of canvas.glsl and marks.glsl for a canvas so wide, and bind what they read."""
         marks_from = float(scene.divider(width)) if scene.marks.any else NO_MARKS
-        return {"marks_from": marks_from, **self._desk(scene), **self._marks.uniforms(scene)}
-
-    def _desk(self, scene: CanvasScene) -> dict[str, object]:
-        """Return the uniforms of canvas.glsl."""
-        frame = NO_FRAME
-        if scene.frame is not None:
-            left, top, right, bottom = (scene.in_framebuffer(np.reshape(scene.frame, (2, 2))) + 0.5).ravel()
-            frame = float(left), float(top), float(right), float(bottom)
-        dark, light = scene.palette.checks
-        return {
-            "frame": frame,
-            "check_px": CHECK_PX * scene.pixel_ratio / scene.shrink,
-            "desk": _linear(scene.palette.desk),
-            "check_dark": _linear(dark),
-            "check_light": _linear(light),
-        }
+        return {"marks_from": marks_from, **desk_uniforms(scene), **self._marks.uniforms(scene)}
 
     def _fitting(self, held: _Sized | None, make: Callable[[moderngl.Context, Size], _Sized], size: Size) -> _Sized:
         """Return what is held for canvases of a size, (w, h), made anew for another one."""
@@ -267,12 +264,6 @@ class Renderer:
     def _source_of(self, name: str, scene: CanvasScene) -> Source:
         """Return what the part called `name` is drawn from."""
         return self.sources.of(scene.before or scene.image) if name == "before" else self.sources.of_result(scene)
-
-
-def _exhaust(steps: Iterator[None]) -> None:
-    """Take all steps at once."""
-    for _ in steps:
-        pass
 
 
 def _shrunk(box: Box, shrink: int) -> Box:
@@ -289,8 +280,3 @@ def _rectangle(box: Box, size: tuple[int, int]) -> Rectangle:
     """Return the part of a target of `size` that `box` covers."""
     left, top = min(max(box[0], 0), size[0]), min(max(box[1], 0), size[1])
     return left, top, max(min(box[2], size[0]) - left, 0), max(min(box[3], size[1]) - top, 0)
-
-
-def _linear(shade: Color) -> tuple[float, float, float]:
-    red, green, blue = color.decode(np.asarray(shade[:3], np.float32)).tolist()
-    return red, green, blue

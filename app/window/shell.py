@@ -4,6 +4,7 @@ A frame is drawn when there is a reason: input, a job's result (`wake`), or some
 by itself. Between frames the loop sleeps in GLFW.
 """
 
+import math
 import os
 import sys
 import threading
@@ -225,7 +226,7 @@ class Shell:
         self._context = gpu.attach()
         self._reset_status = context_loss.reset_status()
         programs_of(self._context).draws = self._draws
-        self._renderer = Renderer(self._context, frame_s=DRAWING_S)
+        self._renderer = Renderer(self._context, frame_s=DRAWING_S if self._draws else math.inf)
         self.workspace.thumbnails.attach(self._context, self._renderer)
         self.workspace.picture.attach(self._context)
         self.workspace.space_panel.attach(SurfaceViews(self._context, self._renderer.sources))

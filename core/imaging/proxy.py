@@ -14,6 +14,8 @@ def proxy(image: Image, scale: float) -> Bytes:
     if scale < 1:
         size = max(1, round(image.width_px * scale)), max(1, round(image.height_px * scale))
         pixels = np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)).reshape(size[1], size[0], -1)
+    if pixels.dtype == np.uint8 and pixels.shape[2] == 3 and not image.linear:
+        return np.ascontiguousarray(pixels)
     light = color.unit(pixels)
     split = color.color_channels(light.shape[2])
     colours = color.encode(light[..., :split]) if image.linear else light[..., :split]

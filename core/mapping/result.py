@@ -163,9 +163,11 @@ class Warped:
         found = np.divide(after, before, out=np.ones_like(after), where=before != 0)
         if self.reference is None or not self.reference.alpha.size:
             return np.asarray(found)
+        labels = self.marked.labels
+        near = np.isin(labels, labels.ravel()[self.grid.weights_at(at)[0]])
         bodies = [
             body
-            for body in bodies_of(self.marked, as_complex(self.rest))
+            for body in bodies_of(Features(np.where(near, labels, 0)), as_complex(self.rest))
             if self.options.limits_of(body.number).weight == 1
         ]
         owners = find_owners(body_index(bodies, self.grid.shape), self.grid, at)
