@@ -3,11 +3,8 @@
 // does the same on the CPU.
 
 #include "transfer.glsl"
+#include "cloth_layers.glsl"
 
-uniform sampler2D coordinates;   // xy = texels, z = 1 where there is cloth, w = coverage
-uniform sampler2D shading;       // Wp
-uniform sampler2D detail;        // HF
-uniform sampler2D photo;         // encoded, straight
 uniform sampler2D pattern;       // encoded, premultiplied; repeats
 uniform mat2 to_copies;          // texels to copies of the pattern
 uniform vec2 first_copy;
@@ -15,19 +12,18 @@ uniform vec2 samples;            // of a copy, over DENSITY
 uniform int most_taps;
 uniform bool tiled;              // else there is one copy
 uniform float alpha, strength, usual_light;
-uniform bool linear;              // the photo is float and may leave 0..1
 
 out vec4 colour;
 
 const float OUTSIDE = 1e30;
 
 vec2 copies_at(ivec2 at) {
-    return to_copies * texelFetch(coordinates, at, 0).xy + first_copy;
+    return to_copies * place_at(at).xy + first_copy;
 }
 
 vec2 step_to(ivec2 other, ivec2 last, vec2 here) {
     bool there = all(greaterThanEqual(other, ivec2(0))) && all(lessThanEqual(other, last))
-        && texelFetch(coordinates, clamp(other, ivec2(0), last), 0).z > 0.5;
+        && place_at(clamp(other, ivec2(0), last)).z > 0.5;
     return there ? (copies_at(other) - here) * samples : vec2(OUTSIDE);
 }
 
@@ -58,16 +54,16 @@ vec4 filtered(vec2 here, vec2 across, vec2 down) {
 void main() {
     ivec2 last = textureSize(coordinates, 0) - 1;
     ivec2 at = min(ivec2(gl_FragCoord.xy), last);
-    vec4 place = texelFetch(coordinates, at, 0);
-    vec4 old = texelFetch(photo, at, 0);
+    vec4 place = place_at(at);
+    vec4 old = photo_at(at);
     vec3 shown = old.rgb;
     if (place.z > 0.5 && place.w > 0.0) {
         vec2 here = copies_at(at);
         vec4 new = filtered(here, steepness(at, ivec2(1, 0), last, here), steepness(at, ivec2(0, 1), last, here));
         if (!tiled && (any(lessThan(here, vec2(0.0))) || any(greaterThanEqual(here, vec2(1.0))))) new = vec4(0.0);
-        vec3 light = texelFetch(shading, at, 0).rgb;
+        vec3 light = light_at(at);
         if (strength != 1.0) light = usual_light * pow(max(light, 0.0) / usual_light, vec3(strength));
-        vec3 laid = light * new.rgb / max(new.a, 1e-6) + alpha * texelFetch(detail, at, 0).rgb;
+        vec3 laid = light * new.rgb / max(new.a, 1e-6) + alpha * detail_at(at);
         shown = mix(old.rgb, laid, new.a * place.w);
         if (!linear) shown = clamp(shown, 0.0, 1.0);
     }

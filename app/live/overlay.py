@@ -15,6 +15,9 @@ from core.imaging.images import Image
 from core.mesh import Mesh
 from core.overlay.detection.stages import Stage
 
+FLAT_CELLS = 16
+"""Cells along the longer side of a picture that nothing bends: more take time, larger ones round places more."""
+
 
 class LiveOverlay:
     """Keeps the layers to the document it is shown; everything but the job on the UI thread."""
@@ -53,7 +56,7 @@ class LiveOverlay:
     def answer(self, document: Document) -> Answer:
         """Return the editor's map, which leaves the picture as it is."""
         if self._flat is None or self._flat.document.image is not document.image:
-            grid = Grid(*document.size_px)
+            grid = Grid(*document.size_px, cell_px=max(document.size_px) / FLAT_CELLS)
             self._flat = Answer(document, Mesh(grid, grid.nodes), None, settled=True)
         return self._flat
 

@@ -4,7 +4,9 @@ A texture finer than `DENSITY` samples a pixel of the undeformed cloth is first 
 So laying the mean texel on its own cloth gives the reconstruction, to the bit.
 """
 
+import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -12,8 +14,12 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Singles
 from core.overlay.filters.texture_filter import DENSITY, filter_texture
 
+F = TypeVar("F", Floats, Singles)
+
 WHOLE = 1.15
 """Times too many samples under which a texture stays as it is: the sides of a mean texel are rounded."""
+TELLING = 1 << 18
+"""So many pixels tell a median well enough."""
 DIAGONAL_DEG = 15.0
 """By so much more must the sides of a texel lean than its diagonals for rows to go along those."""
 
@@ -122,7 +128,7 @@ def compose_layers(
     strength: float,
 ) -> tuple[Floats, Floats]:
     """Return what `compose` does for a part of a cloth of that norm; the layers are uv, shading and detail."""
-    source = prepare(with_opacity(texture), placement, norm.scale)
+    source = fit_samples(premultiply(texture), placement, norm.scale)
     return compose_prepared(source, layers, norm, placement, alpha=alpha, strength=strength)
 
 
@@ -144,20 +150,29 @@ def compose_prepared(
     return wp * colours[..., :3] + alpha * np.nan_to_num(detail), colours[..., 3] * covered
 
 
-def with_opacity(texture: Floats) -> Floats:
-    """Return a texture (h, w, 3 or 4) with an alpha channel."""
-    return texture if texture.shape[-1] == 4 else np.concatenate([texture, np.ones_like(texture[..., :1])], -1)
+def premultiply(texture: F) -> F:
+    """Return a texture (h, w, 3 or 4) with an alpha channel, premultiplied by it: (h, w, 4)."""
+    alpha = texture[..., 3:] if texture.shape[-1] == 4 else np.ones_like(texture[..., :1])
+    return np.concatenate([texture[..., :3] * alpha, alpha], -1)
 
 
 def middle_of(uv: Floats | Singles) -> Floats:
     """Return the middle (2,) of the cloth, in texels."""
+    uv = _some(uv)
     covered = finite(uv)
     return np.asarray(np.median(uv[covered], axis=0) if covered.any() else np.zeros(2), np.float64)
 
 
 def light_of(shading: Floats | Singles) -> float:
     """Return the median shading of the cloth."""
+    shading = _some(shading)
     return float(np.nanmedian(shading)) if np.isfinite(shading).any() else 1.0
+
+
+def _some(layer: Floats | Singles) -> Floats | Singles:
+    """Return every so manieth row and column of a layer (H, W, …): about `TELLING` pixels, where it has more."""
+    step = max(1, round(math.sqrt(layer.shape[0] * layer.shape[1] / TELLING)))
+    return layer[::step, ::step]
 
 
 def relight(shading: Floats, strength: float, usual_light: float) -> Floats:
@@ -177,24 +192,26 @@ def lay(source: Floats, placement: Placement, uv: Floats, norm: Norm, covered: B
     return np.concatenate([straight, colours[..., 3:]], -1)
 
 
-def prepare(texture: Floats, placement: Placement, scale: Floats) -> Floats:
-    """Return a texture (h, w, 4) premultiplied, with its mirror images if it has such, and no finer than needed."""
-    source = np.concatenate([texture[..., :3] * texture[..., 3:], texture[..., 3:]], -1)
-    steps = np.linalg.norm(scale @ np.linalg.inv(placement.matrix(scale)), axis=0) / np.array(texture.shape[1::-1])
+def fit_samples(texture: F, placement: Placement, scale: Floats) -> F:
+    """Return a premultiplied texture (h, w, 4) with its mirror images if it has such, and no finer than needed."""
+    size = count_samples((texture.shape[1], texture.shape[0]), placement, scale)
     if placement.mirror:
-        source = np.concatenate([source, source[:, ::-1]], 1)
-        source = np.concatenate([source, source[::-1]], 0)
-    return thin(source, 1 / (DENSITY * steps))
-
-
-def thin(texture: Floats, excess: Floats) -> Floats:
-    """Return the texture with fewer columns and rows where `excess` (2,) says there are that many times too many."""
-    h, w = texture.shape[:2]
-    size = max(1, round(w / max(1.0, excess[0]))), max(1, round(h / max(1.0, excess[1])))
-    if size == (w, h) or max(excess) < WHOLE:
+        texture = np.concatenate([texture, texture[:, ::-1]], 1)
+        texture = np.concatenate([texture, texture[::-1]], 0)
+    if size == (texture.shape[1], texture.shape[0]):
         return texture
-    out = cv2.resize(texture, size, interpolation=cv2.INTER_AREA)
-    return np.asarray(out, np.float64).reshape(size[1], size[0], -1)
+    fewer = cv2.resize(texture, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(fewer, texture.dtype).reshape(size[1], size[0], -1)
+
+
+def count_samples(size: tuple[int, int], placement: Placement, scale: Floats) -> tuple[int, int]:
+    """Return how many columns and rows a texture of `size`, (w, h), is laid with, mirror images included."""
+    steps = np.linalg.norm(scale @ np.linalg.inv(placement.matrix(scale)), axis=0) / np.array(size)
+    excess = 1 / (DENSITY * steps)
+    w, h = (side * (1 + placement.mirror) for side in size)
+    if max(excess) < WHOLE:
+        return w, h
+    return max(1, round(w / max(1.0, excess[0]))), max(1, round(h / max(1.0, excess[1])))
 
 
 def rows_deg(scale: Floats) -> float:

@@ -1,7 +1,6 @@
 """A photo with a new texture in its folds, as a source to draw from: composed on the GPU whenever anything changes."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import cv2
 import moderngl
@@ -9,18 +8,18 @@ import numpy as np
 
 from app.render import gpu
 from app.render.programs import programs_of
-from app.render.sources.cloth_layers import ClothLayers
+from app.render.sources.cloth_layers import UNITS, ClothLayers
 from app.render.sources.overlay_parameters import ClothParts, OverlayParameters
 from app.render.sources.source import Box, Source, TextureLimits, Window
-from core.arrays import Floats
+from core.arrays import Singles
 from core.imaging.images import Image
-from core.overlay.composition import prepare, with_opacity
+from core.overlay.composition import count_samples, fit_samples, premultiply
 from core.overlay.filters.texture_filter import DENSITY, TAPS, halve
-from core.overlay.laying.compositing import texture_colours
+from core.overlay.laying.compositing import single_colours
 
 LIMITS = TextureLimits(budget_bytes=64_000_000)
 """The layers take five times as much."""
-PATTERN_UNIT = 4
+PATTERN_UNIT = 5
 """Texture unit after those of the layers."""
 MOST_PATTERN_PX = 4096
 DRAFT_TAPS = 2
@@ -65,13 +64,11 @@ class DressedSource(Source):
 
     def window(self, box: Box, base: int, top: int | None = None) -> Window:
         """Return a window over `box` with all levels from `base` up."""
-        box = self._clipped(box)
-        if self._window is not None and self._window.holds(box, base, self._top(base, top)):
+        if self._window is not None and self.holds(box, base, top):
             return self._window
-        wide = self._with_margin(box)
-        while not self.fits(wide, base):
-            base += 1
-        return self._load(wide, base)
+        box, base, _ = self._attainable(box, base, None)
+        wishes = self._with_margin(box), self.whole, box
+        return self._load(next(wish for wish in wishes if self.fits(wish, base)), base)
 
     def release(self) -> None:
         """Free the GPU objects."""
@@ -97,15 +94,13 @@ class DressedSource(Source):
         placement = worn.placement
         matrix, shift = placement.affine(self.parts.basis, self._layers.middle)
         images = 2 if placement.mirror else 1
-        self._layers.use(box, base, 0)
+        defined = self._layers.use(box, base)
         self._pattern.use(worn, PATTERN_UNIT)
         with self._composed.drawing():
             self._programs.fullscreen(
                 "cloth.frag",
-                coordinates=0,
-                shading=1,
-                detail=2,
-                photo=3,
+                defined,
+                **UNITS,
                 pattern=PATTERN_UNIT,
                 # GLSL has columns first.
                 to_copies=tuple((matrix.T / images).ravel()),
@@ -140,8 +135,9 @@ class Pattern:
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._texture: moderngl.Texture | None = None
-        self._seen: OverlayParameters | None = None
-        self._source: tuple[Image, Floats] | None = None
+        self._source: tuple[Image, Singles] | None = None
+        self._sent: tuple[object, ...] = ()
+        """Of what the texture holds the samples, and how many."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -151,44 +147,35 @@ class Pattern:
 
     def use(self, worn: OverlayParameters, unit: int) -> None:
         """Bind the pattern of `worn`."""
-        if self._texture is None or not _same_samples(worn, self._seen):
-            self._send(prepare(self._colours(worn.texture), worn.placement, worn.parts.basis))
-            self._seen = worn
+        if self._source is None or self._source[0] is not worn.texture:
+            self._source = worn.texture, premultiply(single_colours(worn.texture))
+            self._sent = ()
+        size = count_samples(worn.texture.size_px, worn.placement, worn.parts.basis)
+        if self._sent != (size, worn.placement.mirror):
+            self._send(fit_samples(self._source[1], worn.placement, worn.parts.basis))
+            self._sent = size, worn.placement.mirror
         assert self._texture is not None
         self._texture.use(unit)
 
-    def _colours(self, texture: Image) -> Floats:
-        """Return the texture (h, w, 4) as its file has it."""
-        if self._source is None or self._source[0] is not texture:
-            self._source = texture, with_opacity(texture_colours(texture))
-        return self._source[1]
-
-    def _send(self, samples: Floats) -> None:
+    def _send(self, samples: Singles) -> None:
         longest = max(samples.shape[:2])
         if longest > MOST_PATTERN_PX:
             shrink = MOST_PATTERN_PX / longest
             size = [max(1, round(side * shrink)) for side in samples.shape[1::-1]]
-            samples = np.asarray(cv2.resize(samples, size, interpolation=cv2.INTER_AREA), np.float64)
+            samples = np.asarray(cv2.resize(samples, size, interpolation=cv2.INTER_AREA), np.float32)
         levels = [samples]
         while max(levels[-1].shape[:2]) > 1:
             levels.append(halve(levels[-1]))
-        self.release()
+        gpu.release(self._texture)
         self._texture = self._context.texture((samples.shape[1], samples.shape[0]), 4, dtype="f4")
         self._texture.build_mipmaps()
         for number, level in enumerate(levels):
-            self._texture.write(np.ascontiguousarray(level, np.float32), level=number)
+            self._texture.write(np.ascontiguousarray(level), level=number)
         self._texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         self._texture.repeat_x = self._texture.repeat_y = True
 
     def release(self) -> None:
         """Free the texture."""
         gpu.release(self._texture)
-        self._texture = self._seen = None
-
-
-def _same_samples(a: OverlayParameters, b: OverlayParameters | None) -> bool:
-    """Return whether the pattern has the same samples in both."""
-    if b is None or a.texture is not b.texture or a.parts is not b.parts:
-        return False
-    still = [replace(worn.placement, offset=(0.0, 0.0), tile=True) for worn in (a, b)]
-    return still[0] == still[1]
+        self._texture = self._source = None
+        self._sent = ()

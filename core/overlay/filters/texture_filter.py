@@ -4,12 +4,16 @@ The filter is that of a graphics card, so that a shader shows the same: a pyrami
 samples along the direction that is shrunk most. It begins where the cloth holds more than `DENSITY` samples a pixel.
 """
 
+from typing import TypeVar
+
 import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Singles
 from core.overlay.filters.bands import in_bands
 from core.overlay.filters.sampling import look_up
+
+F = TypeVar("F", Floats, Singles)
 
 DENSITY = 1.5
 """Texture samples to a pixel of undeformed cloth."""
@@ -121,11 +125,12 @@ def pyramid(texture: Floats, count: int) -> list[Singles]:
     return [np.pad(level, ((1, 1), (1, 1), (0, 0)), mode="wrap").astype(np.float32) for level in levels]
 
 
-def halve(texture: Floats) -> Floats:
+def halve(texture: F) -> F:
     """Return the next level of a pyramid."""
     h, w = texture.shape[:2]
     size = max(1, w // 2), max(1, h // 2)
-    return np.asarray(cv2.resize(texture, size, interpolation=cv2.INTER_AREA), np.float64).reshape(size[1], size[0], -1)
+    half = cv2.resize(texture, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(half, texture.dtype).reshape(size[1], size[0], -1)
 
 
 def wrap(texture: Singles, at: Floats) -> Singles:

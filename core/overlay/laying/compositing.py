@@ -8,7 +8,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.composition import Norm, Placement, compose_prepared, prepare, with_opacity
+from core.overlay.composition import Norm, Placement, compose_prepared, fit_samples, premultiply
 from core.overlay.detail.residual_cleanup import without_old_pattern
 from core.overlay.filters.bands import in_bands
 from core.overlay.texel import Texel
@@ -65,7 +65,7 @@ def lay_over(parts: Layered, texture: Floats, placement: Placement, *, alpha: fl
     """Return the photo with `texture` (h, w, 3 or 4), encoded, 0 to 1, in its folds: grey where both are."""
     norm = parts.norm
     photo = parts.source if is_grey(texture) else colour(parts.source)
-    out, source = np.empty_like(photo.pixels), prepare(with_opacity(texture), placement, norm.scale)
+    out, source = np.empty_like(photo.pixels), fit_samples(premultiply(texture), placement, norm.scale)
 
     def lay_rows(first: int, top: int, bottom: int, last: int) -> None:
         own = slice(top - first, bottom - first)
@@ -114,7 +114,12 @@ def encode(image: Image) -> Singles:
 
 def texture_colours(image: Image) -> Floats:
     """Return a picture as a texture: (H, W, 3), or (H, W, 4) with alpha, encoded, 0 to 1."""
-    colours = encode(image).astype(np.float64)
+    return single_colours(image).astype(np.float64)
+
+
+def single_colours(image: Image) -> Singles:
+    """Return what `texture_colours` does, in single precision."""
+    colours = encode(image)
     return np.concatenate([colours, color.unit(image.pixels[..., -1:])], -1) if image.has_alpha else colours
 
 
