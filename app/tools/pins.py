@@ -24,7 +24,7 @@ from app.tools.points.grips import (
 )
 from app.tools.points.selection import Selection
 from core.arrays import Points
-from core.document.document import Document, Pin, Place, places_from_pixels
+from core.document.document import Document, Pin, Place, pixels_from_places, places_from_pixels
 from core.mapping.tolerances import SEEN_PX
 
 PIN_PX = 5.0
@@ -59,6 +59,14 @@ def with_targets(document: Document, numbers: Iterable[int], places: Points) -> 
     pins = list(document.pins)
     for number, (x, y) in zip(numbers, places, strict=True):
         pins[number] = replace(pins[number], to=(float(x), float(y)))
+    return document.changed(pins=tuple(pins))
+
+
+def with_stiffness(document: Document, numbers: Iterable[int], stiff: float) -> Document:
+    """Return the document with some pins stiff so far around, as a share of the picture's diagonal."""
+    pins = list(document.pins)
+    for number in numbers:
+        pins[number] = replace(pins[number], stiff=stiff)
     return document.changed(pins=tuple(pins))
 
 
@@ -182,7 +190,7 @@ def hover(editor: Editor, pos: Position) -> object:
 
 
 def overlay(editor: Editor) -> Sequence[Shape]:
-    """Draw the box, the ring of the one selected pin, the pins and the rubber band."""
+    """Draw the box, the ring of the one selected pin, what is stiff around pins, the pins and the rubber band."""
     chosen, box = find_selected(editor), box_of(editor)
     shapes: list[Shape] = [] if box is None else list(box.shapes())
     targets = targets_on_screen(editor)
@@ -191,6 +199,7 @@ def overlay(editor: Editor) -> Sequence[Shape]:
     ringed = find_ringed_pin(editor)
     if ringed is not None:
         shapes.extend(pin_ring.shapes(editor, ringed, targets[ringed]))
+    shapes.extend(_reach_of_stiff(editor, pin) for pin in editor.document.pins if pin.stiff > 0)
     for number, (x, y) in enumerate(targets):
         if number == editor.session.hover:
             shapes.append(Circle((float(x), float(y)), PIN_PX + 3, "hover"))
@@ -204,6 +213,16 @@ def measure_miss_px(editor: Editor, number: int) -> float:
     reports = editor.map.pins
     error = reports[number].worst_px if len(reports) == len(editor.document.pins) else 0.0
     return error if error > SEEN_PX else 0.0
+
+
+def _reach_of_stiff(editor: Editor, pin: Pin) -> Polyline:
+    """Return a line around what is stiff at a pin, where the picture has it now."""
+    size, around = editor.document.size_px, np.exp(2j * np.pi * np.arange(64) / 64)
+    radius = pin.stiff * float(np.hypot(*size))
+    ring = pixels_from_places(size, np.array(pin.at)) + radius * np.stack([around.real, around.imag], axis=-1)
+    ring = np.clip(ring, -0.5, np.subtract(size, 0.5))
+    seen = editor.answer.mesh.canvas_from_image(ring)
+    return Polyline(screen_from_canvas(editor.session.view, seen), "pin-rest", closed=True)
 
 
 def _misses(editor: Editor, targets: Points) -> Iterator[Shape]:

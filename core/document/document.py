@@ -98,6 +98,8 @@ class Pin:
     """How the picture is turned and scaled around it; None leaves that open."""
     keys: Track = ()
     """Where it is to go at single frames, normalised as `to`, which holds where there are none."""
+    stiff: float = 0.0
+    """So far around it, as a share of the picture's diagonal, the picture keeps its shape."""
 
 
 @dataclass(frozen=True, eq=False)

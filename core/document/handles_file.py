@@ -1,12 +1,12 @@
 """The file of handles: pins, inner curves and the outline, in pixels.
 
-    {"pins": [{"at": [x, y], "to": [x, y], "turn": degrees, "scale": factor}],
+    {"pins": [{"at": [x, y], "to": [x, y], "turn": degrees, "scale": factor, "stiff": radius}],
      "curves": [{"source": [[x, y], ...], "target": [[x, y], ...]}],
      "outline": {"top": [[x, y] x 4], "right": ..., "bottom": ..., "left": ...}}
 
 Every key is optional. With "turn" (clockwise) or "scale", or both, a pin has a ring: the picture is turned and scaled
-by so much around it, against what it is without handles. The outline's sides are cubic Bezier segments, clockwise from
-the top left.
+by so much around it, against what it is without handles. Up to "stiff" around it the picture keeps its shape, as a
+feature does. The outline's sides are cubic Bezier segments, clockwise from the top left.
 """
 
 import sys
@@ -37,6 +37,8 @@ class HandleFile:
     """(k, 2), where they are to go."""
     rings: tuple[Ring | None, ...] = ()
     """The ring of each pin (k)."""
+    stiff_px: tuple[float, ...] = ()
+    """So far around each pin (k) the picture keeps its shape."""
     curves: tuple[FeatureCurve, ...] = ()
     outline: Points | None = None
     """(12, 2), a ring of control points clockwise from the top left corner, or None."""
@@ -68,7 +70,9 @@ def from_data(data: object, size_px: tuple[int, int]) -> HandleFile:
             raise InputError(f"curve {i}: is passive, which has no meaning for a warp")
         _check_inside(curve.source.box.reshape(2, 2), size_px, f"curve {i}")
     rings = tuple(_ring_of(pin, f"pins[{i}]") for i, pin in enumerate(pins))
-    return HandleFile(at, to, rings, tuple(curves), _outline(entries["outline"]) if "outline" in entries else None)
+    stiff = tuple(_radius(pin, f"pins[{i}]: stiff") for i, pin in enumerate(pins))
+    outline = _outline(entries["outline"]) if "outline" in entries else None
+    return HandleFile(at, to, rings, stiff, tuple(curves), outline)
 
 
 def _object(data: object, name: str, keys: set[str]) -> dict[str, object]:
@@ -83,7 +87,7 @@ def _object(data: object, name: str, keys: set[str]) -> dict[str, object]:
 
 def _pin(entry: object, name: str) -> tuple[Points, Points]:
     """Return place and target of one pin."""
-    pin = _object(entry, name, {"at", "to", "turn", "scale"})
+    pin = _object(entry, name, {"at", "to", "turn", "scale", "stiff"})
     for key in ("at", "to"):
         if key not in pin:
             raise InputError(f'{name}: has no "{key}"')
@@ -103,6 +107,14 @@ def _ring_of(pin: dict[str, object], name: str) -> Ring | None:
     turn, scale = (_number(pin.get(key, usual), f"{name}: {key}") for key, usual in (("turn", 0), ("scale", 1)))
     with faults_named(name):
         return Ring(turn, scale)
+
+
+def _radius(pin: dict[str, object], name: str) -> float:
+    """Return how far around a pin the picture is stiff, 0 where that is not said."""
+    radius = _number(pin.get("stiff", 0), name)
+    if radius < 0:
+        raise InputError(f"{name}: {radius:g} is less than 0")
+    return radius
 
 
 def _number(value: object, name: str) -> float:

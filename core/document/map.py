@@ -113,9 +113,9 @@ def with_handles(document: Document, path: Path) -> Document:
         if curve.target is not None
     )
     outline = None if handles.outline is None else Outline(places_from_pixels(document.canvas_px, handles.outline))
-    pins = tuple(
-        Pin((x, y), (u, v), ring) for (x, y), (u, v), ring in zip(at.tolist(), to.tolist(), handles.rings, strict=True)
-    )
+    diagonal = float(np.hypot(*document.size_px))
+    said = zip(at.tolist(), to.tolist(), handles.rings, handles.stiff_px, strict=True)
+    pins = tuple(Pin((x, y), (u, v), ring, stiff=px / diagonal) for (x, y), (u, v), ring, px in said)
     document = replace(document, outline=outline, pins=pins, curves=curves)
     with faults_named(path):
         handles_of(document).probes(grid_of(document))

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from core.arrays import Points, readonly
 from core.document.document import Document, pixels_from_places
 from core.document.map import bend_of, grid_of, handles_of, options_of, start_of
+from core.document.stiff_pins import StiffNodes
 from core.document.straight_lines import PictureLines, asked_lines
 from core.grid import Features, Grid
 from core.linalg.grid_solver import GridSolver
@@ -40,14 +41,15 @@ class MapInputs:
 
     def __init__(self, grid: Grid, lines: PictureLines) -> None:
         self.grid, self._picture_lines = grid, lines
-        self._marked = MarkedNodes(grid)
+        self._marked, self._stiff = MarkedNodes(grid), StiffNodes(grid)
         self._lines: tuple[object, Lines | None] | None = None
         self._start: tuple[object, Points] | None = None
         self._plain: tuple[object, Points] | None = None
 
     def features(self, document: Document) -> Features:
-        """Return where the nodes are in features that keep their shape."""
-        return self._marked.features(document.mask, document.numbers, document.given_up)
+        """Return where the nodes are in features that keep their shape, and in what stiff pins hold."""
+        painted = self._marked.features(document.mask, document.numbers, document.given_up)
+        return self._stiff.add(painted, document)
 
     def options(self, document: Document) -> MappingOptions:
         """Return what the document says about its features and straight lines."""

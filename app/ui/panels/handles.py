@@ -115,6 +115,18 @@ class HandlesPanel:
             self._editor.edit("Turn and scale pin", pin_ring.with_ring(self._editor.document, number, typed))
         elif holds and _cross(f"ring {number + 1}", "Let the picture turn and scale here as it will"):
             pin_ring.remove(self._editor, number)
+        else:
+            self._draw_stiffness(number)
+
+    def _draw_stiffness(self, number: int) -> None:
+        """Draw how far around a pin the picture keeps its shape, to be typed."""
+        document = self._editor.document
+        diagonal = float(np.hypot(*document.size_px))
+        imgui.set_cursor_pos_x(imgui.get_cursor_pos_x() + em(1.4))
+        hint = "So far around it the picture keeps its shape, and goes and turns with the pin; in pixels of the picture"
+        typed = _typed("Stiff within", diagonal * document.pins[number].stiff, 0, diagonal, hint)
+        if typed is not None:
+            self._editor.edit("Stiff pin", pins.with_stiffness(document, (number,), typed / diagonal))
 
     def _draw_curves(self, document: Document) -> None:
         heading(f"Inner curves  {len(document.curves)}", "bezier-curve")

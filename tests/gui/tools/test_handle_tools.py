@@ -98,6 +98,34 @@ def test_a_pin_is_turned_by_its_ring_and_two_are_moved_by_their_box(editor: Edit
     assert not editor.map.result.missed_pins
 
 
+def test_how_far_a_pin_is_stiff_is_typed_and_holds_while_it_is_dragged(editor: Editor, tmp_path: Path) -> None:
+    def script(window: WindowDriver) -> None:
+        window.move(5, 5).key(imgui.Key.p).wait(2)
+        for x, y in ((100, 200), (300, 200)):
+            window.click(*on_screen(editor, x, y)).wait(40)
+        window.context.item_input_value("//Handles/##Stiff within", 60.0)
+        window.wait(3)
+        assert editor.document.pins[1].stiff == pytest.approx(60 / np.hypot(600, 400))
+        start = pin(editor, 1)
+        window.press(*start).move(*aside(start, 30, -60)).move(*aside(start, 60, -120)).wait(2)
+        live = editor.map.result
+        assert live is not None
+        assert max(feature.residual for feature in live.features) < 1e-6
+        window.release()
+        settle(window)
+        window.screenshot(tmp_path / "stiff.png")
+
+    drive(editor, script)
+    result = editor.map.result
+    assert result is not None
+    (disc,) = result.features
+    assert disc.nodes > 20
+    assert disc.residual < 1e-6
+    assert not result.missed_pins
+    assert not result.folded.any()
+    assert editor.history.labels[1:] == ("Add pin", "Add pin", "Stiff pin", "Move pin")
+
+
 def test_an_inner_curve_is_drawn_and_takes_the_picture_along(editor: Editor) -> None:
     def script(window: WindowDriver) -> None:
         window.move(5, 5).key(imgui.Key.c).wait(2)
