@@ -42,7 +42,7 @@ SEARCH_STAGES = {
     "alike_keypoints": Place(seeding, propose_none),
     "find_by_whole_picture": Place(finding, lambda *_: keep([])),
     "can_be_magnified": Place(finding, lambda _: False),
-    "find_wide": Place(finding, find_none),
+    "find_large": Place(finding, find_none),
     "least_texel": Place(finding, lambda _photo, _canvas, found, *_: keep(found)),
     "true_period": Place(fitting, lambda *_: np.eye(2)),
     "from_the_surest": Place(fitting, lambda *_: keep(None)),

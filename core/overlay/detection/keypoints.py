@@ -7,7 +7,7 @@ group's middle, of all pairs of vectors to its eight nearest neighbours the most
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, Ints, Points, Singles
+from core.arrays import Bools, Bytes, Floats, Ints, Points, Singles
 from core.overlay.detection.basis import reduce
 from core.overlay.detection.correlation import Proposal
 
@@ -37,17 +37,34 @@ def propose_from_keypoints(groups: list[Points]) -> list[Proposal]:
 
 def detect(image: Singles, valid: Bools) -> tuple[Points, Floats]:
     """Return SIFT keypoints (n, 2) and their descriptors (n, 128) of length one."""
-    grey = image.mean(-1)
-    low, high = np.percentile(grey[valid], (1, 99)) if valid.any() else (0.0, 1.0)
-    levels = np.clip(255 * (grey - low) / max(float(high - low), 1e-6), 0, 255).astype(np.uint8)
     keypoints, descriptors = cv2.SIFT_create(nfeatures=3000, contrastThreshold=0.03).detectAndCompute(  # type: ignore[attr-defined]
-        levels, valid.astype(np.uint8)
+        grey_levels(image, valid), valid.astype(np.uint8)
     )
     if descriptors is None:
         return np.empty((0, 2)), np.empty((0, 128))
     points = np.array([k.pt for k in keypoints], np.float64)
     lengths = np.linalg.norm(descriptors, axis=1, keepdims=True)
     return points, np.asarray(descriptors / np.maximum(lengths, 1e-9), np.float64)
+
+
+def detect_upright(image: Singles, valid: Bools) -> tuple[Points, Floats, Floats]:
+    """Return SIFT keypoints (n, 2), their sizes (n,), pixels, and their descriptors (n, 128) as if none was turned."""
+    sift, levels = cv2.SIFT_create(nfeatures=4000, contrastThreshold=0.02), grey_levels(image, valid)  # type: ignore[attr-defined]
+    keypoints = sift.detect(levels, valid.astype(np.uint8))
+    for keypoint in keypoints:
+        keypoint.angle = 0.0
+    keypoints, descriptors = sift.compute(levels, keypoints)
+    if descriptors is None:
+        return np.empty((0, 2)), np.empty(0), np.empty((0, 128))
+    points, sizes = np.array([k.pt for k in keypoints], np.float64), np.array([k.size for k in keypoints], np.float64)
+    return points, sizes, np.asarray(descriptors, np.float32)
+
+
+def grey_levels(image: Singles, valid: Bools) -> Bytes:
+    """Return the grey of an image (H, W, 3), 0 to 255 between the least and the greatest that are usual in `valid`."""
+    grey = image.mean(-1)
+    low, high = np.percentile(grey[valid], (1, 99)) if valid.any() else (0.0, 1.0)
+    return np.asarray(np.clip(255 * (grey - low) / max(float(high - low), 1e-6), 0, 255), np.uint8)
 
 
 def cluster(descriptors: Floats, rng: np.random.Generator, *, rounds: int = 12) -> Ints:

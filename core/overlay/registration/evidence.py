@@ -70,7 +70,9 @@ def along(
     `seen` is what `draw` returns of its pieces.
     """
     seen_again, after = count_repeated(piece_parts(found), axis), foretold(cloth, found, seen, axis)
-    ratios = np.log((before + LEAST_NOISE * count) / (after + LEAST_NOISE * count))
+    # Cells wholly outside the region have no pixels.
+    noise = LEAST_NOISE * np.maximum(count, 1)
+    ratios = np.log((before + noise) / (after + noise))
     share = 1 - float(after.sum()) / max(float(before.sum()), 1e-9)
     return Evidence(seen_again * 0.5 * float(count @ ratios), seen_again * share)
 

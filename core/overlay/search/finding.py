@@ -27,7 +27,7 @@ from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import begun, complete
 from core.overlay.registration.region_growing import followed, prune
-from core.overlay.search.large_periods import find_wide
+from core.overlay.search.large_periods import find_large
 from core.overlay.search.magnified import MOST_PX, TIMES, at_photo_size, can_be_magnified, magnified
 from core.progress import Job, Progress, part
 
@@ -49,6 +49,9 @@ class Find:
     scale: int = 1
     """Times that the photo was enlarged in which it was found."""
 
+    repeats: bool = False
+    """Whether keypoints have told that it repeats: of few texels one tells little about another."""
+
     @property
     def explained(self) -> float:
         """What speaks for it, as if each pixel of the photo spoke once, however large the photo is registered."""
@@ -58,7 +61,7 @@ class Find:
     def is_credible(self) -> bool:
         """Whether the pattern repeats, over enough of what may be cloth."""
         covered = self.cloth.valid & self.cloth.mesh.pixels_of(self.followed.cells)
-        return self.weight.is_credible and covered.sum() > LEAST_PART * self.cloth.valid.sum()
+        return (self.repeats or self.weight.is_credible) and covered.sum() > LEAST_PART * self.cloth.valid.sum()
 
     @property
     def is_clear(self) -> bool:
@@ -99,9 +102,8 @@ def find_cloth(
         finds += yield from part(register_each(large, place, search, finds, seed, scale=TIMES), 0.4, 0.5)
     if not is_any_clear(finds):
         try:
-            wide = find_wide(photo, canvas, np.random.default_rng(seed), texel_px=texel_px)
-            cloth, grown = yield from part(wide, 0.5, 0.6)
-            finds.append(Find(cloth, grown, weigh(cloth, grown)))
+            cloth, grown = yield from part(find_large(photo, canvas), 0.5, 0.6)
+            finds.append(Find(cloth, grown, weigh(cloth, grown), repeats=True))
         except NoPatternError:
             pass
     best, (cloth, found) = yield from part(best_completed(finds, seed), 0.6, 1.0)

@@ -1,204 +1,111 @@
-"""Texels so large that the cloth shows few of them: a tartan's sett, where its stripes alone seem to repeat.
+"""Texels so large that the cloth shows few of them: no lattice grows there, but alike keypoints lie a texel apart.
 
-A handful of vertices make no lattice that could be told from chance. The registration can: a mesh that begins at one or
-two texels, and that can be followed over several times their area, has found the pattern again.
+Votes of pairs of keypoints tell the lattice (`displacement_votes`). The same pairs then lay the mesh: a thin plate
+whose coordinates differ by whole numbers between the keypoints of a pair.
 """
 
-from collections.abc import Iterator
-from operator import itemgetter
-
-import cv2
 import numpy as np
+from scipy import sparse
 
-from core.arrays import Bools, Floats, Points, Singles
-from core.overlay.detection.alignment import FlatPicture
-from core.overlay.detection.basis import reduce
-from core.overlay.detection.correlation import Proposal, correlation_surface, find_peaks, seeds
-from core.overlay.detection.seeding import LEAST_VERTICES as ENOUGH
-from core.overlay.detection.seeding import NoPatternError, full_grown, of_size, try_out
-from core.overlay.filters.smoothing import gaussian
-from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.registration.evidence import weigh
-from core.overlay.registration.fitting import LEAST_EVENNESS, begun, refit
+from core.arrays import Bools, Floats
+from core.linalg.factor import Factor
+from core.overlay.detection.alignment import FlatPicture, PatchFrames
+from core.overlay.detection.displacement_votes import Pairs, count_votes, find_alike, find_bases
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.filters.distances import within
+from core.overlay.mesh import ClothMesh
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, starting_state
+from core.overlay.registration.fitting import refit
 from core.overlay.registration.region_growing import followed, prune
-from core.overlay.texel import Texel
-from core.progress import Job, Progress, part
+from core.overlay.registration.registration import ClothState
+from core.overlay.registration.thin_plate import interpolation
+from core.progress import Job, Progress
 
 NOTE = "looking for large texels"
-SIDES_PX = (60, 84, 108)
-"""Sides of the exemplar patches."""
-SIZES = (0.6, 1.5)
-"""Side of a texel over that of its exemplar: a smaller patch knows a part of the texel only."""
-LEAST_PX, LONGEST = 40.0, 2.0
-"""Least side of a large texel, and its longer side over the shorter."""
-LEAST_SINE = 0.5
-"""Of the angle between its sides."""
-BLUR_PX = 2.0
-"""Blur of a patch whose slopes are measured: noise has none in particular."""
-MOST_PEAKS = 24
-LEAST_VERTICES = 2
-INSIDE = 0.7
-"""Share of a patch that has to be inside the region."""
-LEAST_NEIGHBOURS = 3
-"""Neighbours of a texel that can be compared with it."""
-LEAST_SUPPORT = 0.4
-APART = 0.12
-"""Change of the sides, over their length, from which two proposals differ."""
-PLACES, EACH = 16, 2
-"""Places at which an exemplar is taken, and proposals from each."""
-TRIALS, FITS = 32, 16
-"""Proposals that are tried, and how many of them are registered."""
-LEAST_TEXELS, LEAST_GROWTH = 5.0, 2.5
-"""Area that has to be followed, in texels and, where it began with few vertices, over the area that they had."""
-GOOD = 0.25
-"""Share of what may be cloth over which the pattern is followed, with which no other texel is tried."""
-REPEATED, LEAST_PART = 0.85, 0.2
-"""Correlation of a texel with itself from which it repeats within, and the least part of a side that it is moved by."""
-AGAINST = 3
-"""Large texels that repeat within after which no more are tried."""
-NEIGHBOURS = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j], float)
+STEP_PX = 30.0
+"""Side of a large texel at least, and of the steps of the mesh's lattice into which it is divided."""
+LEAST_TEXELS = 3.0
+"""Area, in texels, that has to be seen: one, and its neighbour along either vector; twice that without a region."""
+TOLERANCES = np.geomspace(0.25, 0.08, 8)
+"""Texels by which a pair may miss a whole number, while the plate is fitted again and again (Tukey's biweight)."""
+BEND = 1e-2
+"""Weight of the plate's second differences on a mesh whose cells are one texel, over that of a pair."""
+NEAR = 0.3
+"""Part of a texel within which a keypoint of a pair tells the coordinates."""
+BLUR = 0.04
+"""Blur, over the side of a texel, under which the mesh is registered first."""
 
 
-def find_wide(
-    photo: Floats, canvas: FlatPicture, rng: np.random.Generator, *, texel_px: float | None = None
-) -> Job[tuple[FittedCloth, Fit]]:
-    """Return the cloth followed from where the large texel lies that explains most of the photo (H, W, 3).
+def find_large(photo: Floats, canvas: FlatPicture) -> Job[tuple[FittedCloth, Fit]]:
+    """Return the cloth registered and followed from the pairs of keypoints that lie whole large texels apart.
 
-    Raises `NoPatternError` if there is none. A texel that repeats within is none: a finer lattice's are, or stripes.
+    Raises `NoPatternError` where there are too few of them, or of the texels.
     """
-    valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
-    best: tuple[float, tuple[FittedCloth, Fit] | None] = (0.0, None)
     yield Progress(0.0, NOTE)
-    proposals = of_size(distinct(propose_wide(canvas.image, valid, rng)), texel_px)
-    fits = several = 0
-    for number, proposal in enumerate(proposals[:TRIALS]):
-        if fits == FITS or several == AGAINST or is_good(best[1], valid):
-            break
-        step = Progress(0.1 + 0.9 * number / TRIALS, NOTE)
-        yield step
-        lattice = try_out(canvas, proposal)
-        if len(lattice) >= LEAST_VERTICES:
-            lattice = yield from full_grown(canvas, lattice, step)
-        if len(lattice) < LEAST_VERTICES:
-            continue
-        fits += 1
-        try:
-            cloth, begin = yield from part(begun(photo, canvas, lattice, 0), step.fraction, step.fraction)
-        except NoPatternError:
-            continue
-        found = yield from goes_on(cloth, begin, step)
-        if found is None:
-            continue
-        if repeats_within(found.texel):
-            several += 1
-        elif (weight := weigh(cloth, found)).is_credible:
-            best = max(best, (weight.explained, (cloth, found)), key=itemgetter(0))
-    if best[1] is None:
+    valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
+    pairs = find_alike(canvas.image, valid, STEP_PX)
+    least = 2 * LEAST_TEXELS if valid.all() else LEAST_TEXELS
+    bases = find_bases(count_votes(pairs, STEP_PX))
+    basis = next((basis for basis in bases if least * np.linalg.det(basis) < valid.sum()), None)
+    if basis is None:
         raise NoPatternError
-    return best[1]
+    cloth, found = lay(photo, canvas, pairs, basis)
+    step = Progress(0.5, NOTE)
+    yield step
+    found = yield from followed(cloth, prune(cloth, found), step)
+    covered = cloth.valid & cloth.mesh.pixels_of(found.cells)
+    if covered.sum() < least * np.linalg.det(basis):
+        raise NoPatternError
+    return cloth, refit(cloth, found, rounds=3)
 
 
-def is_good(best: tuple[FittedCloth, Fit] | None, valid: Bools) -> bool:
-    """Return whether a pattern is followed over so much of what may be cloth (H, W) that it surely is the cloth's."""
-    return best is not None and best[1].cells.sum() * best[0].mesh.cell ** 2 > GOOD * valid.sum()
+def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tuple[FittedCloth, Fit]:
+    """Return the cloth registered around the pairs that lie whole texels of a `basis` (2, 2), pixels, apart."""
+    side = float(np.sqrt(abs(np.linalg.det(basis))))
+    steps = max(1, round(side / STEP_PX))
+    middle = np.median(pairs.points, axis=0)
+    frames = PatchFrames(middle[None], basis[None] / steps, np.ones(1))
+    lattice = Lattice(np.zeros((1, 2), np.int64), frames)
+    cloth = make_cloth(photo, canvas, lattice, steps * np.eye(2))
+    start, kept = fit_plate(cloth.mesh, pairs, (cloth.mesh.positions() - middle) @ np.linalg.inv(basis).T)
+    at = np.rint(pairs.points[np.unique([pairs.first[kept], pairs.second[kept]])]).astype(int)
+    told = np.zeros(cloth.valid.shape, np.bool_)
+    told[at[:, 1], at[:, 0]] = True
+    near = within(told, NEAR * side) & cloth.valid
+    cells = np.asarray(cloth.mesh.cell_means(near.astype(float)) > 0.5, np.bool_)
+    if not cells.any():
+        raise NoPatternError
+    state = ClothState(start, starting_state(cloth, lattice).rho, cells)
+    found = measure(cloth, estimate(cloth, (state,)), (state,))
+    for blur_px in (BLUR * side, 1.5, 0.7):
+        found = refit(cloth, found, rounds=5, blur_px=blur_px)
+    return cloth, found
 
 
-def propose_wide(image: Singles, valid: Bools, rng: np.random.Generator) -> list[Proposal]:
-    """Return proposals of large texels in a flattened `image` (H, W, 3), best first."""
-    found: list[Proposal] = []
-    for side in SIDES_PX:
-        if 1.5 * side < min(image.shape[:2]):
-            for point in seeds(valid, side, rng, PLACES):
-                found += wide_at(image, valid, point, side)
-    return sorted(found, key=lambda proposal: -proposal.support)
+def fit_plate(mesh: ClothMesh, pairs: Pairs, uv: Floats) -> tuple[Floats, Bools]:
+    """Return coordinates (R, C, 2), texels, that differ by whole numbers over most pairs, and the pairs (m,) that fit.
 
-
-def distinct(proposals: list[Proposal]) -> list[Proposal]:
-    """Return the proposals, best first, without those much like a better one at the same place: few of each."""
-    kept: list[Proposal] = []
-    for proposal in proposals:
-        limit = APART * float(np.linalg.norm(proposal.basis))
-        here = [other for other in kept if np.array_equal(other.point, proposal.point)]
-        alike = any(np.linalg.norm(other.basis - proposal.basis) < limit for other in here)
-        if len(here) < EACH and not alike:
-            kept.append(proposal)
-    return kept
-
-
-def wide_at(image: Singles, valid: Bools, point: Points, side: int) -> list[Proposal]:
-    """Return the pairs of peaks of the correlation with the patch around `point` that suit a large texel."""
-    surface, middle = correlation_surface(image, point, side)
-    if surface is None or evenness(image, point, side) < LEAST_EVENNESS:
-        return []
-    peaks, heights = find_peaks(surface, middle, side)
-    pairs = find_suited(peaks[np.argsort(-heights)[:MOST_PEAKS]], side)
-    known = np.where(share_inside(valid, point, side) > INSIDE, surface, np.nan)
-    return [
-        Proposal(point, reduce(basis), support)
-        for basis, support in zip(pairs, supports(known, middle, pairs), strict=True)
-        if support > LEAST_SUPPORT
-    ]
-
-
-def evenness(image: Singles, point: Points, side: int) -> float:
-    """Return how much a patch changes in the direction of least change over that of most: stripes have no texel."""
-    half, (x, y) = side // 2, (int(v) for v in point)
-    patch = gaussian(image[y - half : y + half + 1, x - half : x + half + 1], BLUR_PX)
-    down, across = (slope.ravel() for slope in np.gradient(patch, axis=(0, 1)))
-    slopes = np.stack([across, down])
-    low, high = np.linalg.eigvalsh(slopes @ slopes.T)
-    return float(np.sqrt(max(low, 0.0) / max(high, 1e-12)))
-
-
-def find_suited(peaks: Points, side: int) -> Floats:
-    """Return the pairs (k, 2, 2) of peaks (n, 2), as columns, that span a texel for an exemplar of that side."""
-    first, second = np.triu_indices(len(peaks), 1)
-    pairs = np.stack([peaks[first], peaks[second]], -1).reshape(-1, 2, 2)
-    lengths = np.linalg.norm(pairs, axis=1)
-    area = np.abs(np.linalg.det(pairs))
-    size = np.sqrt(area)
-    good = (area > LEAST_SINE * lengths.prod(1)) & (lengths.max(1) < LONGEST * lengths.min(1))
-    return np.asarray(pairs[good & (size > max(LEAST_PX, SIZES[0] * side)) & (size < SIZES[1] * side)], np.float64)
-
-
-def share_inside(valid: Bools, point: Points, side: int) -> Singles:
-    """Return the share of each patch inside the region (h, w), for the surface that the patch at `point` has."""
-    half, reach = side // 2, round(2.2 * side)
-    x, y = (int(v) for v in point)
-    around = valid[max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1].astype(np.float32)
-    share = cv2.blur(around, (2 * half + 1, 2 * half + 1), borderType=cv2.BORDER_CONSTANT)
-    return np.asarray(share[half : len(share) - half, half : share.shape[1] - half], np.float32)
-
-
-def supports(surface: Singles, middle: Points, pairs: Floats) -> Iterator[float]:
-    """Yield the mean of the surface's highest values near the eight neighbours that each pair predicts.
-
-    A neighbour where it is NaN does not count; 0 where there are too few.
+    Begins at `uv` (R, C, 2), which turns and scales only.
     """
-    known = np.nan_to_num(surface, nan=-1.0)
-    for basis in pairs:
-        radius = max(2, round(0.12 * float(np.linalg.norm(basis, axis=0).min())))
-        values = []
-        for x, y in np.rint(middle + NEIGHBOURS @ basis.T).astype(int):
-            if 0 <= y < len(surface) and 0 <= x < surface.shape[1] and np.isfinite(surface[y, x]):
-                spot = slice(max(y - radius, 0), y + radius + 1), slice(max(x - radius, 0), x + radius + 1)
-                values.append(float(known[spot].max()))
-        yield float(np.mean(values)) if len(values) >= LEAST_NEIGHBOURS else 0.0
+    ends = (interpolation(mesh, pairs.points[rows]) for rows in (pairs.second, pairs.first))
+    differences = sparse.csr_array(next(ends) - next(ends))
+    bending = mesh.bending(np.ones(mesh.nodes, np.bool_))
+    stiffness = BEND / abs(np.linalg.det(slope_of(uv))) * (bending.T @ bending)
+    # Differences leave a shift free: all nodes are held by very little where they were.
+    hold = 1e-6 * sparse.eye_array(bending.shape[1])
+    for tolerance in TOLERANCES:
+        found = differences @ uv.reshape(-1, 2)
+        whole = np.rint(found)
+        off = np.linalg.norm(found - whole, axis=1)
+        kept = (off < tolerance) & whole.any(1)
+        weight = kept * (1 - (off / tolerance) ** 2) ** 2
+        pull = differences.T @ (weight[:, None] * whole) + hold @ uv.reshape(-1, 2)
+        system = differences.T @ sparse.diags_array(weight) @ differences + stiffness + hold
+        uv = np.asarray(Factor(sparse.csc_array(system)).solve(pull), np.float64).reshape(uv.shape)
+    return uv, np.asarray(kept, np.bool_)
 
 
-def repeats_within(texel: Texel) -> bool:
-    """Return whether a texel is several texels of a finer lattice."""
-    spectrum = np.fft.fft2(texel.pixels - texel.pixels.mean((0, 1)), axes=(0, 1))
-    likeness = np.fft.ifft2((np.abs(spectrum) ** 2).sum(-1)).real
-    v, u = (np.abs(np.fft.fftfreq(n)) for n in likeness.shape)
-    moved = np.maximum(v[:, None], u) >= LEAST_PART
-    return bool(likeness[moved].max() > REPEATED * likeness[0, 0])
-
-
-def goes_on(cloth: FittedCloth, begun: Fit, step: Progress) -> Job[Fit | None]:
-    """Return the pattern followed from where it begins, None if it hardly goes on."""
-    found = yield from followed(cloth, prune(cloth, begun), step)
-    area = cloth.steps_of(found.cells)
-    further = area > LEAST_GROWTH * cloth.steps_of(begun.cells) or len(cloth.lattice) >= ENOUGH
-    # A texel may look like itself only: it is that of all its copies that has to explain them.
-    return refit(cloth, found, rounds=3) if area >= LEAST_TEXELS and further else None
+def slope_of(uv: Floats) -> Floats:
+    """Return how coordinates (R, C, 2) change from node to node along rows and columns (2, 2), on the whole."""
+    return np.stack([(uv[-1, -1] - uv[-1, 0]) / (uv.shape[1] - 1), (uv[-1, -1] - uv[0, -1]) / (uv.shape[0] - 1)], -1)

@@ -82,12 +82,12 @@ def test_a_stage_that_there_is_not_is_named(folder: Path, capsys: pytest.Capture
 
 
 def test_stages_are_left_out_by_turns(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["--without", "true_period", "find_wide", "fill_gaps"]
+    words = ["--without", "true_period", "find_large", "fill_gaps"]
     assert main(["bench", "--json", "--only", "photographs", str(folder), *words]) == 0
     printed = json.loads(capsys.readouterr().out)
     records = {record["without"]: record for record in printed["photographs_by_stage"]}
-    assert list(records) == ["true_period", "find_wide", "fill_gaps", "nothing"]
-    unreached, whole = records["find_wide"], records["nothing"]
+    assert list(records) == ["true_period", "find_large", "fill_gaps", "nothing"]
+    unreached, whole = records["find_large"], records["nothing"]
     assert whole["holds"]
     assert {**unreached, "without": "nothing"} == whole
     rows = {row["without"]: row for row in printed["photographs_without"]}

@@ -97,6 +97,14 @@ def test_of_a_texel_seen_once_nothing_is_evidence(scene: Scene) -> None:
     assert often > 4 * once
 
 
+def test_cells_beyond_the_region_say_nothing(scene: Scene) -> None:
+    cloth, found = begun_with(scene.photo, 24.0)
+    inside = np.ones(scene.photo.shape[:2])
+    inside[:, :60] = 0
+    half = replace(cloth, registration=cloth.registration.weighted(inside))
+    assert 0 < weigh(half, found).explained < weigh(cloth, found).explained
+
+
 def test_what_repeats_in_a_corner_of_a_photo_is_not_its_cloth(scene: Scene) -> None:
     cloth, found = begun_with(scene.photo, 24.0)
     small = Find(cloth, found, Evidence(100.0, 0.9))
