@@ -54,6 +54,8 @@ class MeshBuffers:
         self._rest: Points | None = None
         self._moved: Points | None = None
         self._reach: SourceFootprint | None = None
+        self._reads: dict[tuple[Box, float], Read | None] = {}
+        """What was asked for since the nodes are where they are."""
 
     def place(self, rest: Points, moved: Points) -> None:
         """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
@@ -65,7 +67,7 @@ class MeshBuffers:
     def _place(self, rest: Points, moved: Points) -> None:
         others = [self._nodes["rest_nodes"], self._nodes["cell_nodes"]]
         places, is_new = self._nodes["moved_nodes"], rest is not self._rest
-        self._rest, self._moved, self._reach = rest, moved, None
+        self._rest, self._moved, self._reach, self._reads = rest, moved, None, {}
         drawn = moved[self._drawn]
         places.inner[:] = drawn
         if is_new:
@@ -98,7 +100,9 @@ class MeshBuffers:
         """Return what drawing the output pixels of `box` reads, None where nothing is to be drawn."""
         if self._reach is None:
             self._reach = SourceFootprint.of(self._nodes["rest_nodes"].at, self._nodes["moved_nodes"].at)
-        return self._reach.read_for(box, least_stretch=least_stretch)
+        if (box, least_stretch) not in self._reads:
+            self._reads[box, least_stretch] = self._reach.read_for(box, least_stretch=least_stretch)
+        return self._reads[box, least_stretch]
 
     def draw(self, fragment: str, blocks: Bools, **uniforms: object) -> None:
         """Draw `blocks` with the shader `fragment` into the bound framebuffer."""
