@@ -3,7 +3,15 @@
 import gc
 import importlib
 
-LOADED_LATER = ("scipy.spatial", "scipy.ndimage", "scipy.fft", "scipy.sparse.csgraph", "scipy.interpolate")
+LOADED_LATER = (
+    "scipy.linalg",
+    "scipy.sparse",
+    "scipy.spatial",
+    "scipy.ndimage",
+    "scipy.fft",
+    "scipy.sparse.csgraph",
+    "scipy.interpolate",
+)
 """What only the tools need: SciPy imports its parts where they are first used."""
 
 

@@ -5,19 +5,25 @@ The limit is the whole process's. Who holds it is counted, so that it lasts unti
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from threading import Lock
 from typing import TypeVar
 
-import cv2  # noqa: F401  loads its library, to be found
-import numpy as np  # noqa: F401
-import scipy.linalg  # noqa: F401
 from threadpoolctl import ThreadpoolController
 
 from core.progress import Job
 
 T = TypeVar("T")
 
-_LIBRARIES = ThreadpoolController().select(user_api="blas")
+
+@cache
+def _libraries() -> ThreadpoolController:
+    """Return the libraries that there are, loaded to be found; not before they are used, since that takes its time."""
+    import cv2  # noqa: F401
+    import numpy as np  # noqa: F401
+    import scipy.linalg  # noqa: F401
+
+    return ThreadpoolController().select(user_api="blas")
 
 
 class _Hold:
@@ -29,7 +35,7 @@ class _Hold:
     def take(self) -> None:
         with self._lock:
             if self._holders == 0:
-                self._limiter = _LIBRARIES.limit(limits=1)
+                self._limiter = _libraries().limit(limits=1)
             self._holders += 1
 
     def let_go(self) -> None:

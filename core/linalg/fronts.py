@@ -8,7 +8,7 @@ With A the front of a box, its own entries of the matrix and what its halves hav
 """
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from core.arrays import Floats, Ints
 from core.linalg.dissection import Group, Place
@@ -122,17 +122,17 @@ def _inverse_factor(A: Floats) -> Floats:
             out[...] = _inverse_of_lower(np.linalg.cholesky(a))
             continue
         # By columns, as LAPACK has them, L is upper.
-        factor, fault = lapack.dpotrf(a.T, lower=0, clean=1)
+        factor, fault = scipy.linalg.lapack.dpotrf(a.T, lower=0, clean=1)
         if fault:
             raise np.linalg.LinAlgError
-        out[...] = lapack.dtrtri(factor, lower=0, overwrite_c=1)[0].T
+        out[...] = scipy.linalg.lapack.dtrtri(factor, lower=0, overwrite_c=1)[0].T
     return found
 
 
 def _inverse_of_lower(L: Floats) -> Floats:
     """Return L⁻¹ of a lower triangle, half by half; other threads go on meanwhile."""
     if len(L) < _LONG:
-        return np.asarray(lapack.dtrtri(L.T, lower=0)[0].T)
+        return np.asarray(scipy.linalg.lapack.dtrtri(L.T, lower=0)[0].T)
     half, inverse = len(L) // 2, np.zeros(L.shape)
     upper, lower = _inverse_of_lower(L[:half, :half]), _inverse_of_lower(L[half:, half:])
     inverse[:half, :half], inverse[half:, half:] = upper, lower

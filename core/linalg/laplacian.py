@@ -7,8 +7,8 @@ and d the difference along an edge, Σ_Q w_Q Σ_e |d z - τ|² has the normal eq
 from typing import TypeVar
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from core.arrays import Bools, Floats
 
@@ -44,13 +44,13 @@ def laplacian(weights: EdgeWeights, z: NDArray[_Number]) -> NDArray[_Number]:
     return divergence(weights[0] * np.diff(z, axis=1), weights[1] * np.diff(z, axis=0))
 
 
-def pattern(shape: tuple[int, int]) -> sparse.csc_array:
+def pattern(shape: tuple[int, int]) -> "scipy.sparse.csc_array":
     """Return ones where K's lower triangle has entries on a grid of `shape`, whatever the weights."""
     number = np.arange(shape[0] * shape[1]).reshape(shape)
     stored = find_stored(shape)
     rows = np.stack([number, number + 1, number + shape[1]], axis=-1)[stored]
     starts = np.concatenate([[0], np.cumsum(stored.sum(axis=-1))])
-    return sparse.csc_array((np.ones(len(rows)), rows, starts), shape=(number.size, number.size))
+    return scipy.sparse.csc_array((np.ones(len(rows)), rows, starts), shape=(number.size, number.size))
 
 
 def node_values(weights: EdgeWeights, free: Bools) -> Floats:

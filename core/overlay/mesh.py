@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats, Ints
 
@@ -118,7 +118,7 @@ class ClothMesh:
         across = br - tl
         return np.stack([cross(tr - tl, across), cross(across, bl - tl)], -1)
 
-    def bending(self, used: Bools) -> sparse.csr_array:
+    def bending(self, used: Bools) -> "scipy.sparse.csr_array":
         """Return the second differences among used nodes, L of NRT eq. 8: one row each, a column for every node."""
         box = around(used)
         number, flat = np.arange(used.size).reshape(self.nodes)[box], used.ravel()
@@ -128,7 +128,7 @@ class ClothMesh:
         twist = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]], -1).reshape(-1, 4)
         rows.append((twist, np.array([1.0, -1.0, -1.0, 1.0]) * np.sqrt(2)))
         blocks = [stencil(nodes[flat[nodes].all(1)], weights, used.size) for nodes, weights in rows]
-        return sparse.csr_array(sparse.vstack(blocks))
+        return scipy.sparse.csr_array(scipy.sparse.vstack(blocks))
 
 
 def around(used: Bools, margin: int = 0) -> tuple[slice, slice]:
@@ -141,11 +141,11 @@ def around(used: Bools, margin: int = 0) -> tuple[slice, slice]:
     return spans[0], spans[1]
 
 
-def stencil(nodes: Ints, weights: Floats, size: int) -> sparse.csr_array:
+def stencil(nodes: Ints, weights: Floats, size: int) -> "scipy.sparse.csr_array":
     """Return a matrix with `weights` (k,) at the columns `nodes` (n, k)."""
     count, width = nodes.shape
     rows = np.repeat(np.arange(count), width)
-    return sparse.csr_array((np.tile(weights, count), (rows, nodes.ravel())), shape=(count, size))
+    return scipy.sparse.csr_array((np.tile(weights, count), (rows, nodes.ravel())), shape=(count, size))
 
 
 def cross(a: Floats, b: Floats) -> Floats:
@@ -153,7 +153,7 @@ def cross(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def cubic_weights(at: Floats, count: int) -> sparse.csr_array:
+def cubic_weights(at: Floats, count: int) -> "scipy.sparse.csr_array":
     """Return the (n, count) matrix that takes values at 0, 1, ... to places `at` (n,), by Catmull-Rom's cubic.
 
     Past the first and last value the curve is continued in a straight line.
@@ -163,10 +163,10 @@ def cubic_weights(at: Floats, count: int) -> sparse.csr_array:
     shares = np.stack([-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2], -1) / 2
     rows = np.repeat(np.arange(len(at)), 4)
     columns = (left[:, None] + np.arange(4)).ravel()
-    whole = sparse.csr_array((shares.ravel(), (rows, columns)), shape=(len(at), count + 2))
+    whole = scipy.sparse.csr_array((shares.ravel(), (rows, columns)), shape=(len(at), count + 2))
     # The values beyond both ends are 2 v0 - v1 and 2 v(n-1) - v(n-2).
-    ends = sparse.lil_array((count + 2, count))
+    ends = scipy.sparse.lil_array((count + 2, count))
     ends[np.arange(1, count + 1), np.arange(count)] = 1.0
     ends[0, 0] = ends[-1, -1] = 2.0
     ends[0, 1] = ends[-1, -2] = -1.0
-    return sparse.csr_array(whole @ sparse.csr_array(ends))
+    return scipy.sparse.csr_array(whole @ scipy.sparse.csr_array(ends))

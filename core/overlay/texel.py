@@ -8,7 +8,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats, Ints, Singles
 from core.overlay.filters.sampling import look_up
@@ -187,10 +187,10 @@ def next_to(first: Ints, count: int) -> tuple[Ints, Ints]:
     return first, np.where(first == count - 1, 0, first + 1)
 
 
-def shares_of(index: Ints, share: Floats, shape: tuple[int, int]) -> sparse.csr_array:
+def shares_of(index: Ints, share: Floats, shape: tuple[int, int]) -> "scipy.sparse.csr_array":
     """Return the matrix (n, h * w) that looks a texel of `shape` (h, w) up, from what `splat` returns."""
     ends = np.arange(0, index.size + 1, 4)
-    return sparse.csr_array((share.ravel(), index.ravel(), ends), shape=(len(index), shape[0] * shape[1]))
+    return scipy.sparse.csr_array((share.ravel(), index.ravel(), ends), shape=(len(index), shape[0] * shape[1]))
 
 
 def gather(
@@ -201,7 +201,7 @@ def gather(
 
 
 def weigh(
-    shares: sparse.csr_array,
+    shares: "scipy.sparse.csr_array",
     colours: Floats | Singles,
     light: Floats | Singles,
     weight: Floats | Singles,

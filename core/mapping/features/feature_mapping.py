@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Literal, TypedDict, Unpack
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.grid import Features, Grid
@@ -150,7 +150,7 @@ class FeatureMapping:
             return self.place(w)
         return self.follow(self.pose(w, alpha, t, moving=np.zeros(len(alpha), bool)))
 
-    def hold_points(self, at: Points, M: sparse.csr_array, shares: Floats | None = None) -> HeldPoints:
+    def hold_points(self, at: Points, M: "scipy.sparse.csr_array", shares: Floats | None = None) -> HeldPoints:
         """Return what holding combinations M (k, m) of the points `at` (m, 2) takes; half a solve for each point.
 
         With `shares` (m, s) each point is the mean, by them, of s places: `at` is (m, s, 2).

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Floats, Ints, Points
 from core.linalg.grid_solver import HalfSolved
@@ -17,7 +17,7 @@ class HeldPoints:
     nodes: Ints
     weights: Floats
     """Corners of the points' quads and their bilinear weights (m, 4)."""
-    M: sparse.csr_array
+    M: "scipy.sparse.csr_array"
     """The combinations (k, m)."""
     half: HalfSolved
     """L⁻¹ P Cᵀ (N, m)."""

@@ -9,7 +9,7 @@ A⁻¹ (C U)ᵀ.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Floats, Ints, Points
 from core.grid import Grid
@@ -39,7 +39,7 @@ class FreePlate:
         rounded = smoothness * float(np.hypot(*self._coarse.shape))
         A = _opposite_part(self._coarse, cell) + rounded**2 * _bending(self._coarse, cell)
         # The tie makes A definite; similarities, which it would hold back, are added to d outside.
-        self._factor = Factor(A + TIE * sparse.eye_array(self._coarse.size))
+        self._factor = Factor(A + TIE * scipy.sparse.eye_array(self._coarse.size))
 
     def hold(self, points: Points, known: "FreeForces | None" = None) -> "FreeForces":
         """Return how it answers forces at the points (n, 2); what is `known` of some of them is not worked out anew."""
@@ -119,30 +119,32 @@ def _between(count: int, coarse: int) -> Floats:
     return wide[:, 1:-1]
 
 
-def _steps(count: int, cell: float) -> sparse.csr_array:
+def _steps(count: int, cell: float) -> "scipy.sparse.csr_array":
     """Return first differences over `count` nodes, per unit length."""
-    return sparse.csr_array(sparse.diags_array([-1 / cell, 1 / cell], offsets=[0, 1], shape=(count - 1, count)))
+    return scipy.sparse.csr_array(
+        scipy.sparse.diags_array([-1 / cell, 1 / cell], offsets=[0, 1], shape=(count - 1, count))
+    )
 
 
-def _means(count: int) -> sparse.csr_array:
-    return sparse.csr_array(sparse.diags_array([0.5, 0.5], offsets=[0, 1], shape=(count - 1, count)))
+def _means(count: int) -> "scipy.sparse.csr_array":
+    return scipy.sparse.csr_array(scipy.sparse.diags_array([0.5, 0.5], offsets=[0, 1], shape=(count - 1, count)))
 
 
-def _opposite_part(grid: Grid, cell: tuple[float, float]) -> sparse.csr_array:
+def _opposite_part(grid: Grid, cell: tuple[float, float]) -> "scipy.sparse.csr_array":
     """Return the matrix of Σ |d_x + i d_y|², which vanishes for similarities."""
-    across = sparse.kron(_means(grid.rows), _steps(grid.columns, cell[0]))
-    down = sparse.kron(_steps(grid.rows, cell[1]), _means(grid.columns))
-    total = sparse.csr_array(across + 1j * down)
-    return sparse.csr_array(total.conj().T @ total)
+    across = scipy.sparse.kron(_means(grid.rows), _steps(grid.columns, cell[0]))
+    down = scipy.sparse.kron(_steps(grid.rows, cell[1]), _means(grid.columns))
+    total = scipy.sparse.csr_array(across + 1j * down)
+    return scipy.sparse.csr_array(total.conj().T @ total)
 
 
-def _bending(grid: Grid, cell: tuple[float, float]) -> sparse.csr_array:
+def _bending(grid: Grid, cell: tuple[float, float]) -> "scipy.sparse.csr_array":
     """Return the matrix of Σ |d_xx|² + 2 |d_xy|² + |d_yy|², which vanishes for affine maps."""
     x, y = _steps(grid.columns, cell[0]), _steps(grid.rows, cell[1])
-    rows, columns = sparse.eye_array(grid.rows), sparse.eye_array(grid.columns)
-    parts = [np.sqrt(2) * sparse.kron(y, x)]
+    rows, columns = scipy.sparse.eye_array(grid.rows), scipy.sparse.eye_array(grid.columns)
+    parts = [np.sqrt(2) * scipy.sparse.kron(y, x)]
     if grid.columns > 2:
-        parts.append(sparse.kron(rows, _steps(grid.columns - 1, cell[0]) @ x))
+        parts.append(scipy.sparse.kron(rows, _steps(grid.columns - 1, cell[0]) @ x))
     if grid.rows > 2:
-        parts.append(sparse.kron(_steps(grid.rows - 1, cell[1]) @ y, columns))
-    return sparse.csr_array(sum(part.T @ part for part in parts))
+        parts.append(scipy.sparse.kron(_steps(grid.rows - 1, cell[1]) @ y, columns))
+    return scipy.sparse.csr_array(sum(part.T @ part for part in parts))

@@ -8,7 +8,7 @@ by B c, B with two columns, p and 1, for each body, and c = (α - α⁰, t - t�
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats, Ints
 from core.mapping.jacobians import Complexes
@@ -29,7 +29,7 @@ class Motions:
     """The bodies that have points of the plate, k, and what is unknown of how they move."""
 
     bodies: Ints
-    points: sparse.csr_array
+    points: "scipy.sparse.csr_array"
     """B (n, 2 k): arms, then ones."""
     about: Complexes
     """The arm that each turns about (k,), 0 for those that no handle holds."""
@@ -48,7 +48,7 @@ class Motions:
         rows = first + np.arange(len(owner))
         values = np.concatenate([np.empty(0, np.complex128), *arms, np.ones(len(owner))])
         places = np.tile(rows, 2), np.concatenate([owner, k + owner])
-        points = sparse.csr_array((values, places), (first + len(owner), 2 * k))
+        points = scipy.sparse.csr_array((values, places), (first + len(owner), 2 * k))
         return cls(np.array(bodies, np.int64), points, about, np.flatnonzero(turns), np.flatnonzero(moves))
 
     def displace(self, poses: Poses, alpha: Complexes, t: Complexes) -> Complexes:

@@ -29,9 +29,8 @@ from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.linalg import lapack
 
 from core.arrays import Floats, Points
 from core.grid import Grid
@@ -98,7 +97,7 @@ class HandleField:
         *,
         spare: int = 0,
         rods: Rods | None = None,
-        bodies: sparse.csr_array | None = None,
+        bodies: "scipy.sparse.csr_array | None" = None,
         slides: Sequence[tuple[complex, Floats]] = (),
         known: "HandleField | None" = None,
     ) -> None:
@@ -110,7 +109,7 @@ class HandleField:
         at, self._M = points.spread(grid)
         """Places (m, 2), and combinations M (n, m) of these that the points are."""
         self._spare = spare if isinstance(plate, FreePlate) else 0
-        self._bodies = sparse.csr_array((len(points), 0)) if bodies is None else bodies
+        self._bodies = scipy.sparse.csr_array((len(points), 0)) if bodies is None else bodies
         self._forces: HeldForces | FreeForces | None = None
         if plate is None or not len(points):
             return
@@ -122,7 +121,7 @@ class HandleField:
                 self._forces = plate.hold(places, before if isinstance(before, FreeForces) else None)
             else:
                 self._forces = plate.hold(places)
-            of_all = sparse.block_diag([self._M, self.rods.M], format="csr")
+            of_all = scipy.sparse.block_diag([self._M, self.rods.M], format="csr")
             S = np.asarray(of_all @ self._forces.S @ of_all.conj().T)
             across, within, S = S[:n, n:], S[n:, n:], S[:n, :n]
             if self._spare:
@@ -256,8 +255,8 @@ def _inverse(system: NDArray[Any]) -> NDArray[Any]:
     Where the pivots say that a matrix is definite and all points are apart, its inverse costs little.
     """
     if len(system) and not np.iscomplexobj(system):
-        L, fault = lapack.dpotrf(system, lower=True)
+        L, fault = scipy.linalg.lapack.dpotrf(system, lower=True)
         if not fault and (np.diag(L) > _APART * np.diag(L).max(initial=0)).all():
-            half, _ = lapack.dpotri(L, lower=True)
+            half, _ = scipy.linalg.lapack.dpotri(L, lower=True)
             return np.asarray(np.tril(half) + np.tril(half, -1).T)
     return np.linalg.pinv(system, rcond=SINGULAR, hermitian=True)

@@ -12,7 +12,7 @@ an arm of length r would be. It does not see a shift, nor a shear. So a ring is 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats, Ints, Points
 from core.grid import Grid
@@ -51,7 +51,7 @@ class Probes:
         """Which of them (k,) are rings."""
         return self.radius > 0
 
-    def spread(self, grid: Grid) -> tuple[Points, sparse.csr_array]:
+    def spread(self, grid: Grid) -> "tuple[Points, scipy.sparse.csr_array]":
         """Return points of the picture (m, 2), and by what they make up the probes (k, m): real without rings."""
         single, ringed = np.flatnonzero(~self.are_rings), np.flatnonzero(self.are_rings)
         around = self._around(grid, ringed)
@@ -60,7 +60,7 @@ class Probes:
         by = np.ones(len(single))
         if ringed.size:
             by = np.concatenate([by, self._shares(around, ringed).ravel()])
-        return points, sparse.csr_array((by, (rows, np.arange(len(rows)))), (len(self), len(rows)))
+        return points, scipy.sparse.csr_array((by, (rows, np.arange(len(rows)))), (len(self), len(rows)))
 
     def on(self, grid: Grid) -> tuple[Ints, Floats | Complexes]:
         """Return the nodes (k, s) of the grid that they read, and with which weights; s is 4 without rings."""

@@ -26,7 +26,6 @@ from typing import Any
 import numpy as np
 import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from core.arrays import Floats, Ints, Points
 from core.grid import Grid
@@ -51,7 +50,7 @@ class Rods:
 
     at: Points
     """(m, 2), pixels of the picture."""
-    M: sparse.csr_array
+    M: "scipy.sparse.csr_array"
     """(k, m)."""
     owner: Ints
     """The line of each row (k,)."""
@@ -90,7 +89,7 @@ class Rods:
         owner, counts = np.repeat(np.arange(len(rows)), rows), np.array([len(share) for share in shares], np.int64)
         return cls(
             np.concatenate([np.empty((0, 2)), *at]),
-            sparse.csr_array(sparse.block_diag(bases)) if bases else sparse.csr_array((0, 0)),
+            scipy.sparse.csr_array(scipy.sparse.block_diag(bases)) if bases else scipy.sparse.csr_array((0, 0)),
             owner,
             2 / weight ** (2 * np.array([limit.weight for limit in limits])[owner]),
             np.cumsum(counts) - counts,

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
-from scipy.sparse import csr_array
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.alignment import FlatPicture, PatchFrames, Template, align, make_template, raster, search
@@ -241,6 +240,6 @@ def parts(near: Ints) -> list[Ints]:
     """Return the rows of each set of vertices that are connected, from their neighbours (K, 4)."""
     rows, columns = np.nonzero(near >= 0)
     count = len(near)
-    graph = csr_array((np.ones(len(rows)), (rows, near[rows, columns])), shape=(count, count))
+    graph = scipy.sparse.csr_array((np.ones(len(rows)), (rows, near[rows, columns])), shape=(count, count))
     number, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
     return [np.flatnonzero(label == k) for k in range(number)]

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
@@ -139,10 +139,10 @@ def relight(cloth: FittedCloth, piece: ClothState, texel: Texel) -> ClothState:
         residual = np.sqrt(((light[..., None] * colours - photo) ** 2).mean(-1))
         robust = weight * huber(residual, weight > 0)
         blocks = np.einsum("kp,pab->kab", robust * squares, shares)
-        data = sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(len(rho), len(rho)))
+        data = scipy.sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(len(rho), len(rho)))
         pull = np.bincount(corners.ravel(), ((robust * products) @ mesh.weights).ravel(), len(rho))
         stiffness = Smoothness().shading * float(np.median(data.diagonal())) + 1e-9
-        system = data + stiffness * (bending.T @ bending + 1e-6 * sparse.eye_array(len(rho)))
+        system = data + stiffness * (bending.T @ bending + 1e-6 * scipy.sparse.eye_array(len(rho)))
         rho = np.maximum(np.asarray(Factor(system).solve(pull), np.float64), LEAST_SHADING)
     whole = piece.rho.ravel().copy()
     whole[used] = rho

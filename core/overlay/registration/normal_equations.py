@@ -7,7 +7,7 @@ its pixels, g = (∂r/∂m, ∂r/∂ρ) as in `registration`, times constant pro
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats, Ints, Singles
 from core.linalg.factor import Factor
@@ -45,8 +45,8 @@ class System:
         number[self.nodes] = np.arange(self.count)
         self.corners: Ints = number[mesh.corners[cells]]
         L = mesh.bending(used)[:, self.around]
-        self._bend = sparse.csr_array(L[:, self.free].T @ L)
-        bend = sparse.coo_array(sparse.tril(self._bend[:, self.free]))
+        self._bend = scipy.sparse.csr_array(L[:, self.free].T @ L)
+        bend = scipy.sparse.coo_array(scipy.sparse.tril(self._bend[:, self.free]))
         self._bend_values = bend.data
         self._products = np.stack([mesh.weights[:, a] * mesh.weights[:, b] for a, b in PAIRS], -1).astype(np.float32)
         self._weights = mesh.weights.astype(np.float32)
@@ -57,7 +57,7 @@ class System:
         self._lay_out(bend)
         self._factor: Factor | None = None
 
-    def _lay_out(self, bend: sparse.coo_array) -> None:
+    def _lay_out(self, bend: "scipy.sparse.coo_array") -> None:
         """Find the place of every entry in the lower triangle."""
         n = self.count
         ends = [[self.corners[:, a] + i * n for i, a in pair] for pair in HALF]
@@ -91,7 +91,7 @@ class System:
         # Nodes that neither data nor bending hold stay where they are.
         values[self._diagonal] += np.repeat(1e-6 * bend, n) + 1e-9
         if self._factor is None:
-            self._factor = Factor(sparse.csc_array((values, self._pattern), shape=(3 * n, 3 * n)))
+            self._factor = Factor(scipy.sparse.csc_array((values, self._pattern), shape=(3 * n, 3 * n)))
         else:
             self._factor.factorise(values)
         return -np.asarray(self._factor.solve(rhs.ravel()), np.float64).reshape(3, n)

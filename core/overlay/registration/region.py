@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats, Singles
 from core.linalg.factor import Factor
@@ -136,7 +136,7 @@ def continue_on(mesh: ClothMesh, state: ClothState, cells: Bools) -> ClothState:
     # Shading is carried on in its logarithm, so that it stays positive.
     values = np.concatenate([state.uv, np.log(np.maximum(state.rho, 1e-3))[..., None]], -1).reshape(-1, 3)
     inner, outer = L[:, new], L @ np.where(fixed[:, None], values, 0.0)
-    A = inner.T @ inner + 1e-9 * sparse.eye_array(len(new))
+    A = inner.T @ inner + 1e-9 * scipy.sparse.eye_array(len(new))
     values[new] = -np.asarray(Factor(A).solve(inner.T @ outer), np.float64)
     grid = values.reshape(*mesh.nodes, 3)
     return ClothState(grid[..., :2], np.exp(np.clip(grid[..., 2], -4, 3)), cells)

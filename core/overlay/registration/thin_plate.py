@@ -5,7 +5,7 @@ the derivatives, so a vertex counts three times; beyond the lattice the plate go
 """
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats, Points
 from core.linalg.factor import Factor
@@ -29,7 +29,9 @@ def spread(mesh: ClothMesh, lattice: Lattice, *, stiffness: float = 1e-3) -> Flo
             targets.append(0.5 * (keys + sign * np.einsum("kij,kj->ki", inverse, offset)))
     reach = REACH * float(np.linalg.norm(lattice.frames.bases, axis=1).max())
     used = nodes_between(mesh, points.min(0) - reach, points.max(0) + reach)
-    return solve_plate(mesh, used, sparse.csr_array(sparse.vstack(rows)), np.concatenate(targets), stiffness)
+    return solve_plate(
+        mesh, used, scipy.sparse.csr_array(scipy.sparse.vstack(rows)), np.concatenate(targets), stiffness
+    )
 
 
 def nodes_between(mesh: ClothMesh, low: Points, high: Points) -> Bools:
@@ -38,17 +40,19 @@ def nodes_between(mesh: ClothMesh, low: Points, high: Points) -> Bools:
     return np.asarray(((places >= low) & (places <= high)).all(-1), np.bool_)
 
 
-def solve_plate(mesh: ClothMesh, used: Bools, rows: sparse.csr_array, targets: Floats, stiffness: float) -> Floats:
+def solve_plate(
+    mesh: ClothMesh, used: Bools, rows: "scipy.sparse.csr_array", targets: Floats, stiffness: float
+) -> Floats:
     """Return values (R, C, k) at the nodes in use that meet rows @ values = targets (n, k) and bend little."""
     L, rows = (matrix[:, used.ravel()] for matrix in (mesh.bending(used), rows))
     A = rows.T @ rows + stiffness * (L.T @ L)
-    A = A + 1e-9 * sparse.eye_array(A.shape[0])
+    A = A + 1e-9 * scipy.sparse.eye_array(A.shape[0])
     values = np.full((*mesh.nodes, targets.shape[1]), np.nan)
     values[used] = Factor(A).solve(rows.T @ targets)
     return values
 
 
-def interpolation(mesh: ClothMesh, points: Points) -> sparse.csr_array:
+def interpolation(mesh: ClothMesh, points: Points) -> "scipy.sparse.csr_array":
     """Return the matrix that takes node values to places (n, 2), bilinear, zero rows for places off the mesh."""
     at = (points + 0.5) / mesh.cell
     first = np.floor(at).astype(np.int64)
@@ -58,4 +62,6 @@ def interpolation(mesh: ClothMesh, points: Points) -> sparse.csr_array:
     numbers = mesh.corners[row, column]
     weights = np.stack([(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y], -1) * inside[:, None]
     count = np.repeat(np.arange(len(points)), 4)
-    return sparse.csr_array((weights.ravel(), (count, numbers.ravel())), shape=(len(points), mesh.corners.max() + 1))
+    return scipy.sparse.csr_array(
+        (weights.ravel(), (count, numbers.ravel())), shape=(len(points), mesh.corners.max() + 1)
+    )

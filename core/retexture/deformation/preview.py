@@ -6,8 +6,7 @@ with the hat weights Y (R', R) of the rows and X (C', C) of the columns it is Y 
 
 import cv2
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sp
+import scipy
 
 from core import tracing
 from core.arrays import Bools, Floats, Points
@@ -36,7 +35,7 @@ class Reading:
         return np.ascontiguousarray(across.reshape(self._across.shape[0], -1, channels).transpose(1, 0, 2))
 
 
-def _hats(places: Floats, count: int) -> sp.csr_matrix:
+def _hats(places: Floats, count: int) -> "scipy.sparse.csr_matrix":
     """Return the weights (n, count) that read a row of `count` nodes at `places` (n,), held at its ends."""
     places = np.clip(places, 0, count - 1)
     first = np.minimum(places.astype(int), max(count - 2, 0))
@@ -44,7 +43,9 @@ def _hats(places: Floats, count: int) -> sp.csr_matrix:
     number = np.arange(len(places))
     second = np.minimum(first + 1, count - 1)
     weights = np.concatenate([1 - share, share])
-    return sp.csr_matrix((weights, (np.tile(number, 2), np.concatenate([first, second]))), (len(places), count))
+    return scipy.sparse.csr_matrix(
+        (weights, (np.tile(number, 2), np.concatenate([first, second]))), (len(places), count)
+    )
 
 
 class Membrane:

@@ -13,7 +13,7 @@ Zisserman's graduated non-convexity).
 """
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats, Ints
 from core.linalg.factor import Factor
@@ -57,16 +57,16 @@ class Plate:
         self._wanted = np.concatenate(wanted)
         self._steps = differences(self.ends, np.ones(len(self.ends)), used.size)
         pairs, weights, around = bends(at[0].reshape(fixed.shape), at[1].reshape(fixed.shape))
-        bending = sparse.csr_array(differences(pairs, weights, len(self.ends)) @ self._steps)
+        bending = scipy.sparse.csr_array(differences(pairs, weights, len(self.ends)) @ self._steps)
         moves = abs(bending) @ free.ravel().astype(np.float64) > 0
         self._around = around[moves]
         self._moving: Bools = np.asarray(free.ravel()[self.ends].any(1), np.bool_)
-        rows = sparse.csr_array(
-            sparse.vstack([bending[np.flatnonzero(moves)], self._steps[np.flatnonzero(self._moving)]])
+        rows = scipy.sparse.csr_array(
+            scipy.sparse.vstack([bending[np.flatnonzero(moves)], self._steps[np.flatnonzero(self._moving)]])
         )
         wished = self._wanted[self._moving]
         self._right = np.concatenate([np.zeros((int(moves.sum()), 2)), wished]) - rows @ self._known
-        self._rows = sparse.csr_array(rows[:, self._free])
+        self._rows = scipy.sparse.csr_array(rows[:, self._free])
         self._factor: Factor | None = None
 
     def torn(self, most: float) -> tuple[Floats, Floats]:
@@ -82,10 +82,10 @@ class Plate:
     def _solved(self, weight: Floats) -> Floats:
         """Return the places (H W, 2) for weights (m,) of the steps."""
         given = np.concatenate([weight[self._around].min(1), HELD * weight[self._moving]])
-        weighted = sparse.csr_array(self._rows.T.multiply(given))
-        normal = sparse.csc_array(weighted @ self._rows + 1e-9 * sparse.eye_array(len(self._free)))
+        weighted = scipy.sparse.csr_array(self._rows.T.multiply(given))
+        normal = scipy.sparse.csc_array(weighted @ self._rows + 1e-9 * scipy.sparse.eye_array(len(self._free)))
         normal.sort_indices()
-        lower = sparse.csc_array(sparse.tril(normal, format="csc"))
+        lower = scipy.sparse.csc_array(scipy.sparse.tril(normal, format="csc"))
         if self._factor is not None and np.array_equal(self._factor.indices, lower.indices):
             self._factor.factorise(lower.data)
         else:
@@ -95,11 +95,11 @@ class Plate:
         return out
 
 
-def differences(pairs: Ints, weights: Floats, size: int) -> sparse.csr_array:
+def differences(pairs: Ints, weights: Floats, size: int) -> "scipy.sparse.csr_array":
     """Return the matrix (n, size) of the weighted differences between the values of pairs (n, 2)."""
     count = len(pairs)
     values = (weights[:, None] * [-1.0, 1.0]).ravel()
-    return sparse.csr_array((values, (np.repeat(np.arange(count), 2), pairs.ravel())), shape=(count, size))
+    return scipy.sparse.csr_array((values, (np.repeat(np.arange(count), 2), pairs.ravel())), shape=(count, size))
 
 
 def bends(down: Ints, across: Ints) -> tuple[Ints, Floats, Ints]:
