@@ -5,7 +5,7 @@ whose coordinates differ by whole numbers between the keypoints of a pair.
 """
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from core.arrays import Bools, Floats
 from core.linalg.factor import Factor
@@ -89,11 +89,11 @@ def fit_plate(mesh: ClothMesh, pairs: Pairs, uv: Floats) -> tuple[Floats, Bools]
     Begins at `uv` (R, C, 2), which turns and scales only.
     """
     ends = (interpolation(mesh, pairs.points[rows]) for rows in (pairs.second, pairs.first))
-    differences = sparse.csr_array(next(ends) - next(ends))
+    differences = scipy.sparse.csr_array(next(ends) - next(ends))
     bending = mesh.bending(np.ones(mesh.nodes, np.bool_))
     stiffness = BEND / abs(np.linalg.det(slope_of(uv))) * (bending.T @ bending)
     # Differences leave a shift free: all nodes are held by very little where they were.
-    hold = 1e-6 * sparse.eye_array(bending.shape[1])
+    hold = 1e-6 * scipy.sparse.eye_array(bending.shape[1])
     for tolerance in TOLERANCES:
         found = differences @ uv.reshape(-1, 2)
         whole = np.rint(found)
@@ -101,8 +101,8 @@ def fit_plate(mesh: ClothMesh, pairs: Pairs, uv: Floats) -> tuple[Floats, Bools]
         kept = (off < tolerance) & whole.any(1)
         weight = kept * (1 - (off / tolerance) ** 2) ** 2
         pull = differences.T @ (weight[:, None] * whole) + hold @ uv.reshape(-1, 2)
-        system = differences.T @ sparse.diags_array(weight) @ differences + stiffness + hold
-        uv = np.asarray(Factor(sparse.csc_array(system)).solve(pull), np.float64).reshape(uv.shape)
+        system = differences.T @ scipy.sparse.diags_array(weight) @ differences + stiffness + hold
+        uv = np.asarray(Factor(scipy.sparse.csc_array(system)).solve(pull), np.float64).reshape(uv.shape)
     return uv, np.asarray(kept, np.bool_)
 
 
