@@ -5,14 +5,16 @@ from typing import TypeAlias
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
+from app.actions import view
 from app.editor.editor import Editor
 from app.marking.feature_list import feature_list, rows_of
 from app.model.events import Position
 from app.model.jobs import Ticket
 from app.model.pointer_keys import word
-from app.model.spaces import View, canvas_from_screen
+from app.model.spaces import LEAST_ZOOM, MOST_ZOOM, View, canvas_from_screen
 from app.ui.widgets import theme
 from app.ui.widgets.controls import Hinted, colors, icon_button, shorten, tip
+from app.ui.widgets.sliders import number_box
 from app.ui.widgets.theme import em, icon
 from core.mesh import Mesh
 
@@ -24,6 +26,10 @@ HINT_SHARE, HINT_ICON_EM = 0.3, 2.0
 """How much of the bar the hint has beside a job at most, and at least, for its icon."""
 LEAST_HINT_EM, LEAST_JOB_EM = 5.0, 16.0
 """What the hint and a job are left where the figures want all; the first figures give way."""
+
+
+ZOOMS, PERCENTS = "Zooms", (25, 50, 100, 200, 400, 800)
+"""Name of the list of zooms, and those in it."""
 
 
 class StatusBar:
@@ -58,6 +64,26 @@ class StatusBar:
             self._draw_job(ticket, start, room - width)
         _draw_figures(figures, width)
         imgui.pop_font()
+        self._draw_zooms()
+
+    def _draw_zooms(self) -> None:
+        """Draw the list of zooms, while it is open: a press on the figure, which was drawn last, opens it."""
+        editor = self._editor
+        if not imgui.begin_popup(ZOOMS):
+            return
+        zoom = editor.session.view.zoom
+        held = number_box(100 * zoom, 100 * LEAST_ZOOM, 100 * MOST_ZOOM, 0, name="zoom", width_em=5.0)
+        tip("Zoom in per cent")
+        if held.value is not None:
+            view.zoom(editor, held.value / 100 / zoom)
+            imgui.close_current_popup()
+        imgui.separator()
+        if imgui.menu_item("Fit picture", "", False)[0]:
+            view.fit(editor)
+        for percent in PERCENTS:
+            if imgui.menu_item(f"{percent} %", "", abs(100 * zoom - percent) < 0.5)[0]:
+                view.zoom(editor, percent / 100 / zoom)
+        imgui.end_popup()
 
     @property
     def hint(self) -> str:
@@ -112,7 +138,7 @@ class StatusBar:
         if result != (width, height):
             rows.append((f"→ {result[0]} × {result[1]} px", "Width and height of the result", False))
         rows.extend(of_mode[session.mode]())
-        rows.append((f"{session.view.zoom:.0%}", "Zoom", False))
+        rows.append((f"{session.view.zoom:.0%}", "Zoom: press for others", False))
         return rows
 
     def _find_place(self) -> None:
@@ -182,11 +208,14 @@ def _fitting(figures: list[Figure], room: float) -> list[Figure]:
 
 
 def _draw_figures(figures: list[Figure], width: float) -> None:
-    """Write the figures, which need `width` screen pixels, at the right."""
+    """Write the figures, which need `width` screen pixels, at the right; a press on the last, the zoom, lists more."""
     imgui.same_line(max(imgui.get_window_width() - width, imgui.get_cursor_pos_x()))
     for text, hint, fault in figures:
         with colors(text=theme.FAULT if fault else theme.FAINT):
             imgui.text(text)
         tip(hint)
+        pressed = imgui.is_item_clicked()
         imgui.same_line(0, em(GAP_EM))
     imgui.new_line()
+    if pressed:
+        imgui.open_popup(ZOOMS)
