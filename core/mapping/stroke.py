@@ -1,7 +1,7 @@
 """Where features are under a brush: each frame costs the same beside many features as beside few.
 
-When nothing but one feature changes from one frame to the next, each frame places that one and those close by; the
-others stay where they are, but for one of them in turn every few frames.
+When just one feature comes from one frame to the next, changed, joined of several or new, each frame places that one
+and those close by; the others stay where they are, but for one of them in turn.
 """
 
 from dataclasses import dataclass
@@ -16,8 +16,6 @@ from core.mapping.jacobians import as_complex
 
 _NEAR = 12
 """Cells from a stroke within which features are placed with the one that it changes."""
-_FRAMES_PER_TURN = 2
-"""One of the features that a brush leaves alone is placed anew once in so many frames."""
 
 
 class MaskStroke:
@@ -43,17 +41,21 @@ class MaskStroke:
             return mapping.pose(w, placed.alpha, placed.t, moving=~stay, frame=placed.frame)
         before = last.places_in(mapping)
         same = np.flatnonzero(before >= 0)
-        came, gone = len(before) - same.size, len(last.mapping.bodies) - same.size
-        if came > 1 or gone > came:
+        if len(before) - same.size != 1:
             return mapping.pose(w, placed.alpha, placed.t, moving=~stay, frame=placed.frame)
         alpha, t = placed.alpha.copy(), placed.t.copy()
         known = same[~stay[same]]
         alpha[known], t[known] = last.pose.alpha[before[known]], last.pose.t[before[known]]
+        # One that is placed by itself costs nothing.
+        joint = mapping.joint_count
         moves = before < 0
+        moves[:joint] |= before[:joint] >= last.mapping.joint_count
+        moves[joint:] = True
         moves[last.bodies_near_change(mapping)] = True
-        turn, self._turn = self._turn, self._turn + 1
-        if same.size and turn % _FRAMES_PER_TURN == 0:
-            moves[same[turn // _FRAMES_PER_TURN % same.size]] = True
+        turns = same[same < joint]
+        if turns.size:
+            moves[turns[self._turn % turns.size]] = True
+            self._turn += 1
         return mapping.pose(w, alpha, t, moving=moves & ~stay, frame=placed.frame)
 
 
