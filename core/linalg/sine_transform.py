@@ -42,15 +42,17 @@ class Sines:
         Sines of odd k are the same on both sides of the middle, those of even k change their sign there: products are
         worked out for one half.
         """
+        shape = list(coefficients.shape)
+        shape[axis] = self.count + 1
         if not self._is_short:
-            inner = scipy.fft.dst(coefficients, type=1, axis=axis, norm="ortho")
-            return np.pad(inner, [(1, 1) if axis == k - inner.ndim else (0, 0) for k in range(inner.ndim)])
+            found = np.zeros(shape)
+            inner = found[..., 1:-1] if axis == -1 else found[..., 1:-1, :]
+            inner[...] = scipy.fft.dst(coefficients, type=1, axis=axis, norm="ortho")
+            return found
         if axis == -2:
             odd, even = (half @ coefficients[..., k::2, :] for k, half in enumerate(self._halves))
         else:
             odd, even = (coefficients[..., k::2] @ half.T for k, half in enumerate(self._halves))
-        shape = list(coefficients.shape)
-        shape[axis] = self.count + 1
         found, middle = np.empty(shape), odd.shape[axis]
         first, last = found.swapaxes(axis, -1)[..., :middle], found.swapaxes(axis, -1)[..., : -middle - 1 : -1]
         np.add(odd.swapaxes(axis, -1), even.swapaxes(axis, -1), out=first)

@@ -10,7 +10,7 @@ from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.grid import Features, Grid
 from core.linalg.blas import one_thread
 from core.linalg.grid_solver import GridSolver
-from core.linalg.laplacian import edge_weights, laplacian, node_values
+from core.linalg.laplacian import divergence, edge_weights, laplacian, node_values
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.columns import fields_of
 from core.mapping.features.limits import FREE, NONE, RIGID, Single
@@ -274,7 +274,12 @@ class FeatureMapping:
         apart = self.index >= 0
         if glides:
             apart = apart | self.grid.outline
-        return laplacian(self._edges, np.where(apart, w - z, 0)) - laplacian(self._own_edges, w)
+        away = np.where(apart, w - z, 0)
+        across, down = (
+            both * np.diff(away, axis=axis) - own * np.diff(w, axis=axis)
+            for both, own, axis in zip(self._edges, self._own_edges, (1, 0), strict=True)
+        )
+        return divergence(across, down)
 
     def scale_alone(self, body: int, w: Complexes) -> float:
         """Return the size that W alone gives a body: λ of FAT eq. 3 within its limits."""
