@@ -175,7 +175,8 @@ def export(editor: Editor, options: ExportOptions) -> None:
         return
     _exported[editor] = (editor.project_path or editor.source_path, document.result_px, options)
     done = lambda _: editor.notify(f"Exported {legible(options.path.name)}")  # noqa: E731
-    editor.background(f"Export {legible(options.path.name)}", lambda: exporter(document, options), done, writes=True)
+    known = replace(options, settled=editor.live.settled(document))
+    editor.background(f"Export {legible(options.path.name)}", lambda: exporter(document, known), done, writes=True)
 
 
 def was_exported(editor: Editor) -> bool:
@@ -198,9 +199,9 @@ def export_again(editor: Editor) -> None:
 def ask_export_warp(editor: Editor) -> None:
     """Ask where to write the warp itself, as an ST map or as a mesh, and do it."""
     editor.finish()
-    document = editor.document
+    document, settled = editor.document, editor.live.settled(editor.document)
     title = "Export warp: ST map (.exr) or mesh (.obj)"
-    ask_save_beside(editor, title, WARP_SUFFIXES, "warp.exr", lambda path: write_warp(document, path))
+    ask_save_beside(editor, title, WARP_SUFFIXES, "warp.exr", lambda path: write_warp(document, path, settled))
 
 
 def ask_save_beside(

@@ -53,10 +53,11 @@ def ask_export_view(editor: Editor) -> None:
     exporter, document, orbit = editor.exporter, editor.document.changed(mode="warp"), editor.session.orbit
     if exporter is None:
         return
+    settled = editor.live.settled(document)
     ask_save_beside(
         editor,
         "Export the view",
         VIEWS,
         "view.png",
-        lambda path: exporter(document, ExportOptions(path, (VIEW_PX, VIEW_PX), view=orbit)),
+        lambda path: exporter(document, ExportOptions(path, (VIEW_PX, VIEW_PX), view=orbit, settled=settled)),
     )

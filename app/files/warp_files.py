@@ -12,6 +12,7 @@ from core.files.atomic import atomic_file
 from core.files.text import legible
 from core.interchange.obj import obj_mesh
 from core.interchange.stmap import write_st_map
+from core.mapping.result import Warped
 from core.progress import Job, Progress, in_one_step, part
 from core.warps.map_file import Kind, read_warp_map
 
@@ -30,15 +31,16 @@ def open_warp(editor: Editor, path: Path, kind: Kind = "st") -> None:
     editor.start(f"Warp {legible(path.name)}", steps, with_warp_map)
 
 
-def write_warp(document: Document, path: Path) -> Job[None]:
+def write_warp(document: Document, path: Path, settled: Warped | None = None) -> Job[None]:
     """Write the warp on a canvas that holds all of it: an ST map to .exr, a mesh to .obj.
 
+    `settled` is the document's map at rest, if that is known.
     Raises `InputError` for another ending, and for what cannot be written.
     """
     suffix = path.suffix.lower().lstrip(".")
     if suffix not in SUFFIXES:
         raise InputError(f"{path}: a warp is an .exr file, as an ST map, or an .obj file, as a mesh")
-    found = yield from part(settle_map(document), 0.0, 0.6)
+    found = settled or (yield from part(settle_map(document), 0.0, 0.6))
     yield Progress(0.6, "writing")
     canvas, moved = frame_result(document, found, "warp")
     grid = found.rest, moved, document.size_px, canvas

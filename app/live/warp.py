@@ -133,6 +133,11 @@ class LiveWarp:
                 result = replace(answer.result, warped=warped)
                 self.answer = replace(answer, mesh=Mesh(answer.grid, warped), result=result)
 
+    def settled(self, document: Document) -> Warped | None:
+        """Return the final answer to a document, where it is known."""
+        found = self._settled
+        return found[1] if found is not None and _maps_alike(document, found[0]) else None
+
     def current(self, document: Document) -> Answer:
         """Return the answer to `document`, as far as one is there."""
         if self.answer is None:

@@ -5,13 +5,14 @@ request. Tests answer in its place.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 from app.model.orbit import Orbit
 from core.canvas import Framing
 from core.document.document import Document
+from core.mapping.result import Warped
 
 Changed: TypeAlias = Literal["overwrite", "reload", "save_as", "cancel"]
 Panel: TypeAlias = Literal[
@@ -76,6 +77,8 @@ class ExportOptions:
     """Of JPEG and WebP, 1 to 100."""
     view: Orbit | None = None
     """Where the camera is, for a picture of the surface in space; None for the result itself."""
+    settled: Warped | None = field(default=None, compare=False, repr=False)
+    """The document's map at rest, where that is known."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,9 +35,15 @@ def exporting(document: Document, options: ExportOptions) -> Job[None]:
     """Write the picture of `document` as `options` say; raise `InputError` where that cannot be done."""
     width_px = options.size_px[0]
     if options.view is not None:
-        return writing_view(document, options.path, options.view, width_px)
+        return writing_view(document, options.path, options.view, width_px, settled=options.settled)
     return writing(
-        document, options.path, frame=options.frame, width_px=width_px, bits=options.bits, quality=options.quality
+        document,
+        options.path,
+        frame=options.frame,
+        width_px=width_px,
+        bits=options.bits,
+        quality=options.quality,
+        settled=options.settled,
     )
 
 
@@ -76,13 +82,15 @@ def writing(
     scale: float = 1.0,
     bits: Bits | None = None,
     quality: int = 95,
+    settled: Warped | None = None,
 ) -> Job[None]:
     """Write the picture of `document`, in its own frame or in one that holds all of the warp.
 
-    `width_px` is the result's width; without it, the result has `scale` pixels for each of the canvas.
+    `width_px` is the result's width; without it, the result has `scale` pixels for each of the canvas. `settled` is the
+    document's map at rest, if that is known.
     """
     if document.mode == "warp":
-        found = yield from part(settle_map(document), 0.0, 0.3)
+        found = settled or (yield from part(settle_map(document), 0.0, 0.3))
         drawing, drawn = (
             draw_warped(document, found, path.name, frame=frame, width_px=width_px, scale=scale, bits=bits),
             0.3,
@@ -98,9 +106,11 @@ def writing(
         yield from part(drawing_file(drawing, place, named=path, quality=quality), drawn, 1.0)
 
 
-def writing_view(document: Document, path: Path, orbit: Orbit, width_px: int) -> Job[None]:
-    """Write a picture, so wide and high, of the document's surface with the result on it."""
-    found = yield from part(settle_map(document), 0.0, 0.8)
+def writing_view(
+    document: Document, path: Path, orbit: Orbit, width_px: int, *, settled: Warped | None = None
+) -> Job[None]:
+    """Write a picture, so wide and high, of the document's surface with the result on it; `settled` as in `writing`."""
+    found = settled or (yield from part(settle_map(document), 0.0, 0.8))
     yield Progress(0.8, "drawing")
     with atomic_file(path) as place:
         write(draw_view(document, found, orbit, width_px), place, named=path)

@@ -8,6 +8,7 @@ from app.actions.file import recent_actions
 from app.actions.table import ActionTable
 from app.editor.errands import Notice
 from app.files import document_io
+from app.files.warp_files import write_warp
 from app.model.jobs import InlineExecutor, Jobs
 from app.model.requests import AskUnsaved, AskWriting, ExportOptions, ExportPicture, OpenFile, SaveFile, Writing
 from app.render.picture_file import exporting
@@ -17,7 +18,8 @@ from core.canvas import Canvas
 from core.document.document import Document
 from core.document.project import load_project, save_project
 from core.imaging.images import load, save
-from core.progress import Job, Progress
+from core.mapping.result import Warped
+from core.progress import Job, Progress, run
 from tests.app.driver import EditorDriver, Later, document, picture
 
 T = TypeVar("T")
@@ -186,6 +188,32 @@ def test_recent_files_are_listed_newest_first(drive: EditorDriver, tmp_path: Pat
 def test_a_damaged_list_of_recent_files_is_no_list(tmp_path: Path) -> None:
     (tmp_path / "recent.json").write_text("{")
     assert document_io.recent_files(tmp_path / "recent.json") == ()
+
+
+def test_what_rests_is_exported_as_it_is_shown_and_what_moves_is_settled_first(
+    drive: EditorDriver, tmp_path: Path
+) -> None:
+    settled: list[Warped | None] = []
+
+    def exporter(document: Document, options: ExportOptions) -> Job[None]:
+        yield Progress(0.5)
+        settled.append(options.settled)
+
+    drive.editor.exporter = exporter
+    bend(drive)
+    answer = drive.frame().rest().editor.answer
+    document_io.export(drive.editor, ExportOptions(tmp_path / "out.png", (200, 150)))
+    drive.frame()
+    bend(drive, 40)
+    document_io.export(drive.editor, ExportOptions(tmp_path / "out.png", (200, 150)))
+    drive.frame()
+    assert settled == [answer.result, None]
+    assert answer.result is not None
+    for suffix in ("exr", "obj"):
+        paths = [tmp_path / f"{name}.{suffix}" for name in ("known", "anew")]
+        for path, known in zip(paths, (answer.result, None), strict=True):
+            run(write_warp(answer.document, path, known))
+        assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 def test_export_is_a_job_over_the_document_of_that_moment(drive: EditorDriver, tmp_path: Path) -> None:
