@@ -12,6 +12,8 @@ from core.mapping.jacobians import Complexes
 
 _PAIRS = 6
 """So many steps are remembered."""
+_GOALS = 3
+"""So many of the ways between goals."""
 
 
 class Secants:
@@ -21,26 +23,29 @@ class Secants:
         self._steps: list[tuple[Complexes, Complexes]] = []
         self._last: tuple[Complexes, Complexes] | None = None
         """What was asked for last, and what it gave."""
-        self._before: tuple[Complexes, Complexes] | None = None
-        """The same for the goal before that."""
+        self._goal: Complexes | None = None
+        self._goals: list[tuple[Complexes, Complexes]] = []
+        """What each of the goals before it was asked for at last, and what that gave."""
         self._is_as_before = False
         """Whether the process has the same constants as then."""
 
     def begin(self, goal: Complexes, noise: float) -> Complexes:
         """Return what to ask for first (k,), for another goal or where constants of the process have changed.
 
-        It goes on as from the goal before the last one to the last; what was given is known but for some `noise`.
+        What lay between the last goals tells of what lies between the last one and this; it is known but for `noise`.
         """
-        last, before = self._last, self._before
-        self._before, self._is_as_before = last, False
-        if last is None:
+        self._is_as_before, before, self._goal = False, self._goal, goal.copy()
+        if self._last is None:
             return goal.copy()
-        missed = goal - last[1]
-        if before is None:
-            return np.asarray(last[0] + missed)
-        dx, dh = last[0] - before[0], last[1] - before[1]
-        theta = np.vdot(dh, missed) / (np.vdot(dh, dh) + noise**2)
-        return np.asarray(last[0] + dx * theta + (missed - dh * theta))
+        if before is not None and not np.array_equal(before, goal):
+            self._goals = [*self._goals[-_GOALS:], self._last]
+        x, missed = self._last[0], goal - self._last[1]
+        if len(self._goals) < 2:
+            return np.asarray(x + missed)
+        dx, dh = (np.diff(part, axis=0).T for part in zip(*self._goals, strict=True))
+        pull, f = (np.concatenate([part.real, part.imag]) for part in (dh, missed))
+        theta = np.linalg.solve(pull.T @ pull + noise**2 * np.eye(pull.shape[1]), pull.T @ f)
+        return np.asarray(x + dx @ theta + (missed - dh @ theta))
 
     def learn(self, x: Complexes, given: Complexes) -> None:
         """Take it that asking for x (k,) has given h(x)."""

@@ -114,7 +114,7 @@ class HandleSolver:
         close_px = MET_PX if rounds >= _ROUNDS_PER_TURN else SEEN_PX / 2
         pins = s.rows[s.alone]
         asked = goal.copy()
-        asked[pins] = self._secants.begin(goal[pins], close_px)
+        asked[pins] = self._secants.begin(goal[pins], SEEN_PX / 2)
         best: _Found | None = None
         for number in range(rounds + 1):
             D = self._displace(s, reference, poses, asked, turned)
