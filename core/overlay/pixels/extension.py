@@ -51,7 +51,7 @@ def extension_of(uv: Floats, rho: Floats, owner: Ints, texel_area: float, sigma_
     """
     covered = np.isfinite(rho)
     slopes = np.zeros((*rho.shape, 2, 2))
-    for piece in range(int(owner.max()) + 1):
+    for piece in np.unique(owner[owner >= 0]):
         mine: Bools = np.asarray(owner == piece, np.bool_)
         box = around(mine)
         slopes[box][mine[box]] = mean_slopes(uv[box], mine[box], sigma_px)[mine[box]]

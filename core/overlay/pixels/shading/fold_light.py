@@ -2,8 +2,9 @@
 
 Near a place the light is that in which the photo shows the model, counted by how bright the model is: Σ I M / Σ M² over
 widths that grow, each counting less, so that dark motifs take the light of what is beside them. Pixels that are no
-shade of the model do not count. What recurs at the same place of the texels around is the pattern's contrast and no
-light, and is taken out.
+shade of the model do not count. Single pixels have a light of their own as far as it is more than the photo's noise and
+what the pattern's edges would give if they lay a little beside (Wiener's filter). What recurs at the same place of the
+texels around is the pattern's contrast and no light, and is taken out.
 """
 
 import cv2
@@ -13,6 +14,7 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.detail.residual_cleanup import find_recurring
 from core.overlay.filters.bands import in_bands
 from core.overlay.filters.smoothing import gaussian
+from core.overlay.registration.region import LEAST_NOISE
 from core.overlay.texel import Texel
 
 WIDTHS, WEIGHTS = (1.0, 2.0, 4.0, 8.0), (1.0, 0.15, 0.0225, 0.003375)
@@ -30,7 +32,8 @@ RANGE = (0.6, 1.5)
 CHANCE = 0.2
 """Change of the light, as its logarithm, up to four times of which something may recur."""
 SAMPLES = 4
-"""Means of squares to the least width: of more pixels than that a large photo's light is known."""
+"""Means of squares to the least width: of more pixels than that a large photo's light is known. A single one's light is
+that of so much, and the pattern's edges may lie so far beside where the model has them."""
 
 
 def fold_light(
@@ -62,17 +65,42 @@ def fold_light(
     if not counts.any():
         return np.ones((*followed.shape, 1), np.float32)
     usual = USUAL * float(own[counts].mean())
-    both, own = (sum_of_means(means_of(plane, every), usual, least / every) for plane in (both, own))
-    change = np.log(np.clip(both / own, *RANGE))
+    seen, bright = means_of(both, every), means_of(own, every)
+    total, mass = (sum_of_means(plane, usual, least / every) for plane in (seen, bright))
+    smooth = np.log(np.clip(total / mass, *RANGE))
     middles = np.ix_(*(np.minimum(np.arange(0, n, every) + every // 2, n - 1) for n in covered.shape))
-    inside = covered[middles]
-    places = uv[middles]
-    seen = change.reshape(-1, 1), places.reshape(-1, 2), np.flatnonzero(inside)
-    change[inside] -= find_recurring(*seen, texel.shape, CHANCE).at(places[inside])[:, 0]
+    inside, places = covered[middles], uv[middles]
+
+    def once(change: Singles) -> Singles:
+        """Take out what recurs of a change (h, w) of the light."""
+        values = change.reshape(-1, 1), places.reshape(-1, 2), np.flatnonzero(inside)
+        change[inside] -= find_recurring(*values, texel.shape, CHANCE).at(places[inside])[:, 0]
+        return change
+
+    width = least / every / SAMPLES
+    fine, mass = (gaussian(plane, width) for plane in (seen, bright))
+    more = once(np.where(mass > 0, np.log(np.clip(fine / np.maximum(mass, 1e-6), *RANGE)) - smooth, np.float32(0)))
+    change = once(smooth) + sure_part(more, mass, width)
     wide = cv2.resize(change, covered.shape[::-1], interpolation=cv2.INTER_LINEAR)
     np.exp(wide, out=wide)
     wide[~covered] = 1
     return np.asarray(wide[..., None], np.float32)
+
+
+def sure_part(more: Singles, bright: Singles, width_px: float) -> Singles:
+    """Return what of a change (H, W) of the light is neither noise nor the pattern's edges, `width_px` beside.
+
+    It is a logarithm; the model's square is `bright` (H, W), 0 where nothing counts.
+    """
+    counts = bright > 0
+    level = np.log(np.where(counts, bright, bright[counts].mean())) / 2
+    slopes = np.gradient(level)
+    noise = width_px**2 * (slopes[0] ** 2 + slopes[1] ** 2) + LEAST_NOISE / np.maximum(bright, 1e-6)
+    surplus, share = (
+        gaussian(plane, SAMPLES * width_px) for plane in (counts * (more**2 - noise), counts.astype(np.float32))
+    )
+    power = np.maximum(surplus / np.maximum(share, 1e-3), 0)
+    return np.asarray(counts * more * power / (power + noise), np.float32)
 
 
 def means_of(plane: Singles, every: int) -> Singles:

@@ -51,3 +51,8 @@ def test_crushed_cloth_is_not_carried_on() -> None:
 def test_nothing_goes_on_from_no_cloth() -> None:
     none = np.full(SIZE, np.nan)
     assert extension_of(np.stack([none, none], -1), none, np.full(SIZE, -1), AREA, 4.0) is None
+
+
+def test_a_piece_that_explains_no_pixel_does_not_go_on() -> None:
+    owner = np.where(RIGHT, 2, np.where(LEFT, 0, -1))
+    assert extension_of(sides(0.0), np.where(owner >= 0, 1.0, np.nan), owner, AREA, 4.0) is not None

@@ -31,6 +31,18 @@ def test_a_narrow_fold_is_found_on_bright_and_dark_motifs() -> None:
     assert found[inner][fold[inner]].mean() < 0.88
 
 
+def test_gathers_of_few_pixels_are_light_and_noise_and_edges_a_little_beside_are_none() -> None:
+    even = (np.abs((X + 0.5) % 16 - 8) < 5) & (np.abs((Y + 0.5) % 16 - 8) < 5) & (X > 16) & (X < 176)
+    gathers = 1 + 0.15 * np.sin(1.3 * X + 0.2 * Y)
+    found, true = light_on(gathers[..., None] * MODEL)[even] - 1, gathers[even] - 1
+    assert found @ true > 0.45 * (true @ true)
+    rng = np.random.default_rng(0)
+    noisy = light_on(MODEL + rng.normal(0, 0.008, MODEL.shape))
+    assert noisy[even].std() < 0.5 * (0.008 / np.linalg.norm(MODEL, axis=-1))[even].mean()
+    beside = light_on(TEXEL((UV + 0.4 / SIDE).astype(np.float64)))
+    assert beside.std() < 0.03
+
+
 def test_light_as_in_the_model_is_none() -> None:
     np.testing.assert_allclose(light_on(MODEL.astype(np.float64)), 1, atol=0.005)
 
