@@ -58,10 +58,15 @@ class Find:
         return self.weight.explained / self.scale**2
 
     @property
+    def covers(self) -> float:
+        """Share of what may be cloth."""
+        valid = self.cloth.valid
+        return float((valid & self.cloth.mesh.pixels_of(self.followed.cells)).sum() / max(valid.sum(), 1))
+
+    @property
     def is_credible(self) -> bool:
         """Whether the pattern repeats, over enough of what may be cloth."""
-        covered = self.cloth.valid & self.cloth.mesh.pixels_of(self.followed.cells)
-        return (self.repeats or self.weight.is_credible) and covered.sum() > LEAST_PART * self.cloth.valid.sum()
+        return (self.repeats or self.weight.is_credible) and self.covers > LEAST_PART
 
     @property
     def is_clear(self) -> bool:
@@ -185,13 +190,24 @@ def register(photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int) ->
 def best_completed(finds: list[Find], seed: int) -> Job[tuple[Find, tuple[FittedCloth, Fit]]]:
     """Return the find that explains most, and what it comes to when completed.
 
-    The next one where it then proves to be none.
+    The next one where it then proves to be none. What keypoints have told is completed beside what a lattice has, and
+    of the two that is kept that takes away more of the squared error: few texels explain what is near to them very
+    well, and may lie beside the pattern elsewhere.
     """
+    ends: list[tuple[Find, tuple[FittedCloth, Fit]]] = []
     for find in sorted(finds, key=lambda find: -find.explained):
-        if not find.is_credible:
+        if not find.is_credible or any(find.repeats == other.repeats for other, _ in ends):
             continue
         try:
-            return find, (yield from complete(find.cloth, find.followed, [], seed))
+            ends.append((find, (yield from complete(find.cloth, find.followed, [], seed))))
         except NoPatternError:
             continue
-    raise NoPatternError
+    if not ends:
+        raise NoPatternError
+    return max(ends, key=taken_away) if len(ends) > 1 else ends[0]
+
+
+def taken_away(end: tuple[Find, tuple[FittedCloth, Fit]]) -> float:
+    """Return the share of the squared error over all that may be cloth that a completed find predicts away."""
+    find, (cloth, found) = end
+    return weigh(cloth, found).share * replace(find, followed=found).covers

@@ -14,7 +14,7 @@ from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
 from core.overlay.search import finding
-from core.overlay.search.finding import find_cloth
+from core.overlay.search.finding import Find, best_completed, find_cloth
 from core.overlay.search.large_periods import STEP_PX, find_large, fit_plate
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, run
@@ -134,6 +134,21 @@ def test_large_texels_are_looked_for_where_no_lattice_is_found(
     cloth, found = run(find_cloth(printed.photo, painted(printed.photo), 0))
     assert found.cells.mean() > 0.9
     assert abs(np.linalg.det(cloth.basis)) == pytest.approx(np.linalg.det(printed.basis), rel=0.1)
+
+
+@pytest.mark.parametrize(("shares", "kept"), [((0.2, 0.4), 0), ((0.4, 0.2), 1)])
+def test_of_what_keypoints_and_a_lattice_tell_what_takes_away_more_of_the_error_is_kept(
+    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, shares: tuple[float, float], kept: int
+) -> None:
+    def complete(cloth: FittedCloth, found: Fit, *_: object) -> Job[tuple[FittedCloth, Fit]]:
+        yield Progress(0.0, "")
+        return cloth, found
+
+    share_of = iter(shares)
+    monkeypatch.setattr(finding, "complete", complete)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, next(share_of)))
+    finds = [Find(*followed, Evidence(1.0, 0.3)), Find(*followed, Evidence(2.0, -0.1), repeats=True)]
+    assert run(best_completed(finds, 0))[0] is finds[kept]
 
 
 def test_nothing_large_is_found_in_noise_stripes_one_motif_or_a_print_seen_hardly_twice(printed: Scene) -> None:
