@@ -7,7 +7,8 @@ Three kinds of constraints, all hard:
 - freedoms of bodies: a body moves by z = t + α (p - pivot), where α = s exp(ρ + iφ); each of ρ, φ, Re t and Im t is
   either unknown or stays. A body with one pin turns and scales about it; one with two has none of the four left; one
   that stays upright does not turn; one that a straight frame cuts neither turns nor leaves its side;
-- gliding nodes of the frame: they move along the outline that W draws, and only along it. All others stay.
+- gliding nodes of the frame: they move along the outline that W draws, and only along it. All others
+  stay, but where the frame is free.
 """
 
 from dataclasses import dataclass
@@ -36,6 +37,8 @@ class Constraints:
     """Which of ρ, φ, Re t and Im t of each body are unknown (n, 4)."""
     glide: Bools
     """Nodes of the frame (R, C) that glide."""
+    is_free: bool = False
+    """Whether nodes of the frame move like all others."""
 
     @classmethod
     def none(cls, bodies: list[Body], rest: Complexes) -> "Constraints":

@@ -171,7 +171,7 @@ class HandleSolver:
                 free[i] = False
         free[[body.limits.fix_size for body in bodies], SCALE] = False
         to = s.held.read(reference.z) + moved.goal[s.rows]
-        return Constraints(s.probes[s.rows], to, pivots, free, none.glide)
+        return Constraints(s.probes[s.rows], to, pivots, free, none.glide, is_free=s.field.is_free)
 
     def _pose_held(
         self, s: Structure, reference: Solution, goal: Complexes, asked: Complexes, *, is_straight: bool

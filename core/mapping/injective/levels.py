@@ -73,12 +73,17 @@ class GridLevel:
 
     @property
     def inner(self) -> Bools:
-        """Nodes (N,) that are neither on the outline nor in a body."""
-        return np.asarray(~self.grid.outline.ravel() & (self.index < 0))
+        """Nodes (N,) that are neither on a held outline nor in a body."""
+        return np.asarray(~self.held_outline.ravel() & (self.index < 0))
+
+    @property
+    def held_outline(self) -> Bools:
+        """Nodes (R, C) of the outline, if it is not free."""
+        return np.asarray(self.grid.outline & (not self.constraints.is_free))
 
     def off_outline(self, z: Complexes) -> Bools:
         """Return the nodes (N,) of the outline outside bodies that are neither where `shape` has them nor glide."""
-        off = self.grid.outline.ravel() & (self.index < 0) & ~self.constraints.glide.ravel()
+        off = self.held_outline.ravel() & (self.index < 0) & ~self.constraints.glide.ravel()
         return np.asarray(off & (np.abs(z - self.shape.ravel()) > ROUNDING * self.side))
 
     def is_fit(self) -> bool:
@@ -127,9 +132,7 @@ class Transfer:
         self._down = fine.grid.weights_at(grid.nodes.reshape(-1, 2))
         self._up = grid.weights_at(fine.grid.nodes.reshape(-1, 2))
         index = self._covered(grid.size)
-        stays = np.zeros(grid.size, bool)
-        outside = fine.grid.outline.ravel() & (fine.index < 0) & ~fine.constraints.glide.ravel()
-        stays[self._between(np.flatnonzero(outside))[0]] = True
+        stays = self.around(fine.held_outline & (fine.index < 0).reshape(fine.grid.shape) & ~fine.constraints.glide)
         if held_outline:
             index[stays] = -1
         roles = assign_roles(index.reshape(grid.shape), weight=_WEIGHT, falloff=_FALLOFF)
@@ -154,6 +157,12 @@ class Transfer:
         beside = weights > ROUNDING
         return around[beside], np.broadcast_to(nodes[:, None], around.shape)[beside]
 
+    def around(self, marked: Bools) -> Bools:
+        """Return the coarse nodes (n,) between which `marked` ones (R, C) of the fine grid lie."""
+        found = np.zeros(len(self._down[0]), bool)
+        found[self._between(np.flatnonzero(marked))[0]] = True
+        return found
+
     def _covered(self, size: int) -> Ints:
         """Return the body of every coarse node; of two that cover it, the smaller one."""
         index = np.full(size, -1)
@@ -165,7 +174,7 @@ class Transfer:
         """Return the constraints of the coarse grid: points that can be held there, and the frame's gliding nodes."""
         held = self.fine.constraints
         nodes, weights = held.probes.on(grid)
-        inner = (index < 0) & ~grid.outline.ravel()
+        inner = (index < 0) & (~grid.outline.ravel() | held.is_free)
         self.kept: Bools = (np.abs(weights) * inner[nodes]).sum(axis=1) > LEAST_SHARE * np.abs(weights).sum(axis=1)
         """Points that the coarse grid holds."""
         kept = self.kept
@@ -184,7 +193,7 @@ class Transfer:
         """Return a map of the fine grid on the coarse one, bodies where they are, a held outline as `shape` has it."""
         coarse, z = self.coarse, self.restrict(found.z)
         if held_outline:
-            stays = (coarse.grid.outline & ~coarse.constraints.glide).ravel()
+            stays = (coarse.held_outline & ~coarse.constraints.glide).ravel()
             z[stays] = coarse.shape.ravel()[stays]
         return coarse.placed(z, found.alpha, found.place)
 

@@ -60,7 +60,7 @@ class Problem:
         window: Bools | None = None,
         contacts: BoundaryContacts = NO_CONTACTS,
     ) -> None:
-        self.level, self.goal, self.side = level, goal, level.side
+        self.level, self.goal, self.contacts, self.side = level, goal, contacts, level.side
         self.grip = 1.0
         """What friction of sizes and of the outline is multiplied by."""
         self.is_driven = freedoms.driven is not None
@@ -69,7 +69,7 @@ class Problem:
         self.unknowns = Unknowns(level, start, window, freedoms, contacts)
         self.state = self.unknowns.start
         self._counts = level.counts().astype(np.float64)
-        self._choose_quads(contacts)
+        self._choose_quads()
         self._choose_points()
         unknowns, quads = self.unknowns, self._at.T
         owners = unknowns.of_bodies[self._owner[self._bound], :2]
@@ -78,9 +78,9 @@ class Problem:
         if unknowns.count:
             self._assembly = Assembly(unknowns.count, [plain, bound, self._point_dofs])
 
-    def _choose_quads(self, contacts: BoundaryContacts) -> None:
+    def _choose_quads(self) -> None:
         """Take the quads that anything moves, but none all inside one body, and the corners of contacts."""
-        level, unknowns = self.level, self.unknowns
+        level, unknowns, contacts = self.level, self.unknowns, self.contacts
         index, none = unknowns.index, np.zeros(len(contacts.corners))
         quads = np.concatenate([level.grid.quads, level.grid.size + contacts.corners[:, [0, 1, 1, 2]]])
         owner = np.concatenate([level.owner, np.full(len(none), -1)])
@@ -136,8 +136,10 @@ class Problem:
         return bool(((self.determinants() <= 0) & ~(moves | moves[[1, 2, 3, 0]] | moves[[3, 0, 1, 2]])).any())
 
     def crosses_itself(self, state: Iterate) -> bool:
-        """Return whether the outline, where it is loose, crosses itself."""
-        return bool(self.unknowns.loose.size) and crosses_itself(state.z[ring_of(self.level.grid)])
+        """Return whether the outline, where it is loose or free, crosses itself."""
+        return bool(self.unknowns.loose.size or self.level.constraints.is_free) and crosses_itself(
+            state.z[ring_of(self.level.grid)]
+        )
 
     def misses(self, state: Iterate) -> Complexes:
         """Return how far points are from their targets (k,), in pixels."""

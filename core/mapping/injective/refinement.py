@@ -6,23 +6,22 @@ import numpy as np
 
 from core.arrays import Bools, Ints
 from core.mapping.features.feature_mapping import FeatureMapping
-from core.mapping.handles.constraints import ALONG_X, ALONG_Y, SCALE, TURN
-from core.mapping.injective.boundary_contact import BoundaryContacts
-from core.mapping.injective.continuation import FEW_STEPS, HEAVY, ROOMY, clear_folds, is_met, relax
+from core.mapping.handles.constraints import SCALE
+from core.mapping.injective.continuation import FEW_STEPS, HEAVY, clear_folds, is_met, relax
 from core.mapping.injective.levels import GridLevel, Map, Transfer
 from core.mapping.injective.problem import Goal, Problem
 from core.mapping.injective.springs import SLACK
 from core.mapping.injective.unknowns import Freedoms, Iterate
 from core.mapping.injective.windows import (
+    around,
     count_folds,
+    misses,
     nearness,
     widen,
     window_around,
-    with_points_at,
     wrong_nodes,
 )
 from core.mapping.jacobians import Complexes, as_positions
-from core.mapping.tolerances import MET_PX
 from core.progress import Job, Progress
 
 CLOSE, REACH = 5, 12
@@ -45,61 +44,24 @@ class Refinement:
     def __init__(self, mapping: FeatureMapping, linear: Map, goal: Goal, centres: Complexes) -> None:
         self._mapping, self._linear, self._goal, self._centres = mapping, linear, goal, centres
 
-    def finish(self, way: Transfer, problem: Problem, contacts: BoundaryContacts) -> Job[Map | None]:
+    def finish(self, way: Transfer, problem: Problem) -> Job[Map | None]:
         """Set exactly what friction held, lift the map, clear what folds then, and bring it to its best.
 
-        None if folds are left.
+        None if folds are left, or if points that the coarse grid does not hold are too far off for narrow windows.
         """
-        level, is_driven = way.fine, problem.is_driven
-        if is_driven:
-            problem = yield from self._hold(problem, contacts)
-            level = self._with_reached(way, problem)
-        problem, yields = yield from self._settle(problem, contacts)
+        level = way.fine
+        problem, yields = yield from self._settle(problem)
         found = way.prolong_map(problem.found)
+        if misses(level, found.z).max(initial=0) > CLOSE * level.side:
+            return None
         loose = level.off_outline(found.z)
-        for reach, moves in ((CLOSE, False), (REACH, False), (REACH, True)):
-            if not wrong_nodes(level, found.z).any():
-                break
-            folds = count_folds(level, found.z)
-            found = yield from self._clear(level, found, reach, Freedoms(yields, moves, loose))
-            if is_driven and 0 < folds <= count_folds(level, found.z):
-                return None  # what was drawn so far that nothing clears at once does not clear further out either
+        found = yield from self.clear_lifted(level, found, Freedoms(yields, loose=loose))
         if count_folds(level, found.z):
             return None
         yield preview(level, found)
         return (yield from self._improve(way, level, found, problem.found, Freedoms(yields, loose=loose)))
 
-    def _with_reached(self, way: Transfer, problem: Problem) -> GridLevel:
-        """Return the fine level with targets of points of the coarse one as they are there."""
-        to = way.fine.constraints.to.copy()
-        to[way.kept] = problem.level.constraints.to
-        return replace(way.fine, constraints=replace(way.fine.constraints, to=to))
-
-    def _hold(self, p: Problem, contacts: BoundaryContacts) -> Job[Problem]:
-        """Return the problem with points, and poses of bodies, that have been drawn to their goals held there.
-
-        Those that did not get there are held where they are.
-        """
-        goal, driven = self._goal, p.unknowns.driven
-        alpha, place = p.state.alpha.copy(), p.state.place.copy()
-        away = np.log(alpha / goal.alpha)
-        scale = driven[:, SCALE] & (np.abs(away.real) < SLACK)
-        turn = driven[:, TURN] & (np.abs(away.imag) < SLACK)
-        alpha *= np.exp(-np.where(scale, away.real, 0) - 1j * np.where(turn, away.imag, 0))
-        along = driven[:, [ALONG_X, ALONG_Y]].any(axis=1) & (np.abs(place - goal.place) < SLACK * p.side)
-        place[along] = goal.place[along]
-        freedoms = Freedoms(p.unknowns.yields, loose=np.isin(np.arange(p.level.grid.size), p.unknowns.loose))
-        start = p.level.placed(p.found.z, alpha, place)
-        start = start if not count_folds(p.level, start.z) else p.found
-        level = with_points_at(p.level, start.z, SLACK * p.side)
-        q = Problem(level, start, goal, freedoms, contacts=contacts)
-        yield from relax(q, ROOMY, end=ROOMY, steps=1)
-        if not is_met(q):
-            level = with_points_at(level, q.found.z, MET_PX)
-            q = Problem(level, q.found, goal, freedoms, contacts=contacts)
-        return q
-
-    def _settle(self, p: Problem, contacts: BoundaryContacts) -> Job[tuple[Problem, Bools]]:
+    def _settle(self, p: Problem) -> Job[tuple[Problem, Bools]]:
         """Set exactly, and hold, what friction held, if that folds nothing; return the problem and what gave way."""
         loose = p.unknowns.loose
         back = loose[np.abs(p.outline_changes(p.state)) < SLACK]
@@ -110,17 +72,32 @@ class Refinement:
                 return p, gave
             left = np.isin(np.arange(p.level.grid.size), np.setdiff1d(loose, back))
             begin = Map(start.z[: len(left)], start.alpha, start.place)
-            q = Problem(p.level, begin, self._goal, Freedoms(gave, loose=left), contacts=contacts)
+            q = Problem(p.level, begin, self._goal, Freedoms(gave, loose=left), contacts=p.contacts)
             if (yield from clear_folds(q, FEW_STEPS)):
                 yield from relax(q, HEAVY / 10)
                 return q, gave
         return p, p.unknowns.yields
 
+    def clear_lifted(self, level: GridLevel, found: Map, freedoms: Freedoms) -> Job[Map]:
+        """Return a map that a coarse grid was lifted to with fewer folds, from ever wider windows around them.
+
+        At last bodies move as well, if they may.
+        """
+        for reach, moves in ((CLOSE, False), (REACH, False), *([(REACH, True)] if freedoms.moves else [])):
+            found = yield from self._clear(level, found, reach, replace(freedoms, moves=moves))
+        return found
+
     def _clear(self, level: GridLevel, found: Map, reach: int, freedoms: Freedoms) -> Job[Map]:
-        """Return the map with fewer folds, from windows around them and around points off their targets."""
-        window = window_around(level, found.z, reach, bodies=freedoms.moves)
+        """Return the map with fewer folds, from windows around them and around points that are held off their targets.
+
+        Where bodies move, any size may give way.
+        """
+        wrong = wrong_nodes(level, found.z, points=freedoms.driven is None)
+        if not wrong.any():
+            return found
         if freedoms.moves:
-            freedoms = replace(freedoms, yields=level.constraints.free[:, SCALE])
+            freedoms = replace(freedoms, yields=freedoms.yields | level.constraints.free[:, SCALE])
+        window = around(level, wrong, reach, bodies=freedoms.moves)
         problem = Problem(level, found, self._goal, freedoms, window=window)
         before = problem.count_folds()
         yield from clear_folds(problem)

@@ -50,10 +50,12 @@ def small(level: GridLevel, goal: Goal) -> Map:
 
 
 def part_of_the_way(level: GridLevel, safe: Map, folded: Map) -> Map:
-    """Return the map without folds that is as far on the way from `safe` to a `folded` one as halving finds.
+    """Return the map without folds that is as far on the way from `safe` to one that may fold as halving finds.
 
     A mean of two places of a body, but for its size, is one: bodies keep their shape on the way.
     """
+    if not count_folds(level, folded.z):
+        return folded
     best, done, beyond = safe, 0.0, 1.0
     for _ in range(_HALVINGS):
         share = (done + beyond) / 2

@@ -35,11 +35,15 @@ Elsewhere the linear answer for these poses takes its place, and near folds E is
 
 **Order of ways.** Few folds are cleared on the fine grid at once, outline and sizes held. From a map that is `near`,
 where one is given, more of them are, with bodies as there. Then the coarse grid has its turn with the outline where it
-is, first from that map; then with outline nodes beside cut bodies gliding along it, or, failing that, leaving it, rigid
-bodies at the size they have under W if that is no less than half. At last the way begins at a map without folds
-(`safe`: the picture before a handle moved, else the one similarity of all closest to S, or S with small bodies in it;
-`starts`) and handles, sizes and outline are drawn to their goals; what does not get there stays where it came to. What
-cannot be lifted from there is lifted from where all corners still had room. All loops are bounded by counts.
+is, first from that map.
+
+Without handles the outline may have to yield: beside cut bodies nodes leave it or, if that is enough, glide along it;
+before they leave it, rigid bodies may take the size that they have under W if that is no less than half. At last the
+way begins at a map without folds, the one similarity of all closest to S, or S with small bodies in it (`starts`).
+
+Handles that cannot all be held are drawn to their goals instead, with friction: from the map that is `safe`, the
+picture before a handle moved, brought part of the way to the linear answer, which is shown; first on the coarse grid,
+then on the fine one. What does not get there stays where it came to. All loops are bounded by counts.
 """
 
 from dataclasses import replace
@@ -93,7 +97,7 @@ def unfold(
         A map without folds of nearly the same, such as the frame before: of several maps, the one next to it is found.
 
     A step's preview is a first map without folds, (R, C, 2), on which the rest of the work improves. Where `shape`
-    folds, or no way succeeds and there is nothing safe, the linear answer is returned.
+    folds, the linear answer is returned.
     """
     if find_folded_quads(shape).any() or not find_folded_quads(start.z).any():
         return start
@@ -108,7 +112,7 @@ def unfold(
     begin, beside = (None if known is None else level.of_solution(known, centres) for known in (safe, near))
     ways = Ways(mapping, level, linear, Goal(scales[:n], linear.alpha, linear.place), centres)
     found = yield from _counted(ways.find(begin, beside))
-    return start if found is None else level.solution_of(found, centres)
+    return level.solution_of(found, centres)
 
 
 def _counted(job: Job[T]) -> Job[T]:

@@ -4,7 +4,7 @@ Inner nodes and loose outline nodes have two each, gliding nodes one, bodies up 
 at arm p - pivot moves by (α (p - pivot), i α (p - pivot), 1, i).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,7 +23,7 @@ _MOST_GROWTH = 20.0
 class Freedoms:
     """What may move or give way, beside inner nodes and what the constraints leave free."""
 
-    yields: Bools | None = None
+    yields: Bools = field(default_factory=lambda: np.zeros((), bool))
     """Bodies (n,) whose size may change."""
     moves: bool = True
     """Whether bodies move at all."""
@@ -91,7 +91,7 @@ class Unknowns:
         """Freedoms of bodies (n, 4) that are drawn to their goal."""
         body_on = np.zeros((n + 1, 4), bool)
         body_on[self.active] = (held.free | self.driven)[self.active]
-        body_on[:-1, SCALE] &= False if freedoms.yields is None else freedoms.yields
+        body_on[:-1, SCALE] &= freedoms.yields
         self.yields = body_on[:-1, SCALE]
         """Bodies (n,) whose size is unknown."""
         self.count = int(on.sum() + body_on.sum())

@@ -5,19 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from core.arrays import Bools
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.handles.constraints import SCALE
 from core.mapping.handles.curved_frame import LEAST
 from core.mapping.injective.boundary_contact import BoundaryContacts
 from core.mapping.injective.continuation import (
+    FALL,
     FEW_STEPS,
     GENTLE_FALL,
     LIGHT,
-    ROOM,
     ROOMY,
     STEPS,
     clear_folds,
-    is_met,
     relax,
 )
 from core.mapping.injective.levels import GridLevel, Map, Transfer
@@ -37,8 +37,6 @@ _BESIDE = 40
 """Outline nodes either side of a cut that may glide or leave the outline."""
 _WORTH = 0.1
 """Share of its size that a body is to keep before the outline gives way."""
-_WIDER = 3
-"""Points that cannot be brought to their targets in a narrow window are tried in one so many times wider."""
 
 
 class Ways:
@@ -47,13 +45,17 @@ class Ways:
     def __init__(self, mapping: FeatureMapping, level: GridLevel, linear: Map, goal: Goal, centres: Complexes) -> None:
         self._mapping, self._centres = mapping, centres
         self._level, self._linear, self._goal = level, linear, goal
+        self._is_straight = bool(level.constraints.glide.any())
+        """Whether all of the frame glides."""
+        self._beside = nodes_beside_cuts(level.grid, level.index, _BESIDE)
+        """Nodes (R, C) of another frame that may glide, but for corners, or leave the outline."""
+        self._cells = max(1.0, level.grid.size**0.25 / _COARSE**0.5)
         self._refinement = Refinement(mapping, linear, goal, centres)
 
-    def find(self, safe: Map | None, near: Map | None = None) -> Job[Map | None]:
-        """Try one way after the other; of those that do not bring all points to their targets, the closest counts."""
-        best, least = safe, np.inf
-        if safe is None and not self._level.constraints.glide.any():
-            best = similar(self._level)
+    def find(self, safe: Map | None, near: Map | None = None) -> Job[Map]:
+        """Try one way after the other; what then still misses its targets is drawn there from a map without folds."""
+        best: Map | None = None
+        least = np.inf
         for way in self._in_order(safe, near):
             found = yield from way
             if found is None or count_folds(self._level, found.z):
@@ -62,71 +64,40 @@ class Ways:
             if miss < least:
                 best, least = found, miss
             if least < MET_PX:
-                break
-        if best is safe and safe is not None:
-            return part_of_the_way(self._level, safe, self._linear)
-        return best if best is None or not MET_PX < least < self._level.side else (yield from self._brought_home(best))
-
-    def _brought_home(self, found: Map) -> Job[Map]:
-        """Return a map without folds with points that are all but on their targets brought there, if nothing folds.
-
-        Points that are a cell off and more could not be drawn nearer: they would be a needle between features.
-        """
-        level = self._level
-        for reach in (REACH, _WIDER * REACH):
-            window = window_around(level, found.z, reach, bodies=reach > REACH)
-            problem = Problem(level, found, self._goal, window=window)
-            yield from relax(problem, steps=STEPS)
-            if is_met(problem) and not count_folds(level, problem.found.z):
-                return problem.found
-        return found
+                return found
+        if best is None and safe is None:
+            return similar(self._level)
+        return (yield from self._drawn(best, safe))
 
     def _in_order(self, safe: Map | None, near: Map | None) -> Iterator[Job[Map | None]]:
         level = self._level
-        cells = max(1.0, level.grid.size**0.25 / _COARSE**0.5)
         yield self._nearby(self._linear, FEW)
         if near is not None:
             yield self._nearby(posed(self._mapping, level, self._goal, near, self._centres), MANY)
-            yield self._from_coarse(level, cells, begin=near)
-        yield self._from_coarse(level, cells)
-        yield self._beside_cuts(cells, safe)
-        if safe is None:
-            yield self._from_coarse(level, max(1.0, _FINER * cells))
-        begin = small(self._level, self._goal) if safe is None and level.constraints.glide.any() else safe
-        yield self._drawn(begin, cells)
+            yield self._from_coarse(near)
+        yield self._from_coarse(self._linear)
+        if safe is not None:
+            return
+        if not self._is_straight and self._beside.any():
+            yield self._beside_cuts()
+        yield self._from_coarse(self._linear, _FINER * self._cells)
+        if self._is_straight:
+            yield self._from_coarse(small(level, self._goal), far=True)
+        else:
+            yield self._from_similar()
 
-    def _beside_cuts(self, cells: float, safe: Map | None) -> Job[Map | None]:
-        """Let the outline beside cut bodies glide, or go.
+    def _beside_cuts(self) -> Job[Map | None]:
+        """Let the outline go, beside cuts if that is enough, and show that; it is kept unless gliding is enough."""
+        left = yield from self._from_coarse(self._linear, loose=self._beside)
+        if left is None and any(body.limits.least > 0 for body in self._mapping.bodies[: len(self._linear.alpha)]):
+            left = yield from self._smaller()
+        if left is None:
+            left = yield from self._from_similar()
+        return (yield from self._from_coarse(self._linear, glide=self._beside)) or left
 
-        A map that has left the outline is shown, and kept unless there is one that has not.
-        """
-        level, gliding = self._level, self._gliding_beside_cuts()
-        if gliding is None:
-            return None
-        left = yield from self._from_coarse(level, cells, leaves=True)
-        if (
-            left is None
-            and safe is None
-            and any(body.limits.least > 0 for body in self._mapping.bodies[: len(self._linear.alpha)])
-        ):
-            left = yield from self._smaller(cells)
-        if left is None and safe is None:
-            left = yield from self._from_safe(None, cells)
-        start = self._linear
-        for begin in (start, level.placed(level.shape.ravel(), start.alpha, start.place)):
-            found = yield from self._from_coarse(gliding, cells, begin=begin)
-            if found is not None:
-                return found
-        return left
-
-    def _gliding_beside_cuts(self) -> GridLevel | None:
-        """Return the level with outline nodes that glide beside cut bodies; None where there are none, or all glide."""
-        level = self._level
-        beside = nodes_beside_cuts(level.grid, level.index, _BESIDE)
-        beside[CORNERS] = False
-        if level.constraints.glide.any() or not beside.any():
-            return None
-        return replace(level, constraints=replace(level.constraints, glide=beside))
+    def _from_similar(self) -> Job[Map | None]:
+        """Draw sizes and outline to their goals from the one similarity of all that is closest to S."""
+        return self._from_coarse(similar(self._level), loose=self._level.grid.outline, far=True)
 
     def _nearby(self, start: Map, most: int) -> Job[Map | None]:
         """Clear folds, `most` of them at most, in windows on the fine grid, outline and sizes held."""
@@ -141,63 +112,59 @@ class Ways:
         return problem.found
 
     def _from_coarse(
-        self, level: GridLevel, cells: float, *, leaves: bool = False, begin: Map | None = None
+        self,
+        begin: Map,
+        cells: float | None = None,
+        *,
+        glide: Bools | None = None,
+        loose: Bools | None = None,
+        far: bool = False,
     ) -> Job[Map | None]:
-        """Clear folds on a grid of larger cells, with outline nodes beside cuts that may leave it, and refine that."""
-        way = Transfer(level, cells, held_outline=not leaves)
-        coarse = way.coarse
-        if not coarse.is_fit():
+        """Find a map on a grid of larger cells, and refine that; outline nodes (R, C) may glide or be loose."""
+        level = self._level
+        if glide is not None:
+            glide = glide.copy()
+            glide[CORNERS] = False
+            level = replace(level, constraints=replace(level.constraints, glide=glide))
+        way = Transfer(level, max(1.0, cells or self._cells), held_outline=loose is None)
+        freedoms = Freedoms(level.constraints.free[:, SCALE], loose=loose)
+        problem = yield from self._on_coarse(way, begin, freedoms, far=far)
+        if problem is None:
             return None
-        contacts = BoundaryContacts.of(level, coarse, held_outline=not leaves)
-        yields = level.constraints.free[:, SCALE] & (coarse.counts() > 0)
-        beside = nodes_beside_cuts(coarse.grid, coarse.index, int(_BESIDE / cells)).ravel() if leaves else None
-        start = way.restrict_map(self._linear if begin is None else begin)
-        problem = Problem(coarse, start, self._goal, Freedoms(yields, loose=beside), contacts=contacts)
-        if not (yield from clear_folds(problem)):
-            return None
-        yield from relax(problem)
         is_small = (np.abs(problem.state.alpha) < _WORTH * self._goal.scales).any()
-        if is_small and not leaves and not level.constraints.glide.any():
+        if is_small and loose is None and not self._is_straight:
             return None
-        return (yield from self._refinement.finish(way, problem, contacts))
+        return (yield from self._refinement.finish(way, problem))
 
-    def _drawn(self, safe: Map | None, cells: float) -> Job[Map | None]:
-        """Draw all to its goals from a map without folds, on a finer grid if that fails on this one."""
-        found = yield from self._from_safe(safe, cells)
-        return found or (yield from self._from_safe(safe, max(1.0, _FINER * cells)))
+    def _on_coarse(self, way: Transfer, begin: Map, freedoms: Freedoms, *, far: bool) -> Job[Problem | None]:
+        """Clear folds on the coarse grid, and bring the map to its best there; None if folds are left.
 
-    def _from_safe(self, safe: Map | None, cells: float) -> Job[Map | None]:
-        """Draw handles, sizes and outline to their goals from a map without folds."""
-        level, goal, leaves = self._level, self._goal, safe is None
-        start = similar(self._level) if safe is None else safe
-        way = Transfer(level, cells, held_outline=not leaves)
-        coarse, held = way.coarse, level.constraints
+        A map that is `far` from its goals begins without folds, or nearly: they are cleared before anything is drawn.
+        """
+        coarse, held, leaves = way.coarse, way.coarse.constraints, freedoms.loose is not None
         if not coarse.is_fit():
             return None
-        turned, shifted = np.log(start.alpha / goal.alpha), start.place - goal.place
-        away = np.stack([turned.real, turned.imag, shifted.real, shifted.imag], axis=1)
-        driven = ~held.free & (np.abs(away) > ROUNDING)
-        yields = (held.free | driven)[:, SCALE] & (coarse.counts() > 0)
-        contacts = BoundaryContacts.of(level, coarse, held_outline=not leaves)
-        freedoms = Freedoms(yields, loose=coarse.grid.outline.ravel() if leaves else None, driven=driven)
-        begin = way.restrict_map(start, held_outline=not leaves)
-        alone = replace(coarse, constraints=replace(coarse.constraints, probes=held.probes[:0], to=held.to[:0]))
-        cleared = Problem(alone, begin, goal, contacts=contacts)
-        if not (yield from clear_folds(cleared)):
+        contacts = BoundaryContacts.of(way.fine, coarse, held_outline=not leaves)
+        if freedoms.loose is not None:
+            freedoms = replace(freedoms, loose=way.around(freedoms.loose) & coarse.grid.outline.ravel())
+        freedoms = replace(freedoms, yields=freedoms.yields & (coarse.counts() > 0))
+        start = way.restrict_map(begin, held_outline=not (leaves and far))
+        if far:
+            alone = replace(coarse, constraints=replace(held, probes=held.probes[:0], to=held.to[:0]))
+            cleared = Problem(alone, start, self._goal, contacts=contacts)
+            if not (yield from clear_folds(cleared)):
+                return None
+            start = cleared.found
+        problem = Problem(coarse, start, self._goal, freedoms, contacts=contacts)
+        if far:
+            yield from relax(problem, end=ROOMY if problem.is_driven else LIGHT, steps=STEPS, fall=GENTLE_FALL)
+        elif (yield from clear_folds(problem)):
+            yield from relax(problem)
+        else:
             return None
-        problem = Problem(coarse, cleared.found, goal, freedoms, contacts=contacts)
-        end = ROOMY if len(held.probes) or driven.any() else LIGHT
-        roomy = problem.state
-        for step in relax(problem, end=end, steps=STEPS, fall=GENTLE_FALL):
-            roomy = problem.state if problem.worst() > ROOM else roomy
-            yield step
-        found = yield from self._refinement.finish(way, problem, contacts)
-        if found is None and roomy is not problem.state:
-            problem.state = roomy
-            found = yield from self._refinement.finish(way, problem, contacts)
-        return found
+        return problem
 
-    def _smaller(self, cells: float) -> Job[Map | None]:
+    def _smaller(self) -> Job[Map | None]:
         """Begin with bodies where W alone has them, at the sizes λ they have there, and keep these if they do."""
         level, n = self._level, len(self._linear.alpha)
         alpha, t = np.array([body.fit(level.wanted.ravel()) for body in self._mapping.bodies[:n]], np.complex128).T
@@ -208,6 +175,32 @@ class Ways:
         alpha = np.asarray(sizes * np.exp(1j * np.angle(np.where(turns, alpha, 1))), np.complex128)
         linear = level.of_solution(self._mapping.place_at(level.wanted, alpha, t), self._centres)
         goal = Goal(sizes, linear.alpha, linear.place)
-        return (
-            yield from Ways(self._mapping, level, linear, goal, self._centres)._from_coarse(level, cells, leaves=True)
-        )
+        ways = Ways(self._mapping, level, linear, goal, self._centres)
+        return (yield from ways._from_coarse(linear, loose=self._beside))
+
+    def _drawn(self, near: Map | None, safe: Map | None) -> Job[Map]:
+        """Draw handles, and the poses that they hold, towards their goals, as far as nothing folds.
+
+        That begins at a map without folds: the one that is `near` or, where there is none, part of the way from `safe`.
+        """
+        level, start = self._level, near
+        if start is None:
+            assert safe is not None
+            start = part_of_the_way(level, safe, self._linear)
+            yield preview(level, start)
+            way, freedoms = Transfer(level, self._cells, held_outline=True), self._driven(start)
+            coarse = yield from self._on_coarse(way, start, freedoms, far=True)
+            if coarse is not None:
+                lifted, held = way.prolong_map(coarse.found), replace(freedoms, moves=False)
+                start = part_of_the_way(level, start, (yield from self._refinement.clear_lifted(level, lifted, held)))
+        problem = Problem(level, start, self._goal, self._driven(start))
+        yield from relax(problem, fall=FALL**0.5)
+        return problem.found
+
+    def _driven(self, start: Map) -> Freedoms:
+        """Return what is drawn to its goal from a map where it is not there yet: points, and poses that are held."""
+        held, goal = self._level.constraints, self._goal
+        turned, shifted = np.log(start.alpha / goal.alpha), start.place - goal.place
+        away = np.stack([turned.real, turned.imag, shifted.real, shifted.imag], axis=1)
+        driven = ~held.free & (np.abs(away) > ROUNDING)
+        return Freedoms((held.free | driven)[:, SCALE], driven=driven)

@@ -1,7 +1,5 @@
 """Windows of a grid around what is wrong in a map: folded quads and points off their targets."""
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 
@@ -17,23 +15,18 @@ def count_folds(level: GridLevel, z: Complexes) -> int:
     return int(find_folded_quads(z.reshape(level.grid.shape)).sum())
 
 
-def with_points_at(level: GridLevel, z: Complexes, far: float) -> GridLevel:
-    """Return the level with targets that points miss by more than `far` pixels in a map (N,) put where these are."""
-    to, there = level.constraints.to, level.constraints.probes.read(level.grid, z)
-    return replace(level, constraints=replace(level.constraints, to=np.where(np.abs(there - to) > far, there, to)))
-
-
 def misses(level: GridLevel, z: Complexes) -> Floats:
     """Return how far points are from their targets (k,) in a map (N,), in pixels."""
     return np.asarray(np.abs(level.constraints.probes.read(level.grid, z) - level.constraints.to))
 
 
-def wrong_nodes(level: GridLevel, z: Complexes) -> Bools:
-    """Return the corners (N,) of quads of a map that are folded or hold a point off its target."""
+def wrong_nodes(level: GridLevel, z: Complexes, *, points: bool = True) -> Bools:
+    """Return the corners (N,) of quads of a map that are folded or, if wanted, hold a point off its target."""
     wrong = np.zeros(level.grid.size, bool)
     wrong[level.grid.quads[find_folded_quads(z.reshape(level.grid.shape)).ravel()]] = True
-    nodes, _ = level.constraints.probes.on(level.grid)
-    wrong[nodes[misses(level, z) > MET_PX]] = True
+    if points:
+        nodes, _ = level.constraints.probes.on(level.grid)
+        wrong[nodes[misses(level, z) > MET_PX]] = True
     return wrong
 
 
@@ -46,7 +39,12 @@ def widen(level: GridLevel, marked: Bools, reach: int) -> Bools:
 
 def window_around(level: GridLevel, z: Complexes, reach: int, *, bodies: bool = True) -> Bools:
     """Return the nodes (N,) around what is wrong and, if wanted, around all of the bodies that come near it."""
-    window = widen(level, wrong_nodes(level, z), reach)
+    return around(level, wrong_nodes(level, z), reach, bodies=bodies)
+
+
+def around(level: GridLevel, marked: Bools, reach: int, *, bodies: bool) -> Bools:
+    """Return the nodes (N,) around marked ones and, if wanted, around all of the bodies that come near them."""
+    window = widen(level, marked, reach)
     if bodies:
         near = np.unique(level.index[window & (level.index >= 0)])
         window |= widen(level, np.isin(level.index, near), reach)
