@@ -155,8 +155,8 @@ def run(arguments: argparse.Namespace) -> None:
     framing: Framing = arguments.frame or ("warp" if document.warp_map is None else "picture")
     canvas, moved = frame_result(document, found, framing)
     if document.surface is None:
-        pins = replace(found.pins, to=canvas.placed(found.pins.to))
-        placed = replace(found, plain=canvas.placed(found.plain), warped=moved, pins=pins)
+        handles = replace(found.handles, pins_to=canvas.placed(found.handles.pins_to))
+        placed = replace(found, plain=canvas.placed(found.plain), warped=moved, handles=handles)
         report = placed.report()
     else:
         # Features have their shape on the chart, pins their places.

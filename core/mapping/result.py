@@ -12,7 +12,7 @@ from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import bodies_of, body_index, fit_residual
 from core.mapping.folds import find_folded_quads
 from core.mapping.handles.frame_glide import SIDES
-from core.mapping.handles.handles import ring_radius
+from core.mapping.handles.handles import Handles, ring_radius
 from core.mapping.handles.poses import find_owners
 from core.mapping.handles.probes import Probes
 from core.mapping.handles.straight_frame import distance_to_line
@@ -20,18 +20,7 @@ from core.mapping.jacobians import Complexes, as_complex, as_positions
 from core.mapping.options import MappingOptions
 from core.mapping.tolerances import SEEN_PX
 
-
-@dataclass(frozen=True, eq=False)
-class Pins:
-    """Pins: points of the picture (k, 2), where they are to be, in output pixels, and what their rings ask for."""
-
-    at: Points
-    to: Points
-    rings: Complexes | None = None
-    """By how much the picture is to turn and grow around each (k,), NaN for no ring."""
-
-
-NO_PINS = Pins(np.empty((0, 2)), np.empty((0, 2)))
+NO_HANDLES = Handles(np.empty((0, 2)), np.empty((0, 2)))
 
 
 @dataclass(frozen=True)
@@ -91,7 +80,7 @@ class Warped:
     options: MappingOptions
     seconds: dict[str, float]
     """Per stage: setup, factor, rhs, solve, and unfold, which holds the solves that it asks for."""
-    pins: Pins = NO_PINS
+    handles: Handles = NO_HANDLES
     is_rough: bool = False
     """Whether the same solver's next answer to the same handles is nearer to that at rest."""
     reference: Solution | None = None
@@ -135,23 +124,23 @@ class Warped:
     @cached_property
     def pin_reports(self) -> list[PinReport]:
         """What became of every pin."""
-        if not len(self.pins.at):
+        if not len(self.handles.pins_at):
             return []
-        reached = as_positions(Probes.of_points(self.pins.at).read(self.grid, as_complex(self.warped)))
-        error = np.hypot(*(reached - self.pins.to).T)
-        rings = self._ring_reports()
+        reached = as_positions(Probes.of_points(self.handles.pins_at).read(self.grid, as_complex(self.warped)))
+        error = np.hypot(*(reached - self.handles.pins_to).T)
+        rings, pins = self._ring_reports(), self.handles
         return [
             PinReport(_pair(at), _pair(to), _pair(there), float(px), ring)
-            for at, to, there, px, ring in zip(self.pins.at, self.pins.to, reached, error, rings, strict=True)
+            for at, to, there, px, ring in zip(pins.pins_at, pins.pins_to, reached, error, rings, strict=True)
         ]
 
     def _ring_reports(self) -> list[RingReport | None]:
         """Return what became of the ring of every pin, None for none."""
-        found: list[RingReport | None] = [None] * len(self.pins.at)
-        if self.pins.rings is None or not np.isfinite(self.pins.rings).any():
+        found: list[RingReport | None] = [None] * len(self.handles.pins_at)
+        if self.handles.rings is None or not np.isfinite(self.handles.rings).any():
             return found
-        ringed = np.flatnonzero(np.isfinite(self.pins.rings))
-        at, asked = self.pins.at[ringed], self.pins.rings[ringed]
+        ringed = np.flatnonzero(np.isfinite(self.handles.rings))
+        at, asked = self.handles.pins_at[ringed], self.handles.rings[ringed]
         reached, unit = self.turned_at(at), np.abs(self._read_rings(at, self._unmoved))
         for i, f, there, px in zip(ringed, asked, reached, np.abs(reached - asked) * unit, strict=True):
             found[i] = RingReport(_degrees(f), float(abs(f)), _degrees(there), float(abs(there)), float(px))
@@ -189,26 +178,38 @@ class Warped:
         """The pins that are not where they are to be, or not turned or scaled as their rings ask for."""
         return [pin for pin in self.pin_reports if pin.worst_px > SEEN_PX]
 
+    @cached_property
+    def curves_off_px(self) -> float:
+        """How far points of inner curves are at most from where they are to be."""
+        at, to = self.handles.sample_curves(self.grid)
+        reached = as_positions(Probes.of_points(at).read(self.grid, as_complex(self.warped)))
+        return float(np.hypot(*(reached - to).T).max(initial=0))
+
     def complaints(self) -> list[str]:
         """Return a line for each thing that could not be had."""
         found = []
         if self.outline_moved_px:
             found.append(
-                f"the outline gives way by up to {self.outline_moved_px:.1f} px, "
+                f"the outline gives way by up to {_px(self.outline_moved_px)}, "
                 "or features that the picture's edge cuts would fold"
             )
         if self.missed_pins:
             worst = max(pin.worst_px for pin in self.missed_pins)
-            of = f"{len(self.missed_pins)} of {len(self.pins.at)} pins are"
+            of = f"{len(self.missed_pins)} of {len(self.handles.pins_at)} pins are"
             found.append(
-                f"{of} not where they were dragged or turned, by up to {worst:.1f} px, or the picture would fold"
+                f"{of} not where they were dragged or turned, by up to {_px(worst)}, or the picture would fold"
+            )
+        if self.curves_off_px > SEEN_PX:
+            found.append(
+                f"inner curves are up to {_px(self.curves_off_px)} from where they were dragged: "
+                "features keep their shape, and nothing folds"
             )
         return found
 
     def report(self) -> dict[str, Any]:
         """Return grid, features, folds, seconds and how far the outline gave way, if it did, as plain data for JSON."""
         moved = {"outline_moved_px": self.outline_moved_px} if self.outline_moved_px > 0 else {}
-        pins = {"pins": [pin.data() for pin in self.pin_reports]} if len(self.pins.at) else {}
+        pins = {"pins": [pin.data() for pin in self.pin_reports]} if len(self.handles.pins_at) else {}
         return {
             "grid": list(self.rest.shape[:2]),
             "features": [asdict(feature) for feature in self.features],
@@ -221,6 +222,11 @@ class Warped:
 
 def _degrees(f: complex) -> float:
     return float(np.degrees(np.angle(f)))
+
+
+def _px(length: float) -> str:
+    """Return a length in pixels in words; one far beyond all pictures in few digits."""
+    return f"{length:.1f} px" if length < 1e6 else f"{length:.1e} px"
 
 
 def _pair(point: Points) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from core.mapping.injective.unfold import unfold
 from core.mapping.jacobians import as_complex, as_positions
 from core.mapping.options import MappingOptions
 from core.mapping.prepared import Prepared
-from core.mapping.result import NO_PINS, Pins, Warped
+from core.mapping.result import NO_HANDLES, Warped
 from core.mapping.stroke import MaskStroke
 from core.progress import Job
 
@@ -230,9 +230,16 @@ class Warper:
     ) -> Warped:
         solution = reference if moved is None else moved.solution
         w = plain if moved is None or not moved.field.any() else plain + as_positions(moved.field)
-        pins = NO_PINS if handles is None else Pins(handles.pins_at, handles.pins_to, handles.rings)
-        positions, options = solution.positions, self._options
-        return Warped(self.grid, w, positions, self._features, options, seconds, pins=pins, reference=reference)
+        return Warped(
+            self.grid,
+            w,
+            solution.positions,
+            self._features,
+            self._options,
+            seconds,
+            handles=handles or NO_HANDLES,
+            reference=reference,
+        )
 
     def _seconds(self, settling: float = 0.0) -> dict[str, float]:
         """Return what the stages took since the last call."""

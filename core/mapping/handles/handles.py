@@ -94,15 +94,21 @@ class Handles:
 
     def _points(self, grid: Grid) -> tuple[Points, Points]:
         """Return places and targets (n, 2) of pins and curve samples, each spot once."""
-        spacing = _SPACING * min(grid.cell)
-        at, to = [*self.pins_at], [*_agree(self.pins_at, self.pins_to)]
+        on_curves, to_curves = self.sample_curves(grid)
+        at = np.concatenate([self.pins_at, on_curves])
+        to = np.concatenate([_agree(self.pins_at, self.pins_to), to_curves])
+        kept = _apart(at, len(self.pins_at), _SPACING * min(grid.cell) / 2)
+        return at[kept], to[kept]
+
+    def sample_curves(self, grid: Grid) -> tuple[Points, Points]:
+        """Return points of the inner curves (n, 2), and where they are to be."""
+        at, to = [np.empty((0, 2))], [np.empty((0, 2))]
         for source, target in self.curves:
-            count = max(2, round(source.length / spacing) + 1)
+            count = max(2, round(source.length / (_SPACING * min(grid.cell))) + 1)
             t = source.parameter_at(np.linspace(0, source.length, count))
-            at.extend(source.at(t))
-            to.extend(target.at(t))
-        kept = _apart(np.reshape(at, (-1, 2)), len(self.pins_at), spacing / 2)
-        return np.reshape(at, (-1, 2))[kept], np.reshape(to, (-1, 2))[kept]
+            at.append(source.at(t))
+            to.append(target.at(t))
+        return np.concatenate(at), np.concatenate(to)
 
 
 def ring_radius(grid: Grid) -> float:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Floats
+from core.arrays import Floats, SingularSystemError
 from core.mapping.injective.problem import Model, Problem
 from core.mapping.injective.unknowns import Iterate
 from core.mapping.jacobians import Complexes
@@ -55,7 +55,10 @@ def take_step(problem: Problem, mu: float, epsilon: float, *, clear: bool) -> fl
     if not problem.unknowns.count:
         return 0.0
     model = problem.model(mu, epsilon)
-    direction = find_direction(problem, model)
+    try:
+        direction = find_direction(problem, model)
+    except SingularSystemError:  # of corners so thin that their barrier is beyond double precision
+        return 0.0
     price = _MERIT * direction.force
     before, worst = problem.energy(problem.state, mu, epsilon)
     least = _BOUNDARY * worst if clear else -np.inf

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from core.arrays import Ints
 from core.mapping.features.feature_mapping import FeatureMapping
-from core.mapping.handles.constraints import ALONG_X, SCALE
+from core.mapping.handles.constraints import ALONG_X, SCALE, TURN
 from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.problem import Goal
 from core.mapping.injective.windows import count_folds
-from core.mapping.jacobians import Complexes
+from core.mapping.jacobians import Complexes, linear_parts
 
 _SEED = 0.2
 """Share of its size that a body begins with where nothing else is known not to fold."""
@@ -33,20 +34,33 @@ def posed(mapping: FeatureMapping, level: GridLevel, goal: Goal, near: Map, cent
 
 
 def small(level: GridLevel, goal: Goal) -> Map:
-    """Return S with small bodies in it, those that the outline cuts where it does: it hardly ever folds."""
-    held, inside = level.constraints, level.index >= 0
+    """Return S with bodies in it that are turned as S is, and so small that nothing folds, if halving finds that.
+
+    What the outline cuts is small there. Around bodies of no size nothing folds where one point sees all of the rim.
+    """
+    held, inside, S = level.constraints, level.index >= 0, level.shape.ravel()
     cut = inside & level.grid.outline.ravel()
     chosen = cut | (inside & ~np.isin(level.index, level.index[cut]))
     body, n = level.index[chosen], len(goal.scales)
+
+    def sums(values: Complexes, of: Ints) -> Complexes:
+        return np.asarray(np.bincount(of, values.real, n) + 1j * np.bincount(of, values.imag, n))
+
     counts = np.maximum(np.bincount(body, minlength=n), 1)
-    anchor, there = (
-        (np.bincount(body, z.real[chosen], n) + 1j * np.bincount(body, z.imag[chosen], n)) / counts
-        for z in (level.rest, level.shape.ravel())
-    )
-    alpha = goal.alpha * np.where(held.free[:, SCALE], _SEED, 1)
+    anchor, there = sums(level.rest[chosen], body) / counts, sums(S[chosen], body) / counts
+    turns = level.index[level.grid.quads[:, 0]]
+    similar = linear_parts(level.grid, level.shape).similar.ravel()[turns >= 0]
+    turn = np.where(held.free[:, TURN], np.exp(1j * np.angle(sums(similar, turns[turns >= 0]))), 1)
     stays = ~held.free[:, ALONG_X:].all(axis=1)
-    place = np.where(stays, goal.place, there + alpha * (held.pivots - anchor))
-    return level.placed(level.shape.ravel(), alpha, place)
+    size = _SEED
+    for _ in range(_HALVINGS):
+        alpha = goal.scales * turn * np.where(held.free[:, SCALE], size, 1)
+        place = np.asarray(np.where(stays, goal.place, there + alpha * (held.pivots - anchor)), np.complex128)
+        found = level.placed(S, np.asarray(alpha, np.complex128), place)
+        if not count_folds(level, found.z):
+            break
+        size /= 2
+    return found
 
 
 def part_of_the_way(level: GridLevel, safe: Map, folded: Map) -> Map:

@@ -66,7 +66,9 @@ class Ways:
             if least < MET_PX:
                 return found
         if best is None and safe is None:
-            return similar(self._level)
+            best = small(self._level, self._goal)
+            if not self._is_straight or count_folds(self._level, best.z):
+                return similar(self._level)
         return (yield from self._drawn(best, safe))
 
     def _in_order(self, safe: Map | None, near: Map | None) -> Iterator[Job[Map | None]]:

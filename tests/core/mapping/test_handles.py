@@ -96,9 +96,10 @@ def test_a_pin_set_beside_others_that_were_dragged_moves_nothing_that_shows() ->
     assert np.abs(found.warped - without.warped).max() < 0.02
 
 
-def test_the_order_of_handles_changes_no_bit() -> None:
+@pytest.mark.parametrize("far", [1, 6])
+def test_the_order_of_handles_changes_no_bit(far: int) -> None:
     at = np.concatenate([PLACES, IN_ONE])
-    to = at + [[5, 3], [-4, 6], [2, -7], [-6, -2], [4, 5], [3, 9]]
+    to = at + far * np.array([[5, 3], [-4, 6], [2, -7], [-6, -2], [4, 5], [3, 9]])
     order = [4, 2, 0, 5, 3, 1]
     one, other = (moved(Handles(at[k], to[k]), painted=mask()) for k in (range(6), order))
     assert np.array_equal(one.warped, other.warped)
@@ -126,6 +127,22 @@ def test_a_picture_turned_by_a_right_angle_has_the_turned_map() -> None:
     one = moved(Handles(at, to), painted=mask())
     other = moved(Handles(turn(at), turn(to)), painted=upright, grid=grid)
     assert np.abs(np.rot90(turn(one.warped)) - other.warped).max() < 1e-3
+
+
+@pytest.mark.parametrize(("preset", "bend", "keep"), [("swirl", 90, "similarity"), ("squeeze", 90, "rigid")])
+def test_what_would_fold_is_mirrored_with_the_picture(preset: str, bend: float, keep: Keep) -> None:
+    near = np.zeros(SIZE[::-1], np.uint8)
+    near[40:130, 50:75] = near[110:130, 50:200] = near[40:130, 170:190] = 255
+    base = make_warp(preset, *SIZE, bend=bend)(GRID.nodes)
+    turn, shift = np.array([-1.0, 1.0]), np.array([SIZE[0] - 1.0, 0.0])
+    live = Warper(GRID)
+    live.use(find_features(GRID, near), MappingOptions(keep=keep))
+    assert live.frame(base).folded.any()
+    one = moved(Handles(NONE, NONE), painted=near, base=base, keep=keep)
+    mirrored, there = np.ascontiguousarray(near[:, ::-1]), base[:, ::-1] * turn + shift
+    other = moved(Handles(NONE, NONE), painted=mirrored, base=np.ascontiguousarray(there), keep=keep)
+    assert not one.folded.any()
+    assert np.abs(other.warped[:, ::-1] * turn + shift - one.warped).max() < 1e-3
 
 
 def test_one_pin_in_a_feature_moves_it_and_keeps_its_size() -> None:
@@ -166,6 +183,25 @@ def test_points_of_a_curve_across_a_feature_are_met_outside_it_and_fitted_inside
     assert np.hypot(*(places(found, source.at(t)) - target.at(t)).T)[outside].max() < 0.3
     assert max(residuals(found)) < 1e-9
     assert not found.folded.any()
+
+
+def test_how_far_a_curve_is_from_its_target_is_said() -> None:
+    source = Curve(np.array([[20.0, 100], [60, 90], [120, 120], [220, 150]]))
+    bent = Curve(source.points + [[0.0, 0], [0, 60], [0, -60], [0, 0]])
+    missed, held = (moved(Handles(NONE, NONE, [(source, to)]), painted=mask()) for to in (bent, source))
+    assert not missed.folded.any()
+    t = source.parameter_at(np.linspace(0, source.length, 300))
+    off = np.hypot(*(places(missed, source.at(t)) - bent.at(t)).T).max()
+    assert missed.curves_off_px == pytest.approx(off, abs=1)
+    said = f"inner curves are up to {missed.curves_off_px:.1f} px from where they were dragged"
+    assert [line.startswith(said) for line in missed.complaints()] == [True]
+    assert held.complaints() == []
+
+
+def test_a_target_beyond_all_pictures_is_said_in_few_digits() -> None:
+    found = moved(Handles(PLACES[:1], PLACES[:1] + [1e300, 0.0]), painted=mask())
+    assert not found.folded.any()
+    assert [len(line) < 120 and "1.0e+300 px" in line for line in found.complaints()] == [True]
 
 
 def test_a_target_far_outside_a_held_frame_is_missed_and_nothing_folds() -> None:

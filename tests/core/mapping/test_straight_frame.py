@@ -35,6 +35,19 @@ def test_a_new_size_fills_its_rectangle_and_features_at_the_frame_slide(
     assert found.outline_moved_px == 0
 
 
+@pytest.mark.parametrize("keep", ["similarity", "rigid"])
+@pytest.mark.parametrize("size", [(1, 200), (300, 1), (1, 1)])
+def test_sizes_of_one_pixel_are_filled_without_a_fold(size: tuple[int, int], keep: Keep) -> None:
+    base = (GRID.nodes + 0.5) * np.divide(size, SIZE) - 0.5
+    found = moved(Handles(NONE, NONE), painted=mask(), base=base, keep=keep)
+    rest, z = as_complex(GRID.nodes), as_complex(found.warped)
+    parts = [found.marked.labels == number for number in found.marked.ids]
+    assert not found.folded.any()
+    assert max(fit_residual(rest[part], z[part], rigid=False) for part in parts) < 1e-9
+    assert found.outline_moved_px == 0
+    assert np.abs(found.warped[[0, -1], [0, -1]] - [[-0.5, -0.5], np.subtract(size, 0.5)]).max() < 1e-9
+
+
 def test_a_band_across_the_picture_has_the_size_of_the_new_width() -> None:
     painted = np.zeros(SIZE[::-1], np.uint8)
     painted[80:120] = 255
