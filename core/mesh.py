@@ -111,8 +111,9 @@ class Mesh:
     @cached_property
     def bounds(self) -> tuple[Points, Points]:
         """Least and greatest canvas position (2,) of all nodes."""
-        flat = self.warped.reshape(-1, 2)
-        return flat.min(axis=0), flat.max(axis=0)
+        # NumPy reduces pairs one by one, and each coordinate in whole lines.
+        x, y = self.warped[..., 0], self.warped[..., 1]
+        return np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
 
     @cached_property
     def _singles(self) -> Singles:

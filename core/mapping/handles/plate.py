@@ -114,8 +114,9 @@ class HandleField:
         if plate is None or not len(points):
             return
         with span("handles", count=len(points)), one_thread():
-            self._at, n = self._inside(at), self._M.shape[0]
-            places = np.concatenate([self._at, self._inside(self.rods.at)])
+            at, n = self._inside(at), self._M.shape[0]
+            self._nodes, self._weights = grid.weights_at(at)
+            places = np.concatenate([at, self._inside(self.rods.at)])
             if isinstance(plate, FreePlate):
                 before = None if known is None else known._forces
                 self._forces = plate.hold(places, before if isinstance(before, FreeForces) else None)
@@ -170,6 +171,8 @@ class HandleField:
 
     def _aim(self, base: Base, y: Complexes, now: Complexes, *, slides: bool) -> Turned:
         """Return y with the normals that rods have `now` (R, C), and by how much more than in z⁰ it bends them."""
+        if not len(self.rods):
+            return Turned(y, np.empty(0, np.complex128), np.empty(0), slides)
         there, moved, then = (self.rods.read(self.grid, z.ravel()) for z in (base.z, y, now))
         normals = self.rods.normals(then)
         bends = self.rods.bends(there + moved, normals) - self.rods.bends(there, self.rods.normals(there))
@@ -246,7 +249,7 @@ class HandleField:
 
     def _moved(self, d: Complexes) -> Complexes:
         """Return M C d for d (N,) or (N, q)."""
-        return np.asarray(self._M @ self.grid.read(self._at, d))
+        return np.asarray(self._M @ np.einsum("nk,nk...->n...", self._weights, d[self._nodes]))
 
 
 def _inverse(system: NDArray[Any]) -> NDArray[Any]:
