@@ -12,3 +12,5 @@ TIE = 1e-7
 """Weight of what decides only where nothing else does."""
 LEAST_SHARE = 0.25
 """Share of its bilinear weight that a point needs on nodes that are to hold it: one corner's, in the mean of four."""
+LITTLE = 0.1
+"""Share of a whole that is little: of a size, of a step of a cell, of the room that a corner or what glides had."""

@@ -21,9 +21,8 @@ import scipy
 from core.arrays import Floats, Ints
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.similarity import Body
-from core.mapping.handles.frame_glide import LEAST_GAP
 from core.mapping.jacobians import Complexes
-from core.mapping.tolerances import ROUNDING
+from core.mapping.tolerances import LITTLE, ROUNDING
 
 LEAST = 0.5
 """Share of its size that a feature is to keep; where it would have to be smaller, the frame gives way beside it."""
@@ -101,7 +100,7 @@ def cuts_of(mapping: FeatureMapping) -> list[Cut]:
         body = mapping.bodies[i]
         middle = rest[body.nodes].mean()
         area = (np.conj(rest[b] - rest[a]) * (rest[o] - rest[a])).imag
-        found.append(Cut(int(i), body, rest[a] - middle, rest[b] - middle, o, LEAST_GAP * area))
+        found.append(Cut(int(i), body, rest[a] - middle, rest[b] - middle, o, LITTLE * area))
     return found
 
 

@@ -15,8 +15,6 @@ from core.mapping.jacobians import Complexes
 
 SIDES: list[Any] = [np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]]
 """Top, bottom, left and right side of what a grid has at its nodes."""
-LEAST_GAP = 0.1
-"""Share of what lies beside a cut feature, along the frame or at its corners, that is left there at least."""
 
 
 class FrameGlide:

@@ -16,9 +16,9 @@ from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import Body
 from core.mapping.handles.constraints import Constraints
-from core.mapping.handles.frame_glide import LEAST_GAP, glide_beside
+from core.mapping.handles.frame_glide import glide_beside
 from core.mapping.jacobians import Complexes, as_complex
-from core.mapping.tolerances import ROUNDING
+from core.mapping.tolerances import LITTLE, ROUNDING
 
 LEFT, TOP, RIGHT, BOTTOM = range(4)
 _AT_ONCE = 256
@@ -138,7 +138,7 @@ class _Axis:
         """What is left free at least, before and behind the body, in output pixels."""
         before = self.middle + self.arms.min() - self.rest_first
         behind = self.rest_last - self.middle - self.arms.max()
-        return LEAST_GAP * self.stretch * float(before), LEAST_GAP * self.stretch * float(behind)
+        return LITTLE * self.stretch * float(before), LITTLE * self.stretch * float(behind)
 
     @property
     def most(self) -> float:
@@ -180,7 +180,7 @@ def make_room(
         places = part(w.ravel()[line])
         arms = [[part(bodies[i].arms[bodies[i].nodes == line[k]][0]) for k in pair] for i, *pair in ends]
         reach = np.array(arms) * np.abs(alpha[order])[:, None]
-        gap = LEAST_GAP * np.diff(places[np.stack([np.append(0, last), np.append(first, len(line) - 1)])], axis=0)[0]
+        gap = LITTLE * np.diff(places[np.stack([np.append(0, last), np.append(first, len(line) - 1)])], axis=0)[0]
         room = places[-1] - places[0] - gap.sum()
         length = (reach[:, 1] - reach[:, 0]).sum()
         if length > room and not fixed.any() and all(freedom_of(cut[i])[0] for i in order):

@@ -21,9 +21,8 @@ import numpy as np
 from core.arrays import Bools, Floats
 from core.linalg.assembly import pack
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import LITTLE
 
-_THIN = 0.1
-"""Share of the mean of its quad's corners below which the area of a corner is no measure for others."""
 # Takes the positions of a quad's corners (x0, y0, ..., x3, y3) to the two edges at each corner: ahead, behind.
 _EDGES = np.zeros((4, 4, 8))
 for _k in range(4):
@@ -112,7 +111,7 @@ def _open_up(shape: Complexes, single: Bools) -> Complexes:
     """Return quads (4, m) with those that all but fold at a corner opened to the parallelogram of their mean edges."""
     ahead, behind = edges_of(shape)
     areas = (np.conj(ahead) * behind).imag
-    thin = np.flatnonzero((areas.min(axis=0) < _THIN * areas.mean(axis=0)) & ~single)
+    thin = np.flatnonzero((areas.min(axis=0) < LITTLE * areas.mean(axis=0)) & ~single)
     opened, (a, b, c, d) = shape.copy(), shape[:, thin]
     across, down = (b - a + c - d) / 4, (d - a + c - b) / 4
     opened[:, thin] = (a + b + c + d) / 4 + np.stack([-across - down, across - down, across + down, down - across])

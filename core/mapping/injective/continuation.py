@@ -7,7 +7,7 @@ import numpy as np
 
 from core.mapping.injective.newton import take_step
 from core.mapping.injective.problem import Problem
-from core.mapping.tolerances import MET_PX
+from core.mapping.tolerances import LITTLE, MET_PX
 from core.progress import Job, Progress
 
 HEAVY, HEAVIEST, ROOMY, LIGHT = 100.0, 1e5, 2.0, 0.1
@@ -15,15 +15,13 @@ HEAVY, HEAVIEST, ROOMY, LIGHT = 100.0, 1e5, 2.0, 0.1
 FALL, GENTLE_FALL = 0.2, 0.7
 """Fall of μ and of friction a step, and of μ where handles or the outline are drawn to their places on the way. Where
 folds do not become shallower, μ rises by as much."""
-_LAG, _SINK, _BLUNT, _SHARP, _SHARPEST = 0.5, 0.6, 0.1, 1e-3, 1e-6
+_LAG, _SINK, _BLUNT, _SHARP, _SHARPEST = 0.5, 0.6, LITTLE, 1e-3, 1e-6
 """ε over the depth of the worst fold, and its fall a step at least; its least value while folds are cleared, at first
 and in the end, and after that."""
 _BRIEF, _PATIENCE, _SHALLOWER = 3, 7, 0.9
 """Steps within which the worst fold has to become a tenth shallower, or sizes and outline let go, or it has ended."""
 ROOM = 0.02
 """Share of its area that every corner is to have before μ falls."""
-_STILL = 0.1
-"""A step, in cells, after which a map has settled."""
 STEPS, FEW_STEPS = 40, 12
 """Newton steps at most: to clear folds, or draw things to their places; and where folds are few, where μ falls, and
 then for points that are not on their targets by then."""
@@ -86,5 +84,5 @@ def relax(
         epsilon = max(_SHARPEST, min(_BLUNT * np.sqrt(mu / HEAVY), _LAG * problem.worst()))
         moved = take_step(problem, mu, epsilon, clear=True)
         yield Progress(0.0, "unfolding", work=problem.unknowns.count)
-        if not moved or (mu <= end and moved < _STILL and is_met(problem)):
+        if not moved or (mu <= end and moved < LITTLE and is_met(problem)):
             break

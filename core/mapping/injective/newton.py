@@ -8,13 +8,12 @@ from core.arrays import Floats, SingularSystemError
 from core.mapping.injective.problem import Model, Problem
 from core.mapping.injective.unknowns import Iterate
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import LITTLE
 
 _STIFF, _ROUNDS = 1e4, 3
 """Weight of the points' rows over what else acts on their unknowns; each round meets them so many times closer."""
-_ARMIJO, _SHORTEST, _LONGEST = 1e-4, 1e-4, 8.0
-"""Share of the fall that the slope foretells which a step has to bring, and lengths of steps that are tried."""
-_BOUNDARY = 0.1
-"""Share of the least D that a step has to leave where nothing may fold."""
+_SHORTEST, _LONGEST = 1e-4, 8.0
+"""Lengths of steps that are tried; of the fall that its slope foretells a step has to bring as small a share."""
 _MERIT = 2.0
 """Weight of the distance from constraints, over the greatest force that holds them, in the line search."""
 
@@ -61,14 +60,14 @@ def take_step(problem: Problem, mu: float, epsilon: float, *, clear: bool) -> fl
         return 0.0
     price = _MERIT * direction.force
     before, worst = problem.energy(problem.state, mu, epsilon)
-    least = _BOUNDARY * worst if clear else -np.inf
+    least = LITTLE * worst if clear else -np.inf
     before += price * float(np.abs(model.miss).sum())
     slope = direction.slope - price * float(np.abs(model.miss).sum())
     length, best, lowest = 1.0, None, np.inf
     while _SHORTEST < length < _LONGEST:
         there = problem.unknowns.moved(problem.state, length * direction.step)
         merit = _merit(problem, there, mu, epsilon, price, least)
-        lower = merit <= before + _ARMIJO * length * slope and merit < lowest
+        lower = merit <= before + _SHORTEST * length * slope and merit < lowest
         if lower:
             best, lowest = there, merit
         if best is None:

@@ -22,12 +22,11 @@ from core.mapping.injective.windows import (
     wrong_nodes,
 )
 from core.mapping.jacobians import Complexes, as_positions
+from core.mapping.tolerances import LITTLE
 from core.progress import Job, Progress
 
 CLOSE, REACH = 5, 12
 """Cells around folds that may move first, and around folds, and bodies there, that may move then."""
-_NEAR = 0.1
-"""Logarithm of a size that is made up for, if that folds nothing."""
 _LEAST = 1e-3
 """Share of its area that a corner is to have when sizes are set exactly, if it has twice that before."""
 _BLENDS = (9, 36, 72)
@@ -65,7 +64,7 @@ class Refinement:
         """Set exactly, and hold, what friction held, if that folds nothing; return the problem and what gave way."""
         loose = p.unknowns.loose
         back = loose[np.abs(p.outline_changes(p.state)) < SLACK]
-        for limit in (_NEAR, SLACK):
+        for limit in (LITTLE, SLACK):
             start, gave = _set_exactly(p, limit, back)
             if _is_allowed(p, start):
                 p.state = start
@@ -127,7 +126,7 @@ class Refinement:
             yield from relax(problem, mu, steps=_LAST_STEPS)
             return problem.found
         yield from relax(problem, mu, steps=_GROWING_STEPS)
-        for limit in (_NEAR, SLACK):
+        for limit in (LITTLE, SLACK):
             exact, _ = _set_exactly(problem, limit, problem.unknowns.loose[:0])
             if _is_allowed(problem, exact):
                 problem.state = exact

@@ -28,15 +28,13 @@ from core.mapping.injective.starts import part_of_the_way, posed, similar, small
 from core.mapping.injective.unknowns import Freedoms
 from core.mapping.injective.windows import count_folds, misses, window_around
 from core.mapping.jacobians import Complexes
-from core.mapping.tolerances import MET_PX, ROUNDING
+from core.mapping.tolerances import LITTLE, MET_PX, ROUNDING
 from core.progress import Job
 
 _COARSE, _FINER = 17.0, 0.67
 """Nodes of the coarse grid over the root of those of the fine one; its cells in a second attempt, over the first."""
 _BESIDE = 40
 """Outline nodes either side of a cut that may glide or leave the outline."""
-_WORTH = 0.1
-"""Share of its size that a body is to keep before the outline gives way."""
 
 
 class Ways:
@@ -133,7 +131,7 @@ class Ways:
         problem = yield from self._on_coarse(way, begin, freedoms, far=far)
         if problem is None:
             return None
-        is_small = (np.abs(problem.state.alpha) < _WORTH * self._goal.scales).any()
+        is_small = (np.abs(problem.state.alpha) < LITTLE * self._goal.scales).any()
         if is_small and loose is None and not self._is_straight:
             return None
         return (yield from self._refinement.finish(way, problem))
