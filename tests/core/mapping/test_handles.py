@@ -1,5 +1,7 @@
 """What pins and inner curves do to a picture with features: the axioms, and the frame."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -9,13 +11,15 @@ from hypothesis import strategies as st
 from core.arrays import Bytes, InputError, Points
 from core.curves.bezier import Curve
 from core.grid import Grid, find_features
+from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame
 from core.mapping.jacobians import as_complex, as_positions
 from core.mapping.options import Keep, MappingOptions
 from core.mapping.result import FeatureReport, Warped
 from core.mapping.warper import Warper
-from core.mapping.warping import warp_grid
+from core.mapping.warping import warp_grid, warp_job
+from core.progress import Steps
 from core.warps.presets import make_warp
 
 SIZE = 242, 182
@@ -275,6 +279,29 @@ def test_a_pin_that_cannot_cross_two_features_comes_part_of_the_way(keep: Keep) 
     assert not found.folded.any()
     assert max(residuals(found)) < 1e-9
     assert 1 < found.pin_reports[0].error_px < 0.6 * 217
+
+
+def test_what_is_shown_of_a_pin_that_cannot_be_met_does_not_fold_and_what_stays_is_nearer() -> None:
+    pin = np.array([[8.0, 90.0]])
+    to = pin + [217.0, 0.0]
+    steps = Steps(warp_job(HARD, find_features(HARD, mask((240, 180))), HARD.nodes, handles=Handles(pin, to)))
+    shown = [step.preview for step in steps if step.preview is not None]
+    assert shown
+    assert not any(find_folded_quads(as_complex(z)).any() for z in shown)
+    missed = [np.hypot(*(places(replace(steps.result, warped=z), pin, HARD) - to)[0]) for z in shown]
+    assert steps.result.pin_reports[0].error_px < 0.5 * min(missed)
+
+
+def test_under_a_free_frame_far_pins_are_met_without_a_fold() -> None:
+    at = np.concatenate([PLACES, IN_ONE])
+    handles = Handles(at, at + 6 * np.array([[5, 3], [-4, 6], [2, -7], [-6, -2], [4, 5], [3, 9]]))
+    live = Warper(GRID)
+    live.use(find_features(GRID, mask()), MappingOptions(frame="free"))
+    assert live.frame(GRID.nodes, handles).folded.any()
+    found = moved(handles, painted=mask(), frame="free")
+    assert not found.folded.any()
+    assert max(residuals(found)) < 1e-9
+    assert max(pin.error_px for pin in found.pin_reports) < 0.1
 
 
 def test_pins_yield_before_the_size_of_a_rigid_feature() -> None:
