@@ -294,7 +294,7 @@ def test_what_is_shown_of_a_pin_that_cannot_be_met_does_not_fold_and_what_stays_
 
 def test_under_a_free_frame_far_pins_are_met_without_a_fold() -> None:
     at = np.concatenate([PLACES, IN_ONE])
-    handles = Handles(at, at + 6 * np.array([[5, 3], [-4, 6], [2, -7], [-6, -2], [4, 5], [3, 9]]))
+    handles = Handles(at, at + 8 * np.array([[5, 3], [-4, 6], [2, -7], [-6, -2], [4, 5], [3, 9]]))
     live = Warper(GRID)
     live.use(find_features(GRID, mask()), MappingOptions(frame="free"))
     assert live.frame(GRID.nodes, handles).folded.any()
