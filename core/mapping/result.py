@@ -150,10 +150,11 @@ class Warped:
         """Return by how much handles have turned and grown the picture (k,) around points of it (k, 2)."""
         before, after = (self._read_rings(at, z) for z in (self._unmoved, as_complex(self.warped)))
         found = np.divide(after, before, out=np.ones_like(after), where=before != 0)
-        if self.reference is None or not self.reference.alpha.size:
-            return np.asarray(found)
         labels = self.marked.labels
-        near = np.isin(labels, labels.ravel()[self.grid.weights_at(at)[0]])
+        numbers = labels.ravel()[self.grid.weights_at(at)[0]]
+        if self.reference is None or not self.reference.alpha.size or not numbers.any():
+            return np.asarray(found)
+        near = np.isin(labels, numbers)
         bodies = [
             body
             for body in bodies_of(Features(np.where(near, labels, 0)), as_complex(self.rest))

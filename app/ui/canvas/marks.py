@@ -1,6 +1,6 @@
 """Draws what tools leave over the picture: every line on a darker, wider one, so that it shows on any picture."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,6 +58,7 @@ PENS: dict[Role, Pen] = {
 }
 
 DASH_EM, GAP_EM = 0.38, 0.28
+MOST_DASHES = 2000
 
 
 class MarkPainter:
@@ -81,7 +82,7 @@ class MarkPainter:
                 case Bezier():
                     self._bezier(shape)
 
-    def _place(self, point: tuple[float, float] | Points) -> ImVec2:
+    def _place(self, point: Sequence[float] | Points) -> ImVec2:
         return ImVec2(self._x + float(point[0]), self._y + float(point[1]))
 
     def _strokes(self, pen: Pen) -> tuple[tuple[int, float], tuple[int, float]]:
@@ -120,7 +121,7 @@ class MarkPainter:
             return
         if shape.closed:
             points = np.concatenate([points, points[:1]])
-        pieces = self._dashes(points) if shape.dashed else [points]
+        pieces = _dashes(points) if shape.dashed else [points.tolist()]
         for code, width in self._strokes(PENS[shape.role]):
             for piece in pieces:
                 self._sheet.add_polyline([self._place(p) for p in piece], code, width, 0)
@@ -136,18 +137,19 @@ class MarkPainter:
                 a, b, c, d = corners[first : first + 4]
                 self._sheet.add_bezier_cubic(a, b, c, d, code, width)
 
-    def _dashes(self, points: Points) -> list[Points]:
-        """Cut a polyline into dashes."""
-        lengths = np.hypot(*np.diff(points, axis=0).T)
-        along = np.concatenate([[0.0], np.cumsum(lengths)])
-        dash, period = theme.em(DASH_EM), theme.em(DASH_EM + GAP_EM)
-        pieces = []
-        for start in np.arange(0.0, along[-1], period)[:2000]:
-            end = min(start + dash, along[-1])
-            inner = along[(along > start) & (along < end)]
-            at = np.concatenate([[start], inner, [end]])
-            pieces.append(np.stack([np.interp(at, along, points[:, axis]) for axis in (0, 1)], axis=1))
-        return pieces
+
+def _dashes(points: Points) -> list[list[list[float]]]:
+    """Cut a polyline (n, 2) into dashes, with the corners that they go around."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    starts = np.arange(0.0, along[-1], theme.em(DASH_EM + GAP_EM))[:MOST_DASHES]
+    ends = np.minimum(starts + theme.em(DASH_EM), along[-1])
+    first, last = (
+        np.stack([np.interp(lengths, along, points[:, axis]) for axis in (0, 1)], axis=1).tolist()
+        for lengths in (starts, ends)
+    )
+    after, before = np.searchsorted(along, starts, "right").tolist(), np.searchsorted(along, ends).tolist()
+    corners = points.tolist()
+    return [[a, *corners[i:j], b] for a, i, j, b in zip(first, after, before, last, strict=True)]
 
 
 def _sampled(points: Points, *, per_segment: int = 24) -> Points:
