@@ -41,9 +41,10 @@ Without handles the outline may have to yield: beside cut bodies nodes leave it 
 before they leave it, rigid bodies may take the size that they have under W if that is no less than half. At last the
 way begins at a map without folds, the one similarity of all closest to S, or S with small bodies in it (`starts`).
 
-Handles that cannot all be held are drawn to their goals instead, with friction: from the map that is `safe`, the
-picture before a handle moved, brought part of the way to the linear answer, which is shown; first on the coarse grid,
-then on the fine one. What does not get there stays where it came to. All loops are bounded by counts.
+With handles a curved outline may glide beside what it cuts. Handles that cannot all be held are drawn to their goals
+instead, with friction: from the map that is `safe`, the picture before a handle moved, brought part of the way to the
+linear answer, which is shown; first on the coarse grid, then on the fine one. What does not get there stays where it
+came to. All loops are bounded by counts.
 """
 
 from dataclasses import replace

@@ -77,6 +77,8 @@ class Ways:
             yield self._from_coarse(near)
         yield self._from_coarse(self._linear)
         if safe is not None:
+            if not self._is_straight and self._beside.any() and not level.constraints.is_free:
+                yield self._gliding(safe)
             return
         if not self._is_straight and self._beside.any():
             yield self._beside_cuts()
@@ -85,6 +87,11 @@ class Ways:
             yield self._from_coarse(small(level, self._goal), far=True)
         else:
             yield self._from_similar()
+
+    def _gliding(self, safe: Map) -> Job[Map | None]:
+        """Show the way from what is `safe` as far as nothing folds; then let the outline glide beside cuts."""
+        yield preview(self._level, part_of_the_way(self._level, safe, self._linear))
+        return (yield from self._from_coarse(self._linear, glide=self._beside))
 
     def _beside_cuts(self) -> Job[Map | None]:
         """Let the outline go, beside cuts if that is enough, and show that; it is kept unless gliding is enough."""
@@ -190,7 +197,7 @@ class Ways:
             yield preview(level, start)
             way, freedoms = Transfer(level, self._cells, held_outline=True), self._driven(start)
             coarse = yield from self._on_coarse(way, start, freedoms, far=True)
-            if coarse is not None:
+            if coarse is not None and not coarse.crosses_itself(coarse.state):
                 lifted, held = way.prolong_map(coarse.found), replace(freedoms, moves=False)
                 start = part_of_the_way(level, start, (yield from self._refinement.clear_lifted(level, lifted, held)))
         problem = Problem(level, start, self._goal, self._driven(start))
