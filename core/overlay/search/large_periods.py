@@ -23,8 +23,8 @@ from core.overlay.registration.thin_plate import interpolation
 from core.progress import Job, Progress
 
 NOTE = "looking for large texels"
-STEP_PX = 30.0
-"""Side of a large texel at least, and of the steps of the mesh's lattice into which it is divided."""
+STEP_PX, MESH_PX = 30.0, 24.0
+"""Side of a large texel at least, and of the steps of the mesh's lattice into which it is divided, small as motifs."""
 LEAST_TEXELS = 3.0
 """Area, in texels, that has to be seen: one, and its neighbour along either vector; twice that without a region."""
 TOLERANCES = np.geomspace(0.25, 0.08, 8)
@@ -63,7 +63,7 @@ def find_large(photo: Floats, canvas: FlatPicture) -> Job[tuple[FittedCloth, Fit
 def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tuple[FittedCloth, Fit]:
     """Return the cloth registered around the pairs that lie whole texels of a `basis` (2, 2), pixels, apart."""
     side = float(np.sqrt(abs(np.linalg.det(basis))))
-    steps = max(1, round(side / STEP_PX))
+    steps = max(1, round(side / MESH_PX))
     middle = np.median(pairs.points, axis=0)
     frames = PatchFrames(middle[None], basis[None] / steps, np.ones(1))
     lattice = Lattice(np.zeros((1, 2), np.int64), frames)
