@@ -14,7 +14,7 @@ import weakref
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import IO, Any
 
 from core.arrays import WeftError
 
@@ -37,7 +37,7 @@ class Process:
         )
         self._lock, self._dropped, self._count = threading.Lock(), deque[int](), 0
         weakref.finalize(self, _end, self._child)
-        self._send(sys.path)
+        pickle.dump(sys.path, self._child.stdin)  # type: ignore[arg-type]
 
     @property
     def runs(self) -> bool:
@@ -57,7 +57,7 @@ class Process:
         try:
             with self._lock:
                 self._send((self._take_dropped(), number, method, arguments))
-                answer = pickle.load(self._child.stdout)  # type: ignore[arg-type]  # noqa: S301  our own process
+                answer = _read(self._child.stdout)  # type: ignore[arg-type]
         except (OSError, EOFError, pickle.UnpicklingError):
             self._child.kill()
             raise WeftError("a process that worked for this one has ended; try again") from None
@@ -79,8 +79,7 @@ class Process:
     def _send(self, message: object) -> None:
         stream = self._child.stdin
         assert stream is not None
-        pickle.dump(message, stream, protocol=5)
-        stream.flush()
+        _write(stream, message)
 
 
 class Beside:
@@ -126,7 +125,7 @@ def _serve() -> None:
     objects: dict[int, Any] = {}
     while True:
         try:
-            dropped, number, method, arguments = pickle.load(sys.stdin.buffer)  # noqa: S301  what started this one
+            dropped, number, method, arguments = _read(sys.stdin.buffer)
         except EOFError:
             return
         for old in dropped:
@@ -141,5 +140,24 @@ def _serve() -> None:
                 answer, objects[number] = None, make(*rest)
         except Exception as fault:  # noqa: BLE001  it is raised where it was asked for
             answer = fault
-        pickle.dump(answer, sys.stdout.buffer, protocol=5)
-        sys.stdout.buffer.flush()
+        _write(sys.stdout.buffer, answer)
+
+
+def _write(stream: IO[bytes], message: object) -> None:
+    """Send a message, arrays behind it as they are in memory: copies of them would be made under the lock."""
+    arrays: list[memoryview] = []
+    head = pickle.dumps(message, protocol=5, buffer_callback=lambda array: arrays.append(array.raw()))
+    pickle.dump((head, [array.nbytes for array in arrays]), stream)
+    for array in arrays:
+        stream.write(array)
+    stream.flush()
+
+
+def _read(stream: IO[bytes]) -> Any:
+    """Receive what `_write` sends, from a process of our own."""
+    head, sizes = pickle.load(stream)  # noqa: S301
+    arrays = [bytearray(size) for size in sizes]
+    for array in arrays:
+        if stream.readinto(array) != len(array):  # type: ignore[attr-defined]
+            raise EOFError
+    return pickle.loads(head, buffers=arrays)  # noqa: S301
