@@ -1,5 +1,6 @@
 """Which raster of the document the brush paints, by mode."""
 
+from dataclasses import replace
 from typing import Literal, TypeAlias
 
 from app.editor.editor import Editor
@@ -31,6 +32,12 @@ def choose_raster(editor: Editor) -> Layer:
     session = editor.session
     by_mode: dict[str, Layer] = {"retexture": session.painted, "overlay": session.painted_on_cloth}
     return by_mode.get(session.mode, "mask")
+
+
+def show_painted(editor: Editor) -> None:
+    """Switch on what lies over the picture where something is painted: nobody paints what does not show."""
+    if not editor.session.overlays.mask:
+        editor.show(overlays=replace(editor.session.overlays, mask=True))
 
 
 def layer(document: Document, name: Layer) -> Raster:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from app.editor.editor import Editor
-from app.editor.painting import BLANK, LAYERS, Layer, choose_raster, layer, with_layer
+from app.editor.painting import BLANK, LAYERS, Layer, choose_raster, layer, show_painted, with_layer
 from app.model.events import Modifiers
 from core.arrays import Bools, Bytes
 from core.document.document import Document
@@ -67,6 +67,7 @@ def number_for(editor: Editor) -> int | None:
 
 def select(editor: Editor, what: str, found: Bytes, how: Combining) -> None:
     """Take a selection (H, W) as one undo entry."""
+    show_painted(editor)
     name = choose_raster(editor)
     label = f"{LABELS[how]} {what}"
     editor.edit(label, take_selection(editor.document, name, found, how, number_for(editor)))
@@ -74,6 +75,7 @@ def select(editor: Editor, what: str, found: Bytes, how: Combining) -> None:
 
 def select_later(editor: Editor, what: str, how: Combining, find: Callable[[], Job[Bytes]]) -> None:
     """Look for a selection beside the window, and take it if nothing was painted meanwhile."""
+    show_painted(editor)
     name, image = choose_raster(editor), editor.document.image
     before, part = layer(editor.document, name), number_for(editor)
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from app.editor.editor import Editor
-from app.editor.painting import LAYERS, Side, choose_raster, layer, mesh_on, side_at, with_layer
+from app.editor.painting import LAYERS, Side, choose_raster, layer, mesh_on, show_painted, side_at, with_layer
 from app.editor.tool import Tool
 from app.marking.applying import number_for
 from app.model.events import Key, Move, Position, Press
@@ -78,6 +78,7 @@ def set_brush(editor: Editor, press: Press) -> Gesture:
 
 def paint(editor: Editor, press: Press) -> Gesture:
     """Draw a stroke; with Shift it begins with a straight line from where the last one ended."""
+    show_painted(editor)
     brush = editor.session.brush
     tip = Tip(brush.diameter_px / 2, brush.hardness)
     here = _canvas(editor, press.pos)
