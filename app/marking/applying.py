@@ -12,7 +12,7 @@ from core.document.document import Document
 from core.progress import Job
 from core.rasters.raster import Raster
 from core.selection.combining import Combining, combine
-from core.selection.features import MARKED, MOST, free_number, number_area
+from core.selection.features import MARKED, MOST, count_loose, free_number, number_area
 
 LABELS: dict[Combining, str] = {"replace": "Select", "add": "Add", "subtract": "Cut out", "intersect": "Intersect"}
 
@@ -60,7 +60,10 @@ def number_for(editor: Editor) -> int | None:
         return None
     if editor.session.part == "new":
         document = editor.document
-        return free_number(document.numbers, taken={feature.number for feature in document.features})
+        taken = {feature.number for feature in document.features}
+        # Features without a number are listed under the first ones that are free.
+        first = 1 + count_loose(document.mask, document.numbers)
+        return free_number(document.numbers, taken=taken, first=first)
     chosen = [number for number in editor.session.features if number <= MOST]
     return chosen[0] if editor.document.numbers is not None and len(chosen) == 1 else None
 

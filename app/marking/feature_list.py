@@ -59,7 +59,7 @@ class FeatureList:
         found = self.nodes(document, grid)
         if self._seen is None or self._seen[0] is not found or self._seen[1] is not document.features:
             self._seen = found, document.features
-            self._rows = _list_folder(document, found, grid)
+            self._rows = _list_features(document, found, grid)
         return self._rows
 
     def owners(self, document: Document, grid: Grid, count: int) -> Bytes:
@@ -138,7 +138,7 @@ def rows_of(editor: Editor) -> list[Listed]:
     return feature_list(editor).rows(editor.document, editor.map.grid)
 
 
-def _list_folder(document: Document, found: Features, grid: Grid) -> list[Listed]:
+def _list_features(document: Document, found: Features, grid: Grid) -> list[Listed]:
     said = {feature.number: feature for feature in document.features}
     width, height = grid.cell
     rows = []
@@ -151,10 +151,12 @@ def _list_folder(document: Document, found: Features, grid: Grid) -> list[Listed
         )
         is_own = document.numbers is not None and number <= MOST
         feature = said.get(number, Feature(number)) if is_own else Feature(number)
-        order = number if document.numbers is None or is_own else number - MOST
-        name = feature.name or (f"Feature {order}" if is_own or document.numbers is None else f"Area {order}")
-        rows.append(Listed(number, name, feature, box))
-    return rows
+        rows.append(Listed(number, feature.name, feature, box))
+    numbered = {row.id for row in rows if document.numbers is not None and row.id <= MOST}
+    free = (order for order in count(1) if order not in numbered)
+    orders = [row.id if row.id in numbered else next(free) for row in rows]
+    named = {order: replace(row, name=row.name or f"Feature {order}") for order, row in zip(orders, rows, strict=True)}
+    return [named[order] for order in sorted(named)]
 
 
 def _extents(found: Features) -> Iterator[tuple[int, int, int, int, int]]:

@@ -18,13 +18,25 @@ MOST = 255
 """Numbers go so far."""
 
 
-def free_number(numbers: Raster | None, *, taken: Collection[int] = ()) -> int:
-    """Return the least number that no pixel has and that is not `taken`; raise `InputError` where there is none."""
+def free_number(numbers: Raster | None, *, taken: Collection[int] = (), first: int = 1) -> int:
+    """Return the least number from `first` on, or else of all, that no pixel has and that is not `taken`.
+
+    Raises `InputError` where there is none.
+    """
     used = set() if numbers is None else {int(n) for n in np.unique(numbers.array)}
-    free = next((number for number in range(1, MOST + 1) if number not in used and number not in taken), None)
+    candidates: tuple[int, ...] = (*range(first, MOST + 1), *range(1, min(first, MOST + 1)))
+    free = next((number for number in candidates if number not in used and number not in taken), None)
     if free is None:
         raise InputError(f"a picture holds {MOST} numbered features at most")
     return free
+
+
+def count_loose(mask: Raster, numbers: Raster | None) -> int:
+    """Return how many features have no number."""
+    loose = mask if numbers is None else without_numbered(mask, numbers)
+    if loose.is_empty:
+        return 0
+    return int(cv2.connectedComponents((loose.array > MARKED).astype(np.uint8), connectivity=8)[0]) - 1
 
 
 def without_numbered(mask: Raster, numbers: Raster) -> Raster:

@@ -81,7 +81,7 @@ def test_rows_light_up_are_named_merged_given_up_and_removed(editor: Editor, tmp
         window.context.key_up(int(imgui.Key.mod_shift))
         window.item("//Features/Make one feature").wait(3)
         assert ids(editor) == [1, 256]
-        assert [row.name for row in rows_of(editor)] == ["Left bar", "Area 1"]
+        assert [row.name for row in rows_of(editor)] == ["Left bar", "Feature 2"]
 
         window.item("//Features/**/feature 256/###keep").wait(3)
         assert ids(editor) == [1, 2]
@@ -122,14 +122,15 @@ def test_a_new_feature_does_not_join_what_it_touches(editor: Editor, tmp_path: P
         window.move(5, 5).key(imgui.Key.n).wait(2)
         assert editor.session.part == "new"
         window.drag(*on_screen(editor, (150, 200), (200, 200), (250, 200))).wait(3)
-        assert ids(editor) == [1, 256, 257, 258]
+        assert ids(editor) == [256, 257, 258, 4]
+        assert [row.name for row in rows_of(editor)] == [f"Feature {order}" for order in range(1, 5)]
         window.drag(*on_screen(editor, (250, 200), (300, 200))).wait(3)
-        assert ids(editor) == [1, 2, 256, 257, 258]
+        assert ids(editor) == [256, 257, 258, 4, 5]
         window.key(imgui.Key.n).wait(2)
         window.drag(*on_screen(editor, (420, 200), (330, 200))).wait(3)
         window.screenshot(tmp_path / "new.png")
         window.key(imgui.Key.mod_ctrl, imgui.Key.z).key(imgui.Key.mod_ctrl, imgui.Key.z).wait(3)
-        assert ids(editor) == [1, 256, 257, 258]
+        assert ids(editor) == [256, 257, 258, 4]
         window.key(imgui.Key.x).drag(*on_screen(editor, (150, 200), (250, 200))).wait(3)
 
     drive(editor, script)
