@@ -51,11 +51,11 @@ def detect_upright(image: Singles, valid: Bools) -> tuple[Points, Floats, Floats
     """Return SIFT keypoints (n, 2), their sizes (n,), pixels, and their descriptors (n, 128) as if none was turned."""
     sift, levels = cv2.SIFT_create(nfeatures=4000, contrastThreshold=0.02), grey_levels(image, valid)  # type: ignore[attr-defined]
     keypoints = sift.detect(levels, valid.astype(np.uint8))
+    if not keypoints:  # OpenCV fails at describing none in a picture of one pixel.
+        return np.empty((0, 2)), np.empty(0), np.empty((0, 128))
     for keypoint in keypoints:
         keypoint.angle = 0.0
     keypoints, descriptors = sift.compute(levels, keypoints)
-    if descriptors is None:
-        return np.empty((0, 2)), np.empty(0), np.empty((0, 128))
     points, sizes = np.array([k.pt for k in keypoints], np.float64), np.array([k.size for k in keypoints], np.float64)
     return points, sizes, np.asarray(descriptors, np.float32)
 
