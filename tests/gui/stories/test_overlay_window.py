@@ -13,7 +13,7 @@ from app.model.spaces import screen_from_canvas
 from app.tools.all import TOOLS
 from app.tools.cloth.lattice import on_screen, vertices
 from core.arrays import Bytes
-from core.document.document import Document
+from core.document.document import Document, pixels_from_places
 from core.imaging import color
 from core.imaging.images import Image, save
 from tests.app.driver import picture
@@ -75,6 +75,34 @@ def test_from_photo_to_new_cloth(editor: Editor, tmp_path: Path) -> None:
     assert difference["new"] > 20
     assert np.abs(seen["moved"].astype(int) - seen["new"]).mean() > 10
     assert difference["photo"] < 12
+
+
+def test_a_region_and_a_texel_are_drawn_on_the_photo(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.wait(8).move(*place(editor, 5, 5)).key(imgui.Key.r).wait(3)
+        window.drag(place(editor, 20, 30), place(editor, 60, 60), place(editor, 130, 110)).wait(3)
+        window.context.key_down(int(imgui.Key.mod_alt))
+        window.drag(place(editor, 100, 80), place(editor, 120, 95), place(editor, 140, 120)).wait(3)
+        window.context.key_up(int(imgui.Key.mod_alt))
+        window.move(*place(editor, 5, 5)).key(imgui.Key.i).wait(3)
+        window.drag(place(editor, 52, 40), place(editor, 60, 50), place(editor, 76, 62))
+        window.wait_until(lambda: editor.overlay.is_final)
+
+    drive(editor, script)
+    assert editor.history.labels == ("Open", "Region", "Cut from region", "Mark texel")
+    cloth, layers = editor.document.cloth, editor.overlay.layers
+    assert cloth.region is not None
+    inside = np.zeros((HEIGHT, WIDTH), bool)
+    inside[30:111, 20:131] = True
+    inside[80:, 100:] = False
+    assert ((cloth.region.array > 127) ^ inside).sum() < 250, "to a pixel at its border"
+    assert cloth.search is not None
+    assert cloth.search.region is cloth.region
+    assert np.allclose(pixels_from_places((WIDTH, HEIGHT), np.array(cloth.search.texel)), [[52, 40], [76, 62]], atol=1)
+    assert layers is not None
+    assert layers.covered[inside].mean() > 0.8
+    assert not layers.covered[cloth.region.array == 0].any()
+    assert abs(np.linalg.det(layers.basis)) == pytest.approx(abs(np.linalg.det(SCENE.basis)), rel=0.03)
 
 
 def test_vertex_is_dragged_on_the_canvas(editor: Editor) -> None:

@@ -8,9 +8,13 @@ import pytest
 from imgui_bundle import imgui
 
 from app.editor.editor import Editor
+from app.model.jobs import Jobs
 from app.model.spaces import screen_from_canvas
+from app.tools.all import TOOLS
 from core.arrays import Points
-from core.document.document import CurvePair, places_from_pixels
+from core.curves.bezier import Curve
+from core.document.document import CurvePair, Document, pixels_from_places, places_from_pixels
+from core.imaging.images import Image
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -52,6 +56,29 @@ def test_a_target_is_dragged_and_the_texture_regrown(editor: Editor, tmp_path: P
     names = ("live", "original", "deformed", "retextured")
     for first, second in [(a, b) for a in names for b in names if a < b]:
         assert np.abs(seen[first].astype(int) - seen[second]).mean() > 0.05, (first, second)
+
+
+def test_a_curve_is_traced_along_an_edge() -> None:
+    y, x = np.mgrid[:300, :400]
+    away = np.hypot(x - 200, y - 150)
+    grey = np.where(away < 90, 50, 190) + np.random.default_rng(0).integers(0, 12, away.shape)
+    disc = Image(np.repeat(grey[..., None], 3, axis=2).astype(np.uint8))
+    editor = Editor(Document.of(disc).changed(mode="retexture"), TOOLS, jobs=Jobs())
+
+    def script(window: WindowDriver) -> None:
+        window.wait(8).move(*on_screen(editor, 20, 20)).key(imgui.Key.t).wait(3)
+        window.click(*on_screen(editor, 110, 150)).wait(40)
+        window.move(*on_screen(editor, 140, 80)).wait(3)
+        assert editor.session.draft is not None
+        window.click(*on_screen(editor, 200, 60)).wait(40).key(imgui.Key.enter).wait(3)
+
+    drive(editor, script)
+    editor.jobs.close()
+    assert editor.history.labels == ("Open", "Trace curve")
+    traced = Curve(pixels_from_places((400, 300), editor.document.feature_curves[0].source))
+    points = traced.at(traced.parameters(step=2.0))
+    assert np.abs(np.hypot(*(points - (200, 150)).T) - 90).max() < 3
+    assert len(points) > 60, "a quarter of the disc's edge"
 
 
 def test_the_modes_are_switched_by_key_and_back(editor: Editor) -> None:
