@@ -71,23 +71,25 @@ def fold_light(
     middles = np.ix_(*(np.minimum(np.arange(0, n, every) + every // 2, n - 1) for n in covered.shape))
     inside, places = covered[middles], uv[middles]
 
-    def once(change: Singles) -> Singles:
-        """Take out what recurs of a change (h, w) of the light."""
+    def leave_out_recurring(change: Singles) -> Singles:
+        """Take out of a change (h, w) of the light what recurs at the same place of the texels."""
         values = change.reshape(-1, 1), places.reshape(-1, 2), np.flatnonzero(inside)
         change[inside] -= find_recurring(*values, texel.shape, CHANCE).at(places[inside])[:, 0]
         return change
 
     width = least / every / SAMPLES
     fine, mass = (gaussian(plane, width) for plane in (seen, bright))
-    more = once(np.where(mass > 0, np.log(np.clip(fine / np.maximum(mass, 1e-6), *RANGE)) - smooth, np.float32(0)))
-    change = once(smooth) + sure_part(more, mass, width)
+    more = leave_out_recurring(
+        np.where(mass > 0, np.log(np.clip(fine / np.maximum(mass, 1e-6), *RANGE)) - smooth, np.float32(0))
+    )
+    change = leave_out_recurring(smooth) + keep_sure_part(more, mass, width)
     wide = cv2.resize(change, covered.shape[::-1], interpolation=cv2.INTER_LINEAR)
     np.exp(wide, out=wide)
     wide[~covered] = 1
     return np.asarray(wide[..., None], np.float32)
 
 
-def sure_part(more: Singles, bright: Singles, width_px: float) -> Singles:
+def keep_sure_part(more: Singles, bright: Singles, width_px: float) -> Singles:
     """Return what of a change (H, W) of the light is neither noise nor the pattern's edges, `width_px` beside.
 
     It is a logarithm; the model's square is `bright` (H, W), 0 where nothing counts.
