@@ -1,6 +1,9 @@
 """A picture of a surface in space with the warped picture laid on it (FAT fig. 5)."""
 
+import functools
 import math
+import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import moderngl
@@ -9,11 +12,11 @@ import numpy as np
 from app.model.orbit import Orbit
 from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
-from app.render.passes.picture_pass import PicturePass, draw_at_once
+from app.render.passes.picture_pass import LEAST_STRETCH, PicturePass, draw_at_once, what_is_read
 from app.render.programs import programs_of, set_uniforms
 from app.render.sources.source import Source
 from app.render.sources.sources import Sources
-from core.arrays import Bytes, Points
+from core.arrays import Bytes, Floats, Points
 from core.document.document import Document
 from core.imaging.image import Image
 from core.mapping.result import Warped
@@ -48,6 +51,70 @@ class Laid:
         return self.rest is other.rest and self.moved is other.moved and self.surface is other.surface
 
 
+class LaidPicture:
+    """What is laid on a surface, drawn by `most_px` pixels a side at most; with a pyramid of averages if no draft."""
+
+    def __init__(self, context: moderngl.Context, most_px: int, *, draft: bool) -> None:
+        self._context, self._most_px, self._draft = context, most_px, draft
+        self._pass: PicturePass | None = None
+        self.shown: tuple[Laid, Source] | None = None
+        """What was drawn whole."""
+        self._goal: tuple[Laid, Source] | None = None
+        """What is being drawn."""
+        self._steps: Iterator[None] = iter(())
+
+    @property
+    def light(self) -> moderngl.Texture:
+        """What was drawn."""
+        assert self._pass is not None
+        return self._pass.light.texture
+
+    def shows(self, laid: Laid, source: Source) -> bool:
+        """Return whether the picture of this is there."""
+        return _are_same(self.shown, laid, source)
+
+    def draw(self, laid: Laid, source: Source, frame_s: float = math.inf) -> None:
+        """Draw for so long, going on with what was begun; `shows` says whether all is there then."""
+        if not _are_same(self._goal, laid, source):
+            self.shown, self._goal, self._steps = None, (laid, source), self._drawing(laid, source)
+        if math.isinf(frame_s):
+            draw_at_once(self._steps)
+        else:
+            started = time.perf_counter()
+            for _ in self._steps:
+                self._context.finish()
+                if time.perf_counter() - started > frame_s:
+                    return
+        self.shown = self._goal
+
+    def _drawing(self, laid: Laid, source: Source) -> Iterator[None]:
+        """Draw the picture with a stop after each piece, and then the pyramid."""
+        scale = min(1.0, self._most_px / max(laid.canvas_px))
+        size = max(1, round(laid.canvas_px[0] * scale)), max(1, round(laid.canvas_px[1] * scale))
+        if self._pass is None or self._pass.size != size:
+            gpu.release(self._pass)
+            self._pass = PicturePass(self._context, size)
+        mesh, box = MeshBuffers(self._context, laid.rest.shape[:2]), (0, 0, *size)
+        try:
+            mesh.place(laid.rest, (laid.moved + 0.5) * (np.array(size) / laid.canvas_px) - 0.5)
+            self._pass.clear()
+            if not self._draft:
+                yield from source.loading(*what_is_read(mesh, source, mesh.bounds_in(box), LEAST_STRETCH))
+            yield from self._pass.drawing(mesh, source, box, draft=self._draft, in_pieces=not self._draft)
+        finally:
+            mesh.release()
+        self.light.repeat_x = self.light.repeat_y = False
+        if not self._draft:
+            yield
+            self.light.build_mipmaps()
+            self.light.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        self._steps = iter(())
+        gpu.release(self._pass)
+
+
 class SurfaceView:
     """Draws a surface with a picture on it in one GL context; what has not changed is kept."""
 
@@ -62,11 +129,17 @@ class SurfaceView:
         self._array: moderngl.VertexArray | None = None
         self._corners: moderngl.Buffer | None = None
         self._chart: moderngl.Texture | None = None
-        self._picture: PicturePass | None = None
-        self._laid: tuple[Laid, Source, bool] | None = None
-        """What the picture shows."""
+        self._best = LaidPicture(context, MOST_PX, draft=False)
+        self._draft = LaidPicture(context, DRAFT_PX, draft=True)
+        self.is_refining = False
+        """Whether drawing the same once more makes it better."""
         self._seen: tuple[object, ...] | None = None
         """What was drawn, and how."""
+
+    @property
+    def is_new(self) -> bool:
+        """Whether nothing was drawn yet."""
+        return self._seen is None
 
     def draw(
         self,
@@ -76,24 +149,24 @@ class SurfaceView:
         desk: tuple[float, float, float, float] = NO_DESK,
         *,
         draft: bool = False,
+        frame_s: float = math.inf,
     ) -> moderngl.Texture:
         """Draw what is laid on its surface as a camera sees it, on a ground of the colour `desk`.
 
-        A `draft` lays a smaller picture on it.
+        A `draft` lays a smaller picture on it. So is done where the best one takes longer than `frame_s`, until it is
+        there.
         """
         if laid.surface is not self._surface:
             self._take(laid.surface)
-        if self._laid is None or not laid.shows_same(self._laid[0]) or self._laid[1:] != (source, draft):
-            self._lay(laid, source, DRAFT_PX if draft else MOST_PX)
-            self._laid = laid, source, draft
-        if self._seen == (self._laid, orbit, desk):
+        picture = self._refine(laid, source, draft=draft, frame_s=frame_s)
+        seen = picture, picture.shown, orbit, desk
+        if self._seen == seen:
             return self._shown
-        self._seen = self._laid, orbit, desk
+        self._seen = seen
         assert self._array is not None
         assert self._chart is not None
-        assert self._picture is not None
         self._chart.use(0)
-        self._picture.light.texture.use(1)
+        picture.light.use(1)
         uniforms = {
             "to_clip": tuple(orbit.clip_matrix(laid.surface, self.size).T.ravel().tolist()),
             "to_camera": tuple(orbit.turned().T.ravel().tolist()),
@@ -109,6 +182,18 @@ class SurfaceView:
             self._context.disable(moderngl.DEPTH_TEST)
         return self._shown
 
+    def _refine(self, laid: Laid, source: Source, *, draft: bool, frame_s: float) -> LaidPicture:
+        """Return the best picture that there can be in this frame of what is laid on the surface."""
+        best, shown = self._best, self._draft
+        if not best.shows(laid, source):
+            if (draft or math.isfinite(frame_s)) and not shown.shows(laid, source):
+                shown.draw(laid, source)
+            elif not draft and frame_s > 0:
+                best.draw(laid, source, frame_s)
+        is_there = best.shows(laid, source)
+        self.is_refining = not (draft or is_there)
+        return best if is_there else shown
+
     def read(self) -> Bytes:
         """Return what was drawn last as pixels (h, w, 4), straight alpha, encoded for the screen."""
         width, height = self._shown.size
@@ -122,46 +207,45 @@ class SurfaceView:
         """Send another surface to the GPU."""
         gpu.release(self._array, self._corners, self._chart)
         program = programs_of(self._context).get("surface.vert", "surface.frag")
-        corners = np.concatenate(
-            [surface.vertices[surface.triangles], surface.normals[surface.triangles], surface.corners], axis=-1
-        )
-        self._corners = self._context.buffer(corners.astype("f4").tobytes())
+        corners, places = _find_corners(surface)
+        self._corners = self._context.buffer(corners.tobytes())
         self._array = self._context.vertex_array(program, [(self._corners, "3f 3f 2f", "place", "normal", "share")])
-        even = np.linspace(0, 1, CHART_NODES)
-        share = np.stack(np.meshgrid(even, even), axis=-1)
-        places = surface.chart.at(share) / surface.chart.places.max(axis=(0, 1))
-        chart = self._context.texture((CHART_NODES, CHART_NODES), 2, places.astype("f4").tobytes(), dtype="f4")
+        chart = self._context.texture((CHART_NODES, CHART_NODES), 2, places.tobytes(), dtype="f4")
         chart.filter = moderngl.LINEAR, moderngl.LINEAR
         chart.repeat_x = chart.repeat_y = False
-        self._surface, self._chart, self._laid = surface, chart, None
-
-    def _lay(self, laid: Laid, source: Source, most_px: int) -> None:
-        """Draw the result that is laid on the surface, by so many pixels a side at most."""
-        scale = min(1.0, most_px / max(laid.canvas_px))
-        size = max(1, round(laid.canvas_px[0] * scale)), max(1, round(laid.canvas_px[1] * scale))
-        if self._picture is None or self._picture.size != size:
-            gpu.release(self._picture)
-            self._picture = PicturePass(self._context, size)
-        mesh = MeshBuffers(self._context, laid.rest.shape[:2])
-        mesh.place(laid.rest, (laid.moved + 0.5) * (np.array(size) / laid.canvas_px) - 0.5)
-        self._picture.clear()
-        draw_at_once(self._picture.drawing(mesh, source, (0, 0, *size), draft=most_px == DRAFT_PX))
-        mesh.release()
-        light = self._picture.light.texture
-        light.build_mipmaps()
-        light.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-        light.repeat_x = light.repeat_y = False
+        self._surface, self._chart = surface, chart
 
     def release(self) -> None:
         """Free the GPU objects."""
-        gpu.release(self._array, self._corners, self._chart, self._picture, self._target, self._depth, self._shown)
+        gpu.release(self._array, self._corners, self._chart, self._best, self._draft)
+        gpu.release(self._target, self._depth, self._shown)
+
+
+def _are_same(one: tuple[Laid, Source] | None, laid: Laid, source: Source) -> bool:
+    """Return whether one of two things laid on surfaces is the other: the same arrays, drawn from the same picture."""
+    return one is not None and one[1] is source and laid.shows_same(one[0])
+
+
+@functools.lru_cache(maxsize=1)
+def _find_corners(surface: Surface) -> tuple[Floats, Floats]:
+    """Return what is sent of a surface to each view of it, in single precision.
+
+    The corners of its triangles (3 m, 8): place, normal and texture. And where places of the texture lie in the chart,
+    (CHART_NODES, CHART_NODES, 2), as shares of its box.
+    """
+    corners = [surface.vertices[surface.triangles], surface.normals[surface.triangles], surface.corners]
+    places = surface.chart.on_raster(CHART_NODES) / surface.chart.places.max(axis=(0, 1))
+    return np.concatenate(corners, axis=-1).reshape(-1, 8).astype(np.float32), places.astype(np.float32)
 
 
 class SurfaceViews:
-    """Views of surfaces in one context, kept by their names; pictures come from `sources`."""
+    """Views of surfaces in one context, kept by their names; pictures come from `sources`.
 
-    def __init__(self, context: moderngl.Context, sources: Sources) -> None:
-        self._context, self._sources = context, sources
+    Each may take `frame_s` of a frame to get better.
+    """
+
+    def __init__(self, context: moderngl.Context, sources: Sources, frame_s: float) -> None:
+        self._context, self._sources, self.frame_s = context, sources, frame_s
         self._views: dict[str, SurfaceView] = {}
 
     def view(self, name: str, size: tuple[int, int]) -> SurfaceView:

@@ -129,7 +129,8 @@ class Shell:
     @property
     def is_drawn(self) -> bool:
         """Whether the canvas shows the last frame's scene at its best, or as well as it is to while something moves."""
-        return not self._renderer.is_refining and self._motion.wait_s is None
+        refines = self._renderer.is_refining or self.workspace.space_panel.is_refining
+        return not refines and self._motion.wait_s is None
 
     def run(self) -> bool:
         """Show the window until it is closed, and return True, or until its OpenGL context is lost, and return False.
@@ -226,10 +227,11 @@ class Shell:
         self._context = gpu.attach()
         self._reset_status = context_loss.reset_status()
         programs_of(self._context).draws = self._draws
-        self._renderer = Renderer(self._context, frame_s=DRAWING_S if self._draws else math.inf)
+        frame_s = DRAWING_S if self._draws else math.inf
+        self._renderer = Renderer(self._context, frame_s=frame_s)
         self.workspace.thumbnails.attach(self._context, self._renderer)
         self.workspace.picture.attach(self._context)
-        self.workspace.space_panel.attach(SurfaceViews(self._context, self._renderer.sources))
+        self.workspace.space_panel.attach(SurfaceViews(self._context, self._renderer.sources, frame_s))
 
     def _detach(self) -> None:
         """Free what is on the GPU while the context is there."""
@@ -297,5 +299,5 @@ class Shell:
 
     def _wait(self) -> None:
         """Sleep until there is a reason to draw."""
-        refines = [0.0] if self._renderer.is_refining else []
+        refines = [0.0] if self._renderer.is_refining or self.workspace.space_panel.is_refining else []
         self._rhythm.wait([self.workspace.wait_s, self._motion.wait_s, *refines])

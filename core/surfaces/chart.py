@@ -65,6 +65,11 @@ class Chart:
         found = [spline.ev(y, x, dx=down, dy=across) for spline in self._splines]
         return np.stack(found, axis=-1).reshape(share.shape)
 
+    def on_raster(self, count: int) -> Points:
+        """Return where an even raster of `count` places a side over the texture lies, (count, count, 2)."""
+        even = np.linspace(0, 1, count)
+        return np.stack([spline(even, even) for spline in self._splines], axis=-1)
+
     def texture_at(self, places: Points) -> Points:
         """Return which places of the texture (..., 2), shares of it, lie at places of the chart; its border beyond."""
         from scipy.spatial import cKDTree

@@ -37,3 +37,32 @@ def test_only_what_has_changed_is_drawn_anew() -> None:
     assert np.abs(view.read().astype(int) - before).max() > 50
     assert triangles_drawn(replace(laid, surface=make_shape("cube")), orbit) > 0
     gpu.release(view, source)
+
+
+def test_what_takes_longer_than_a_frame_gets_better_over_several() -> None:
+    context = gpu.standalone()
+    rest = Grid(600, 400, cell_px=10).nodes
+    laid = Laid(make_shape("sphere"), rest, rest, (600, 400))
+    pixels = np.random.default_rng(1).integers(0, 256, (40, 60, 3), np.uint8)
+    source = Source(context, Image(pixels.repeat(10, axis=0).repeat(10, axis=1)))
+    view, whole = SurfaceView(context, (200, 200)), SurfaceView(context, (200, 200))
+    whole.draw(laid, source, Orbit())
+    best = whole.read().astype(int)
+    assert not whole.is_refining
+
+    view.draw(laid, source, Orbit(), frame_s=1e-9)
+    draft = view.read().astype(int)
+    assert view.is_refining
+    assert 0.1 < np.abs(draft - best).mean() < 10
+    frames = 1
+    while view.is_refining:
+        view.draw(laid, source, Orbit(), frame_s=1e-9)
+        frames += 1
+    assert frames > 5
+    np.testing.assert_array_equal(view.read(), best)
+
+    moved = replace(laid, moved=rest + [50, 0])
+    view.draw(moved, source, Orbit(), draft=True, frame_s=1e-9)
+    assert np.abs(view.read().astype(int) - best).mean() > 20
+    assert not view.is_refining
+    gpu.release(view, whole, source)

@@ -44,6 +44,8 @@ class SpacePanel:
         """What the slider says while it is held."""
         self._turning: Orbit | None = None
         """Where the camera was when the drag that turns it began."""
+        self.is_refining = False
+        """Whether another frame makes what the window shows better."""
 
     def attach(self, views: SurfaceViews) -> None:
         """Begin to draw, in the context of the window."""
@@ -87,6 +89,7 @@ class SpacePanel:
     def draw_window(self, area: Area) -> None:
         """Draw the window with both views, at first in the lower part of the canvas, which is `area`."""
         session, surface = self._editor.session, self._editor.document.surface
+        self.is_refining = False
         if surface is None or self._views is None or session.mode != "warp" or not session.panels:
             return
         size = ImVec2(min(em(WIDE_EM), area.width), min(em(HIGH_EM), area.height))
@@ -100,7 +103,11 @@ class SpacePanel:
             imgui.end()
 
     def _draw_views(self, surface: Surface) -> None:
-        """Draw both views side by side; a drag turns them, the wheel brings them nearer."""
+        """Draw both views side by side; a drag turns them, the wheel brings them nearer.
+
+        One gets better after the other. A new one costs the driver's preparations: then the next is drawn in the next
+        frame.
+        """
         answer = self._editor.answer
         room, gap = imgui.get_content_region_avail(), em(0.4)
         side = max(min((room.x - gap) / 2, room.y - em(1.6)), em(4))
@@ -109,21 +116,29 @@ class SpacePanel:
             imgui.set_cursor_pos(ImVec2(start.x + column * (side + gap), start.y))
             imgui.begin_group()
             faint(title)
-            self._draw_view(title, surface, moved, side)
+            is_new = self._draw_view(title, surface, moved, side)
             imgui.end_group()
+            if is_new:
+                self.is_refining = True
+                return
 
-    def _draw_view(self, title: str, surface: Surface, moved: Points, side: float) -> None:
+    def _draw_view(self, title: str, surface: Surface, moved: Points, side: float) -> bool:
+        """Draw a view; return whether it is new."""
         assert self._views is not None
         editor, pixels = self._editor, round(side * imgui.get_io().display_framebuffer_scale.x)
         laid = Laid(surface, editor.answer.rest, moved, editor.answer.document.canvas_px)
         desk = theme.rgb(theme.SUNKEN)
-        texture = self._views.view(title, (pixels, pixels)).draw(
+        view = self._views.view(title, (pixels, pixels))
+        is_new = view.is_new
+        texture = view.draw(
             laid,
             self._views.source(editor.document.image),
             editor.session.orbit,
             (desk.x, desk.y, desk.z, 1.0),
             draft=editor.is_busy,
+            frame_s=0.0 if self.is_refining else self._views.frame_s,
         )
+        self.is_refining |= view.is_refining
         at = imgui.get_cursor_screen_pos()
         imgui.invisible_button(title, ImVec2(side, side))
         picture = imgui.ImTextureRef(texture.glo)
@@ -131,6 +146,7 @@ class SpacePanel:
             picture, at, ImVec2(at.x + side, at.y + side), ImVec2(0, 1), ImVec2(1, 0)
         )
         self._turn()
+        return is_new
 
     def _turn(self) -> None:
         """Move the camera by what the pointer does on the view that was drawn last."""

@@ -47,6 +47,12 @@ def test_places_of_a_chart_lead_back_to_the_texture(name: str) -> None:
     np.testing.assert_allclose(chart.texture_at(chart.at(SHARES)), SHARES, atol=1e-6)
 
 
+def test_a_raster_is_where_its_places_are() -> None:
+    chart = make_shape("torus").chart
+    even = np.linspace(0, 1, 33)
+    np.testing.assert_allclose(chart.on_raster(33), chart.at(np.stack(np.meshgrid(even, even), axis=-1)), atol=1e-12)
+
+
 def test_the_warp_takes_the_picture_into_the_box_around_the_chart() -> None:
     chart = make_shape("sphere").chart
     width, height = chart.size_px((300, 200))
