@@ -1,9 +1,9 @@
-"""One thread for BLAS: on small blocks, its threads wait for one another longer than they work.
+"""One thread for BLAS and OpenCV: on small blocks, their threads wait for one another longer than they work.
 
-The limit is the whole process's. Who holds it is counted, so that it lasts until the last of several threads lets go.
+A limit is the whole process's. Who holds it is counted, so that it lasts until the last of several threads lets go.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from threading import Lock
@@ -26,42 +26,54 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController().select(user_api="blas")
 
 
+def limit_blas() -> Callable[[], None]:
+    """Hold BLAS to one thread; return what undoes that."""
+    undo: Callable[[], None] = _libraries().limit(limits=1).restore_original_limits
+    return undo
+
+
+def limit_opencv() -> Callable[[], None]:
+    """Hold OpenCV to one thread; return what undoes that."""
+    import cv2
+
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    return lambda: cv2.setNumThreads(before)
+
+
 class _Hold:
-    """The limit and how many hold it."""
+    """A limit, and how many hold it; `limit` sets it and returns what undoes that."""
 
-    def __init__(self) -> None:
-        self._lock, self._holders = Lock(), 0
+    def __init__(self, limit: Callable[[], Callable[[], None]]) -> None:
+        self._lock, self._holders, self._limit = Lock(), 0, limit
 
-    def take(self) -> None:
+    def __enter__(self) -> None:
         with self._lock:
             if self._holders == 0:
-                self._limiter = _libraries().limit(limits=1)
+                self._undo = self._limit()
             self._holders += 1
 
-    def let_go(self) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._lock:
             self._holders -= 1
             if self._holders == 0:
-                self._limiter.restore_original_limits()
+                self._undo()
 
 
-_hold = _Hold()
+_blas, _opencv = _Hold(limit_blas), _Hold(limit_opencv)
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Hold BLAS to one thread, whatever the caller's process has it use, for as long as the context lasts."""
-    _hold.take()
-    try:
+    with _blas:
         yield
-    finally:
-        _hold.let_go()
 
 
 def on_one_thread(job: Job[T]) -> Job[T]:
-    """Run each step of `job` with BLAS held to one thread; between them it has as many as before."""
+    """Run each step of `job` with BLAS and OpenCV held to one thread; between them they have as many as before."""
     while True:
-        with one_thread():
+        with _blas, _opencv:
             try:
                 step = next(job)
             except StopIteration as end:

@@ -92,10 +92,15 @@ def grow_proposals(canvas: FlatPicture, proposals: list[Proposal]) -> Job[list[L
     proposals = in_turn(proposals)[:TRIALS]
     seeds = tuple((proposal.point, proposal.basis) for proposal in proposals)
     lattices: list[Lattice] = []
+    repeated: list[Lattice] = []
     for number, proposal in enumerate(proposals):
         yield Progress(0.2 + 0.3 * number / TRIALS, "trying seeds", Stage("seeds", seeds=seeds, shape=canvas.shape))
-        lattices.append(try_out(canvas, proposal))
-        if agree(lattices):
+        holder = next((lattice for lattice in lattices if holds(lattice, proposal)), None)
+        if holder is None:
+            lattices.append(try_out(canvas, proposal))
+        else:
+            repeated.append(holder)
+        if agree(lattices + repeated):
             break
     grown: list[Lattice] = []
     for lattice in finalists(lattices):
@@ -143,6 +148,12 @@ def divides(fine: Lattice, coarse: Lattice) -> bool:
         len(rest) >= max(LEAST_VERTICES, COVERED * len(coarse))
         and float(np.abs(np.exp(2j * np.pi * rest).mean(0)).min()) > least
     )
+
+
+def holds(lattice: Lattice, proposal: Proposal) -> bool:
+    """Return whether a small lattice has grown to where a proposal lies, by vectors that span the same texels."""
+    start = PatchFrames(proposal.point[None], proposal.basis[None], np.ones(1))
+    return len(lattice) >= TRIAL_VERTICES and part_of(Lattice(np.zeros((1, 2), np.int64), start), lattice)
 
 
 def is_grown(small: Lattice, grown: list[Lattice]) -> bool:

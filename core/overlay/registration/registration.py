@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.mesh import ClothMesh
+from core.overlay.mesh import ClothMesh, around
 from core.overlay.registration.normal_equations import SYMMETRIC, Smoothness, System
 from core.overlay.texel import Texel
 from core.tracing import span
@@ -81,16 +81,29 @@ class Registration:
 
         Only the nodes `free` (R, C) move, all if it is not given.
         """
+        box = around(state.cells)
+        nodes = slice(box[0].start, box[0].stop + 1), slice(box[1].start, box[1].stop + 1)
+        near, part = self._cropped(box), ClothState(state.uv[nodes], state.rho[nodes], state.cells[box])
         texel = texel.blurred(blur_px, self.scale)
-        photo = self._photo(blur_px)[state.cells].astype(np.float32)
-        system = self._system_of(state.cells, np.ones(self.mesh.nodes, bool) if free is None else free)
-        turn = float(np.sign(np.median(self.mesh.areas(state.uv, state.cells))))
+        photo = self._photo(blur_px)[box][part.cells].astype(np.float32)
+        system = self._system_of(near.mesh, part.cells, np.ones(near.mesh.nodes, bool) if free is None else free[nodes])
+        turn = float(np.sign(np.median(near.mesh.areas(part.uv, part.cells))))
         for _ in range(rounds):
             with span("registration step", unknowns=3 * system.count):
-                state, moved = self._step(system, state, texel, photo, smoothness, turn)
+                part, moved = near._step(system, part, texel, photo, smoothness, turn)
             if moved < 0.02:
                 break
-        return state
+        uv, rho = state.uv.copy(), state.rho.copy()
+        uv[nodes], rho[nodes] = part.uv, part.rho
+        return replace(state, uv=uv, rho=rho)
+
+    def _cropped(self, box: tuple[slice, slice]) -> "Registration":
+        """Return the registration of the cells in a box, without the photo."""
+        other = copy(self)
+        other._weight = self._weight[box]
+        rows, columns = other._weight.shape[:2]
+        other.mesh = ClothMesh((rows * self.mesh.cell, columns * self.mesh.cell), self.mesh.cell)
+        return other
 
     def weighted(self, weight: Floats) -> "Registration":
         """Return the registration with another weight (H, W)."""
@@ -109,10 +122,10 @@ class Registration:
             self._blurred[blur_px] = self.mesh.in_cells(np.asarray(image, np.float64))
         return self._blurred[blur_px]
 
-    def _system_of(self, cells: Bools, free: Bools) -> System:
+    def _system_of(self, mesh: ClothMesh, cells: Bools, free: Bools) -> System:
         known = self._system
         if known is None or not (np.array_equal(known[0], cells) and np.array_equal(known[1], free)):
-            known = self._system = (cells, free, System(self.mesh, cells, free))
+            known = self._system = (cells, free, System(mesh, cells, free))
         return known[2]
 
     def _step(

@@ -1,7 +1,8 @@
-"""BLAS is held to one thread while anyone needs it, and let go between the steps of a job."""
+"""BLAS and OpenCV are held to one thread while anyone needs it, and let go between the steps of a job."""
 
 from collections.abc import Iterator
 
+import cv2
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
@@ -11,8 +12,11 @@ from core.progress import Job, Progress
 
 @pytest.fixture(autouse=True)
 def _two_threads() -> Iterator[None]:
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(2)
     with threadpool_limits(2, user_api="blas"):
         yield
+    cv2.setNumThreads(before)
 
 
 def threads() -> int:
@@ -38,14 +42,14 @@ def test_it_is_let_go_after_a_fault() -> None:
 
 
 def test_a_job_holds_it_in_its_steps_alone() -> None:
-    def steps() -> Job[int]:
+    def steps() -> Job[tuple[int, int]]:
         yield Progress(0.5, "working")
-        return threads()
+        return threads(), cv2.getNumThreads()
 
     job = on_one_thread(steps())
     next(job)
-    assert threads() == 2
+    assert (threads(), cv2.getNumThreads()) == (2, 2)
     with pytest.raises(StopIteration) as end:
         next(job)
-    assert end.value.value == 1
-    assert threads() == 2
+    assert end.value.value == (1, 1)
+    assert (threads(), cv2.getNumThreads()) == (2, 2)

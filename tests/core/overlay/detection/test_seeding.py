@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
+from core.overlay.detection import seeding
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import (
     LEAST_VERTICES,
     NEARLY,
+    TRIAL_VERTICES,
     TURN,
     NoPatternError,
     bend_px,
@@ -19,13 +21,14 @@ from core.overlay.detection.seeding import (
     finalists,
     flat_canvas,
     grow_proposals,
+    holds,
     in_turn,
     is_grown,
     merit,
     part_of,
     rank,
 )
-from core.progress import run
+from core.progress import Job, Progress, run
 
 FINE = np.array([[15.0, 2.0], [-1.0, 12.0]])
 
@@ -36,6 +39,11 @@ def lattice(basis: Floats, columns: int, rows: int, score: float, *, uneven_px: 
     points[:, 0] += uneven_px * np.where(keys.sum(1) % 2, 1.0, -1.0)
     frames = PatchFrames(points, np.tile(basis, (len(keys), 1, 1)), np.full(len(keys), score))
     return Lattice(keys, frames)
+
+
+def keep(small: Lattice) -> Job[Lattice]:
+    yield Progress(0.0, "")
+    return small
 
 
 def test_dots_in_a_row_are_no_pattern() -> None:
@@ -50,6 +58,33 @@ def test_dots_in_a_row_are_no_pattern() -> None:
                 run(grow_proposals(canvas, proposals))
         else:
             assert len(run(grow_proposals(canvas, proposals))[0]) > LEAST_VERTICES
+
+
+@pytest.mark.parametrize(("grown", "tried"), [(TRIAL_VERTICES, 1), (TRIAL_VERTICES - 1, 3)])
+def test_what_a_small_lattice_has_grown_over_is_not_tried_again(
+    grown: int, tried: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = lattice(FINE, 5, 5, 0.8)[np.arange(grown)]
+    trials: list[Proposal] = []
+
+    def try_out(_: object, proposal: Proposal) -> Lattice:
+        trials.append(proposal)
+        return small
+
+    monkeypatch.setattr(seeding, "try_out", try_out)
+    monkeypatch.setattr(seeding, "full_grown", lambda *_: keep(small))
+    places = small.frames.points[[0, 7, 13]] + 2.0
+    proposals = [Proposal(place, FINE @ np.array([[1, 1], [0, 1]]), 1.0) for place in places]
+    run(grow_proposals(flat_canvas(np.zeros((9, 9, 3)), np.ones((9, 9), bool)), proposals))
+    assert len(trials) == tried
+
+
+@pytest.mark.parametrize(
+    "beside", [Proposal(np.array([300.0, 30.0]), FINE, 1.0), Proposal(np.full(2, 40.0), 1.3 * FINE, 1.0)]
+)
+def test_other_texels_and_other_places_are_tried(beside: Proposal) -> None:
+    assert holds(lattice(FINE, 5, 5, 0.8), replace(beside, point=np.full(2, 40.0), basis=FINE))
+    assert not holds(lattice(FINE, 5, 5, 0.8), beside)
 
 
 def test_every_size_has_its_turn_before_the_best_size_goes_on() -> None:
