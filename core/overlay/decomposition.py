@@ -20,10 +20,8 @@ from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.registration.evidence import weigh
-from core.overlay.registration.fitting import fit
 from core.overlay.registration.vertices import whole_lattice
-from core.overlay.search.finding import find_cloth
+from core.overlay.search.finding import find_cloth, register_lattice
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 
@@ -129,12 +127,10 @@ def find(
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
         job = find_cloth(small, canvas, seed, texel_px=side, start=marked)
     else:
-        job = fit(small, canvas, [rescale(piece, scale) for piece in lattice], seed, trusted=True)
-    cloth, fitted = yield from on_one_thread(job)
+        job = register_lattice(small, canvas, [rescale(piece, scale) for piece in lattice], seed)
+    found = yield from on_one_thread(job)
     opacity = np.float32(1) if region is None else region.astype(np.float32)
-    with one_thread():
-        evidence = weigh(cloth, fitted)
-    return FoundCloth(cloth, fitted, photo, whole, scale, opacity, evidence.explained)
+    return FoundCloth(found.cloth, found.followed, photo, whole, scale, opacity, found.explained)
 
 
 def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
@@ -197,7 +193,7 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
     cloth, scale = found.cloth, found.scale
     if not np.isfinite(model.shading).any():
         raise NoPatternError
-    lattice = whole_lattice(cloth, list(model.pieces), found.fit)
+    modelled, lattice = model.modelled, whole_lattice(cloth, list(model.pieces), found.fit)
     frames = PatchFrames(
         scale * lattice.frames.points + (scale - 1) / 2, scale * lattice.frames.bases, lattice.frames.scores
     )
@@ -206,8 +202,8 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
         uv=model.uv,
         texel=model.texel,
         shading=model.light[..., 0] if model.light.shape[-1] == 1 else model.light,
-        detail=difference(found.photo, model.modelled, np.asarray(np.isfinite(model.shading), np.bool_)),
-        reconstruction=model.modelled,
+        detail=difference(found.photo, modelled, np.asarray(np.isfinite(model.shading), np.bool_)),
+        reconstruction=modelled,
         coverage=model.coverage * found.opacity,
         lattice=replace(lattice, frames=frames),
         basis=cloth.basis * scale,

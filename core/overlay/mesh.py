@@ -7,11 +7,14 @@ the nodes with weights that are the same in every cell.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 import scipy
 
-from core.arrays import Bools, Floats, Ints
+from core.arrays import Bools, Floats, Ints, Singles
+
+F = TypeVar("F", Floats, Singles)
 
 
 @dataclass(frozen=True)
@@ -78,14 +81,14 @@ class ClothMesh:
             out[..., k] = (across @ (down @ values[..., k]).T).T
         return out
 
-    def in_cells(self, image: Floats) -> Floats:
+    def in_cells(self, image: F) -> F:
         """Return an image (H, W, K) as (rows, columns, cell², K), zero past the picture."""
         rows, columns = self.cells
         h = self.cell
-        padded = np.zeros((rows * h, columns * h, image.shape[-1]))
+        padded = np.zeros((rows * h, columns * h, image.shape[-1]), image.dtype)
         padded[: self.shape[0], : self.shape[1]] = image
         blocks = padded.reshape(rows, h, columns, h, -1).swapaxes(1, 2)
-        return blocks.reshape(rows, columns, h * h, -1)
+        return np.asarray(blocks.reshape(rows, columns, h * h, -1), image.dtype)
 
     def from_cells(self, blocks: Floats) -> Floats:
         """Return (rows, columns, cell², K) as an image (H, W, K)."""

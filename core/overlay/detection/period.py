@@ -47,7 +47,7 @@ class Halves:
     count: int
 
 
-def estimate_halves(photo: Floats, uv: Floats, weight: Floats, count: int, seed: int) -> Halves:
+def estimate_halves(photo: Floats | Singles, uv: Floats, weight: Floats | Singles, count: int, seed: int) -> Halves:
     """Return the texture over a block of texels of side `count`; `photo` (H, W, 3) has no shading."""
     block = np.floor(uv / count).astype(np.int64)
     draw = np.random.default_rng(seed).integers(0, 2, (512, 512)).astype(bool)

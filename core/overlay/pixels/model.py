@@ -45,10 +45,15 @@ class PixelModel:
     """(H, W), the cloth without the soft pixels at its border."""
     light: Singles
     """(H, W, 1) or (H, W, 3), the factor Wp."""
-    modelled: Singles
-    """(H, W, 3), Wp T(Wg), 0 outside."""
+    texture: Singles
+    """(H, W, 3), T(Wg), 0 outside."""
     coverage: Singles
     """(H, W), the share of cloth in each pixel."""
+
+    @property
+    def modelled(self) -> Singles:
+        """Wp T(Wg) (H, W, 3), 0 outside; computed as where the layers are read from a file, to the bit."""
+        return self.texture * np.nan_to_num(self.light)
 
     @property
     def mesh(self) -> ClothMesh:
@@ -82,6 +87,6 @@ def begin(cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools,
         extension=None,
         outline=np.broadcast_to(nowhere, shape),
         light=np.broadcast_to(unknown, (*shape, 1)),
-        modelled=np.broadcast_to(np.float32(0), (*shape, 3)),
+        texture=np.broadcast_to(np.float32(0), (*shape, 3)),
         coverage=np.broadcast_to(np.float32(0), shape),
     )

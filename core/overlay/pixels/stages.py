@@ -174,23 +174,22 @@ def soften_border(model: PixelModel) -> PixelModel:
 def draw_model(model: PixelModel) -> PixelModel:
     """Draw what texel and light make; the texel is rounded as its file is, so that parts that are written recombine."""
     texel = Texel(np.rint(255 * np.clip(model.texel.pixels, 0, 1)) / 255)
-    light, modelled = model.shading[..., None], filter_large(texel.pixels, model.uv)
-    modelled *= np.nan_to_num(light)
-    return replace(model, texel=texel, light=light, modelled=modelled, coverage=model.outline.astype(np.float32))
+    light, texture = model.shading[..., None], filter_large(texel.pixels, model.uv)
+    return replace(model, texel=texel, light=light, texture=texture, coverage=model.outline.astype(np.float32))
 
 
 def light_folds(model: PixelModel) -> PixelModel:
     """Find the light in folds that are finer than the mesh."""
     lengths = model.texel, model.basis
     folds = fold_light(model.photo, model.modelled, model.uv, model.followed, *lengths, scale=model.scale)
-    return replace(model, light=model.light * folds, modelled=model.modelled * folds)
+    return replace(model, light=model.light * folds)
 
 
 def tint_light(model: PixelModel) -> PixelModel:
     """Give each channel a light of its own where the light's colour changes."""
     sigma_px = TINT_STEPS * model.cloth.step_px
     colour = estimate_coloured_light(model.photo, model.modelled, model.followed, model.scale, sigma_px)
-    return model if colour is None else replace(model, light=model.light * colour, modelled=model.modelled * colour)
+    return model if colour is None else replace(model, light=model.light * colour)
 
 
 def matte_border(model: PixelModel) -> PixelModel:

@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools, Floats, Singles
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import LEAST_VERTICES
 from core.overlay.detection.stages import Stage
 from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh
-from core.overlay.registration.region import LIMIT, Tolerance, misfit_of_cells, sums_of_cells, tolerance_of
+from core.overlay.registration.region import LIMIT, SeenCells, Tolerance, look_at, misfit_of_cells, tolerance_of
 from core.overlay.registration.registration import ClothState, Registration
 from core.overlay.registration.thin_plate import spread
 from core.overlay.texel import Texel, estimate_texel
@@ -129,34 +129,24 @@ def near_lattice(mesh: ClothMesh, lattice: Lattice, uv: Floats) -> Bools:
 
 def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...]) -> Texel:
     """Return the texel that the pieces show."""
-    return estimate_from(cloth, *draw(cloth, pieces))
+    seen = look_at(cloth.registration, pieces)
+    return estimate_from(cloth, seen, seen.weight)
 
 
-def draw(cloth: FittedCloth, pieces: tuple[ClothState, ...]) -> tuple[Floats, Floats]:
-    """Return the coordinates and the shading of the pieces at the pixels (H, W, 3), and where (H, W) there are any."""
-    at, weight = np.zeros((*cloth.mesh.shape, 3)), np.zeros(cloth.mesh.shape)
-    for piece in pieces:
-        inside = cloth.mesh.pixels_of(piece.cells) & cloth.valid
-        np.copyto(at, cloth.mesh.to_pixels(piece.values, piece.cells), where=inside[..., None])
-        weight[inside] = 1.0
-    return at, weight
-
-
-def estimate_from(cloth: FittedCloth, at: Floats, weight: Floats) -> Texel:
-    """Return the texel that is seen at coordinates and shading (H, W, 3) under weights (H, W)."""
-    return estimate_texel(cloth.photo, at[..., :2], at[..., 2], weight, cloth.texel_samples)
+def estimate_from(cloth: FittedCloth, seen: SeenCells, weight: Singles) -> Texel:
+    """Return the texel that cells show under weights (K, n)."""
+    return estimate_texel(seen.photo, seen.at[..., :2], seen.at[..., 2], weight, cloth.texel_samples)
 
 
 def measure(cloth: FittedCloth, texel: Texel, pieces: tuple[ClothState, ...]) -> Fit:
     """Return the fit of a texel and pieces with the tolerance that they suggest."""
-    whole = cloth.registration.by_cells()
-    sums = np.concatenate([sums_of_cells(cloth.mesh, *whole, piece, texel) for piece in pieces])
+    sums = look_at(cloth.registration, pieces).sums(texel)
     return Fit(texel, pieces, tolerance_of(sums, texel, IN_REGION if cloth.in_region else 1.0))
 
 
 def misfits(cloth: FittedCloth, state: ClothState, found: Fit) -> Floats:
     """Return the misfit (rows, columns) of the cells in use, by the measure of what has been found."""
-    sums = sums_of_cells(cloth.mesh, *cloth.registration.by_cells(), state, found.texel)
+    sums = look_at(cloth.registration, [state]).sums(found.texel)
     strict, mild = misfit_of_cells(cloth.mesh, state.cells, sums, found.tolerance, cloth.sigma_px)
     # Beyond the cloth, half a motif at the border would correlate well enough.
     return mild if cloth.in_region else strict

@@ -17,9 +17,9 @@ import scipy
 
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
-from core.overlay.registration.cloth import Fit, FittedCloth, draw, estimate_from
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate_from
 from core.overlay.registration.normal_equations import Smoothness
-from core.overlay.registration.region import LEAST_NOISE, sums_of_cells
+from core.overlay.registration.region import LEAST_NOISE, SeenCells, look_at
 from core.overlay.registration.registration import LEAST_SHADING, ClothState, huber
 from core.overlay.texel import Texel
 
@@ -55,21 +55,19 @@ def weigh(cloth: FittedCloth, found: Fit) -> Evidence:
     """Return what speaks for a fit on its cells; what is seen only once explains itself and says nothing."""
     stripes = found.texel.striped()
     striped = tuple(relight(cloth, piece, stripes) for piece in found.pieces)
-    before, count = measure_unexplained(cloth, striped, stripes)
-    seen = draw(cloth, found.pieces)
+    sums, seen = look_at(cloth.registration, striped).sums(stripes), look_at(cloth.registration, found.pieces)
+    before, count = sums[:, 0], sums[:, 1]
     with ThreadPoolExecutor(2) as workers:
         ways = list(workers.map(lambda axis: along(cloth, found, seen, axis, before, count), (0, 1)))
     return Evidence(min(way.explained for way in ways), min(way.share for way in ways))
 
 
-def along(
-    cloth: FittedCloth, found: Fit, seen: tuple[Floats, Floats], axis: int, before: Floats, count: Floats
-) -> Evidence:
+def along(cloth: FittedCloth, found: Fit, seen: SeenCells, axis: int, before: Floats, count: Floats) -> Evidence:
     """Return what speaks for a fit along an axis, where stripes leave an error `before` (K,) in `count` (K,) pixels.
 
-    `seen` is what `draw` returns of its pieces.
+    `seen` is what its pieces show.
     """
-    seen_again, after = count_repeated(piece_parts(found), axis), foretold(cloth, found, seen, axis)
+    seen_again, after = count_repeated(piece_parts(found), axis), foretold(cloth, seen, axis)
     # Cells wholly outside the region have no pixels.
     noise = LEAST_NOISE * np.maximum(count, 1)
     ratios = np.log((before + noise) / (after + noise))
@@ -77,24 +75,16 @@ def along(
     return Evidence(seen_again * 0.5 * float(count @ ratios), seen_again * share)
 
 
-def foretold(cloth: FittedCloth, found: Fit, seen: tuple[Floats, Floats], axis: int) -> Floats:
-    """Return the squared error in each cell (K,) of the pieces, each texel shown as those of other parity along `axis`.
+def foretold(cloth: FittedCloth, seen: SeenCells, axis: int) -> Floats:
+    """Return the squared error (K,) in each of the cells, each texel shown as those of other parity along `axis`.
 
-    Summed over channels; `seen` is what `draw` returns of the pieces.
+    It is summed over channels.
     """
-    mesh, (photo, weight) = cloth.mesh, cloth.registration.by_cells()
-    odd = np.floor(seen[0][..., axis]) % 2
+    odd = np.floor(seen.at[..., axis]) % 2 == 1
     # The texel that even ones are compared with is that of the odd ones.
-    texels = [estimate_from(cloth, seen[0], seen[1] * (odd == rest)) for rest in (1, 0)]
-    errors = []
-    for piece in found.pieces:
-        at = mesh.weights @ piece.values.reshape(-1, 3)[mesh.corners[piece.cells]]
-        even, other = (texel(at[..., :2]) for texel in texels)
-        missing = np.where((np.floor(at[..., axis]) % 2 == 0)[..., None], even, other)
-        missing *= -at[..., 2:]
-        missing += photo[piece.cells]
-        errors.append(np.einsum("kpc,kpc,kp->k", missing, missing, weight[piece.cells]))
-    return np.concatenate(errors)
+    even, other = (seen.show(estimate_from(cloth, seen, seen.weight * (odd == rest))) for rest in (True, False))
+    missing = np.where(odd[..., None], other, even) - seen.photo
+    return np.asarray((np.einsum("kpc,kpc->kp", missing, missing) * seen.weight).sum(1), np.float64)
 
 
 def piece_parts(found: Fit) -> Ints:
@@ -128,17 +118,17 @@ def relight(cloth: FittedCloth, piece: ClothState, texel: Texel) -> ClothState:
     number = np.cumsum(used) - 1
     corners = number[mesh.corners[piece.cells]]
     photo, weight = (plane[piece.cells] for plane in cloth.registration.by_cells())
-    colours = texel(mesh.weights @ piece.uv.reshape(-1, 2)[mesh.corners[piece.cells]])
+    colours = texel.singles(mesh.weights @ piece.uv.reshape(-1, 2)[mesh.corners[piece.cells]])
     squares, products = (np.einsum("kpc,kpc->kp", colours, other) for other in (colours, photo))
-    shares = np.einsum("pa,pb->pab", mesh.weights, mesh.weights)
+    shares = (mesh.weights[:, :, None] * mesh.weights[:, None]).reshape(-1, 16)
     bending = mesh.bending(used.reshape(mesh.nodes))[:, used]
     rows, columns = np.repeat(corners, 4, axis=1).ravel(), np.tile(corners, 4).ravel()
     rho = piece.rho.ravel()[used]
     for _ in range(ROUNDS):
-        light = np.einsum("ka,pa->kp", rho[corners], mesh.weights)
+        light = (rho[corners] @ mesh.weights.T).astype(np.float32)
         residual = np.sqrt(((light[..., None] * colours - photo) ** 2).mean(-1))
         robust = weight * huber(residual, weight > 0)
-        blocks = np.einsum("kp,pab->kab", robust * squares, shares)
+        blocks = (robust * squares) @ shares
         data = scipy.sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(len(rho), len(rho)))
         pull = np.bincount(corners.ravel(), ((robust * products) @ mesh.weights).ravel(), len(rho))
         stiffness = Smoothness().shading * float(np.median(data.diagonal())) + 1e-9
@@ -147,10 +137,3 @@ def relight(cloth: FittedCloth, piece: ClothState, texel: Texel) -> ClothState:
     whole = piece.rho.ravel().copy()
     whole[used] = rho
     return replace(piece, rho=whole.reshape(piece.rho.shape))
-
-
-def measure_unexplained(cloth: FittedCloth, pieces: tuple[ClothState, ...], texel: Texel) -> tuple[Floats, Floats]:
-    """Return the squared error of the model in each cell (K,) of the pieces, summed over channels, and its pixels."""
-    planes = cloth.registration.by_cells()
-    sums = np.concatenate([sums_of_cells(cloth.mesh, *planes, piece, texel) for piece in pieces])
-    return sums[:, 0], sums[:, 1]

@@ -14,6 +14,7 @@ from core.overlay.detection.seeding import NoPatternError
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, stage, starting_state
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.pieces import join_by, with_more_pieces
+from core.overlay.registration.region import look_at
 from core.overlay.registration.region_growing import all_followed, doubtful, followed, prune, surest
 from core.overlay.registration.registration import ClothState
 from core.progress import Job, Progress
@@ -122,12 +123,12 @@ def evenness(cloth: FittedCloth, found: Fit) -> float:
 def true_period(cloth: FittedCloth, state: ClothState, seed: int) -> Floats:
     """Return the sides (2, 2), in lattice steps, of the smallest texel that explains the photo in colour."""
     M = np.diag(far_period(cloth.canvas, cloth.lattice)).astype(float)
-    weight = cloth.mesh.pixels_of(state.cells) * cloth.valid.astype(float)
-    at = cloth.mesh.to_pixels(state.uv, state.cells)
+    seen = look_at(cloth.registration, [state])
+    flat, at = cloth.mesh.in_cells(cloth.canvas.image)[state.cells], seen.at[..., :2]
     for count in (2, 3, 2):
         if len(cloth.lattice) < 8 * count**2 * abs(np.linalg.det(M)):
             continue
-        drawn = partial(estimate_halves, cloth.canvas.image.astype(float), at @ np.linalg.inv(M).T, weight, count)
+        drawn = partial(estimate_halves, flat, at @ np.linalg.inv(M).T, seen.weight, count)
         steps = coarser(drawn(seed))
         if abs(np.linalg.det(steps)) > 1.5:
             # Few texels look different by chance: others have to agree.

@@ -1,6 +1,8 @@
 """Where the cloth is: how well the registered texture explains the photo, and the mesh's growth to the cloth's end."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -10,8 +12,10 @@ from core.arrays import Bools, Floats, Singles
 from core.linalg.factor import Factor
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.mesh import ClothMesh, around
-from core.overlay.registration.registration import ClothState
+from core.overlay.registration.registration import ClothState, Registration
 from core.overlay.texel import Texel
+
+F = TypeVar("F", Floats, Singles)
 
 LIMIT = 0.6
 """Misfit from which a pixel is not cloth that the texture explains."""
@@ -35,19 +39,21 @@ class Tolerance:
     """Times the limit that a misfit may have: more than 1 where the user says that all is cloth."""
 
 
-def sums(photo: Floats, modelled: Floats, light: Floats, weight: Floats) -> Floats:
+def sums(photo: F, modelled: F, light: F, weight: F) -> Floats:
     """Return what `judge` needs of cells (K, 18): sums over their pixels, times the weight.
 
     That is: the squared error, 1, the model's three colours and their squares, ρ², the photo's colours and their
     squares, and the products of both. `photo` and `modelled` are (K, n, 3), `light` and `weight` (K, n).
     """
-    seen, model = photo * weight[..., None], modelled * weight[..., None]
+    seen, model, missing = photo * weight[..., None], modelled * weight[..., None], photo - modelled
     own, both, squares = (
         np.einsum("kpc,kpc->kc", a, b) for a, b in ((model, modelled), (seen, modelled), (seen, photo))
     )
-    error = (squares - 2 * both + own).sum(-1, keepdims=True)
-    count, bright = weight.sum(1)[:, None], np.einsum("kp,kp,kp->k", light, light, weight)[:, None]
-    return np.concatenate([error, count, model.sum(1), own, bright, seen.sum(1), squares, both], -1)
+    # From the squares and products the error would be a small difference of large sums.
+    error = (np.einsum("kpc,kpc->kp", missing, missing) * weight).sum(1)[:, None]
+    count, bright = weight.sum(1)[:, None], (light**2 * weight).sum(1)[:, None]
+    planes = [error, count, model.sum(1), own, bright, seen.sum(1), squares, both]
+    return np.concatenate(planes, -1).astype(np.float64)
 
 
 def judge(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
@@ -88,14 +94,37 @@ def misfit(
     return judge(gaussian(planes, sigma_px), tolerance)
 
 
-def sums_of_cells(mesh: ClothMesh, photo: Floats, weight: Floats, state: ClothState, texel: Texel) -> Floats:
-    """Return the `sums` (K, 18) over each of the K cells in use.
+@dataclass(frozen=True)
+class SeenCells:
+    """The K cells of some pieces, of n pixels each: what the photo shows there, and where it is registered."""
 
-    `photo` (rows, columns, cell², 3) and `weight` (rows, columns, cell²) are by cells.
-    """
-    at = mesh.weights @ state.values.reshape(-1, 3)[mesh.corners[state.cells]]
-    light = at[..., 2]
-    return sums(photo[state.cells], light[..., None] * texel(at[..., :2]), light, weight[state.cells])
+    photo: Singles
+    """(K, n, 3)."""
+    weight: Singles
+    """(K, n), 0 where a pixel says nothing."""
+    at: Floats
+    """(K, n, 3), coordinates, texels, and shading."""
+
+    @property
+    def light(self) -> Singles:
+        """Shading (K, n)."""
+        return self.at[..., 2].astype(np.float32)
+
+    def show(self, texel: Texel) -> Singles:
+        """Return ρ T(uv) (K, n, 3)."""
+        return self.light[..., None] * texel.singles(self.at[..., :2])
+
+    def sums(self, texel: Texel) -> Floats:
+        """Return the `sums` (K, 18)."""
+        return sums(self.photo, self.show(texel), self.light, self.weight)
+
+
+def look_at(registration: Registration, pieces: Sequence[ClothState]) -> SeenCells:
+    """Return the cells of the pieces, those of one after those of another."""
+    mesh, planes = registration.mesh, registration.by_cells()
+    at = [mesh.weights @ piece.values.reshape(-1, 3)[mesh.corners[piece.cells]] for piece in pieces]
+    photo, weight = (np.concatenate([plane[piece.cells] for piece in pieces]) for plane in planes)
+    return SeenCells(photo, weight, np.concatenate(at))
 
 
 def tolerance_of(found: Floats, texel: Texel, leniency: float) -> Tolerance:

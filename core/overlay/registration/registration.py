@@ -62,8 +62,8 @@ class Registration:
 
     def __init__(self, mesh: ClothMesh, photo: Floats, weight: Floats, scale: Floats) -> None:
         self.mesh, self.photo, self.scale = mesh, photo, scale
-        self._weight = mesh.in_cells(weight[..., None])[..., 0]
-        self._blurred: dict[float, Floats] = {}
+        self._weight = mesh.in_cells(weight[..., None].astype(np.float32))[..., 0]
+        self._blurred: dict[float, Singles] = {}
         self._room: dict[str, Singles] = {}
         self._system: tuple[Bools, Bools, System] | None = None
 
@@ -85,7 +85,7 @@ class Registration:
         nodes = slice(box[0].start, box[0].stop + 1), slice(box[1].start, box[1].stop + 1)
         near, part = self._cropped(box), ClothState(state.uv[nodes], state.rho[nodes], state.cells[box])
         texel = texel.blurred(blur_px, self.scale)
-        photo = self._photo(blur_px)[box][part.cells].astype(np.float32)
+        photo = self._photo(blur_px)[box][part.cells]
         system = self._system_of(near.mesh, part.cells, np.ones(near.mesh.nodes, bool) if free is None else free[nodes])
         turn = float(np.sign(np.median(near.mesh.areas(part.uv, part.cells))))
         for _ in range(rounds):
@@ -108,18 +108,19 @@ class Registration:
     def weighted(self, weight: Floats) -> "Registration":
         """Return the registration with another weight (H, W)."""
         other = copy(self)
-        other._weight, other._system = self.mesh.in_cells(weight[..., None])[..., 0], None
+        other._weight, other._system = self.mesh.in_cells(weight[..., None].astype(np.float32))[..., 0], None
         return other
 
-    def by_cells(self, blur_px: float = 0.0) -> tuple[Floats, Floats]:
-        """Return the blurred photo (rows, columns, cell², 3) and the weight (rows, columns, cell²) by cells."""
-        return self._photo(blur_px), self._weight
+    def by_cells(self) -> tuple[Singles, Singles]:
+        """Return the photo (rows, columns, cell², 3) and the weight (rows, columns, cell²) by cells."""
+        return self._photo(0.0), self._weight
 
-    def _photo(self, blur_px: float) -> Floats:
+    def _photo(self, blur_px: float) -> Singles:
         """Return the photo blurred, by cells (rows, columns, cell², 3)."""
         if blur_px not in self._blurred:
-            image = cv2.GaussianBlur(self.photo, (0, 0), blur_px) if blur_px > 0 else self.photo
-            self._blurred[blur_px] = self.mesh.in_cells(np.asarray(image, np.float64))
+            image = self.photo.astype(np.float32)
+            image = np.asarray(cv2.GaussianBlur(image, (0, 0), blur_px), np.float32) if blur_px > 0 else image
+            self._blurred[blur_px] = self.mesh.in_cells(image)
         return self._blurred[blur_px]
 
     def _system_of(self, mesh: ClothMesh, cells: Bools, free: Bools) -> System:
@@ -135,7 +136,7 @@ class Registration:
         residual, slopes = self.linearised(state, texel, photo)
         weight = self._weight[state.cells]
         squares = np.einsum("kpc,kpc->kp", residual, residual)
-        weight = (weight * huber(np.sqrt(squares / residual.shape[-1]), weight > 0)).astype(np.float32)
+        weight = weight * huber(np.sqrt(squares / np.float32(residual.shape[-1])), weight > 0)
         moments = self._kept("moments", (len(SYMMETRIC), *weight.shape))
         gradient = self._kept("gradient", (len(slopes), *weight.shape))
 
@@ -226,8 +227,8 @@ def unfold(mesh: ClothMesh, before: ClothState, uv: Floats, turn: float) -> Floa
     return uv
 
 
-def huber(size: Floats, used: Bools) -> Floats:
+def huber(size: Singles, used: Bools) -> Singles:
     """Return Huber's weights (ψ of NRT eq. 7) for residuals of that size; the bend is at 1.345 robust deviations."""
     spread = 1.4826 * float(np.median(size[used])) if used.any() else 1.0
     bend = 1.345 * max(spread, 0.01)
-    return np.minimum(1.0, bend / np.maximum(size, 1e-9))
+    return np.asarray(np.minimum(1, np.float32(bend) / np.maximum(size, np.float32(1e-9))), np.float32)

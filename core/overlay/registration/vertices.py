@@ -27,6 +27,7 @@ def vertices(mesh: ClothMesh, state: ClothState) -> Lattice:
         a, b, c = (corners[:, k] for k in triangle)
         key = np.ceil(np.min([uv[a], uv[b], uv[c]], axis=0))
         area = cross(uv[b] - uv[a], uv[c] - uv[a])
+        area[area == 0] = np.nan
         s = cross(key - uv[a], uv[c] - uv[a]) / area
         t = cross(uv[b] - uv[a], key - uv[a]) / area
         hit = (s >= 0) & (t >= 0) & (s + t <= 1)

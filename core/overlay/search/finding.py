@@ -2,16 +2,18 @@
 
 Stripes of a tartan repeat more often than its sett, and a lattice of them may be found that is none of the cloth's.
 Where there is reason to doubt a find, the pattern is looked for in the whole picture too, if a region bounded the
-search, and then among large texels.
+search, and then among large texels. What is likeliest near where it was found need not be so in the end: some finds are
+completed, and compared then. A lattice that lies where another one of the same steps was followed tells nothing more.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from core.arrays import Floats
-from core.overlay.detection.alignment import FlatPicture
+from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice, keep_connected
 from core.overlay.detection.seeding import (
@@ -21,12 +23,14 @@ from core.overlay.detection.seeding import (
     divides,
     find_lattices,
     flat_canvas,
+    part_of,
 )
 from core.overlay.detection.stages import Stage
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, weigh
-from core.overlay.registration.fitting import begun, complete
+from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
+from core.overlay.registration.vertices import vertices
 from core.overlay.search.large_periods import find_large
 from core.overlay.search.magnified import MOST_PX, TIMES, at_photo_size, can_be_magnified, magnified
 from core.progress import Job, Progress, part
@@ -34,13 +38,16 @@ from core.progress import Job, Progress, part
 AS_MUCH = 0.9
 """Share of what a lattice explains that a finer one of the same pattern explains at least: the rest is noise."""
 
+COMPLETED = 3
+"""Finds that are completed where the first one leaves doubts: what is explained at first is only what lies near it."""
+
 LEAST_PART = 0.05
 """Share of what may be cloth that a find covers at least: what repeats in a corner is not the photo's."""
 
 
 @dataclass(frozen=True)
 class Find:
-    """A cloth as far as it was followed from where it was found."""
+    """A cloth as far as it was followed."""
 
     cloth: FittedCloth
     followed: Fit
@@ -64,6 +71,11 @@ class Find:
         return float((valid & self.cloth.mesh.pixels_of(self.followed.cells)).sum() / max(valid.sum(), 1))
 
     @property
+    def takes_away(self) -> float:
+        """Share of the squared error over all that may be cloth that it predicts away."""
+        return self.weight.share * self.covers
+
+    @property
     def is_credible(self) -> bool:
         """Whether the pattern repeats, over enough of what may be cloth."""
         return (self.repeats or self.weight.is_credible) and self.covers > LEAST_PART
@@ -72,6 +84,19 @@ class Find:
     def is_clear(self) -> bool:
         """Whether no doubt is left about it."""
         return self.weight.is_clear and self.is_credible
+
+    @cached_property
+    def steps(self) -> Lattice:
+        """The lattice as it was followed."""
+        piece = self.followed.pieces[-1]
+        return vertices(self.cloth.mesh, replace(piece, uv=piece.uv @ self.cloth.M.T))
+
+    def has_followed(self, lattice: Lattice, scale: int) -> bool:
+        """Return whether a lattice of the photo `scale` times enlarged is a part of this find's own."""
+        frames, times = lattice.frames, self.scale / scale
+        points = (frames.points + 0.5) * times - 0.5
+        there = replace(lattice, frames=PatchFrames(points, frames.bases * times, frames.scores))
+        return len(self.steps) > 0 and part_of(there, self.steps)
 
     def has_explained(self, lattice: Lattice, scale: int) -> bool:
         """Return whether this find leaves no doubt where a lattice of the photo `scale` times enlarged lies."""
@@ -85,8 +110,8 @@ class Find:
 
 def find_cloth(
     photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None, start: Proposal | None = None
-) -> Job[tuple[FittedCloth, Fit]]:
-    """Return the registered cloth of a photo (H, W, 3).
+) -> Job[Find]:
+    """Return the registered cloth of a photo (H, W, 3), at its size.
 
     `texel_px` is the side of a texel where the user knows it; the search begins at `start` alone if it is given.
     Raises `NoPatternError` if there is no pattern.
@@ -95,7 +120,8 @@ def find_cloth(
         marked = find_lattices(canvas, np.random.default_rng(seed), start=start)
         lattice = (yield from part(marked, 0.0, 0.4))[0]
         first = yield from part(begun(photo, canvas, lattice, seed), 0.4, 0.45)
-        return (yield from part(complete(*first, [], seed), 0.45, 1.0))
+        cloth, found = yield from part(complete(*first, [], seed), 0.45, 1.0)
+        return Find(cloth, found, weigh(cloth, found))
     search = find_lattices(canvas, np.random.default_rng(seed), texel_px=texel_px)
     finds = yield from part(register_each(photo, canvas, search, [], seed), 0.0, 0.3)
     if not is_any_clear(finds) and not canvas.valid.all():
@@ -111,8 +137,17 @@ def find_cloth(
             finds.append(Find(cloth, grown, weigh(cloth, grown), repeats=True))
         except NoPatternError:
             pass
-    best, (cloth, found) = yield from part(best_completed(finds, seed), 0.6, 1.0)
-    return (cloth, found) if best.scale == 1 else at_photo_size(cloth, found, photo, canvas)
+    best = yield from part(best_completed(finds, seed), 0.6, 1.0)
+    if best.scale == 1:
+        return best
+    cloth, found = at_photo_size(best.cloth, best.followed, photo, canvas)
+    return Find(cloth, found, weigh(cloth, found))
+
+
+def register_lattice(photo: Floats, canvas: FlatPicture, lattices: list[Lattice], seed: int) -> Job[Find]:
+    """Return the registered cloth of a photo (H, W, 3) whose lattice the user knows, in connected parts."""
+    cloth, found = yield from fit(photo, canvas, lattices, seed, trusted=True)
+    return Find(cloth, found, weigh(cloth, found))
 
 
 def is_any_clear(finds: list[Find]) -> bool:
@@ -142,7 +177,7 @@ def register_each(
     except NoPatternError:
         return finds
     for lattice in lattices:
-        if any(find.has_explained(lattice, scale) for find in (*known, *finds)):
+        if any(find.has_explained(lattice, scale) or find.has_followed(lattice, scale) for find in (*known, *finds)):
             continue
         try:
             found = yield from part(register(photo, canvas, inside(lattice, canvas), seed), 0.8, 1.0)
@@ -187,27 +222,33 @@ def register(photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int) ->
     return Find(cloth, found, weigh(cloth, found))
 
 
-def best_completed(finds: list[Find], seed: int) -> Job[tuple[Find, tuple[FittedCloth, Fit]]]:
-    """Return the find that explains most, and what it comes to when completed.
+def best_completed(finds: list[Find], seed: int) -> Job[Find]:
+    """Return the find that proves best once it is completed; raise `NoPatternError` where none is one.
 
-    The next one where it then proves to be none. What keypoints have told is completed beside what a lattice has, and
-    of the two that is kept that takes away more of the squared error: few texels explain what is near to them very
-    well, and may lie beside the pattern elsewhere.
+    What keypoints have told is completed beside what a lattice has, and of the two that is kept that takes away more of
+    the squared error: few texels explain what is near to them very well, and may lie beside the pattern elsewhere.
     """
-    ends: list[tuple[Find, tuple[FittedCloth, Fit]]] = []
-    for find in sorted(finds, key=lambda find: -find.explained):
-        if not find.is_credible or any(find.repeats == other.repeats for other, _ in ends):
-            continue
-        try:
-            ends.append((find, (yield from complete(find.cloth, find.followed, [], seed))))
-        except NoPatternError:
-            continue
+    ends: list[Find] = []
+    for repeats in (False, True):
+        own = [find for find in finds if find.is_credible and find.repeats == repeats]
+        ends += yield from completed(sorted(own, key=lambda find: -find.explained), seed)
     if not ends:
         raise NoPatternError
-    return max(ends, key=taken_away) if len(ends) > 1 else ends[0]
+    return max(ends, key=lambda find: find.takes_away)
 
 
-def taken_away(end: tuple[Find, tuple[FittedCloth, Fit]]) -> float:
-    """Return the share of the squared error over all that may be cloth that a completed find predicts away."""
-    find, (cloth, found) = end
-    return weigh(cloth, found).share * replace(find, followed=found).covers
+def completed(finds: list[Find], seed: int) -> Job[list[Find]]:
+    """Return that one of the finds, the most likely ones first, that explains most once it is completed, if there is.
+
+    More than the first is completed only where that leaves doubts.
+    """
+    ends: list[Find] = []
+    for find in finds:
+        try:
+            cloth, found = yield from complete(find.cloth, find.followed, [], seed)
+        except NoPatternError:
+            continue
+        ends.append(replace(find, cloth=cloth, followed=found, weight=weigh(cloth, found)))
+        if find.is_clear or len(ends) == COMPLETED:
+            break
+    return [max(ends, key=lambda find: find.explained)] if ends else []

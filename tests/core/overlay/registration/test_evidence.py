@@ -19,7 +19,7 @@ from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, count_repeated, piece_parts, weigh
 from core.overlay.registration.fitting import begun
 from core.overlay.search import finding
-from core.overlay.search.finding import Find, find_cloth, register
+from core.overlay.search.finding import Find, find_cloth, register, register_each
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
@@ -128,6 +128,34 @@ def test_where_a_find_leaves_no_doubt_no_other_lattice_is_needed(scene: Scene) -
     assert replace(clear, scale=2).has_explained(replace(large, frames=replace(frames, points=frames.points / 2)), 1)
     assert not clear.has_explained(outside, 1)
     assert not Find(cloth, found, Evidence(100.0, 0.4)).has_explained(lattice, 1)
+
+
+def test_of_lattices_that_are_parts_of_one_another_one_is_registered(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cloth, _ = begun_with(scene.photo, 24.0)
+
+    def search() -> Job[list[Lattice]]:
+        yield Progress(0.0, "")
+        return [cloth.lattice, cloth.lattice[np.arange(12)]]
+
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, 0.1))
+    assert len(run(register_each(scene.photo, cloth.canvas, search(), [], 0))) == 1
+
+
+def test_a_lattice_that_was_followed_is_known(scene: Scene) -> None:
+    doubtful, lattice = (
+        Find(*begun_with(scene.photo, 24.0), Evidence(100.0, 0.1)),
+        begun_with(scene.photo, 24.0)[0].lattice,
+    )
+    frames = lattice[np.arange(12)].frames
+    moved = replace(frames, points=frames.points + frames.bases[:, :, 0])
+    slanting = replace(frames, bases=frames.bases @ np.array([[1.0, 1.0], [0.0, 1.0]]))
+    large = replace(frames, points=2 * frames.points + 0.5, bases=2 * frames.bases)
+    beside = replace(frames, points=frames.points + np.linspace(0, 24, 12)[:, None])
+    for number, (other, scale) in enumerate(((moved, 1), (slanting, 1), (large, 2), (beside, 1), (large, 1))):
+        small = Lattice(lattice.keys[:12], other)
+        assert doubtful.has_followed(small, scale) == (number < 3)
 
 
 def test_a_lattice_that_cannot_be_followed_is_refused(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
