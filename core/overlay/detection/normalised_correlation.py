@@ -129,5 +129,8 @@ def mask_patches(patches: Singles, weights: Singles | None) -> Singles:
 
 
 def root(squares: Singles, of: Singles) -> Singles:
-    """Return the norm of patches from their squares about the mean and their own, never zero."""
-    return np.asarray(np.sqrt(np.maximum(squares, LEAST_CONTRAST * of + 1e-12)), np.float32)
+    """Return the norm of patches from their squares about the mean and their own, never zero.
+
+    Where next to nothing of a patch is known, rounding may make both negative.
+    """
+    return np.asarray(np.sqrt(np.maximum(squares, LEAST_CONTRAST * np.maximum(of, 0) + 1e-12)), np.float32)

@@ -5,7 +5,7 @@ import pytest
 
 from core.arrays import Floats, Singles
 from core.overlay.detection.alignment import FlatPicture, PatchFrames, align, make_template, raster, search
-from core.overlay.detection.normalised_correlation import Forms, Windows
+from core.overlay.detection.normalised_correlation import Forms, Windows, root
 
 RNG = np.random.default_rng(3)
 SIDE, CHANNELS, COUNT = 8, 3, 5
@@ -90,3 +90,8 @@ def test_a_frame_is_found_beside_where_it_is_expected_and_half_outside_the_regio
         found = align(canvas, template, near)
         assert np.abs(found.points[0] - (60, 55)).max() < (0.5 if cut else 0.05)
         assert found.scores[0] > 0.99
+
+
+def test_norm_of_what_is_hardly_known_is_a_number() -> None:
+    rounded = np.array([[-1e-4], [0.0], [1.0]], np.float32)
+    assert root(rounded, rounded)[:, 0] == pytest.approx([1e-6, 1e-6, 1.0])
