@@ -7,7 +7,7 @@ the nodes with weights that are the same in every cell.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 import scipy
@@ -15,6 +15,8 @@ import scipy
 from core.arrays import Bools, Floats, Ints, Singles
 
 F = TypeVar("F", Floats, Singles)
+Box: TypeAlias = tuple[slice, slice]
+"""Rows and columns."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,11 @@ class ClothMesh:
         """(rows, columns, 4): node numbers of each cell, as in `weights`."""
         number = np.arange(self.nodes[0] * self.nodes[1]).reshape(self.nodes)
         return np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]], -1)
+
+    def part(self, box: Box) -> "ClothMesh":
+        """Return the mesh of the cells in a box, as if the picture was no larger."""
+        rows, columns = (len(range(count)[span]) for count, span in zip(self.cells, box, strict=True))
+        return ClothMesh((rows * self.cell, columns * self.cell), self.cell)
 
     def positions(self) -> Floats:
         """Return the places (R, C, 2) of the nodes in the picture."""
@@ -134,7 +141,7 @@ class ClothMesh:
         return scipy.sparse.csr_array(scipy.sparse.vstack(blocks))
 
 
-def around(used: Bools, margin: int = 0) -> tuple[slice, slice]:
+def around(used: Bools, margin: int = 0) -> Box:
     """Return the rows and columns that a mask has marks in, and `margin` more on each side."""
     spans = []
     for axis in (1, 0):
@@ -142,6 +149,11 @@ def around(used: Bools, margin: int = 0) -> tuple[slice, slice]:
         first, last = (marked[0], marked[-1]) if len(marked) else (0, -1)
         spans.append(slice(max(int(first) - margin, 0), int(last) + 1 + margin))
     return spans[0], spans[1]
+
+
+def nodes_in(box: Box) -> Box:
+    """Return the rows and columns of the nodes of a box of cells."""
+    return slice(box[0].start, box[0].stop + 1), slice(box[1].start, box[1].stop + 1)
 
 
 def stencil(nodes: Ints, weights: Floats, size: int) -> "scipy.sparse.csr_array":

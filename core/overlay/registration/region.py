@@ -23,6 +23,8 @@ UNUSUAL, LEAST_NOISE = 12.0, 2e-4
 """Times the usual unexplained variance from which a pixel is not cloth, and what that variance is at least."""
 ALIKE = 0.75
 """Correlation of photo and model from which a pixel is cloth whatever its colours."""
+NEAR = 4
+"""Cells from which cloth is carried on."""
 FLOOR = 0.2
 """Least variance that a misfit is compared with, over the texel's own: plain ground between motifs has none."""
 
@@ -154,13 +156,21 @@ def ring(cells: Bools, allowed: Bools, width: int) -> Bools:
 
 def continue_on(mesh: ClothMesh, state: ClothState, cells: Bools) -> ClothState:
     """Return the state on more cells, its values carried on as a thin plate that is fixed at the nodes in use."""
+    # Only nodes near the new ones matter.
+    box = around(cells & ~state.cells, NEAR + 2)
+    carried = extend_plate(mesh.part(box), state.part(box), cells[box])
+    return replace(state.with_part(box, carried), cells=cells)
+
+
+def extend_plate(mesh: ClothMesh, state: ClothState, cells: Bools) -> ClothState:
+    """Return what `continue_on` does, of the nodes up to `NEAR` from those that are carried on."""
     fixed = mesh.nodes_of(state.cells).ravel()
     used = mesh.nodes_of(cells).ravel()
     new = np.flatnonzero(used & ~fixed)
     if not len(new):
-        return replace(state, cells=cells)
-    # Only nodes near the new ones matter.
-    near = cv2.dilate((used & ~fixed).reshape(mesh.nodes).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+        return state
+    kernel = np.ones((2 * NEAR + 1, 2 * NEAR + 1), np.uint8)
+    near = cv2.dilate((used & ~fixed).reshape(mesh.nodes).astype(np.uint8), kernel) > 0
     L = mesh.bending(np.asarray(used.reshape(mesh.nodes) & near, np.bool_))
     # Shading is carried on in its logarithm, so that it stays positive.
     values = np.concatenate([state.uv, np.log(np.maximum(state.rho, 1e-3))[..., None]], -1).reshape(-1, 3)

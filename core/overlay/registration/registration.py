@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.mesh import ClothMesh, around
+from core.overlay.mesh import Box, ClothMesh, around, nodes_in
 from core.overlay.registration.normal_equations import SYMMETRIC, Smoothness, System
 from core.overlay.texel import Texel
 from core.tracing import span
@@ -43,6 +43,17 @@ class ClothState:
     def values(self) -> Floats:
         """Coordinates and shading together, (R, C, 3)."""
         return np.concatenate([self.uv, self.rho[..., None]], -1)
+
+    def part(self, box: Box) -> "ClothState":
+        """Return the state of the cells in a box."""
+        nodes = nodes_in(box)
+        return ClothState(self.uv[nodes], self.rho[nodes], self.cells[box])
+
+    def with_part(self, box: Box, part: "ClothState") -> "ClothState":
+        """Return the state with the values at the nodes of a box taken from a part."""
+        uv, rho, nodes = self.uv.copy(), self.rho.copy(), nodes_in(box)
+        uv[nodes], rho[nodes] = part.uv, part.rho
+        return replace(self, uv=uv, rho=rho)
 
 
 class Registration:
@@ -82,8 +93,7 @@ class Registration:
         Only the nodes `free` (R, C) move, all if it is not given.
         """
         box = around(state.cells)
-        nodes = slice(box[0].start, box[0].stop + 1), slice(box[1].start, box[1].stop + 1)
-        near, part = self._cropped(box), ClothState(state.uv[nodes], state.rho[nodes], state.cells[box])
+        near, part, nodes = self._cropped(box), state.part(box), nodes_in(box)
         texel = texel.blurred(blur_px, self.scale)
         photo = self._photo(blur_px)[box][part.cells]
         system = self._system_of(near.mesh, part.cells, np.ones(near.mesh.nodes, bool) if free is None else free[nodes])
@@ -93,16 +103,13 @@ class Registration:
                 part, moved = near._step(system, part, texel, photo, smoothness, turn)
             if moved < 0.02:
                 break
-        uv, rho = state.uv.copy(), state.rho.copy()
-        uv[nodes], rho[nodes] = part.uv, part.rho
-        return replace(state, uv=uv, rho=rho)
+        return state.with_part(box, part)
 
-    def _cropped(self, box: tuple[slice, slice]) -> "Registration":
+    def _cropped(self, box: Box) -> "Registration":
         """Return the registration of the cells in a box, without the photo."""
         other = copy(self)
         other._weight = self._weight[box]
-        rows, columns = other._weight.shape[:2]
-        other.mesh = ClothMesh((rows * self.mesh.cell, columns * self.mesh.cell), self.mesh.cell)
+        other.mesh = self.mesh.part(box)
         return other
 
     def weighted(self, weight: Floats) -> "Registration":
