@@ -180,8 +180,8 @@ def draw_model(model: PixelModel) -> PixelModel:
 
 def light_folds(model: PixelModel) -> PixelModel:
     """Find the light in folds that are finer than the mesh."""
-    lengths = model.texel, model.basis
-    folds = fold_light(model.photo, model.modelled, model.uv, model.followed, *lengths, scale=model.scale)
+    layers, lengths = (model.texture, model.light, model.uv), (model.texel, model.basis)
+    folds = fold_light(model.photo, *layers, model.followed, *lengths, scale=model.scale)
     return replace(model, light=model.light * folds)
 
 

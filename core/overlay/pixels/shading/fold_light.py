@@ -38,7 +38,8 @@ that of so much, and the pattern's edges may lie so far beside where the model h
 
 def fold_light(
     photo: Floats | Singles,
-    modelled: Singles,
+    texture: Singles,
+    light: Singles,
     uv: Singles,
     followed: Bools,
     texel: Texel,
@@ -46,11 +47,12 @@ def fold_light(
     *,
     scale: int = 1,
 ) -> Singles:
-    """Return the light (H, W, 1) on the cloth over that of the model (H, W, 3), 1 outside.
+    """Return the light (H, W, 1) on the cloth over that of the model, 1 outside.
 
-    `photo` is (H, W, 3), `uv` (H, W, 2), NaN outside the cloth, of which the `followed` (H, W) has been registered;
-    `basis` (2, 2) is pixels of undeformed cloth a texel. In a photo of `scale` times the size the light is smooth over
-    as many pixels, and is found from means over them where its widths allow that.
+    `photo` and T(Wg), the `texture`, are (H, W, 3), the model's `light` (H, W, 1), `uv` (H, W, 2), NaN outside the
+    cloth, of which the `followed` (H, W) has been registered; `basis` (2, 2) is pixels of undeformed cloth a texel. In
+    a photo of `scale` times the size the light is smooth over as many pixels, and is found from means over them where
+    its widths allow that.
     """
     least = max(LEAST * float(np.sqrt(abs(np.linalg.det(basis)))), LEAST_PX)
     every = int(np.clip(least / SAMPLES, 1, scale))
@@ -59,7 +61,8 @@ def fold_light(
 
     def compare(_first: int, top: int, bottom: int, _last: int) -> None:
         rows = slice(top, bottom)
-        both[rows], own[rows], counts[rows] = shades(photo[rows], modelled[rows], covered[rows], followed[rows])
+        modelled = texture[rows] * np.nan_to_num(light[rows])
+        both[rows], own[rows], counts[rows] = shades(photo[rows], modelled, covered[rows], followed[rows])
 
     in_bands(compare, photo.shape)
     if not counts.any():
