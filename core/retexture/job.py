@@ -22,6 +22,7 @@ from core.retexture.synthesis.patches import Patches, PatchShape, lay_coarsely
 from core.retexture.synthesis.placement import order_origins
 from core.retexture.synthesis.scene import RetextureScene, prepare
 from core.retexture.synthesis.synthesis import Painter, lattice, synthesise
+from core.retexture.windows import place_in, window_around
 from core.stopwatch import Stopwatch
 
 REACH, REACH_PER_MOVE = 0.12, 1.25
@@ -112,6 +113,7 @@ def retexture(
     del painter, work, scene
     with watch.measure("seams"):
         retract(canvas, picture, found.place, usable, asked)
+    del picture
     return finish(found, canvas, watch)
 
 
@@ -132,8 +134,12 @@ def begin(
         bounds = Bounds(scene.area.may, scene.area.free, usable, scene.kept, scene.drawn)
         origins = order_origins(scene.way, scene.area.must, lattice(patch))
         first = prefetch_candidates(Patches(origins, patch, scene.fields, scene.way), picture, bounds)
-    shown = read(picture, plain.place, Kernel.CUBIC)
-    canvas = GrownPicture(shown, plain.place, must=scene.area.must, may=scene.area.may)
+    # Patches reach no farther than this, and nothing beyond is looked at.
+    window = window_around(scene.area.may, patch.window)
+    place = plain.place[window]
+    shown = place_in(window, read(picture, place, Kernel.CUBIC), picture.shape)
+    place = place_in(window, place, plain.place.shape)
+    canvas = GrownPicture(shown, place, must=scene.area.must, may=scene.area.may)
     # The generator of the standard library: loading NumPy's takes longer than all that is drawn here.
     chance = Random(settings.seed)
     painter = Painter(picture, bounds, canvas, patch, settings.variety, settings.mirrored, chance, watch)
@@ -156,7 +162,14 @@ def usual_reach(plain: Retexture) -> float:
 def finish(plain: Retexture, canvas: GrownPicture, watch: Stopwatch) -> Retexture:
     """Return what the canvas shows in the end, and what it took."""
     seconds = {**watch.seconds, "total": watch.total}
-    return replace(plain, place=canvas.place, label=canvas.label, seconds=seconds, final=True)
+    return replace(plain, place=shown_places(plain, canvas), label=canvas.label, seconds=seconds, final=True)
+
+
+def shown_places(plain: Retexture, canvas: GrownPicture) -> Singles:
+    """Return the places (H, W, 2) that are shown: the canvas's where something is regrown, else the deformation's."""
+    place, window = plain.place.copy(), window_around(canvas.label > 0)
+    place[window] = np.where((canvas.label[window] > 0)[..., None], canvas.place[window], place[window])
+    return place
 
 
 def cut_back(
@@ -172,7 +185,8 @@ def cut_back(
     `seams` (2, H, W) are the costs of those between its patches, None for nothing.
     """
     nowhere = np.zeros(plain.label.shape, bool)
-    canvas = GrownPicture(read(picture, preview.place, Kernel.CUBIC), preview.place, must=nowhere, may=~nowhere)
+    shown = read(picture, preview.place, Kernel.CUBIC)
+    canvas = GrownPicture(shown, preview.place.copy(), must=nowhere, may=~nowhere)
     canvas.label = preview.label.copy()
     canvas.seams = canvas.seams if seams is None else seams.copy()
     retract(canvas, picture, plain.place, usable, asked)
@@ -186,7 +200,8 @@ def with_previews(
     stage, canvas = "", painter.canvas
     for step in work:
         if stage and step.note != stage:
-            shown = replace(plain, place=canvas.place, label=canvas.label, origins=tuple(painter.origins))
+            place = shown_places(plain, canvas)
+            shown = replace(plain, place=place, label=canvas.label, origins=tuple(painter.origins))
             step = replace(step, preview=cut_back(shown, plain, painter.picture, usable, asked, canvas.seams))
         stage = step.note
         yield step

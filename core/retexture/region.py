@@ -8,6 +8,7 @@ import numpy as np
 from core.arrays import Bools, Bytes, Floats, Singles
 from core.retexture.deformation.coordinates import SpineCurves
 from core.retexture.deformation.diffusion import Diffusion, distortion
+from core.retexture.windows import Window, place_in, window_around
 
 CALM = 0.06
 """Where the deformation stretches by less than this (as a logarithm), near a curve, it stands."""
@@ -38,6 +39,8 @@ SMOOTH_PX = 6.0
 """Strain is averaged over about so far."""
 BAND = 128
 """Rows worked on at a time."""
+ROOM_PX = 64
+"""More than gaps, specks and the rim reach beyond what is wanted."""
 RIM_PX = 12
 """Width of the rim in which the seam between both may run."""
 ASKED, REFUSED = 191, 64
@@ -138,40 +141,56 @@ def region(
     before all of that.
     """
     wishes = wishes or Wishes()
-    reach_px, edge_px = sizes.reach_px, sizes.edge_px
-    strain = grid.at_pixels(_smooth(distortion(grid, field), SMOOTH_PX / grid.step)[..., None])[..., 0]
-    distance = _distance(curves, grid.shape)
+    reach_px, edge_px, shape = sizes.reach_px, sizes.edge_px, grid.shape
+    all_strain = grid.at_pixels(_smooth(distortion(grid, field), SMOOTH_PX / grid.step)[..., None])[..., 0]
+    all_allowed, all_distance = ~_kept(shown.landmarks, all_strain), _distance(curves, shape)
+    reached = all_distance < max(FARTHEST * reach_px, edge_px)
+    if wishes.regrown is not None:
+        reached |= wishes.regrown
+        all_allowed |= wishes.regrown
+    if wishes.allowed is not None:
+        all_allowed &= wishes.allowed
+    # Nothing is regrown beyond that, so the rest is worked on in a window: most of a large picture lies outside.
+    window = window_around(reached, ROOM_PX)
+    must, may = np.zeros(shape, bool), np.zeros(shape, bool)
+    inner, nearness, free = (np.zeros(shape, np.float32) for _ in range(3))
+    if not reached.any():
+        return Region(must, may, inner, nearness, free)
+    strain, distance = (plane[window].copy() for plane in (all_strain, all_distance))
+    allowed = all_allowed[window].copy()
+    del reached, all_strain, all_distance, all_allowed
     near = (distance < reach_px) & (strain > CALM)
     far = (distance < FARTHEST * reach_px) & (strain > STRAINED)
-    aside = ~_beyond_ends(curves, distance, FARTHEST * reach_px)
-    texture = detail > np.where(apart.missing, CLEAR, np.clip(SEEN / np.maximum(strain, 1e-3), CONTRAST, CLEAR))
-    must = (near | far) & aside & texture | (distance < edge_px) & (strain > CALM)
-    must &= ~(shown.structured & (strain < RIGID))
-    must = _clean(must, min(SPECK_PX, edge_px / 2))
-    allowed = ~_kept(shown.landmarks, strain)
+    aside = ~_beyond_ends(curves, distance, FARTHEST * reach_px, window)
+    clear = np.where(apart.missing[window], CLEAR, np.clip(SEEN / np.maximum(strain, 1e-3), CONTRAST, CLEAR))
+    wanted = (near | far) & aside & (detail[window] > clear) | (distance < edge_px) & (strain > CALM)
+    wanted &= ~(shown.structured[window] & (strain < RIGID))
+    wanted = _clean(wanted, min(SPECK_PX, edge_px / 2))
     if wishes.regrown is not None:
-        must |= wishes.regrown
-        allowed |= wishes.regrown
-    may = _away_from(must) <= RIM_PX
-    if wishes.allowed is not None:
-        allowed &= wishes.allowed
-    may &= allowed
-    must &= _away_from(~allowed) > RIM_PX / 2
-    depth = cv2.distanceTransform(np.pad(may, 1, mode="edge").astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+        wanted |= wishes.regrown[window]
+    open_to = may[window]
+    open_to[:] = (_away_from(wanted) <= RIM_PX) & allowed
+    must[window] = wanted & (_away_from(~allowed) > RIM_PX / 2)
+    depth = cv2.distanceTransform(np.pad(open_to, 1, mode="edge").astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    torn, creased = (_away_from(mask)[window].copy() for mask in (apart.torn, apart.creased))
     planes: tuple[Singles, ...] = (
         np.asarray(depth, np.float32),
-        _away_from(apart.torn),
-        _away_from(apart.creased),
-        apart.gap_px,
+        torn,
+        creased,
+        apart.gap_px[window],
         distance,
         strain,
     )
-    shares: tuple[Singles, Singles, Singles] = np.empty_like(strain), np.empty_like(strain), np.empty_like(strain)
-    for top in range(0, len(may), BAND):
+    for top in range(0, len(open_to), BAND):
         rows = slice(top, top + BAND)
-        for share, part in zip(shares, _shares(sizes, *(plane[rows] for plane in planes)), strict=True):
-            share[rows] = part
-    return Region(must, may, *shares)
+        # Outside of what may be regrown each of them is 0.
+        if not open_to[rows].any():
+            continue
+        for share, part in zip(
+            (inner, nearness, free), _shares(sizes, *(plane[rows] for plane in planes)), strict=True
+        ):
+            share[window][rows] = part
+    return Region(must, may, inner, nearness, free)
 
 
 def _shares(
@@ -216,9 +235,11 @@ def _kept(landmarks: Bools, strain: Singles) -> Bools:
     """Return the `landmarks` (H, W) that the deformation does not stretch much, on average over each."""
     if not landmarks.any():
         return landmarks
-    count, part, stats, _ = cv2.connectedComponentsWithStats(landmarks.astype(np.uint8))
-    mean = np.bincount(part.ravel(), strain.ravel(), count) / np.maximum(stats[:, cv2.CC_STAT_AREA], 1)
-    return np.asarray(landmarks & (mean < RIGID)[part])
+    window = window_around(landmarks)
+    inside = landmarks[window]
+    count, part, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
+    mean = np.bincount(part.ravel(), strain[window].ravel(), count) / np.maximum(stats[:, cv2.CC_STAT_AREA], 1)
+    return place_in(window, inside & (mean < RIGID)[part], landmarks.shape)
 
 
 def _away_from(mask: Bools) -> Singles:
@@ -265,23 +286,31 @@ def contrast(picture: Singles) -> Singles:
     fine = np.zeros(picture.shape[:2], np.float32)
     for i in range(picture.shape[2]):
         plane = picture[..., i]
-        lost = np.abs(plane - cv2.GaussianBlur(plane, (0, 0), FINE_PX))
+        blurred = cv2.GaussianBlur(plane, (0, 0), FINE_PX)
+        lost = np.abs(np.subtract(plane, blurred, out=blurred), out=blurred)
         np.maximum(fine, cv2.blur(lost, (AROUND_PX, AROUND_PX)), out=fine)
     return np.asarray(cv2.dilate(fine, _disc(AROUND_PX // 2)), np.float32)
 
 
-def _beyond_ends(curves: SpineCurves, distance: Singles, reach_px: float) -> Bools:
-    """Return which pixels (H, W) have an open curve's end for their nearest point, and lie before it."""
+def _beyond_ends(curves: SpineCurves, distance: Singles, reach_px: float, window: Window) -> Bools:
+    """Return which pixels (h, w) of a window have an open curve's end for their nearest point, and lie before it.
+
+    Their `distance`s (h, w) to the nearest curve tell.
+    """
     beyond = np.zeros(distance.shape, bool)
+    first = np.array([window[1].start, window[0].start])
     for curve in curves.curves:
         if curve.closed:
             continue
         for t, sense in ((0.0, -1.0), (float(curve.segments), 1.0)):
             end, outward = curve.at(t), sense * curve.tangent(t)
-            low = np.clip(np.floor(end - reach_px), 0, np.array(distance.shape[::-1])).astype(int)
-            high = np.clip(np.ceil(end + reach_px), 0, np.array(distance.shape[::-1])).astype(int)
+            low, high = (
+                np.clip(side - first, 0, distance.shape[::-1]).astype(int)
+                for side in (np.floor(end - reach_px), np.ceil(end + reach_px))
+            )
             box = slice(low[1], high[1]), slice(low[0], high[0])
-            y, x = np.mgrid[box]
+            y, x = np.ogrid[box]
+            y, x = y + first[1], x + first[0]
             nearest = np.hypot(x - end[0], y - end[1]) < distance[box] + 1.5
             beyond[box] |= nearest & ((x - end[0]) * outward[0] + (y - end[1]) * outward[1] > 1)
     return beyond

@@ -18,8 +18,9 @@ from core.retexture.picture.poisson_blend import correction
 from core.retexture.picture.seam_antialiasing import SHARE, Mixture, across_seams
 from core.retexture.prefetch import prefetch
 from core.retexture.sampling import Kernel, read, read_stored
+from core.retexture.windows import Window, mirrored_span
 
-BAND = 256
+BAND = 128
 """Rows resampled at a time."""
 STILL_PX = 1e-4
 """What moves less is copied as it is."""
@@ -108,8 +109,7 @@ class Retexture:
         self, layer: Pixels, place: Callable[[slice], Singles], mixture: Mixture | None, *, linear: bool
     ) -> Pixels:
         self._check(layer)
-        source = color.premultiply(color.linear_light(layer, linear=linear))
-        low, high, limits = float(source.min()), float(source.max()), ColourLimits(source, linear=linear)
+        low, high = _extremes(layer, linear=linear)
         result = layer.copy()
 
         def resample(start: int) -> None:
@@ -119,11 +119,18 @@ class Retexture:
             moved = np.maximum(way[..., 0], way[..., 1]) > STILL_PX
             if not moved.any():
                 return
-            light = read(source, at, Kernel.LANCZOS, mirror=True)
-            limits.hold(light, at)
-            if mixture is not None:
-                average(light, source, at, self._pressed(rows))
-                _mix(light, source, mixture.rows(rows.start, rows.stop, layer.shape[1]))
+            across = None if mixture is None else mixture.rows(rows.start, rows.stop, layer.shape[1])
+            pressed = None if mixture is None else self._pressed(rows)
+            # Of a large picture, the light of what these rows show is little beside that of all.
+            further = [] if across is None or pressed is None else [across.place, pressed.corners(at)]
+            window = _window_of([at, *further], layer)
+            origin = np.array([window[1].start, window[0].start], np.float32)
+            source = color.premultiply(color.linear_light(layer[window], linear=linear))
+            light = read(source, at - origin, Kernel.LANCZOS, mirror=True)
+            ColourLimits(source, linear=linear).hold(light, at - origin)
+            if across is not None and pressed is not None:
+                average(light, source, at, pressed, origin)
+                _mix(light, source, Mixture(across.pixel, across.place - origin))
             # The kernel overshoots beside edges; nothing becomes brighter or darker than the whole layer.
             light = np.clip(light, low, high)
             stored = color.store(color.unpremultiply(light), depth=layer.dtype, linear=linear)
@@ -154,6 +161,23 @@ class Retexture:
             return None
         first = max(rows[0] - MARGIN_PX, 0), max(columns[0] - MARGIN_PX, 0)
         return slice(first[0], rows[-1] + MARGIN_PX), slice(first[1], columns[-1] + MARGIN_PX)
+
+
+def _extremes(layer: Pixels, *, linear: bool) -> tuple[float, float]:
+    """Return the least and the greatest of a layer's numbers (H, W, C) as premultiplied linear light."""
+    bands = (layer[top : top + BAND] for top in range(0, len(layer), BAND))
+    light = (color.premultiply(color.linear_light(band, linear=linear)) for band in bands)
+    low, high = zip(*((float(band.min()), float(band.max())) for band in light), strict=True)
+    return min(low), max(high)
+
+
+def _window_of(places: list[Singles], layer: Pixels) -> Window:
+    """Return which part of a layer (H, W, C) is read at `places` (..., 2), the border being a mirror."""
+    some = [at.reshape(-1, 2) for at in places if at.size]
+    low = np.floor(np.min([at.min(axis=0) for at in some], axis=0)).astype(int) - AROUND_PX
+    high = np.ceil(np.max([at.max(axis=0) for at in some], axis=0)).astype(int) + AROUND_PX
+    columns, rows = (mirrored_span(int(low[i]), int(high[i]), layer.shape[1 - i]) for i in (0, 1))
+    return rows, columns
 
 
 def _mix(light: Singles, source: Singles, mixture: Mixture) -> None:

@@ -39,6 +39,11 @@ class Boxes(NamedTuple):
         low, high = np.searchsorted(self.pixel, [start * width, stop * width])
         return Boxes(self.pixel[low:high] - start * width, self.halves[low:high])
 
+    def corners(self, place: Singles) -> Singles:
+        """Return what the boxes around their `place`s (H, W, 2) lie between: places (2 n, 2)."""
+        middle, far = place.reshape(-1, 2)[self.pixel], np.abs(self.halves).max(axis=2).sum(axis=1)
+        return np.concatenate([middle - far, middle + far])
+
 
 def boxes(place: Singles, label: Ints) -> Boxes:
     """Return the pixels at whose `place`s (H, W, 2) the source is pressed together, in patches `label` (H, W).
@@ -64,8 +69,12 @@ def boxes(place: Singles, label: Ints) -> Boxes:
     return Boxes(pixel[pressed], as_pairs(_half(np.stack(halves, axis=1))).reshape(-1, 2, 2, 2))
 
 
-def average(light: Singles, source: Singles, place: Singles, found: Boxes) -> None:
-    """Let pixels of `light` (H, W, C) show the means over their boxes of a source, around their `place`s (H, W, 2)."""
+def average(light: Singles, source: Singles, place: Singles, found: Boxes, origin: Singles | None = None) -> None:
+    """Let pixels of `light` (H, W, C) show the means over their boxes of a source, around their `place`s (H, W, 2).
+
+    The first pixel of the source lies at `origin` (x, y), None for (0, 0).
+    """
+    first_pixel = np.zeros(2, np.float32) if origin is None else origin
     middle, flat = place.reshape(-1, 2)[found.pixel], light.reshape(-1, light.shape[2])
     length = np.linalg.norm(found.halves, axis=-1).sum(axis=-1)
     counts = np.clip(np.ceil(length), 1, MOST).astype(np.int64)
@@ -77,7 +86,7 @@ def average(light: Singles, source: Singles, place: Singles, found: Boxes) -> No
         beside = np.stack([np.float32(abs(t)) * second[:, int(t < 0)] for t in _middles(shorter)], axis=1)
         for t in _middles(longer):
             at = (middle[these] + np.float32(abs(t)) * first[:, int(t < 0)])[:, None] + beside
-            total += read(source, at, Kernel.LANCZOS, mirror=True).sum(axis=1)
+            total += read(source, at - first_pixel, Kernel.LANCZOS, mirror=True).sum(axis=1)
         flat[found.pixel[these]] = total / np.float32(longer * shorter)
 
 

@@ -31,7 +31,7 @@ class Bounds:
     usable: Bools | None = None
     """(H, W) of the source; None for everywhere."""
     kept: tuple[Ints, Ints] | None = None
-    """(H, W) of the source and of the result: the number of the curve within two pixels, else -1."""
+    """(H, W) of the source and of the result: the number from 1 of the curve within two pixels, else 0."""
     drawn: int = 0
     """Of the curves, so many, the first, were drawn: texture beyond another one of them is not used."""
 
@@ -52,7 +52,7 @@ class Bounds:
         if self.kept is None:
             return np.zeros(grids.shape[:3], bool)
         there = self.kept[0].reshape(-1)[nearest(grids, self.may.shape)]
-        return hide((there >= 0) & (there < self.drawn) & (there != curve[:, None, None]))
+        return hide((there > 0) & (there <= self.drawn) & (there != curve[:, None, None] + 1))
 
     def open_to(self, pixel: Ints, curve: Ints) -> Bools:
         """Return which of the result's pixels (m,) patches of a `curve` (m,) may show."""
@@ -64,7 +64,7 @@ class Bounds:
 
 def _free_for(curve: Ints, kept: Ints) -> Bools:
     """Return where no other curve than `curve` runs within two pixels."""
-    return np.asarray((kept < 0) | (kept == curve))
+    return np.asarray((kept == 0) | (kept == curve + 1))
 
 
 def within(positions: Singles | Points, size: tuple[int, ...]) -> Bools:

@@ -49,8 +49,8 @@ class GrownPicture:
     def __init__(self, colour: Singles, place: Singles, *, must: Bools, may: Bools) -> None:
         self.colour = colour
         """(H, W, c) what is shown now."""
-        self.place = place.copy()
-        """(H, W, 2) the pixel of the source that is shown."""
+        self.place = place
+        """(H, W, 2) the pixel of the source that is shown; of both what is far from all that may be regrown is 0."""
         self.label: Ints = np.zeros(may.shape, np.int32)
         self.seams = np.zeros((2, *may.shape), np.float32)
         """(2, H, W) cost of the seam between a pixel and its right neighbour, and its lower one."""

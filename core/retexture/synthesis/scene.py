@@ -23,6 +23,7 @@ from core.retexture.synthesis.candidate_pool import within
 from core.retexture.synthesis.long_edges import LongEdges, Side
 from core.retexture.synthesis.patches import Fields, PatchShape
 from core.retexture.synthesis.placement import Correspondence, along_curves, find_missed, pace
+from core.retexture.windows import place_in, window_around
 
 TORN = 3.0
 """Where curves meet, or ribs of one, coordinates are torn if places in the source part so many times as far as here."""
@@ -67,7 +68,9 @@ def prepare(
         beside, paces, nearest, lost, missing = along_nodes(source, target, plain.grid, patch.rib)
         structured = in_sides(SpineCurves(targets[:drawn]), edges.structured, plain.grid)
         # What a place shows comes from where the deformation has it, or from where it lies along the curve.
-        fine = np.maximum(read(fine, plain.place), plain.grid.at_pixels(spread(read(fine, beside), plain.grid))[..., 0])
+        along = spread(read(fine, beside), plain.grid)
+        fine = read(fine, plain.place)
+        np.maximum(fine, plain.grid.at_pixels(along)[..., 0], out=fine)
         between = apart(beside, nearest, lost, missing, plain)
     sizes = Sizes(reach_px, 1.5 * patch.rib, patch.search_along)
     area = region(
@@ -80,6 +83,9 @@ def prepare(
         Standing(stands.result(), structured),
         wishes=wishes,
     )
+    # It is read where patches begin: beside what is regrown.
+    window = window_around(area.may, patch.window)
+    fine = place_in(window, fine[window], fine.shape)
     # Each share of a place's source compresses as its own map does.
     near = read(area.nearness, plain.grid.nodes, Kernel.NEAREST)
     pressed = near * spread(paces, plain.grid)[..., 0] + (1 - near) * diffusion.compression(plain.grid, plain.field)
@@ -160,9 +166,9 @@ def apart(along: Points, nearest: Ints, lost: Bools, missing: Bools, plain: Rete
         meets = np.diff(nearest, axis=axis) != 0
         torn += np.pad(far & meets, [(int(axis == i), 0) for i in (0, 1)])
         creased += np.pad(far & ~meets, [(int(axis == i), 0) for i in (0, 1)])
-    wanted = gap, torn, creased, lost | missing
-    gap_px, *parts = (plain.grid.at_pixels(spread(values, plain.grid))[..., 0] for values in wanted)
-    return Apart(gap_px, *(part > 0.5 for part in parts))
+    gap_px, grid = plain.grid.at_pixels(spread(gap, plain.grid))[..., 0], plain.grid
+    parts = [grid.at_pixels(spread(values, grid))[..., 0] > 0.5 for values in (torn, creased, lost | missing)]
+    return Apart(gap_px, *parts)
 
 
 def find_standing(picture: Singles, source: SpineCurves, plain: Retexture, patch: PatchShape, reach_px: float) -> Bools:
@@ -191,11 +197,11 @@ def follow(source: Curve, plain: Retexture) -> Curve:
 
 
 def near_curves(curves: SpineCurves, shape: tuple[int, int]) -> Ints:
-    """Return which curve runs within `KEPT_PX` of each pixel (H, W); -1 where none does."""
-    kept: Ints = np.full(shape, -1, np.int16)
+    """Return which curve runs within `KEPT_PX` of each pixel (H, W), numbered from 1; 0 where none does."""
+    kept: Ints = np.zeros(shape, np.int16)
     # The round ends of steps this short widen a line by a pixel on either side.
     wide = int(2 * KEPT_PX) - 1
     for i in range(len(curves.curves)):
         line = curves.points[curves.index == i]
-        cv2.polylines(kept, [np.rint(line).astype(np.int32)], curves.curves[i].closed, i, wide)
+        cv2.polylines(kept, [np.rint(line).astype(np.int32)], curves.curves[i].closed, i + 1, wide)
     return kept

@@ -38,7 +38,7 @@ def waves() -> Singles:
 def given_back(regrown: Singles, plain: Singles, usable: Bools | None = None) -> GrownPicture:
     """Return a canvas that shows waves `regrown` in a box, after it was retracted to the `plain` places."""
     nothing = np.zeros(SIZE, bool)
-    canvas = GrownPicture(np.zeros((*SIZE, 3), np.float32), plain, must=nothing, may=~nothing)
+    canvas = GrownPicture(np.zeros((*SIZE, 3), np.float32), plain.copy(), must=nothing, may=~nothing)
     canvas.label[BOX], canvas.place[BOX] = 1, regrown[BOX]
     canvas.state[BOX] = GROWN
     canvas.colour = read(waves(), canvas.place, Kernel.CUBIC)

@@ -69,8 +69,8 @@ def test_a_grid_that_would_fold_is_smoothed(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_patches_stop_two_pixels_short_of_another_curve() -> None:
     kept = near_curves(SpineCurves([straight(60.0), straight(100.0)]), SHAPE)
-    np.testing.assert_array_equal(np.flatnonzero(kept[:, 110] == 0), np.arange(58, 63))
-    np.testing.assert_array_equal(np.flatnonzero(kept[:, 110] == 1), np.arange(98, 103))
+    np.testing.assert_array_equal(np.flatnonzero(kept[:, 110] == 1), np.arange(58, 63))
+    np.testing.assert_array_equal(np.flatnonzero(kept[:, 110] == 2), np.arange(98, 103))
 
 
 def test_traces_keep_their_sense_between_curves_of_opposite_sense() -> None:
