@@ -1,7 +1,7 @@
 """Reading pictures and masks through OpenImageIO; `core.imaging.images` says what becomes of the special cases."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +12,14 @@ from core.arrays import Bytes, InputError, Pixels, readonly
 from core.files.faults import system_faults_named
 from core.files.litter import scratch_folder
 from core.files.text import legible
-from core.imaging import color, webp_exif
+from core.imaging import color, set_aside, webp_exif
 from core.imaging.hushed import hush
 from core.imaging.image import Attribute, Image, usable_profile
 from core.imaging.metadata import as_text, put
 from core.imaging.oiio_faults import take_fault
 from core.imaging.picture_bounds import TooLargeError, check_size
 from core.imaging.png_chunks import is_broken_png
+from core.imaging.set_aside import SetAside
 
 BAND_ROWS = 256
 LARGEST = 1e15
@@ -116,14 +117,32 @@ def _read_pixels(source: OpenImageIO.ImageInput, spec: OpenImageIO.ImageSpec, de
         pixels = source.read_image(0, 0, 0, spec.nchannels, depth)
         return None if pixels is None else np.asarray(pixels)
     shape = spec.height, spec.width, spec.nchannels
-    pixels = np.empty(shape, {OpenImageIO.UINT8: np.uint8, OpenImageIO.UINT16: np.uint16}.get(depth, np.float32))
+    dtype = np.dtype({OpenImageIO.UINT8: np.uint8, OpenImageIO.UINT16: np.uint16}.get(depth, np.float32))
+    aside = _set_aside(spec, shape, dtype)
+    pixels = np.empty(shape if aside is None else (0, *shape[1:]), dtype)
     for top in range(0, spec.height, BAND_ROWS):
         bottom = min(top + BAND_ROWS, spec.height)
         band = source.read_scanlines(0, 0, spec.y + top, spec.y + bottom, spec.z, 0, spec.nchannels, depth)
         if band is None:
+            if aside is not None:
+                aside.close()
             return None
-        pixels[top:bottom] = np.asarray(band).reshape(bottom - top, *shape[1:])
-    return pixels
+        rows = np.asarray(band).reshape(bottom - top, *shape[1:])
+        if aside is None:
+            pixels[top:bottom] = rows
+        else:
+            aside.append(rows)
+    return pixels if aside is None else aside.pixels()
+
+
+def _set_aside(spec: OpenImageIO.ImageSpec, shape: tuple[int, int, int], dtype: np.dtype[Any]) -> SetAside | None:
+    """Return where the pixels of a very large picture go; None for others, and for those that are changed once read."""
+    as_they_are = dtype.kind == "u" and shape[2] in (1, 3) and spec.get_int_attribute("Orientation", 1) == 1
+    if not as_they_are or dtype.itemsize * shape[0] * shape[1] * shape[2] < set_aside.LARGE_BYTES:
+        return None
+    with suppress(OSError):  # no room, or no temporary folder: memory it is
+        return SetAside(shape, dtype)
+    return None
 
 
 def load_mask(path: Path | str, size_px: tuple[int, int]) -> Bytes:
@@ -198,9 +217,9 @@ def _image_from_file(pixels: Pixels, spec: OpenImageIO.ImageSpec) -> Image:
     if pixels.shape[2] in (2, 4) and not spec.get_int_attribute("oiio:UnassociatedAlpha"):
         pixels = _straight(pixels)
     pixels = upright(pixels, spec.get_int_attribute("Orientation", 1))
-    return Image(
-        readonly(np.ascontiguousarray(pixels)), linear, _profile(spec, pixels.shape[2]), _kept_attributes(spec)
-    )
+    if pixels.flags.writeable:
+        pixels = readonly(np.ascontiguousarray(pixels))
+    return Image(pixels, linear, _profile(spec, pixels.shape[2]), _kept_attributes(spec))
 
 
 def _bound(pixels: Pixels) -> None:

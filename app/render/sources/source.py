@@ -19,6 +19,7 @@ from app.render.gpu import release
 from app.render.sources.texels import halves, light_of, reduce, texels_of
 from core import tracing
 from core.imaging.images import Image
+from core.imaging.set_aside import let_go
 
 LEVELS = 6
 """Levels above the base, where the picture is large enough to have them."""
@@ -224,6 +225,7 @@ class Source:
         for left, part in zip(reversed(range(len(parts))), parts, strict=True):
             with tracing.span("upload", what="picture"):
                 texels = reduce(texels_of(self.image, part), 1 << base)
+                let_go(self.image.pixels)
                 x, y = (part[0] - first_x) >> base, (part[1] - first_y) >> base
                 for level in range(window.top - base + 1):
                     texels = reduce(texels, 2) if level else texels
@@ -242,6 +244,7 @@ class Source:
         step = 1 << base
         first_row, first_column = min(step // 2, height - 1), min(step // 2, width - 1)
         light = light_of(self.image, np.ascontiguousarray(self.image.pixels[first_row::step, first_column::step]))
+        let_go(self.image.pixels)
         size = light.shape[1], light.shape[0]
         texture = self._context.texture(size, 4, np.ascontiguousarray(halves(light)), dtype="f2")
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
