@@ -83,10 +83,10 @@ def waves(width: int, height: int) -> Bytes:
 
 
 BOUNDS = (
-    Bound("decompose", (4000, 3000), 30.0, 1.5, make_cloth),
+    Bound("decompose", (4000, 3000), 30.0, 1.4, make_cloth),
     Bound("retexture", (4000, 3000), 15.0, 0.75, make_fur),
     Bound("warp, arc", (16_384, 16_384), 60.0, 0.85, make_arc),
-    Bound("warp, twist", (30_000, 200), 29.0, 1.6, make_twist),
+    Bound("warp, twist", (30_000, 200), 29.0, 0.5, make_twist),
 )
 QUICK = tuple(Bound(bound.name, (600, 400), bound.seconds, bound.gigabytes, bound.make) for bound in BOUNDS[:3])
 

@@ -193,18 +193,22 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
     cloth, scale = found.cloth, found.scale
     if not np.isfinite(model.shading).any():
         raise NoPatternError
-    modelled, lattice = model.modelled, whole_lattice(cloth, list(model.pieces), found.fit)
+    lattice = whole_lattice(cloth, list(model.pieces), found.fit)
     frames = PatchFrames(
         scale * lattice.frames.points + (scale - 1) / 2, scale * lattice.frames.bases, lattice.frames.scores
     )
+    modelled, inside = model.modelled, np.asarray(np.isfinite(model.shading), np.bool_)
+    uv, texel, light, coverage = model.uv, model.texel, model.light, model.coverage
+    # What the rest of the model takes, its texture above all, would be the most memory of a large photo here.
+    del model
     return Decomposition(
         photo=found.photo,
-        uv=model.uv,
-        texel=model.texel,
-        shading=model.light[..., 0] if model.light.shape[-1] == 1 else model.light,
-        detail=difference(found.photo, modelled, np.asarray(np.isfinite(model.shading), np.bool_)),
+        uv=uv,
+        texel=texel,
+        shading=light[..., 0] if light.shape[-1] == 1 else light,
+        detail=difference(found.photo, modelled, inside),
         reconstruction=modelled,
-        coverage=model.coverage * found.opacity,
+        coverage=coverage * found.opacity,
         lattice=replace(lattice, frames=frames),
         basis=cloth.basis * scale,
         explained=found.explained,

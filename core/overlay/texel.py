@@ -18,6 +18,8 @@ OBSERVED, LEAST_OBSERVED = 32, 100_000
 """Pixels for each sample of a texel, and pixels in all, that are enough to estimate it from."""
 TYPICAL = 10_000
 """Pixels that are enough to tell the usual error from, within 1 %."""
+SPLATTED = 1 << 17
+"""Pixels whose shares are worked out at a time."""
 
 
 @dataclass(frozen=True)
@@ -180,12 +182,17 @@ def draw_sample(use: Bools, most: int) -> Bools:
 def splat(at: Floats, shape: tuple[int, int]) -> tuple[Ints, Floats]:
     """Return the sample numbers and shares (n, 4) of coordinates (n, 2) in a texel of `shape`."""
     h, w = shape
-    x, y = at[:, 0] * w - 0.5, at[:, 1] * h - 0.5
-    left, top = np.floor(x), np.floor(y)
-    fx, fy = x - left, y - top
-    columns, rows = (next_to(first.astype(np.int64) % n, n) for first, n in ((left, w), (top, h)))
-    index = np.stack([rows[b] * w + columns[a] for b in (0, 1) for a in (0, 1)], -1)
-    return index, np.stack([(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy], -1)
+    index, share = np.empty((len(at), 4), np.int64), np.empty((len(at), 4), at.dtype)
+    for start in range(0, len(at), SPLATTED):
+        some = slice(start, start + SPLATTED)
+        x, y = at[some, 0] * w - 0.5, at[some, 1] * h - 0.5
+        left, top = np.floor(x), np.floor(y)
+        fx, fy = x - left, y - top
+        columns, rows = (next_to(first.astype(np.int64) % n, n) for first, n in ((left, w), (top, h)))
+        for k, (b, a) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
+            index[some, k] = rows[b] * w + columns[a]
+            share[some, k] = (fx if a else 1 - fx) * (fy if b else 1 - fy)
+    return index, share
 
 
 def next_to(first: Ints, count: int) -> tuple[Ints, Ints]:

@@ -53,9 +53,9 @@ def matte_of(photo: Floats | Singles, modelled: Singles, inside: Bools, carried:
 
     `photo` and the model `modelled`, as far as it is `carried` (H, W), are (H, W, 3); `inside` (H, W) is the outline.
     """
-    share = inside.astype(np.float32)
     depth = distance(~inside)
     depth -= distance(inside)
+    share = inside.astype(np.float32)
     near, grounds = np.zeros(inside.shape, bool), []
     for first, top, bottom, last in bands(photo.shape, margin=int(4 * AROUND_PX) + 1):
         part, own = slice(first, last), slice(top - first, bottom - first)

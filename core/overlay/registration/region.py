@@ -64,7 +64,11 @@ def judge(planes: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
     Strictly it is the unexplained variance over the texture's in the same neighbourhood. Mildly it is what the
     correlation of photo and model lacks, if that is less: a brick of another colour is a brick.
     """
-    means = planes / np.maximum(planes[..., 1:2], 1e-3)
+    return _judge_means(planes / np.maximum(planes[..., 1:2], 1e-3), tolerance)
+
+
+def _judge_means(means: Floats, tolerance: Tolerance) -> tuple[Floats, Floats]:
+    """Return what `judge` does from the sums over their second (..., 18)."""
     light = means[..., 8]
     variance = (means[..., 5:8] - means[..., 2:5] ** 2).sum(-1)
     seen = (means[..., 12:15] - means[..., 9:12] ** 2).sum(-1)
@@ -93,7 +97,11 @@ def misfit(
         planes[..., first : first + 3] = of_colours
     if not valid.all():
         planes *= w
-    return judge(gaussian(planes, sigma_px), tolerance)
+    # Of a large photo the sums are the most memory: none but their means is kept.
+    del seen, model, w, first, of_colours
+    planes = gaussian(planes, sigma_px)
+    planes /= np.maximum(planes[..., 1:2], 1e-3)
+    return _judge_means(planes, tolerance)
 
 
 @dataclass(frozen=True)
