@@ -48,10 +48,10 @@ def fit(editor: Editor) -> None:
 
 
 def actual_size(editor: Editor) -> None:
-    """Show canvas pixels as screen pixels, the middle of the view held in place."""
+    """Show canvas pixels as pixels of the window, the middle of the view held in place."""
     view = editor.session.view
     middle = (np.asarray(view.size) / 2 - view.pan) / view.zoom
-    editor.show(view=centre(replace(view, zoom=1.0), middle))
+    editor.show(view=centre(replace(view, zoom=1 / view.unit), middle))
 
 
 def zoom(editor: Editor, factor: float) -> None:

@@ -167,8 +167,7 @@ class Hand:
 
     def move(self, x: float, y: float) -> None:
         """Move the pointer to a place of the canvas's widget."""
-        area = self.shell.workspace.canvas.area
-        imgui.get_io().add_mouse_pos_event(area.x + x, area.y + y)
+        imgui.get_io().add_mouse_pos_event(*self.shell.workspace.canvas.area.in_window(x, y))
 
     def on_screen(self, place: tuple[float, float]) -> tuple[float, float]:
         """Return where a place of the canvas is, in pixels of the canvas's widget."""

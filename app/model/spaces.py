@@ -1,7 +1,8 @@
 """The spaces of the canvas and the ways between them.
 
 `image`: pixels of the source picture. `canvas`: pixels of the result, the space the warp maps to; the same as `image`
-while nothing is warped. `screen`: pixels of the canvas widget, (0, 0) its top left corner.
+while nothing is warped. `screen`: pixels of the canvas widget, (0, 0) its top left corner; they are as
+large as the artist's text size and the display make them, so that handles and their reach grow with the text.
 """
 
 from dataclasses import dataclass, replace
@@ -23,6 +24,13 @@ class View:
     """Screen position of canvas (0, 0), the centre of the first pixel."""
     size: tuple[float, float] = (1.0, 1.0)
     """Width and height of the canvas widget in screen pixels."""
+    unit: float = 1.0
+    """Pixels of the window per screen pixel."""
+
+    @property
+    def magnification(self) -> float:
+        """Pixels of the window per canvas pixel: the zoom as the artist reads it."""
+        return self.zoom * self.unit
 
 
 def screen_from_canvas(view: View, points: Points) -> Points:

@@ -56,5 +56,5 @@ def find_central_area() -> Area:
     node = imgui.internal.dock_builder_get_central_node(space) if space is not None else None
     if node is None:
         size = imgui.get_io().display_size
-        return Area(0, 0, size.x, size.y)
-    return Area(node.pos.x, node.pos.y, node.size.x, node.size.y)
+        return Area(0, 0, size.x, size.y, theme.unit())
+    return Area(node.pos.x, node.pos.y, node.size.x, node.size.y, theme.unit())

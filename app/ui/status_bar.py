@@ -71,7 +71,7 @@ class StatusBar:
         editor = self._editor
         if not imgui.begin_popup(ZOOMS):
             return
-        zoom = editor.session.view.zoom
+        zoom = editor.session.view.magnification
         held = number_box(100 * zoom, 100 * LEAST_ZOOM, 100 * MOST_ZOOM, 0, name="zoom", width_em=5.0)
         tip("Zoom in per cent")
         if held.value is not None:
@@ -138,7 +138,7 @@ class StatusBar:
         if result != (width, height):
             rows.append((f"→ {result[0]} × {result[1]} px", "Width and height of the result", False))
         rows.extend(of_mode[session.mode]())
-        rows.append((f"{session.view.zoom:.0%}", "Zoom: press for others", False))
+        rows.append((f"{session.view.magnification:.0%}", "Zoom: press for others", False))
         return rows
 
     def _find_place(self) -> None:

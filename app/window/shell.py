@@ -270,7 +270,7 @@ class Shell:
         """Draw the present picture and keep what was drawn, for frames in which that fails; return True."""
         self._motion.update(self.editor)
         if self.frames > LAYOUT_FRAMES:
-            scene = scene_of(self.editor, ratio, self._motion)
+            scene = scene_of(self.editor, ratio * self.editor.session.view.unit, self._motion)
             self._renderer.draw(scene, place)
             self._scene = scene
         return True

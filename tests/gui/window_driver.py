@@ -49,9 +49,8 @@ class WindowDriver:
         return self.shell.workspace.dialogs.title
 
     def place(self, x: float, y: float) -> ImVec2:
-        """Return the place in the window of a place on the canvas."""
-        area = self.shell.workspace.canvas.area
-        return ImVec2(area.x + x, area.y + y)
+        """Return the place in the window of a place on the canvas, in its screen pixels."""
+        return ImVec2(*self.shell.workspace.canvas.area.in_window(x, y))
 
     def move(self, x: float, y: float) -> "WindowDriver":
         self.context.mouse_move_to_pos(self.place(x, y))

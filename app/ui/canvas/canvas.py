@@ -1,7 +1,5 @@
 """The canvas: hands the pointer and the keys to the editor, and draws over the picture what is not picture."""
 
-from dataclasses import replace
-
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
@@ -9,6 +7,7 @@ from app.actions.table import ActionTable
 from app.actions.view import whole
 from app.editor.editor import Editor
 from app.model.events import Event, Key, KeyUp, Modifiers, Move, Press, Release
+from app.model.spaces import View
 from app.tools.marks import marks
 from app.ui.canvas.comparing import draw_legend, draw_onion
 from app.ui.canvas.input import Area, Chords, Pointer, key_events
@@ -51,9 +50,10 @@ class CanvasWidget:
         if area == self.area:
             return
         is_whole = self.editor.session.view == whole(self.editor)
-        view, old, self.area = self.editor.session.view, self.area, area
-        pan = (view.pan[0] + (area.width - old.width) / 2, view.pan[1] + (area.height - old.height) / 2)
-        self.editor.show(view=replace(view, size=(area.width, area.height), pan=pan))
+        self.area, view = area, self.editor.session.view
+        grown, (width, height), old = view.unit / area.unit, area.size, view.size
+        pan = ((width - old[0] * grown) / 2 + view.pan[0] * grown, (height - old[1] * grown) / 2 + view.pan[1] * grown)
+        self.editor.show(view=View(view.zoom * grown, pan, area.size, area.unit))
         if is_whole:
             self.editor.show(view=whole(self.editor))
 
@@ -89,7 +89,7 @@ class CanvasWidget:
         if session.compare != "before":
             left = self._divider_x if session.compare == "split" else area.x
             sheet.push_clip_rect((left, area.y), (area.x + area.width, area.y + area.height), True)
-            MarkPainter(sheet, (area.x, area.y)).draw(marks(self.editor))
+            MarkPainter(sheet, area).draw(marks(self.editor))
             sheet.pop_clip_rect()
         if session.compare == "split":
             self._draw_divider(sheet)
@@ -115,7 +115,7 @@ class CanvasWidget:
 
     def _on_divider(self, pos: tuple[float, float]) -> bool:
         session = self.editor.session
-        return session.compare == "split" and abs(pos[0] - session.split * self.area.width) < em(0.45)
+        return session.compare == "split" and abs(pos[0] - session.split * self.area.size[0]) < theme.TEXT_PX * 0.45
 
     def _move_divider(self, event: Event) -> bool:
         """Drag the divider of the split view; return whether the event was for it."""
@@ -123,7 +123,7 @@ class CanvasWidget:
             self._holds_divider = self._on_divider(event.pos)
         held = self._holds_divider
         if held and isinstance(event, Move):
-            self.editor.show(split=float(np.clip(event.pos[0] / max(self.area.width, 1), 0.02, 0.98)))
+            self.editor.show(split=float(np.clip(event.pos[0] / max(self.area.size[0], 1), 0.02, 0.98)))
         if isinstance(event, Release):
             self._holds_divider = False
         return held

@@ -28,9 +28,9 @@ def draw_onion(sheet: imgui.ImDrawList, editor: Editor, picture: PictureTexture,
     if texture is None:
         return
     corners = np.array([[-0.5, -0.5], np.subtract(editor.document.size_px, 0.5)])
-    low, high = screen_from_canvas(editor.session.view, corners) + (area.x, area.y)
+    low, high = (area.in_window(*place) for place in screen_from_canvas(editor.session.view, corners).tolist())
     tint = imgui.color_convert_float4_to_u32(rgb(0xFFFFFF, ONION))
-    places = ImVec2(*low.tolist()), ImVec2(*high.tolist())
+    places = ImVec2(*low), ImVec2(*high)
     sheet.add_image(imgui.ImTextureRef(texture.texture), *places, ImVec2(0, 0), ImVec2(1, 1), tint)
 
 

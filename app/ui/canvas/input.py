@@ -12,12 +12,27 @@ from app.model.events import Button, Event, Key, KeyUp, Modifiers, Move, Positio
 
 @dataclass(frozen=True)
 class Area:
-    """Where the canvas lies in the window, in screen pixels."""
+    """Where the canvas lies in the window, in pixels of the window."""
 
     x: float
     y: float
     width: float
     height: float
+    unit: float = 1.0
+    """Pixels of the window per screen pixel of the canvas (`app.model.spaces`)."""
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height in screen pixels of the canvas."""
+        return self.width / self.unit, self.height / self.unit
+
+    def on_canvas(self, x: float, y: float) -> Position:
+        """Return the place on the canvas, in its screen pixels, of a place of the window."""
+        return (x - self.x) / self.unit, (y - self.y) / self.unit
+
+    def in_window(self, x: float, y: float) -> Position:
+        """Return the place in the window of a place on the canvas, in its screen pixels."""
+        return self.x + x * self.unit, self.y + y * self.unit
 
     def holds(self, x: float, y: float) -> bool:
         """Whether a place of the window is on the canvas."""
@@ -103,9 +118,9 @@ class Pointer:
         """Where the mouse has been since the last frame, in pixels of the window; whoever hears of it adds to this."""
 
     def events(self, area: Area) -> Iterator[Event]:
-        """Yield what the mouse did since the last frame, in pixels of the canvas."""
+        """Yield what the mouse did since the last frame, in screen pixels of the canvas."""
         io = imgui.get_io()
-        pos = (io.mouse_pos.x - area.x, io.mouse_pos.y - area.y)
+        pos = area.on_canvas(io.mouse_pos.x, io.mouse_pos.y)
         over = not io.want_capture_mouse and area.holds(io.mouse_pos.x, io.mouse_pos.y)
         mods = modifiers()
         yield from self._way(area, mods)
@@ -124,11 +139,11 @@ class Pointer:
         """Yield the places on the way while a button is held, so that a fast stroke is as smooth as the hand."""
         trail, self.trail = self.trail[:-1], []
         if self._held is not None and imgui.is_mouse_down(self._held):
-            start = self._last and (self._last[0] + area.x, self._last[1] + area.y)
+            start = self._last and area.in_window(*self._last)
             most = min(max(int(WAY_S / max(self._place_s, 1e-6)), 1), MOST_WAY)
             for x, y in space_out(trail, start, most):
                 started = self._clock()
-                yield Move((x - area.x, y - area.y), mods)
+                yield Move(area.on_canvas(x, y), mods)
                 self._place_s = (self._place_s + self._clock() - started) / 2
 
     @property

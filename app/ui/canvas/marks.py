@@ -7,6 +7,7 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from app.model.shapes import Bezier, Circle, Polyline, Role, Shape, Square
+from app.ui.canvas.input import Area
 from app.ui.widgets import theme
 from core.arrays import Points
 
@@ -62,12 +63,12 @@ MOST_DASHES = 2000
 
 
 class MarkPainter:
-    """Draws shapes on a draw list; `origin` is where the canvas's (0, 0) lies on it."""
+    """Draws shapes, in screen pixels of the canvas, on a draw list of the window, in which the canvas is `area`."""
 
-    def __init__(self, sheet: imgui.ImDrawList, origin: tuple[float, float]) -> None:
+    def __init__(self, sheet: imgui.ImDrawList, area: Area) -> None:
         self._sheet = sheet
-        self._x, self._y = origin
-        self._scale = theme.em(1.0) / theme.TEXT_PX
+        self._area = area
+        self._scale = area.unit
 
     def draw(self, shapes: Iterable[Shape]) -> None:
         """Draw `shapes`, the first lowest."""
@@ -83,7 +84,7 @@ class MarkPainter:
                     self._bezier(shape)
 
     def _place(self, point: Sequence[float] | Points) -> ImVec2:
-        return ImVec2(self._x + float(point[0]), self._y + float(point[1]))
+        return ImVec2(*self._area.in_window(float(point[0]), float(point[1])))
 
     def _strokes(self, pen: Pen) -> tuple[tuple[int, float], tuple[int, float]]:
         """Return colour and width of the halo and of the line upon it."""
@@ -91,7 +92,7 @@ class MarkPainter:
         return halo, (theme.color(pen.code, pen.alpha), pen.width * self._scale)
 
     def _circle(self, shape: Circle) -> None:
-        pen, centre, radius = PENS[shape.role], self._place(shape.centre), max(shape.radius_px, 0.5)
+        pen, centre, radius = PENS[shape.role], self._place(shape.centre), max(shape.radius_px, 0.5) * self._scale
         if shape.filled:
             self._sheet.add_circle_filled(centre, radius + RIM_PX * self._scale, theme.color(HALO, 0.85 * pen.alpha))
             self._sheet.add_circle_filled(centre, radius, theme.color(pen.code, pen.alpha))
@@ -103,7 +104,7 @@ class MarkPainter:
 
     def _square(self, shape: Square) -> None:
         pen, half = PENS[shape.role], shape.half_px
-        low, high = self._place(np.subtract(shape.centre, half)), self._place(np.add(shape.centre, half))
+        low, high = (self._place(np.add(shape.centre, by)) for by in (-half, half))
         if shape.filled:
             rim = RIM_PX * self._scale
             outer = ImVec2(low.x - rim, low.y - rim), ImVec2(high.x + rim, high.y + rim)
@@ -141,8 +142,8 @@ class MarkPainter:
 def _dashes(points: Points) -> list[list[list[float]]]:
     """Cut a polyline (n, 2) into dashes, with the corners that they go around."""
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    starts = np.arange(0.0, along[-1], theme.em(DASH_EM + GAP_EM))[:MOST_DASHES]
-    ends = np.minimum(starts + theme.em(DASH_EM), along[-1])
+    starts = np.arange(0.0, along[-1], theme.TEXT_PX * (DASH_EM + GAP_EM))[:MOST_DASHES]
+    ends = np.minimum(starts + theme.TEXT_PX * DASH_EM, along[-1])
     first, last = (
         np.stack([np.interp(lengths, along, points[:, axis]) for axis in (0, 1)], axis=1).tolist()
         for lengths in (starts, ends)

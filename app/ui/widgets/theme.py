@@ -61,6 +61,11 @@ def em(count: float) -> float:
     return hello_imgui.em_size(count)
 
 
+def unit() -> float:
+    """Return how many pixels of the window one is that the artist's text size and the display make larger."""
+    return em(1.0) / TEXT_PX
+
+
 def ems(x: float, y: float) -> ImVec2:
     """Return a size of (x, y) ems in screen pixels."""
     return hello_imgui.em_to_vec2(x, y)
