@@ -108,6 +108,7 @@ class LaidPicture:
             yield
             self.light.build_mipmaps()
             self.light.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+            yield  # The first time a software driver translates programs for it, which takes a frame of its own.
 
     def release(self) -> None:
         """Free the GPU objects."""
