@@ -29,7 +29,7 @@ from core.mapping.jacobians import as_complex, as_positions
 from core.mapping.result import Warped
 from core.progress import run
 from core.rasters.raster import Raster
-from core.selection.importance import importance, propose
+from core.selection.importance import importance, propose_objects
 from core.selection.long_lines import are_long, find_lines
 
 Record: TypeAlias = dict[str, Any]
@@ -73,7 +73,7 @@ def _mask(path: Path, image: Image) -> Bytes:
     return (
         load_mask(painted, image.size_px)
         if painted.exists()
-        else propose(run(importance(image)), Resizing().share, image.size_px)
+        else run(propose_objects(image, run(importance(image)), Resizing().share))
     )
 
 

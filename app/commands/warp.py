@@ -31,7 +31,7 @@ from core.interchange.stmap import write_st_map
 from core.mapping.result import Warped
 from core.notices import notice
 from core.rasters.raster import Raster
-from core.selection.importance import importance, propose
+from core.selection.importance import importance, propose_objects
 from core.warps.map_file import warp_map_of
 from core.warps.presets import PRESETS
 
@@ -223,7 +223,8 @@ def document_from(arguments: argparse.Namespace) -> Document:
     if arguments.propose is not None:
         if arguments.mask is not None or not 0 <= arguments.propose <= 100:
             raise InputError("--propose: from 0 to 100, and not with --mask")
-        mask = propose(run_shown(importance(image)), arguments.propose / 100, image.size_px)
+        what_stands_out = run_shown(importance(image))
+        mask = run_shown(propose_objects(image, what_stands_out, arguments.propose / 100))
         document = replace(document, mask=Raster.from_array(mask))
     if arguments.mask is not None:
         document = with_mask_file(document, arguments.mask)

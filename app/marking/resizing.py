@@ -4,12 +4,12 @@ from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 from app.editor.editor import Editor
-from core.arrays import Singles
+from core.arrays import Bytes, Singles
 from core.document.document import Document
 from core.imaging.image import Image
 from core.progress import Job
 from core.rasters.raster import Raster
-from core.selection.importance import importance, propose
+from core.selection.importance import importance, propose, propose_objects
 
 LEAST_PX, MOST_FACTOR = 8, 8.0
 """Sides of the result have so many pixels at least, and so many times the picture's at most."""
@@ -67,27 +67,31 @@ def propose_if_bare(editor: Editor) -> None:
 
 
 def propose_kept(editor: Editor) -> None:
-    """Look for what stands out, and make it the mask if nothing else was painted meanwhile."""
-    image = editor.document.image
+    """Look for the objects that stand out, and make them the mask if nothing else was painted meanwhile."""
+    image, share = editor.document.image, editor.session.resizing.share
 
-    def steps() -> Job[Singles]:
+    def steps() -> Job[tuple[Singles, Bytes]]:
         known = _found.get(image)
-        return (yield from importance(image)) if known is None else known
+        found = (yield from importance(image)) if known is None else known
+        return found, (yield from propose_objects(image, found, share))
 
-    def apply(document: Document, found: Singles) -> Document | None:
-        _found[image] = found
+    def apply(document: Document, result: tuple[Singles, Bytes]) -> Document | None:
+        _found[image], objects = result
         if document.image is not image or not (document.mask.is_empty or is_proposal(document)):
             return None
-        return with_proposal(document, editor.session.resizing.share)
+        now = editor.session.resizing.share
+        return _proposing(document, objects) if share == now else with_proposal(document, now)
 
     editor.start(PROPOSE, steps, apply)
 
 
 def with_proposal(document: Document, share: float) -> Document:
-    """Return the document with a proposal of about `share` of the picture, 0 to 1, as its mask."""
+    """Return the document with a quick proposal of about `share` of the picture, 0 to 1, as its mask."""
     found = _found.get(document.image)
-    if found is None:
-        return document
-    mask = Raster.from_array(propose(found, share, document.size_px))
+    return document if found is None else _proposing(document, propose(found, share, document.size_px))
+
+
+def _proposing(document: Document, proposed: Bytes) -> Document:
+    mask = Raster.from_array(proposed)
     _proposed[mask] = True
     return document.changed(mask=mask, numbers=None)

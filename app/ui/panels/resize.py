@@ -115,6 +115,8 @@ class ResizePanel:
                 editor.slide("How much to keep", with_proposal(document, held.value / 100))
         if held.done:
             editor.finish()
+            if is_proposal(editor.document):
+                propose_kept(editor)
         if imgui.button("Propose now", ImVec2(imgui.get_content_region_avail().x, 0)):
             propose_kept(editor)
         imgui.end_disabled()

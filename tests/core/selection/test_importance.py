@@ -4,7 +4,7 @@ import pytest
 
 from core.imaging.images import Image
 from core.progress import run
-from core.selection.importance import importance, propose
+from core.selection.importance import importance, propose, propose_objects
 
 
 def two_discs() -> tuple[Image, np.ndarray]:
@@ -48,3 +48,20 @@ def test_any_picture_has_a_proposal(size: tuple[int, int]) -> None:
     found = run(importance(image))
     assert np.isfinite(found).all()
     assert propose(found, 0.25, image.size_px).shape == (size[1], size[0])
+
+
+def test_whole_objects_are_proposed_where_a_smaller_share_is_asked_for() -> None:
+    image, inside = two_discs()
+    found = run(importance(image))
+    rough = propose(found, 0.8 * float(inside.mean()), image.size_px) > 127
+    mask = run(propose_objects(image, found, 0.8 * float(inside.mean()))) > 127
+    assert rough[inside].mean() < 0.9
+    assert mask[inside].mean() > 0.97
+    assert mask[~inside].mean() < 0.01
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_where_nothing_stands_out_what_is_most_important_is_proposed(share: float) -> None:
+    image = Image(np.full((64, 64, 3), 90, np.uint8))
+    found = run(importance(image))
+    assert (run(propose_objects(image, found, share)) == propose(found, share, image.size_px)).all()
