@@ -8,6 +8,7 @@ from app.editor.editor import Editor
 from app.files import document_io
 from app.model.requests import PICTURES, OpenFile
 from app.model.session import PaintedOnCloth, Shown
+from core.document.carried_mending import carry_mending
 from core.document.document import Document
 from core.document.overlay import find_layers, vertices_of
 from core.document.overlay_settings import Search
@@ -67,8 +68,13 @@ def take_whole(editor: Editor) -> None:
         whole = yield from part(whole_object(start.image, layers.covered), 0.0, 0.1)
         lattice = vertices_of(start, layers)
         wider = Search(Raster.from_array(as_bytes(whole)), lattice=lattice, seed=search.seed)
-        found_there = yield from part(find_layers(start.with_cloth(search=wider)), 0.1, 1.0)
-        return wider if found_there.explained >= layers.explained else None
+        found_there = yield from part(find_layers(start.with_cloth(search=wider)), 0.1, 0.9)
+        if found_there.explained < layers.explained:
+            return None
+        if search.mending is not None:
+            wider = carry_mending(start, search.mending, wider, found_there)
+            yield from part(find_layers(start.with_cloth(search=wider)), 0.9, 1.0)
+        return wider
 
     def apply(document: Document, wider: Search | None) -> Document | None:
         if document.image is not start.image or document.cloth.search is not search:

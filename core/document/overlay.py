@@ -29,8 +29,8 @@ from core.overlay.storage.layers_file import detail_of, lattice_of, pack, unpack
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 
-KEPT = 2
-"""Decompositions that are kept, and refusals."""
+KEPT, KEPT_BYTES = 2, 2**29
+"""So many finds are kept, and more while they and their photos take no more memory than this; and so many refusals."""
 FIRST_TRIAL = 0.3
 """Share of the work that growing a lattice from a marked texel takes."""
 FINDING = 0.96
@@ -93,6 +93,11 @@ class OverlayLayers:
         """Pixels that have texture coordinates."""
         return finite(self.uv)
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes that its pixels take."""
+        return sum(part.nbytes for part in (self.uv, self.shading, self.detail, self.bare_detail, self.coverage))
+
     @cached_property
     def covered_share(self) -> float:
         """How much of the picture has texture coordinates, 0 to 1."""
@@ -117,10 +122,16 @@ class _Kept:
 
     def put(self, image: Image, search: Search, found: OverlayLayers | NoPatternError) -> None:
         with self.lock:
-            kinds: tuple[list[tuple[Image, Search, OverlayLayers | NoPatternError]], ...] = ([], [])
+            finds: list[tuple[Image, Search, OverlayLayers | NoPatternError]] = []
+            refusals, taken = finds.copy(), 0
             for entry in [(image, search, found), *self.entries]:
-                kinds[isinstance(entry[2], OverlayLayers)].append(entry)
-            self.entries = [entry for kind in kinds for entry in kind[:KEPT]]
+                if not isinstance(entry[2], OverlayLayers):
+                    refusals.append(entry)
+                    continue
+                taken += entry[0].pixels.nbytes + entry[2].nbytes
+                if len(finds) < KEPT or taken <= KEPT_BYTES:
+                    finds.append(entry)
+            self.entries = finds + refusals[:KEPT]
 
 
 _kept = _Kept()

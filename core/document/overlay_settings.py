@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from core.arrays import InputError, Points, as_points, readonly
 from core.imaging.image import Image
 from core.rasters.raster import Raster
@@ -56,9 +58,13 @@ class Mending:
     """Coordinates (k, 2) of the vertices that were moved, or are locked."""
     seams: tuple[Points, ...] = ()
     """Lines (n, 2) that separate pieces of the cloth, in places of the picture."""
+    removed: Points = field(default_factory=lambda: np.empty((0, 2)))
+    """Places (m, 2) of vertices that were removed."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "held", readonly(as_points(self.held, "the vertices that are held").copy()))
+        for name in ("held", "removed"):
+            points = as_points(getattr(self, name), f"the vertices that are {name}").copy()
+            object.__setattr__(self, name, readonly(points))
         seams = tuple(readonly(as_points(seam, "a seam").copy()) for seam in self.seams)
         object.__setattr__(self, "seams", seams)
 

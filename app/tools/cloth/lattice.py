@@ -36,13 +36,12 @@ _FOUND: "WeakKeyDictionary[OverlayLayers, LatticeVertices]" = WeakKeyDictionary(
 
 
 def vertices(editor: Editor) -> LatticeVertices | None:
-    """Return the present lattice: the artist's while the rest is being found, else the one that was found."""
+    """Return the present lattice: the artist's while the rest is being found, else the one that was found, or None."""
     work, search = editor.overlay, editor.document.cloth.search
     if search is not None and not work.is_final:
         if search.mending is not None:
             return search.mending.lattice
-        if search.lattice is not None:
-            return search.lattice
+        return search.lattice
     layers = work.layers
     if layers is None or search is None:
         return None

@@ -7,7 +7,7 @@ import numpy as np
 
 from app.editor.editor import Editor
 from core.arrays import Bools, Points
-from core.document.overlay import get_layers
+from core.document.overlay import get_layers, vertices_of
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 
 
@@ -41,10 +41,26 @@ class LatticeEdit:
         held -= keys_of(lattice.keys[list(release)])
         held &= keys_of(lattice.keys)
         seams = (*(before.seams if before is not None else ()), *(() if seam is None else (seam,)))
-        mending = Mending(self._mended, lattice, np.array(sorted(held), np.float64).reshape(-1, 2), seams)
+        removed = self._removed(lattice)
+        mending = Mending(self._mended, lattice, np.array(sorted(held), np.float64).reshape(-1, 2), seams, removed)
         document = self.editor.document
         search = replace(self.search, mending=mending)
         self.editor.document = document.with_cloth(search=search)
+
+    def _removed(self, lattice: LatticeVertices) -> Points:
+        """Return the places (m, 2) of all vertices that were removed, by what is left in `lattice` now, too."""
+        before = self.search.mending
+        if before is None:
+            layers = get_layers(self.editor.document.with_cloth(search=self.search))
+            known = None if layers is None else vertices_of(self.editor.document, layers)
+        else:
+            known = before.lattice
+        removed = np.empty((0, 2)) if before is None else before.removed
+        if known is None:
+            return removed
+        left = keys_of(lattice.keys)
+        gone = [key not in left for key in map(tuple, np.rint(known.keys).astype(int).tolist())]
+        return np.concatenate([removed, known.places[gone]])
 
     @property
     def _mended(self) -> Search:

@@ -4,6 +4,7 @@ import numpy as np
 
 from app.actions.table import ActionTable
 from app.tools.all import TOOLS
+from core.arrays import Bools
 from core.document.document import Document
 from core.document.overlay_settings import Cloth
 from core.imaging import color
@@ -31,3 +32,12 @@ class OverlayDriver(EditorDriver):
     @property
     def cloth(self) -> Cloth:
         return self.document.cloth
+
+
+def cloth_on_a_table() -> tuple[Image, Bools]:
+    """Return a photo of cloth on something plain, and where (H, W) it is."""
+    inside = np.zeros((190, 220), bool)
+    inside[30:160, 35:185] = True
+    photo = np.random.default_rng(2).normal((60, 75, 90), 3, (190, 220, 3))
+    photo[inside] = PHOTO.pixels.reshape(-1, 3)
+    return Image(np.clip(photo, 0, 255).astype(np.uint8)), inside

@@ -8,13 +8,12 @@ from app.model.jobs import InlineExecutor, Jobs
 from app.model.shapes import Polyline
 from app.tools.all import TOOLS
 from app.tools.cloth.lattice import lattice_shapes
-from core.arrays import Bools
 from core.document.document import Document
 from core.document.overlay_settings import Search
 from core.imaging.images import Image
 from core.overlay.detection.seeding import NoPatternError
 from tests.app.driver import EditorDriver, Later
-from tests.app.overlay.driver import PHOTO, TABLE, OverlayDriver
+from tests.app.overlay.driver import PHOTO, TABLE, OverlayDriver, cloth_on_a_table
 
 
 def test_pattern_is_found_and_undone(drive: OverlayDriver) -> None:
@@ -82,15 +81,6 @@ def test_cancelled_search_goes_on_when_asked_to(found: Document) -> None:
     drive.frame()
     later.run()
     assert drive.frame().editor.overlay.is_final
-
-
-def cloth_on_a_table() -> tuple[Image, Bools]:
-    """Return a photo of cloth on something plain, and where (H, W) it is."""
-    inside = np.zeros((190, 220), bool)
-    inside[30:160, 35:185] = True
-    photo = np.random.default_rng(2).normal((60, 75, 90), 3, (190, 220, 3))
-    photo[inside] = PHOTO.pixels.reshape(-1, 3)
-    return Image(np.clip(photo, 0, 255).astype(np.uint8)), inside
 
 
 STROKES = [

@@ -5,16 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.model.jobs import InlineExecutor, Jobs
 from app.tools.cloth.lattice import free_key, on_screen, vertices
 from app.tools.cloth.lattice_edit import is_held
 from core.arrays import Ints, Points
 from core.document import overlay as document_overlay
 from core.document.document import Document
 from core.document.overlay import OverlayLayers
-from core.document.overlay_settings import LatticeVertices
+from core.document.overlay_settings import LatticeVertices, Search
 from core.document.project import load_project, save_project
 from core.progress import Job, Progress
-from tests.app.overlay.driver import OverlayDriver
+from tests.app.driver import EditorDriver, Later
+from tests.app.overlay.driver import OverlayDriver, cloth_on_a_table
 
 
 @pytest.fixture
@@ -198,3 +200,40 @@ def test_vertex_is_added_only_where_the_lattice_goes_on(mender: OverlayDriver) -
     key = free_key(mender.editor, missing, tuple(places[row]))
     np.testing.assert_array_equal(key, lattice.keys[row])
     assert free_key(mender.editor, missing, tuple((places[row] + places[beside]) / 2)) is None
+
+
+def test_what_was_mended_stays_so_when_the_whole_cloth_is_taken() -> None:
+    drive = OverlayDriver(Document.of(cloth_on_a_table()[0]))
+    drive.tool("region").drag((48, 43), (80, 80), (125, 150))
+    drive.run("overlay.find").tool("lattice")
+    first = layers_of(drive)
+    gone = places_of(drive)[row_at(drive, 60, 130)]
+    drive.click(*gone.tolist(), alt=True).frame()
+    moved = row_at(drive, 85, 95)
+    goal = places_of(drive)[moved] + (3, 2)
+    drag_vertex(drive, moved, 3, 2)
+    drive.run("overlay.whole").frame()
+    assert drive.labels[-1] == "Whole cloth"
+    assert layers_of(drive).covered.sum() > 1.5 * first.covered.sum()
+    away = np.linalg.norm(places_of(drive)[:, None] - [goal, gone], axis=2).min(axis=0)
+    assert away[0] < 0.05, "it lies where the hand put it"
+    assert away[1] > 0.5 * np.sqrt(layers_of(drive).lattice.texel_area), "it was removed"
+    assert is_held(drive.editor, lattice_of(drive)).sum() == 1
+    drag_vertex(drive, row_at(drive, 85, 125), 2, 0)
+    assert np.linalg.norm(places_of(drive) - goal, axis=1).min() < 0.05, "whatever is moved beside it"
+    drive.undo().undo().undo().undo()
+    assert layers_of(drive) is first, "nothing is found again for undo"
+
+
+def test_the_lattice_of_another_search_is_not_mended_while_one_is_under_way(found: Document) -> None:
+    later = Later()
+    drive = EditorDriver(found, jobs=Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    drive.tool("lattice").frame()
+    assert vertices(drive.editor) is not None
+    drive.editor.edit("Find pattern", drive.document.with_cloth(search=Search(seed=5)))
+    drive.frame()
+    assert drive.editor.overlay.is_running
+    assert vertices(drive.editor) is None
+    before = drive.labels
+    drive.drag((60, 60), (64, 60), (70, 70))
+    assert drive.labels == before

@@ -1,0 +1,46 @@
+"""What was put right by hand of one lattice, carried over to another that was found later on the same photo."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Ints, Points
+from core.document.document import Document, pixels_from_places
+from core.document.overlay import OverlayLayers, vertices_of
+from core.document.overlay_settings import LatticeVertices, Mending, Search
+from core.overlay.mending import CELL
+
+
+def carry_mending(document: Document, mending: Mending, search: Search, found: OverlayLayers) -> Search:
+    """Return `search`, by which `found` was found, mended once more as `mending` says.
+
+    A vertex found where one is held lies where the hand has it, and is held; one found where one was removed goes;
+    seams stay. Where means within the half of a texel around it.
+    """
+    size_px, lattice = document.size_px, vertices_of(document, found)
+    places, keys = lattice.places.copy(), lattice.keys
+    held = _are_in(mending.lattice.keys, mending.held)
+    goals = mending.lattice.places[held]
+    row, is_near = _find_nearest(pixels_from_places(size_px, goals), found)
+    row, goals = row[is_near], goals[is_near]
+    places[row] = goals
+    gone, is_gone = _find_nearest(pixels_from_places(size_px, mending.removed), found)
+    kept = np.ones(len(keys), np.bool_)
+    kept[gone[is_gone]] = False
+    kept[row] = True
+    vertices = LatticeVertices(keys[kept], places[kept])
+    return replace(search, mending=replace(mending, of=search, lattice=vertices, held=keys[np.unique(row)]))
+
+
+def _are_in(keys: Points, some: Points) -> Bools:
+    """Return which of the lattice coordinates `keys` (n, 2) are among `some` (k, 2)."""
+    wanted = {tuple(key) for key in np.rint(some).tolist()}
+    return np.array([tuple(key) in wanted for key in np.rint(keys).tolist()], np.bool_)
+
+
+def _find_nearest(points: Floats, found: OverlayLayers) -> tuple[Ints, Bools]:
+    """Return the vertices (k,) nearest to `points` (k, 2), pixels, and whether each point is in its vertex's cell."""
+    frames = found.lattice.frames
+    row = np.linalg.norm(frames.points - points[:, None], axis=-1).argmin(1)
+    inside = np.linalg.solve(frames.bases[row], (points - frames.points[row])[..., None])[..., 0]
+    return np.asarray(row, np.int64), np.asarray((np.abs(inside) <= CELL).all(1), np.bool_)
