@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 from app.editor.editor import Editor
 from app.ui.dialogs.export import ExportDialog
 from app.ui.dialogs.requested import BrowserDialog
+from tests.gui.window.test_small_windows import resize
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -91,5 +92,18 @@ def test_a_file_dialog_stays_where_it_is(editor: Editor, tmp_path: Path) -> None
             browser._browser.enter(folder)
             window.wait(3)
             assert corner(window) == place
+
+    drive(editor, script, size=SIZE)
+
+
+def test_a_dialog_is_in_the_middle_of_a_window_that_gets_smaller_under_it(editor: Editor, tmp_path: Path) -> None:
+    editor.source_path = tmp_path / "picture.png"
+
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("file.export", editor)
+        window.wait(5)
+        resize(window, 940, 640)
+        window.wait(4)
+        assert middle(window) == pytest.approx((470, 320), abs=1)
 
     drive(editor, script, size=SIZE)
