@@ -29,7 +29,7 @@ from core.overlay.storage.layers_file import detail_of, lattice_of, pack, unpack
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 
-KEPT, KEPT_BYTES = 2, 2**29
+KEPT, KEPT_BYTES = 2, 2**27
 """So many finds are kept, and more while they and their photos take no more memory than this; and so many refusals."""
 FIRST_TRIAL = 0.3
 """Share of the work that growing a lattice from a marked texel takes."""
