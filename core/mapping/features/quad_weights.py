@@ -8,7 +8,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, InputError, Ints
+from core.arrays import Bools, Floats, InputError, Ints, Singles
 from core.grid import Grid
 from core.mapping.features.similarity import Body
 
@@ -20,7 +20,7 @@ class Roles:
     """The part that every quad (R-1, C-1) plays.
 
     A quad with a node in one feature, or close to it, has an `owner` and equations of type FAT eq. 3; all others,
-    and those that hold nodes of two features, have equations of type eq. 4.
+    those that hold nodes of two features and those that are as close to one as to another have equations of type eq. 4.
     """
 
     owner: Ints
@@ -71,20 +71,51 @@ def assign_roles(index: Ints, *, weight: float, falloff: float) -> Roles:
     touched = highest >= 0
     if not touched.any():
         return Roles(np.full(touched.shape, -1), touched, np.ones(touched.shape), 0)
-    far, nearest = cv2.distanceTransformWithLabels(
-        (~touched).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
-    )
     own = highest[touched]
     mixed = np.any([(found >= 0) & (found != own) for found in (corner[touched] for corner in corners)], axis=0)
-    owner_of = np.zeros(int(nearest.max()) + 1, np.int64)
-    owner_of[nearest[touched]] = np.where(mixed, -1, own)
+    owned = np.full(touched.shape, -1)
+    owned[touched] = np.where(mixed, -1, own)
+    far, nearest = _find_nearest(touched, owned)
     # From centre to centre; a feature reaches half a cell further than the centres of its quads.
-    near = np.flatnonzero(touched | (far < falloff + 0.5))
+    is_near = touched | (far < falloff + 0.5)
+    if _meet(nearest, is_near):
+        nearest = _without_ties(nearest, touched, owned)
+    near = np.flatnonzero(is_near)
     share = decay(np.maximum(far.ravel()[near].astype(np.float64) - 0.5, 0.0), falloff)
-    of = np.where(share > 0, owner_of[nearest.ravel()[near]], -1)
+    of = np.where(share > 0, nearest.ravel()[near], -1)
     owner, total = np.full(touched.shape, -1), np.ones(touched.shape)
     owner.ravel()[near], total.ravel()[near] = of, np.where(of >= 0, weight * share + (1 - share), 1.0)
     return Roles(owner, touched, total, math.ceil(falloff) + 2)
+
+
+def _find_nearest(touched: Bools, owned: Ints) -> tuple[Singles, Ints]:
+    """Return how far every quad (R-1, C-1) is from the nearest one that is touched, in cells, and whose that is."""
+    far, label = cv2.distanceTransformWithLabels(
+        (~touched).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    owner = np.zeros(int(label.max()) + 1, np.int64)
+    owner[label[touched]] = owned[touched]
+    return np.asarray(far, np.float32), owner[label]
+
+
+def _meet(nearest: Ints, is_near: Bools) -> bool:
+    """Return whether what is near one feature lies beside what is near another."""
+    return any(
+        bool(((one != other) & both).any())
+        for one, other, both in (
+            (nearest[1:], nearest[:-1], is_near[1:] & is_near[:-1]),
+            (nearest[:, 1:], nearest[:, :-1], is_near[:, 1:] & is_near[:, :-1]),
+        )
+    )
+
+
+def _without_ties(nearest: Ints, touched: Bools, owned: Ints) -> Ints:
+    """Return `nearest` with -1 where two features are equally near: which is found hangs on the side begun from."""
+    found = nearest.copy()
+    for down, across in ((1, -1), (-1, 1), (-1, -1)):
+        mirrored = np.ascontiguousarray(touched[::down, ::across]), np.ascontiguousarray(owned[::down, ::across])
+        found[_find_nearest(*mirrored)[1][::down, ::across] != nearest] = -1
+    return found
 
 
 def weigh_free(owner: Ints, grid: Grid, soft: Iterable[Body], weight: float) -> Floats:

@@ -9,6 +9,7 @@ what is missed, f = g - h(x), that they explain is made up for by what caused it
 import numpy as np
 
 from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import LITTLE
 
 _PAIRS = 6
 """So many steps are remembered."""
@@ -49,7 +50,7 @@ class Secants:
 
     def learn(self, x: Complexes, given: Complexes) -> None:
         """Take it that asking for x (k,) has given h(x)."""
-        if self._last is not None and self._is_as_before:
+        if self._last is not None and self._is_as_before and not np.array_equal(x, self._last[0]):
             self._steps = [*self._steps[1 - _PAIRS :], (x - self._last[0], given - self._last[1])]
         self._last, self._is_as_before = (x.copy(), given), True
 
@@ -60,5 +61,7 @@ class Secants:
         if not self._steps:
             return np.asarray(x + missed)
         dx, dh = (np.stack(part, axis=1) for part in zip(*self._steps, strict=True))
-        theta = np.linalg.lstsq(dh, missed, rcond=1e-10)[0]
+        # A step tells nothing of one that is far longer: none counts that went less than a little of what is missing.
+        noise = LITTLE * np.abs(missed).max() * np.eye(dh.shape[1])
+        theta = np.linalg.lstsq(np.concatenate([dh, noise]), np.append(missed, np.zeros(len(noise))), rcond=None)[0]
         return np.asarray(x + dx @ theta + (missed - dh @ theta))

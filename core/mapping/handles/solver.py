@@ -25,14 +25,14 @@ from core.mapping.handles.straight_frame import Rectangle, constrain_frame, free
 from core.mapping.handles.structure import Structure
 from core.mapping.handles.turned import Base, Turned
 from core.mapping.jacobians import Complexes, as_complex
-from core.mapping.tolerances import MET_PX, SEEN_PX
+from core.mapping.tolerances import LITTLE, MET_PX, SEEN_PX
 
 _POSE_STEPS = 2
 """Newton steps by which bodies are placed, in every round."""
 _ROUNDS_PER_TURN = 4
 """So many rounds to each time that the local rotation is taken anew; fewer take that of the last answer."""
-_WORSE = 4.0
-"""Rounds end when they miss so many times as much as the best one."""
+_PATIENCE = 3
+"""Rounds end when so many have missed about as much as the best one, or more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +116,7 @@ class HandleSolver:
         asked = goal.copy()
         asked[pins] = self._secants.begin(goal[pins], SEEN_PX / 2)
         best: _Found | None = None
+        vain = 0
         for number in range(rounds + 1):
             D = self._displace(s, reference, poses, asked, turned)
             alpha, t = poses.alpha - reference.alpha, poses.t - reference.t
@@ -125,13 +126,15 @@ class HandleSolver:
             approach = s.mapping.approach(D, alpha, t, D, s.held, to_rows[s.rows])
             misses = approach.missed[s.alone]
             missed = float(np.abs(misses).max(initial=0))
+            vain = 0 if best is None or missed < (1 - LITTLE) * best.missed else vain + 1
             if best is None or missed < best.missed:
-                best = _Found(missed, approach, D, poses.alpha.copy(), poses.t.copy())
+                best = _Found(missed, approach, D, poses.alpha.copy(), poses.t.copy(), asked[pins])
             self._secants.learn(asked[pins], goal[pins] - misses)
-            if number == rounds or missed > _WORSE * best.missed or missed < close_px:
+            if number == rounds or vain == _PATIENCE or missed < close_px:
                 break
             asked[pins] = self._secants.step(goal[pins])
         assert best is not None
+        self._secants.learn(best.asked, goal[pins] - best.approach.missed[s.alone])
         return best
 
     def _find_goal(self, s: Structure, reference: Solution, asked: Complexes) -> Complexes:
@@ -242,6 +245,8 @@ class _Found:
     D: Complexes
     alpha: Complexes
     t: Complexes
+    asked: Complexes
+    """What these pins were asked for."""
 
 
 def _is_straight(z: Complexes, field: HandleField) -> bool:

@@ -19,6 +19,8 @@ LOCAL = [(i, a) for i in range(3) for a in range(4)]
 """Unknowns of a cell: the i-th of the corner a."""
 HALF = [(p, q) for n, p in enumerate(LOCAL) for q in LOCAL[n:]]
 """Pairs of them, each once: a cell's matrix is symmetric."""
+_DAMPING = 64 * float(np.finfo(np.float32).eps)
+"""Share of itself by which each unknown's own entry is raised: what it is a sum of is rounded to single precision."""
 
 
 @dataclass(frozen=True)
@@ -88,8 +90,8 @@ class System:
         rhs = np.stack([self._gathered(p) for p in pull]) + bend[:, None] * (self._bend @ theta.T).T
         entries = np.concatenate([blocks[self._order].ravel()[self._kept], *(b * self._bend_values for b in bend)])
         values = np.bincount(self._slot, entries, len(self._pattern[0])).astype(np.float64)
-        # Nodes that neither data nor bending hold stay where they are.
-        values[self._diagonal] += np.repeat(1e-6 * bend, n) + 1e-9
+        # Nodes that neither data nor bending hold stay where they are, and sums of single precision stay definite.
+        values[self._diagonal] += _DAMPING * values[self._diagonal] + np.repeat(1e-6 * bend, n) + 1e-9
         if self._factor is None:
             self._factor = Factor(scipy.sparse.csc_array((values, self._pattern), shape=(3 * n, 3 * n)))
         else:

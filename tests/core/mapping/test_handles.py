@@ -133,20 +133,62 @@ def test_a_picture_turned_by_a_right_angle_has_the_turned_map() -> None:
     assert np.abs(np.rot90(turn(one.warped)) - other.warped).max() < 1e-3
 
 
-@pytest.mark.parametrize(("preset", "bend", "keep"), [("swirl", 90, "similarity"), ("squeeze", 90, "rigid")])
-def test_what_would_fold_is_mirrored_with_the_picture(preset: str, bend: float, keep: Keep) -> None:
-    near = np.zeros(SIZE[::-1], np.uint8)
-    near[40:130, 50:75] = near[110:130, 50:200] = near[40:130, 170:190] = 255
+def near_features() -> Bytes:
+    """Return two features, of which the grid's coarse cells lie as near to one as to the other."""
+    found = np.zeros(SIZE[::-1], np.uint8)
+    found[60:130, 50:106] = found[50:100, 130:200] = 255
+    return found
+
+
+def bent_feature() -> Bytes:
+    found = np.zeros(SIZE[::-1], np.uint8)
+    found[40:130, 50:75] = found[110:130, 50:200] = found[40:130, 170:190] = 255
+    return found
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize(
+    ("painted", "preset", "bend", "keep"),
+    [
+        (bent_feature(), "swirl", 90, "similarity"),
+        (bent_feature(), "squeeze", 90, "rigid"),
+        (near_features(), "swirl", 90, "similarity"),
+        (near_features(), "squeeze", 90, "rigid"),
+        (near_features(), "arc", 90, "rigid"),
+    ],
+)
+def test_what_would_fold_is_mirrored_with_the_picture(
+    painted: Bytes, preset: str, bend: float, keep: Keep, axis: int
+) -> None:
     base = make_warp(preset, *SIZE, bend=bend)(GRID.nodes)
-    turn, shift = np.array([-1.0, 1.0]), np.array([SIZE[0] - 1.0, 0.0])
     live = Warper(GRID)
-    live.use(find_features(GRID, near), MappingOptions(keep=keep))
+    live.use(find_features(GRID, painted), MappingOptions(keep=keep))
     assert live.frame(base).folded.any()
-    one = moved(Handles(NONE, NONE), painted=near, base=base, keep=keep)
-    mirrored, there = np.ascontiguousarray(near[:, ::-1]), base[:, ::-1] * turn + shift
-    other = moved(Handles(NONE, NONE), painted=mirrored, base=np.ascontiguousarray(there), keep=keep)
+    one = moved(Handles(NONE, NONE), painted=painted, base=base, keep=keep)
+    other = moved(
+        Handles(NONE, NONE), painted=np.flip(painted, axis).copy(), base=mirrored(np.flip(base, axis), axis), keep=keep
+    )
     assert not one.folded.any()
-    assert np.abs(other.warped[:, ::-1] * turn + shift - one.warped).max() < 1e-3
+    assert np.abs(mirrored(np.flip(other.warped, axis), axis) - one.warped).max() < 1e-3
+
+
+def mirrored(points: Points, axis: int) -> Points:
+    """Return points (..., 2) of the picture where they are once it is mirrored: 1 left and right, 0 top and bottom."""
+    turn = np.array([-1.0, 1.0] if axis == 1 else [1.0, -1.0])
+    return np.ascontiguousarray(points * turn + np.where(turn < 0, np.subtract(SIZE, 1.0), 0.0))
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_pins_that_cannot_all_be_held_are_mirrored_with_the_picture(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    at = random.uniform(0.1, 0.9, (3, 2)) * SIZE
+    to = at + random.normal(0, 30, at.shape)
+    one = moved(Handles(at, to), painted=near_features(), keep="rigid")
+    other = moved(
+        Handles(mirrored(at, 1), mirrored(to, 1)), painted=np.ascontiguousarray(near_features()[:, ::-1]), keep="rigid"
+    )
+    assert not one.folded.any()
+    assert np.abs(mirrored(np.flip(other.warped, 1), 1) - one.warped).max() < 1e-3
 
 
 def test_one_pin_in_a_feature_moves_it_and_keeps_its_size() -> None:
