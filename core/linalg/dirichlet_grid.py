@@ -1,14 +1,15 @@
 """Equations on a grid that is 0 on its outline, solved by sines: whole fields, and what places do to one another.
 
-The second difference along an axis, T, is diagonal in the sines of that axis (`sine_transform`). So is, on cells of
-width w and height h, L = T_x / w² + T_y / h², and so is every polynomial A of it. Loads act on places between nodes,
-and fields are read there, by bilinear weights C. What a load on one place does to another is
+The second difference along an axis, T, is diagonal in the sines of that axis (`sine_transform`). On cells of width w
+and height h, A = L + s with L = T_x / w² + T_y / h² has sines along one axis only: for the sine of eigenvalue a the
+other axis, of N cells, has 1 / w² times the tridiagonal matrix of 2 + c beside -1, c = w² (a / h² + s) (Fourier
+analysis, R. W. Hockney 1965). Loads act on places between nodes, and fields are read there, by bilinear weights C. What
+a load on one place does to another is
 
     S = C A⁻¹ Cᵀ
 
-(the capacitance matrix method, B. L. Buzbee, F. W. Dorr, J. A. George and G. H. Golub 1971), which has sines along one
-axis only where A = L + s: for the sine of eigenvalue a the other axis, of N cells, has the tridiagonal matrix of
-2 + c beside -1, c = w² (a / h² + s). With 2 cosh η = 2 + c its inverse is, for p <= q,
+(the capacitance matrix method, B. L. Buzbee, F. W. Dorr, J. A. George and G. H. Golub 1971). With 2 cosh η = 2 + c the
+inverse of a tridiagonal matrix is, for p <= q,
 
     g(p, q) = sinh(p η) sinh((N - q) η) / (sinh(η) sinh(N η)),
 
@@ -16,7 +17,10 @@ a product of what belongs to p and what belongs to q: all of S is one product of
 larger than g(q, p) by exactly 1, which matters where two places lie in one cell.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
+import scipy
 
 from core.arrays import Floats, Ints, Points
 from core.linalg.blas import one_thread
@@ -26,40 +30,68 @@ _MOST_EXPONENT = 300.0
 """Of e: its square is within the range of floats."""
 
 
+@dataclass(frozen=True)
+class Loads:
+    """Where loads act: on places (n) with sines along y (n, r), by `shares` (n, u) on these u inner `columns`."""
+
+    by_y: Floats
+    columns: Ints
+    shares: Floats
+
+
 class DirichletGrid:
     """A grid of (rows, columns) nodes, 0 on its outline, with cells of (width, height); places are (x, y) in cells."""
 
     def __init__(self, rows: int, columns: int, *, cell: tuple[float, float] = (1.0, 1.0)) -> None:
         self.shape, self.cell = (rows, columns), cell
         self.x, self.y = Sines(columns - 1), Sines(rows - 1)
-        self.eigenvalues: Floats = self.y.eigenvalues[:, None] / cell[1] ** 2 + self.x.eigenvalues / cell[0] ** 2
-        """Of L, for the inner nodes' sines (rows - 2, columns - 2)."""
+        self._factors: dict[float, tuple[Floats, Floats]] = {}
+        """Of the tridiagonal matrices of all sines along y, one after the other as one matrix, by s."""
 
-    def sines_at(self, places: Points) -> tuple[Floats, Floats]:
-        """Return all sines along either axis at places (n, 2), continued linearly between nodes."""
+    def loads_at(self, places: Points) -> Loads:
+        """Return how loads on places (n, 2) act on the nodes."""
         x, y = places.T
-        return self.x.between(*self.x.split(x)), self.y.between(*self.y.split(y))
+        cell, share = self.x.split(x)
+        nodes = np.stack([cell, cell + 1])
+        columns = np.setdiff1d(nodes, [0, self.x.count])
+        shares = np.where(nodes[..., None] == columns, np.stack([1 - share, share])[..., None], 0).sum(axis=0)
+        return Loads(self.y.between(*self.y.split(y)), columns - 1, shares)
 
-    def spread(self, sines: tuple[Floats, Floats], loads: Floats, stiffness: Floats) -> Floats:
-        """Return A⁻¹ Cᵀ loads (d, rows, columns) for loads (d, n) on places that have these `sines`.
-
-        A has `stiffness` for each sine of the grid.
-        """
-        by_x, by_y = sines
+    def spread(self, at: Loads, loads: Floats, *shifts: float) -> Floats:
+        """Return A⁻¹ Cᵀ loads (d, rows, columns) for loads (d, n); with a second shift, less that by the A of it."""
+        found = np.zeros((len(loads), self.shape[0] - 2, self.shape[1] - 2))
         with one_thread():
-            waves = by_y.T @ (loads[:, :, None] * by_x)
-            waves /= stiffness
-            return self._sum(waves)
+            found[..., at.columns] = at.by_y.T @ (loads[:, :, None] * at.shares)
+            others = [self._across(found.copy(), shift) for shift in shifts[1:]]
+            found = self._across(found, shifts[0])
+            for other in others:
+                found -= other
+            return self._sum(found)
 
-    def solve(self, load: Floats, stiffness: Floats) -> Floats:
-        """Return A⁻¹ `load` (d, rows, columns), of which only inner nodes count; A has `stiffness` for each sine."""
+    def solve(self, load: Floats, shift: float = 0.0) -> Floats:
+        """Return A⁻¹ `load` (d, rows, columns), of which only inner nodes count."""
         with one_thread():
-            waves = self._sum(load[:, 1:-1, 1:-1])[:, 1:-1, 1:-1] / stiffness
-            return self._sum(waves)
+            waves = self.y.sums(load[:, 1:-1, 1:-1], axis=-2)[:, 1:-1]
+            return self._sum(self._across(np.ascontiguousarray(waves), shift))
+
+    def _across(self, waves: Floats, shift: float) -> Floats:
+        """Return A⁻¹ in place of waves (d, r, c), sines along y."""
+        if shift not in self._factors:
+            width, height = self.cell
+            diagonal = np.repeat(2 + width**2 * (self.y.eigenvalues / height**2 + shift), self.shape[1] - 2)
+            beside = np.full(diagonal.shape, -1.0)
+            beside[self.shape[1] - 3 :: self.shape[1] - 2] = 0
+            self._factors[shift] = scipy.linalg.lapack.dpttrf(diagonal, beside[: max(len(beside) - 1, 1)])[:2]
+        for part in waves.reshape(len(waves), -1):  # one call each: LAPACK keeps the interpreter to itself meanwhile
+            part[:] = scipy.linalg.lapack.dpttrs(*self._factors[shift], part, overwrite_b=1)[0]
+        waves *= self.cell[0] ** 2
+        return waves
 
     def _sum(self, waves: Floats) -> Floats:
-        """Return the sums of sines with coefficients (d, r, c) at all nodes (d, rows, columns)."""
-        return self.x.sums(self.y.sums(waves, axis=-2), axis=-1)
+        """Return the sums of sines along y with coefficients (d, r, c) at all nodes (d, rows, columns)."""
+        found = np.zeros((len(waves), *self.shape))
+        found[..., 1:-1] = self.y.sums(waves, axis=-2)
+        return found
 
 
 class Responses:

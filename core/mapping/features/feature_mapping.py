@@ -1,8 +1,10 @@
 """The feature-aware mapping: as close to W as its features allow  [FAT sec. 2]."""
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Literal, TypedDict, Unpack
 
+import cv2
 import numpy as np
 import scipy
 
@@ -12,6 +14,7 @@ from core.linalg.blas import one_thread
 from core.linalg.grid_solver import GridSolver
 from core.linalg.laplacian import divergence, edge_weights, laplacian, node_values
 from core.linalg.multifrontal import GridFactor
+from core.linalg.patches import Patch, cover
 from core.mapping.features.columns import fields_of
 from core.mapping.features.limits import FREE, NONE, RIGID, Single
 from core.mapping.features.per_quad import load_per_quad
@@ -271,15 +274,32 @@ class FeatureMapping:
 
         It is 0 but around features, and along a frame that `glides`.
         """
-        apart = self.index >= 0
+        load, moved = np.zeros_like(w), self.index >= 0
+        glides = glides and bool((w != z)[self.grid.outline].any())
         if glides:
-            apart = apart | self.grid.outline
-        away = np.where(apart, w - z, 0)
-        across, down = (
-            both * np.diff(away, axis=axis) - own * np.diff(w, axis=axis)
-            for both, own, axis in zip(self._edges, self._own_edges, (1, 0), strict=True)
-        )
-        return divergence(across, down)
+            moved = moved | self.grid.outline
+        for patch in cover(np.ones(w.shape, bool)) if glides else self._around_features:
+            here = w[patch.read]
+            away = np.where(moved[patch.read], here - z[patch.read], 0)
+            across, down = (
+                both[edges] * np.diff(away, axis=axis) - own[edges] * np.diff(here, axis=axis)
+                for both, own, edges, axis in zip(
+                    self._edges, self._own_edges, (patch.across, patch.down), (1, 0), strict=True
+                )
+            )
+            load[patch.write] = divergence(across, down)[patch.inner]
+        return load
+
+    @cached_property
+    def _around_features(self) -> list[Patch]:
+        """What covers the nodes of features, their neighbours, and the quads that follow them."""
+        near = cv2.dilate((self.index >= 0).view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
+        across, down = self._own_edges
+        near[:, 1:] |= across > 0
+        near[:, :-1] |= across > 0
+        near[1:] |= down > 0
+        near[:-1] |= down > 0
+        return list(cover(near))
 
     def scale_alone(self, body: int, w: Complexes) -> float:
         """Return the size that W alone gives a body: λ of FAT eq. 3 within its limits."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from core.arrays import Floats, Points
 from core.grid import Grid
-from core.linalg.dirichlet_grid import DirichletGrid, Responses
+from core.linalg.dirichlet_grid import DirichletGrid, Loads, Responses
 from core.mapping.jacobians import Complexes
 
 
@@ -31,24 +31,24 @@ class HeldPlate:
     def __init__(self, grid: Grid, *, cell: tuple[float, float], rounded: float) -> None:
         self._cell = grid.cell
         self._grid = DirichletGrid(*grid.shape, cell=cell)
-        self._stiffness = self._grid.eigenvalues + rounded**2 * self._grid.eigenvalues**2
-        self._responses = Responses(self._grid), Responses(self._grid, shift=rounded**-2)
+        self._square = DirichletGrid(*grid.shape)
+        self._shifts = 0.0, rounded**-2
+        self._responses = [Responses(self._grid, shift=shift) for shift in self._shifts]
 
     def hold(self, points: Points) -> "HeldForces":
         """Return how it answers forces at the points (n, 2)."""
         places = (points + 0.5) / self._cell
         of_all, of_short_waves = (responses.between(places) for responses in self._responses)
-        return HeldForces(np.asarray(of_all - of_short_waves), self._grid.sines_at(places), self)
+        return HeldForces(np.asarray(of_all - of_short_waves), self._grid.loads_at(places), self)
 
-    def spread(self, sines: tuple[Floats, Floats], forces: Complexes) -> Complexes:
-        """Return d (N,) for forces (n,) at places that have these sines."""
-        return _joined(self._grid.spread(sines, _parts(forces), self._stiffness)).ravel()
+    def spread(self, at: Loads, forces: Complexes) -> Complexes:
+        """Return d (N,) for forces (n,)."""
+        return _joined(self._grid.spread(at, _parts(forces), *self._shifts)).ravel()
 
     def solve_poisson(self, load: Complexes) -> Complexes:
         """Return y (R, C), 0 on the outline, with dᵀ w d y = `load` (R, C) inside, w = 1 for every quad."""
         # An inner edge belongs to two quads.
-        stiffness = 2 * (self._grid.y.eigenvalues[:, None] + self._grid.x.eigenvalues)
-        return _joined(self._grid.solve(_parts(load), stiffness))
+        return _joined(self._square.solve(_parts(load))) / 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +57,12 @@ class HeldForces:
 
     S: Floats
     """What a force at one moves another (n, n)."""
-    sines: tuple[Floats, Floats]
-    """At the points."""
+    at: Loads
     plate: HeldPlate
 
     def answer(self, forces: Complexes) -> Complexes:
         """Return d (N,) for the forces (n,)."""
-        return self.plate.spread(self.sines, forces)
+        return self.plate.spread(self.at, forces)
 
 
 def _parts(z: Complexes) -> Floats:

@@ -36,6 +36,7 @@ from core.arrays import Floats, Points
 from core.grid import Grid
 from core.linalg.blas import one_thread
 from core.linalg.laplacian import divergence, edge_weights, laplacian
+from core.linalg.patches import cover
 from core.mapping.handles.dirichlet_plate import HeldForces, HeldPlate
 from core.mapping.handles.free_plate import FreeForces, FreePlate
 from core.mapping.handles.probes import Probes
@@ -186,11 +187,13 @@ class HandleField:
         held = np.where(self.grid.outline, sides, 0)
         if not isinstance(self._plate, HeldPlate):
             return held
-        turned = base.rotations(base.z + d) - 1
-        across, down = edge_weights(turned)
-        load = divergence(across * base.right, down * base.below)
+        load = np.zeros_like(d)
+        for patch in cover(~self.grid.outline):
+            part = base.within(patch)
+            across, down = edge_weights(part.rotations(part.z + d[patch.read]) - 1)
+            load[patch.write] = divergence(across * part.right, down * part.below)[patch.inner]
         if held.any():
-            load -= laplacian(edge_weights(np.ones(turned.shape)), held)
+            load -= laplacian(edge_weights(np.ones(base.across.shape)), held)
         with one_thread():
             return self._plate.solve_poisson(load) + held
 

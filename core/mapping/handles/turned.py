@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Floats
+from core.linalg.patches import Patch
 from core.mapping.jacobians import Complexes
 
 
@@ -26,6 +27,13 @@ class Base:
         right, below = _edges(z)
         across, down = _sums(right, below)
         return cls(z, right, below, across.conj(), down.conj())
+
+    def within(self, patch: Patch) -> "Base":
+        """Return what of it a patch reads."""
+        quads = patch.quads
+        return Base(
+            self.z[patch.read], self.right[patch.across], self.below[patch.down], self.across[quads], self.down[quads]
+        )
 
     def rotations(self, z: Complexes) -> Complexes:
         """Return the local rotation (R-1, C-1) of z (R, C) against z⁰ on every quad, as unit complex numbers.

@@ -71,7 +71,7 @@ class Membrane:
         matrix = self._responses.between(places)
         matrix[np.diag_indices_from(matrix)] += 1 / hold
         charges = scipy.linalg.solve(matrix, values, assume_a="pos", overwrite_a=True, check_finite=False)
-        field = self._grid.spread(self._grid.sines_at(places), charges.T, self._grid.eigenvalues)
+        field = self._grid.spread(self._grid.loads_at(places), charges.T, 0.0)
         return np.ascontiguousarray(np.moveaxis(field, 0, -1))
 
 
