@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from app.editor.editor import Editor
+from app.live.answer import Answer
 from app.marking.applying import with_number
 from core.arrays import Bools, Bytes, Points, readonly
 from core.document.document import Document
@@ -37,6 +38,8 @@ class FeatureList:
     """The features of an editor's document, kept up to date."""
 
     def __init__(self) -> None:
+        self._known: tuple[Document, Grid, Features] | None = None
+        """Of a map."""
         self._nodes: MarkedNodes | None = None
         self._grid: Grid | None = None
         self._rows: list[Listed] = []
@@ -48,8 +51,22 @@ class FeatureList:
         self._outlined: tuple[object, ...] = ()
         """What the outlines belong to."""
 
+    def learn(self, answer: Answer) -> None:
+        """Take what the map on the screen says of its document's features, so that nobody looks for them again."""
+        document, found = answer.document, answer.features
+        is_all = not document.given_up and not any(pin.stiff for pin in document.pins)
+        if found is not None and is_all and (self._known is None or self._known[0] is not document):
+            if self._known is not None and np.array_equal(self._known[2].labels, found.labels):
+                found = self._known[2]
+            self._known = document, answer.grid, found
+
     def nodes(self, document: Document, grid: Grid) -> Features:
-        """Return the number of every node, those of features that are not kept included."""
+        """Return the number of every node, those of features that are not kept included.
+
+        The same object as before while no node's number changed.
+        """
+        if self._known is not None and self._known[0] is document and self._known[1] == grid:
+            return self._known[2]
         if self._nodes is None or self._grid != grid:
             self._nodes, self._grid = MarkedNodes(grid), grid
         return self._nodes.features(document.mask, document.numbers)
@@ -129,8 +146,10 @@ _lists: WeakKeyDictionary[Editor, FeatureList] = WeakKeyDictionary()
 
 
 def feature_list(editor: Editor) -> FeatureList:
-    """Return the one list of an editor."""
-    return _lists.setdefault(editor, FeatureList())
+    """Return the one list of an editor, up to date with its map."""
+    found = _lists.setdefault(editor, FeatureList())
+    found.learn(editor.map)
+    return found
 
 
 def rows_of(editor: Editor) -> list[Listed]:

@@ -1,16 +1,21 @@
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import app.live.warp
+from app.files.warp_files import write_warp
 from app.model.jobs import InlineExecutor, Jobs
 from app.model.session import Brush
 from core import tracing
+from core.arrays import Ints
 from core.document.document import CurvePair, Document, Outline
 from core.document.map_solver import MapSolver, settle_map
 from core.grid import Grid
 from core.imaging.images import Image
+from core.linalg.multifrontal import GridFactor
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.features.straight_lines import Lines, LineSolver
 from core.mapping.result import Warped
@@ -51,6 +56,39 @@ def test_at_rest_the_final_answer_comes_and_stays() -> None:
     assert final.folds == 0
     assert drive.editor.live.wait_s is None
     assert drive.frame().editor.answer is final
+
+
+@pytest.mark.parametrize(("inline_nodes", "threads"), [(60_000, 2), (0, 1)])
+def test_a_mask_that_is_painted_dragged_rested_and_exported_is_factored_once_by_each_thread(
+    inline_nodes: int, threads: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(app.live.warp, "INLINE_NODES", inline_nodes)
+    factored: list[float] = []
+    parts = GridFactor._parts
+
+    def count(factor: GridFactor, boxes: Ints) -> Iterator[Ints]:
+        if boxes.size:
+            factored.append(boxes.size / len(factor._whole))
+        return parts(factor, boxes)
+
+    monkeypatch.setattr(GridFactor, "_parts", count)
+    drive = EditorDriver(swirled().with_warp(keep="similarity")).rest()
+    assert factored == [1.0] * threads
+    factored.clear()
+    drive.tool("brush").press(20, 30)
+    for x in (25, 30, 35):
+        drive.move(x, 30)
+    drive.release().rest()
+    assert all(share < 0.5 for share in factored)
+    factored.clear()
+    drive.tool("pins").press(30, 100)
+    for x in (32, 34, 36):
+        drive.move(x, 100)
+    drive.release().rest()
+    settled = drive.editor.live.settled(drive.document)
+    assert settled is not None
+    run(write_warp(drive.document, tmp_path / "map.exr", settled))
+    assert not factored
 
 
 def test_an_answer_that_took_long_is_not_taken_for_rest(monkeypatch: pytest.MonkeyPatch) -> None:

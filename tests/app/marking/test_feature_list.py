@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 
@@ -7,6 +8,7 @@ from core.arrays import Bytes
 from core.document.feature import Feature
 from core.document.map import options_of
 from core.mapping.features.limits import Limits
+from core.rasters.components import Components, Labels
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, document
 
@@ -37,6 +39,28 @@ def test_a_feature_keeps_its_colour_whatever_is_painted_elsewhere() -> None:
     assert (color_at(drive, 95, 80), color_at(drive, 165, 80)) == before
     assert color_at(drive, 25, 80) not in (0, *before)
     assert owners(drive) is owners(drive)
+
+
+def test_a_frame_of_a_stroke_finds_its_features_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180)))).tool("brush")
+    owners(drive)
+    found, seen = Components.labels, []
+
+    def count(components: Components, raster: Raster) -> Labels:
+        seen.append(raster)
+        return found(components, raster)
+
+    monkeypatch.setattr(Components, "labels", count)
+    drive.press(20, 30)
+    for x in (25, 30, 35):
+        seen.clear()
+        drive.move(x, 30)
+        shown = owners(drive)
+        assert len(seen) == 1
+    monkeypatch.undo()
+    mask = drive.document.mask.array > 127
+    grid = drive.editor.map.grid
+    assert np.array_equal(shown > 0, cv2.dilate(mask[np.ix_(*grid.pixels)].astype(np.uint8), np.ones((5, 5))) > 0)
 
 
 def test_what_is_given_up_has_a_colour_of_its_own() -> None:
