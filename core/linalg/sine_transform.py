@@ -1,9 +1,10 @@
 """Sums of sines along an axis of a grid, which vanish at both of its ends.
 
 Over n cells they are s_k(x) = √(2 / n) sin(π k x / n), k = 1 … n - 1, orthonormal on the nodes x = 1 … n - 1. A short
-axis has them in a matrix, so that sums are a product; a long one sums by a fast transform.
+axis has them in a matrix, so that sums are a product; a long one sums by a fast transform, on all cores.
 """
 
+import os
 from functools import cached_property
 
 import numpy as np
@@ -47,7 +48,7 @@ class Sines:
         if not self._is_short:
             found = np.zeros(shape)
             inner = found[..., 1:-1] if axis == -1 else found[..., 1:-1, :]
-            inner[...] = scipy.fft.dst(coefficients, type=1, axis=axis, norm="ortho")
+            inner[...] = scipy.fft.dst(coefficients, type=1, axis=axis, norm="ortho", workers=os.cpu_count())
             return found
         if axis == -2:
             odd, even = (half @ coefficients[..., k::2, :] for k, half in enumerate(self._halves))
