@@ -45,7 +45,6 @@ SEARCH_STAGES = {
     "find_large": Place(finding, find_none),
     "least_texel": Place(finding, lambda _photo, _canvas, found, *_: keep(found)),
     "true_period": Place(fitting, lambda *_: np.eye(2)),
-    "from_the_surest": Place(fitting, lambda *_: keep(None)),
     "with_more_pieces": Place(fitting, lambda _cloth, found, *_, **__: keep(found)),
 }
 

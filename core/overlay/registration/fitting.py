@@ -15,7 +15,7 @@ from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_clo
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.pieces import join_by, with_more_pieces
 from core.overlay.registration.region import look_at
-from core.overlay.registration.region_growing import all_followed, doubtful, followed, prune, surest
+from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
 from core.progress import Job, Progress
 
@@ -25,9 +25,6 @@ LEAST_STEPS = 4
 """Area, in lattice steps, below which nothing was found."""
 DRAWS = 3
 """Times that the texels are drawn anew where they seem to differ."""
-DOUBTFUL, BEGUN = 20, 15
-"""Area, in lattice steps, of followed cloth that is doubtful, from which other pieces may belong there; vertices with
-which they begin."""
 
 
 def fit(
@@ -80,8 +77,7 @@ def complete(cloth: FittedCloth, found: Fit, others: list[Lattice], seed: int) -
         raise NoPatternError
     for other in others:
         found = yield from join_by(cloth, found, other, Progress(0.4, "following the cloth"))
-    anew = (yield from from_the_surest(cloth, found, seed)) if doubtful(cloth, found) > DOUBTFUL else None
-    found = anew or (yield from with_the_rest(cloth, found, seed))
+    found = yield from with_the_rest(cloth, found, seed)
     yield Progress(0.9, "registering finely", stage(cloth, found))
     return cloth, refit(cloth, found, rounds=4)
 
@@ -97,22 +93,6 @@ def with_the_rest(cloth: FittedCloth, found: Fit, seed: int) -> Job[Fit]:
     found = prune(cloth, replace(found, pieces=(*found.pieces[1:], found.pieces[0])))
     found = yield from followed(cloth, found, Progress(0.85, "following the cloth"))
     return replace(found, pieces=(found.pieces[-1], *found.pieces[:-1]))
-
-
-def from_the_surest(cloth: FittedCloth, found: Fit, seed: int) -> Job[Fit | None]:
-    """Return the cloth with its pieces, each followed first to where it surely lies right; None if hardly more does.
-
-    Where folds hide parts of texels one piece soon goes on beside the pattern, or in other steps of the lattice than
-    the cloth's: it would hold the place of the piece that belongs there.
-    """
-    rng = np.random.default_rng(seed)
-    yield Progress(0.4, "registering finely", stage(cloth, found))
-    sure, limit = surest(cloth, refit(cloth, found, rounds=3))
-    more = yield from with_more_pieces(cloth, sure, rng, 0.45, limit=limit, vertices=BEGUN)
-    if cloth.steps_of(more.cells & ~sure.cells) < DOUBTFUL:
-        return None
-    whole = yield from all_followed(cloth, more, Progress(0.7, "following the cloth"))
-    return (yield from with_more_pieces(cloth, whole, rng, 0.8))
 
 
 def evenness(cloth: FittedCloth, found: Fit) -> float:

@@ -34,14 +34,10 @@ def with_more_pieces(
     found: Fit,
     rng: np.random.Generator,
     fraction: float,
-    *,
-    limit: float = LIMIT,
-    vertices: int = LEAST_VERTICES,
 ) -> Job[Fit]:
     """Return the fit with further parts of the cloth: beyond seams, sleeves, folds that hide the connection.
 
-    They begin with so many `vertices` and are followed to where the misfit is the `limit`; `fraction` is the progress
-    made.
+    `fraction` is the progress made.
     """
     rest = free(cloth, found)
     if rest.valid.sum() < 3 * cloth.step_px**2:
@@ -54,8 +50,8 @@ def with_more_pieces(
         x, y = np.rint(candidates.points[row]).astype(int)
         if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
             piece = grown_piece(rest, template, candidates[np.array([row])])
-            if len(piece) >= (1 if cloth.few else vertices):
-                found = yield from join_by(cloth, found, piece, step, limit=limit)
+            if len(piece) >= (1 if cloth.few else LEAST_VERTICES):
+                found = yield from join_by(cloth, found, piece, step)
                 rest = free(cloth, found)
     return found
 
@@ -66,7 +62,7 @@ def free(cloth: FittedCloth, found: Fit) -> FlatPicture:
     return FlatPicture(cloth.canvas.image, rest.astype(np.float32)[..., None])
 
 
-def join_by(cloth: FittedCloth, found: Fit, lattice: Lattice, step: Progress, *, limit: float = LIMIT) -> Job[Fit]:
+def join_by(cloth: FittedCloth, found: Fit, lattice: Lattice, step: Progress) -> Job[Fit]:
     """Return the fit with the piece that begins at another lattice, if the texture explains enough of it."""
     start = starting_state(cloth, lattice)
     start = replace(start, cells=start.cells & ~found.cells)
@@ -74,10 +70,10 @@ def join_by(cloth: FittedCloth, found: Fit, lattice: Lattice, step: Progress, *,
     if cloth.steps_of(start.cells) < least:
         return found
     start = in_step(cloth, start, found)
-    start = replace(start, cells=fitting_cells(cloth, start, found, limit=limit))
+    start = replace(start, cells=fitting_cells(cloth, start, found, limit=LIMIT))
     if cloth.steps_of(start.cells) < least:
         return found
-    wider = yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step, limit=limit)
+    wider = yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step)
     new = wider.pieces[-1]
     pieces = merge(cloth, found.pieces, new)
     apart = len(pieces) > len(found.pieces)

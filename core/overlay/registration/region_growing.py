@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.arrays import Bools
-from core.overlay.filters.distances import distance, within
-from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells, misfits
+from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import LIMIT, continue_on, ring, without_specks
 from core.overlay.registration.registration import ClothState
@@ -18,8 +17,6 @@ FINE_PX = 0.7
 """Blur under which they are registered then."""
 PRUNED = 0.6
 """Misfit, over the limit, from which a cell is registered again from its neighbours."""
-WELL, USUAL = 1 / 3, 1.5
-"""Misfit, over the limit or over the usual one, whichever is more, up to which cloth surely lies as it was followed."""
 
 
 def prune(cloth: FittedCloth, found: Fit) -> Fit:
@@ -29,32 +26,7 @@ def prune(cloth: FittedCloth, found: Fit) -> Fit:
     return replace(found, pieces=(*found.pieces[:-1], replace(state, cells=good))) if good.any() else found
 
 
-def surest(cloth: FittedCloth, found: Fit) -> tuple[Fit, float]:
-    """Return the fit with those cells of each piece that surely lie as they were followed, and their most misfit."""
-    usual = np.median(np.concatenate([misfits(cloth, piece, found)[piece.cells] for piece in found.pieces]))
-    limit = max(WELL * LIMIT, USUAL * float(usual))
-    cells = [without_specks(fitting_cells(cloth, piece, found, limit=limit), 4) for piece in found.pieces]
-    kept = [replace(piece, cells=good) for piece, good in zip(found.pieces, cells, strict=True) if good.any()]
-    return replace(found, pieces=tuple(kept) or found.pieces), limit
-
-
-def doubtful(cloth: FittedCloth, found: Fit) -> float:
-    """Return the area, in lattice steps, of what was followed as wide as a step and does not surely lie so."""
-    unsure = cloth.mesh.pixels_of(found.cells & ~surest(cloth, found)[0].cells) & cloth.valid
-    radius = cloth.step_px / 2
-    return float(within(np.asarray(distance(~unsure) > radius, np.bool_), radius).sum()) / cloth.step_px**2
-
-
-def all_followed(cloth: FittedCloth, found: Fit, step: Progress) -> Job[Fit]:
-    """Return the fit with each of its pieces grown until the cloth ends or another begins, the largest first."""
-    pieces = sorted(found.pieces, key=lambda piece: int(piece.cells.sum()), reverse=True)
-    for number in range(len(pieces)):
-        moving = replace(found, pieces=(*pieces[:number], *pieces[number + 1 :], pieces[number]))
-        pieces[number] = (yield from followed(cloth, moving, step)).pieces[-1]
-    return replace(found, pieces=tuple(pieces))
-
-
-def followed(cloth: FittedCloth, found: Fit, step: Progress, *, limit: float = LIMIT) -> Job[Fit]:
+def followed(cloth: FittedCloth, found: Fit, step: Progress) -> Job[Fit]:
     """Return the fit with its last piece grown to where the misfit is the limit (NRT sec. 3.2: the cloth ends)."""
     state = found.pieces[-1]
     free_cells = cloth.allowed & ~(found.cells & ~state.cells)
@@ -65,7 +37,7 @@ def followed(cloth: FittedCloth, found: Fit, step: Progress, *, limit: float = L
         if not trial.any():
             break
         before = state
-        state = widen(cloth, state, trial, found, limit)
+        state = widen(cloth, state, trial, found)
         refused += trial & ~state.cells
         yield Progress(step.fraction, step.note)
         if (state.cells & ~before.cells).sum() < 3:
@@ -73,7 +45,7 @@ def followed(cloth: FittedCloth, found: Fit, step: Progress, *, limit: float = L
     return replace(found, pieces=(*found.pieces[:-1], state))
 
 
-def widen(cloth: FittedCloth, state: ClothState, trial: Bools, found: Fit, limit: float) -> ClothState:
+def widen(cloth: FittedCloth, state: ClothState, trial: Bools, found: Fit) -> ClothState:
     """Return the state with those of the trial cells that the texture explains once they are registered.
 
     Only the trial cells move; a band of old ones holds them, and is judged with them.
@@ -85,5 +57,5 @@ def widen(cloth: FittedCloth, state: ClothState, trial: Bools, found: Fit, limit
         moved = cloth.registration.run(moved, found.texel, Smoothness(), rounds=2, blur_px=blur_px, free=free)
     band = trial | ring(trial, state.cells, 4)
     wider = replace(wider, uv=moved.uv, rho=moved.rho)
-    kept = fitting_cells(cloth, replace(wider, cells=band), found, limit=limit)
+    kept = fitting_cells(cloth, replace(wider, cells=band), found, limit=LIMIT)
     return replace(wider, cells=without_specks((state.cells & ~band) | kept, 4))
