@@ -3,7 +3,7 @@
 import functools
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import moderngl
@@ -159,6 +159,10 @@ class SurfaceView:
         """
         if laid.surface is not self._surface:
             self._take(laid.surface)
+            if self.is_new and math.isfinite(frame_s):  # To draw it for the first time takes a frame of its own.
+                self._target.clear(color=desk)
+                self.is_refining = True
+                return self._shown
         picture = self._refine(laid, source, draft=draft, frame_s=frame_s)
         seen = picture, picture.shown, orbit, desk
         if self._seen == seen:
@@ -242,11 +246,13 @@ def _find_corners(surface: Surface) -> tuple[Floats, Floats]:
 class SurfaceViews:
     """Views of surfaces in one context, kept by their names; pictures come from `sources`.
 
-    Each may take `frame_s` of a frame to get better.
+    Each may take `frame_s` of a frame to get better, none while something else `gets_better` in the same frame.
     """
 
-    def __init__(self, context: moderngl.Context, sources: Sources, frame_s: float) -> None:
-        self._context, self._sources, self.frame_s = context, sources, frame_s
+    def __init__(
+        self, context: moderngl.Context, sources: Sources, frame_s: float, gets_better: Callable[[], bool]
+    ) -> None:
+        self._context, self._sources, self.frame_s, self.gets_better = context, sources, frame_s, gets_better
         self._views: dict[str, SurfaceView] = {}
 
     def view(self, name: str, size: tuple[int, int]) -> SurfaceView:

@@ -231,7 +231,9 @@ class Shell:
         self._renderer = Renderer(self._context, frame_s=frame_s)
         self.workspace.thumbnails.attach(self._context, self._renderer)
         self.workspace.picture.attach(self._context)
-        self.workspace.space_panel.attach(SurfaceViews(self._context, self._renderer.sources, frame_s))
+        self.workspace.space_panel.attach(
+            SurfaceViews(self._context, self._renderer.sources, frame_s, lambda: self._renderer.is_refining)
+        )
 
     def _detach(self) -> None:
         """Free what is on the GPU while the context is there."""

@@ -51,6 +51,10 @@ def test_what_takes_longer_than_a_frame_gets_better_over_several() -> None:
     assert not whole.is_refining
 
     view.draw(laid, source, Orbit(), frame_s=1e-9)
+    assert view.is_new, "the surface alone takes the first frame"
+    assert view.is_refining
+    assert np.ptp(view.read(), axis=(0, 1)).max() == 0
+    view.draw(laid, source, Orbit(), frame_s=1e-9)
     draft = view.read().astype(int)
     assert view.is_refining
     assert 0.1 < np.abs(draft - best).mean() < 10

@@ -136,7 +136,7 @@ class SpacePanel:
             editor.session.orbit,
             (desk.x, desk.y, desk.z, 1.0),
             draft=editor.is_busy,
-            frame_s=0.0 if self.is_refining else self._views.frame_s,
+            frame_s=0.0 if self.is_refining or self._views.gets_better() else self._views.frame_s,
         )
         self.is_refining |= view.is_refining
         at = imgui.get_cursor_screen_pos()
