@@ -31,7 +31,7 @@ _MOST_EXPONENT = 300.0
 
 
 @dataclass(frozen=True)
-class Loads:
+class LoadPlaces:
     """Where loads act: on places (n) with sines along y (n, r), by `shares` (n, u) on these u inner `columns`."""
 
     by_y: Floats
@@ -48,16 +48,16 @@ class DirichletGrid:
         self._factors: dict[float, tuple[Floats, Floats]] = {}
         """Of the tridiagonal matrices of all sines along y, one after the other as one matrix, by s."""
 
-    def loads_at(self, places: Points) -> Loads:
+    def loads_at(self, places: Points) -> LoadPlaces:
         """Return how loads on places (n, 2) act on the nodes."""
         x, y = places.T
         cell, share = self.x.split(x)
         nodes = np.stack([cell, cell + 1])
         columns = np.setdiff1d(nodes, [0, self.x.count])
         shares = np.where(nodes[..., None] == columns, np.stack([1 - share, share])[..., None], 0).sum(axis=0)
-        return Loads(self.y.between(*self.y.split(y)), columns - 1, shares)
+        return LoadPlaces(self.y.between(*self.y.split(y)), columns - 1, shares)
 
-    def spread(self, at: Loads, loads: Floats, *shifts: float) -> Floats:
+    def spread(self, at: LoadPlaces, loads: Floats, *shifts: float) -> Floats:
         """Return A⁻¹ Cᵀ loads (d, rows, columns) for loads (d, n); with a second shift, less that by the A of it."""
         found = np.zeros((len(loads), self.shape[0] - 2, self.shape[1] - 2))
         with one_thread():

@@ -13,7 +13,7 @@ import numpy as np
 
 from core.arrays import Floats, Points
 from core.grid import Grid
-from core.linalg.dirichlet_grid import DirichletGrid, Loads, Responses
+from core.linalg.dirichlet_grid import DirichletGrid, LoadPlaces, Responses
 from core.mapping.jacobians import Complexes
 
 
@@ -41,7 +41,7 @@ class HeldPlate:
         of_all, of_short_waves = (responses.between(places) for responses in self._responses)
         return HeldForces(np.asarray(of_all - of_short_waves), self._grid.loads_at(places), self)
 
-    def spread(self, at: Loads, forces: Complexes) -> Complexes:
+    def spread(self, at: LoadPlaces, forces: Complexes) -> Complexes:
         """Return d (N,) for forces (n,)."""
         return _joined(self._grid.spread(at, _parts(forces), *self._shifts)).ravel()
 
@@ -57,7 +57,7 @@ class HeldForces:
 
     S: Floats
     """What a force at one moves another (n, n)."""
-    at: Loads
+    at: LoadPlaces
     plate: HeldPlate
 
     def answer(self, forces: Complexes) -> Complexes:
