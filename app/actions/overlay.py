@@ -8,7 +8,7 @@ from app.editor.editor import Editor
 from app.files import document_io
 from app.model.requests import PICTURES, OpenFile
 from app.model.session import PaintedOnCloth, Shown
-from core.document.carried_mending import carry_mending
+from core.document.carried_mending import carry_mending, find_again
 from core.document.document import Document
 from core.document.overlay import find_layers, vertices_of
 from core.document.overlay_settings import Search
@@ -50,10 +50,20 @@ def seen(editor: Editor) -> Shown:
 
 
 def find(editor: Editor) -> None:
-    """Find the pattern in the painted region, anew where it was sought before."""
-    cloth = editor.document.cloth
+    """Find the pattern in the painted region, anew where it was sought before; what was mended by hand stays so."""
+    editor.finish()
+    start = editor.document
+    before, search = start.cloth.search, Search(start.cloth.region, seed=start.cloth.seed)
     show(editor, "result")
-    editor.edit("Find pattern", editor.document.with_cloth(search=Search(cloth.region, seed=cloth.seed)))
+    if before is None or before.mending is None:
+        editor.edit("Find pattern", start.with_cloth(search=search))
+        return
+
+    def apply(document: Document, mended: Search) -> Document | None:
+        is_present = document.image is start.image and document.cloth.search is before
+        return document.with_cloth(search=mended) if is_present else None
+
+    editor.start("Find pattern", lambda: find_again(start, search), apply)
 
 
 def take_whole(editor: Editor) -> None:

@@ -1,4 +1,4 @@
-"""What was put right by hand of one lattice, carried over to another that was found later on the same photo."""
+"""What was put right by hand of one lattice, carried over to another that is found later on the same photo."""
 
 from dataclasses import replace
 
@@ -6,9 +6,21 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points
 from core.document.document import Document, pixels_from_places
-from core.document.overlay import OverlayLayers, vertices_of
+from core.document.overlay import OverlayLayers, find_layers, vertices_of
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.overlay.mending import CELL
+from core.progress import Job, part
+
+
+def find_again(document: Document, search: Search) -> Job[Search]:
+    """Return `search`, mended as the document's own is, once its layers are found; raise `NoPatternError` for none."""
+    found = yield from part(find_layers(document.with_cloth(search=search)), 0.0, 0.9)
+    before = document.cloth.search
+    if before is None or before.mending is None:
+        return search
+    mended = carry_mending(document, before.mending, search, found)
+    yield from part(find_layers(document.with_cloth(search=mended)), 0.9, 1.0)
+    return mended
 
 
 def carry_mending(document: Document, mending: Mending, search: Search, found: OverlayLayers) -> Search:

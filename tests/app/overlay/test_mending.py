@@ -12,7 +12,7 @@ from core.arrays import Ints, Points
 from core.document import overlay as document_overlay
 from core.document.document import Document
 from core.document.overlay import OverlayLayers
-from core.document.overlay_settings import LatticeVertices, Search
+from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.document.project import load_project, save_project
 from core.progress import Job, Progress
 from tests.app.driver import EditorDriver, Later
@@ -43,6 +43,13 @@ def layers_of(drive: OverlayDriver) -> OverlayLayers:
     assert layers is not None
     assert drive.editor.overlay.is_final
     return layers
+
+
+def mending_of(drive: OverlayDriver) -> Mending:
+    search = drive.cloth.search
+    assert search is not None
+    assert search.mending is not None
+    return search.mending
 
 
 def places_of(drive: OverlayDriver) -> Points:
@@ -202,7 +209,8 @@ def test_vertex_is_added_only_where_the_lattice_goes_on(mender: OverlayDriver) -
     assert free_key(mender.editor, missing, tuple((places[row] + places[beside]) / 2)) is None
 
 
-def test_what_was_mended_stays_so_when_the_whole_cloth_is_taken() -> None:
+@pytest.mark.parametrize("name", ["Whole cloth", "Find pattern"])
+def test_what_was_mended_stays_so_when_the_pattern_is_found_again(name: str) -> None:
     drive = OverlayDriver(Document.of(cloth_on_a_table()[0]))
     drive.tool("region").drag((48, 43), (80, 80), (125, 150))
     drive.run("overlay.find").tool("lattice")
@@ -212,8 +220,14 @@ def test_what_was_mended_stays_so_when_the_whole_cloth_is_taken() -> None:
     moved = row_at(drive, 85, 95)
     goal = places_of(drive)[moved] + (3, 2)
     drag_vertex(drive, moved, 3, 2)
-    drive.run("overlay.whole").frame()
-    assert drive.labels[-1] == "Whole cloth"
+    drive.drag((50, 40), (50, 80), (50, 155), ctrl=True).frame()
+    seam = mending_of(drive).seams[0]
+    mended = layers_of(drive)
+    if name == "Find pattern":
+        drive.run("overlay.clear_region")
+    drive.run("overlay.whole" if name == "Whole cloth" else "overlay.find").tool("lattice").frame()
+    assert drive.labels[-1] == name
+    np.testing.assert_array_equal(mending_of(drive).seams, [seam])
     assert layers_of(drive).covered.sum() > 1.5 * first.covered.sum()
     away = np.linalg.norm(places_of(drive)[:, None] - [goal, gone], axis=2).min(axis=0)
     assert away[0] < 0.05, "it lies where the hand put it"
@@ -221,7 +235,10 @@ def test_what_was_mended_stays_so_when_the_whole_cloth_is_taken() -> None:
     assert is_held(drive.editor, lattice_of(drive)).sum() == 1
     drag_vertex(drive, row_at(drive, 85, 125), 2, 0)
     assert np.linalg.norm(places_of(drive) - goal, axis=1).min() < 0.05, "whatever is moved beside it"
-    drive.undo().undo().undo().undo()
+    drive.undo().undo()
+    assert layers_of(drive) is mended
+    for _ in drive.labels[2:-2]:
+        drive.undo()
     assert layers_of(drive) is first, "nothing is found again for undo"
 
 
