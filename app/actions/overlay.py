@@ -8,20 +8,16 @@ from app.editor.editor import Editor
 from app.files import document_io
 from app.model.requests import PICTURES, OpenFile
 from app.model.session import PaintedOnCloth, Shown
-from core.document.carried_mending import carry_mending, find_again
 from core.document.document import Document
-from core.document.overlay import find_layers, vertices_of
+from core.document.finding_again import find_again, find_whole_cloth
 from core.document.overlay_settings import Search
 from core.document.parts import Part, picture_of
 from core.files.text import legible
 from core.imaging.images import Image, load, save
-from core.masks.object_masks import as_bytes, whole_object
-from core.progress import Job, in_one_step, part
-from core.rasters.raster import Raster
+from core.progress import Job, in_one_step
 
 PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
 """Tools that work on the photo, and so show it in place of the result."""
-NO_BETTER = "No more of the pattern was found on the whole cloth: it stays as it is"
 PART_FILES = ("png", "tif", "tiff", "exr")
 
 
@@ -52,49 +48,33 @@ def seen(editor: Editor) -> Shown:
 def find(editor: Editor) -> None:
     """Find the pattern in the painted region, anew where it was sought before; what was mended by hand stays so."""
     editor.finish()
-    start = editor.document
-    before, search = start.cloth.search, Search(start.cloth.region, seed=start.cloth.seed)
+    document, cloth = editor.document, editor.document.cloth
+    search = Search(cloth.region, seed=cloth.seed)
     show(editor, "result")
-    if before is None or before.mending is None:
-        editor.edit("Find pattern", start.with_cloth(search=search))
-        return
-
-    def apply(document: Document, mended: Search) -> Document | None:
-        is_present = document.image is start.image and document.cloth.search is before
-        return document.with_cloth(search=mended) if is_present else None
-
-    editor.start("Find pattern", lambda: find_again(start, search), apply)
+    if cloth.search is not None and cloth.search.mending is not None:
+        _take_search(editor, "Find pattern", lambda: find_again(document, search))
+    else:
+        editor.edit("Find pattern", document.with_cloth(search=search))
 
 
 def take_whole(editor: Editor) -> None:
     """Let the lattice go on over all of the cloth on which it was found, where that explains no less."""
     editor.finish()
-    layers, start = editor.overlay.layers, editor.document
-    search = start.cloth.search
-    assert layers is not None
-    assert search is not None
+    document = editor.document
+    _take_search(editor, "Whole cloth", lambda: find_whole_cloth(document))
 
-    def steps() -> Job[Search | None]:
-        whole = yield from part(whole_object(start.image, layers.covered), 0.0, 0.1)
-        lattice = vertices_of(start, layers)
-        wider = Search(Raster.from_array(as_bytes(whole)), lattice=lattice, seed=search.seed)
-        found_there = yield from part(find_layers(start.with_cloth(search=wider)), 0.1, 0.9)
-        if found_there.explained < layers.explained:
-            return None
-        if search.mending is not None:
-            wider = carry_mending(start, search.mending, wider, found_there)
-            yield from part(find_layers(start.with_cloth(search=wider)), 0.9, 1.0)
-        return wider
 
-    def apply(document: Document, wider: Search | None) -> Document | None:
-        if document.image is not start.image or document.cloth.search is not search:
-            return None
-        if wider is None:
-            editor.notify(NO_BETTER)
-            return None
-        return document.with_cloth(region=wider.region, search=wider)
+def _take_search(editor: Editor, name: str, steps: Callable[[], Job[Search]]) -> None:
+    """Make the search that a job returns the document's, and its region what is painted, unless others are by then."""
+    image, cloth = editor.document.image, editor.document.cloth
 
-    editor.start("Whole cloth", steps, apply)
+    def apply(document: Document, search: Search) -> Document | None:
+        if document.image is not image or document.cloth.search is not cloth.search:
+            return None
+        is_painted = document.cloth.region is not cloth.region
+        return document.with_cloth(region=document.cloth.region if is_painted else search.region, search=search)
+
+    editor.start(name, steps, apply)
 
 
 def go_on(editor: Editor) -> None:

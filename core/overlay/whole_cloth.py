@@ -1,11 +1,11 @@
 """From a part of a cloth to all of it: the lattice that was found goes on over what stands out where it was found."""
 
 from collections.abc import Callable
+from typing import Protocol, TypeVar
 
 from core.arrays import Bools, InputError, Singles
 from core.imaging.image import Image
 from core.masks.object_masks import whole_object
-from core.overlay.composition import finite
 from core.overlay.decomposition import Decomposition
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.laying.compositing import searchable
@@ -13,19 +13,49 @@ from core.progress import Job, part
 
 Finding = Callable[..., Job[Decomposition]]
 """`decompose` of a photo, but for its region and its lattice."""
+NO_BETTER = "no more of the pattern is found on the whole cloth"
+
+
+class Explanation(Protocol):
+    """What the whole cloth is told from, and compared by."""
+
+    @property
+    def covered(self) -> Bools:
+        """Pixels (H, W) of cloth."""
+
+    @property
+    def explained(self) -> float:
+        """What speaks for it (`Evidence`)."""
+
+
+F = TypeVar("F", bound=Explanation)
+
+
+def widen(image: Image, found: F, find_on: Callable[[Bools], Job[F]]) -> Job[F]:
+    """Return what `find_on` finds on the object (H, W) that is cut out of the `image` around what is `found`.
+
+    Raises `InputError` where `found` is all of the object, or explains more of the photo.
+    """
+    cloth = yield from part(whole_object(image, found.covered), 0.0, 0.1)
+    wider = yield from part(find_on(cloth), 0.1, 1.0)
+    if wider.explained < found.explained:
+        raise InputError(NO_BETTER)
+    return wider
 
 
 def decompose_whole_cloth(image: Image, region: Bools | Singles | None, finding: Finding) -> Job[Decomposition]:
     """Return the decomposition of all of the cloth of which the pattern is found in `region` (H, W).
 
-    `finding` is called with the given region, then with the object that was cut out of the `image` around what the
-    first call covered, and the lattice found there. Of the two finds the one that explains more of the photo is kept.
+    `finding` is called with the given region, then with the whole object and the lattice found by the first call; where
+    that is no better the first find is returned.
     """
     found = yield from part(finding(region=region), 0.0, 0.6)
-    try:
-        cloth = yield from part(whole_object(image, finite(found.uv)), 0.6, 0.65)
+
+    def find_on(cloth: Bools) -> Job[Decomposition]:
         lattice = lattices_of(found.lattice.keys, found.lattice.frames.points)
-        wider = yield from part(finding(region=searchable(image, cloth), lattice=lattice), 0.65, 1.0)
-    except InputError:  # It is all of the cloth, or the lattice does not hold on all of it.
+        return finding(region=searchable(image, cloth), lattice=lattice)
+
+    try:
+        return (yield from part(widen(image, found, find_on), 0.6, 1.0))
+    except InputError:
         return found
-    return max(found, wider, key=lambda result: result.explained)

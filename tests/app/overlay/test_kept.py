@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.actions import overlay as actions
+from core.document import finding_again
 from core.document import overlay as document_overlay
 from core.document.document import Document
 from core.document.overlay import OverlayLayers, get_layers
@@ -15,6 +15,7 @@ from core.document.overlay_texture import lay_on
 from core.document.project import load_project, save_project
 from core.imaging.images import Image
 from core.notices import hear_notices
+from core.overlay import whole_cloth
 from core.progress import Job, Progress
 from core.rasters.raster import Raster
 from tests.app.overlay.driver import PHOTO, TEXTURE, OverlayDriver
@@ -102,13 +103,13 @@ def test_whole_cloth_never_replaces_a_better_find_by_a_worse_one(
         yield Progress(0.0)
         return np.ones((image.height_px, image.width_px), bool)
 
-    def worse(_: Document) -> Job[OverlayLayers]:
+    def worse(document: Document) -> Job[OverlayLayers]:
         yield Progress(0.0)
-        return replace(before, explained=before.explained - 1)
+        return before if document.cloth.search is search else replace(before, explained=before.explained - 1)
 
-    monkeypatch.setattr(actions, "whole_object", whole)
-    monkeypatch.setattr(actions, "find_layers", worse)
+    monkeypatch.setattr(whole_cloth, "whole_object", whole)
+    monkeypatch.setattr(finding_again, "find_layers", worse)
     drive.run("overlay.whole").frame()
-    assert drive.editor.notices[-1].text == actions.NO_BETTER
+    assert whole_cloth.NO_BETTER in drive.editor.notices[-1].text
     assert drive.cloth.search is search
     assert drive.editor.overlay.layers is before

@@ -1,4 +1,4 @@
-"""What was put right by hand of one lattice, carried over to another that is found later on the same photo."""
+"""A pattern found again on the same photo, anew or on the whole cloth; what was put right by hand is carried over."""
 
 from dataclasses import replace
 
@@ -8,8 +8,28 @@ from core.arrays import Bools, Floats, Ints, Points
 from core.document.document import Document, pixels_from_places
 from core.document.overlay import OverlayLayers, find_layers, vertices_of
 from core.document.overlay_settings import LatticeVertices, Mending, Search
+from core.masks.object_masks import as_bytes
 from core.overlay.mending import CELL
+from core.overlay.whole_cloth import widen
 from core.progress import Job, part
+from core.rasters.raster import Raster
+
+
+def find_whole_cloth(document: Document) -> Job[Search]:
+    """Return the search whose lattice goes on over all of the cloth on which the document's own was found.
+
+    Its layers are found then. Raises `InputError` where there is no more cloth, or where the search explains less.
+    """
+    layers = yield from find_layers(document)
+    search = Search(lattice=vertices_of(document, layers), seed=document.cloth.seed)
+
+    def find_on(cloth: Bools) -> Job[OverlayLayers]:
+        nonlocal search
+        search = replace(search, region=Raster.from_array(as_bytes(cloth)))
+        return find_layers(document.with_cloth(search=search))
+
+    yield from part(widen(document.image, layers, find_on), 0.0, 0.9)
+    return (yield from part(find_again(document, search), 0.9, 1.0))
 
 
 def find_again(document: Document, search: Search) -> Job[Search]:
