@@ -109,10 +109,11 @@ def _interaction(grid: Grid, mask: Bytes, repeats: int) -> dict[str, float]:
     live = Warper(grid)
     live.use(find_features(grid, mask), DEFAULT_OPTIONS)
     pins = np.array([[0.2, 0.5], [0.5, 0.5], [0.8, 0.6], [0.7, 0.3]]) * [grid.width_px, grid.height_px]
-    live.frame(grid.nodes, Handles(pins, pins + 1.0))
-    moved = iter(np.linspace(2.0, 5.0, repeats))
+    moved = iter(np.linspace(1.0, 5.0, repeats + 1))
+    drag_preset_ms = _median_ms(lambda: _shown(live, _swirled(grid)), repeats)
+    _dragged(live, Handles(pins, pins + next(moved)))  # a drag begins with the picture as it is without handles
     return {
-        "drag_preset_ms": _median_ms(lambda: _shown(live, _swirled(grid)), repeats),
+        "drag_preset_ms": drag_preset_ms,
         "drag_handles_ms": _median_ms(lambda: _dragged(live, Handles(pins, pins + next(moved))), repeats),
         "stroke_ms": _stroke_ms(live, mask.copy(), repeats),
     }

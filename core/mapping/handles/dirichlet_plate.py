@@ -5,15 +5,21 @@ ends, and its second differences make up the square of that; so do those of a co
 the matrix of the energy and its inverse are
 
     A = L + ℓ² L²,      A⁻¹ = L⁻¹ - (L + ℓ⁻²)⁻¹.
+
+What handles do is smooth over ℓ, a tenth of the picture: a grid finer than the default one has a plate on a grid of as
+many nodes as that may have, refined by cubics.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from core.arrays import Floats, Points
-from core.grid import Grid
+from core.grid import DEFAULT_NODES_AT_MOST, Grid
 from core.linalg.dirichlet_grid import DirichletGrid, LoadPlaces, Responses
+from core.linalg.laplacian import edge_weights, laplacian
+from core.mapping.handles.refinement import Refinement
 from core.mapping.jacobians import Complexes
 
 
@@ -22,17 +28,18 @@ class HeldPlate:
 
     Parameters
     ----------
-    cell
-        Width and height of a cell in units of their mean.
-    rounded
-        ℓ in cells.
+    smoothness
+        ℓ as a share of the grid's diagonal.
     """
 
-    def __init__(self, grid: Grid, *, cell: tuple[float, float], rounded: float) -> None:
-        self._cell = grid.cell
-        self._grid = DirichletGrid(*grid.shape, cell=cell)
-        self._square = DirichletGrid(*grid.shape)
-        self._shifts = 0.0, rounded**-2
+    def __init__(self, grid: Grid, *, smoothness: float) -> None:
+        self._picture, most = grid, DEFAULT_NODES_AT_MOST
+        self.grid = grid if grid.size <= most else grid.with_nodes(most)
+        """What it is worked out on, of shape (r, c)."""
+        self._cell = self.grid.cell
+        self._grid = DirichletGrid(*self.grid.shape, cell=self.grid.cell_aspect)
+        self._square = DirichletGrid(*self.grid.shape)
+        self._shifts = 0.0, (smoothness * float(np.hypot(*self.grid.shape))) ** -2
         self._responses = [Responses(self._grid, shift=shift) for shift in self._shifts]
 
     def hold(self, points: Points) -> "HeldForces":
@@ -46,9 +53,32 @@ class HeldPlate:
         return _joined(self._grid.spread(at, _parts(forces), *self._shifts)).ravel()
 
     def solve_poisson(self, load: Complexes) -> Complexes:
-        """Return y (R, C), 0 on the outline, with dᵀ w d y = `load` (R, C) inside, w = 1 for every quad."""
-        # An inner edge belongs to two quads.
-        return _joined(self._square.solve(_parts(load))) / 2
+        """Return y (r, c), 0 on the outline, with dᵀ w d y = `load` (r, c) inside, w = 1 for every quad."""
+        return _solve_poisson(self._square, load)
+
+    def sample(self, z: Complexes) -> Complexes:
+        """Return what z at the picture's nodes (R, C) is at the plate's (r, c)."""
+        if self.grid is self._picture:
+            return z
+        return self._picture.read(self.grid.nodes.reshape(-1, 2), z.ravel()).reshape(self.grid.shape)
+
+    def refine(self, d: Complexes, sides: Complexes) -> Complexes:
+        """Return what d at the plate's nodes (r, c) is at the picture's (R, C), on the frame exactly `sides` (R, C).
+
+        What cubics miss of these is continued inwards by a membrane.
+        """
+        if self.grid is self._picture:
+            return d
+        fine = self._refinement.refine(d)
+        if sides.any():
+            missed = np.where(self._picture.outline, sides - self._refinement.refine(self.sample(sides)), 0)
+            load = -laplacian(edge_weights(np.ones((self._picture.rows - 1, self._picture.columns - 1))), missed)
+            fine += missed + _solve_poisson(DirichletGrid(*self._picture.shape), load)
+        return fine
+
+    @cached_property
+    def _refinement(self) -> Refinement:
+        return Refinement(self.grid.shape, self._picture.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +93,11 @@ class HeldForces:
     def answer(self, forces: Complexes) -> Complexes:
         """Return d (N,) for the forces (n,)."""
         return self.plate.spread(self.at, forces)
+
+
+def _solve_poisson(square: DirichletGrid, load: Complexes) -> Complexes:
+    # An inner edge belongs to two quads.
+    return _joined(square.solve(_parts(load))) / 2
 
 
 def _parts(z: Complexes) -> Floats:

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from core.arrays import Floats, Ints, Points
+from core.arrays import Floats, Points
 from core.grid import Grid
-from core.linalg.blas import one_thread
 from core.linalg.factor import Factor
+from core.mapping.handles.refinement import Refinement
 from core.mapping.jacobians import Complexes
 from core.mapping.tolerances import TIE
 
@@ -32,9 +32,9 @@ class FreePlate:
     """
 
     def __init__(self, grid: Grid, *, smoothness: float) -> None:
-        self._grid = grid
+        self.grid = grid
         self._coarse = grid.with_nodes(SMOOTH_NODES)
-        self._down, self._across = (_between(n, m) for n, m in zip(grid.shape, self._coarse.shape, strict=True))
+        self._refinement = Refinement(self._coarse.shape, grid.shape)
         cell = self._coarse.cell_aspect
         rounded = smoothness * float(np.hypot(*self._coarse.shape))
         A = _opposite_part(self._coarse, cell) + rounded**2 * _bending(self._coarse, cell)
@@ -62,19 +62,16 @@ class FreePlate:
 
     def refine(self, d: Complexes) -> Complexes:
         """Return what is d at the nodes of the coarse grid at those of the fine one (N,)."""
-        d = d.reshape(self._coarse.shape)
-        with one_thread():
-            parts = [self._down @ part @ self._across.T for part in (d.real, d.imag)]
-        return np.asarray(parts[0] + 1j * parts[1]).ravel()
+        return self._refinement.refine(d.reshape(self._coarse.shape)).ravel()
 
     def _weights_at(self, points: Points) -> Floats:
         """Return C U (n, nodes of the coarse grid)."""
         found = []
-        for axis, matrix in ((1, self._down), (0, self._across)):
-            place = (points[:, axis] + 0.5) / self._grid.cell[axis]
-            cell = np.clip(place.astype(np.int64), 0, len(matrix) - 2)
+        for axis, matrix in ((1, self._refinement.down), (0, self._refinement.across)):
+            place = (points[:, axis] + 0.5) / self.grid.cell[axis]
+            cell = np.clip(place.astype(np.int64), 0, matrix.shape[0] - 2)
             share = (place - cell)[:, None]
-            found.append((1 - share) * matrix[cell] + share * matrix[cell + 1])
+            found.append((1 - share) * matrix[cell].toarray() + share * matrix[cell + 1].toarray())
         return np.asarray((found[0][:, :, None] * found[1][:, None, :]).reshape(len(points), -1))
 
 
@@ -92,31 +89,6 @@ class FreeForces:
     def answer(self, forces: Complexes) -> Complexes:
         """Return d (N,) for the forces (n,)."""
         return self.plate.refine(self.columns.T @ forces)
-
-
-def _between(count: int, coarse: int) -> Floats:
-    """Return the weights (count, coarse) of cubic convolution from evenly spaced nodes to others on the same length.
-
-    Beyond its ends what is interpolated goes on straight.
-    """
-    place = np.linspace(0, coarse - 1, count)
-    first: Ints = np.minimum(place.astype(np.int64), coarse - 2)
-    t = place - first
-    weights = np.stack(
-        [
-            ((-0.5 * t + 1) * t - 0.5) * t,
-            (1.5 * t - 2.5) * t * t + 1,
-            ((-1.5 * t + 2) * t + 0.5) * t,
-            (0.5 * t - 0.5) * t * t,
-        ],
-        axis=1,
-    )
-    wide = np.zeros((count, coarse + 2))
-    np.put_along_axis(wide, first[:, None] + np.arange(4), weights, axis=1)
-    for beyond, inner, step in ((0, 1, 1), (-1, -2, -1)):
-        wide[:, inner] += 2 * wide[:, beyond]
-        wide[:, inner + step] -= wide[:, beyond]
-    return wide[:, 1:-1]
 
 
 def _steps(count: int, cell: float) -> "scipy.sparse.csr_array":

@@ -36,7 +36,6 @@ from core.arrays import Floats, Points
 from core.grid import Grid
 from core.linalg.blas import one_thread
 from core.linalg.laplacian import divergence, edge_weights, laplacian
-from core.linalg.patches import cover
 from core.mapping.handles.dirichlet_plate import HeldForces, HeldPlate
 from core.mapping.handles.free_plate import FreeForces, FreePlate
 from core.mapping.handles.probes import Probes
@@ -67,11 +66,14 @@ def make_plate(grid: Grid, frame: Frame) -> Plate | None:
         return FreePlate(grid, smoothness=ROUNDED)
     if min(grid.shape) <= 2:
         return None
-    return HeldPlate(grid, cell=grid.cell_aspect, rounded=ROUNDED * float(np.hypot(*grid.shape)))
+    return HeldPlate(grid, smoothness=ROUNDED)
 
 
 class HandleField:
     """Displacements of a grid by points at any places of the picture; made once per set, solve once per frame.
+
+    They are those of the plate's nodes (r, c), which may be fewer than the picture's (R, C); `refine` and `sample` lead
+    from the ones to the others.
 
     Parameters
     ----------
@@ -102,7 +104,8 @@ class HandleField:
         slides: Sequence[tuple[complex, Floats]] = (),
         known: "HandleField | None" = None,
     ) -> None:
-        self.grid, self._plate = grid, plate
+        self.grid, self._plate = grid if plate is None else plate.grid, plate
+        grid = self.grid
         self.rods = Rods.none(grid) if rods is None else rods
         self._system: RodSystem | None = None
         """None where there are no rods."""
@@ -152,7 +155,7 @@ class HandleField:
         return np.asarray(-_inverse(system) @ (T.conj().T @ (self._on_bodies @ known)).real, np.float64)
 
     def displace(self, asked: Complexes, turned: Turned | None = None) -> Complexes:
-        """Return the nodes' displacements d (R, C) that have the points' ones (n,), beside what is `turned`."""
+        """Return the nodes' displacements d (r, c) that have the points' ones (n,), beside what is `turned`."""
         if self._forces is None:
             return np.zeros(self.grid.shape, np.complex128)
         if self._system is None or turned is None:
@@ -162,16 +165,24 @@ class HandleField:
         d = slides.fields @ found.slid + self._answer(asked - slides.at_points @ found.slid, found.forces)
         return np.asarray(d).reshape(self.grid.shape)
 
+    def sample(self, z: Complexes) -> Complexes:
+        """Return what z at the picture's nodes (R, C) is at the plate's (r, c)."""
+        return self._plate.sample(z) if isinstance(self._plate, HeldPlate) else z
+
+    def refine(self, d: Complexes, sides: Complexes) -> Complexes:
+        """Return what d (r, c) is at the picture's nodes (R, C), on the frame exactly what moves it there, `sides`."""
+        return self._plate.refine(d, sides) if isinstance(self._plate, HeldPlate) else d
+
     def still(self, base: Base, *, slides: bool) -> Turned:
         """Return that nothing of z⁰ is turned; `slides` says whether a straight frame holds it."""
         return self._aim(base, np.zeros_like(base.z), base.z, slides=slides)
 
     def turn(self, base: Base, d: Complexes, sides: Complexes, *, slides: bool) -> Turned:
-        """Return what large rotations make of z⁰ where it is displaced by d (R, C); on the frame y is `sides`."""
-        return self._aim(base, self._integrate(base, d, sides), base.z + d, slides=slides)
+        """Return what large rotations make of z⁰ displaced by d (r, c); on the frame y is `sides` (R, C)."""
+        return self._aim(base, self._integrate(base, d, self.sample(sides)), base.z + d, slides=slides)
 
     def _aim(self, base: Base, y: Complexes, now: Complexes, *, slides: bool) -> Turned:
-        """Return y with the normals that rods have `now` (R, C), and by how much more than in z⁰ it bends them."""
+        """Return y with the normals that rods have `now` (r, c), and by how much more than in z⁰ it bends them."""
         if not len(self.rods):
             return Turned(y, np.empty(0, np.complex128), np.empty(0), slides)
         there, moved, then = (self.rods.read(self.grid, z.ravel()) for z in (base.z, y, now))
@@ -180,25 +191,22 @@ class HandleField:
         return Turned(y, normals, bends, slides)
 
     def _integrate(self, base: Base, d: Complexes, sides: Complexes) -> Complexes:
-        """Return y (R, C): the displacement of z⁰ whose gradient z⁰ + d turns, locally, with that of z⁰.
+        """Return y (r, c): the displacement of z⁰ whose gradient z⁰ + d turns, locally, with that of z⁰.
 
         With the frame free there is none: similarities cost nothing there.
         """
         held = np.where(self.grid.outline, sides, 0)
         if not isinstance(self._plate, HeldPlate):
             return held
-        load = np.zeros_like(d)
-        for patch in cover(~self.grid.outline):
-            part = base.within(patch)
-            across, down = edge_weights(part.rotations(part.z + d[patch.read]) - 1)
-            load[patch.write] = divergence(across * part.right, down * part.below)[patch.inner]
+        across, down = edge_weights(base.rotations(base.z + d) - 1)
+        load = divergence(across * base.right, down * base.below)
         if held.any():
             load -= laplacian(edge_weights(np.ones(base.across.shape)), held)
         with one_thread():
             return self._plate.solve_poisson(load) + held
 
     def at_points(self, d: Complexes) -> Complexes:
-        """Return what displacements d (R, C) of the nodes are at the points (n,)."""
+        """Return what displacements d (r, c) of the nodes are at the points (n,)."""
         if self._forces is None:
             return np.zeros(self._M.shape[0], np.complex128)
         return self._moved(d.ravel())
@@ -230,8 +238,9 @@ class HandleField:
         """Return how the frame slides by these directions and shapes (R, C), and how inner nodes follow."""
         plain = edge_weights(np.ones((self.grid.rows - 1, self.grid.columns - 1)))
         fields, loads = np.zeros((2, self.grid.size, len(shapes)), np.complex128)
-        for number, (along, shape) in enumerate(shapes):
+        for number, (along, fine) in enumerate(shapes):
             assert isinstance(self._plate, HeldPlate)
+            shape = self.sample(fine.astype(np.complex128)).real
             y = along * (shape + self._plate.solve_poisson(-laplacian(plain, shape.astype(np.complex128))))
             fields[:, number], loads[:, number] = y.ravel(), laplacian(plain, y).ravel()
         cost = (fields.conj().T @ loads).real / 2  # an inner edge belongs to two quads

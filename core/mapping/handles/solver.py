@@ -58,11 +58,15 @@ class HandleSolver:
     def __init__(self, structure: Structure, before: "HandleSolver | None" = None) -> None:
         self.structure = structure
         is_same = before is not None and before.structure.holds_same(structure)
-        self._secants: Secants = before._secants if before is not None and is_same else Secants()
-        self._base: Base | None = None if before is None else before._base
+        self._secants: Secants = before._secants if is_same and before is not None else Secants()
+        if before is not None and before.structure.field.grid != structure.field.grid:
+            before = None
+        self._reference: Solution | None = None if before is None else before._reference
         """The picture that was moved last,"""
-        self._D: Complexes | None = None if before is None else before._D
-        """and its last displacement."""
+        self._base: Base | None = None if before is None else before._base
+        """where it has the plate's nodes,"""
+        self._d: Complexes | None = None if before is None else before._d
+        """and their last displacement (r, c)."""
 
     def solve(self, reference: Solution, asked: Complexes, *, rounds: int) -> Moved:
         """Return where handles that ask for `asked` (k,) move the `reference`.
@@ -74,24 +78,23 @@ class HandleSolver:
         goal = self._find_goal(s, reference, asked)
         if not goal.any():
             return Moved(reference, np.zeros_like(reference.z), goal)
-        if self._base is None or self._base.z is not reference.z:
-            self._base = Base.of(reference.z)
+        if self._base is None or self._reference is not reference:
+            self._reference, self._base = reference, Base.of(s.field.sample(reference.z))
         is_straight = _is_straight(reference.z, s.field)
         with mapping.clock.measure("rhs"):
             poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
             sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
             turned = self._first_turned(s, reference, poses, goal, sides, slides=is_straight)
         for _ in range(max(rounds // _ROUNDS_PER_TURN, 1)):
-            found = self._converge(s, reference, poses, goal, turned, rounds)
+            found = self._converge(s, reference, poses, goal, turned, sides, rounds)
             if rounds < _ROUNDS_PER_TURN:
                 break
-            again = s.field.turn(self._base, found.D, sides, slides=is_straight)
+            again = s.field.turn(self._base, found.d, sides, slides=is_straight)
             if again.differs_px(turned) < MET_PX:
                 break
             turned = again
-        last = self._D
-        self._D = found.D
-        moves = last is None or np.abs(found.D - last).max() > SEEN_PX / 2
+        last, self._d = self._d, found.d
+        moves = last is None or np.abs(found.d - last).max() > SEEN_PX / 2
         z = reference.z + mapping.hold(found.approach, s.held)
         if len(found.alpha):
             mapping.put_bodies(z, found.alpha, found.t)
@@ -102,13 +105,20 @@ class HandleSolver:
     ) -> Turned:
         """Return what turning does to the background: as in the last frame, or as if nothing turned far."""
         assert self._base is not None
-        d = self._D
+        d = self._d
         if d is None:
             d = self._displace(s, reference, poses, goal, s.field.still(self._base, slides=slides))
         return s.field.turn(self._base, d, sides, slides=slides)
 
     def _converge(
-        self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, turned: Turned, rounds: int
+        self,
+        s: Structure,
+        reference: Solution,
+        poses: Poses,
+        goal: Complexes,
+        turned: Turned,
+        sides: Complexes,
+        rounds: int,
     ) -> "_Found":
         """Return the displacement of the background for which the plate alone holds handles, as nearly as it comes."""
         close_px = MET_PX if rounds >= _ROUNDS_PER_TURN else SEEN_PX / 2
@@ -118,7 +128,9 @@ class HandleSolver:
         best: _Found | None = None
         vain = 0
         for number in range(rounds + 1):
-            D = self._displace(s, reference, poses, asked, turned)
+            d = self._displace(s, reference, poses, asked, turned)
+            D = s.field.refine(d, sides)
+            self._pose_small(s, reference, poses, D)
             alpha, t = poses.alpha - reference.alpha, poses.t - reference.t
             to_rows = np.where(s.owners < 0, goal, 0)
             for hold in s.holds.values():
@@ -128,7 +140,7 @@ class HandleSolver:
             missed = float(np.abs(misses).max(initial=0))
             vain = 0 if best is None or missed < (1 - LITTLE) * best.missed else vain + 1
             if best is None or missed < best.missed:
-                best = _Found(missed, approach, D, poses.alpha.copy(), poses.t.copy(), asked[pins])
+                best = _Found(missed, approach, d, D, poses.alpha.copy(), poses.t.copy(), asked[pins])
             self._secants.learn(asked[pins], goal[pins] - misses)
             if number == rounds or vain == _PATIENCE or missed < close_px:
                 break
@@ -146,14 +158,12 @@ class HandleSolver:
         return np.asarray(goal)
 
     def _displace(self, s: Structure, reference: Solution, poses: Poses, asked: Complexes, turned: Turned) -> Complexes:
-        """Return D (R, C) for the displacements `asked` of handles (k,), beside `turned`; place the other bodies."""
+        """Return d (r, c) for the displacements `asked` of handles (k,), beside `turned`; place the plate's bodies."""
         already = s.field.at_points(turned.y)
         for _ in range(_POSE_STEPS):
             known = self._know(s, reference, poses, asked) - already
             s.motions.move(poses, s.field.find_motions(known, s.motions.directions(poses.alpha), turned))
-        D = turned.y + s.field.displace(self._know(s, reference, poses, asked) - already, turned)
-        self._pose_small(s, reference, poses, D)
-        return D
+        return turned.y + s.field.displace(self._know(s, reference, poses, asked) - already, turned)
 
     def constrain(self, reference: Solution, moved: Moved) -> Constraints:
         """Return the constraints that the handles of the last answer, `moved`, and the frame are.
@@ -242,7 +252,10 @@ class _Found:
     missed: float
     """By how much pins in the background miss, in output pixels, where nothing but the plate holds them."""
     approach: Approach
+    d: Complexes
+    """At the plate's nodes (r, c),"""
     D: Complexes
+    """and at the picture's (R, C)."""
     alpha: Complexes
     t: Complexes
     asked: Complexes

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Floats
-from core.linalg.patches import Patch
 from core.mapping.jacobians import Complexes
 
 
 @dataclass(frozen=True, eq=False)
 class Base:
-    """A picture that is displaced, z⁰ (R, C), and what its local rotation is measured against."""
+    """Where a picture that is displaced has the plate's nodes, z⁰ (r, c); what its rotation is measured against."""
 
     z: Complexes
     right: Complexes
@@ -19,7 +18,7 @@ class Base:
     """Edges across and down."""
     across: Complexes
     down: Complexes
-    """Their sums on every quad (R-1, C-1), conjugated."""
+    """Their sums on every quad (r-1, c-1), conjugated."""
 
     @classmethod
     def of(cls, z: Complexes) -> "Base":
@@ -28,15 +27,8 @@ class Base:
         across, down = _sums(right, below)
         return cls(z, right, below, across.conj(), down.conj())
 
-    def within(self, patch: Patch) -> "Base":
-        """Return what of it a patch reads."""
-        quads = patch.quads
-        return Base(
-            self.z[patch.read], self.right[patch.across], self.below[patch.down], self.across[quads], self.down[quads]
-        )
-
     def rotations(self, z: Complexes) -> Complexes:
-        """Return the local rotation (R-1, C-1) of z (R, C) against z⁰ on every quad, as unit complex numbers.
+        """Return the local rotation (r-1, c-1) of z (r, c) against z⁰ on every quad, as unit complex numbers.
 
         With X and Y the sums of a quad's edges across and down, its linear part is u -> (X - iY) u + (X + iY) conj(u),
         but for the cell's size. So the similarity part of L L0⁻¹ is, but for its size, i (X conj(Y0) - Y conj(X0)).
@@ -52,7 +44,7 @@ class Turned:
     """What large rotations make of a picture without handles, which a displacement is added to."""
 
     y: Complexes
-    """Displacements (R, C)."""
+    """Displacements (r, c)."""
     normals: Complexes
     bends: Floats
     """Of the rods, n and b (k,)."""
@@ -66,10 +58,10 @@ class Turned:
 
 
 def _edges(z: Complexes) -> tuple[Complexes, Complexes]:
-    """Return the edges across (R, C-1) and down (R-1, C) of z (R, C)."""
+    """Return the edges across (r, c-1) and down (r-1, c) of z (r, c)."""
     return z[:, 1:] - z[:, :-1], z[1:] - z[:-1]
 
 
 def _sums(right: Complexes, below: Complexes) -> tuple[Complexes, Complexes]:
-    """Return the sums of the edges across and down of every quad (R-1, C-1)."""
+    """Return the sums of the edges across and down of every quad (r-1, c-1)."""
     return right[1:] + right[:-1], below[:, 1:] + below[:, :-1]

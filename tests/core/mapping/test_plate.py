@@ -58,14 +58,14 @@ def test_an_unknown_motion_of_the_plate_leaves_no_force_on_a_body() -> None:
 def test_responses_are_what_the_answers_have_at_the_places() -> None:
     grid = Grid(300, 170, cell_px=7)
     at = np.random.default_rng(3).uniform(8, 160, (9, 2))
-    held = HeldPlate(grid, cell=(1.02, 0.98), rounded=5.0).hold(at)
+    held = HeldPlate(grid, smoothness=0.1).hold(at)
     nodes, weights = grid.weights_at(at)
     for force, row in zip(np.eye(9, dtype=np.complex128), held.S, strict=True):
         assert np.abs((held.answer(force)[nodes] * weights).sum(axis=1) - row).max() < 1e-12 * held.S.max()
 
 
 def test_the_fast_poisson_solve_has_its_load() -> None:
-    plate = HeldPlate(GRID, cell=(1.0, 1.0), rounded=5.0)
+    plate = HeldPlate(GRID, smoothness=0.1)
     load = np.zeros(GRID.shape, np.complex128)
     load[20, 13], load[5, 40] = 1 + 2j, -3j
     y = plate.solve_poisson(load)
