@@ -8,8 +8,8 @@ uniform ivec4 window;         // source pixel that is the texture's first; size 
 uniform int base_level;
 
 float cubic(float x) {
-    x = abs(x);
-    return x < 1.0 ? (1.5 * x - 2.5) * x * x + 1.0 : x < 2.0 ? ((2.5 - 0.5 * x) * x - 4.0) * x + 2.0 : 0.0;
+    float rest = max(2.0 - x, 0.0);
+    return (1.0 - x) * (x < 1.0 ? 1.0 + x * (1.0 - 1.5 * x) : 0.5 * rest * rest);
 }
 
 // Weights of the texels at -1, 0, 1, 2 for a position at t in [0, 1).
@@ -70,21 +70,24 @@ vec4 blended(ivec2 at, vec2 t, Level level) {
 vec4 averaged(ivec2 at, vec2 t, vec3 K, Level level) {
     float det = K.x * K.z - K.y * K.y;
     float reach = 2.0 * (K.x + abs(K.y)) / det;
+    // Where a row meets each of the two strips: its middle moves by `slope` from row to row.
+    bool slanted = abs(K.y) > 1e-6;
+    vec2 slope = -vec2(K.y / K.x, slanted ? K.z / K.y : 0.0);
+    vec2 half_width = vec2(2.0 / K.x, slanted ? 2.0 / abs(K.y) : 1e9);
     vec4 sum = vec4(0.0);
     float total = 0.0;
     vec4 low = vec4(1e30), high = vec4(-1e30);   // of the texels under the kernel's core
     for (float y = ceil(t.y - reach); y <= t.y + reach; y += 1.0) {
         float dy = y - t.y;
-        vec2 centre = vec2(-K.y * dy / K.x, abs(K.y) > 1e-6 ? -K.z * dy / K.y : 0.0);
-        vec2 half_width = vec2(2.0 / K.x, abs(K.y) > 1e-6 ? 2.0 / abs(K.y) : 1e9);
-        vec2 from = centre - half_width, to = centre + half_width;
-        float right = t.x + min(to.x, to.y);
-        for (float x = ceil(t.x + max(from.x, from.y)); x <= right; x += 1.0) {
-            float dx = x - t.x;
-            vec2 d = vec2(K.x * dx + K.y * dy, K.y * dx + K.z * dy);
-            float weight = cubic(d.x) * cubic(d.y);
-            vec4 colour = texel(at + ivec2(int(x), int(y)), level);
-            bool core = max(abs(d.x), abs(d.y)) < 1.0;
+        vec2 from = slope * dy - half_width, to = slope * dy + half_width;
+        float x = ceil(t.x + max(from.x, from.y)), right = t.x + min(to.x, to.y);
+        int row = clamp(at.y + int(y), level.first.y, level.last.y) + level.origin.y;
+        for (vec2 d = K.xy * (x - t.x) + K.yz * dy; x <= right; x += 1.0, d += K.xy) {
+            vec2 away = abs(d);
+            float weight = cubic(away.x) * cubic(away.y);
+            int column = clamp(at.x + int(x), level.first.x, level.last.x) + level.origin.x;
+            vec4 colour = texelFetch(picture, ivec2(column, row), 0);
+            bool core = max(away.x, away.y) < 1.0;
             low = core ? min(low, colour) : low;
             high = core ? max(high, colour) : high;
             sum += weight * colour;
