@@ -105,10 +105,23 @@ class LaidPicture:
             mesh.release()
         self.light.repeat_x = self.light.repeat_y = False
         if not self._draft:
-            yield
+            yield from self._prepare_pyramids(size)
             self.light.build_mipmaps()
             self.light.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-            yield  # The first time a software driver translates programs for it, which takes a frame of its own.
+            yield
+
+    def _prepare_pyramids(self, size: tuple[int, int]) -> Iterator[None]:
+        """Build two small pyramids, with stops: the first ones take a software driver as long as a frame may take.
+
+        It translates a program for the finest level and one for the others, for sides that are powers of two or not.
+        """
+        least = [2 if gpu.power_of_two(side) == side else 3 for side in size]
+        for sides in ((least[0], least[1]), (2 * least[0], 2 * least[1])):
+            yield
+            small = self._context.texture(sides, 4, dtype="f2")
+            small.build_mipmaps()
+            small.release()
+        yield
 
     def release(self) -> None:
         """Free the GPU objects."""
