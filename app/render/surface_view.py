@@ -147,13 +147,10 @@ class SurfaceView:
         self._draft = LaidPicture(context, DRAFT_PX, draft=True)
         self.is_refining = False
         """Whether drawing the same once more makes it better."""
+        self.has_drawn = False
+        """Whether it has taken time in this frame: for its surface, or for a picture that is laid on it."""
         self._seen: tuple[object, ...] | None = None
         """What was drawn, and how."""
-
-    @property
-    def is_new(self) -> bool:
-        """Whether nothing was drawn yet."""
-        return self._seen is None
 
     def draw(
         self,
@@ -164,18 +161,25 @@ class SurfaceView:
         *,
         draft: bool = False,
         frame_s: float = math.inf,
+        waits: bool = False,
     ) -> moderngl.Texture:
         """Draw what is laid on its surface as a camera sees it, on a ground of the colour `desk`.
 
         A `draft` lays a smaller picture on it. So is done where the best one takes longer than `frame_s`, until it is
-        there.
+        there. One that `waits` for a frame of its own shows what it did, unless all is to be a draft.
         """
-        if laid.surface is not self._surface:
+        self.has_drawn = False
+        is_new, is_other = self._seen is None, laid.surface is not self._surface
+        waits = waits and not draft
+        if is_other and not waits:
             self._take(laid.surface)
-            if self.is_new and math.isfinite(frame_s):  # To draw it for the first time takes a frame of its own.
+            self.has_drawn = True
+            waits = is_new and math.isfinite(frame_s)  # To draw it for the first time takes a frame of its own.
+        if waits:
+            if is_new:
                 self._target.clear(color=desk)
-                self.is_refining = True
-                return self._shown
+            self.is_refining = True
+            return self._shown
         picture = self._refine(laid, source, draft=draft, frame_s=frame_s)
         seen = picture, picture.shown, orbit, desk
         if self._seen == seen:
@@ -205,8 +209,10 @@ class SurfaceView:
         best, shown = self._best, self._draft
         if not best.shows(laid, source):
             if (draft or math.isfinite(frame_s)) and not shown.shows(laid, source):
+                self.has_drawn = True
                 shown.draw(laid, source)
-            elif not draft and frame_s > 0:
+            elif not draft:
+                self.has_drawn = True
                 best.draw(laid, source, frame_s)
         is_there = best.shows(laid, source)
         self.is_refining = not (draft or is_there)

@@ -105,38 +105,36 @@ class SpacePanel:
     def _draw_views(self, surface: Surface) -> None:
         """Draw both views side by side; a drag turns them, the wheel brings them nearer.
 
-        One gets better after the other. A new one costs the driver's preparations: then the next is drawn in the next
-        frame.
+        What takes its time, one does after the other and after the canvas, each in frames of its own, but for drafts
+        in a drag.
         """
         answer = self._editor.answer
         room, gap = imgui.get_content_region_avail(), em(0.4)
         side = max(min((room.x - gap) / 2, room.y - em(1.6)), em(4))
-        start = imgui.get_cursor_pos()
+        assert self._views is not None
+        start, waits = imgui.get_cursor_pos(), self._views.gets_better()
         for column, (title, moved) in enumerate(zip(VIEWS, (answer.plain, answer.warped), strict=True)):
             imgui.set_cursor_pos(ImVec2(start.x + column * (side + gap), start.y))
             imgui.begin_group()
             faint(title)
-            is_new = self._draw_view(title, surface, moved, side)
+            waits |= self._draw_view(title, surface, moved, side, waits=waits)
             imgui.end_group()
-            if is_new:
-                self.is_refining = True
-                return
 
-    def _draw_view(self, title: str, surface: Surface, moved: Points, side: float) -> bool:
-        """Draw a view; return whether it is new."""
+    def _draw_view(self, title: str, surface: Surface, moved: Points, side: float, *, waits: bool) -> bool:
+        """Draw a view; return whether that took its time."""
         assert self._views is not None
         editor, pixels = self._editor, round(side * imgui.get_io().display_framebuffer_scale.x)
         laid = Laid(surface, editor.answer.rest, moved, editor.answer.document.canvas_px)
         desk = theme.rgb(theme.SUNKEN)
         view = self._views.view(title, (pixels, pixels))
-        is_new = view.is_new
         texture = view.draw(
             laid,
             self._views.source(editor.document.image),
             editor.session.orbit,
             (desk.x, desk.y, desk.z, 1.0),
             draft=editor.is_busy,
-            frame_s=0.0 if self.is_refining or self._views.gets_better() else self._views.frame_s,
+            frame_s=self._views.frame_s,
+            waits=waits,
         )
         self.is_refining |= view.is_refining
         at = imgui.get_cursor_screen_pos()
@@ -146,7 +144,7 @@ class SpacePanel:
             picture, at, ImVec2(at.x + side, at.y + side), ImVec2(0, 1), ImVec2(1, 0)
         )
         self._turn()
-        return is_new
+        return view.has_drawn
 
     def _turn(self) -> None:
         """Move the camera by what the pointer does on the view that was drawn last."""
