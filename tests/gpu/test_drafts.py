@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.model.spaces import View
-from app.render.scene import Beneath, CanvasScene, MarkOptions
+from app.render.scene import Beneath, CanvasScene, MarkColours, MarkOptions
 from core.arrays import Bytes, Ints, Points, Singles
 from core.imaging.images import Image
 from core.rasters.raster import Raster
@@ -98,6 +98,17 @@ def test_a_draft_looks_like_the_picture_with_its_marks(slow: Screen, fast: Scree
     if compare != "before":
         assert marked.sum() > 3000
         assert (apart(draft, unmarked) > 30)[marked].mean() > 0.95
+
+
+def test_a_draft_has_the_colour_of_each_feature(slow: Screen, fast: Screen) -> None:
+    owners = np.ones((91, 131), np.uint8)
+    owners[:, 98:] = 2
+    palette = MarkColours(features=((1.0, 0.0, 0.0, 0.6), (0.0, 0.0, 1.0, 0.6)))
+    scene = a_scene(marks=MarkOptions(mask=True), mask=half_mask(), owners=owners, palette=palette)
+    draft, best = slow.draft(scene), fast.shot(scene)
+    for colour, columns in ((0, slice(160, 200)), (2, slice(225, 260))):
+        assert draft[60:160, columns, colour].mean() > draft[60:160, columns, 2 - colour].mean() + 80
+    assert np.quantile(apart(draft, best), 0.9) <= 4
 
 
 def test_a_draft_lets_what_is_behind_a_transparent_picture_through(slow: Screen, fast: Screen) -> None:

@@ -16,7 +16,8 @@ from core.rasters.raster import Raster
 
 GRID_LINE_PX = 14.0
 """Grid lines are at least so far apart on the screen, at pixel ratio 1."""
-MASK_UNIT, FOLDED_UNIT, GROWTH_UNIT, OWNERS_UNIT = 5, 6, 7, 8
+MASK_UNIT, FOLDED_UNIT, GROWTH_UNIT, OWNERS_UNIT = 5, 6, 7, 9
+"""Texture units, beside those of the grid's nodes (`passes.mesh`) and of the picture (`passes.picture_pass`)."""
 MOST_COLORS = 16
 """As in marks.glsl."""
 NO_MASK = Raster.filled(1, 1)
