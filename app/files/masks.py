@@ -7,6 +7,7 @@ import numpy as np
 from app.editor.editor import Editor
 from app.editor.painting import LAYERS, choose_raster, layer, with_layer
 from app.files import document_io
+from app.marking.applying import with_grown
 from app.model.requests import PICTURES, PROJECTS, OpenFile
 from core.arrays import InputError
 from core.document.document import Document
@@ -47,11 +48,10 @@ def load_mask_from(editor: Editor, path: Path) -> None:
 
     def apply(document: Document, found: tuple[Raster, Raster | None]) -> Document:
         mask, numbers = found
-        document = with_layer(document, name, mask.resized(*document.size_px))
-        if name == "mask" and numbers is not None:
-            numbers = numbers.resized(*document.size_px, blends=False)
-            document = document.changed(numbers=numbers, features=())
-        return document
+        if name == "mask":
+            numbers = None if numbers is None else numbers.resized(*document.size_px, blends=False)
+            return document.changed(mask=mask.resized(*document.size_px), numbers=numbers, features=())
+        return with_layer(document, name, mask.resized(*document.size_px))
 
     editor.start(f"Load {LAYERS[name]}", steps, apply)
 
@@ -65,7 +65,8 @@ def mark_opaque(editor: Editor) -> None:
         editor.fail(fault)
         return
     name = choose_raster(editor)
-    editor.edit(f"{LAYERS[name].capitalize()} from transparency", with_layer(editor.document, name, mask))
+    document = editor.document.changed(numbers=None, features=()) if name == "mask" else editor.document
+    editor.edit(f"{LAYERS[name].capitalize()} from transparency", with_layer(document, name, mask))
 
 
 def ask_save_mask(editor: Editor) -> None:
@@ -92,7 +93,7 @@ def fit_to_objects(editor: Editor) -> None:
         return Raster.from_array((yield from object_under(image, rough.array)))
 
     def apply(document: Document, fitted: Raster) -> Document | None:
-        return with_layer(document, name, fitted) if layer(document, name) is rough else None
+        return with_grown(document, name, fitted) if layer(document, name) is rough else None
 
     is_same = lambda: layer(editor.document, name) is rough  # noqa: E731
     editor.start(f"Fit {LAYERS[name]} to objects", steps, apply, holds=is_same)

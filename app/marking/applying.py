@@ -12,7 +12,7 @@ from core.document.document import Document
 from core.progress import Job
 from core.rasters.raster import Raster
 from core.selection.combining import Combining, combine
-from core.selection.features import MARKED, MOST, count_loose, free_number, number_area
+from core.selection.features import MARKED, MOST, count_loose, extend_numbers, free_number, number_area
 
 LABELS: dict[Combining, str] = {"replace": "Select", "add": "Add", "subtract": "Cut out", "intersect": "Intersect"}
 
@@ -42,10 +42,21 @@ def take_selection(document: Document, name: Layer, found: Bytes, how: Combining
         return with_layer(document, name, mask)
     if how == "replace":
         document = document.changed(numbers=None, features=())
-    document = with_layer(document, name, mask)
     if part is None or how not in ("replace", "add"):
-        return document
+        return with_grown(document, name, mask, touching=True)
+    document = with_layer(document, name, mask)
     return document.changed(numbers=with_number(document.numbers, found > MARKED, part))
+
+
+def with_grown(document: Document, name: Layer, raster: Raster, *, touching: bool = False) -> Document:
+    """Return the document with a raster exchanged; what it marks anew belongs to the features beside it.
+
+    With `touching` only to those that it touches.
+    """
+    if name == "mask" and document.numbers is not None:
+        numbers = extend_numbers(document.numbers, document.mask, raster, touching=touching)
+        document = document.changed(numbers=numbers)
+    return with_layer(document, name, raster)
 
 
 def with_number(numbers: Raster | None, area: Bools, number: int) -> Raster:
@@ -95,4 +106,4 @@ def refine(editor: Editor, label: str, change: Callable[[Bytes], Bytes]) -> None
     name = choose_raster(editor)
     before = layer(editor.document, name)
     after = Raster.from_array(change(before.array)).sharing(before)
-    editor.edit(f"{label} {LAYERS[name]}", with_layer(editor.document, name, after))
+    editor.edit(f"{label} {LAYERS[name]}", with_grown(editor.document, name, after))

@@ -12,16 +12,16 @@ import numpy as np
 from app.editor.editor import Editor
 from app.editor.painting import LAYERS, Side, choose_raster, layer, mesh_on, show_painted, side_at, with_layer
 from app.editor.tool import Tool
-from app.marking.applying import number_for
+from app.marking.applying import number_for, with_grown
 from app.model.events import Key, Move, Position, Press
 from app.model.gestures import Gesture
 from app.model.session import Brush
 from app.model.shapes import Circle, Shape
 from app.model.spaces import canvas_from_screen
 from core.arrays import Points
+from core.document.document import Document
 from core.document.retexture import moves
 from core.masks.brush import Stroke, Tip
-from core.rasters.raster import Raster
 
 LEAST_PX, MOST_PX = 1.0, 4000.0
 """Diameters that the brush may have, in canvas pixels."""
@@ -85,7 +85,7 @@ def paint(editor: Editor, press: Press) -> Gesture:
     last = editor.session.last_dab
     name = choose_raster(editor)
     side, number = side_at(editor, press.pos), None if brush.erase else number_for(editor)
-    start = editor.document.numbers
+    start = editor.document
     with editor.group(f"{'Erase' if brush.erase else 'Paint'} {LAYERS[name]}"):
         stroke = Stroke(layer(editor.document, name), erase=brush.erase)
         _extend(editor, stroke, np.array(last) if press.mods.shift and last is not None else here, here, tip, side)
@@ -94,6 +94,8 @@ def paint(editor: Editor, press: Press) -> Gesture:
             before, here = here, _canvas(editor, event.pos)
             _extend(editor, stroke, before, here, tip, side)
             _number(editor, stroke, start, number)
+        if number is None and not brush.erase:
+            editor.document = with_grown(start, name, layer(editor.document, name), touching=True)
     editor.show(last_dab=(float(here[0]), float(here[1])))
 
 
@@ -103,10 +105,10 @@ def _extend(editor: Editor, stroke: Stroke, a: Points, b: Points, tip: Tip, side
     editor.document = with_layer(editor.document, choose_raster(editor), stroke.mask)
 
 
-def _number(editor: Editor, stroke: Stroke, start: Raster | None, number: int | None) -> None:
-    """Give what the stroke covers its number, where it has one; `start` are the numbers before it."""
+def _number(editor: Editor, stroke: Stroke, start: Document, number: int | None) -> None:
+    """Give what the stroke covers its number, where it has one; `start` is the document before it."""
     if number is not None:
-        editor.document = editor.document.changed(numbers=stroke.number_pixels(start, number))
+        editor.document = editor.document.changed(numbers=stroke.number_pixels(start.numbers, number))
 
 
 def _canvas(editor: Editor, pos: Position) -> Points:

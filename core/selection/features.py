@@ -10,7 +10,7 @@ from collections.abc import Collection
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Bytes, InputError, Points
+from core.arrays import Bools, Bytes, InputError, Ints, Points
 from core.rasters.raster import Box, Raster
 
 MARKED = 127
@@ -68,6 +68,37 @@ def number_area(numbers: Raster | None, area: Bools, number: int) -> Raster:
     return Raster.from_array(np.where(area, number, before).astype(np.uint8))
 
 
+def extend_numbers(numbers: Raster, before: Raster, after: Raster, *, touching: bool = False) -> Raster:
+    """Return the numbers with what only `after` marks given that of the nearest pixel that `before` marks.
+
+    With `touching` only pixels that it touches count, and its parts that touch none keep their numbers.
+    """
+    was = before.array > MARKED
+    new = (after.array > MARKED) & ~was
+    seeds = was & _widened(new) if touching else was
+    if not (new.any() and seeds.any()):
+        return numbers
+    if touching:
+        _, parts = cv2.connectedComponents(new.astype(np.uint8), connectivity=8)
+        new &= np.isin(parts, np.unique(parts[new & _widened(seeds)]))
+    found = np.where(new, numbers.array.ravel()[_nearest(seeds)], numbers.array)
+    return Raster.from_array(found.astype(np.uint8)).sharing(numbers)
+
+
+def _widened(area: Bools) -> Bools:
+    """Return an area (H, W) and the pixels that touch it."""
+    return np.asarray(cv2.dilate(area.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0)
+
+
+def _nearest(known: Bools) -> Ints:
+    """Return which of the pixels that are `known` is the nearest to each (H, W), counted along the rows."""
+    away = (~known).astype(np.uint8)
+    _, nearest = cv2.distanceTransformWithLabels(away, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
+    of_label = np.zeros(int(nearest.max()) + 1, np.intp)
+    of_label[nearest[known]] = np.flatnonzero(known)
+    return np.asarray(of_label[nearest])
+
+
 def split_along(area: Bools, line: Points) -> list[Bools]:
     """Return the parts (H, W) that a line (n, 2) of pixels cuts an area (H, W) into, the largest first.
 
@@ -80,10 +111,7 @@ def split_along(area: Bools, line: Points) -> list[Bools]:
     count, parts = cv2.connectedComponents(rest, connectivity=4)
     if count <= 2:
         return [area]
-    _, nearest = cv2.distanceTransformWithLabels(1 - rest, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL)
-    of_label = np.zeros(int(nearest.max()) + 1, np.int32)
-    of_label[nearest[rest > 0]] = parts[rest > 0]
-    owner = np.where(area, of_label[nearest], 0)
+    owner = np.where(area, parts.ravel()[_nearest(rest > 0)], 0)
     found = [owner == number for number in range(1, count)]
     return sorted(found, key=lambda part: -int(part.sum()))
 

@@ -14,6 +14,7 @@ from core.document.document import Document
 from core.document.project import save_project
 from core.imaging.images import Image, load, save
 from core.rasters.raster import Raster
+from core.selection.features import parts_of
 from tests.app.driver import EditorDriver, Later, document
 
 TABLE = ActionTable(TOOLS)
@@ -54,6 +55,42 @@ def test_a_mask_is_loaded_and_undone(drive: EditorDriver, tmp_path: Path) -> Non
     drive.frame()
     assert np.array_equal(drive.document.mask.array, mask[..., 0])
     assert drive.undo().document is drive.start
+
+
+def halves() -> Document:
+    """Return the document with the disc, roughly painted as two features that touch."""
+    start = disc_on_ground()
+    numbers = np.where(start.mask.array > 0, np.where(np.arange(200) < 100, 1, 2), 0).astype(np.uint8)
+    return start.changed(mask=Raster.from_array(disc(30)), numbers=Raster.from_array(numbers * (disc(30) > 0)))
+
+
+@pytest.mark.parametrize("change", ["mask.grow", "mask.fit", "stroke", "selection"])
+def test_what_is_added_to_features_belongs_to_them(change: str) -> None:
+    drive = EditorDriver(halves())
+    if change == "stroke":
+        drive.tool("brush").drag((80, 75), (60, 75))
+    elif change == "selection":
+        drive.tool("rectangle").drag((80, 60), (40, 90))
+    else:
+        act(drive, change)
+    document = drive.document
+    assert document.mask is not drive.start.mask
+    assert document.numbers is not None
+    parts = parts_of(document.mask.array, document.numbers.array)
+    assert set(np.unique(parts)) == {0, 1, 2}
+    assert (parts[75, 68:99] == 1).all()
+    assert drive.undo().document is drive.start
+
+
+def test_a_loaded_mask_and_one_from_transparency_have_features_of_their_own(tmp_path: Path) -> None:
+    save(Image(disc(40)[..., None]), tmp_path / "mask.png")
+    clear = Image(np.dstack([halves().image.pixels, disc(40)]))
+    drive = EditorDriver(halves().changed(image=clear))
+    masks.load_mask_from(drive.editor, tmp_path / "mask.png")
+    assert drive.frame().document.numbers is None
+    drive.undo()
+    masks.mark_opaque(drive.editor)
+    assert drive.frame().document.numbers is None
 
 
 def test_a_mask_of_another_size_is_refused_but_a_projects_mask_is_resized(drive: EditorDriver, tmp_path: Path) -> None:

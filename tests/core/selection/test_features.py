@@ -3,7 +3,15 @@ import pytest
 
 from core.arrays import InputError
 from core.rasters.raster import Raster
-from core.selection.features import free_number, number_area, only_marked, parts_of, split_along, without_numbered
+from core.selection.features import (
+    extend_numbers,
+    free_number,
+    number_area,
+    only_marked,
+    parts_of,
+    split_along,
+    without_numbered,
+)
 
 
 def square(left: int, right: int) -> np.ndarray:
@@ -50,3 +58,24 @@ def test_a_line_splits_an_area_and_no_pixel_is_lost() -> None:
 
 def test_a_line_that_ends_inside_splits_nothing() -> None:
     assert len(split_along(square(20, 100), np.array([[60.0, 20.0], [60.0, 100.0]]))) == 1
+
+
+def test_what_is_marked_anew_has_the_number_of_the_nearest_feature() -> None:
+    before = Raster.from_array(np.where(square(20, 100) | square(150, 200), 255, 0).astype(np.uint8))
+    numbers = number_area(number_area(None, square(20, 100), 7), square(150, 200), 9)
+    after = Raster.from_array(np.where(square(10, 220), 255, 0).astype(np.uint8))
+    grown = extend_numbers(numbers, before, after).array
+    assert np.array_equal(grown > 0, square(10, 220))
+    assert (grown[square(10, 124)] == 7).all()
+    assert (grown[square(126, 220)] == 9).all()
+    assert extend_numbers(numbers, before, before) is numbers
+
+
+def test_what_touches_a_feature_is_its_and_what_touches_none_is_nobodys() -> None:
+    before = Raster.from_array(np.where(square(20, 100) | square(150, 200), 255, 0).astype(np.uint8))
+    numbers = number_area(number_area(None, square(20, 100), 7), square(150, 200), 9)
+    drawn = square(100, 140) | square(220, 260)
+    after = Raster.from_array(np.where(drawn | (before.array > 0), 255, 0).astype(np.uint8))
+    grown = extend_numbers(numbers, before, after, touching=True).array
+    assert np.array_equal(grown == 7, square(20, 140))
+    assert np.array_equal(grown == 9, square(150, 200))
