@@ -6,6 +6,7 @@
 uniform sampler2D chart;    // the surface's texture -> share of the result's canvas
 uniform sampler2D picture;  // the result, linear and premultiplied
 uniform float ambient;      // how bright it is where the surface is seen from its side
+uniform float bare;         // how light the surface is where the picture is clear; below 0 the picture has no alpha
 
 in vec3 facing;
 in vec2 at;
@@ -24,7 +25,9 @@ void main() {
     vec2 along = texture(chart, from + (share + right) * step).xy - place;
     vec2 below = texture(chart, from + (share + down) * step).xy - place;
     vec4 light = textureGrad(picture, place, along, below);
-    vec3 colour = light.a > 0.0 ? light.rgb / light.a : vec3(0.0);
+    // Where the picture itself is whole, only the edge of its frame lets anything through.
+    vec3 whole = light.a > 0.0 ? light.rgb / light.a : vec3(0.0);
+    vec3 colour = bare < 0.0 ? whole : light.rgb + (1.0 - light.a) * bare;
     float facing_us = abs(normalize(facing).z);
     shown = vec4(encoded(colour * mix(ambient, 1.0, facing_us)), 1.0);
 }

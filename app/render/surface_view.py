@@ -30,6 +30,8 @@ CHART_NODES = 257
 """A chart is looked up in a raster of so many nodes a side."""
 AMBIENT = 0.35
 """How bright a surface is that is seen from its side."""
+BARE = 0.6
+"""How light a surface is, in linear light, where the picture on it is clear."""
 VIEW_PX = 256, 2048
 """A view is from so many to so many pixels a side where nobody says."""
 NO_DESK = 0.0, 0.0, 0.0, 0.0
@@ -195,6 +197,7 @@ class SurfaceView:
             "chart": 0,
             "picture": 1,
             "ambient": AMBIENT,
+            "bare": BARE if source.image.channels in (2, 4) else -1.0,
         }
         set_uniforms(programs_of(self._context).get("surface.vert", "surface.frag"), **uniforms)
         with gpu.drawing(self._target, (0, 0, *self._shown.size)):

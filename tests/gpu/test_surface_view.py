@@ -73,3 +73,23 @@ def test_what_takes_longer_than_a_frame_gets_better_over_several() -> None:
     assert np.abs(view.read().astype(int) - best).mean() > 20
     assert not view.is_refining
     gpu.release(view, whole, source)
+
+
+def test_the_surface_shows_where_the_picture_is_clear() -> None:
+    context = gpu.standalone()
+    rest = Grid(60, 40, cell_px=4).nodes
+    laid = Laid(make_shape("plane"), rest, rest, (60, 40))
+    view = SurfaceView(context, (64, 64))
+
+    def middle_seen(alpha: int) -> np.ndarray:
+        source = Source(context, Image(np.full((40, 60, 4), (200, 0, 0, alpha), np.uint8)))
+        view.draw(laid, source, Orbit())
+        gpu.release(source)
+        return view.read()[32, 32].astype(int)
+
+    clear, half, whole = middle_seen(0), middle_seen(128), middle_seen(255)
+    assert clear[3] == half[3] == whole[3] == 255
+    assert np.ptp(clear[:3]) <= 1, "it is grey"
+    assert clear[0] > 120
+    assert whole[1] == 0 < half[1] < clear[1]
+    gpu.release(view)
