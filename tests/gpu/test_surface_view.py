@@ -85,7 +85,7 @@ def test_the_surface_shows_where_the_picture_is_clear() -> None:
         source = Source(context, Image(np.full((40, 60, 4), (200, 0, 0, alpha), np.uint8)))
         view.draw(laid, source, Orbit())
         gpu.release(source)
-        return view.read()[32, 32].astype(int)
+        return np.asarray(view.read()[32, 32], int)
 
     clear, half, whole = middle_seen(0), middle_seen(128), middle_seen(255)
     assert clear[3] == half[3] == whole[3] == 255
