@@ -77,8 +77,7 @@ class KeysSheet:
         self._take_key()
         count = max(int(room / em(COLUMN_EM)), 1)
         imgui.begin_child("##list", ImVec2(room, within_height(HEIGHT_EM, AROUND_EM)))
-        room = imgui.get_content_region_avail().x  # beside the scrollbar
-        if imgui.begin_table("keys", count, 0, ImVec2(min(em(COLUMN_EM) * count, room), 0)):
+        if imgui.begin_table("keys", count, imgui.TableFlags_.sizing_stretch_same):
             for column in balance(self._groups(), count):
                 imgui.table_next_column()
                 for title, rows in column:
@@ -184,7 +183,7 @@ class KeysSheet:
                     imgui.text(key)
             imgui.same_line()
             imgui.set_cursor_pos_x(left + em(KEY_EM))
-            imgui.text(meaning)
+            imgui.text_wrapped(meaning)
 
 
 def _row(action: Action) -> Row:

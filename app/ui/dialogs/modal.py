@@ -17,17 +17,17 @@ SETTLING_FRAMES = 3
 def modal(title: str) -> Iterator[bool]:
     """Open the popup called `title` where it is not open yet; yield whether its inside is to be drawn.
 
-    It is put in the middle of the window as it opens and where that gets another size, and stays there whatever it
-    holds then.
+    It is put in the middle of the window as it opens and where that or the text gets another size, and stays there
+    whatever it holds then.
     """
     kept, frames, width = imgui.get_state_storage(), imgui.get_id(f"{title}##frames"), imgui.get_id(f"{title}##width")
     viewport = imgui.get_main_viewport()
     if not imgui.is_popup_open(title):
         imgui.open_popup(title)
         kept.set_int(frames, 0)
-    elif kept.get_float(width) != viewport.size.x:
+    elif kept.get_int(width) != round(100 * viewport.size.x / em(1)):
         kept.set_int(frames, 0)
-    kept.set_float(width, viewport.size.x)
+    kept.set_int(width, round(100 * viewport.size.x / em(1)))
     age = kept.get_int(frames)
     if age < SETTLING_FRAMES:
         imgui.set_next_window_pos(viewport.get_center(), imgui.Cond_.always, ImVec2(0.5, 0.5))

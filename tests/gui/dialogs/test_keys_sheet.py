@@ -37,6 +37,29 @@ def test_a_key_is_set_in_the_sheet_and_works(editor: Editor, tmp_path: Path) -> 
     assert '"photoshop"' in (tmp_path / "preferences.json").read_text()
 
 
+@pytest.mark.parametrize("text_scale", [1.0, 2.0])
+def test_no_meaning_of_a_key_is_cut_off(editor: Editor, monkeypatch: pytest.MonkeyPatch, text_scale: float) -> None:
+    editor.prefer(editor.preferences.changed(scale=text_scale))
+    beyond: dict[str, float] = {}
+
+    write = imgui.text_wrapped
+
+    def note(text: str) -> None:
+        write(text)
+        if imgui.table_get_column_count():
+            end = imgui.get_cursor_screen_pos().x + imgui.get_content_region_avail().x
+            beyond[text] = imgui.get_item_rect_max().x - end
+
+    monkeypatch.setattr(imgui, "text_wrapped", note)
+
+    def script(window: WindowDriver) -> None:
+        window.move(300, 300).key(imgui.Key.f1).wait(6)
+
+    drive(editor, script)
+    assert max(beyond.values()) <= 0
+    assert "Move what is selected by a pixel, with Shift by ten" in beyond
+
+
 def test_what_is_held_with_the_pointer_is_set_in_the_sheet_and_works(editor: Editor, tmp_path: Path) -> None:
     editor.preferences_file = tmp_path / "preferences.json"
 

@@ -107,3 +107,17 @@ def test_a_dialog_is_in_the_middle_of_a_window_that_gets_smaller_under_it(editor
         assert middle(window) == pytest.approx((470, 320), abs=1)
 
     drive(editor, script, size=SIZE)
+
+
+def test_a_dialog_is_in_the_middle_when_its_text_gets_larger(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("edit.preferences", editor)
+        window.wait(5)
+        editor.prefer(editor.preferences.changed(scale=1.5))
+        window.wait(8)
+        found = window.context.window_info("//Preferences").window
+        assert found is not None
+        assert found.pos.x + found.size.x / 2 == pytest.approx(SIZE[0] / 2, abs=1)
+        assert found.pos.y + found.size.y / 2 == pytest.approx(SIZE[1] / 2, abs=1)
+
+    drive(editor, script, size=SIZE)
