@@ -209,8 +209,11 @@ def overlay(editor: Editor) -> Sequence[Shape]:
 
 
 def measure_miss_px(editor: Editor, number: int) -> float:
-    """Return how far a pin, or its ring, is from where it was dragged, in pixels of the canvas; 0 where it holds."""
-    reports = editor.map.pins
+    """Return how far a pin, or its ring, is from where it was dragged, in pixels of the canvas.
+
+    0 where it holds, and as long as the final answer is worked out, which may still meet it.
+    """
+    reports = editor.map.pins if editor.map.settled else []
     error = reports[number].worst_px if len(reports) == len(editor.document.pins) else 0.0
     return error if error > SEEN_PX else 0.0
 

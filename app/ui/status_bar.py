@@ -129,6 +129,8 @@ class StatusBar:
             rows.append((f"{icon('triangle-exclamation')}  {editor.fault}", "What worked last is shown", True))
         if editor.recovery is not None and editor.recovery.fault is not None:
             rows.append((f"{icon('triangle-exclamation')}  unsaved work is not kept", editor.recovery.fault, True))
+        if session.mode == "warp" and editor.jobs.holds("settle"):
+            rows.append(("finishing …", "The final map is worked out; what is shown may still change a little", False))
         self._find_place()
         if self._place:
             rows.append((self._place, "The pixel of the picture under the pointer", False))

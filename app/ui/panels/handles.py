@@ -73,9 +73,11 @@ class HandlesPanel:
             at = pixels_from_places(document.size_px, np.array(pin.at))
             to = pixels_from_places(document.canvas_px, np.array(pin.to))
             moved = "" if np.abs(to - at).max() < 0.5 else f"  →  {to[0]:.0f}, {to[1]:.0f}"
-            text = f"{number + 1}    {at[0]:.0f}, {at[1]:.0f}{moved}##pin {number}"
-            flags = imgui.SelectableFlags_.allow_overlap
             missed = pins.measure_miss_px(self._editor, number)
+            # In the row itself: one more would move the boxes below while somebody types in them.
+            by = f"    misses by {missed:.0f} px" if missed else ""
+            text = f"{number + 1}    {at[0]:.0f}, {at[1]:.0f}{moved}{by}##pin {number}"
+            flags = imgui.SelectableFlags_.allow_overlap
             key_button(self._editor, number, is_low=True)
             with colors(text=theme.FAULT) if missed else nullcontext():
                 pressed = imgui.selectable(text, number in selected, flags)[0]
@@ -86,11 +88,8 @@ class HandlesPanel:
                 self._editor.show(selected=frozenset(chosen))
             if _cross(f"pin {number + 1}", "Remove this pin"):
                 pins.remove(self._editor, (number,))
-            else:
-                if missed:
-                    faint(f"misses by {missed:.1f} px")
-                if selected == {number}:
-                    self._draw_place(document, number)
+            elif selected == {number}:
+                self._draw_place(document, number)
 
     def _draw_place(self, document: Document, number: int) -> None:
         """Draw where a pin goes, to be typed."""

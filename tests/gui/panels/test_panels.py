@@ -7,13 +7,16 @@ import pytest
 from imgui_bundle import hello_imgui, imgui
 
 from app.editor.editor import Editor
+from app.model.jobs import InlineExecutor, Jobs
 from app.state.preferences import load_preferences
 from app.state.recovery import Recovery
+from app.ui.status_bar import StatusBar
 from app.ui.widgets import theme
 from core.arrays import Bytes
 from core.document.document import Mode, Pin, pixels_from_places
 from core.document.map import outline_of
 from core.rasters.raster import Raster
+from tests.app.driver import EditorDriver, Later
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -195,3 +198,20 @@ def test_the_status_bar_says_that_unsaved_work_is_not_kept_until_it_is(editor: E
 
     drive(editor, script)
     assert sorted(file.suffix for file in folder.iterdir()) == [".json", ".lock", ".png", ".weft"]
+
+
+def test_the_status_bar_says_that_the_final_map_is_worked_out() -> None:
+    later = Later()
+    driven = EditorDriver(jobs=Jobs(live=later, long=InlineExecutor(), beside=InlineExecutor()))
+
+    def is_said() -> bool:
+        return any(text == "finishing …" for text, _, _ in StatusBar(driven.editor).figures())
+
+    assert not is_said(), "the first answer comes at once"
+    later.run()
+    driven.rest()
+    assert is_said()
+    later.run()
+    driven.frame()
+    assert driven.editor.answer.settled
+    assert not is_said()
