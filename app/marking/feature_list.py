@@ -15,6 +15,7 @@ from core.arrays import Bools, Bytes, Points, readonly
 from core.document.document import Document
 from core.document.feature import Feature
 from core.grid import Features, Grid
+from core.imaging.images import Image
 from core.rasters.components import Labels
 from core.rasters.raster import Box, Raster
 from core.selection.features import MARKED, MOST, free_number, parts_of, split_along, without_numbered
@@ -45,6 +46,8 @@ class FeatureList:
         self._rows: list[Listed] = []
         self._seen: tuple[object, object] | None = None
         self._colors: dict[int, int] = {}
+        self._pictured: Image | None = None
+        """The picture that `_tints` belongs to."""
         self._tints: tuple[Features, Bytes] | None = None
         self._owners: tuple[frozenset[int], Bytes] | None = None
         self._outlines: dict[int, list[Points]] = {}
@@ -85,6 +88,8 @@ class FeatureList:
         Nodes beside a feature have its colour, too: its edge runs between nodes. All others have 0.
         """
         found = self.nodes(document, grid)
+        if self._pictured is not document.image:
+            self._pictured, self._tints = document.image, None
         if self._tints is None or self._tints[0] is not found:
             self._tints = found, self._tinted(found, count)
             self._owners = None
@@ -124,7 +129,10 @@ class FeatureList:
 
 
 def _colors_of(found: Features, before: Bytes, count: int) -> dict[int, int]:
-    """Return a colour, 1 to `count`, of each feature by number: the largest first keep what `before` has there."""
+    """Return a colour, 1 to `count`, of each feature by number.
+
+    The largest first keep what `before` has there; the others get what is left in the order of their numbers.
+    """
     pairs = found.labels.astype(np.int64) * (count + 1) + before
     had = np.bincount(pairs.ravel())
     had = np.pad(had, (0, -len(had) % (count + 1))).reshape(-1, count + 1)
@@ -136,7 +144,7 @@ def _colors_of(found: Features, before: Bytes, count: int) -> dict[int, int]:
         votes[[0, *colors.values()]] = 0
         if votes.any():
             colors[number] = int(np.argmax(votes))
-    for number in by_size:
+    for number in sorted(by_size):
         free = [color for color in range(1, count + 1) if color not in colors.values()]
         colors.setdefault(number, free[0] if free else number % count + 1)
     return colors

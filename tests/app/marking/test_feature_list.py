@@ -41,6 +41,20 @@ def test_a_feature_keeps_its_colour_whatever_is_painted_elsewhere() -> None:
     assert owners(drive) is owners(drive)
 
 
+def test_another_picture_has_its_colours_whatever_was_open_before() -> None:
+    drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180))))
+    fresh = color_at(drive, 95, 80), color_at(drive, 165, 80)
+    assert fresh == (1, 2)
+    drive = EditorDriver(document().changed(mask=bars((5, 190))))
+    owners(drive)
+    drive.editor.edit("Erase", drive.document.changed(mask=bars((150, 180))))
+    drive.frame()
+    assert color_at(drive, 165, 80) == 1
+    drive.editor.edit("Open", document().changed(mask=bars((80, 110), (150, 180))))
+    drive.frame()
+    assert (color_at(drive, 95, 80), color_at(drive, 165, 80)) == fresh
+
+
 def test_a_frame_of_a_stroke_finds_its_features_once(monkeypatch: pytest.MonkeyPatch) -> None:
     drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180)))).tool("brush")
     owners(drive)
