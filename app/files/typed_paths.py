@@ -25,12 +25,12 @@ def is_there(path: Path) -> bool:
 
 
 def resolve_name(folder: Path, name: str) -> Path:
-    """Return what is meant by a name or a whole path typed in `folder`: `~` is a home.
+    """Return what is meant by a name or a whole path typed in `folder`: `~` is a home, `..` the folder above.
 
     Blanks around it count only where such a file exists. Raises `InputError` for what cannot be a path.
     """
     if is_there(folder / name):
-        return folder / name
+        return _without_detours(folder / name)
     name = name.strip()
     if "\0" in name:
         raise InputError("a name cannot hold a zero byte")
@@ -40,7 +40,12 @@ def resolve_name(folder: Path, name: str) -> Path:
         raise InputError(f"{name.split('/')[0]}: there is no such user") from None
     if any(len(os.fsencode(part)) > LONGEST_BYTES for part in path.parts):
         raise InputError(f"{name[:20]} …: the name is too long")
-    return path
+    return _without_detours(path)
+
+
+def _without_detours(path: Path) -> Path:
+    """Return the path to the same file without `..` on the way: it is shown, and listed among recent files."""
+    return Path(os.path.realpath(path.parent), path.name) if ".." in path.parent.parts else path
 
 
 def file_to_write(folder: Path, name: str) -> Path:

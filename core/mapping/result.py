@@ -196,10 +196,8 @@ class Warped:
             )
         if self.missed_pins:
             worst = max(pin.worst_px for pin in self.missed_pins)
-            of = f"{len(self.missed_pins)} of {len(self.handles.pins_at)} pins are"
-            found.append(
-                f"{of} not where they were dragged or turned, by up to {_px(worst)}, or the picture would fold"
-            )
+            of = f"{len(self.missed_pins)} of {len(self.handles.pins_at)}"
+            found.append(f"pins that are missed: {of}, by up to {_px(worst)}; closer, the picture would fold")
         if self.curves_off_px > SEEN_PX:
             found.append(
                 f"inner curves are up to {_px(self.curves_off_px)} from where they were dragged: "

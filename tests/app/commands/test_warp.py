@@ -215,7 +215,7 @@ def test_pins_are_reported_and_those_that_cannot_be_met_are_said(
         assert sum(pin["error_px"] > 0.1 for pin in found["pins"]) == missed
         assert np.hypot(*np.subtract(found["pins"][0]["reached"], to)) == pytest.approx(found["pins"][0]["error_px"])
         said = capsys.readouterr().err
-        assert said.startswith("weft: note: out.png: 1 of 2 pins are not where they were dragged") is bool(missed)
+        assert said.startswith("weft: note: out.png: pins that are missed: 1 of 2, by up to ") is bool(missed)
 
 
 def test_rings_are_met_and_reported(folder: Path) -> None:

@@ -24,6 +24,9 @@ def test_blanks_around_a_typed_name_count_only_where_such_a_file_exists(tmp_path
     (tmp_path / "c.png ").touch()
     assert resolve_name(tmp_path, "c.png ") == tmp_path / "c.png "
     assert resolve_name(tmp_path, "~/d.png") == Path.home() / "d.png"
+    (tmp_path / "in").mkdir()
+    for name in ("../b.png", "../e.png"):
+        assert resolve_name(tmp_path / "in", name) == tmp_path.resolve() / name[3:]
 
 
 def test_a_name_without_its_ending_is_asked_about_by_its_whole_name(tmp_path: Path) -> None:
