@@ -4,12 +4,17 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
+from app.console import run_shown
+from app.render.export import rendering
 from core.arrays import InputError
+from core.canvas import Canvas
 from core.files.atomic import check_outputs
+from core.grid import Grid
 from core.imaging import color
-from core.imaging.images import check_writable_format, load, load_mask, save
+from core.imaging.images import Image, check_writable_format, load, load_mask, save
 from core.overlay.composition import Placement
 from core.overlay.laying.compositing import lay_over, texture_colours
+from core.overlay.laying.enlarging import EnlargedParts
 from core.overlay.storage.folder import PARTS, read
 
 MOST_STRENGTH = 20
@@ -40,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mirror", action="store_true", help="mirror every second copy")
     parser.add_argument("--upright", action="store_true", help="rectangular copies, where the old repeats lean")
     parser.add_argument("--once", action="store_true", help="lay a single copy on the middle of the cloth")
+    parser.add_argument("--scale", type=float, default=1.0, metavar="S", help="output pixels per pixel, 1 by default")
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -49,6 +55,8 @@ def run(arguments: argparse.Namespace) -> None:
     for name in ("detail", "shading"):
         if not abs(getattr(arguments, name)) <= MOST_STRENGTH:
             raise InputError(f"--{name} {getattr(arguments, name):g}: not from {-MOST_STRENGTH} to {MOST_STRENGTH}")
+    if not 0 < arguments.scale <= 64:
+        raise InputError(f"--scale {arguments.scale:g}: not above 0 and up to 64")
     parts, texture = read(arguments.folder), texture_colours(load(arguments.texture))
     placement = Placement(
         arguments.repeat,
@@ -62,5 +70,21 @@ def run(arguments: argparse.Namespace) -> None:
         kept = color.unit(load_mask(arguments.protect, parts.source.size_px))
         parts = replace(parts, coverage=parts.coverage * (1 - kept))
     parts = parts.under(texture, placement)
-    result = lay_over(parts, texture, placement, alpha=arguments.detail, strength=arguments.shading)
-    save(result, arguments.output)
+    photo = enlarged(parts.source, max(arguments.scale, 1.0))
+    result = lay_over(
+        parts if photo is parts.source else EnlargedParts(parts, photo),
+        texture,
+        placement,
+        alpha=arguments.detail,
+        strength=arguments.shading,
+    )
+    save(enlarged(result, min(arguments.scale, 1.0)), arguments.output)
+
+
+def enlarged(image: Image, scale: float) -> Image:
+    """Return a picture with `scale` pixels for each, the same one where that is 1."""
+    if scale == 1:
+        return image
+    nodes = Grid(*image.size_px).nodes
+    width, height = (max(1, round(side * scale)) for side in image.size_px)
+    return run_shown(rendering(image, nodes, nodes, size=Canvas(width, height).size, scale=scale))

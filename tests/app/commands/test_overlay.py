@@ -197,3 +197,31 @@ def test_an_output_that_is_a_file_is_refused_at_once(
     assert "nowhere" in failing(capsys, "decompose", photo, "-o", tmp_path / "parts", "--stages", stages)
     picture = tmp_path / "nowhere" / "out.png"
     assert "nowhere" in failing(capsys, "overlay", tmp_path / "unread", "--texture", photo, "-o", picture)
+
+
+def test_twice_the_size_shows_detail_of_the_texture_that_the_photo_has_no_pixels_for(
+    parts: Path, tmp_path: Path
+) -> None:
+    rows, columns = np.indices((96, 96))
+    save(stored(np.repeat((((rows // 2 + columns // 2) % 2) * 1.0)[..., None], 3, axis=2)), tmp_path / "fine.png")
+    words = ["overlay", str(parts), "--texture", str(tmp_path / "fine.png"), "--shading", "0", "--detail", "0"]
+    pictures = {}
+    for scale in (0.5, 1, 2):
+        out = tmp_path / f"{scale}.png"
+        assert main([*words, "-o", str(out), "--scale", str(scale)]) == 0
+        pictures[scale] = load(out).pixels.astype(float)
+    height, width = pictures[1].shape[:2]
+    assert pictures[2].shape[:2] == (2 * height, 2 * width)
+    assert pictures[0.5].shape[:2] == (round(height / 2), round(width / 2))
+    small, large = pictures[1][40:130, 40:150], pictures[2][80:260, 80:300]
+    halved = large.reshape(90, 2, 110, 2, -1).mean(axis=(1, 3))
+    assert large.std() > 1.3 * small.std(), "checks as fine as a pixel are grey in the small one"
+    assert np.abs(halved - small).mean() < 12, "but both show the same place of the texture"
+
+
+def test_a_scale_that_no_picture_has_is_refused(
+    parts: Path, photo: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for scale in ("0", "nan", "65"):
+        line = failing(capsys, "overlay", parts, "--texture", photo, "-o", tmp_path / "out.png", "--scale", scale)
+        assert "--scale" in line
