@@ -65,7 +65,7 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
     gaps = np.stack([distance(mask) for mask in masks])
     open_to = cloth.valid & ~covered
     if not cloth.in_region:
-        open_to &= find_enclosed(covered) & (gaps.min(0) < cloth.step_px)
+        open_to &= find_enclosed(covered, 2 * cloth.step_px) & (gaps.min(0) < cloth.step_px)
     owner = gaps.argmin(0)
     carried, possible = [], []
     # What is further away changes neither a pixel's colour nor the width of its patch.
@@ -102,11 +102,18 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
     return Filling([carried[number] for number in used], [masks[number] for number in used], apart)
 
 
-def find_enclosed(covered: Bools) -> Bools:
-    """Return the holes (H, W) of a region, which do not reach the picture's edge."""
-    _, labels = cv2.connectedComponents((~covered).astype(np.uint8), connectivity=4)
-    outside = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
-    return np.asarray(~covered & ~np.isin(labels, outside), np.bool_)
+def find_enclosed(covered: Bools, width_px: float) -> Bools:
+    """Return what a mask (H, W) encloses: its holes, and gaps that no disc of so many pixels across gets into.
+
+    Beyond the picture's edge nothing is covered.
+    """
+    _, labels = cv2.connectedComponents(np.pad(~covered, 1, constant_values=True).astype(np.uint8), connectivity=4)
+    hole = labels[1:-1, 1:-1] != labels[0, 0]
+    margin = round(width_px)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * (margin // 2) + 1,) * 2)
+    closed = cv2.morphologyEx(np.pad(covered, margin).astype(np.uint8), cv2.MORPH_CLOSE, disc)
+    closed = closed[margin : margin + covered.shape[0], margin : margin + covered.shape[1]]
+    return np.asarray(~covered & (hole | (closed > 0)), np.bool_)
 
 
 def carried_on(mesh: ClothMesh, piece: ClothState, wanted: Bools, texel_area: float) -> tuple[ClothState, Bools]:

@@ -100,6 +100,16 @@ def test_cloth_at_the_edge_is_filled_only_where_the_artist_says_that_it_is_cloth
     assert not more[:6].any()
 
 
+def test_a_gap_between_pieces_is_cloth_though_it_is_open_at_one_end() -> None:
+    """Two sheets that meet in the middle were followed up to a strip, which leads out of the picture."""
+    missing = np.zeros(SIZE, bool)
+    missing[:120, 92:108] = True
+    assert fill(SCENE.photo, missing)[1][10:115, 94:106].mean() > 0.8
+    belt = SCENE.photo.copy()
+    belt[missing] = [0.1, 0.7, 0.2]
+    assert fill(belt, missing)[1].mean() < 0.1 * missing.mean()
+
+
 FAR = (slice(68, 98), slice(168, 190))
 """Further than a lattice step from what is followed where `at_the_edge` is missing."""
 
