@@ -31,6 +31,29 @@ def _tree_of(panel: str) -> int | None:
     return None if node is None else int(node.id_)
 
 
+def find_front(panel: str) -> str | None:
+    """Return which panel is in front where `panel` is docked; None where it is alone."""
+    window = imgui.internal.find_window_by_name(panel)
+    node = None if window is None else window.dock_node
+    if node is None or node.tab_bar is None or node.visible_window is None or node.tab_bar.tabs.size() < 2:
+        return None
+    return str(node.visible_window.name)
+
+
+def arrange_tabs(last: str, front: str | None) -> None:
+    """Make a panel the last tab of those beside it, and put one of them in front."""
+    window = imgui.internal.find_window_by_name(last)
+    bar = None if window is None or window.dock_node is None else window.dock_node.tab_bar
+    if bar is None:
+        return
+    tab = imgui.internal.tab_bar_find_tab_by_id(bar, window.tab_id)
+    after = bar.tabs.size() - 1 - imgui.internal.tab_bar_get_tab_order(bar, tab)
+    if after:
+        imgui.internal.tab_bar_queue_reorder(bar, tab, after)
+    if front is not None:
+        hello_imgui.get_runner_params().docking_params.focus_dockable_window(front)
+
+
 def add_bar(calls: hello_imgui.RunnerCallbacks, side: str, draw: Callable[[], None], size_em: float) -> None:
     """Put a bar of fixed width at a side of the window."""
     options = hello_imgui.EdgeToolbarOptions(

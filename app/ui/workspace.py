@@ -21,7 +21,7 @@ from app.ui.dialogs.palette import CommandPalette
 from app.ui.dialogs.requested import Dialogs
 from app.ui.dialogs.sheets import Sheet, Sheets
 from app.ui.dialogs.tour_card import TourCard
-from app.ui.docking import SIDE, add_bar, back_panels, find_central_area, find_column
+from app.ui.docking import SIDE, add_bar, arrange_tabs, back_panels, find_central_area, find_column, find_front
 from app.ui.menus import MenuBar
 from app.ui.options_bar import HEIGHT_EM, OptionsBar
 from app.ui.panels.features import FeaturesPanel
@@ -88,6 +88,12 @@ class Workspace:
         self._whole_view = WholeView(editor)
         self._shown_picture: object = None
         self._fits_left = 0
+        self._panels: frozenset[str] | None = None
+        """Those that are shown; None before the first frame."""
+        self._front: str | None = None
+        """Which of the lower ones was in front when there were last several."""
+        self._tabs_left = 0
+        """Frames until the tabs of panels that have come are there."""
         self._scale = 1.0
         self._keys: tuple[str, Keys] = ("weft", ())
         self._room: tuple[float, float] | None = None
@@ -207,7 +213,18 @@ class Workspace:
         shown |= {"Handles": in_warp, "Features": in_warp, "History": True, "Timeline": in_warp and session.timeline}
         for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
             panel.is_visible = shown[panel.label] and session.panels
+        self._keep_tabs(frozenset(name for name in shown if shown[name] and session.panels))
         back_panels()
+
+    def _keep_tabs(self, panels: frozenset[str]) -> None:
+        """Let panels that come back have their places among the tabs, and the one in front that was."""
+        if panels != self._panels:
+            self._tabs_left = 0 if self._panels is None else FITTING_FRAMES
+            self._panels, self._front = panels, find_front("History") or self._front
+        elif self._tabs_left:
+            self._tabs_left -= 1
+            if not self._tabs_left:
+                arrange_tabs("History", self._front)
 
     def end_frame(self) -> None:
         """Draw what belongs to this frame's map."""
@@ -222,7 +239,7 @@ class Workspace:
         draw("draw the message of a fault", lambda: self.fault_message.draw(area))
         waits = [dialog, draw("draw the messages", lambda: self.toasts.draw(area)), self.editor.wait_s]
         waits.append(None if self.thumbnails.is_complete else 0.0)
-        waits.append(0.0 if awaits_more() else None)
+        waits.append(0.0 if self._tabs_left or awaits_more() else None)
         self.wait_s = min((wait for wait in waits if wait is not None), default=None)
 
     def _lead_tour(self, area: Area) -> None:

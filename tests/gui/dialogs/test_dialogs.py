@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from imgui_bundle import imgui
+from imgui_bundle import hello_imgui, imgui
 
 from app.actions.view import whole
 from app.editor.editor import Editor
@@ -122,6 +122,30 @@ def test_tab_hides_the_panels_and_brings_them_back(editor: Editor) -> None:
 
     drive(editor, script)
     assert editor.document.warp.preset == "arch"
+
+
+def test_panels_come_back_in_their_order_with_the_same_one_in_front(editor: Editor) -> None:
+    def tabs() -> list[str]:
+        node = imgui.internal.find_window_by_name("History").dock_node
+        names = [tab.window.name for tab in node.tab_bar.tabs]
+        return [f"[{name}]" if name == node.visible_window.name else name for name in names]
+
+    def script(window: WindowDriver) -> None:
+        window.wait(4)
+        for front in ("Handles", "Features", "History"):
+            hello_imgui.get_runner_params().docking_params.focus_dockable_window(front)
+            window.wait(4)
+            before = tabs()
+            assert f"[{front}]" in before
+            for mode in ("overlay", "warp"):
+                editor.choose_mode(mode)
+                window.wait(10)
+            assert tabs() == before
+            for _ in range(2):
+                window.move(300, 300).key(imgui.Key.tab).wait(10)
+            assert tabs() == before
+
+    drive(editor, script)
 
 
 def test_f11_takes_the_whole_screen_and_gives_it_back(editor: Editor) -> None:
