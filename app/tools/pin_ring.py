@@ -52,7 +52,12 @@ def is_gripped(editor: Editor, number: int, place: Points, pos: Position) -> boo
     """Return whether `pos` is on the ring, or its knob, of a pin at `place` (2,) on the screen."""
     ring = find_ring(editor, number)
     off_line = abs(np.hypot(*np.subtract(pos, place)) - _radius(ring))
-    return bool(off_line <= LINE_PX or np.hypot(*np.subtract(pos, _knob(ring, place))) <= REACH_PX)
+    return bool(off_line <= LINE_PX) or is_on_knob(editor, number, place, pos)
+
+
+def is_on_knob(editor: Editor, number: int, place: Points, pos: Position) -> bool:
+    """Return whether `pos` is on the knob of the ring of a pin at `place` (2,) on the screen."""
+    return bool(np.hypot(*np.subtract(pos, _knob(find_ring(editor, number), place))) <= REACH_PX)
 
 
 def drag(editor: Editor, press: Press, number: int, place: Points) -> Generator[None, Event, bool]:

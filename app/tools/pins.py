@@ -96,10 +96,11 @@ def press(editor: Editor, press: Press) -> Gesture | None:
 
 
 def turn_or_add(editor: Editor, press: Press, ringed: int, place: Points) -> Gesture:
-    """Turn and scale the picture around a pin by its ring; a mere click on the ring adds a pin there."""
+    """Turn and scale the picture around a pin by its ring; a mere click on its line, not its knob, adds a pin there."""
+    on_knob = pin_ring.is_on_knob(editor, ringed, place, press.pos)
     turned = yield from pin_ring.drag(editor, press, ringed, place)
     at = _picture_place(editor, press.pos)
-    if not turned and at is not None:
+    if not (turned or on_knob) and at is not None:
         with editor.group("Add pin"):
             _put(editor, press, at)
 

@@ -265,3 +265,9 @@ def test_a_click_on_the_ring_of_the_selected_pin_adds_a_pin_there(drive: EditorD
     assert all(pin.ring is None for pin in drive.document.pins)
     drive.editor.undo()
     assert len(drive.document.pins) == 1
+
+
+def test_a_click_on_the_knob_of_a_ring_adds_nothing(drive: EditorDriver) -> None:
+    drive.tool("pins").press(60, 60).release().press(60, 60 - RING_PX).move(61, 60 - RING_PX).release()
+    assert len(drive.document.pins) == 1
+    assert drive.document.pins[0].ring is None
