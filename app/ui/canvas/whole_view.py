@@ -18,19 +18,22 @@ class WholeView:
         """Whether the view is one that showed the whole picture when it was chosen."""
         self._size_px: tuple[int, int] | None = None
         """Of the result, the frame before."""
+        self._preset: str | None = None
+        """Of the warp, the frame before."""
 
     def update(self) -> None:
-        """Look at the view, once a frame, and fit it anew where the picture has run out or has another size.
+        """Look at the view, once a frame, and fit it anew where the picture has run out, or has another size or preset.
 
         Not while a hand holds it, nor after the hand has given it its size, nor where keys give it one.
         """
         session, document = self._editor.session, self._editor.answer.document
         view, is_given = session.view, "size" in document.tracks or document.canvas_px == session.resizing.dragged_px
         is_resized = document.canvas_px != self._size_px and not is_given
-        self._size_px = document.canvas_px
+        is_other = is_resized or document.warp.preset != self._preset
+        self._size_px, self._preset = document.canvas_px, document.warp.preset
         if view != self._view:
             self._view, self._is_whole = view, view == whole(self._editor)
-        elif self._is_whole and not self._editor.is_busy and (is_resized or not _holds(view, self._editor)):
+        elif self._is_whole and not self._editor.is_busy and (is_other or not _holds(view, self._editor)):
             self._view = whole(self._editor)
             self._editor.show(view=self._view)
 

@@ -41,6 +41,18 @@ def test_picture_and_handles_stay_in_sight_whatever_warps_them(editor: Editor) -
     drive(editor, script)
 
 
+def test_the_picture_is_as_large_as_before_when_a_preset_is_taken_back(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.wait(4)
+        zoom = editor.session.view.zoom
+        window.item("//Warp/**/Arc").wait(6)
+        assert editor.session.view.zoom < 0.9 * zoom
+        window.item("//Warp/**/None").wait(6)
+        assert editor.session.view.zoom == pytest.approx(zoom)
+
+    drive(editor, script)
+
+
 def test_a_part_that_was_chosen_stays(editor: Editor) -> None:
     def script(window: WindowDriver) -> None:
         window.move(400, 300).context.mouse_wheel_y(5)
