@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, imgui
 from app.files.typed_paths import file_to_write, is_file, is_folder
 from app.model.requests import ExportPicture
 from app.ui.dialogs.file_browser import FileBrowser
-from app.ui.dialogs.modal import within
+from app.ui.dialogs.modal import is_confirmed, within
 from app.ui.widgets import theme
 from app.ui.widgets.controls import (
     colors,
@@ -142,8 +142,7 @@ class ExportDialog:
     @property
     def _is_entered(self) -> bool:
         """Whether Enter was pressed to export, rather than to end the typing of a number."""
-        entered = imgui.is_key_pressed(imgui.Key.enter) or imgui.is_key_pressed(imgui.Key.keypad_enter)
-        return entered and (self._types_name or not imgui.get_io().want_text_input)
+        return is_confirmed() and (self._types_name or not imgui.get_io().want_text_input)
 
     @property
     def path(self) -> Path:

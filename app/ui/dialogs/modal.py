@@ -44,6 +44,12 @@ def modal(title: str) -> Iterator[bool]:
     imgui.pop_style_var()
 
 
+def is_confirmed() -> bool:
+    """Return whether Enter is pressed in the present dialog: not held, nor by the press that opened it."""
+    keys = (imgui.Key.enter, imgui.Key.keypad_enter)
+    return not imgui.is_window_appearing() and any(imgui.is_key_pressed(key, False) for key in keys)
+
+
 def _stay_inside(room: ImVec2) -> None:
     """Move the present window back where some of it, dragged or grown, lies beyond the window's edge.
 

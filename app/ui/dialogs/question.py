@@ -7,7 +7,7 @@ from typing import Any
 from imgui_bundle import ImVec2, imgui
 
 from app.model.requests import AskChanged, AskUnsaved, AskWriting
-from app.ui.dialogs.modal import within
+from app.ui.dialogs.modal import is_confirmed, within
 from app.ui.widgets.controls import faint, move_right, plain_button, primary_button, tip
 from app.ui.widgets.theme import em
 
@@ -54,7 +54,7 @@ class QuestionDialog:
         if plain_button("Cancel", 7) or imgui.is_key_pressed(imgui.Key.escape):
             return "cancel"
         imgui.same_line()
-        pressed = primary_button(self.usual.label, self.usual.width_em) or imgui.is_key_pressed(imgui.Key.enter)
+        pressed = primary_button(self.usual.label, self.usual.width_em) or is_confirmed()
         return self.usual.answer if pressed else None
 
 

@@ -81,6 +81,26 @@ def test_the_palette_runs_what_is_typed(editor: Editor) -> None:
     assert editor.history.labels[-1] == "Invert mask"
 
 
+def test_the_enter_that_chooses_in_the_palette_answers_no_dialog(editor: Editor, tmp_path: Path) -> None:
+    editor.source_path = tmp_path / "picture.png"
+    editor.edit("Bend", editor.document.with_warp(preset="arc"))
+
+    def script(window: WindowDriver) -> None:
+        for typed, title in (("bend a picture", "Save changes?"), ("export picture", "Export picture")):
+            window.key(imgui.Key.f3).wait()
+            window.context.key_chars_append_enter(typed)
+            window.wait(5)
+            assert window.dialog == title
+            window.key(imgui.Key.escape).wait(3)
+        window.key(imgui.Key.f3).wait()
+        window.context.key_chars_append_enter("bend a picture")
+        window.wait(5).key(imgui.Key.enter).wait(5)
+        assert window.dialog == "Save project as"
+
+    drive(editor, script)
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_palette_opens_recent_files(editor: Editor, tmp_path: Path) -> None:
     save(Image(np.full((20, 30, 3), 90, np.uint8)), tmp_path / "quarry.png")
     editor.session = replace(editor.session, recent=(str(tmp_path / "quarry.png"),))
