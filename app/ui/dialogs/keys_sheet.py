@@ -14,7 +14,7 @@ from app.model.pointer_keys import PAN, POINTER_KEYS, PREFIX, chord_of_modifiers
 from app.ui.canvas.input import KEYS, modifiers
 from app.ui.dialogs.modal import within, within_height
 from app.ui.widgets import theme
-from app.ui.widgets.controls import colors, faint, heading, label, segments, tip
+from app.ui.widgets.controls import colors, faint, heading, label, segments, shorten, tip
 from app.ui.widgets.theme import em
 
 Row: TypeAlias = tuple[str, str, str]
@@ -173,12 +173,11 @@ class KeysSheet:
             asked = bool(name) and name == self._asked
             with colors(text=theme.TARGET if asked else theme.ACCENT):
                 if name:
-                    shown = f"{'…' if asked else key or '–'}##{name}"
-                    if imgui.selectable(
-                        shown, asked, imgui.SelectableFlags_.no_auto_close_popups, ImVec2(em(KEY_EM - 0.5), 0)
-                    )[0]:
+                    room, text = em(KEY_EM - 0.5), "…" if asked else key or "–"
+                    shown, flags = shorten(text, room), imgui.SelectableFlags_.no_auto_close_popups
+                    if imgui.selectable(f"{shown}##{name}", asked, flags, ImVec2(room, 0))[0]:
                         self._asked, self._held = name, Modifiers()
-                    tip("Press to set another key")
+                    tip("Press to set another key" if shown == text else f"{text}: press to set another key")
                 else:
                     imgui.text(key)
             imgui.same_line()

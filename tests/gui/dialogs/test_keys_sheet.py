@@ -1,6 +1,7 @@
 """Keys in the window: whose they are, and setting another one."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from imgui_bundle import imgui
@@ -38,7 +39,7 @@ def test_a_key_is_set_in_the_sheet_and_works(editor: Editor, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("text_scale", [1.0, 2.0])
-def test_no_meaning_of_a_key_is_cut_off(editor: Editor, monkeypatch: pytest.MonkeyPatch, text_scale: float) -> None:
+def test_no_key_and_no_meaning_is_cut_off(editor: Editor, monkeypatch: pytest.MonkeyPatch, text_scale: float) -> None:
     editor.prefer(editor.preferences.changed(scale=text_scale))
     beyond: dict[str, float] = {}
 
@@ -50,7 +51,15 @@ def test_no_meaning_of_a_key_is_cut_off(editor: Editor, monkeypatch: pytest.Monk
             end = imgui.get_cursor_screen_pos().x + imgui.get_content_region_avail().x
             beyond[text] = imgui.get_item_rect_max().x - end
 
+    select = imgui.selectable
+
+    def note_key(text: str, *look: Any) -> tuple[bool, bool]:
+        if imgui.table_get_column_count():
+            beyond[text] = imgui.calc_text_size(text.split("##", maxsplit=1)[0]).x - look[-1].x
+        return select(text, *look)
+
     monkeypatch.setattr(imgui, "text_wrapped", note)
+    monkeypatch.setattr(imgui, "selectable", note_key)
 
     def script(window: WindowDriver) -> None:
         window.move(300, 300).key(imgui.Key.f1).wait(6)
