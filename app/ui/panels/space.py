@@ -60,18 +60,20 @@ class SpacePanel:
     def draw(self) -> None:
         """Draw the choice of a surface, and its number."""
         editor, surface = self._editor, self._editor.document.surface
+        # A mesh has no number, and may be called as a shape is.
+        shape = surface.name if surface is not None and surface.number is not None else ""
         if section("Surface"):
             for row in range(0, len(SHAPES), COLUMNS):
                 names = tuple(SHAPES)[row : row + COLUMNS]
                 choices = tuple((name, name.capitalize(), f"Lay the picture on a {name}") for name in names)
-                chosen = segments(f"shapes{row}", choices, surface.name if surface is not None else "")
+                chosen = segments(f"shapes{row}", choices, shape)
                 if chosen is not None:
                     choose_shape(editor, chosen)
             for name in ("surface.open", "surface.remove", "surface.export_view"):
                 action_button(editor, self._table.by_name[name])
         if surface is not None:
             self._draw_number(surface)
-            faint(ABOUT)
+            faint(ABOUT if shape else f"On the mesh {surface.name}. {ABOUT}")
 
     def _draw_number(self, surface: Surface) -> None:
         shape = SHAPES.get(surface.name)

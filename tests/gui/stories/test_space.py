@@ -1,6 +1,6 @@
 """A label on a mug, and other surfaces in space, by mouse (FAT fig. 5)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import cv2
@@ -13,9 +13,11 @@ from app.model.jobs import Jobs
 from app.model.orbit import Orbit
 from app.render.picture_file import exporting
 from app.tools.all import TOOLS
+from app.ui.widgets.controls import segments
 from core.arrays import Bytes, Floats
 from core.document.document import Document
 from core.imaging.images import Image, load, save
+from core.surfaces.mesh_file import read_mesh
 from core.surfaces.shapes import make_shape
 from core.surfaces.surface import Surface
 from tests.core.surfaces.test_surface import write_obj
@@ -107,6 +109,31 @@ def test_a_label_on_a_mug_is_round_on_it_and_its_texture_and_view_are_exported(e
         assert 0.1 < (view[..., 3] > 127).mean() < 0.9
         window.key(imgui.Key.mod_ctrl, imgui.Key.z).wait(3)
         assert editor.document.surface is None
+
+    drive(editor, script)
+
+
+def test_a_mesh_is_named_whatever_it_is_called(editor: Editor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_obj(tmp_path / "sphere.obj", mug())
+    said: list[str] = []
+
+    def note_chosen(name: str, choices: Sequence[tuple[str, str, str]], chosen: str) -> str | None:
+        said.append(chosen)
+        return segments(name, choices, chosen)
+
+    monkeypatch.setattr("app.ui.panels.space.faint", said.append)
+    monkeypatch.setattr("app.ui.panels.space.segments", note_chosen)
+
+    def script(window: WindowDriver) -> None:
+        window.item("//Warp/In space##page").wait(2)
+        for surface, chosen in ((read_mesh(tmp_path / "sphere.obj"), ""), (make_shape("sphere"), "sphere")):
+            editor.edit("Surface", editor.document.changed(surface=surface))
+            window.wait(3)
+            said.clear()
+            window.wait(3)
+            assert chosen in said
+            assert ("sphere" in said) is bool(chosen)
+            assert any(text.startswith("On the mesh sphere.") for text in said) is not bool(chosen)
 
     drive(editor, script)
 
