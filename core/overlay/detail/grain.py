@@ -33,7 +33,8 @@ SLACK = 0.5
 """Variance over the usual one that is chance."""
 TINT = 0.1
 """Strength of a colour that is half believed to be of a thing on the cloth."""
-PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+ROW, COLUMN = np.triu_indices(3)
+"""Of the products of two channels that differ."""
 
 
 @dataclass(frozen=True)
@@ -63,16 +64,17 @@ def grain_of(detail: Singles, uv: Singles, clear: Bools, shape: tuple[int, int],
     # A stain or a fold is not the pattern's.
     fine = np.clip(fine, *np.percentile(np.abs(fine), 98.5, axis=0) * [[-1], [1]])
     even, index = np.ones(len(places)), splat(places, shape)
-    products = np.stack([fine[:, i] * fine[:, j] for i, j in PAIRS], -1)
+    products = fine[:, ROW] * fine[:, COLUMN]
     planes = Texel(gather(*index, products, even, even, shape)).blurred(SOFT_PX, basis).pixels
-    variance = Texel(np.maximum(planes[..., :3], LEAST_VARIANCE))
+    variance = Texel(np.maximum(planes[..., ROW == COLUMN], LEAST_VARIANCE))
     size = variance.at(places).sum(-1)
     least = size <= np.percentile(size, 100 * USUAL)
     usual = products[least].mean(0) * size[least].max() / max(float(size[least].mean()), 1e-12)
-    usual[:3] = np.maximum(usual[:3], LEAST_VARIANCE)
+    own = np.maximum(usual[ROW == COLUMN], LEAST_VARIANCE)
+    usual[ROW == COLUMN] = own
     matrices = wiener(symmetric(usual), symmetric(planes))
     rows = (Texel(matrices[..., 0, :]), Texel(matrices[..., 1, :]), Texel(matrices[..., 2, :]))
-    return Grain(usual[:3].astype(np.float32), Texel(variance.pixels / usual[:3]), rows)
+    return Grain(own.astype(np.float32), Texel(variance.pixels / own), rows)
 
 
 def fine_at(detail: Singles, clear: Bools, drawn: Bools) -> Floats:
@@ -86,10 +88,9 @@ def fine_at(detail: Singles, clear: Bools, drawn: Bools) -> Floats:
 
 
 def symmetric(products: Floats) -> Floats:
-    """Return the matrices (..., 3, 3) of products (..., 6) of the channels in the order of `PAIRS`."""
+    """Return the matrices (..., 3, 3) of products (..., 6) of the channels by `ROW` and `COLUMN`."""
     out = np.empty((*products.shape[:-1], 3, 3))
-    for k, (i, j) in enumerate(PAIRS):
-        out[..., i, j] = out[..., j, i] = products[..., k]
+    out[..., ROW, COLUMN] = out[..., COLUMN, ROW] = products
     return out
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.basis import reduce
 from core.overlay.detection.keypoints import detect_upright
+from core.overlay.neighbours import STEPS
 
 ALIKE = 0.5
 """Most distance of alike descriptors; roots of histograms have length one [Arandjelović and Zisserman 2012]."""
@@ -36,8 +37,6 @@ SURE = 20.0
 """Standard deviations by which the votes for a lattice surpass the usual number; for either of its directions half of
 it, since neighbouring votes are of the same motif. Large prints have 24 to 35; of the pictures to refuse one has 21,
 and shows too few texels, the others 11 at most."""
-STEPS = np.array([(1, 0), (0, 1), (1, 1), (1, -1)])
-"""Of a lattice, from one vertex to those around it; the others are the same backwards."""
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,10 @@ import scipy
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.alignment import FlatPicture, PatchFrames, Template, align, make_template, raster, search
+from core.overlay.neighbours import STEPS
 
-NEIGHBOURS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
-AROUND = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j])
+AROUND = np.concatenate([STEPS, -STEPS])
+NEIGHBOURS = AROUND[np.abs(AROUND).sum(1) == 1]
 STRETCH = (0.5, 2.0)
 """Allowed length of a vector over that of its neighbour's (NRT: 0.5 <= α <= 2); the seed's counts with its square."""
 SLACK = 0.14

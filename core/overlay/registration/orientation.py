@@ -14,7 +14,8 @@ from core.overlay.mesh import ClothMesh
 from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
 
-TURNS = [np.array(turn, np.float64) for turn in ([[-1, 0], [0, -1]], [[0, -1], [1, 0]], [[0, 1], [-1, 0]])]
+QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
+TURNS = -np.eye(2), QUARTER, QUARTER.T
 """Turns that take whole texels to whole texels."""
 ALIKE = 0.93
 """Correlation of a texel with itself turned from which it looks the same."""

@@ -1,5 +1,6 @@
 """Pictures of the stages: keypoints, seeds, the lattice and the mesh on the photo."""
 
+import colorsys
 import itertools
 from collections.abc import Sequence
 
@@ -12,11 +13,10 @@ from core.overlay.detection.lattice import Lattice, neighbour_rows
 from core.overlay.detection.stages import Stage
 
 LINE, DOT = (0, 255, 64), (255, 64, 0)
-COLOURS = ((255, 64, 0), (0, 255, 64), (64, 128, 255), (255, 224, 0), (255, 0, 224), (0, 240, 255))
+COLOURS = [tuple(round(255 * level) for level in colorsys.hsv_to_rgb(k / 6, 1, 1)) for k in range(6)]
 """Of groups of keypoints, the largest first."""
 ZOOM = 2
 DIM = 0.7
-UNIT_BOX = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 
 
 def stage_picture(photo: Floats, stage: Stage) -> Bytes:
@@ -41,7 +41,9 @@ def seed_boxes(photo: Floats, seeds: Sequence[tuple[Points, Floats]]) -> Bytes:
     """Return the photo, enlarged and dimmed, with the texel that each seed proposes, the best one's last."""
     canvas = levels(enlarge(photo) * DIM)
     for point, basis in reversed(seeds):
-        corners = on_enlarged(point + UNIT_BOX @ basis.T)
+        across, down = basis.T / 2
+        corners = on_enlarged(np.stack([point - across - down, point + across - down]))
+        corners += on_enlarged(np.stack([point + across + down, point - across + down]))
         colour = DOT if point is seeds[0][0] else LINE
         cv2.polylines(canvas, [np.array(corners)], True, colour, 1, cv2.LINE_AA)
     return canvas

@@ -22,13 +22,14 @@ from core.arrays import Bools, Floats, Ints
 from core.graphs.minimum_cut import minimum_cut
 from core.overlay.filters.distances import nearest_of, within
 from core.overlay.filters.texture_filter import steepness
+from core.overlay.neighbours import STEPS
 
 SIDE, FULL = 0.6, 0.4
 """Side of a square, in lattice steps, and how much of it is sure."""
 AROUND = 2
 """Squares around one that tell its usual slopes."""
-PAIRS = ((0, 1), (1, 0), (1, 1), (1, -1), (0, 2), (2, 0), (0, 4), (4, 0), (3, 3), (3, -3))
-"""Rows and columns from one square of a pair to the other."""
+LENGTHS = (1, 2, 4)
+"""Steps, straight or slanting, from one square of a pair to the other."""
 UNSEEN = 0.25
 """Weight of a pair between which nothing is sure."""
 BENT = 0.25
@@ -171,7 +172,7 @@ def pairs_of(squares: Squares) -> tuple[Ints, Ints, Floats, Bools]:
     (h, w), number = squares.used.shape, np.full(squares.used.shape, -1)
     number[squares.used] = np.arange(len(squares.at))
     found: list[tuple[Ints, Ints, Floats, Bools]] = []
-    for down, across in PAIRS:
+    for down, across in (length * step for length in LENGTHS for step in STEPS):
         left, far = max(0, -across), max(down, abs(across))
         right = max(left, w - max(0, across))
         here, there = number[: max(h - down, 0), left:right], number[down:, left + across : right + across]

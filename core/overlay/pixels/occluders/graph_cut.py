@@ -5,6 +5,7 @@ import numpy as np
 from core.arrays import Bools, Floats
 from core.graphs.minimum_cut import minimum_cut
 from core.overlay.filters.smoothing import gaussian
+from core.overlay.neighbours import STEPS
 
 BORDER = 0.5
 """What a pixel of the outline costs where the photo has no edge."""
@@ -13,8 +14,6 @@ EDGE, LEAST_BORDER = 4.0, 0.02
 without an edge, at the sharpest one."""
 BLUR_PX = 0.7
 """Blur of the photo in which edges are seen."""
-STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
-"""Rows and columns to neighbours, one of each two opposite ones."""
 LEAST = 1e-3
 """What costs are whole multiples of: the search ends with exact sums only."""
 MOST = 1e3

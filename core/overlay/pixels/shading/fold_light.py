@@ -17,7 +17,7 @@ from core.overlay.filters.smoothing import gaussian
 from core.overlay.registration.region import LEAST_NOISE
 from core.overlay.texel import Texel
 
-WIDTHS, WEIGHTS = (1.0, 2.0, 4.0, 8.0), (1.0, 0.15, 0.0225, 0.003375)
+WIDTHS, WEIGHTS = 2.0 ** np.arange(4), 0.15 ** np.arange(4)
 """Widths of the neighbourhoods, over the least, and how much each counts."""
 LEAST, LEAST_PX = 0.05, 1.75
 """The least, over the side of a texel, and in pixels at least."""
