@@ -40,7 +40,6 @@ def keep(found: T) -> Job[T]:
 
 SEARCH_STAGES = {
     "alike_keypoints": Place(seeding, propose_none),
-    "find_by_whole_picture": Place(finding, lambda *_: keep([])),
     "can_be_magnified": Place(finding, lambda _: False),
     "find_large": Place(finding, find_none),
     "least_texel": Place(finding, lambda _photo, _canvas, found, *_: keep(found)),

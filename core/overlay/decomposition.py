@@ -13,15 +13,16 @@ import numpy as np
 from core.arrays import Bools, Floats, Points, Singles
 from core.linalg.blas import on_one_thread, one_thread
 from core.overlay.composition import finite
-from core.overlay.detection.alignment import PatchFrames
+from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.likelihood import count_explained
 from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.vertices import whole_lattice
-from core.overlay.search.finding import find_cloth, register_lattice
+from core.overlay.search.finding import Find, find_cloth, find_unbounded, register_lattice
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 
@@ -54,7 +55,7 @@ class Decomposition:
     basis: Floats
     """S (2, 2), pixels of the undeformed cloth a texel."""
     explained: float = 0.0
-    """What speaks for it beside another one of the same photo (`Evidence`)."""
+    """What speaks for it beside another one of the same photo (`count_explained`)."""
     seconds: dict[str, float] = field(default_factory=dict)
     """Time by stage."""
 
@@ -77,8 +78,6 @@ class FoundCloth:
     scale: int
     opacity: Singles | np.float32
     """(H, W), or one number: of what is laid there."""
-    explained: float
-    """What speaks for it (`Evidence`)."""
 
 
 def decompose(
@@ -96,14 +95,25 @@ def decompose(
     not 0. `texel_px` says about how large the side of a texel is. The search begins at
     `start` alone if it is given, and is left out if the `lattice` is, in connected parts. Raises `NoPatternError`
     where no lattice is found, and where one explains no pixel of the photo.
+
+    With a region the pattern is looked for twice, within it and in all of the photo, and of both finds that is kept
+    that explains the region better: a region can only help.
     """
     seconds: dict[str, float] = {}
-    search = find(photo, region=region, texel_px=texel_px, start=start, lattice=lattice, seed=seed)
-    found = yield from time_stages(part(search, 0.0, 0.9), seconds)
+    searches = [find(photo, region=region, texel_px=texel_px, start=start, lattice=lattice, seed=seed)]
+    if region is not None and start is None and lattice is None:
+        searches.append(find_unbounded_cloth(photo, region, texel_px=texel_px, seed=seed))
+    finds: list[FoundCloth] = []
+    for number, search in enumerate(searches):
+        ends = (0.9 * end / len(searches) for end in (number, number + 1))
+        try:
+            finds.append((yield from time_stages(part(search, *ends), seconds)))
+        except NoPatternError:
+            continue
     yield Progress(0.9, SPLITTING)
     started = time.perf_counter()
     with one_thread():
-        result = split(found)
+        result = split_best(finds)
     return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started})
 
 
@@ -117,20 +127,42 @@ def find(
     seed: int = 0,
 ) -> Job[FoundCloth]:
     """Return the cloth of a photo, registered; what is given and raised is as for `decompose`."""
-    whole = np.ones(photo.shape[:2], bool) if region is None else np.asarray(region > 0, np.bool_)
-    scale = -(-max(photo.shape[:2]) // WORKING_PX)
-    small = shrunk(photo, scale)
-    valid = np.asarray(shrunk(whole[..., None], scale)[..., 0] > 0.5, np.bool_)
-    canvas = flat_canvas(small, valid)
+    small, canvas, scale = working_picture(photo, region)
     if lattice is None:
         side = None if texel_px is None else texel_px / scale
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
         job = find_cloth(small, canvas, seed, texel_px=side, start=marked)
     else:
         job = register_lattice(small, canvas, [rescale(piece, scale) for piece in lattice], seed)
-    found = yield from on_one_thread(job)
+    return found_on(photo, region, scale, (yield from on_one_thread(job)))
+
+
+def find_unbounded_cloth(
+    photo: Floats | Singles, region: Bools | Singles, *, texel_px: float | None = None, seed: int = 0
+) -> Job[FoundCloth]:
+    """Return the cloth that is found without a region, restricted to the region; parameters are as for `decompose`."""
+    small, canvas, scale = working_picture(photo, region)
+    side = None if texel_px is None else texel_px / scale
+    job = find_unbounded(small, canvas, seed, texel_px=side)
+    return found_on(photo, region, scale, (yield from on_one_thread(job)))
+
+
+def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture, int]:
+    """Return the photo (h, w, 3) as it is searched, its canvas with what may be cloth, and how much smaller it is."""
+    scale = -(-max(photo.shape[:2]) // WORKING_PX)
+    small, valid = shrunk(photo, scale), shrunk(may_be_cloth(photo, region)[..., None], scale)[..., 0] > 0.5
+    return small, flat_canvas(small, np.asarray(valid, np.bool_)), scale
+
+
+def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Bools:
+    """Return where (H, W) cloth may be."""
+    return np.ones(photo.shape[:2], bool) if region is None else np.asarray(region > 0, np.bool_)
+
+
+def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
+    """Return what was found on the working picture as that of the photo (H, W, 3)."""
     opacity = np.float32(1) if region is None else region.astype(np.float32)
-    return FoundCloth(found.cloth, found.followed, photo, whole, scale, opacity, found.explained)
+    return FoundCloth(found.cloth, found.followed, photo, may_be_cloth(photo, region), scale, opacity)
 
 
 def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
@@ -177,6 +209,32 @@ def split(found: FoundCloth) -> Decomposition:
     return finish(found, go_through(begun_model(found)))
 
 
+def split_best(finds: list[FoundCloth]) -> Decomposition:
+    """Return the parts of that find that explains most; several of a large photo are compared at its working size.
+
+    Raises `NoPatternError` where no find explains a pixel.
+    """
+    if len(finds) == 1:
+        return split(finds[0])
+    results: list[tuple[FoundCloth, Decomposition]] = []
+    for found in finds:
+        try:
+            results.append((found, split(at_working_size(found))))
+        except NoPatternError:
+            continue
+    if not results:
+        raise NoPatternError
+    best, result = max(results, key=lambda pair: pair[1].explained)
+    return result if best.scale == 1 else split(best)
+
+
+def at_working_size(found: FoundCloth) -> FoundCloth:
+    """Return a find on the photo as it was searched."""
+    if found.scale == 1:
+        return found
+    return replace(found, photo=found.cloth.photo, valid=found.cloth.valid, scale=1, opacity=np.float32(1))
+
+
 def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:
     """Yield what comes of leaving out each stage of these names by turns, then of all stages; None for no cloth."""
     for name, model in leave_out(begun_model(found), names):
@@ -211,7 +269,7 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
         coverage=coverage * found.opacity,
         lattice=replace(lattice, frames=frames),
         basis=cloth.basis * scale,
-        explained=found.explained,
+        explained=count_explained(found.photo, modelled, inside, scale),
     )
 
 

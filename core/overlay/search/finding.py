@@ -1,9 +1,9 @@
 """The cloth of a photo: several proposals are registered, and the one that explains most of the photo is kept.
 
 Stripes of a tartan repeat more often than its sett, and a lattice of them may be found that is none of the cloth's.
-Where there is reason to doubt a find, the pattern is looked for in the whole picture too, if a region bounded the
-search, and then among large texels. What is likeliest near where it was found need not be so in the end: some finds are
-completed, and compared then. A lattice that lies where another one of the same steps was followed tells nothing more.
+Where there is reason to doubt a find, the pattern is looked for among large texels too. What is likeliest near where it
+was found need not be so in the end: some finds are completed, and compared then. A lattice that lies where another one
+of the same steps was followed tells nothing more.
 """
 
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
 from core.overlay.search.large_periods import find_large
-from core.overlay.search.magnified import MOST_PX, TIMES, at_photo_size, can_be_magnified, magnified
+from core.overlay.search.magnified import MOST_PX, TIMES, can_be_magnified, magnified, restrict
 from core.progress import Job, Progress, part
 
 AS_MUCH = 0.9
@@ -124,8 +124,6 @@ def find_cloth(
         return Find(cloth, found, weigh(cloth, found))
     search = find_lattices(canvas, np.random.default_rng(seed), texel_px=texel_px)
     finds = yield from part(register_each(photo, canvas, search, [], seed), 0.0, 0.3)
-    if not is_any_clear(finds) and not canvas.valid.all():
-        finds += yield from part(find_by_whole_picture(photo, canvas, finds, seed, texel_px), 0.3, 0.4)
     if not any(find.is_credible for find in finds) and can_be_magnified(canvas.shape):
         large, place = magnified(photo, np.asarray(canvas.valid[..., 0] > 0, np.bool_))
         side = None if texel_px is None else TIMES * texel_px
@@ -140,8 +138,20 @@ def find_cloth(
     best = yield from part(best_completed(finds, seed), 0.6, 1.0)
     if best.scale == 1:
         return best
-    cloth, found = at_photo_size(best.cloth, best.followed, photo, canvas)
+    cloth, found = restrict(best.cloth, best.followed, photo, canvas, best.scale)
     return Find(cloth, found, weigh(cloth, found))
+
+
+def find_unbounded(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None) -> Job[Find]:
+    """Return the cloth found in all of a photo (H, W, 3), restricted to what the `canvas` bounds and followed there.
+
+    Raises `NoPatternError` if there is no pattern.
+    """
+    whole = flat_canvas(photo, np.ones(canvas.shape, np.bool_))
+    bare = yield from part(find_cloth(photo, whole, seed, texel_px=texel_px), 0.0, 0.7)
+    bounded = restrict(bare.cloth, bare.followed, photo, canvas)
+    cloth, found = yield from part(complete(*bounded, [], seed), 0.7, 1.0)
+    return Find(cloth, found, weigh(cloth, found), repeats=bare.repeats)
 
 
 def register_lattice(photo: Floats, canvas: FlatPicture, lattices: list[Lattice], seed: int) -> Job[Find]:
@@ -153,15 +163,6 @@ def register_lattice(photo: Floats, canvas: FlatPicture, lattices: list[Lattice]
 def is_any_clear(finds: list[Find]) -> bool:
     """Return whether one of the finds is not to be doubted."""
     return any(find.is_clear for find in finds)
-
-
-def find_by_whole_picture(
-    photo: Floats, canvas: FlatPicture, known: list[Find], seed: int, texel_px: float | None
-) -> Job[list[Find]]:
-    """Return what is found of the cloth that `canvas` bounds from the lattices of the whole picture."""
-    whole = flat_canvas(photo, np.ones(canvas.shape, np.bool_))
-    search = find_lattices(whole, np.random.default_rng(seed), texel_px=texel_px)
-    return (yield from register_each(photo, canvas, search, known, seed))
 
 
 def register_each(

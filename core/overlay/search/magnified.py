@@ -12,7 +12,7 @@ from core.arrays import Bools, Floats
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import SIDES_PX
 from core.overlay.detection.lattice import Lattice
-from core.overlay.detection.seeding import flat_canvas
+from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, measure
 from core.overlay.registration.registration import Registration
@@ -37,17 +37,27 @@ def magnified(photo: Floats, valid: Bools) -> tuple[Floats, FlatPicture]:
     return large, flat_canvas(large, inside)
 
 
-def at_photo_size(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture) -> tuple[FittedCloth, Fit]:
-    """Return the cloth registered with an enlarged photo as that of the photo (H, W, 3), with the same nodes."""
-    mesh = ClothMesh(photo.shape[:2], cloth.mesh.cell // TIMES)
-    lattice = shrunk_lattice(cloth.lattice)
+def restrict(
+    cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture, times: int = 1
+) -> tuple[FittedCloth, Fit]:
+    """Return the cloth of a photo `times` as large as that of the photo (H, W, 3), with the same nodes.
+
+    What the `canvas` of the photo says is no cloth is left out. Raises `NoPatternError` where nothing remains.
+    """
+    mesh = ClothMesh(photo.shape[:2], cloth.mesh.cell // times)
+    lattice = shrunk_lattice(cloth.lattice, times)
     registration = Registration(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice.basis @ cloth.M)
     small = FittedCloth(photo, canvas, lattice, cloth.M, mesh, registration)
-    return small, measure(small, estimate(small, found.pieces), found.pieces)
+    pieces = [replace(piece, cells=np.asarray(piece.cells & small.allowed, np.bool_)) for piece in found.pieces]
+    # The last piece is the one that is followed on.
+    kept = tuple(sorted((piece for piece in pieces if piece.cells.any()), key=lambda piece: int(piece.cells.sum())))
+    if not kept:
+        raise NoPatternError
+    return small, measure(small, estimate(small, kept), kept)
 
 
-def shrunk_lattice(lattice: Lattice) -> Lattice:
-    """Return a lattice of an enlarged photo in pixels of the photo."""
+def shrunk_lattice(lattice: Lattice, times: int) -> Lattice:
+    """Return a lattice of a photo `times` as large in pixels of the photo."""
     frames = lattice.frames
-    points = (frames.points - (TIMES - 1) / 2) / TIMES
-    return replace(lattice, frames=PatchFrames(points, frames.bases / TIMES, frames.scores))
+    points = (frames.points - (times - 1) / 2) / times
+    return replace(lattice, frames=PatchFrames(points, frames.bases / times, frames.scores))

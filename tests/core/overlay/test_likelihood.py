@@ -1,0 +1,66 @@
+"""Finished finds are compared by how well they explain a photo: a region can only help."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from core.arrays import Bools, Singles
+from core.overlay import decomposition
+from core.overlay.decomposition import Decomposition, FoundCloth, decompose, find
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.filters.smoothing import gaussian
+from core.overlay.likelihood import count_explained
+from core.progress import Job, Progress, run
+from tests.core.overlay.overlay_scenes import make_scene, motif
+
+SCENE = make_scene(motif(), noise=0.01)
+SIZE = SCENE.photo.shape[:2]
+EVERYWHERE = np.ones(SIZE, bool)
+HALF = EVERYWHERE.copy()
+HALF[:, :55] = False
+MODEL = (motif()(SCENE.uv) * SCENE.shading[..., None]).astype(np.float32)
+
+
+def explained(model: Singles, inside: Bools = EVERYWHERE) -> float:
+    return count_explained(SCENE.photo, model.astype(np.float32), inside)
+
+
+def test_the_better_model_and_the_larger_cloth_explain_more_and_light_alone_is_worth_nothing() -> None:
+    assert explained(MODEL) > 1.5 * explained(gaussian(MODEL, 2.0)) > 0
+    assert explained(MODEL) > 1.5 * explained(MODEL, HALF) > 0
+    assert abs(explained(gaussian(MODEL, 25.0))) < 0.05 * explained(MODEL)
+    assert abs(explained(1.1 * MODEL) / explained(MODEL) - 1) < 0.3
+    assert explained(np.roll(MODEL, 11, axis=1)) < 0
+
+
+def find_wrongly(*given: Any, **words: Any) -> Job[FoundCloth]:
+    """Return what is found, its coordinates beside the photo's by a part of a texel that changes."""
+    found = yield from find(*given, **words)
+    moved = [replace(piece, uv=piece.uv + 0.4 * np.sin(9 * piece.uv[..., ::-1])) for piece in found.fit.pieces]
+    return replace(found, fit=replace(found.fit, pieces=tuple(moved)))
+
+
+def find_none(*_: Any, **__: Any) -> Job[FoundCloth]:
+    yield Progress(0.0)
+    raise NoPatternError
+
+
+@pytest.mark.parametrize("instead", [find_wrongly, find_none])
+def test_where_the_search_in_a_region_fails_the_find_without_it_is_kept(
+    monkeypatch: pytest.MonkeyPatch, instead: Any
+) -> None:
+    usual: Decomposition = run(decompose(SCENE.photo, region=HALF))
+    monkeypatch.setattr(decomposition, "find", instead)
+    found = run(decompose(SCENE.photo, region=HALF))
+    assert not found.covered[~HALF].any()
+    assert found.explained > 0.97 * usual.explained > 0
+
+
+def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched() -> None:
+    small = make_scene(motif(), size=(100, 110))
+    large, right = (np.repeat(np.repeat(plane, 10, 0), 10, 1) for plane in (small.photo, HALF[:100, :110]))
+    found = run(decompose(large, region=right))
+    assert found.covered.shape == right.shape
+    assert found.covered[:, 600:].mean() > 0.9
