@@ -25,8 +25,8 @@ from core.overlay.composition import Placement
 from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import Parts, encode, lay_over, searchable, texture_colours
-from core.overlay.pixels.gaps.gap_completion import STRAIN
 from core.overlay.pixels.jacobian_validity import jumps, no_cloth
+from core.overlay.tolerances import STRETCH
 from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import run
 
@@ -162,7 +162,7 @@ def score(image: Image, cloth: Bools | None, found: Decomposition) -> dict[str, 
 
 def _jumbled(found: Decomposition) -> Bools:
     uv, side = found.uv.astype(np.float64), float(np.sqrt(abs(np.linalg.det(found.basis))))
-    return np.asarray(no_cloth(uv, found.basis, side) | (jumps(uv, found.basis) > STRAIN), np.bool_)
+    return np.asarray(no_cloth(uv, found.basis, side) | (jumps(uv, found.basis) > STRETCH), np.bool_)
 
 
 def _grey(colours: Floats | Singles) -> Singles:

@@ -13,6 +13,8 @@ try:
 except ImportError:
     maxflow = None
 
+LEAST_COST = 1e-4
+"""What fractions of costs are made whole multiples of: the search ends with exact sums only."""
 _MOST = 2**30
 """SciPy counts in 32 bits; larger costs stand for what must not be cut."""
 

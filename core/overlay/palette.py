@@ -6,8 +6,8 @@ import numpy as np
 from core.arrays import Floats, Singles
 from core.overlay.texel import Texel
 
-COLOURS = 5
-"""Colours that stand for those of a texel."""
+COLOURS, GROUPS = 5, 3
+"""Colours that stand for those of a texel, and of which the patches are told apart."""
 SAMPLES = 40_000
 """Samples of a texel that tell its colours at least: four times as many are thinned out."""
 

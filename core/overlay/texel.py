@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from core.arrays import Bools, Floats, Ints, Singles
+from core.overlay.filters.bands import PIXELS
 from core.overlay.filters.sampling import look_up
 
 BORDER = 3
@@ -18,8 +19,6 @@ OBSERVED, LEAST_OBSERVED = 32, 100_000
 """Pixels for each sample of a texel, and pixels in all, that are enough to estimate it from."""
 TYPICAL = 10_000
 """Pixels that are enough to tell the usual error from, within 1 %."""
-SPLATTED = 1 << 17
-"""Pixels whose shares are worked out at a time."""
 
 
 @dataclass(frozen=True)
@@ -183,8 +182,8 @@ def splat(at: Floats, shape: tuple[int, int]) -> tuple[Ints, Floats]:
     """Return the sample numbers and shares (n, 4) of coordinates (n, 2) in a texel of `shape`."""
     h, w = shape
     index, share = np.empty((len(at), 4), np.int64), np.empty((len(at), 4), at.dtype)
-    for start in range(0, len(at), SPLATTED):
-        some = slice(start, start + SPLATTED)
+    for start in range(0, len(at), PIXELS):
+        some = slice(start, start + PIXELS)
         x, y = at[some, 0] * w - 0.5, at[some, 1] * h - 0.5
         left, top = np.floor(x), np.floor(y)
         fx, fy = x - left, y - top

@@ -15,19 +15,12 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.bands import bands
 from core.overlay.filters.smoothing import gaussian, mean
 from core.overlay.texel import Texel, gather, splat
+from core.overlay.tolerances import DRAWN, MOTIF_PX, NEARBY_PX, SMOOTH_PX
 
-COARSE_PX = 4.0
-"""Width of the neighbourhood whose mean is the coarse part."""
-NEAR_PX = 1.5
-"""Width of the neighbourhood in which the strength of the fine part is measured."""
 USUAL = 0.3
 """Share of the cloth on which the fine part is no stronger than usual."""
 ODD = 4.0
 """Times the usual variance from which the coarse part is taken from elsewhere."""
-DRAWN = 1_500_000
-"""Pixels from which what belongs to the places of texels is estimated."""
-SOFT_PX = 0.7
-"""Blur of what is estimated."""
 LEAST_VARIANCE = 1e-8
 SLACK = 0.5
 """Variance over the usual one that is chance."""
@@ -65,7 +58,7 @@ def grain_of(detail: Singles, uv: Singles, clear: Bools, shape: tuple[int, int],
     fine = np.clip(fine, *np.percentile(np.abs(fine), 98.5, axis=0) * [[-1], [1]])
     even, index = np.ones(len(places)), splat(places, shape)
     products = fine[:, ROW] * fine[:, COLUMN]
-    planes = Texel(gather(*index, products, even, even, shape)).blurred(SOFT_PX, basis).pixels
+    planes = Texel(gather(*index, products, even, even, shape)).blurred(SMOOTH_PX, basis).pixels
     variance = Texel(np.maximum(planes[..., ROW == COLUMN], LEAST_VARIANCE))
     size = variance.at(places).sum(-1)
     least = size <= np.percentile(size, 100 * USUAL)
@@ -80,9 +73,9 @@ def grain_of(detail: Singles, uv: Singles, clear: Bools, shape: tuple[int, int],
 def fine_at(detail: Singles, clear: Bools, drawn: Bools) -> Floats:
     """Return the fine part (n, 3) of the detail (H, W, 3) at the pixels drawn (H, W)."""
     fine: list[Singles] = []
-    for first, top, bottom, last in bands(detail.shape, margin=int(3 * COARSE_PX)):
+    for first, top, bottom, last in bands(detail.shape, margin=int(3 * NEARBY_PX)):
         part, own = slice(first, last), slice(top - first, bottom - first)
-        coarse = mean(detail[part], clear[part].astype(np.float32)[..., None], COARSE_PX)
+        coarse = mean(detail[part], clear[part].astype(np.float32)[..., None], NEARBY_PX)
         fine.append((detail[part] - coarse)[own][drawn[top:bottom]])
     return np.concatenate(fine).astype(np.float64)
 
@@ -114,12 +107,12 @@ def even_out(detail: Singles, uv: Singles, clear: Bools, held: Singles, grain: G
     """
     inside, at = clear.astype(np.float32)[..., None], np.nan_to_num(uv).astype(np.float64)
     excess = grain.excess(at).astype(np.float32)
-    fine = detail - mean(detail, inside, COARSE_PX)
-    here = gaussian(fine**2 * inside, NEAR_PX) / grain.usual
+    fine = detail - mean(detail, inside, NEARBY_PX)
+    here = gaussian(fine**2 * inside, MOTIF_PX) / grain.usual
     weight = inside * np.minimum(1, 1 / excess) * np.minimum(1, ODD / np.maximum(here, 1e-9))
-    coarse = mean(detail, weight, COARSE_PX)
+    coarse = mean(detail, weight, NEARBY_PX)
     fine = inside * (detail - coarse)
-    here = gaussian(fine**2, NEAR_PX) / grain.usual
+    here = gaussian(fine**2, MOTIF_PX) / grain.usual
     # Where a place has errors, and more of them here than over all texels.
     more = np.clip(excess / 2 - 1, 0, 1) * here / np.maximum(excess, 1)
     fine = np.asarray(fine / np.sqrt(np.maximum(more, 1)), np.float32)

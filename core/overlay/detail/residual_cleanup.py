@@ -20,7 +20,7 @@ import scipy
 from core.arrays import Bools, Floats, Ints, Singles
 from core.overlay.composition import finite
 from core.overlay.detail.contrast import contrast_of
-from core.overlay.detail.grain import COARSE_PX, DRAWN, NEAR_PX, even_out, grain_of
+from core.overlay.detail.grain import even_out, grain_of
 from core.overlay.detail.misplaced import find_misplaced
 from core.overlay.detail.model_validity import estimate_trust
 from core.overlay.filters.bands import in_bands
@@ -28,16 +28,12 @@ from core.overlay.filters.sampling import look_up
 from core.overlay.filters.smoothing import gaussian, mean
 from core.overlay.mesh import around
 from core.overlay.texel import Texel, splat
+from core.overlay.tolerances import DRAWN, LEAST_NOISE, MOTIF_PX, NEARBY_PX
 
 AROUND = 1.5
 """Width, in texels, of the neighbourhood in which something recurs."""
-MOST_SAMPLES = 1_000_000
-"""Samples of the texture in which that is gathered."""
 DOUBT = 3.0
 """Pixels at the same place below which it is half believed that something recurs there."""
-SIGMA_PX = 2.0
-"""Width of the neighbourhood with the same shift and sharpness."""
-LEAST_NOISE = 0.003
 
 
 def without_old_pattern(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats) -> Singles:
@@ -83,7 +79,7 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
         part, own = slice(first, last), slice(top - first, bottom - first)
         out[top:bottom] = even_out(rest[part], uv[part], clear[part], held[part], grain)[own]
 
-    in_bands(keep_grain, rest.shape, margin=int(3 * (COARSE_PX + NEAR_PX)))
+    in_bands(keep_grain, rest.shape, margin=int(3 * (NEARBY_PX + MOTIF_PX)))
     out[~covered] = np.nan
     return out
 
@@ -106,7 +102,7 @@ def without_errors(
         rest[top:bottom] = (seen - explain(seen, effects, covered[part], noise))[own]
         other[top:bottom] = find_misplaced(np.nan_to_num(detail[part]), model, light, texel, noise)[own]
 
-    in_bands(correct, rest.shape, margin=int(6 * SIGMA_PX))
+    in_bands(correct, rest.shape, margin=int(6 * NEARBY_PX))
     return rest, other
 
 
@@ -133,7 +129,7 @@ def find_recurring(detail: Singles, uv: Singles, cloth: Ints, shape: tuple[int, 
     """
     low, high = (np.floor(end(uv, axis=0)).astype(np.float32) for end in (np.nanmin, np.nanmax))
     texels = (high - low).astype(np.int64)[::-1] + 1
-    share = min(1.0, float(np.sqrt(MOST_SAMPLES / (np.prod(texels) * np.prod(shape)))))
+    share = min(1.0, float(np.sqrt(DRAWN / (np.prod(texels) * np.prod(shape)))))
     h, w = (max(1, round(share * n)) for n in shape)
     rows, columns = int(texels[0]) * h, int(texels[1]) * w
     some = cloth[np.random.default_rng(0).random(len(cloth), np.float32) < DRAWN / len(cloth)]
@@ -169,14 +165,14 @@ def modelled(
 def explain(detail: Singles, effects: list[Singles], covered: Bools, noise: float) -> Singles:
     """Return the part (H, W, 3) of the detail that the effects explain best over the neighbourhood of each pixel."""
     inside = covered.astype(np.float32)[..., None]
-    fine = detail - mean(detail, inside, SIGMA_PX)
-    slopes = [effect - mean(effect, inside, SIGMA_PX) for effect in effects]
+    fine = detail - mean(detail, inside, NEARBY_PX)
+    slopes = [effect - mean(effect, inside, NEARBY_PX) for effect in effects]
     weight = inside[..., 0] * np.minimum(1, 3 * noise / np.maximum(np.sqrt(dot(fine, fine) / 3), 1e-9))
     count = len(slopes)
     pairs = [(i, j) for i in range(count) for j in range(i, count)]
     products = [dot(slopes[i], slopes[j]) * weight for i, j in pairs]
     products += [dot(slope, fine) * weight for slope in slopes]
-    means = [gaussian(product, SIGMA_PX) for product in products]
+    means = [gaussian(product, NEARBY_PX) for product in products]
     for k in range(count):
         means[pairs.index((k, k))] += noise**2
     amounts = solve_pixels(means[: len(pairs)], means[len(pairs) :])

@@ -9,6 +9,7 @@ from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice, neighbour_rows, parts
 
 LEAST_VERTICES = 3
+"""Fewer lie in one line, or are alike by chance."""
 LEAST_AREA_PX = 4.0
 """Area of the usual texel of a corrected lattice, px^2."""
 

@@ -10,12 +10,12 @@ import numpy as np
 from core.arrays import Bools, Bytes, Floats, Ints, Points, Singles
 from core.overlay.detection.basis import reduce
 from core.overlay.detection.correlation import Proposal
+from core.overlay.detection.lattice import LEAST_VERTICES
 
 BANDWIDTH = 0.55
 """Radius of the flat kernel, over the length of a descriptor."""
 STARTS = 200
 """Most descriptors from which a mean shift starts; the rest join the modes that these lead to."""
-LEAST_POINTS = 9
 SUPPORT = 0.6
 """Of every proposal: keypoints come without a correlation, and with a middling one it is growth that decides."""
 
@@ -23,11 +23,11 @@ SUPPORT = 0.6
 def alike_keypoints(image: Singles, valid: Bools, rng: np.random.Generator, *, groups: int = 6) -> list[Points]:
     """Return the largest groups of keypoints (n, 2) that look alike in a flattened `image` (H, W, 3)."""
     points, descriptors = detect(image, valid)
-    if len(points) < LEAST_POINTS:
+    if len(points) < LEAST_VERTICES:
         return []
     labels = cluster(descriptors, rng)
     members = [points[labels == label] for label in np.argsort(-np.bincount(labels))[:groups]]
-    return [group for group in members if len(group) >= LEAST_POINTS]
+    return [group for group in members if len(group) >= LEAST_VERTICES]
 
 
 def propose_from_keypoints(groups: list[Points]) -> list[Proposal]:

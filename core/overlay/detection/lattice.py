@@ -16,6 +16,8 @@ from core.overlay.neighbours import STEPS
 
 AROUND = np.concatenate([STEPS, -STEPS])
 NEIGHBOURS = AROUND[np.abs(AROUND).sum(1) == 1]
+LEAST_VERTICES = 9
+"""Of a lattice that is found by itself, and of keypoints that are alike: fewer are chance."""
 STRETCH = (0.5, 2.0)
 """Allowed length of a vector over that of its neighbour's (NRT: 0.5 <= α <= 2); the seed's counts with its square."""
 SLACK = 0.14

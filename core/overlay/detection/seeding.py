@@ -6,13 +6,22 @@ from core.arrays import Bools, Floats, InputError, Points
 from core.overlay.detection.alignment import FlatPicture, PatchFrames, Template, align, correlate
 from core.overlay.detection.correlation import Proposal, propose, snap
 from core.overlay.detection.keypoints import alike_keypoints, propose_from_keypoints
-from core.overlay.detection.lattice import Lattice, grow, mean_template, neighbour_rows, refine, seed, step_errors
+from core.overlay.detection.lattice import (
+    LEAST_VERTICES,
+    Lattice,
+    grow,
+    mean_template,
+    neighbour_rows,
+    refine,
+    seed,
+    step_errors,
+)
 from core.overlay.detection.stages import Stage
 from core.overlay.filters.smoothing import flatten
 from core.progress import Job, Progress
 
-LEAST_VERTICES, LEAST_MARKED = 9, 2
-"""Vertices of a lattice: what is found by itself must not be chance, and where the user marked a texel."""
+LEAST_MARKED = 2
+"""Vertices of a lattice at least where the user marked a texel."""
 GROWING = "growing the lattice"
 LIGHT_PX = 25.0
 """Changes of light slower than this are taken out before patches are compared."""

@@ -12,11 +12,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints, Points
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.mesh import around
-
-SIZES = (0.4, 2.5)
-"""Area of cloth under a pixel, over the usual, that is carried on."""
-RIM_PX = 2
-"""Width of the outermost cloth that is not carried on: a mesh is held least at its rim."""
+from core.overlay.tolerances import RIM_PX, STRETCH
 
 
 @dataclass(frozen=True)
@@ -56,7 +52,7 @@ def extension_of(uv: Floats, rho: Floats, owner: Ints, texel_area: float, sigma_
         box = around(mine)
         slopes[box][mine[box]] = mean_slopes(uv[box], mine[box], sigma_px)[mine[box]]
     area = np.abs(slopes[..., 0, 0] * slopes[..., 1, 1] - slopes[..., 0, 1] * slopes[..., 1, 0]) * texel_area
-    sound = covered & (area > SIZES[0]) & (area < SIZES[1])
+    sound = covered & (area > 1 / STRETCH) & (area < STRETCH)
     kernel = np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8)
     source = (cv2.erode(covered.astype(np.uint8), kernel, borderValue=1) > 0) & sound
     if not source.any():

@@ -17,24 +17,19 @@ from core.overlay.filters.distances import distance
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh, around
-from core.overlay.palette import from_shades, palette
+from core.overlay.palette import GROUPS, from_shades, palette
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.region import clean, continue_on
 from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
+from core.overlay.tolerances import SHADES, STRETCH
 
-SHADES = (0.4, 1.3)
-"""Light on a fold, over that which the cloth beside it has."""
 GLARING = 2.2
 """The same, over that which is usual around, for a spot amid the cloth of a region that the user gave."""
 OFF = 0.1
 """Least distance, at a shading of one, up to which a colour is one of the texel's."""
-GROUPS = 3
-"""Colours of which the patches are measured."""
 WIDER = 1.5
 """Radius of a patch of one colour, over that of the widest one in the texel."""
-SIZES = (0.4, 2.5)
-"""Area of cloth under a cell, over the usual, to which the mesh may carry cloth on."""
 STRAIGHT = 0.5
 """Lattice steps by which the nearest cloth alone is carried on, but in a region that the user gave."""
 SOLID = 0.2
@@ -127,7 +122,7 @@ def carried_on(mesh: ClothMesh, piece: ClothState, wanted: Bools, texel_area: fl
     areas = mesh.areas(further.uv, cells) * texel_area / mesh.cell**2
     areas *= np.sign(np.median(mesh.areas(piece.uv, piece.cells)))
     sound = cells.copy()
-    sound[cells] = (areas.min(1) > SIZES[0]) & (areas.max(1) < SIZES[1])
+    sound[cells] = (areas.min(1) > 1 / STRETCH) & (areas.max(1) < STRETCH)
     return replace(further, cells=piece.cells), np.asarray(sound | piece.cells, np.bool_)
 
 

@@ -6,11 +6,12 @@ from core.arrays import Bools, Floats
 from core.overlay.composition import finite
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import steepness
+from core.overlay.tolerances import MOTIF
 
 SIZES = (0.36, 2.2)
 """Pixels of undeformed cloth to a place, over its distance from the next one, that cloth may have in any direction."""
-NEAR, SHARE = 0.12, 0.25
-"""Width of a neighbourhood, over the side of a texel, and how much of it is no cloth around a place that is none."""
+SHARE = 0.25
+"""How much of a neighbourhood is no cloth around a place that is none."""
 
 
 def stretches(uv: Floats, basis: Floats) -> tuple[Floats, Floats, Floats]:
@@ -37,8 +38,8 @@ def no_cloth(uv: Floats, basis: Floats, side_px: float) -> Bools:
     if covered.any():
         area *= np.sign(np.median(area[covered]))
     wild = covered & ((area <= 0) | (least < SIZES[0]) | (most > SIZES[1]))
-    share = gaussian(wild.astype(np.float32), NEAR * side_px)
-    return np.asarray(wild & (share > SHARE * gaussian(covered.astype(np.float32), NEAR * side_px)), np.bool_)
+    share = gaussian(wild.astype(np.float32), 2 * MOTIF * side_px)
+    return np.asarray(wild & (share > SHARE * gaussian(covered.astype(np.float32), 2 * MOTIF * side_px)), np.bool_)
 
 
 def jumps(uv: Floats, basis: Floats) -> Floats:

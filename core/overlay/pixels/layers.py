@@ -14,6 +14,7 @@ from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.constrained_registration import settle
 from core.overlay.registration.region import LIMIT, clean, misfit, ring, without_specks
 from core.overlay.registration.registration import LEAST_SHADING, ClothState
+from core.overlay.tolerances import NEARBY_PX
 
 Layers = tuple[Singles, Singles]
 """Texture coordinates (H, W, 2) and shading (H, W), NaN where there are none."""
@@ -27,8 +28,6 @@ LEAST_PART = (2.0, 0.5)
 """Least area of a part of a piece, in lattice steps; the second where the cloth shows few texels."""
 SCRAP = (0.5, 0.25)
 """What has so little of a texel's area, and is so much of its side away from larger parts, is no cloth."""
-RIM_PX = 4.0
-"""Least width of the rim that is looked at pixel by pixel."""
 
 
 def explained(cloth: FittedCloth, found: Fit, pieces: list[ClothState]) -> list[Bools]:
@@ -120,7 +119,7 @@ def up_to_outline(
     layers: Layers, cloth: FittedCloth, found: Fit, pieces: list[ClothState], extension: Extension, photo: Floats
 ) -> tuple[list[Bools], Bools]:
     """Return the pixels (H, W) near the layers' border that each piece's mesh reaches, and which there are cloth."""
-    width = max(RIM_PX, cloth.sigma_px)
+    width = max(NEARBY_PX, cloth.sigma_px)
     uv, rho = (np.nan_to_num(layer.astype(np.float64)) for layer in layers)
     covered = np.asarray(np.isfinite(layers[1]), np.bool_)
     further = cloth.valid & ~covered & within(covered, width)

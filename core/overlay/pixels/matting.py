@@ -17,21 +17,16 @@ from core.overlay.composition import finite
 from core.overlay.filters.bands import bands
 from core.overlay.filters.distances import distance, nearest_of
 from core.overlay.filters.texture_filter import steepness_at
+from core.overlay.tolerances import LEAST_NOISE, NEARBY_PX, RIM_PX
 
-BAND_PX = 2
-"""Widest that a border is soft, to either side of the outline."""
-AROUND_PX = 4.0
-"""Width of the neighbourhood whose colours are those of the surroundings."""
 DOUBT = 0.25
 """How far the share of cloth in a pixel is from what the outline alone tells."""
 LEAST_SEEN = 0.01
 """Least share of the neighbourhood that is surroundings."""
-LEAST_NOISE = 0.01
-"""Least standard deviation of the noise of a channel."""
 
 
 def carried_past_border(uv: Singles, shading: Singles, allowed: Bools) -> tuple[Singles, Singles]:
-    """Return coordinates (H, W, 2) and shading (H, W) carried `BAND_PX` on, in straight lines, where it is `allowed`.
+    """Return coordinates (H, W, 2) and shading (H, W) carried `RIM_PX` on, in straight lines, where it is `allowed`.
 
     NaN elsewhere outside.
     """
@@ -39,7 +34,7 @@ def carried_past_border(uv: Singles, shading: Singles, allowed: Bools) -> tuple[
     if inside.all() or not inside.any():
         return uv, shading
     away, nearest = nearest_of(inside)
-    rows, columns = np.nonzero((away > 0) & (away <= BAND_PX) & allowed)
+    rows, columns = np.nonzero((away > 0) & (away <= RIM_PX) & allowed)
     there = np.divmod(nearest[rows, columns], uv.shape[1])
     out, light = uv.copy(), shading.copy()
     down, across = (steepness_at(uv, *there, axis) for axis in (0, 1))
@@ -57,14 +52,14 @@ def matte_of(photo: Floats | Singles, modelled: Singles, inside: Bools, carried:
     depth -= distance(inside)
     share = inside.astype(np.float32)
     near, grounds = np.zeros(inside.shape, bool), []
-    for first, top, bottom, last in bands(photo.shape, margin=int(4 * AROUND_PX) + 1):
+    for first, top, bottom, last in bands(photo.shape, margin=int(4 * NEARBY_PX) + 1):
         part, own = slice(first, last), slice(top - first, bottom - first)
-        if np.abs(depth[top:bottom]).min() > BAND_PX:
+        if np.abs(depth[top:bottom]).min() > RIM_PX:
             continue
-        around = np.asarray(depth[part] < -BAND_PX, np.float32)
-        mass = cv2.GaussianBlur(around, (0, 0), AROUND_PX)[own]
-        here = carried[top:bottom] & (np.abs(depth[top:bottom]) <= BAND_PX) & (mass > LEAST_SEEN)
-        ground = cv2.GaussianBlur(photo[part].astype(np.float32) * around[..., None], (0, 0), AROUND_PX)[own]
+        around = np.asarray(depth[part] < -RIM_PX, np.float32)
+        mass = cv2.GaussianBlur(around, (0, 0), NEARBY_PX)[own]
+        here = carried[top:bottom] & (np.abs(depth[top:bottom]) <= RIM_PX) & (mass > LEAST_SEEN)
+        ground = cv2.GaussianBlur(photo[part].astype(np.float32) * around[..., None], (0, 0), NEARBY_PX)[own]
         grounds.append(ground[here] / mass[here][:, None])
         near[top:bottom] = here
     if not grounds:
@@ -73,7 +68,7 @@ def matte_of(photo: Floats | Singles, modelled: Singles, inside: Bools, carried:
     errors = np.abs(photo[core] - modelled[core]) if core.any() else np.zeros(1)
     variance = max(1.4826 * float(np.median(errors, overwrite_input=True)), LEAST_NOISE) ** 2
     # The outline runs half a pixel from the first pixels to its sides.
-    known = np.clip(0.5 + (depth[near] - 0.5 * np.sign(depth[near])) / BAND_PX, 0, 1)
+    known = np.clip(0.5 + (depth[near] - 0.5 * np.sign(depth[near])) / RIM_PX, 0, 1)
     cloth = modelled[near] - ground
     seen = ((photo[near] - ground) * cloth).sum(-1) / variance + known / DOUBT**2
     share[near] = np.clip(seen / ((cloth**2).sum(-1) / variance + 1 / DOUBT**2), 0, 1)

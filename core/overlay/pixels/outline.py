@@ -18,19 +18,10 @@ from core.overlay.filters.distances import distance, within
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import from_shades
 from core.overlay.pixels.occluders.graph_cut import MOST, cut_out
+from core.overlay.tolerances import NEARBY_PX, RIM_PX, SHADES, SMOOTH_PX
 
-SHADES = (0.5, 1.25)
-"""Light at the rim, over that further inside."""
-SURROUNDINGS_PX = 6.0
-"""Width of the neighbourhood that shows what surrounds the cloth."""
-APART_PX = 1.5
-"""Distance from what may be cloth from which surroundings are taken."""
-SMOOTH_PX = 1.0
-"""Width over which pixels are judged together."""
 NOTCH = 0.6
 """Radius of notches in the outline that are closed, over the width of the rim."""
-EVIDENCE = 1.0
-"""How much a pixel that is surely either counts beside the outline's edges."""
 LEAST_SPREAD = 0.03
 CLEARLY = 1.0
 """How much likelier a pixel beyond the rim must be cloth."""
@@ -46,7 +37,7 @@ def beside(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px
     near, doubt = doubts(photo, texture, rho, covered, width_px)
     if not near.any():
         return near
-    speaks = np.where(near, EVIDENCE * doubt / SURELY, np.where(covered, -MOST, MOST))
+    speaks = np.where(near, doubt / SURELY, np.where(covered, -MOST, MOST))
     other = cut_out(photo, covered, np.maximum(-speaks, 0), np.maximum(speaks, 0))
     outer = covered & ~from_outside(near & other, covered)
     return covered & ~without_notches(outer, round(NOTCH * width_px))
@@ -70,16 +61,16 @@ def doubts(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px
     """Return which pixels (H, W) of the rim can be judged, and how much likelier they are surroundings than cloth."""
     depth = distance(~covered)
     band, core = covered & (depth <= width_px), covered & (depth > width_px)
-    around = ~covered & (distance(covered) > APART_PX)
-    near = band & within(core, 3 * width_px) & within(around, max(2 * SURROUNDINGS_PX, 1.5 * width_px))
+    around = ~covered & (distance(covered) > RIM_PX)
+    near = band & within(core, 3 * width_px) & within(around, max(4 * NEARBY_PX, 1.5 * width_px))
     if not near.any():
         return near, np.zeros(covered.shape)
     model = nearby(rho, core, width_px)[near][:, None] * texture[near]
     spread = max(float(np.median(np.abs(photo[core] - (rho[..., None] * texture)[core]))) * 1.5, LEAST_SPREAD)
     unlike = from_shades(photo[near], model, SHADES) ** 2 / spread**2 + 6 * np.log(spread)
-    middle = nearby(photo, around, SURROUNDINGS_PX)
+    middle = nearby(photo, around, 2 * NEARBY_PX)
     away = (photo - middle) ** 2
-    variance = nearby(away, around, SURROUNDINGS_PX)[near] + LEAST_SPREAD**2
+    variance = nearby(away, around, 2 * NEARBY_PX)[near] + LEAST_SPREAD**2
     other = (away[near] / variance + np.log(variance)).sum(-1)
     doubt = np.zeros(covered.shape)
     doubt[near] = np.clip(unlike - other, -SURELY, SURELY)

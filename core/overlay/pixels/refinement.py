@@ -17,16 +17,14 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.bands import in_bands
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.texel import Texel
+from core.overlay.tolerances import LEAST_NOISE, NEARBY_PX
 
 Values = TypeVar("Values", Floats, Singles)
 
-SIGMA_PX = 3.0
-"""Width of the neighbourhood that moves as one."""
 MOST_PX = 0.75
 """Longest shift."""
 HOLD = 4.0
 """κ over the variance of the noise."""
-LEAST_NOISE = 0.005
 ROUNDS = 3
 
 
@@ -40,7 +38,7 @@ def refine(
     """
     few = slice(None, None, every)
     shift = np.zeros((*uv[few, few].shape[:2], 2), np.float32)
-    noise, margin = usual_error(photo, uv, shading, texel), ROUNDS * int(np.ceil(3 * SIGMA_PX))
+    noise, margin = usual_error(photo, uv, shading, texel), ROUNDS * int(np.ceil(3 * NEARBY_PX))
 
     def find_shifts(first: int, top: int, bottom: int, last: int) -> None:
         part = (slice(every * first, every * last, every), few)
@@ -86,7 +84,7 @@ def best_shift(error: Singles, across: Singles, down: Singles, inside: Bools, no
     weight = inside * np.minimum(1, np.float32(2 * noise) / np.maximum(magnitude(error), np.float32(1e-9)))
     pairs = ((across, across), (across, down), (down, down), (across, error), (down, error))
     sums = (np.einsum("hwc,hwc->hw", one, other) * weight for one, other in pairs)
-    a, b, c, p, q = (gaussian(plane, SIGMA_PX).astype(np.float64) for plane in sums)
+    a, b, c, p, q = (gaussian(plane, NEARBY_PX).astype(np.float64) for plane in sums)
     a, c = a + HOLD * noise**2, c + HOLD * noise**2
     return np.asarray(np.stack([c * p - b * q, a * q - b * p], -1) / (a * c - b * b)[..., None], np.float64)
 

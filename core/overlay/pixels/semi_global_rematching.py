@@ -16,34 +16,26 @@ from core.overlay.palette import from_shades
 from core.overlay.pixels.filling import solid
 from core.overlay.pixels.matching import best_shift, sum_along_paths
 from core.overlay.texel import Texel
+from core.overlay.tolerances import MOTIF, SHADES, STRETCH
 
 STEP_PX, FEWEST, MOST = 1.75, 3, 10
 """Pixels between two shifts, and how many there are along a side of the texel."""
-SHADES = (0.6, 1.4)
-"""Light, over that which the cloth is taken to have."""
-NEAR = 0.12
-"""Width of the neighbourhood of a place, over the side of a texel."""
 FURTHEST = 1.5
 """Most that a pixel counts, over the spread of the texel's colours, as the costs of changes do."""
 LEAP = 6.0
 """P2 where sheets are looked for that lie elsewhere by a jump."""
-SHEET, THIN, TORN = 2.0, 0.2, 2.0
-"""Least area of such a sheet, in texels; radius of a disc that fits into it, over the side of one; change of a shift,
-over the distance of two places, at which it ends."""
+SHEET, THIN = 2.0, 0.2
+"""Least area of such a sheet, in texels, and radius of a disc that fits into it, over the side of one."""
 SURE = 0.2
 """How far such a sheet is from the photo, over what it was, up to which it is believed."""
 HABIT = 0.12
 """What any shift costs at every place: the cloth lies as it is carried on unless the photo says otherwise."""
-JUMP = 2.5
-"""Change of the coordinates, over the distance of two places, that is a jump."""
-SOFT = 0.12
-"""Width over which shifts are evened, over the side of a texel."""
 INSIDE = (0.6, 1.6)
 """Share of a neighbourhood that is lost, twice, up to which the cloth is not shifted, and from which it is wholly."""
 WORTH, AROUND = (0.75, 0.9), 0.4
 """How far shifted cloth is from the photo, over what it was, up to which the shift is believed, and from which it is
 chance; width of the neighbourhood, over the side of a texel."""
-STRETCH = 1.0
+STEEPEST = 1.0
 """Most change of a shift over the distance of two places."""
 
 
@@ -65,8 +57,8 @@ def shifts_where_lost(
         costs = costs_of(seen, texel, basis, lost, covered)
     costs[1:] += HABIT
     sums = sum_along_paths(by_sides(costs, basis), covered, cuts)
-    shift = even_out(unwrap(best_shift(sums), lost, cuts), lost, covered, SOFT * side)
-    shift *= hold_back(shift, cuts, covered, basis, SOFT * side)[..., None]
+    shift = even_out(unwrap(best_shift(sums), lost, cuts), lost, covered, 2 * MOTIF * side)
+    shift *= hold_back(shift, cuts, covered, basis, 2 * MOTIF * side)[..., None]
     before, after = (mean_where(lost, unlike(seen, by, texel), AROUND * side) for by in (np.zeros(2), shift[lost]))
     worth = (WORTH[1] - after / np.maximum(before, 1e-3)) / (WORTH[1] - WORTH[0])
     return leap + shift * np.clip(worth, 0, 1)[..., None]
@@ -96,7 +88,7 @@ def leaps(
         mine = solid(np.asarray(closed > 0, np.bool_), THIN * side) & lost
         if mine.sum() > SHEET * side**2 and after[mine].mean() < SURE * before[mine].mean():
             own = unwrap(shift, mine, (~mine, ~mine))
-            out[mine] = mean_where(mine, own[mine], SOFT * side)[mine]
+            out[mine] = mean_where(mine, own[mine], 2 * MOTIF * side)[mine]
     return out
 
 
@@ -105,7 +97,7 @@ def torn(shift: Floats, basis: Floats) -> Bools:
     out = np.zeros(shift.shape[:2], bool)
     for axis in (0, 1):
         change = np.diff(shift, axis=axis, prepend=shift[:1] if axis == 0 else shift[:, :1])
-        out |= np.linalg.norm(((change + 0.5) % 1 - 0.5) @ basis.T, axis=-1) > TORN
+        out |= np.linalg.norm(((change + 0.5) % 1 - 0.5) @ basis.T, axis=-1) > STRETCH
     return out
 
 
@@ -132,7 +124,7 @@ def costs_of(
     v, u = np.divmod(np.arange(rows * columns), columns)
     costs = np.zeros((rows * columns, *lost.shape), np.float32)
     costs[1:, covered & ~lost] = FURTHEST
-    near = NEAR * float(np.sqrt(abs(np.linalg.det(basis))))
+    near = 2 * MOTIF * float(np.sqrt(abs(np.linalg.det(basis))))
     for plane, step in zip(costs, np.stack([u / columns, v / rows], -1), strict=True):
         plane[lost] += mean_where(lost, unlike(seen, step, texel), near)[lost]
     return costs
@@ -160,7 +152,7 @@ def unlike(seen: tuple[Singles, Floats, Singles], step: Floats, texel: Texel) ->
 def cuts_in(uv: Singles, basis: Floats) -> tuple[Bools, Bools]:
     """Return at which places (H, W) coordinates (H, W, 2) jump from the one above, and from the one to the left."""
     above, left = (
-        np.linalg.norm(np.diff(uv.astype(np.float64), axis=axis, prepend=np.nan) @ basis.T, axis=-1) > JUMP
+        np.linalg.norm(np.diff(uv.astype(np.float64), axis=axis, prepend=np.nan) @ basis.T, axis=-1) > STRETCH
         for axis in (0, 1)
     )
     return np.asarray(above, np.bool_), np.asarray(left, np.bool_)
@@ -192,4 +184,4 @@ def hold_back(shift: Floats, cuts: tuple[Bools, Bools], covered: Bools, basis: F
         stretch = np.maximum(stretch, np.where(cut | ~covered, 0.0, change))
     around = 2 * round(2 * sigma_px) + 1
     worst = cv2.dilate(stretch, np.ones((around, around), np.uint8))
-    return np.asarray(gaussian(np.minimum(1, STRETCH / np.maximum(worst, 1e-6)), sigma_px), np.float64)
+    return np.asarray(gaussian(np.minimum(1, STEEPEST / np.maximum(worst, 1e-6)), sigma_px), np.float64)

@@ -15,7 +15,6 @@ from core.overlay.laying.albedo_scale import gauge_of
 from core.overlay.pixels.filling import filled
 from core.overlay.pixels.gaps.gap_completion import sew
 from core.overlay.pixels.layers import (
-    RIM_PX,
     carry_on,
     carry_to_outline,
     explained,
@@ -35,11 +34,10 @@ from core.overlay.pixels.shading.relighting import recover
 from core.overlay.registration.constrained_registration import settle
 from core.overlay.registration.integer_translation import in_phase
 from core.overlay.texel import Texel, draw_sample, estimate_texel
+from core.overlay.tolerances import DRAWN, NEARBY_PX
 
 PixelStage = Callable[[PixelModel], PixelModel]
 
-TEXEL_PIXELS = 1_500_000
-"""Most pixels from which the texel of a large photo is estimated."""
 TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
 TINT_SAMPLES = 12
@@ -106,15 +104,13 @@ def keep_valid(model: PixelModel) -> PixelModel:
 def cut_rim(model: PixelModel) -> PixelModel:
     """Take pixels beside the border for the surroundings where they are rather like those."""
     seen, texture, rho, covered = small_layers(model)
-    return hide(model, beside(seen, texture, rho, covered, max(RIM_PX, model.cloth.sigma_px)))
+    return hide(model, beside(seen, texture, rho, covered, max(NEARBY_PX, model.cloth.sigma_px)))
 
 
 def cut_occluders(model: PixelModel) -> PixelModel:
     """Tell what lies on the cloth."""
     seen, texture, rho, covered = small_layers(model)
-    few = slice(None, None, model.scale)
-    uv = np.where(covered[..., None], model.uv[few, few].astype(np.float64), np.nan)
-    return hide(model, find_occluders(seen, texture, (uv, rho), model.texel, model.cloth.basis, covered))
+    return hide(model, find_occluders(seen, texture, rho, model.texel, model.cloth.basis, covered))
 
 
 def drop_scraps(model: PixelModel) -> PixelModel:
@@ -153,7 +149,7 @@ def refine_pixels(model: PixelModel) -> PixelModel:
 
 def estimate_finer_texel(model: PixelModel) -> PixelModel:
     """Estimate the texel at the photo's own resolution, from what is followed."""
-    covered = draw_sample(model.followed, TEXEL_PIXELS)
+    covered = draw_sample(model.followed, DRAWN)
     size = tuple(samples * model.scale for samples in model.cloth.texel_samples)
     return replace(model, texel=estimate_texel(model.photo, model.uv, model.shading, covered, (size[0], size[1])))
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.detection.alignment import FlatPicture
-from core.overlay.detection.lattice import Lattice
-from core.overlay.detection.seeding import LEAST_VERTICES
+from core.overlay.detection.lattice import LEAST_VERTICES, Lattice
 from core.overlay.detection.stages import Stage
 from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh

@@ -12,8 +12,9 @@ from core.arrays import Bools
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import ring
-from core.overlay.registration.region_growing import COARSE, FINE_PX
+from core.overlay.registration.region_growing import COARSE
 from core.overlay.registration.registration import ClothState
+from core.overlay.tolerances import SMOOTH_PX
 
 ROUNDS = 4
 """Steps under each blur."""
@@ -32,6 +33,6 @@ def settle(cloth: FittedCloth, found: Fit, piece: ClothState, wanted: Bools, cov
         return piece
     registration = cloth.registration.weighted((wanted | covered).astype(np.float64))
     band = replace(piece, cells=trial | ring(trial, piece.cells, HOLDING))
-    for blur_px in (COARSE * cloth.step_px, FINE_PX):
+    for blur_px in (COARSE * cloth.step_px, SMOOTH_PX):
         band = registration.run(band, found.texel, Smoothness(), rounds=ROUNDS, blur_px=blur_px, free=free)
     return replace(band, cells=piece.cells)

@@ -6,6 +6,7 @@ import numpy as np
 
 from core.arrays import Floats
 from core.overlay.detection.alignment import FlatPicture
+from core.overlay.detection.corrections import LEAST_VERTICES
 from core.overlay.detection.lattice import Lattice, mean_template
 from core.overlay.detection.seeding import find_texels, grown_piece
 from core.overlay.mesh import ClothMesh
@@ -18,8 +19,6 @@ from core.overlay.registration.registration import ClothState
 from core.progress import Job, Progress
 
 MOST_PIECES, MOST_CANDIDATES = 12, 16
-LEAST_VERTICES = 3
-"""Vertices under which a likeness to the texel is one of chance."""
 LARGEST_BREAK = 0.3
 """Lattice steps by which two pieces may miss each other and still be one."""
 LEAST_START, LEAST_PIECE = (0.5, 0.25), (3.0, 1.2)

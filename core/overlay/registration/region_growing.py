@@ -9,12 +9,11 @@ from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import LIMIT, continue_on, ring, without_specks
 from core.overlay.registration.registration import ClothState
+from core.overlay.tolerances import SMOOTH_PX
 from core.progress import Job, Progress
 
 COARSE = 0.08
 """Blur, in lattice steps, under which new cells are registered first: they may be off by a part of a motif."""
-FINE_PX = 0.7
-"""Blur under which they are registered then."""
 PRUNED = 0.6
 """Misfit, over the limit, from which a cell is registered again from its neighbours."""
 
@@ -53,7 +52,7 @@ def widen(cloth: FittedCloth, state: ClothState, trial: Bools, found: Fit) -> Cl
     wider = continue_on(cloth.mesh, state, state.cells | trial)
     free = cloth.mesh.nodes_of(trial)
     moved = replace(wider, cells=trial | ring(trial, state.cells, 2))
-    for blur_px in (COARSE * cloth.step_px, FINE_PX):
+    for blur_px in (COARSE * cloth.step_px, SMOOTH_PX):
         moved = cloth.registration.run(moved, found.texel, Smoothness(), rounds=2, blur_px=blur_px, free=free)
     band = trial | ring(trial, state.cells, 4)
     wider = replace(wider, uv=moved.uv, rho=moved.rho)

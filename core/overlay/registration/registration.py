@@ -24,7 +24,7 @@ from core.overlay.texel import Texel
 from core.tracing import span
 
 LEAST_SHADING = 0.02
-BAND = 1 << 15
+BAND = 32_768
 """Pixels that are looked at together: what is known of them stays in the processor's cache."""
 
 

@@ -15,10 +15,9 @@ import numpy as np
 from core.arrays import Floats
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import Proposal
-from core.overlay.detection.lattice import Lattice, keep_connected
+from core.overlay.detection.lattice import LEAST_VERTICES, Lattice, keep_connected
 from core.overlay.detection.seeding import (
     COVERED,
-    LEAST_VERTICES,
     NoPatternError,
     divides,
     find_lattices,

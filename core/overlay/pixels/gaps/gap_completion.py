@@ -24,6 +24,7 @@ from core.overlay.pixels.gaps.unwrapping import unwrap
 from core.overlay.pixels.gaps.weak_plate import Plate
 from core.overlay.pixels.jacobian_validity import jumps, no_cloth
 from core.overlay.texel import Texel
+from core.overlay.tolerances import STRETCH
 
 SAMPLES, EVERY = 10, (2, 3)
 """Places along the side of a texel at which the cloth is looked at, as far as they are so many pixels apart."""
@@ -31,9 +32,8 @@ SURE = 0.5
 """How far cloth has to be trusted that stays."""
 THIN = 0.15
 """Radius, in lattice steps, of a disc that fits into cloth that was carried on."""
-STRAIN, RIM = 2.5, 0.15
-"""Pixels of undeformed cloth from one pixel to the next from which coordinates jump, and lattice steps beside a jump
-that are not sure."""
+RIM = 0.15
+"""Lattice steps beside a jump of the coordinates that are not sure."""
 CRUMB, SHARE = 1.5, 0.2
 """Least area of a sheet, in lattice steps or over that of all cloth, whichever is less."""
 AROUND = 1.5
@@ -135,7 +135,7 @@ def between_sheets(uv: Floats, sure: Bools, hidden: Bools, basis: Floats, step_p
 
 def label_followed(uv: Floats, sure: Bools, basis: Floats, step_px: float) -> tuple[Ints, Bools]:
     """Return the number (H, W) of each connected sheet of sure cloth, from 1, 0 for none, and what is beside a jump."""
-    jumping = np.asarray(finite(uv) & (jumps(uv, basis) > STRAIN), np.bool_)
+    jumping = np.asarray(finite(uv) & (jumps(uv, basis) > STRETCH), np.bool_)
     torn = within(jumping, max(RIM * step_px, 1.0))
     return np.asarray(cv2.connectedComponents((sure & ~torn).astype(np.uint8), connectivity=4)[1], np.int64), torn
 

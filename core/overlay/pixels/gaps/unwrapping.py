@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints
-from core.graphs.minimum_cut import minimum_cut
+from core.graphs.minimum_cut import LEAST_COST, minimum_cut
 from core.overlay.filters.distances import nearest_of, within
 from core.overlay.filters.texture_filter import steepness
 from core.overlay.neighbours import STEPS
@@ -40,10 +40,6 @@ MOVES = (16, 4, 1)
 """Texels by which parts of the cloth are moved at a time."""
 ROUNDS = 30
 """Most times that each of them is tried."""
-BESIDE = 1.0
-"""Lattice steps from a tear within which what fills no square is not sure."""
-LEAST = 1e-4
-"""What costs are whole multiples of: the search ends with exact sums only."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +77,7 @@ def unwrap(uv: Floats, sheet: Ints, torn: Bools, basis: Floats, step_px: float) 
     spread[squares.used], apart[squares.used] = moved, cut
     near = nearest_of(squares.own)[1]
     alike = (sheet > 0) & (sheet.ravel()[near] == sheet)
-    beside = within(torn | (squares.own & by_pixels(apart, side, sheet.shape)), BESIDE * step_px)
+    beside = within(torn | (squares.own & by_pixels(apart, side, sheet.shape)), step_px)
     return by_pixels(spread, side, sheet.shape).reshape(-1, 2)[near], squares.own | (alike & ~beside)
 
 
@@ -156,10 +152,10 @@ def least_missing(squares: Squares, basis: Floats, step_px: float) -> tuple[Floa
             for move in size * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]):
                 now = moved[other] - moved[one]
                 stay, second, first_only = costs(now), costs(now + move), costs(now - move)
-                if (np.minimum(second, first_only) < stay - LEAST).any():
+                if (np.minimum(second, first_only) < stay - LEAST_COST).any():
                     chosen = cheapest(len(moved), one, other, second - stay, first_only - stay)
                     trial = moved + np.where(chosen[:, None], move, 0.0)
-                    if costs(trial[other] - trial[one]).sum() < stay.sum() - LEAST:
+                    if costs(trial[other] - trial[one]).sum() < stay.sum() - LEAST_COST:
                         moved, gained = trial, True
             if not gained:
                 break
@@ -189,8 +185,8 @@ def pairs_of(squares: Squares) -> tuple[Ints, Ints, Floats, Bools]:
 
 def cheapest(size: int, one: Ints, other: Ints, second: Floats, first: Floats) -> Bools:
     """Return which of the squares move: pairs cost so much if only the second or the first does, else nothing."""
-    both, turn = np.rint(np.maximum(second + first, 0) / 2 / LEAST), (second - first) / 2
-    alone = np.rint((np.bincount(other, turn, size) - np.bincount(one, turn, size)) / LEAST)
+    both, turn = np.rint(np.maximum(second + first, 0) / 2 / LEAST_COST), (second - first) / 2
+    alone = np.rint((np.bincount(other, turn, size) - np.bincount(one, turn, size)) / LEAST_COST)
     return minimum_cut(one, other, both, np.maximum(alone, 0), np.maximum(-alone, 0))
 
 

@@ -3,19 +3,16 @@
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.graphs.minimum_cut import minimum_cut
+from core.graphs.minimum_cut import LEAST_COST, minimum_cut
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.neighbours import STEPS
+from core.overlay.tolerances import SMOOTH_PX
 
 BORDER = 0.5
 """What a pixel of the outline costs where the photo has no edge."""
 EDGE, LEAST_BORDER = 4.0, 0.02
 """Squared difference of neighbours, over the usual one, at an edge, and what a pixel of the outline costs, over that
 without an edge, at the sharpest one."""
-BLUR_PX = 0.7
-"""Blur of the photo in which edges are seen."""
-LEAST = 1e-3
-"""What costs are whole multiples of: the search ends with exact sums only."""
 MOST = 1e3
 """Cost of what must not be."""
 
@@ -26,7 +23,7 @@ def cut_out(photo: Floats, alike: Bools, thing: Floats, cloth: Floats) -> Bools:
     `thing` and `cloth` (H, W) are what a pixel costs as part of either, 0 to `MOST`; edges in the photo (H, W, 3) are
     measured over what neighbours usually differ by that are `alike` (H, W).
     """
-    shape, soft = thing.shape, gaussian(photo, BLUR_PX)
+    shape, soft = thing.shape, gaussian(photo, SMOOTH_PX)
     nodes, costs = np.arange(thing.size).reshape(shape), list[Floats]()
     pairs = [pair(shape, *step) for step in STEPS]
     changes = [((soft[here] - soft[there]) ** 2).sum(-1) for here, there in pairs]
@@ -35,9 +32,9 @@ def cut_out(photo: Floats, alike: Bools, thing: Floats, cloth: Floats) -> Bools:
     for change, (down, across) in zip(changes, STEPS, strict=True):
         length = float(np.hypot(down, across))
         kept = np.maximum(np.exp(-change / (2 * length**2 * max(usual, 1e-9))), LEAST_BORDER)
-        costs.append(np.rint(BORDER / length * kept / LEAST).ravel())
+        costs.append(np.rint(BORDER / length * kept / LEAST_COST).ravel())
     one, other = (np.concatenate([nodes[pair[end]].ravel() for pair in pairs]) for end in (0, 1))
-    of_thing, of_cloth = (np.rint(np.clip(cost, 0, MOST) / LEAST).ravel() for cost in (thing, cloth))
+    of_thing, of_cloth = (np.rint(np.clip(cost, 0, MOST) / LEAST_COST).ravel() for cost in (thing, cloth))
     return minimum_cut(one, other, np.concatenate(costs), of_thing, of_cloth).reshape(shape)
 
 

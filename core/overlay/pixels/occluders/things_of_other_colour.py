@@ -15,21 +15,14 @@ from core.overlay.palette import palette
 from core.overlay.pixels.filling import solid
 from core.overlay.pixels.occluders.graph_cut import cut_out
 from core.overlay.texel import Texel
+from core.overlay.tolerances import LEAST_LIGHT, MOTIF, MOTIF_PX, SHADES, SMOOTH_PX
 
 COLOURS = 8
 """Colours that stand for those of the pattern."""
-SHADES = (0.2, 1.5)
-"""Light on cloth of which some may be in shadow."""
-LEAST_LIGHT = 0.5
-"""Light under which what a colour misses by is no larger for it."""
-AROUND, LEAST_PX = 0.06, 1.5
-"""Width of the neighbourhood that misses in one direction, over the side of a texel, and in pixels at least."""
 UNUSUAL, LEAST = 5.0, 0.06
 """Length of what a thing misses by, over the usual one on the cloth, and at a light of one at least."""
 WEAK, SURE = 0.5, 0.25
 """Share of that length that all of a thing has, and share of a thing that has all of it."""
-THICK, LEAST_THICK_PX = 0.06, 2.0
-"""Radius of a disc that fits into a thing, over the side of a texel, and in pixels at least."""
 TEXELS, SHARE = 0.4, 0.005
 """Least area of a thing, in texels and over that of the cloth."""
 FURTHER, ALIKE = 0.2, 0.9
@@ -38,8 +31,6 @@ HALF, EVIDENCE = 0.4, 0.5
 """Share of what a thing misses by from which a pixel speaks for it, and how much one counts at most."""
 MARGIN = 1.5
 """Sides of a texel around its parts that a thing may reach."""
-SMOOTH_PX = 0.7
-"""Blur of the outline."""
 
 
 def foreign_things(photo: Floats, rho: Floats, texel: Texel, basis: Floats, covered: Bools) -> Bools:
@@ -51,11 +42,11 @@ def foreign_things(photo: Floats, rho: Floats, texel: Texel, basis: Floats, cove
     if not covered.any():
         return out
     side = float(np.sqrt(abs(np.linalg.det(basis))))
-    missed, sigma = misses(photo, rho, texel, covered), max(LEAST_PX, AROUND * side)
+    missed, sigma = misses(photo, rho, texel, covered), max(MOTIF_PX, MOTIF * side)
     mass = np.maximum(gaussian(covered.astype(np.float64), sigma), 1e-3)[..., None]
     size = np.where(covered, np.linalg.norm(gaussian(missed, sigma) / mass, axis=-1), 0.0)
     limit = max(UNUSUAL * float(np.median(size[covered])), LEAST)
-    weak = solid(np.asarray(size > WEAK * limit, np.bool_), max(LEAST_THICK_PX, THICK * side))
+    weak = solid(np.asarray(size > WEAK * limit, np.bool_), max(MOTIF_PX, MOTIF * side))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(weak.astype(np.uint8), connectivity=4)
     area = stats[:, cv2.CC_STAT_AREA]
     sure = np.bincount(labels.ravel(), (size > limit).ravel(), count) > SURE * area
@@ -78,9 +69,9 @@ def misses(photo: Floats, rho: Floats, texel: Texel, covered: Bools) -> Floats:
     """Return by what (H, W, 3), at a light of one, colours miss the nearest shade, over what they usually do there."""
     light, seen = rho[covered][:, None], photo[covered]
     colours = palette(texel, COLOURS).astype(np.float64)
-    # How much of each colour is in a pixel (n, COLOURS), and the square of what that misses, but for the pixel's own.
+    # How much of each colour is in a pixel (n, k), and the square of what that misses, but for the pixel's own.
     along, squares = seen @ colours.T, (colours**2).sum(1)
-    amount = light * np.clip(light * along / np.maximum(light**2 * squares, 1e-9), *SHADES)
+    amount = light * np.clip(light * along / np.maximum(light**2 * squares, 1e-9), *(0.0, SHADES[1]))
     nearest = np.argmin(amount * (amount * squares - 2 * along), axis=1)
     shade = np.take_along_axis(amount, nearest[:, None], axis=1) * colours[nearest]
     rest = (seen - shade) / np.maximum(light, LEAST_LIGHT)

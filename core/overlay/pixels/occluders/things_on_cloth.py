@@ -1,8 +1,8 @@
 """Things that lie on the cloth: a bow, a label, a button.
 
 Those of a colour of the pattern are taken for a motif that lies elsewhere. A patch of one colour that is much larger
-than any patch of that colour in the texture, and mostly where the model has another colour, is none, and neither is a
-ground without motifs. A thing of a colour that is no shade of the pattern's may be as small as a button.
+than any patch of that colour in the texture, and mostly where the model has another colour, is none. A thing of a
+colour that is no shade of the pattern's may be as small as a button.
 """
 
 from collections.abc import Iterator
@@ -12,16 +12,12 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints
 from core.overlay.filters.distances import distance
-from core.overlay.palette import from_shades, palette
+from core.overlay.palette import GROUPS, from_shades, palette
 from core.overlay.pixels.occluders.things_of_other_colour import foreign_things
-from core.overlay.pixels.occluders.things_without_motifs import plain_things
 from core.overlay.pixels.visible_pattern import without_cloth
 from core.overlay.texel import Texel
+from core.overlay.tolerances import LEAST_LIGHT, RIM_PX, SHADES
 
-GROUPS = 3
-"""Colours of which the patches are measured."""
-SHADES = (0.3, 1.3)
-"""Light on a patch, over that which the cloth has."""
 NEARER = 0.5
 """Distance of the photo from another colour, over that from the model's, under which the model is wrong."""
 LARGER, LEAST_SHARE = 3.0, 0.15
@@ -30,28 +26,19 @@ ELSEWHERE = 0.5
 """Share of a thing where the model is wrong."""
 DOUBTED = 0.15
 """Share of what is around a thing where the model may be wrong: beyond, it is the model that lies elsewhere."""
-ANY_SHADE = (0.05, 1.4)
-"""Light on cloth of which some may be in any shadow."""
 ODD, UNUSUAL = 0.24, 4.0
 """Distance of a colour from all shades of the pattern's from which it is none of them, at a light of one and over the
 usual error."""
-LEAST_LIGHT = 0.5
-"""Light under which the distance is no smaller."""
 LEAST_PX = 12
 """Pixels of the smallest thing."""
-RIM_PX = 2
-"""Pixels around a thing that may be mixed with it."""
 
 
-def find_occluders(
-    photo: Floats, texture: Floats, layers: tuple[Floats, Floats], texel: Texel, basis: Floats, covered: Bools
-) -> Bools:
+def find_occluders(photo: Floats, texture: Floats, rho: Floats, texel: Texel, basis: Floats, covered: Bools) -> Bools:
     """Return the pixels (H, W) of things that lie on the cloth.
 
-    `photo` and `texture`, which is T(uv), are (H, W, 3); `layers` are uv (H, W, 2), NaN where it is not `covered`
-    (H, W), and ρ (H, W); `basis` (2, 2) is pixels of undeformed cloth a texel.
+    `photo` and `texture`, which is T(uv), are (H, W, 3), `rho` (H, W); `basis` (2, 2) is pixels of undeformed cloth a
+    texel.
     """
-    uv, rho = layers
     colours = patch_colours(texel, basis)
     light, side = rho[..., None], float(np.sqrt(abs(np.linalg.det(basis))))
     off = np.stack([from_shades(photo, light * colour, SHADES) for colour in colours])
@@ -69,13 +56,6 @@ def find_occluders(
                     out |= part
     out = cv2.dilate(out.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))) > 0
     out |= odd_things(photo, texture, rho, texel, covered) | foreign_things(photo, rho, texel, basis, covered)
-    # What lies beside those is told without them.
-    rest = np.asarray(covered & ~out, np.bool_)
-    for number, area in enumerate(patches):
-        if np.isinf(area):
-            ground = np.asarray(rest & (seen == number), np.bool_)
-            motifs = np.asarray(rest & ~ground & (seen == drawn), np.bool_)
-            out |= plain_things(photo, np.where(rest[..., None], uv, np.nan), basis, ground, motifs)
     closed = np.asarray((cv2.morphologyEx(out.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0) & covered, np.bool_)
     return without_cloth(closed, photo, texture, covered, side / 2)
 
@@ -88,7 +68,7 @@ def odd_things(photo: Floats, texture: Floats, rho: Floats, texel: Texel, covere
     seen, shades = photo[covered], rho[covered][:, None]
     # A small motif may have a colour that is none of the palette's.
     colours = [*palette(texel), texture[covered]]
-    off = np.min([from_shades(seen, shades * colour, ANY_SHADE) for colour in colours], axis=0)
+    off = np.min([from_shades(seen, shades * colour, (0.0, SHADES[1])) for colour in colours], axis=0)
     usual = float(np.median(np.abs(seen - shades * texture[covered])))
     odd = np.zeros(covered.shape, bool)
     odd[covered] = off > max(ODD, UNUSUAL * usual) * light

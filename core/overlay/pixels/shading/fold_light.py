@@ -16,19 +16,16 @@ from core.overlay.filters.bands import in_bands
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.registration.region import LEAST_NOISE
 from core.overlay.texel import Texel
+from core.overlay.tolerances import MOTIF, SHADES
 
 WIDTHS, WEIGHTS = 2.0 ** np.arange(4), 0.15 ** np.arange(4)
 """Widths of the neighbourhoods, over the least, and how much each counts."""
-LEAST, LEAST_PX = 0.05, 1.75
-"""The least, over the side of a texel, and in pixels at least."""
+LEAST_PX = 1.75
+"""The least of them in pixels."""
 USUAL = 0.02
 """How much the light counts as it is, over a pixel of the usual brightness."""
-SHADES, LOST = (0.55, 1.6), (0.6, 1.5)
-"""Light at a pixel, over that of the model, at which it is a shade of it, the second where that is not followed."""
 OFF = 0.35
 """How far such a pixel may be from the shade, over the model's brightness."""
-RANGE = (0.6, 1.5)
-"""Light in a fold, over that of the model."""
 CHANCE = 0.2
 """Change of the light, as its logarithm, up to four times of which something may recur."""
 SAMPLES = 4
@@ -54,7 +51,7 @@ def fold_light(
     a photo of `scale` times the size the light is smooth over as many pixels, and is found from means over them where
     its widths allow that.
     """
-    least = max(LEAST * float(np.sqrt(abs(np.linalg.det(basis)))), LEAST_PX)
+    least = max(MOTIF * float(np.sqrt(abs(np.linalg.det(basis)))), LEAST_PX)
     every = int(np.clip(least / SAMPLES, 1, scale))
     covered, counts = np.isfinite(uv[..., 0]), np.empty(followed.shape, bool)
     both, own = np.empty((2, *followed.shape), np.float32)
@@ -70,7 +67,7 @@ def fold_light(
     usual = USUAL * float(own[counts].mean())
     seen, bright = means_of(both, every), means_of(own, every)
     total, mass = (sum_of_means(plane, usual, least / every) for plane in (seen, bright))
-    smooth = np.log(np.clip(total / mass, *RANGE))
+    smooth = np.log(np.clip(total / mass, *SHADES))
     middles = np.ix_(*(np.minimum(np.arange(0, n, every) + every // 2, n - 1) for n in covered.shape))
     inside, places = covered[middles], uv[middles]
 
@@ -83,7 +80,7 @@ def fold_light(
     width = least / every / SAMPLES
     fine, mass = (gaussian(plane, width) for plane in (seen, bright))
     more = leave_out_recurring(
-        np.where(mass > 0, np.log(np.clip(fine / np.maximum(mass, 1e-6), *RANGE)) - smooth, np.float32(0))
+        np.where(mass > 0, np.log(np.clip(fine / np.maximum(mass, 1e-6), *SHADES)) - smooth, np.float32(0))
     )
     change = leave_out_recurring(smooth) + keep_sure_part(more, mass, width)
     wide = cv2.resize(change, covered.shape[::-1], interpolation=cv2.INTER_LINEAR)
@@ -121,8 +118,7 @@ def shades(
     pairs = ((photo, modelled), (modelled, modelled), (photo, photo))
     both, own, seen = (np.einsum("...c,...c", a, b, dtype=np.float32, casting="same_kind") for a, b in pairs)
     shade = both / np.maximum(own, 1e-6)
-    low, high = (np.where(followed, *ends) for ends in zip(SHADES, LOST, strict=True))
-    counts = covered & (shade > low) & (shade < high) & (seen - shade * both < OFF**2 * own)
+    counts = covered & (shade > SHADES[0]) & (shade < SHADES[1]) & (seen - shade * both < OFF**2 * own)
     return both * counts, own * counts, counts
 
 

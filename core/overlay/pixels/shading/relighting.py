@@ -5,19 +5,17 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.detail.model_validity import trust_in
+from core.overlay.laying.albedo_scale import BRIGHTEST
 from core.overlay.mesh import around
 from core.overlay.pixels.filling import solid
 from core.overlay.pixels.semi_global_rematching import shifts_where_lost
 from core.overlay.pixels.shading.untrusted_light import local_light, nearer_light
 from core.overlay.texel import Texel
+from core.overlay.tolerances import SHADES
 
 EVERY, SAMPLES, MARGIN = 2, 14, 4
 """Least pixels from one place to the next at which the cloth is looked at, places along the side of a texel where there
 can be as many, and places around where the pattern is lost."""
-BRIGHTEST = 99
-"""Per cent of the light on cloth that is followed, over which that on the rest is not: it is ground that shines."""
-MOST_LIGHT = 1.4
-"""Light where the model is trusted, over that which the photo shows near it."""
 HALF = 0.5
 """Trust under which the pattern is lost."""
 LEAST = 0.1
@@ -54,7 +52,7 @@ def recover(
     uv = move((seen, uv, light), texel, basis, lost, every)
     own = np.minimum(nearer_light(seen, uv[few, few], own, texel, basis), most)
     trust, own = (spread(plane, shading.shape, every) for plane in (trust, own))
-    return uv, np.asarray(np.minimum(trust * shading + (1 - trust) * own, MOST_LIGHT * own), np.float32)
+    return uv, np.asarray(np.minimum(trust * shading + (1 - trust) * own, SHADES[1] * own), np.float32)
 
 
 def move(seen: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats, lost: Bools, every: int) -> Singles:

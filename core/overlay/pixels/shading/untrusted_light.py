@@ -11,13 +11,10 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import from_shades, palette
 from core.overlay.texel import Texel
+from core.overlay.tolerances import MOTIF, MOTIF_PX, SHADES
 
 WIDTH = 0.8
 """Width of a neighbourhood that has every colour of a texel in its share, over the texel's longer side."""
-NEAR, LEAST_PX = 0.06, 1.5
-"""Width of a neighbourhood that has one light, over the side of a texel, and in pixels at least."""
-SHADES = (0.4, 1.6)
-"""Light at a place, over that of its surroundings."""
 USUAL = 0.1
 """Weight of the light around a place, over that of a neighbourhood in which the model's colours are all seen."""
 
@@ -46,7 +43,7 @@ def nearer_light(photo: Singles, uv: Singles, around: Singles, texel: Texel, bas
     drawn = np.argmin([np.linalg.norm(model - colour, axis=-1) for colour in colours], axis=0)
     power, agree = np.einsum("...c,...c", model, model), (seen == drawn).astype(np.float32)
     both = np.einsum("...c,...c", photo, model) * agree
-    sigma = max(LEAST_PX, NEAR * float(np.sqrt(abs(np.linalg.det(basis)))))
+    sigma = max(MOTIF_PX, MOTIF * float(np.sqrt(abs(np.linalg.det(basis)))))
     usual = USUAL * gaussian(power, sigma)
     found = (gaussian(both, sigma) + usual * light) / np.maximum(gaussian(power * agree, sigma) + usual, 1e-6)
     return np.asarray(np.where(covered, found, around), np.float32)

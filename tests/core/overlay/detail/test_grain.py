@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from core.arrays import Singles
-from core.overlay.detail.grain import COARSE_PX, even_out, grain_of, without_tint
+from core.overlay.detail.grain import even_out, grain_of, without_tint
 from core.overlay.filters.smoothing import gaussian, mean
+from core.overlay.tolerances import NEARBY_PX
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
 TEXEL = motif()
@@ -30,7 +31,7 @@ def likeness(a: Singles, b: Singles) -> float:
 
 def test_errors_of_one_channel_go_and_the_grain_under_them_stays() -> None:
     detail = GREY + RED
-    fine = detail - mean(detail, np.ones((*SIZE, 1), np.float32), COARSE_PX)
+    fine = detail - mean(detail, np.ones((*SIZE, 1), np.float32), NEARBY_PX)
     grain = grain_of(detail, UV, CLEAR, TEXEL.shape, SCENE.basis)
     kept = grain.within(fine, SCENE.uv)
     assert likeness(detail[EDGE], GREY[EDGE]) < 0.65

@@ -9,9 +9,8 @@ from core.arrays import Floats
 from core.overlay.detection import seeding
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.correlation import Proposal
-from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.lattice import LEAST_VERTICES, Lattice
 from core.overlay.detection.seeding import (
-    LEAST_VERTICES,
     NEARLY,
     TRIAL_VERTICES,
     TURN,

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats, Singles
-from core.overlay.pixels.matting import BAND_PX, carried_past_border, matte_of
+from core.overlay.pixels.matting import carried_past_border, matte_of
+from core.overlay.tolerances import RIM_PX
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
 TEXEL = motif()
@@ -33,7 +34,7 @@ def test_share_of_cloth_is_that_which_the_photo_shows(width_px: float) -> None:
     band = (share > 0) & (share < 1)
     assert np.abs(matte - share)[band].mean() < 0.08
     assert (matte[share == 1] > 0.9).all()
-    assert (matte[soft_disc(60 + 2 * BAND_PX, 1) == 0] == 0).all()
+    assert (matte[soft_disc(60 + 2 * RIM_PX, 1) == 0] == 0).all()
 
 
 def test_new_texture_leaves_neither_a_rim_of_the_old_one_nor_a_halo() -> None:
