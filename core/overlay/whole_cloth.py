@@ -13,6 +13,8 @@ from core.progress import Job, part
 
 Finding = Callable[..., Job[Decomposition]]
 """`decompose` of a photo, but for its region and its lattice."""
+WORTH = 0.5
+"""How much what is covered beyond a find explains at least, a pixel, over what the find does: less is other ground."""
 NO_BETTER = "no more of the pattern is found on the whole cloth"
 
 
@@ -34,11 +36,12 @@ F = TypeVar("F", bound=Explanation)
 def widen(image: Image, found: F, find_on: Callable[[Bools], Job[F]]) -> Job[F]:
     """Return what `find_on` finds on the object (H, W) that is cut out of the `image` around what is `found`.
 
-    Raises `InputError` where `found` is all of the object, or explains more of the photo.
+    Raises `InputError` where `found` is all of the object, or where what is covered beyond it explains little.
     """
     cloth = yield from part(whole_object(image, found.covered), 0.0, 0.1)
     wider = yield from part(find_on(cloth), 0.1, 1.0)
-    if wider.explained < found.explained:
+    area, wider_area = (max(int(find.covered.sum()), 1) for find in (found, wider))
+    if wider.explained < found.explained * (1 + WORTH * max(wider_area / area - 1, 0)):
         raise InputError(NO_BETTER)
     return wider
 

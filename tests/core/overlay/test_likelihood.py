@@ -1,13 +1,16 @@
 """Finished finds are compared by how well they explain a photo: a region can only help."""
 
+from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from core.arrays import Bools, Singles
-from core.overlay import decomposition
+from core.arrays import Bools, InputError, Singles
+from core.imaging.image import Image
+from core.overlay import decomposition, whole_cloth
 from core.overlay.decomposition import Decomposition, FoundCloth, decompose, find
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.smoothing import gaussian
@@ -33,6 +36,24 @@ def test_the_better_model_and_the_larger_cloth_explain_more_and_light_alone_is_w
     assert abs(explained(gaussian(MODEL, 25.0))) < 0.05 * explained(MODEL)
     assert abs(explained(1.1 * MODEL) / explained(MODEL) - 1) < 0.3
     assert explained(np.roll(MODEL, 11, axis=1)) < 0
+
+
+@pytest.mark.parametrize(("explains", "is_taken"), [(1.2, False), (1.7, True), (0.9, False)])
+def test_whole_cloth_takes_no_ground_that_explains_little(
+    monkeypatch: pytest.MonkeyPatch, explains: float, is_taken: bool
+) -> None:
+    def find_on(cloth: Bools) -> Job[SimpleNamespace]:
+        yield Progress(0.0)
+        return SimpleNamespace(covered=cloth, explained=explains)
+
+    def whole(*_: Any) -> Job[Bools]:
+        yield Progress(0.0)
+        return EVERYWHERE
+
+    monkeypatch.setattr(whole_cloth, "whole_object", whole)
+    found = SimpleNamespace(covered=np.arange(SIZE[1]) < SIZE[1] // 2 * EVERYWHERE, explained=1.0)
+    with nullcontext() if is_taken else pytest.raises(InputError, match="no more"):
+        assert run(whole_cloth.widen(Image(np.zeros((*SIZE, 3), np.uint8)), found, find_on)).explained == explains
 
 
 def find_wrongly(*given: Any, **words: Any) -> Job[FoundCloth]:
