@@ -5,11 +5,14 @@ import numpy as np
 import pytest
 
 from core.arrays import Bytes, Points
-from core.grid import Grid
+from core.grid import Grid, find_features
 from core.mapping.handles import dirichlet_plate
 from core.mapping.handles.handles import Handles
+from core.mapping.handles.plate import Frame
 from core.mapping.handles.refinement import Refinement
 from core.mapping.jacobians import as_complex
+from core.mapping.options import MappingOptions
+from core.mapping.warper import Warper
 from tests.core.mapping.test_handles import moved, places
 
 SIZE = 602, 402
@@ -63,3 +66,17 @@ def test_the_frame_slides_exactly_by_what_moves_on_it(monkeypatch: pytest.Monkey
     # What follows the frame leaves no step behind it.
     bend = np.abs(frame[:-2] - 2 * frame[1:-1] + frame[2:])[:, 1:-1]
     assert bend[0].max() < 0.5
+
+
+def test_the_frame_may_be_let_go_in_the_midst_of_a_drag(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The free plate has other nodes than the held one: nothing of the one goes on in the other."""
+    monkeypatch.setattr(dirichlet_plate, "DEFAULT_NODES_AT_MOST", GRID.size // 5)
+    live, features = Warper(GRID), find_features(GRID, painted())
+    shown = {}
+    steps: list[Frame] = ["held", "held", "free", "free", "held"]
+    for step, frame in enumerate(steps):
+        live.use(features, MappingOptions(frame=frame))
+        shown[frame] = live.frame(GRID.nodes, Handles(PINS, PINS + SHIFTS * (step + 1) / 5))
+        assert np.abs(places(shown[frame], PINS, GRID) - PINS - SHIFTS * (step + 1) / 5).max() < 0.1
+    assert np.abs(shown["held"].warped - GRID.nodes)[GRID.outline].max() < 1e-9
+    assert np.abs(shown["free"].warped - GRID.nodes)[GRID.outline].max() > 1
