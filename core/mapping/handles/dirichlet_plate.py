@@ -19,7 +19,7 @@ from core.arrays import Floats, Points
 from core.grid import DEFAULT_NODES_AT_MOST, Grid
 from core.linalg.dirichlet_grid import DirichletGrid, LoadPlaces, Responses
 from core.linalg.laplacian import edge_weights, laplacian
-from core.mapping.handles.refinement import Refinement
+from core.mapping.handles.cubic_convolution import CubicConvolution
 from core.mapping.jacobians import Complexes
 
 
@@ -69,16 +69,16 @@ class HeldPlate:
         """
         if self.grid is self._picture:
             return d
-        fine = self._refinement.refine(d)
+        fine = self._cubic.refine(d)
         if sides.any():
-            missed = np.where(self._picture.outline, sides - self._refinement.refine(self.sample(sides)), 0)
+            missed = np.where(self._picture.outline, sides - self._cubic.refine(self.sample(sides)), 0)
             load = -laplacian(edge_weights(np.ones((self._picture.rows - 1, self._picture.columns - 1))), missed)
             fine += missed + _solve_poisson(DirichletGrid(*self._picture.shape), load)
         return fine
 
     @cached_property
-    def _refinement(self) -> Refinement:
-        return Refinement(self.grid.shape, self._picture.shape)
+    def _cubic(self) -> CubicConvolution:
+        return CubicConvolution(self.grid.shape, self._picture.shape)
 
 
 @dataclass(frozen=True, eq=False)

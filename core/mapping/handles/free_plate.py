@@ -14,7 +14,7 @@ import scipy
 from core.arrays import Floats, Points
 from core.grid import Grid
 from core.linalg.factor import Factor
-from core.mapping.handles.refinement import Refinement
+from core.mapping.handles.cubic_convolution import CubicConvolution
 from core.mapping.jacobians import Complexes
 from core.mapping.tolerances import TIE
 
@@ -34,7 +34,7 @@ class FreePlate:
     def __init__(self, grid: Grid, *, smoothness: float) -> None:
         self.grid = grid
         self._coarse = grid.with_nodes(SMOOTH_NODES)
-        self._refinement = Refinement(self._coarse.shape, grid.shape)
+        self._cubic = CubicConvolution(self._coarse.shape, grid.shape)
         cell = self._coarse.cell_aspect
         rounded = smoothness * float(np.hypot(*self._coarse.shape))
         A = _opposite_part(self._coarse, cell) + rounded**2 * _bending(self._coarse, cell)
@@ -62,12 +62,12 @@ class FreePlate:
 
     def refine(self, d: Complexes) -> Complexes:
         """Return what is d at the nodes of the coarse grid at those of the fine one (N,)."""
-        return self._refinement.refine(d.reshape(self._coarse.shape)).ravel()
+        return self._cubic.refine(d.reshape(self._coarse.shape)).ravel()
 
     def _weights_at(self, points: Points) -> Floats:
         """Return C U (n, nodes of the coarse grid)."""
         found = []
-        for axis, matrix in ((1, self._refinement.down), (0, self._refinement.across)):
+        for axis, matrix in ((1, self._cubic.down), (0, self._cubic.across)):
             place = (points[:, axis] + 0.5) / self.grid.cell[axis]
             cell = np.clip(place.astype(np.int64), 0, matrix.shape[0] - 2)
             share = (place - cell)[:, None]

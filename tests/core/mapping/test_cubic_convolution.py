@@ -7,9 +7,9 @@ import pytest
 from core.arrays import Bytes, Points
 from core.grid import Grid, find_features
 from core.mapping.handles import dirichlet_plate
+from core.mapping.handles.cubic_convolution import CubicConvolution
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame
-from core.mapping.handles.refinement import Refinement
 from core.mapping.jacobians import as_complex
 from core.mapping.options import MappingOptions
 from core.mapping.warper import Warper
@@ -33,7 +33,7 @@ def test_what_is_at_most_quadratic_is_refined_exactly() -> None:
     x, y = coarse.nodes[..., 0], coarse.nodes[..., 1]
     d = (x * y + 3 * x - 1) + 1j * (x * x - 2 * y)
     u, v = fine.nodes[..., 0], fine.nodes[..., 1]
-    away = Refinement(coarse.shape, fine.shape).refine(d) - ((u * v + 3 * u - 1) + 1j * (u * u - 2 * v))
+    away = CubicConvolution(coarse.shape, fine.shape).refine(d) - ((u * v + 3 * u - 1) + 1j * (u * u - 2 * v))
     inner = (u > coarse.cell[0]) & (u < 99 - coarse.cell[0])  # beyond the ends it goes on straight
     assert np.abs(away[inner]).max() < 1e-9
     assert np.abs(away).max() < coarse.cell[0] ** 2 / 4

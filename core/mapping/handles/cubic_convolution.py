@@ -7,7 +7,7 @@ from core.arrays import Ints
 from core.mapping.jacobians import Complexes
 
 
-class Refinement:
+class CubicConvolution:
     """From the nodes of a coarse grid to those of a finer one over the same picture, shapes (r, c) and (R, C)."""
 
     def __init__(self, coarse: tuple[int, int], fine: tuple[int, int]) -> None:
