@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -18,7 +19,6 @@ from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.imaging import color
 from core.imaging.image import Image
 from core.overlay.composition import finite, light_of
-from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detail.residual_cleanup import without_old_pattern
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.lattice import Lattice
@@ -28,6 +28,9 @@ from core.overlay.mending import Corrections, LaidCloth, mend
 from core.overlay.storage.layers_file import detail_of, lattice_of, pack, unpacked
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
+
+if TYPE_CHECKING:
+    from core.overlay.decomposition import Decomposition
 
 KEPT, KEPT_BYTES = 2, 2**27
 """So many finds are kept, and more while they and their photos take no more memory than this; and so many refusals."""
@@ -236,8 +239,11 @@ def _mended(document: Document, layers: OverlayLayers, mending: Mending) -> Over
     )
 
 
-def _decompose_photo(document: Document, search: Search) -> Job[Decomposition]:
+def _decompose_photo(document: Document, search: Search) -> "Job[Decomposition]":
     """Find the layers; a marked texel from which no lattice grows says at least how large a texel is."""
+    # A window opens a tenth sooner without the engine.
+    from core.overlay.decomposition import decompose
+
     inside = _mark(search)
     photo, region = encode(document.image), searchable(document.image, inside)
     corners = None if search.texel is None else pixels_from_places(document.size_px, np.array(search.texel))
@@ -272,7 +278,7 @@ def _lattices(size_px: tuple[int, int], vertices: LatticeVertices) -> list[Latti
     return lattices_of(np.rint(vertices.keys).astype(np.int64), pixels_from_places(size_px, vertices.places))
 
 
-def layers_of(result: Decomposition) -> OverlayLayers:
+def layers_of(result: "Decomposition") -> OverlayLayers:
     """Return what is kept of a decomposition."""
     return OverlayLayers(
         result.uv,

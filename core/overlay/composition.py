@@ -237,3 +237,10 @@ def from_upright(angle: float) -> float:
 def finite(at: Floats | Singles) -> Bools:
     """Return which places (H, W) of (H, W, 2) are not NaN."""
     return np.asarray(np.isfinite(at[..., 0]) & np.isfinite(at[..., 1]), np.bool_)
+
+
+def difference(photo: Floats | Singles, modelled: Singles, inside: Bools) -> Singles:
+    """Return the photo less the model (H, W, 3), NaN outside."""
+    out: Singles = np.subtract(photo, modelled, dtype=np.float32, casting="same_kind")
+    out[~inside] = np.nan
+    return out

@@ -12,7 +12,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
 from core.linalg.blas import on_one_thread, one_thread
-from core.overlay.composition import finite
+from core.overlay.composition import difference, finite
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
@@ -271,10 +271,3 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
         basis=cloth.basis * scale,
         explained=count_explained(found.photo, modelled, inside, scale),
     )
-
-
-def difference(photo: Floats | Singles, modelled: Singles, inside: Bools) -> Singles:
-    """Return the photo less the model (H, W, 3), NaN outside."""
-    out: Singles = np.subtract(photo, modelled, dtype=np.float32, casting="same_kind")
-    out[~inside] = np.nan
-    return out

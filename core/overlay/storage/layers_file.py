@@ -10,8 +10,7 @@ import numpy as np
 
 from core.arrays import Floats, InputError, Pixels, Singles
 from core.files.npy_file import read_npy
-from core.overlay.composition import finite
-from core.overlay.decomposition import difference
+from core.overlay.composition import difference, finite
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.filters.texture_filter import filter_large
