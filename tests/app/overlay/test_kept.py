@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from core.document import finding_again
-from core.document import overlay as document_overlay
 from core.document.document import Document
 from core.document.overlay import OverlayLayers, get_layers
 from core.document.overlay_texture import lay_on
 from core.document.project import load_project, save_project
 from core.imaging.images import Image
 from core.notices import hear_notices
-from core.overlay import whole_cloth
+from core.overlay import decomposition, whole_cloth
 from core.progress import Job, Progress
 from core.rasters.raster import Raster
 from tests.app.overlay.driver import PHOTO, TEXTURE, OverlayDriver
@@ -61,7 +60,7 @@ def test_second_brush_paints_what_is_protected_and_searches_nothing(drive: Overl
 def test_reopened_project_shows_its_result_without_a_search(
     drive: OverlayDriver, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(document_overlay, "decompose", never)
+    monkeypatch.setattr(decomposition, "decompose", never)
     save_project(drive.document, tmp_path / "a.weft")
     again = OverlayDriver(load_project(tmp_path / "a.weft"))
     layers, before = again.editor.overlay.layers, drive.editor.overlay.layers

@@ -9,11 +9,11 @@ from app.model.jobs import InlineExecutor, Jobs
 from app.tools.cloth.lattice import free_key, on_screen, vertices
 from app.tools.cloth.lattice_edit import is_held
 from core.arrays import Ints, Points
-from core.document import overlay as document_overlay
 from core.document.document import Document
 from core.document.overlay import OverlayLayers
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.document.project import load_project, save_project
+from core.overlay import decomposition
 from core.progress import Job, Progress
 from tests.app.driver import EditorDriver, Later
 from tests.app.overlay.driver import OverlayDriver, cloth_on_a_table
@@ -22,7 +22,7 @@ from tests.app.overlay.driver import OverlayDriver, cloth_on_a_table
 @pytest.fixture
 def mender(drive: OverlayDriver, monkeypatch: pytest.MonkeyPatch) -> OverlayDriver:
     """Return a driver with the lattice in hand, whose pattern is found and must not be looked for again."""
-    monkeypatch.setattr(document_overlay, "decompose", never)
+    monkeypatch.setattr(decomposition, "decompose", never)
     drive.tool("lattice")
     return drive
 

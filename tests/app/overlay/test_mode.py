@@ -14,12 +14,12 @@ from app.model.shapes import Polyline
 from app.render.picture_file import exporting
 from app.tools.marks import marks
 from core.arrays import InputError
-from core.document import overlay as document_overlay
 from core.document.document import Document
 from core.document.overlay_settings import Search
 from core.document.overlay_texture import lay_on, layers_under, placement_of, size_of
 from core.document.project import load_project, save_project
 from core.imaging.images import Image, load, save
+from core.overlay import decomposition
 from core.progress import run
 from tests.app.driver import EditorDriver, Later
 from tests.app.overlay.driver import PHOTO, TEXTURE, OverlayDriver
@@ -237,6 +237,6 @@ def test_an_export_without_a_pattern_says_so(monkeypatch: pytest.MonkeyPatch, tm
     drive = OverlayDriver(textured.with_cloth(search=Search()))
     assert drive.editor.overlay.fault == "no repeating texture found in the picture"
     # It is known by now, and nothing is looked for again.
-    monkeypatch.setattr(document_overlay, "decompose", lambda *_, **__: pytest.fail("a search of its own"))
+    monkeypatch.setattr(decomposition, "decompose", lambda *_, **__: pytest.fail("a search of its own"))
     with pytest.raises(InputError, match="no repeating texture found in the picture"):
         run(exporting(drive.document, options))
