@@ -6,8 +6,8 @@ from pathlib import Path
 
 from app.console import run_shown
 from app.render.export import rendering
+from app.render.picture_file import scale_size
 from core.arrays import InputError
-from core.canvas import Canvas
 from core.files.atomic import check_outputs
 from core.grid import Grid
 from core.imaging import color
@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> None:
         kept = color.unit(load_mask(arguments.protect, parts.source.size_px))
         parts = replace(parts, coverage=parts.coverage * (1 - kept))
     parts = parts.under(texture, placement)
-    photo = enlarged(parts.source, max(arguments.scale, 1.0))
+    photo = resize(parts.source, max(arguments.scale, 1.0))
     result = lay_over(
         parts if photo is parts.source else EnlargedParts(parts, photo),
         texture,
@@ -78,13 +78,12 @@ def run(arguments: argparse.Namespace) -> None:
         alpha=arguments.detail,
         strength=arguments.shading,
     )
-    save(enlarged(result, min(arguments.scale, 1.0)), arguments.output)
+    save(resize(result, min(arguments.scale, 1.0)), arguments.output)
 
 
-def enlarged(image: Image, scale: float) -> Image:
+def resize(image: Image, scale: float) -> Image:
     """Return a picture with `scale` pixels for each, the same one where that is 1."""
     if scale == 1:
         return image
     nodes = Grid(*image.size_px).nodes
-    width, height = (max(1, round(side * scale)) for side in image.size_px)
-    return run_shown(rendering(image, nodes, nodes, size=Canvas(width, height).size, scale=scale))
+    return run_shown(rendering(image, nodes, nodes, size=scale_size(image.size_px, scale), scale=scale))

@@ -65,7 +65,7 @@ class Drawing:
         """Return the drawing of a picture that is finished but for its size."""
         nodes = Grid(*image.size_px).nodes
         scale = scale if width_px is None else width_px / image.width_px
-        return cls(image, nodes, nodes, _scaled(image.size_px, scale), scale)
+        return cls(image, nodes, nodes, scale_size(image.size_px, scale), scale)
 
     @property
     def is_finished(self) -> bool:
@@ -134,7 +134,7 @@ def draw_warped(
         notice(f"{name}: {complaint}")
     canvas, moved = frame_result(document, found, frame)
     scale = scale if width_px is None else width_px / canvas.width_px
-    image, size = at_depth(document.image, bits), _scaled(canvas.size, scale)
+    image, size = at_depth(document.image, bits), scale_size(canvas.size, scale)
     return Drawing(image, found.rest, moved, size, scale)
 
 
@@ -163,7 +163,7 @@ def _factor(document: Document, scale: float, width_px: int | None) -> float:
 def _enlarged_overlay(document: Document, factor: float, bits: Bits | None) -> Job[Image]:
     """Return the picture at a larger size: the photo is filtered, and the texture sampled at that size."""
     nodes = Grid(*document.size_px).nodes
-    photo, size = at_depth(document.image, bits), _scaled(document.size_px, factor)
+    photo, size = at_depth(document.image, bits), scale_size(document.size_px, factor)
     if overlay_texture.is_changed(document.cloth):
         layers = yield from part(overlay.find_layers(document), 0.0, 0.6)
         photo = yield from part(rendering(photo, nodes, nodes, size=size, scale=factor), 0.6, 0.8)
@@ -174,7 +174,7 @@ def _enlarged_overlay(document: Document, factor: float, bits: Bits | None) -> J
     return photo
 
 
-def _scaled(size_px: tuple[int, int], scale: float) -> tuple[int, int]:
+def scale_size(size_px: tuple[int, int], scale: float) -> tuple[int, int]:
     """Return a size multiplied by `scale`; raise `InputError` if no picture can have it."""
     width, height = (max(1, round(side * scale)) for side in size_px)
     return Canvas(width, height).size

@@ -147,6 +147,8 @@ class SurfaceView:
         self._chart: moderngl.Texture | None = None
         self._best = LaidPicture(context, MOST_PX, draft=False)
         self._draft = LaidPicture(context, DRAFT_PX, draft=True)
+        self._picture: LaidPicture | None = None
+        """What lies on the surface."""
         self.is_refining = False
         """Whether drawing the same once more makes it better."""
         self.has_drawn = False
@@ -168,31 +170,36 @@ class SurfaceView:
         """Draw what is laid on its surface as a camera sees it, on a ground of the colour `desk`.
 
         A `draft` lays a smaller picture on it. So is done where the best one takes longer than `frame_s`, until it is
-        there. One that `waits` for a frame of its own shows what it did, unless all is to be a draft.
+        there. One that `waits` for a frame of its own only turns what it shows, unless all is to be a draft.
         """
         self.has_drawn = False
-        is_new, is_other = self._seen is None, laid.surface is not self._surface
+        is_new, is_other = self._picture is None, laid.surface is not self._surface
         waits = waits and not draft
         if is_other and not waits:
             self._take(laid.surface)
             self.has_drawn = True
             waits = is_new and math.isfinite(frame_s)  # To draw it for the first time takes a frame of its own.
-        if waits:
-            if is_new:
-                self._target.clear(color=desk)
+        if waits and self._picture is None:
+            self._target.clear(color=desk)
             self.is_refining = True
             return self._shown
-        picture = self._refine(laid, source, draft=draft, frame_s=frame_s)
+        if waits:
+            self.is_refining = True
+        else:
+            self._picture = self._refine(laid, source, draft=draft, frame_s=frame_s)
+        picture = self._picture
+        assert picture is not None
         seen = picture, picture.shown, orbit, desk
         if self._seen == seen:
             return self._shown
         self._seen = seen
+        assert self._surface is not None
         assert self._array is not None
         assert self._chart is not None
         self._chart.use(0)
         picture.light.use(1)
         uniforms = {
-            "to_clip": tuple(orbit.clip_matrix(laid.surface, self.size).T.ravel().tolist()),
+            "to_clip": tuple(orbit.clip_matrix(self._surface, self.size).T.ravel().tolist()),
             "to_camera": tuple(orbit.turned().T.ravel().tolist()),
             "chart": 0,
             "picture": 1,
@@ -203,7 +210,7 @@ class SurfaceView:
         with gpu.drawing(self._target, (0, 0, *self._shown.size)):
             self._target.clear(color=desk)
             self._context.enable(moderngl.DEPTH_TEST)
-            programs_of(self._context).render(self._array, 3 * len(laid.surface.triangles))
+            programs_of(self._context).render(self._array, 3 * len(self._surface.triangles))
             self._context.disable(moderngl.DEPTH_TEST)
         return self._shown
 

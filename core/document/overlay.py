@@ -241,7 +241,7 @@ def _mended(document: Document, layers: OverlayLayers, mending: Mending) -> Over
 
 def _decompose_photo(document: Document, search: Search) -> "Job[Decomposition]":
     """Find the layers; a marked texel from which no lattice grows says at least how large a texel is."""
-    # A window opens a tenth sooner without the engine.
+    # A window opens sooner without the engine.
     from core.overlay.decomposition import decompose
 
     inside = _mark(search)

@@ -69,6 +69,8 @@ def test_what_takes_longer_than_a_frame_gets_better_over_several() -> None:
     np.testing.assert_array_equal(view.read(), best)
     assert view.is_refining
     assert not view.has_drawn
+    view.draw(moved, source, Orbit(turn_deg=50.0), frame_s=1e-9, waits=True)
+    assert np.abs(view.read().astype(int) - best).mean() > 3, "the camera turns nevertheless"
     view.draw(moved, source, Orbit(), draft=True, frame_s=1e-9, waits=True)
     assert np.abs(view.read().astype(int) - best).mean() > 20
     assert not view.is_refining

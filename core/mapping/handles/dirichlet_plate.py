@@ -73,8 +73,12 @@ class HeldPlate:
         if sides.any():
             missed = np.where(self._picture.outline, sides - self._cubic.refine(self.sample(sides)), 0)
             load = -laplacian(edge_weights(np.ones((self._picture.rows - 1, self._picture.columns - 1))), missed)
-            fine += missed + _solve_poisson(DirichletGrid(*self._picture.shape), load)
+            fine += missed + _solve_poisson(self._fine, load)
         return fine
+
+    @cached_property
+    def _fine(self) -> DirichletGrid:
+        return DirichletGrid(*self._picture.shape)
 
     @cached_property
     def _cubic(self) -> CubicConvolution:

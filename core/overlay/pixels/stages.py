@@ -110,7 +110,9 @@ def cut_rim(model: PixelModel) -> PixelModel:
 def cut_occluders(model: PixelModel) -> PixelModel:
     """Tell what lies on the cloth."""
     seen, texture, rho, covered = small_layers(model)
-    return hide(model, find_occluders(seen, texture, rho, model.texel, model.cloth.basis, covered))
+    few = slice(None, None, model.scale)
+    uv = np.where(covered[..., None], model.uv[few, few].astype(np.float64), np.nan)
+    return hide(model, find_occluders(seen, texture, (uv, rho), model.texel, model.cloth.basis, covered))
 
 
 def drop_scraps(model: PixelModel) -> PixelModel:

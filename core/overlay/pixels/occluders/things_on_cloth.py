@@ -1,8 +1,8 @@
 """Things that lie on the cloth: a bow, a label, a button.
 
 Those of a colour of the pattern are taken for a motif that lies elsewhere. A patch of one colour that is much larger
-than any patch of that colour in the texture, and mostly where the model has another colour, is none. A thing of a
-colour that is no shade of the pattern's may be as small as a button.
+than any patch of that colour in the texture, and mostly where the model has another colour, is none, and neither is a
+ground without motifs. A thing of a colour that is no shade of the pattern's may be as small as a button.
 """
 
 from collections.abc import Iterator
@@ -14,6 +14,7 @@ from core.arrays import Bools, Floats, Ints
 from core.overlay.filters.distances import distance
 from core.overlay.palette import GROUPS, from_shades, palette
 from core.overlay.pixels.occluders.things_of_other_colour import foreign_things
+from core.overlay.pixels.occluders.things_without_motifs import plain_things
 from core.overlay.pixels.visible_pattern import without_cloth
 from core.overlay.texel import Texel
 from core.overlay.tolerances import LEAST_LIGHT, RIM_PX, SHADES
@@ -33,12 +34,15 @@ LEAST_PX = 12
 """Pixels of the smallest thing."""
 
 
-def find_occluders(photo: Floats, texture: Floats, rho: Floats, texel: Texel, basis: Floats, covered: Bools) -> Bools:
+def find_occluders(
+    photo: Floats, texture: Floats, layers: tuple[Floats, Floats], texel: Texel, basis: Floats, covered: Bools
+) -> Bools:
     """Return the pixels (H, W) of things that lie on the cloth.
 
-    `photo` and `texture`, which is T(uv), are (H, W, 3), `rho` (H, W); `basis` (2, 2) is pixels of undeformed cloth a
-    texel.
+    `photo` and `texture`, which is T(uv), are (H, W, 3); `layers` are uv (H, W, 2), NaN where it is not `covered`
+    (H, W), and ρ (H, W); `basis` (2, 2) is pixels of undeformed cloth a texel.
     """
+    uv, rho = layers
     colours = patch_colours(texel, basis)
     light, side = rho[..., None], float(np.sqrt(abs(np.linalg.det(basis))))
     off = np.stack([from_shades(photo, light * colour, SHADES) for colour in colours])
@@ -56,6 +60,13 @@ def find_occluders(photo: Floats, texture: Floats, rho: Floats, texel: Texel, ba
                     out |= part
     out = cv2.dilate(out.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))) > 0
     out |= odd_things(photo, texture, rho, texel, covered) | foreign_things(photo, rho, texel, basis, covered)
+    # What lies beside those is told without them.
+    rest = np.asarray(covered & ~out, np.bool_)
+    for number, area in enumerate(patches):
+        if np.isinf(area):
+            ground = np.asarray(rest & (seen == number), np.bool_)
+            motifs = np.asarray(rest & ~ground & (seen == drawn), np.bool_)
+            out |= plain_things(photo, np.where(rest[..., None], uv, np.nan), basis, ground, motifs)
     closed = np.asarray((cv2.morphologyEx(out.astype(np.uint8), cv2.MORPH_CLOSE, kernel) > 0) & covered, np.bool_)
     return without_cloth(closed, photo, texture, covered, side / 2)
 

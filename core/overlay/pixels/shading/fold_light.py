@@ -16,7 +16,7 @@ from core.overlay.filters.bands import in_bands
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.registration.region import LEAST_NOISE
 from core.overlay.texel import Texel
-from core.overlay.tolerances import MOTIF, SHADES
+from core.overlay.tolerances import MOTIF
 
 WIDTHS, WEIGHTS = 2.0 ** np.arange(4), 0.15 ** np.arange(4)
 """Widths of the neighbourhoods, over the least, and how much each counts."""
@@ -26,6 +26,8 @@ USUAL = 0.02
 """How much the light counts as it is, over a pixel of the usual brightness."""
 OFF = 0.35
 """How far such a pixel may be from the shade, over the model's brightness."""
+RANGE = (0.6, 1.5)
+"""Light in a fold, over that of the model; a pixel out of it shows another motif."""
 CHANCE = 0.2
 """Change of the light, as its logarithm, up to four times of which something may recur."""
 SAMPLES = 4
@@ -67,7 +69,7 @@ def fold_light(
     usual = USUAL * float(own[counts].mean())
     seen, bright = means_of(both, every), means_of(own, every)
     total, mass = (sum_of_means(plane, usual, least / every) for plane in (seen, bright))
-    smooth = np.log(np.clip(total / mass, *SHADES))
+    smooth = np.log(np.clip(total / mass, *RANGE))
     middles = np.ix_(*(np.minimum(np.arange(0, n, every) + every // 2, n - 1) for n in covered.shape))
     inside, places = covered[middles], uv[middles]
 
@@ -80,7 +82,7 @@ def fold_light(
     width = least / every / SAMPLES
     fine, mass = (gaussian(plane, width) for plane in (seen, bright))
     more = leave_out_recurring(
-        np.where(mass > 0, np.log(np.clip(fine / np.maximum(mass, 1e-6), *SHADES)) - smooth, np.float32(0))
+        np.where(mass > 0, np.log(np.clip(fine / np.maximum(mass, 1e-6), *RANGE)) - smooth, np.float32(0))
     )
     change = leave_out_recurring(smooth) + keep_sure_part(more, mass, width)
     wide = cv2.resize(change, covered.shape[::-1], interpolation=cv2.INTER_LINEAR)
@@ -118,7 +120,7 @@ def shades(
     pairs = ((photo, modelled), (modelled, modelled), (photo, photo))
     both, own, seen = (np.einsum("...c,...c", a, b, dtype=np.float32, casting="same_kind") for a, b in pairs)
     shade = both / np.maximum(own, 1e-6)
-    counts = covered & (shade > SHADES[0]) & (shade < SHADES[1]) & (seen - shade * both < OFF**2 * own)
+    counts = covered & (shade > RANGE[0]) & (shade < RANGE[1]) & (seen - shade * both < OFF**2 * own)
     return both * counts, own * counts, counts
 
 

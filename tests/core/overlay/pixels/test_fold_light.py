@@ -41,7 +41,7 @@ def test_gathers_of_few_pixels_are_light_and_noise_and_edges_a_little_beside_are
     noisy = light_on(MODEL + rng.normal(0, 0.008, MODEL.shape))
     assert noisy[even].std() < 0.5 * (0.008 / np.linalg.norm(MODEL, axis=-1))[even].mean()
     beside = light_on(TEXEL((UV + 0.4 / SIDE).astype(np.float64)))
-    assert beside.std() < 0.031
+    assert beside.std() < 0.03
 
 
 def test_light_as_in_the_model_is_none() -> None:

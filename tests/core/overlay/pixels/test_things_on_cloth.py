@@ -16,7 +16,7 @@ TEXTURE, SIZE = TEXEL(SCENE.uv), SCENE.shading.shape
 
 def found(photo: Floats) -> Bools:
     """Return the things found on a photo of the scene's cloth."""
-    return find_occluders(photo, TEXTURE, SCENE.shading, TEXEL, SCENE.basis, np.ones(SIZE, bool))
+    return find_occluders(photo, TEXTURE, (SCENE.uv, SCENE.shading), TEXEL, SCENE.basis, np.ones(SIZE, bool))
 
 
 def with_bow(colour: Floats) -> tuple[Floats, Bools]:
@@ -78,13 +78,15 @@ def test_shadow_that_looks_like_a_darker_motif_is_none() -> None:
     scene = make_scene(grey, noise=0.01)
     _, bow = with_bow(COLOURS[1])
     photo = np.where(bow[..., None], 0.47 * scene.photo, scene.photo)
-    assert not find_occluders(photo, grey(scene.uv), scene.shading, grey, scene.basis, np.ones(SIZE, bool)).any()
+    assert not find_occluders(
+        photo, grey(scene.uv), (scene.uv, scene.shading), grey, scene.basis, np.ones(SIZE, bool)
+    ).any()
 
 
 def test_patch_amid_cloth_that_lies_elsewhere_is_none() -> None:
     photo, _ = with_bow(COLOURS[1])
     slipped = np.roll(TEXTURE, (11, 12), (0, 1))
-    assert not find_occluders(photo, slipped, SCENE.shading, TEXEL, SCENE.basis, np.ones(SIZE, bool)).any()
+    assert not find_occluders(photo, slipped, (SCENE.uv, SCENE.shading), TEXEL, SCENE.basis, np.ones(SIZE, bool)).any()
 
 
 def test_small_motif_of_a_colour_of_its_own_is_none() -> None:
@@ -93,7 +95,7 @@ def test_small_motif_of_a_colour_of_its_own_is_none() -> None:
     pixels[26:34, 26:34] = GREEN
     texel = Texel(pixels)
     scene = make_scene(texel, noise=0.01, basis=2 * SCENE.basis)
-    texture, every = texel(scene.uv), np.ones(SIZE, bool)
-    assert not find_occluders(scene.photo, texture, scene.shading, texel, scene.basis, every).any()
+    texture, layers, every = texel(scene.uv), (scene.uv, scene.shading), np.ones(SIZE, bool)
+    assert not find_occluders(scene.photo, texture, layers, texel, scene.basis, every).any()
     plain = Texel(np.where(np.isclose(pixels, GREEN).all(-1, keepdims=True), COLOURS[0], pixels))
-    assert find_occluders(scene.photo, plain(scene.uv), scene.shading, texel, scene.basis, every).any()
+    assert find_occluders(scene.photo, plain(scene.uv), layers, texel, scene.basis, every).any()

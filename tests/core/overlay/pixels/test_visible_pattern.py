@@ -23,6 +23,7 @@ def test_of_what_is_doubted_that_stays_a_thing_which_hides_the_pattern() -> None
 
 def test_cloth_in_light_of_another_colour_is_no_thing_and_a_belt_is_one() -> None:
     blue = SCENE.photo * np.where(PART[..., None], [0.7, 0.95, 1.4], 1.0)
-    assert find_occluders(blue, TEXTURE, SCENE.shading, TEXEL, SCENE.basis, EVERYWHERE)[PART].mean() < 0.1
+    layers = SCENE.uv, SCENE.shading
+    assert find_occluders(blue, TEXTURE, layers, TEXEL, SCENE.basis, EVERYWHERE)[PART].mean() < 0.1
     belted = np.where(BELT[..., None], [0.62, 0.75, 0.5] * SCENE.shading[..., None], SCENE.photo)
-    assert find_occluders(belted, TEXTURE, SCENE.shading, TEXEL, SCENE.basis, EVERYWHERE)[BELT].mean() > 0.9
+    assert find_occluders(belted, TEXTURE, layers, TEXEL, SCENE.basis, EVERYWHERE)[BELT].mean() > 0.9
