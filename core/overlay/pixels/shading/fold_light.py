@@ -26,7 +26,7 @@ USUAL = 0.02
 """How much the light counts as it is, over a pixel of the usual brightness."""
 OFF = 0.35
 """How far such a pixel may be from the shade, over the model's brightness."""
-RANGE = (0.6, 1.5)
+RANGE = (0.4, 1.5)
 """Light in a fold, over that of the model; a pixel out of it shows another motif."""
 CHANCE = 0.2
 """Change of the light, as its logarithm, up to four times of which something may recur."""
