@@ -176,3 +176,24 @@ def test_what_is_not_finite_is_said(context: moderngl.Context) -> None:
         solver.solve(load)
     assert np.isfinite(solver.solve(system((60, 70))[1])).all(), "the next solve begins anew"
     solver.release()
+
+
+@pytest.mark.parametrize("count", [5, 40])
+def test_products_of_loads_agree_with_the_factor_and_those_of_few_take_no_step(
+    context: moderngl.Context, count: int
+) -> None:
+    values, load = system((60, 70))
+    live = np.flatnonzero(load.any(axis=1))
+    nodes = np.random.default_rng(1).choice(live, 2 * count, replace=False)
+    columns = np.zeros((load.shape[0], count))
+    columns[nodes, np.arange(2 * count) % count] = 1
+    load += 10 * columns[:, :2]
+    solver, factor = GridMultigrid(context, (60, 70)).factorise(values), GridFactor((60, 70)).factorise(values)
+    found, expected = solver.forward(columns, nodes), factor.forward(columns, nodes)
+    largest = np.abs(expected.T @ expected).max()
+    assert np.abs(found.T @ found - expected.T @ expected).max() < 1e-6 * largest
+    steps = solver.steps
+    product, wanted = found.T @ solver.forward_again(load), expected.T @ factor.forward(load)
+    assert np.abs(product - wanted).max() < 1e-4 * np.abs(wanted).max()
+    assert (solver.steps == steps) == (count == 5)
+    solver.release()

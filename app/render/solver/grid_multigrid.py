@@ -1,10 +1,11 @@
 """Multigrid in the place of a grid's Cholesky factor: `core.linalg.grid_solver.GridSolver` on the GPU.
 
-There is no half of a solve here: loads stay what they are, and their product is aᵀ A⁻¹ b, a solve. Features and handles
-are reduced to their few unknowns by these products, as by those of the factor. A⁻¹ is symmetric, so that products of a
-few columns with any load cost one solve for that load.
+There is no half of a solve here: loads stay what they are, and their product is aᵀ A⁻¹ b. Features and handles are reduced
+to their few unknowns by these products, as by those of the factor. A⁻¹ is symmetric: products of a few columns with any
+load are products with what the columns themselves lead to, which is kept; those of many cost a solve for that load.
 """
 
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
 
@@ -14,13 +15,15 @@ from scipy import sparse
 
 from app.render.gpu import release
 from app.render.solver.multigrid import Multigrid
-from core.arrays import Floats, Ints
+from core.arrays import Floats, Ints, Singles
 from core.linalg.laplacian import find_stored, pattern
 
 _WITHIN_PX = 1e-3
 """How far solutions may be off in output pixels, before those that features and handles are placed by are improved."""
 _SHARE = 1e-4
 """The same of what improves a solution, as a share of its largest value."""
+_KEPT = 16
+"""Columns of which A⁻¹ b is kept at most: of five features, or of so many handles."""
 
 
 class GridMultigrid:
@@ -59,8 +62,8 @@ class GridMultigrid:
         return Loads(self, rows, b[rows])
 
     def forward_again(self, b: Floats) -> Floats:
-        """Return the load b (N, 2)."""
-        return b.copy()
+        """Return the load b (N, 2) itself."""
+        return b
 
     def backward(self, y: Floats) -> Floats:
         """Return A⁻¹ y (N, 2)."""
@@ -70,16 +73,13 @@ class GridMultigrid:
         """Return A⁻¹ y at some rows (m, 2)."""
         return self._improved(self._solve(y, self._read), y)[rows]
 
-    def respond(self, loads: "Loads", rows: Ints) -> Floats:
-        """Return A⁻¹ b at some rows (m, k)."""
-        found = np.zeros((len(rows), loads.count))
+    def respond(self, loads: "Loads") -> Iterator[Floats]:
+        """Yield A⁻¹ b (N, 2) for two columns after the other; of an odd number the last one has a column of 0 beside."""
         for first in range(0, loads.count, 2):
             pair = np.zeros((self.size, 2))
             chosen = loads.at_rows[:, first : first + 2]
             pair[loads.rows, : chosen.shape[1]] = chosen
-            both = self._improved(self._improved(np.zeros_like(pair), pair), pair)
-            found[:, first : first + 2] = both[rows, : chosen.shape[1]]
-        return found
+            yield self._improved(self._improved(np.zeros_like(pair), pair), pair)
 
     def _solve(self, load: Floats, v: moderngl.Buffer) -> Floats:
         self._multigrid.solve(load, v, within=_WITHIN_PX)
@@ -126,7 +126,8 @@ class Loads:
 
     def respond_to(self, other: "Loads") -> Floats:
         """Return A⁻¹ times other loads, at the rows of these (m, k)."""
-        return self._solver.respond(other, self.rows)
+        found = [both[self.rows] for both in self._solver.respond(other)]
+        return np.concatenate(found, axis=1)[:, : other.count] if found else np.zeros((len(self.rows), 0))
 
     @cached_property
     def _closest(self) -> Floats:
@@ -134,16 +135,41 @@ class Loads:
         return np.asarray(np.linalg.pinv(self.at_rows), np.float64)
 
     @cached_property
+    def _responses(self) -> tuple[Floats, Singles]:
+        """A⁻¹ b at the rows (m, k) and, of few columns, at all nodes (N, k)."""
+        at_rows = np.zeros((len(self.rows), self.count))
+        whole = np.zeros((self._solver.size, self.count if self._is_kept else 0), np.float32)
+        for number, both in enumerate(self._solver.respond(self)):
+            here = slice(2 * number, min(2 * number + 2, self.count))
+            both = both[:, : here.stop - here.start]
+            at_rows[:, here] = both[self.rows]
+            if self._is_kept:
+                whole[:, here] = both
+        return at_rows, whole
+
+    @property
+    def _is_kept(self) -> bool:
+        return self.count <= _KEPT
+
+    @cached_property
     def products(self) -> Floats:
         """Evaluate bᵀ A⁻¹ b (k, k)."""
-        products = self.at_rows.T @ self.respond_to(self)
+        products = self.at_rows.T @ self._responses[0]
         return np.asarray((products + products.T) / 2)
+
+    @cached_property
+    def _rounding(self) -> Floats:
+        """What single precision takes of the products (k, k)."""
+        return np.asarray(self.products - self._responses[1][self.rows].T @ self.at_rows)
 
     def times(self, y: Floats) -> Floats:
         """Return bᵀ A⁻¹ y (k, 2)."""
         shares = self._closest @ y[self.rows]
-        rest = y - self @ shares
-        return np.asarray(self.products @ shares + self.at_rows.T @ self._solver.read(rest, self.rows))
+        if not self._is_kept:
+            rest = y - self @ shares
+            return np.asarray(self.products @ shares + self.at_rows.T @ self._solver.read(rest, self.rows))
+        there = np.flatnonzero(y.view(np.complex128))
+        return np.asarray(self._rounding @ shares + self._responses[1][there].T @ y[there])
 
 
 class _Transposed:
