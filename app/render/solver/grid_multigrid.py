@@ -1,8 +1,8 @@
 """Multigrid in the place of a grid's Cholesky factor: `core.linalg.grid_solver.GridSolver` on the GPU.
 
-There is no half of a solve here: loads stay what they are, and their product is aᵀ A⁻¹ b. Features and handles are reduced
-to their few unknowns by these products, as by those of the factor. A⁻¹ is symmetric: products of a few columns with any
-load are products with what the columns themselves lead to, which is kept; those of many cost a solve for that load.
+There is no half of a solve here: loads stay what they are, and their product is aᵀ A⁻¹ b. Features and handles are
+reduced to their few unknowns by these products, as by those of the factor. A⁻¹ is symmetric: products of a few columns
+with any load are products with what the columns lead to, which is kept; those of many cost a solve for that load.
 """
 
 from collections.abc import Iterator
@@ -74,7 +74,7 @@ class GridMultigrid:
         return self._improved(self._solve(y, self._read), y)[rows]
 
     def respond(self, loads: "Loads") -> Iterator[Floats]:
-        """Yield A⁻¹ b (N, 2) for two columns after the other; of an odd number the last one has a column of 0 beside."""
+        """Yield A⁻¹ b (N, 2) for two columns after the other; the last of an odd number has a column of 0 beside."""
         for first in range(0, loads.count, 2):
             pair = np.zeros((self.size, 2))
             chosen = loads.at_rows[:, first : first + 2]
