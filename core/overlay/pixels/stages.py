@@ -29,7 +29,7 @@ from core.overlay.pixels.occluders.things_on_cloth import find_occluders
 from core.overlay.pixels.outline import beside
 from core.overlay.pixels.refinement import refine
 from core.overlay.pixels.shading.chromatic_shading import find_tint
-from core.overlay.pixels.shading.fold_light import fold_light
+from core.overlay.pixels.shading.multiscale_light import estimate_light
 from core.overlay.pixels.shading.relighting import recover
 from core.overlay.registration.constrained_registration import settle
 from core.overlay.registration.integer_translation import in_phase
@@ -179,7 +179,7 @@ def draw_model(model: PixelModel) -> PixelModel:
 def light_folds(model: PixelModel) -> PixelModel:
     """Find the light in folds that are finer than the mesh."""
     layers, lengths = (model.texture, model.light, model.uv), (model.texel, model.basis)
-    folds = fold_light(model.photo, *layers, model.followed, *lengths, scale=model.scale)
+    folds = estimate_light(model.photo, *layers, *lengths, scale=model.scale)
     return replace(model, light=model.light * folds)
 
 

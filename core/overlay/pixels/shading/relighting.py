@@ -9,7 +9,7 @@ from core.overlay.laying.albedo_scale import BRIGHTEST
 from core.overlay.mesh import around
 from core.overlay.pixels.filling import solid
 from core.overlay.pixels.semi_global_rematching import shifts_where_lost
-from core.overlay.pixels.shading.untrusted_light import local_light, nearer_light
+from core.overlay.pixels.shading.multiscale_light import estimate_light, mean_light
 from core.overlay.texel import Texel
 from core.overlay.tolerances import SHADES
 
@@ -44,13 +44,15 @@ def recover(
     trust = trust_in(seen, small, light, texel, held, side)
     if trust[covered].min(initial=1) == 1:
         return layers
-    own = local_light(seen, covered, texel, basis)
+    own = mean_light(seen, covered, texel, basis)
     most = np.float32(np.percentile(light[covered & held], BRIGHTEST) if (covered & held).any() else np.inf)
     own = np.minimum(own, most)
     lost = solid(np.asarray(covered & (~held | (trust < HALF)), np.bool_), LEAST * side)
     light = trust * light + (1 - trust) * own
     uv = move((seen, uv, light), texel, basis, lost, every)
-    own = np.minimum(nearer_light(seen, uv[few, few], own, texel, basis), most)
+    small = uv[few, few]
+    texture = texel.singles(np.nan_to_num(small.astype(np.float64)))
+    own = np.minimum(own * estimate_light(seen, texture, own[..., None], small, texel, basis)[..., 0], most)
     trust, own = (spread(plane, shading.shape, every) for plane in (trust, own))
     return uv, np.asarray(np.minimum(trust * shading + (1 - trust) * own, SHADES[1] * own), np.float32)
 

@@ -7,8 +7,8 @@ from core.arrays import Floats, Singles
 from core.overlay.detail.model_validity import estimate_trust, trust_in
 from core.overlay.pixels.matching import NEXT, OTHER, best_before
 from core.overlay.pixels.semi_global_rematching import shifts_where_lost
+from core.overlay.pixels.shading.multiscale_light import estimate_light, mean_light
 from core.overlay.pixels.shading.relighting import recover, spread
-from core.overlay.pixels.shading.untrusted_light import local_light, nearer_light
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
 TEXEL = motif()
@@ -30,6 +30,11 @@ def slipped() -> Singles:
     """Return coordinates that lie beside the photo on the right, further the further they are from the left."""
     part = np.clip((np.indices(SIZE)[1] - 110) / 50, 0, 1)[..., None]
     return np.asarray(UV + part * [0.35, -0.25], np.float32)
+
+
+def near_light(photo: Singles, uv: Singles, around: Singles) -> Singles:
+    texture = TEXEL(uv.astype(np.float64)).astype(np.float32)
+    return around * estimate_light(photo, texture, around[..., None], uv, TEXEL, SCENE.basis)[..., 0]
 
 
 def found_again(photo: Floats, uv: Singles) -> tuple[Singles, Singles]:
@@ -65,7 +70,7 @@ def test_light_is_the_photos_where_cloth_was_not_followed() -> None:
     _, light = found_again(SCENE.photo * darker[..., None], UV)
     deep = np.indices(SIZE)[1] > 135
     assert np.median((light / LIGHT)[deep]) == pytest.approx(0.6, abs=0.08)
-    shading = local_light(SCENE.photo.astype(np.float32), FULL, TEXEL, SCENE.basis)
+    shading = mean_light(SCENE.photo.astype(np.float32), FULL, TEXEL, SCENE.basis)
     middle = np.s_[20:-20, 20:-20]
     assert np.abs(shading / LIGHT - 1)[middle].max() < 0.2
 
@@ -159,8 +164,8 @@ def test_shifts_across_a_cut_are_independent_and_beside_it_are_not() -> None:
 def test_light_near_a_place_shows_a_crease_that_the_light_around_does_not() -> None:
     crease = np.where(np.abs(np.indices(SIZE)[1] - 90) < 4, 0.6, 1.0)
     photo = (SCENE.photo * crease[..., None]).astype(np.float32)
-    around = local_light(photo, FULL, TEXEL, SCENE.basis)
-    near = nearer_light(photo, UV, around, TEXEL, SCENE.basis)
+    around = mean_light(photo, FULL, TEXEL, SCENE.basis)
+    near = near_light(photo, UV, around)
     middle = np.s_[20:-20, 89:92]
     assert np.median(around[middle] / LIGHT[middle]) > 0.85
     assert np.median(near[middle] / LIGHT[middle]) < 0.78
@@ -169,7 +174,7 @@ def test_light_near_a_place_shows_a_crease_that_the_light_around_does_not() -> N
 
 def test_light_near_a_place_is_that_around_where_other_motifs_are_seen() -> None:
     elsewhere = (UV + np.float32(0.5)).astype(np.float32)
-    near = nearer_light(SCENE.photo.astype(np.float32), elsewhere, LIGHT, TEXEL, SCENE.basis)
+    near = near_light(SCENE.photo.astype(np.float32), elsewhere, LIGHT)
     assert np.abs(near / LIGHT - 1)[20:-20, 20:-20].max() < 0.25
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay.pixels.shading.fold_light import fold_light
+from core.overlay.pixels.shading.multiscale_light import estimate_light
 from core.overlay.texel import Texel
 
 SIDE = 32
@@ -14,13 +14,12 @@ UV = (np.stack([X, Y], -1) / SIDE).astype(np.float32)
 CHECK = ((np.arange(SIDE) < 16)[:, None] ^ (np.arange(SIDE) < 16)).astype(float)
 TEXEL = Texel(np.array([0.15, 0.1, 0.1]) + CHECK[..., None] * np.array([0.6, 0.3, 0.2]))
 MODEL = TEXEL(UV.astype(np.float64)).astype(np.float32)
-EVERYWHERE = np.ones(UV.shape[:2], bool)
 LIGHT = np.ones((*UV.shape[:2], 1), np.float32)
 FOLD = 1 - 0.3 * np.exp(-(((X - 1.1 * Y - 20) / 6) ** 2))
 
 
 def light_on(photo: Floats) -> Floats:
-    return fold_light(photo, MODEL, LIGHT, UV, EVERYWHERE, TEXEL, BASIS)[..., 0].astype(np.float64)
+    return estimate_light(photo, MODEL, LIGHT, UV, TEXEL, BASIS)[..., 0].astype(np.float64)
 
 
 def test_a_narrow_fold_is_found_on_bright_and_dark_motifs() -> None:
@@ -72,7 +71,7 @@ def test_beyond_the_cloth_the_light_is_one() -> None:
     uv = UV.copy()
     uv[:, 100:] = np.nan
     light = np.where(np.isfinite(uv[..., :1]), LIGHT, np.float32(np.nan))
-    found = fold_light(FOLD[..., None] * MODEL, MODEL, light, uv, EVERYWHERE, TEXEL, BASIS)
+    found = estimate_light(FOLD[..., None] * MODEL, MODEL, light, uv, TEXEL, BASIS)
     np.testing.assert_array_equal(found[:, 100:], 1)
     assert np.isfinite(found).all()
     assert found[:, :100].min() < 0.85
@@ -80,12 +79,12 @@ def test_beyond_the_cloth_the_light_is_one() -> None:
 
 def test_of_a_large_photo_means_over_squares_tell_the_same_light() -> None:
     times = 6
-    photo, model, followed = (np.repeat(np.repeat(a, times, 0), times, 1) for a in (FOLD[..., None], MODEL, EVERYWHERE))
-    y, x = np.indices(followed.shape).astype(np.float32)
+    photo, model = (np.repeat(np.repeat(a, times, 0), times, 1) for a in (FOLD[..., None], MODEL))
+    y, x = np.indices(model.shape[:2]).astype(np.float32)
     uv = ((np.stack([x, y], -1) - (times - 1) / 2) / (times * SIDE)).astype(np.float32)
     uv[:, -times * 30 :] = np.nan
-    seen = (photo * model).astype(np.float32), model, np.ones_like(model[..., :1]), uv, followed
-    by_pixels, by_means = (fold_light(*seen, TEXEL, times * BASIS, scale=scale) for scale in (1, times))
+    seen = (photo * model).astype(np.float32), model, np.ones_like(model[..., :1]), uv
+    by_pixels, by_means = (estimate_light(*seen, TEXEL, times * BASIS, scale=scale) for scale in (1, times))
     change = np.abs(by_means - by_pixels)
     assert change.max() > 0
     assert change.mean() < 5e-4

@@ -1,10 +1,12 @@
-"""The light in folds that are finer than the mesh.
+"""The light on cloth, scale by scale: where the mesh is too coarse for it, and where the mesh cannot be trusted.
 
-Near a place the light is that in which the photo shows the model, counted by how bright the model is: Σ I M / Σ M² over
-widths that grow, each counting less, so that dark motifs take the light of what is beside them. Pixels that are no
-shade of the model do not count. Single pixels have a light of their own as far as it is more than the photo's noise and
-what the pattern's edges would give if they lay a little beside (Wiener's filter). What recurs at the same place of the
-texels around is the pattern's contrast and no light, and is taken out.
+Over about a texel it is the photo's mean brightness over the texel's own, whatever lies where: with that the estimate
+begins where the mesh's light is the pattern's. Nearer to a place it is the light in which the photo shows the model,
+counted by how bright the model is: Σ I M / Σ M² over widths that grow, each counting less, so that dark motifs take
+the light of what is beside them. Pixels that are no shade of the model do not count. Single pixels have a light of
+their own as far as it is more than the photo's noise and what the pattern's edges would give if they lay a little
+beside (Wiener's filter). What recurs at the same place of the texels around is the pattern's contrast and no light,
+and is taken out.
 """
 
 import cv2
@@ -34,13 +36,27 @@ SAMPLES = 4
 """Means of squares to the least width: of more pixels than that a large photo's light is known. A single one's light is
 that of so much, and the pattern's edges may lie so far beside where the model has them."""
 
+WHOLE = 0.8
+"""Width of a neighbourhood that has every colour of a texel in its share, over the texel's longer side."""
 
-def fold_light(
+
+def mean_light(photo: Singles, covered: Bools, texel: Texel, basis: Floats) -> Singles:
+    """Return the light (H, W) in which the texel has the brightness that the photo (H, W, 3) has around each pixel.
+
+    It is the light whatever lies where. Only `covered` pixels (H, W) count; `basis` (2, 2) is pixels of undeformed
+    cloth a texel.
+    """
+    width = WHOLE * float(np.linalg.norm(basis, axis=0).max())
+    mass = np.maximum(gaussian(covered.astype(np.float32), width), 1e-3)
+    seen = gaussian(photo.mean(-1) * covered, width) / mass
+    return np.asarray(seen / max(float(texel.pixels.mean()), 1e-3), np.float32)
+
+
+def estimate_light(
     photo: Floats | Singles,
     texture: Singles,
     light: Singles,
     uv: Singles,
-    followed: Bools,
     texel: Texel,
     basis: Floats,
     *,
@@ -49,23 +65,22 @@ def fold_light(
     """Return the light (H, W, 1) on the cloth over that of the model, 1 outside.
 
     `photo` and T(Wg), the `texture`, are (H, W, 3), the model's `light` (H, W, 1), `uv` (H, W, 2), NaN outside the
-    cloth, of which the `followed` (H, W) has been registered; `basis` (2, 2) is pixels of undeformed cloth a texel. In
-    a photo of `scale` times the size the light is smooth over as many pixels, and is found from means over them where
-    its widths allow that.
+    cloth; `basis` (2, 2) is pixels of undeformed cloth a texel. In a photo of `scale` times the size the light is
+    smooth over as many pixels, and is found from means over them where its widths allow that.
     """
     least = max(MOTIF * float(np.sqrt(abs(np.linalg.det(basis)))), LEAST_PX)
     every = int(np.clip(least / SAMPLES, 1, scale))
-    covered, counts = np.isfinite(uv[..., 0]), np.empty(followed.shape, bool)
-    both, own = np.empty((2, *followed.shape), np.float32)
+    covered = np.isfinite(uv[..., 0])
+    counts, (both, own) = np.empty(covered.shape, bool), np.empty((2, *covered.shape), np.float32)
 
     def compare(_first: int, top: int, bottom: int, _last: int) -> None:
         rows = slice(top, bottom)
         modelled = texture[rows] * np.nan_to_num(light[rows])
-        both[rows], own[rows], counts[rows] = shades(photo[rows], modelled, covered[rows], followed[rows])
+        both[rows], own[rows], counts[rows] = shades(photo[rows], modelled, covered[rows])
 
     in_bands(compare, photo.shape)
     if not counts.any():
-        return np.ones((*followed.shape, 1), np.float32)
+        return np.ones((*covered.shape, 1), np.float32)
     usual = USUAL * float(own[counts].mean())
     seen, bright = means_of(both, every), means_of(own, every)
     total, mass = (sum_of_means(plane, usual, least / every) for plane in (seen, bright))
@@ -113,9 +128,7 @@ def means_of(plane: Singles, every: int) -> Singles:
     return plane if every == 1 else np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
-def shades(
-    photo: Floats | Singles, modelled: Singles, covered: Bools, followed: Bools
-) -> tuple[Singles, Singles, Bools]:
+def shades(photo: Floats | Singles, modelled: Singles, covered: Bools) -> tuple[Singles, Singles, Bools]:
     """Return I M and M² (H, W) where the photo is a shade of the model, 0 elsewhere; and where (H, W) it is."""
     pairs = ((photo, modelled), (modelled, modelled), (photo, photo))
     both, own, seen = (np.einsum("...c,...c", a, b, dtype=np.float32, casting="same_kind") for a, b in pairs)
