@@ -113,7 +113,8 @@ def starting_state(cloth: FittedCloth, lattice: Lattice) -> ClothState:
     at = np.clip(np.rint(cloth.mesh.positions()).astype(int), 0, np.array(cloth.valid.shape[::-1]) - 1)
     rho = np.where(cloth.valid, brightness, np.nan)[at[..., 1], at[..., 0]]
     middle = float(np.nanmedian(rho))
-    rho = np.clip(np.nan_to_num(rho / middle, nan=1.0), 0.1, 5.0)
+    # Half of a black cloth may have no brightness at all.
+    rho = np.clip(np.nan_to_num(rho / middle, nan=1.0), 0.1, 5.0) if middle > 0 else np.ones(rho.shape)
     return ClothState(np.nan_to_num(uv), rho, np.asarray(cells, np.bool_))
 
 

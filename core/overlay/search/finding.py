@@ -240,7 +240,8 @@ def best_completed(finds: list[Find], seed: int) -> Job[Find]:
 def completed(finds: list[Find], seed: int) -> Job[list[Find]]:
     """Return that one of the finds, the most likely ones first, that explains most once it is completed, if there is.
 
-    More than the first is completed only where that leaves doubts.
+    More than the first is completed only where that leaves doubts. One that completing makes incredible stays as it
+    was.
     """
     ends: list[Find] = []
     for find in finds:
@@ -248,7 +249,8 @@ def completed(finds: list[Find], seed: int) -> Job[list[Find]]:
             cloth, found = yield from complete(find.cloth, find.followed, [], seed)
         except NoPatternError:
             continue
-        ends.append(replace(find, cloth=cloth, followed=found, weight=weigh(cloth, found)))
+        done = replace(find, cloth=cloth, followed=found, weight=weigh(cloth, found))
+        ends.append(done if done.weight.is_credible or not find.weight.is_credible else find)
         if find.is_clear or len(ends) == COMPLETED:
             break
     return [max(ends, key=lambda find: find.explained)] if ends else []

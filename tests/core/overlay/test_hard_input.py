@@ -174,3 +174,14 @@ def test_a_blurred_texel_is_kept() -> None:
     assert texel.blurred(1.0, basis) is texel.blurred(1.0, basis.copy())
     assert texel.blurred(1.0, basis) is not texel.blurred(1.0, 2 * basis)
     assert texel.blurred(1.0, basis) is not texel.blurred(2.0, basis)
+
+
+def test_cloth_that_is_black_in_more_than_half_begins_with_even_light() -> None:
+    photo = np.zeros((120, 120, 3))
+    photo[5::20, 5::20] = 0.9
+    keys = np.stack(np.meshgrid(np.arange(1, 5), np.arange(1, 5)), -1).reshape(-1, 2)
+    frames = PatchFrames(
+        keys @ (20.0 * np.eye(2)), np.tile(20.0 * np.eye(2), (len(keys), 1, 1)), np.full(len(keys), 0.9)
+    )
+    cloth = make_cloth(photo, flat_canvas(photo, np.ones((120, 120), bool)), Lattice(keys, frames), np.eye(2))
+    assert (starting_state(cloth, cloth.lattice).rho == 1).all()

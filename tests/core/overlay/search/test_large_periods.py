@@ -163,6 +163,15 @@ def test_where_the_likeliest_find_leaves_doubts_others_may_explain_more_in_the_e
     assert run(best_completed(finds[::-1], 0)).explained == kept
 
 
+@pytest.mark.parametrize(("share", "kept"), [(-1.0, 9.0), (0.3, 2.0)])
+def test_a_find_that_completing_makes_incredible_stays_as_it_was(
+    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, share: float, kept: float
+) -> None:
+    monkeypatch.setattr(finding, "complete", leave)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(2.0, share))
+    assert run(best_completed([Find(*followed, Evidence(9.0, 0.4))], 0)).explained == kept
+
+
 def test_nothing_large_is_found_in_noise_stripes_one_motif_or_a_print_seen_hardly_twice(printed: Scene) -> None:
     rng = np.random.default_rng(0)
     photo = np.full((220, 240, 3), 0.6) + rng.normal(0, 0.01, (220, 240, 3))
