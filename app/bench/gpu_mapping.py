@@ -9,7 +9,6 @@ import numpy as np
 from app.bench.mapping import CELL_PX, make_mask
 from app.bench.timing import median_s
 from app.render import gpu
-from app.render.solver.choice import COMPUTE
 from app.render.solver.grid_multigrid import GridMultigrid
 from core.arrays import InputError, Points
 from core.grid import Grid, find_features
@@ -38,7 +37,7 @@ def measure(sizes: Sequence[tuple[int, int]] = SIZES) -> list[dict[str, Any]]:
         Where there is no OpenGL 4.3.
     """
     context = gpu.standalone()
-    if context.version_code < COMPUTE:
+    if context.version_code < gpu.COMPUTE:
         raise InputError("--only gpu: needs OpenGL 4.3")
     return [
         {"driver": context.info["GL_RENDERER"], "grid": [rows, columns], **record}

@@ -15,6 +15,10 @@ import moderngl
 from app.render.programs import programs_of
 from core.arrays import WeftError
 
+COMPUTE = 430
+"""OpenGL 4.3, the first with compute shaders."""
+_SOFTWARE = ("llvmpipe", "softpipe", "swrast", "SwiftShader", "Microsoft Basic Render")
+"""In the names of drivers that draw on the processor."""
 _threads = threading.local()
 
 
@@ -36,6 +40,11 @@ def standalone() -> moderngl.Context:
         _threads.context = context
     _current(context).__enter__()  # another one may have been made current since
     return context
+
+
+def is_software(context: moderngl.Context) -> bool:
+    """Return whether the context's driver draws on the processor."""
+    return any(name in context.info["GL_RENDERER"] for name in _SOFTWARE)
 
 
 def let_go() -> None:

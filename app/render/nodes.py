@@ -1,9 +1,29 @@
 """Places of a grid's nodes, and of the ring around it, in a small texture that the vertex shader reads."""
 
+from typing import NamedTuple
+
 import moderngl
 import numpy as np
 
-from core.arrays import Points
+from app.render.gpu import COMPUTE, is_software, release
+from app.render.programs import programs_of
+from core.arrays import Floats, Ints, Points
+
+BLOCK = 16
+"""Quads along the side of a block; only blocks that meet the target are drawn."""
+
+
+class Scaling(NamedTuple):
+    """How positions are looked at: scaled, and then moved."""
+
+    scale: float = 1.0
+    offset: tuple[float, float] = (0.0, 0.0)
+
+    def place(self, points: Points) -> Points:
+        """Return where positions (..., 2) are."""
+        placed: Points = points * self.scale
+        placed += self.offset
+        return placed
 
 
 class Nodes:
@@ -55,3 +75,42 @@ class Nodes:
     def release(self) -> None:
         """Free the texture."""
         self.texture.release()
+
+
+class NodePlacer:
+    """Scales R x C nodes on the GPU (OpenGL 4.3), from their positions as they are to what `Nodes` would send."""
+
+    def __init__(self, context: moderngl.Context, shape: tuple[int, int]) -> None:
+        self._context, self._programs = context, programs_of(context)
+        self._blocks = -(-(shape[0] + 1) // BLOCK), -(-(shape[1] + 1) // BLOCK)
+        self._nodes = context.buffer(reserve=16 * shape[0] * shape[1])
+        self._boxes = context.buffer(reserve=16 * self._blocks[0] * self._blocks[1])
+
+    def take(self, nodes: Points) -> None:
+        """Take the positions (R, C, 2) that are placed from now on."""
+        self._nodes.write(np.ascontiguousarray(nodes, np.float64))
+
+    def place(self, scaling: Scaling, nodes: Nodes) -> tuple[Ints, Ints]:
+        """Place the nodes within the ring, which has been sent.
+
+        Return the whole pixels between which the nodes of every block are, ring included: two arrays (blocks down,
+        blocks across, 2).
+        """
+        shader = self._programs.compute("place_nodes.comp", (f"BLOCK {BLOCK}", f"CORNERS {BLOCK + 1}"))
+        shader["scale"], shader["offset"] = scaling
+        nodes.texture.bind_to_image(0, read=True, write=True)
+        self._nodes.bind_to_storage_buffer(0)
+        self._boxes.bind_to_storage_buffer(1)
+        shader.run(self._blocks[1], self._blocks[0])
+        self._context.memory_barrier()
+        boxes = np.frombuffer(self._boxes.read(), np.int32).reshape(*self._blocks, 2, 2)
+        return boxes[..., 0, :], boxes[..., 1, :]
+
+    def release(self) -> None:
+        """Free the GPU objects."""
+        release(self._nodes, self._boxes)
+
+
+def find_placer(context: moderngl.Context, shape: tuple[int, int]) -> NodePlacer | None:
+    """Return what places R x C nodes on the GPU; None where NumPy does that: on a software driver it is faster."""
+    return None if context.version_code < COMPUTE or is_software(context) else NodePlacer(context, shape)

@@ -7,6 +7,7 @@ import numpy as np
 
 from app.model.session import Heat
 from app.model.spaces import View
+from app.render.nodes import Scaling
 from app.render.sources.overlay_parameters import OverlayParameters
 from app.render.sources.source import Box
 from core.arrays import Bools, Bytes, Points
@@ -106,8 +107,9 @@ class CanvasScene:
         """The picture and its nodes, without what was regrown."""
         return self.beneath or Beneath(self.image, self.rest)
 
-    def in_framebuffer(self, points: Points) -> Points:
-        """Return canvas positions in framebuffer pixels, centres at integers.
+    @property
+    def scaling(self) -> Scaling:
+        """How canvas positions become framebuffer pixels, centres at integers.
 
         Where a canvas pixel is a whole number of framebuffer pixels, their borders are made to coincide, which moves
         the picture by half a pixel at most: at 100 % the pixels of the file are those of the screen. What is drawn
@@ -117,8 +119,12 @@ class CanvasScene:
         corner = np.asarray(self.view.pan) * self.pixel_ratio - zoom / 2
         if abs(zoom - round(zoom)) < 1e-6 and zoom > 0.5:
             corner = np.round(corner)
-        positions: Points = ((points + 0.5) * zoom + corner) / self.shrink - 0.5
-        return positions
+        across, down = ((corner + zoom / 2) / self.shrink - 0.5).tolist()
+        return Scaling(zoom / self.shrink, (across, down))
+
+    def in_framebuffer(self, points: Points) -> Points:
+        """Return canvas positions (..., 2) in framebuffer pixels."""
+        return self.scaling.place(points)
 
     def divider(self, width: int) -> int:
         """Return the framebuffer column, of `width`, from which on the result is shown."""

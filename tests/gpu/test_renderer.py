@@ -10,6 +10,7 @@ import pytest
 from app.model.spaces import View
 from app.render import gpu
 from app.render.export import render_mesh
+from app.render.nodes import Scaling
 from app.render.passes.mesh import MeshBuffers
 from app.render.renderer import Renderer
 from app.render.scene import CanvasScene, MarkColours, MarkOptions
@@ -237,13 +238,13 @@ def test_a_moved_picture_is_placed_once_and_one_that_rests_not_at_all(
     screen: Screen, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     placed: list[Points] = []
-    place = MeshBuffers.place
+    place = MeshBuffers._place
 
-    def counting(mesh: MeshBuffers, rest: Points, moved: Points) -> None:
+    def counting(mesh: MeshBuffers, rest: Points, moved: Points, scaling: Scaling) -> None:
         placed.append(moved)
-        place(mesh, rest, moved)
+        place(mesh, rest, moved, scaling)
 
-    monkeypatch.setattr(MeshBuffers, "place", counting)
+    monkeypatch.setattr(MeshBuffers, "_place", counting)
     scene = a_scene(marks=MarkOptions(grid=True))
     before = screen.shot(scene)
     assert len(placed) == 1

@@ -58,7 +58,7 @@ class BentCanvas:
 
     def _placed(self, places: Points, here: Points) -> MeshBuffers:
         """Return the mesh of a grid, its nodes from `places` put `here`."""
-        shape, stride = (here.shape[0], here.shape[1]), draft_stride(here, CELL_PX)
+        shape, stride = (here.shape[0], here.shape[1]), draft_stride(here, cell_px=CELL_PX)
         if self._mesh is None or (self._mesh.shape, self._mesh.stride) != (shape, stride):
             gpu.release(self._mesh)
             self._mesh = MeshBuffers(self._context, shape, stride=stride)

@@ -99,11 +99,12 @@ def _common(a: Box, b: Box) -> Box:
     return left, top, max(min(a[2], b[2]), left), max(min(a[3], b[3]), top)
 
 
-def draft_stride(positions: Points, cell_px: float = CELL_PX) -> int:
-    """Return which nodes of a row a draft draws, from their positions (R, C, 2) in its pixels: every so manieth.
+def draft_stride(nodes: Points, scale: float = 1.0, cell_px: float = CELL_PX) -> int:
+    """Return which nodes of a row a draft draws, from their positions (R, C, 2): every so manieth.
 
-    Its cells are about `cell_px` wide, where the grid's are smaller.
+    Its cells are about `cell_px` wide, where the grid's are smaller, in pixels of the draft: `scale` of them make one
+    of the positions'.
     """
-    cells = positions.shape[1] - 1, positions.shape[0] - 1
-    span = max(float(np.ptp(positions[..., axis])) / cells[axis] for axis in (0, 1))
+    cells = nodes.shape[1] - 1, nodes.shape[0] - 1
+    span = scale * max(float(np.ptp(nodes[..., axis])) / cells[axis] for axis in (0, 1))
     return max(int(cell_px / max(span, 1e-3)), 1)

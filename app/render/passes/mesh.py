@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.render.gpu import release
-from app.render.nodes import Nodes
+from app.render.nodes import BLOCK, Nodes, Scaling, find_placer
 from app.render.passes.ring import put_ring
 from app.render.programs import Names, programs_of, set_uniforms
 from app.render.source_footprint import Read, SourceFootprint
@@ -20,7 +20,6 @@ from app.render.sources.source import Box
 from core import tracing
 from core.arrays import Bools, Floats, Ints, Points
 
-BLOCK = 16
 NODE_UNITS = {"rest_nodes": 0, "moved_nodes": 1, "cell_nodes": 8}
 """Texture units."""
 EDGE_PX = 1.5
@@ -28,6 +27,8 @@ EDGE_PX = 1.5
 MOST_EDGE_LAYERS = 24
 STRAIGHT_PX = 1e-6
 """An outline that misses a rectangle by less is one."""
+BORDER = np.s_[:2], np.s_[-2:], np.s_[:, :2], np.s_[:, -2:]
+"""The nodes of the outline and those next to it: the ring follows from them."""
 
 
 class MeshBuffers:
@@ -51,38 +52,54 @@ class MeshBuffers:
         self._edge_counts = _edge_indices(shape)[1]
         self._arrays: dict[tuple[str, Names, int], moderngl.VertexArray] = {}
         self._first, self._count = _block_ranges(shape)
+        self._placer = find_placer(context, shape)
         self._rest: Points | None = None
         self._moved: Points | None = None
+        self._scaling = Scaling()
+        self._unscaled = self._nodes["moved_nodes"].inner
+        """Positions of the drawn nodes before they are scaled."""
         self._reach: SourceFootprint | None = None
         self._reads: dict[tuple[Box, float], Read | None] = {}
         """What was asked for since the nodes are where they are."""
 
-    def place(self, rest: Points, moved: Points) -> None:
-        """Set where the nodes come from (source pixels) and where they are (output pixels), both (R, C, 2)."""
-        if rest is self._rest and moved is self._moved:
+    def place(self, rest: Points, moved: Points, scaling: Scaling = Scaling()) -> None:  # noqa: B008  it is frozen
+        """Set where the nodes come from (source pixels) and where they are, both (R, C, 2).
+
+        The latter are output pixels when they are scaled.
+        """
+        if rest is self._rest and moved is self._moved and scaling == self._scaling:
             return
         with tracing.span("place"):
-            self._place(rest, moved)
+            self._place(rest, moved, scaling)
 
-    def _place(self, rest: Points, moved: Points) -> None:
+    def _place(self, rest: Points, moved: Points, scaling: Scaling) -> None:
         others = [self._nodes["rest_nodes"], self._nodes["cell_nodes"]]
-        places, is_new = self._nodes["moved_nodes"], rest is not self._rest
-        self._rest, self._moved, self._reach, self._reads = rest, moved, None, {}
-        drawn = moved[self._drawn]
-        places.inner[:] = drawn
+        places, placer = self._nodes["moved_nodes"], self._placer
+        is_new, has_moved = rest is not self._rest, moved is not self._moved
+        self._rest, self._moved, self._scaling, self._reach, self._reads = rest, moved, scaling, None, {}
+        if has_moved:
+            self._unscaled = moved[self._drawn]
         if is_new:
             others[0].inner[:] = rest[self._drawn]
+        for part in [np.s_[:]] if placer is None else BORDER:
+            places.inner[part] = scaling.place(self._unscaled[part])
         put_ring(places.at, *(nodes.at for nodes in others))
         with tracing.span("upload", what="nodes"):
-            places.send()
             for nodes in others:
                 if is_new:
                     nodes.send()
                 else:
                     nodes.send_ring()
-        self._low, self._high = _block_bounds(places.at)
-        self._thinnest = _thinnest_border(drawn)
-        self._straight = _rectangle_of(drawn)
+            if placer is None:
+                places.send()
+                self._low, self._high = _block_bounds(places.at)
+            else:
+                places.send_ring()
+                if has_moved:
+                    placer.take(self._unscaled)
+                self._low, self._high = placer.place(scaling, places)
+        self._thinnest = _thinnest_border(places.inner)
+        self._straight = _rectangle_of(places.inner)
 
     def blocks_in(self, box: Box) -> Bools:
         """Return which blocks may meet the output pixels of `box`."""
@@ -99,7 +116,9 @@ class MeshBuffers:
     def source_of(self, box: Box, *, least_stretch: float) -> Read | None:
         """Return what drawing the output pixels of `box` reads, None where nothing is to be drawn."""
         if self._reach is None:
-            self._reach = SourceFootprint.of(self._nodes["rest_nodes"].at, self._nodes["moved_nodes"].at)
+            places = self._nodes["moved_nodes"]
+            places.inner[:] = self._scaling.place(self._unscaled)  # the GPU's shader has placed them there only
+            self._reach = SourceFootprint.of(self._nodes["rest_nodes"].at, places.at)
         if (box, least_stretch) not in self._reads:
             self._reads[box, least_stretch] = self._reach.read_for(box, least_stretch=least_stretch)
         return self._reads[box, least_stretch]
@@ -132,7 +151,7 @@ class MeshBuffers:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        release(*self._arrays.values(), self._indices, self._edge_indices, *self._nodes.values())
+        release(*self._arrays.values(), self._indices, self._edge_indices, self._placer, *self._nodes.values())
 
 
 def _rectangle_of(points: Points) -> tuple[float, float, float, float]:

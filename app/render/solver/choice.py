@@ -3,14 +3,9 @@
 from collections.abc import Callable
 
 from app.render import gpu
-from app.render.gpu import release
+from app.render.gpu import COMPUTE, is_software, release
 from app.render.solver.grid_multigrid import GridMultigrid
 from core.arrays import WeftError
-
-COMPUTE = 430
-"""OpenGL 4.3, the first with compute shaders."""
-_SOFTWARE = ("llvmpipe", "softpipe", "swrast", "SwiftShader", "Microsoft Basic Render")
-"""In the names of drivers that draw on the processor: its own factor is faster there."""
 
 
 class GpuSolver:
@@ -27,8 +22,9 @@ class GpuSolver:
             context = gpu.standalone()
         except WeftError:
             return None
-        is_software = any(name in context.info["GL_RENDERER"] for name in _SOFTWARE)
-        return None if context.version_code < COMPUTE or (is_software and preferred == "auto") else self._make
+        # On a software driver the processor's own factor is faster.
+        lacks = context.version_code < COMPUTE or (preferred == "auto" and is_software(context))
+        return None if lacks else self._make
 
     def _make(self, shape: tuple[int, int]) -> GridMultigrid:
         """Return a solver for grids of a shape; the one before is spent."""
