@@ -7,7 +7,7 @@ import numpy as np
 
 from app.render.gpu import COMPUTE, is_software, release
 from app.render.programs import programs_of
-from core.arrays import Floats, Ints, Points
+from core.arrays import Points
 
 BLOCK = 16
 """Quads along the side of a block; only blocks that meet the target are drawn."""
@@ -90,7 +90,7 @@ class NodePlacer:
         """Take the positions (R, C, 2) that are placed from now on."""
         self._nodes.write(np.ascontiguousarray(nodes, np.float64))
 
-    def place(self, scaling: Scaling, nodes: Nodes) -> tuple[Ints, Ints]:
+    def place(self, scaling: Scaling, nodes: Nodes) -> tuple[Points, Points]:
         """Place the nodes within the ring, which has been sent.
 
         Return the whole pixels between which the nodes of every block are, ring included: two arrays (blocks down,
@@ -103,7 +103,7 @@ class NodePlacer:
         self._boxes.bind_to_storage_buffer(1)
         shader.run(self._blocks[1], self._blocks[0])
         self._context.memory_barrier()
-        boxes = np.frombuffer(self._boxes.read(), np.int32).reshape(*self._blocks, 2, 2)
+        boxes = np.frombuffer(self._boxes.read(), np.int32).astype(np.float64).reshape(*self._blocks, 2, 2)
         return boxes[..., 0, :], boxes[..., 1, :]
 
     def release(self) -> None:
