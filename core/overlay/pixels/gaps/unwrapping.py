@@ -144,7 +144,7 @@ def least_missing(squares: Squares, basis: Floats, step_px: float) -> tuple[Floa
     def costs(step: Floats) -> Floats:
         """Return what each pair costs whose second square is moved by so many texels more than the first."""
         by = step @ turns
-        return np.asarray(weight * np.linalg.norm(missed + by, axis=-1) + held * np.linalg.norm(by, axis=-1))
+        return np.asarray(weight * lengths(missed + by) + held * lengths(by))
 
     for size in MOVES:
         for _ in range(ROUNDS):
@@ -161,6 +161,11 @@ def least_missing(squares: Squares, basis: Floats, step_px: float) -> tuple[Floa
                 break
     cut = beside & (moved[one] != moved[other]).any(-1)
     return moved, np.bincount(np.concatenate([one[cut], other[cut]]), minlength=len(moved)) > 0
+
+
+def lengths(vectors: Floats) -> Floats:
+    """Return the lengths (n,) of vectors (n, 2)."""
+    return np.asarray(np.sqrt(np.einsum("nk,nk->n", vectors, vectors)), np.float64)
 
 
 def pairs_of(squares: Squares) -> tuple[Ints, Ints, Floats, Bools]:
@@ -184,10 +189,16 @@ def pairs_of(squares: Squares) -> tuple[Ints, Ints, Floats, Bools]:
 
 
 def cheapest(size: int, one: Ints, other: Ints, second: Floats, first: Floats) -> Bools:
-    """Return which of the squares move: pairs cost so much if only the second or the first does, else nothing."""
-    both, turn = np.rint(np.maximum(second + first, 0) / 2 / LEAST_COST), (second - first) / 2
-    alone = np.rint((np.bincount(other, turn, size) - np.bincount(one, turn, size)) / LEAST_COST)
-    return minimum_cut(one, other, both, np.maximum(alone, 0), np.maximum(-alone, 0))
+    """Return which of the squares move: pairs cost so much if only the second or the first does, else nothing.
+
+    One of them may be a gain, and the other costs as much at least. The gain is told as costs of the single squares, so
+    that the flow of the cut begins and ends at what gains alone, which is little.
+    """
+    second, first = (np.rint(costs / LEAST_COST) for costs in (second, first))
+    gain = np.minimum(second, 0) - np.minimum(first, 0)
+    alone = np.bincount(other, gain, size) - np.bincount(one, gain, size)
+    between, back = np.maximum(second - gain, 0), np.maximum(first + gain, 0)
+    return minimum_cut(one, other, between, np.maximum(alone, 0), np.maximum(-alone, 0), back)
 
 
 def by_pixels(values: NDArray[Any], side: int, shape: tuple[int, ...]) -> NDArray[Any]:
