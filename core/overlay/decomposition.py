@@ -5,7 +5,10 @@ I(x) = Wp(x) T(Wg(x)) + HF(x)
 
 import time
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from operator import attrgetter
 from typing import TypeVar
 
 import numpy as np
@@ -18,6 +21,7 @@ from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.likelihood import count_explained
+from core.overlay.pixels.layers import painted
 from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.registration.cloth import Fit, FittedCloth
@@ -78,6 +82,16 @@ class FoundCloth:
     scale: int
     opacity: Singles | np.float32
     """(H, W), or one number: of what is laid there."""
+    is_sure: bool
+    """Whether no doubt is left about it (`Find`)."""
+
+    @cached_property
+    def explained(self) -> float:
+        """What speaks for it as it is registered, before single pixels are looked at (`count_explained`)."""
+        masks = [self.cloth.mesh.pixels_of(piece.cells) for piece in self.fit.pieces]
+        uv, light = painted(self.cloth.mesh, list(self.fit.pieces), masks, self.cloth.valid)
+        modelled = np.nan_to_num(light)[..., None] * self.fit.texel.singles(np.nan_to_num(uv))
+        return count_explained(self.cloth.photo, modelled, finite(uv))
 
 
 def decompose(
@@ -96,20 +110,19 @@ def decompose(
     `start` alone if it is given, and is left out if the `lattice` is, in connected parts. Raises `NoPatternError`
     where no lattice is found, and where one explains no pixel of the photo.
 
-    With a region the pattern is looked for twice, within it and in all of the photo, and of both finds that is kept
-    that explains the region better: a region can only help.
+    Where the find within a region leaves doubts the pattern is looked for in all of the photo too, and of both finds
+    that is kept that explains the region better: a region can only help.
     """
     seconds: dict[str, float] = {}
-    searches = [find(photo, region=region, texel_px=texel_px, start=start, lattice=lattice, seed=seed)]
-    if region is not None and start is None and lattice is None:
-        searches.append(find_unbounded_cloth(photo, region, texel_px=texel_px, seed=seed))
     finds: list[FoundCloth] = []
-    for number, search in enumerate(searches):
-        ends = (0.9 * end / len(searches) for end in (number, number + 1))
-        try:
-            finds.append((yield from time_stages(part(search, *ends), seconds)))
-        except NoPatternError:
-            continue
+    search = find(photo, region=region, texel_px=texel_px, start=start, lattice=lattice, seed=seed)
+    with suppress(NoPatternError):
+        finds.append((yield from time_stages(part(search, 0.0, 0.45), seconds)))
+    is_doubtful = not any(found.is_sure for found in finds)
+    if is_doubtful and region is not None and start is None and lattice is None:
+        search = find_unbounded_cloth(photo, region, texel_px=texel_px, seed=seed)
+        with suppress(NoPatternError):
+            finds.append((yield from time_stages(part(search, 0.45, 0.9), seconds)))
     yield Progress(0.9, SPLITTING)
     started = time.perf_counter()
     with one_thread():
@@ -162,7 +175,7 @@ def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Boo
 def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
     """Return what was found on the working picture as that of the photo (H, W, 3)."""
     opacity = np.float32(1) if region is None else region.astype(np.float32)
-    return FoundCloth(found.cloth, found.followed, photo, may_be_cloth(photo, region), scale, opacity)
+    return FoundCloth(found.cloth, found.followed, photo, may_be_cloth(photo, region), scale, opacity, found.is_sure)
 
 
 def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
@@ -210,29 +223,13 @@ def split(found: FoundCloth) -> Decomposition:
 
 
 def split_best(finds: list[FoundCloth]) -> Decomposition:
-    """Return the parts of that find that explains most; several of a large photo are compared at its working size.
-
-    Raises `NoPatternError` where no find explains a pixel.
-    """
-    if len(finds) == 1:
-        return split(finds[0])
-    results: list[tuple[FoundCloth, Decomposition]] = []
+    """Return the parts of that find that explains most; raise `NoPatternError` where none explains a pixel."""
+    if len(finds) > 1:
+        finds = sorted(finds, key=attrgetter("explained"), reverse=True)
     for found in finds:
-        try:
-            results.append((found, split(at_working_size(found))))
-        except NoPatternError:
-            continue
-    if not results:
-        raise NoPatternError
-    best, result = max(results, key=lambda pair: pair[1].explained)
-    return result if best.scale == 1 else split(best)
-
-
-def at_working_size(found: FoundCloth) -> FoundCloth:
-    """Return a find on the photo as it was searched."""
-    if found.scale == 1:
-        return found
-    return replace(found, photo=found.cloth.photo, valid=found.cloth.valid, scale=1, opacity=np.float32(1))
+        with suppress(NoPatternError):
+            return split(found)
+    raise NoPatternError
 
 
 def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:

@@ -26,7 +26,7 @@ from core.overlay.detection.seeding import (
 )
 from core.overlay.detection.stages import Stage
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.registration.evidence import Evidence, weigh
+from core.overlay.registration.evidence import CLEAR, Evidence, weigh
 from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
@@ -83,6 +83,11 @@ class Find:
     def is_clear(self) -> bool:
         """Whether no doubt is left about it."""
         return self.weight.is_clear and self.is_credible
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether it leaves no doubt about all that may be cloth."""
+        return self.takes_away > CLEAR
 
     @cached_property
     def steps(self) -> Lattice:

@@ -57,10 +57,10 @@ def test_whole_cloth_takes_no_ground_that_explains_little(
 
 
 def find_wrongly(*given: Any, **words: Any) -> Job[FoundCloth]:
-    """Return what is found, its coordinates beside the photo's by a part of a texel that changes."""
+    """Return what is found, its coordinates beside the photo's by a part of a texel that changes, with doubts."""
     found = yield from find(*given, **words)
     moved = [replace(piece, uv=piece.uv + 0.4 * np.sin(9 * piece.uv[..., ::-1])) for piece in found.fit.pieces]
-    return replace(found, fit=replace(found.fit, pieces=tuple(moved)))
+    return replace(found, fit=replace(found.fit, pieces=tuple(moved)), is_sure=False)
 
 
 def find_none(*_: Any, **__: Any) -> Job[FoundCloth]:
@@ -79,7 +79,29 @@ def test_where_the_search_in_a_region_fails_the_find_without_it_is_kept(
     assert found.explained > 0.97 * usual.explained > 0
 
 
-def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched() -> None:
+@pytest.mark.parametrize("is_sure", [True, False])
+def test_all_of_the_photo_is_searched_only_where_the_find_in_a_region_leaves_doubts(
+    monkeypatch: pytest.MonkeyPatch, is_sure: bool
+) -> None:
+    searched: list[bool] = []
+
+    def find_first(*given: Any, **words: Any) -> Job[FoundCloth]:
+        found = yield from find(*given, **words)
+        assert found.is_sure
+        return replace(found, is_sure=is_sure)
+
+    def find_unbounded(*_: Any, **__: Any) -> Job[FoundCloth]:
+        searched.append(True)
+        return find_none()
+
+    monkeypatch.setattr(decomposition, "find", find_first)
+    monkeypatch.setattr(decomposition, "find_unbounded_cloth", find_unbounded)
+    assert run(decompose(SCENE.photo, region=HALF)).covered.any()
+    assert searched == [True] * (not is_sure)
+
+
+def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decomposition, "find", find_wrongly)
     small = make_scene(motif(), size=(100, 110))
     large, right = (np.repeat(np.repeat(plane, 10, 0), 10, 1) for plane in (small.photo, HALF[:100, :110]))
     found = run(decompose(large, region=right))
