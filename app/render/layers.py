@@ -55,6 +55,10 @@ class CanvasLayers:
         """Show what has come."""
         self.shown, self.coming = self.coming, self.shown
 
+    def has_picture(self, scene: CanvasScene) -> bool:
+        """Return whether the picture of `scene` is there, under whatever marks."""
+        return self.shows(scene) or (self.steps is None and scene.shows_same_picture(self.goal))
+
     def give_up(self) -> None:
         """Leave what is not finished; what is shown stays."""
         if self.steps is not None:

@@ -89,26 +89,29 @@ class Renderer:
         """
         best = self._layers = self._fitting(self._layers, CanvasLayers, (viewport[2], viewport[3]))
         with tracing.span("draw"):
-            if scene.draft and self._costs.full_fits is False:
+            started, rests, is_slow = self._clock(), replace(scene, draft=False), self._costs.full_fits is False
+            stays = self._shows_best and scene.fills_same_place(best.drawn)
+            is_drafted = is_slow and not stays and not best.has_picture(rests)
+            if is_drafted:
+                self._show_draft(scene, viewport, best)
+            if scene.draft and is_slow:
                 best.give_up()
                 self._shows_best = False
-            elif self._refine(replace(scene, draft=False), best):
-                self._shows_best = True
-            elif not (self._shows_best and scene.fills_same_place(best.drawn)):
-                self._shows_best = False
+            else:  # in what a draft leaves of the frame
+                self._shows_best = self._refine(rests, best, started) or stays
             if self._shows_best:
                 self._blitter.show(best, scene.palette.desk, viewport)
-            else:
+            elif not is_drafted:
                 self._show_draft(scene, viewport, best)
 
-    def _refine(self, scene: CanvasScene, best: CanvasLayers) -> bool:
-        """Draw on for as long as a frame may take; return whether the canvas is there at its best."""
+    def _refine(self, scene: CanvasScene, best: CanvasLayers, started: float) -> bool:
+        """Draw on for what is left of a frame that has `started`; return whether the canvas is there at its best."""
         if best.shows(scene):
             best.give_up()
             return True
         if not scene.shows_same_picture(best.goal):
             best.begin(scene, self._loading(scene, best), self._best(scene, best))
-        if best.steps is not None and not (self._loads_on(best) and self._goes_on(best)):
+        if best.steps is not None and not (self._loads_on(best) and self._goes_on(best, started)):
             return False
         if not best.shows(scene):
             draw_at_once(self._composing(scene, best))
@@ -131,8 +134,8 @@ class Renderer:
         yield
         yield from self._composing(scene, best)
 
-    def _goes_on(self, best: CanvasLayers) -> bool:
-        """Take the next steps; return whether there are no more."""
+    def _goes_on(self, best: CanvasLayers, frame_started: float) -> bool:
+        """Take the next steps, one at least; return whether there are no more."""
         assert best.steps is not None
         if self._costs.full_fits:
             self._send(best, best.steps)
@@ -141,7 +144,7 @@ class Renderer:
         with tracing.span("refine"):
             for _ in best.steps:
                 self._context.finish()
-                if self._clock() - started >= AT_REST * self._costs.frame_s:
+                if self._clock() - frame_started >= AT_REST * self._costs.frame_s:
                     best.spent_s += self._clock() - started
                     self._costs.learn_full(best.spent_s, finished=False)
                     return False

@@ -63,6 +63,11 @@ class Prepared:
         same = replace(self._options, lines=options.lines) == _of_features(options)
         return same and self.mapping.features is not features
 
+    def is_painted_on(self, features: Features) -> bool:
+        """Return whether these are its features, or share a node with them: then they share the factor as well."""
+        mine = self.mapping.features
+        return mine is features or bool(((mine.labels > 0) & (features.labels > 0)).any())
+
     @property
     def is_ready(self) -> bool:
         """Whether `refine` has nothing to prepare for straight lines."""

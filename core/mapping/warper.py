@@ -73,9 +73,16 @@ class Warper:
         self._last = LastAnswer()
 
     def is_ready(self, features: Features, options: MappingOptions) -> bool:
-        """Return whether the next answer to these features and options prepares no straight lines."""
+        """Return whether the next answer to these features and options prepares no straight lines, and no mask anew.
+
+        A mask is painted on where any node stays in a feature.
+        """
         mask = self._prepared
-        if options.keep == "none" or options.lines is None:
+        if options.keep == "none":
+            return True
+        if mask is not None and not mask.is_painted_on(features):
+            return False
+        if options.lines is None:
             return True
         return mask is not None and (
             mask.is_other_mask(features, options) or (mask.fits(features, options) and mask.is_ready)

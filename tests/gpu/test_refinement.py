@@ -9,6 +9,7 @@ import pytest
 
 from app.model.spaces import View
 from app.render.scene import CanvasScene, MarkOptions
+from core import tracing
 from core.arrays import Bytes
 from core.imaging.images import Image
 from core.rasters.raster import Raster
@@ -171,6 +172,16 @@ def test_the_last_picture_stays_until_its_successor_is_whole(slow: Screen, fast:
     assert len(shots) > 4
     assert all(np.array_equal(shot, before) for shot in shots[:-1])
     assert np.array_equal(shots[-1], fast.shot(moved(scene, 0.7)))
+
+
+def test_what_moves_is_shown_before_time_goes_into_making_it_better(slow: Screen) -> None:
+    slow.rest(a_scene())
+    tracing.start()
+    slow.shot(moved(a_scene(), 9.0))
+    assert [event["name"] for event in tracing.events() if event["name"] in ("bend", "draft", "refine")] in (
+        ["bend", "refine"],
+        ["draft", "refine"],
+    )
 
 
 def test_another_view_does_not_wait_for_its_best(slow: Screen) -> None:

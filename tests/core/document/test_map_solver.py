@@ -82,3 +82,17 @@ def test_solvers_look_for_the_lines_of_a_picture_once(monkeypatch: pytest.Monkey
     assert not solvers[1].is_heavy(start)
     solvers[0].frame(replace(start, image=Image(start.image.pixels.copy())))
     assert len(looked) == 2
+
+
+def test_a_mask_that_shares_nothing_with_the_last_one_is_no_work_for_a_frame() -> None:
+    def marked(left: int, right: int) -> Document:
+        mask = np.zeros((document().size_px[1], document().size_px[0]), np.uint8)
+        mask[30:60, left:right] = 255
+        return replace(bare, mask=Raster.from_array(mask))
+
+    bare = replace(document(), curves=(), pins=()).with_warp(straight=False)
+    solver = MapSolver()
+    solver.frame(marked(20, 50))
+    assert not solver.is_heavy(marked(20, 60))
+    assert solver.is_heavy(marked(70, 90))
+    assert not solver.is_heavy(marked(20, 50).with_warp(bend=40.0))
