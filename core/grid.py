@@ -7,6 +7,7 @@ from top left to bottom right wherever quads are cut into triangles.
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,6 +19,8 @@ DEFAULT_QUADS = 24_000
 """FAT sec. 4 keeps the system between 20 000 and 50 000 unknowns."""
 DEFAULT_NODES_AT_MOST = 50_000
 NODES_AT_MOST = 4_000_000
+SIDES: list[Any] = [np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]]
+"""Top, bottom, left and right side of what a grid has at its nodes."""
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 
 from core.arrays import Bools, Points
-from core.grid import Features, Grid
+from core.grid import SIDES, Features, Grid
 from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import bodies_of, body_index, fit_residual
 from core.mapping.folds import find_folded_quads
-from core.mapping.handles.frame_glide import SIDES
 from core.mapping.handles.handles import Handles, ring_radius
 from core.mapping.handles.poses import find_owners
 from core.mapping.handles.probes import Probes

@@ -46,7 +46,7 @@ class Multigrid:
         Where `share` is set, that is a share of the largest value of the solution. Raises `ArithmeticError` where the
         driver finds nothing finite.
         """
-        self._load.write(np.ascontiguousarray(load, np.float32).tobytes())
+        self._load.write(np.ascontiguousarray(load, np.float32))
         self._bind(v)
         if not self._begin() > 0:  # 0 is nearer, or the last solution was not finite
             v.clear()

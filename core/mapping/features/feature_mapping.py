@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from core.arrays import Bools, Floats, InputError, Ints, Points
-from core.grid import Features, Grid
+from core.grid import SIDES, Features, Grid
 from core.linalg.blas import one_thread
 from core.linalg.grid_solver import GridSolver
 from core.linalg.laplacian import divergence, edge_weights, laplacian, node_values
@@ -182,7 +182,7 @@ class FeatureMapping:
                 y = self.factor.forward_again(as_two(np.where(self.free, r, 0).ravel()))
         else:
             pose = self.pose(w, alpha, t, moving=np.zeros(len(alpha), bool), frame=frame)
-            z, y = pose.start.copy(), pose.load
+            z, y = pose.start, pose.load
             self.put_bodies(z, alpha, t)
         with one_thread():
             return Approach(z, y, to - points.read(z) - points.moved_by(y))
@@ -191,7 +191,9 @@ class FeatureMapping:
         """Return where nodes (R, C) end with points held (FAT eq. 8): by forces λ on them, K_ff v = r_f + Cᵀ M* λ."""
         with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.backward(found.load + points.pull(found.missed)))
-        return np.asarray(found.start + v.reshape(found.start.shape))
+        z = v.reshape(found.start.shape)
+        z += found.start
+        return z
 
     @property
     def moved_bodies(self) -> list[Body]:
@@ -253,7 +255,8 @@ class FeatureMapping:
             return self.place_at(pose.w, alpha, t)
         with one_thread(), self.clock.measure("solve"):
             c = np.concatenate([alpha[:joint], t[:joint]])
-            z = pose.start + self._placement.follow(c, pose.load, pose.moving).reshape(pose.w.shape)
+            z = self._placement.follow(c, pose.load, pose.moving).reshape(pose.w.shape)
+            z += pose.start
             z.ravel()[self._joint.nodes] = self._joint.place(alpha[:joint], t[:joint])
         return Solution(z, alpha, t)
 
@@ -275,7 +278,7 @@ class FeatureMapping:
         It is 0 but around features, and along a frame that `glides`.
         """
         load, moved = np.zeros_like(w), self.index >= 0
-        glides = glides and bool((w != z)[self.grid.outline].any())
+        glides = glides and any((w[side] != z[side]).any() for side in SIDES)
         if glides:
             moved = moved | self.grid.outline
         for patch in cover(np.ones(w.shape, bool)) if glides else self._around_features:

@@ -50,7 +50,7 @@ class ReducedSystem:
 
     def __init__(self, fields: list[Field], *, free: Bools, factor: GridSolver) -> None:
         self.fields = fields
-        self._factor, self._free = factor, free
+        self._factor, self._free, self._bound = factor, free, ~free
         self._count = n = len(fields)
         self._G = np.zeros((2 * n, 2 * n), np.complex128)
         for i, field in enumerate(fields):
@@ -72,17 +72,18 @@ class ReducedSystem:
     ) -> tuple[Complexes, Floats]:
         """Return c = (α, t) and the load of v without the columns of the features `moving`, for W, the start z⁰ and r.
 
-        The features `moving` find their place, with |α| = `scales`, one for each, where these are given, and α real
-        where one of them does not turn (`turns`); the others have that of `given`, (α, t).
+        r is spent. The features `moving` find their place, with |α| = `scales`, one for each, where these are given,
+        and α real where one of them does not turn (`turns`); the others have that of `given`, (α, t).
         """
         n = self._count
         chosen = np.concatenate([moving, n + moving])
         c = given.copy()
         c[chosen] = 0
-        load = r.copy()
+        load = r.copy() if moving.size else r
         for i in np.flatnonzero(np.isin(np.arange(n), moving, invert=True)):
             load[self.fields[i].window] += c[i] * self.fields[i].load[0] + c[n + i] * self.fields[i].load[1]
-        y = self._factor.forward_again(as_two(np.where(self._free, load, 0).ravel()))
+        load[self._bound] = 0
+        y = self._factor.forward_again(as_two(load.ravel()))
         if moving.size:
             reduced = self.prepare(moving)
             g = np.array([self.fields[i].weighed(r, z0, w, TIE) for i in moving]).T.ravel() - (self._G @ c)[chosen]

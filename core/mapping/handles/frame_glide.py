@@ -1,20 +1,16 @@
 """How the nodes of a straight frame glide along its sides, beside features and with them."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from core.arrays import Floats, Ints, Points
-from core.grid import Grid
+from core.grid import SIDES, Grid
 from core.linalg.factor import Factor
 from core.linalg.laplacian import edge_weights, find_stored, laplacian, node_values, pattern
 from core.mapping.features.feature_mapping import FeatureMapping
 from core.mapping.handles.free_plate import SMOOTH_NODES
 from core.mapping.jacobians import Complexes
-
-SIDES: list[Any] = [np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1]]
-"""Top, bottom, left and right side of what a grid has at its nodes."""
 
 
 class FrameGlide:

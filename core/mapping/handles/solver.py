@@ -95,7 +95,8 @@ class HandleSolver:
             turned = again
         last, self._d = self._d, found.d
         moves = last is None or np.abs(found.d - last).max() > SEEN_PX / 2
-        z = reference.z + mapping.hold(found.approach, s.held)
+        z = mapping.hold(found.approach, s.held)
+        z += reference.z
         if len(found.alpha):
             mapping.put_bodies(z, found.alpha, found.t)
         return Moved(Solution(z, found.alpha, found.t), found.D, goal, is_final=not moves)

@@ -9,13 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints
-from core.grid import Grid
+from core.grid import SIDES, Grid
 from core.mapping.features.feature_mapping import JOINT_AT_MOST, FeatureMapping
 from core.mapping.features.pose import Solution
 from core.mapping.features.quad_weights import assign_roles
 from core.mapping.folds import corner_areas
 from core.mapping.handles.constraints import Constraints
-from core.mapping.handles.frame_glide import SIDES
 from core.mapping.injective.outline import OutlineNodes
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.tolerances import LEAST_SHARE, ROUNDING

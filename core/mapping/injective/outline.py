@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints
-from core.grid import Grid
-from core.mapping.handles.frame_glide import SIDES
+from core.grid import SIDES, Grid
 from core.mapping.jacobians import Complexes
 from core.mapping.tolerances import ROUNDING
 

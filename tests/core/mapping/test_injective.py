@@ -5,14 +5,13 @@ import numpy as np
 import pytest
 
 from core.arrays import Bytes, Floats, Points
-from core.grid import Features, Grid, find_features
+from core.grid import SIDES, Features, Grid, find_features
 from core.linalg.blas import on_one_thread
 from core.mapping.features.feature_mapping import FeatureMapping, Keep
 from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import fit_residual
 from core.mapping.folds import corner_areas, find_folded_quads
 from core.mapping.handles.constraints import Constraints
-from core.mapping.handles.frame_glide import SIDES
 from core.mapping.handles.probes import Probes
 from core.mapping.injective.levels import GridLevel, Map
 from core.mapping.injective.outline import CORNERS

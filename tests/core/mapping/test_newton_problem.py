@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.mapping.handles.frame_glide import SIDES
+from core.grid import SIDES
 from core.mapping.injective.levels import GridLevel, Transfer
 from core.mapping.injective.newton import find_direction
 from core.mapping.injective.outline import OutlineNodes
