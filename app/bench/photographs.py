@@ -10,7 +10,6 @@ import sys
 import time
 import traceback
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -22,12 +21,11 @@ from core.imaging import color
 from core.imaging.image import Image
 from core.imaging.images import load, load_mask
 from core.overlay.composition import Placement
-from core.overlay.decomposition import Decomposition, decompose
+from core.overlay.decomposition import Decomposition, decompose, decompose_whole_cloth
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import Parts, encode, lay_over, searchable, texture_colours
 from core.overlay.pixels.jacobian_validity import jumps, no_cloth
 from core.overlay.tolerances import STRETCH
-from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import run
 
 Record: TypeAlias = dict[str, Any]
@@ -101,9 +99,9 @@ def _records(file: Path, half: int, tasks: tuple[Task, ...], texture: Floats) ->
 
 def _try_out(image: Image, cloth: Bools | None, task: Task, texture: Floats) -> Record:
     """Return what came of one photo: an outcome, scores, whether they are enough, and processor seconds."""
-    finding = partial(decompose, encode(image))
     region = searchable(image, cloth if task == "painted" else None)
-    job = decompose_whole_cloth(image, region, finding) if task == "whole_cloth" else finding(region=region)
+    whole = task == "whole_cloth"
+    job = decompose_whole_cloth(image, region=region) if whole else decompose(encode(image), region=region)
     scores = dict.fromkeys(SCORES, 0.0)
     began = time.process_time()
     try:

@@ -14,7 +14,7 @@ from core.files.faults import faults_named
 from core.imaging import color
 from core.imaging.images import Image, load, load_mask
 from core.imaging.images import write as write_picture
-from core.overlay.decomposition import decompose, shrunk
+from core.overlay.decomposition import decompose, decompose_whole_cloth, shrunk
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
@@ -22,7 +22,6 @@ from core.overlay.detection.stages import Stage
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.storage.folder import read_lattice, write
 from core.overlay.storage.pictures import stage_picture
-from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import Job, Progress, stepwise
 
 T = TypeVar("T")
@@ -49,14 +48,9 @@ def run(arguments: argparse.Namespace) -> None:
     check(arguments)
     image = load(arguments.image)
     photo, region = encode(image), usable(image, arguments.region)
-    finding = partial(
-        decompose,
-        photo,
-        texel_px=arguments.texel_size,
-        lattice=take_lattice(arguments.lattice, image.size_px),
-        seed=arguments.seed,
-    )
-    job = decompose_whole_cloth(image, region, finding) if arguments.whole_cloth else finding(region=region)
+    lattice = take_lattice(arguments.lattice, image.size_px)
+    finding = partial(decompose_whole_cloth, image) if arguments.whole_cloth else partial(decompose, photo)
+    job = finding(region=region, texel_px=arguments.texel_size, lattice=lattice, seed=arguments.seed)
     shown: list[Stage] = []
     try:
         found = run_shown(watch(job, shown))

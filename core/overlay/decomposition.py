@@ -13,21 +13,24 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.arrays import Bools, Floats, Points, Singles
+from core.arrays import Bools, Floats, InputError, Points, Singles
+from core.imaging.image import Image
 from core.linalg.blas import on_one_thread, one_thread
 from core.overlay.composition import difference, finite
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.laying.compositing import encode, searchable
 from core.overlay.likelihood import count_explained
-from core.overlay.pixels.layers import painted
+from core.overlay.pixels.layers import painted, spread_mask
 from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.vertices import whole_lattice
-from core.overlay.search.finding import Find, find_cloth, find_unbounded, register_lattice
+from core.overlay.search.finding import Find, find_cloth, follow_within, register_lattice
 from core.overlay.texel import Texel
+from core.overlay.whole_cloth import widen
 from core.progress import Job, Progress, part
 
 T = TypeVar("T")
@@ -85,6 +88,11 @@ class FoundCloth:
     is_sure: bool
     """Whether no doubt is left about it (`Find`)."""
 
+    @property
+    def covered(self) -> Bools:
+        """Pixels (H, W) of the photo in which it is registered."""
+        return spread_mask(self.cloth.valid & self.cloth.mesh.pixels_of(self.fit.cells), self.valid.shape)
+
     @cached_property
     def explained(self) -> float:
         """What speaks for it as it is registered, before single pixels are looked at (`count_explained`)."""
@@ -114,20 +122,62 @@ def decompose(
     that is kept that explains the region better: a region can only help.
     """
     seconds: dict[str, float] = {}
+    job = find_all(photo, region=region, texel_px=texel_px, start=start, lattice=lattice, seed=seed)
+    finds = yield from part(time_stages(job, seconds), 0.0, 0.9)
+    return (yield from part(split_best(finds, seconds), 0.9, 1.0))
+
+
+def decompose_whole_cloth(
+    image: Image,
+    *,
+    region: Bools | Singles | None = None,
+    texel_px: float | None = None,
+    lattice: list[Lattice] | None = None,
+    seed: int = 0,
+) -> Job[Decomposition]:
+    """Return the decomposition of all of the cloth of which the pattern is found in `region` (H, W).
+
+    What is found is followed on over the object that stands out there; where that is no better it stays as it was. What
+    is given and raised is as for `decompose`.
+    """
+    seconds: dict[str, float] = {}
+    job = find_all(encode(image), region=region, texel_px=texel_px, lattice=lattice, seed=seed)
+    finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
+
+    def follow_on(cloth: Bools) -> Job[FoundCloth]:
+        return follow(finds[0], searchable(image, cloth), seed)
+
+    with suppress(InputError):
+        wider = widen(image, finds[0], follow_on)
+        finds = [(yield from part(time_stages(wider, seconds), 0.6, 0.9)), *finds]
+    return (yield from part(split_best(finds, seconds), 0.9, 1.0))
+
+
+def find_all(
+    photo: Floats | Singles,
+    *,
+    region: Bools | Singles | None = None,
+    texel_px: float | None = None,
+    start: Proposal | None = None,
+    lattice: list[Lattice] | None = None,
+    seed: int = 0,
+) -> Job[list[FoundCloth]]:
+    """Return the finds that are compared, the one that explains most first; what is given is as for `decompose`.
+
+    Raises `NoPatternError` where there is none.
+    """
     finds: list[FoundCloth] = []
     search = find(photo, region=region, texel_px=texel_px, start=start, lattice=lattice, seed=seed)
     with suppress(NoPatternError):
-        finds.append((yield from time_stages(part(search, 0.0, 0.45), seconds)))
+        finds.append((yield from part(search, 0.0, 0.5)))
     is_doubtful = not any(found.is_sure for found in finds)
     if is_doubtful and region is not None and start is None and lattice is None:
-        search = find_unbounded_cloth(photo, region, texel_px=texel_px, seed=seed)
         with suppress(NoPatternError):
-            finds.append((yield from time_stages(part(search, 0.45, 0.9), seconds)))
-    yield Progress(0.9, SPLITTING)
-    started = time.perf_counter()
-    with one_thread():
-        result = split_best(finds)
-    return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started})
+            bare = yield from part(find(photo, texel_px=texel_px, seed=seed), 0.5, 0.9)
+            finds.append((yield from part(follow(bare, region, seed), 0.9, 1.0)))
+    if not finds:
+        raise NoPatternError
+    return finds if len(finds) == 1 else sorted(finds, key=attrgetter("explained"), reverse=True)
 
 
 def find(
@@ -150,14 +200,14 @@ def find(
     return found_on(photo, region, scale, (yield from on_one_thread(job)))
 
 
-def find_unbounded_cloth(
-    photo: Floats | Singles, region: Bools | Singles, *, texel_px: float | None = None, seed: int = 0
-) -> Job[FoundCloth]:
-    """Return the cloth that is found without a region, restricted to the region; parameters are as for `decompose`."""
-    small, canvas, scale = working_picture(photo, region)
-    side = None if texel_px is None else texel_px / scale
-    job = find_unbounded(small, canvas, seed, texel_px=side)
-    return found_on(photo, region, scale, (yield from on_one_thread(job)))
+def follow(found: FoundCloth, region: Bools | Singles | None, seed: int) -> Job[FoundCloth]:
+    """Return a cloth restricted to a `region` (H, W) and followed there; raise `NoPatternError` where nothing is left.
+
+    `region` and `seed` are as for `decompose`.
+    """
+    small, canvas, scale = working_picture(found.photo, region)
+    job = follow_within(found.cloth, found.fit, small, canvas, seed)
+    return found_on(found.photo, region, scale, (yield from on_one_thread(job)))
 
 
 def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture, int]:
@@ -222,13 +272,17 @@ def split(found: FoundCloth) -> Decomposition:
     return finish(found, go_through(begun_model(found)))
 
 
-def split_best(finds: list[FoundCloth]) -> Decomposition:
-    """Return the parts of that find that explains most; raise `NoPatternError` where none explains a pixel."""
-    if len(finds) > 1:
-        finds = sorted(finds, key=attrgetter("explained"), reverse=True)
+def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomposition]:
+    """Return the parts of the first one of the finds that explains a pixel, with the `seconds` that stages took.
+
+    Raises `NoPatternError` where none does.
+    """
+    yield Progress(0.0, SPLITTING)
+    started = time.perf_counter()
     for found in finds:
-        with suppress(NoPatternError):
-            return split(found)
+        with suppress(NoPatternError), one_thread():
+            result = split(found)
+            return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started})
     raise NoPatternError
 
 

@@ -21,7 +21,6 @@ from core.overlay.detection.seeding import (
     NoPatternError,
     divides,
     find_lattices,
-    flat_canvas,
     part_of,
 )
 from core.overlay.detection.stages import Stage
@@ -146,16 +145,13 @@ def find_cloth(
     return Find(cloth, found, weigh(cloth, found))
 
 
-def find_unbounded(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None) -> Job[Find]:
-    """Return the cloth found in all of a photo (H, W, 3), restricted to what the `canvas` bounds and followed there.
+def follow_within(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
+    """Return the cloth of a photo (H, W, 3) restricted to what the `canvas` bounds, and followed there.
 
-    Raises `NoPatternError` if there is no pattern.
+    Raises `NoPatternError` where nothing is left of it.
     """
-    whole = flat_canvas(photo, np.ones(canvas.shape, np.bool_))
-    bare = yield from part(find_cloth(photo, whole, seed, texel_px=texel_px), 0.0, 0.7)
-    bounded = restrict(bare.cloth, bare.followed, photo, canvas)
-    cloth, found = yield from part(complete(*bounded, [], seed), 0.7, 1.0)
-    return Find(cloth, found, weigh(cloth, found), repeats=bare.repeats)
+    cloth, found = yield from complete(*restrict(cloth, found, photo, canvas), [], seed)
+    return Find(cloth, found, weigh(cloth, found))
 
 
 def register_lattice(photo: Floats, canvas: FlatPicture, lattices: list[Lattice], seed: int) -> Job[Find]:

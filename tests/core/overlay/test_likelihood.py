@@ -56,15 +56,19 @@ def test_whole_cloth_takes_no_ground_that_explains_little(
         assert run(whole_cloth.widen(Image(np.zeros((*SIZE, 3), np.uint8)), found, find_on)).explained == explains
 
 
-def find_wrongly(*given: Any, **words: Any) -> Job[FoundCloth]:
-    """Return what is found, its coordinates beside the photo's by a part of a texel that changes, with doubts."""
-    found = yield from find(*given, **words)
+def find_wrongly(*given: Any, region: Bools | None = None, **words: Any) -> Job[FoundCloth]:
+    """Return what is found: in a region, with doubts, and coordinates off by a part of a texel that changes."""
+    found = yield from find(*given, region=region, **words)
+    if region is None:
+        return found
     moved = [replace(piece, uv=piece.uv + 0.4 * np.sin(9 * piece.uv[..., ::-1])) for piece in found.fit.pieces]
     return replace(found, fit=replace(found.fit, pieces=tuple(moved)), is_sure=False)
 
 
-def find_none(*_: Any, **__: Any) -> Job[FoundCloth]:
-    yield Progress(0.0)
+def find_none(*given: Any, region: Bools | None = None, **words: Any) -> Job[FoundCloth]:
+    """Return what is found without a region."""
+    if region is None:
+        return (yield from find(*given, **words))
     raise NoPatternError
 
 
@@ -85,19 +89,15 @@ def test_all_of_the_photo_is_searched_only_where_the_find_in_a_region_leaves_dou
 ) -> None:
     searched: list[bool] = []
 
-    def find_first(*given: Any, **words: Any) -> Job[FoundCloth]:
-        found = yield from find(*given, **words)
+    def find_in(*given: Any, region: Bools | None = None, **words: Any) -> Job[FoundCloth]:
+        searched.append(region is not None)
+        found = yield from find(*given, region=region, **words)
         assert found.is_sure
         return replace(found, is_sure=is_sure)
 
-    def find_unbounded(*_: Any, **__: Any) -> Job[FoundCloth]:
-        searched.append(True)
-        return find_none()
-
-    monkeypatch.setattr(decomposition, "find", find_first)
-    monkeypatch.setattr(decomposition, "find_unbounded_cloth", find_unbounded)
+    monkeypatch.setattr(decomposition, "find", find_in)
     assert run(decompose(SCENE.photo, region=HALF)).covered.any()
-    assert searched == [True] * (not is_sure)
+    assert searched == ([True] if is_sure else [True, False])
 
 
 def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,5 @@
 """Of several finds, the one whose repeated texel explains most of the photo beside a smooth one is kept."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import cv2
@@ -8,10 +7,10 @@ import numpy as np
 import pytest
 
 from app.bench.overlay import cloth
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Floats
 from core.imaging.image import Image
-from core.overlay import whole_cloth
-from core.overlay.decomposition import Decomposition, decompose
+from core.overlay import decomposition, whole_cloth
+from core.overlay.decomposition import FoundCloth, decompose, decompose_whole_cloth
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
@@ -20,7 +19,6 @@ from core.overlay.registration.evidence import Evidence, count_repeated, piece_p
 from core.overlay.registration.fitting import begun
 from core.overlay.search import finding
 from core.overlay.search.finding import Find, find_cloth, register, register_each
-from core.overlay.whole_cloth import decompose_whole_cloth
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
 
@@ -190,28 +188,27 @@ def test_grey_levels_of_the_region_are_opacity(scene: Scene) -> None:
     assert not found.covered[region == 0].any()
 
 
-@pytest.mark.parametrize(("second", "kept"), [(2.0, 2.0), (0.5, 1.0), (None, 1.0)])
+@pytest.mark.parametrize(("second", "is_wider"), [(2.0, True), (0.5, False), (None, False)])
 def test_whole_cloth_keeps_the_better_find(
-    scene: Scene, monkeypatch: pytest.MonkeyPatch, second: float | None, kept: float
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, second: float | None, is_wider: bool
 ) -> None:
-    first = replace(run(decompose(scene.photo)), explained=1.0)
-    outcomes: Iterator[float | None] = iter([1.0, second])
-
-    def found_in(*, region: Bools | Singles | None, lattice: list[Lattice] | None = None) -> Job[Decomposition]:
-        yield Progress(0.0, "")
-        outcome = next(outcomes)
-        assert (lattice is None) == (region is None)
-        if outcome is None:
+    def follow(found: FoundCloth, region: Bools, _: int) -> Job[FoundCloth]:
+        yield Progress(0.0)
+        if second is None:
             raise NoPatternError
-        return replace(first, explained=outcome)
+        wider = replace(found, opacity=np.float32(0.5))
+        wider.__dict__["explained"] = second * found.explained
+        return wider
 
     def whole(_: Image, known: Bools) -> Job[Bools]:
-        yield Progress(0.0, "")
+        yield Progress(0.0)
         return known
 
     monkeypatch.setattr(whole_cloth, "whole_object", whole)
-    photo = Image(np.zeros((*scene.photo.shape[:2], 3), np.uint8))
-    assert run(decompose_whole_cloth(photo, None, found_in)).explained == kept
+    monkeypatch.setattr(decomposition, "follow", follow)
+    photo = Image(np.rint(255 * scene.photo).astype(np.uint8))
+    found = run(decompose_whole_cloth(photo))
+    assert found.coverage.max() == (0.5 if is_wider else 1.0)
 
 
 def test_of_lattices_that_explain_as_much_the_one_with_the_least_texel_is_taken() -> None:
