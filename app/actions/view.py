@@ -133,7 +133,7 @@ def _heat(heat: Heat, label: str, icon: str, tooltip: str) -> Action:
 
 VIEW = (
     _VIEW.action("fit", "Fit picture", fit, "expand", "Show the whole picture", "Ctrl+0"),
-    _VIEW.action("actual", "100 %", actual_size, "1", "One pixel of the result is one of the screen", "Ctrl+1"),
+    _VIEW.action("actual", "100 %", actual_size, "1:1", "One pixel of the result is one of the screen", "Ctrl+1"),
     _VIEW.action(
         "zoom_in",
         "Zoom in",

@@ -9,7 +9,7 @@ from typing import Literal, TypeVar
 from app.model.jobs import Jobs, Task, Ticket
 from core.arrays import WeftError
 from core.document.document import Document
-from core.files.text import legible
+from core.files.text import begin_sentence, legible
 from core.progress import Job
 
 log = logging.getLogger("weft")
@@ -53,7 +53,7 @@ class Errands(ABC):
         self, text: str, level: Literal["info", "error"] = "info", *, holds: Callable[[], bool] | None = None
     ) -> None:
         """Leave a message for the artist, which goes once it no longer `holds`."""
-        self.notices.append(Notice(legible(text), level, holds))
+        self.notices.append(Notice(begin_sentence(legible(text)), level, holds))
 
     def fail(self, fault: Exception, *, holds: Callable[[], bool] | None = None) -> None:
         """Tell the artist what went wrong; a fault of the program itself goes to `take_fault` and to the log."""

@@ -12,9 +12,10 @@ FULL_ANGLE_DEG = 45.0
 def measure_heat(rest: Points, shown: Points, heat: Heat) -> Singles:
     """Return what is shown of every quad (R - 1, C - 1), -1 to 1 and beyond, for nodes (R, C, 2) at rest and shown.
 
-    "scale": the binary logarithm of how much lengths change where they do so most, that is of the singular value of
-    the map that is farthest from 1. "area": that of the root of how areas change: 1 where they are four times as
-    large. "angle": by how much right angles change, over `FULL_ANGLE_DEG`.
+    "scale": the binary logarithm of how much lengths change: the contraharmonic mean of those of the map's singular
+    values, that is nearly the one that is farther from 0, and 0 where they balance. "area": that of the root of how
+    areas change: 1 where they are four times as large. "angle": by how much right angles change, over
+    `FULL_ANGLE_DEG`.
     """
     if heat == "area":
         ratio = np.abs(_doubled_areas(shown)) / np.maximum(np.abs(_doubled_areas(rest)), 1e-12)
@@ -27,7 +28,8 @@ def measure_heat(rest: Points, shown: Points, heat: Heat) -> Singles:
     # J = s + o with s a similarity and o a mirrored one: its singular values are |s| + |o| and ||s| - |o||.
     similar, mirrored = np.abs(across - 1j * down) / 2, np.abs(across + 1j * down) / 2
     most, least = (np.log2(np.maximum(v, 1e-3)) for v in (similar + mirrored, np.abs(similar - mirrored)))
-    return np.asarray(np.where(np.abs(least) > np.abs(most), least, most), np.float32)
+    sums = np.maximum(np.abs(most) + np.abs(least), 1e-12)
+    return np.asarray((most * np.abs(most) + least * np.abs(least)) / sums, np.float32)
 
 
 def _derivatives(rest: Points, shown: Points) -> tuple[Floats, Floats]:

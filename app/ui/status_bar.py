@@ -16,6 +16,7 @@ from app.ui.widgets import theme
 from app.ui.widgets.controls import Hinted, colors, icon_button, shorten, tip
 from app.ui.widgets.sliders import number_box
 from app.ui.widgets.theme import em, icon
+from core.files.text import begin_sentence
 from core.mesh import Mesh
 
 Figure: TypeAlias = tuple[str, str, bool]
@@ -126,9 +127,11 @@ class StatusBar:
         of_mode = {"warp": self._warp_figures, "retexture": self._retexture_figures, "overlay": list[Figure]}
         rows: list[Figure] = []
         if editor.fault is not None:
-            rows.append((f"{icon('triangle-exclamation')}  {editor.fault}", "What worked last is shown", True))
+            rows.append(
+                (f"{icon('triangle-exclamation')}  {begin_sentence(editor.fault)}", "What worked last is shown", True)
+            )
         if editor.recovery is not None and editor.recovery.fault is not None:
-            rows.append((f"{icon('triangle-exclamation')}  unsaved work is not kept", editor.recovery.fault, True))
+            rows.append((f"{icon('triangle-exclamation')}  Unsaved work is not kept", editor.recovery.fault, True))
         if session.mode == "warp" and editor.jobs.holds("settle"):
             rows.append(("finishing …", "The final map is worked out; what is shown may still change a little", False))
         self._find_place()

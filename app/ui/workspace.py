@@ -43,7 +43,7 @@ from app.ui.widgets.toasts import Toasts
 from core import tracing
 from core.document.document import Mode
 
-LOWER_SIDE, BELOW = "LowerSide", "Below"
+LOWER_SIDE, BELOW, BEFORE = "LowerSide", "Below", "Before"
 PANELS_EM, PANELS_SHARE = 19.0, 0.45
 """Least width of the panels, and how much of the window they take at most for it."""
 FITTING_FRAMES = 4
@@ -98,6 +98,8 @@ class Workspace:
         self._keys: tuple[str, Keys] = ("weft", ())
         self._room: tuple[float, float] | None = None
         """Width of the window and size of text when the panels were last given their width."""
+        self._panels_em = self._given_px = 0.0
+        """How wide the panels are to be where there is room, in ems, and how wide they last were made."""
 
     def set_up(self, params: hello_imgui.RunnerParams) -> None:
         """Put the parts into Hello ImGui's layout."""
@@ -128,6 +130,7 @@ class Workspace:
             hello_imgui.DockingSplit("MainDockSpace", SIDE, right, 0.235),
             hello_imgui.DockingSplit(SIDE, LOWER_SIDE, down, 0.42),
             hello_imgui.DockingSplit("MainDockSpace", BELOW, down, 0.25),
+            hello_imgui.DockingSplit("MainDockSpace", BEFORE, imgui.Dir.left, 0.3),
         ]
         panels = (
             ("Warp", SIDE, self.warp_panel.draw),
@@ -137,6 +140,7 @@ class Workspace:
             ("Features", LOWER_SIDE, self.features_panel.draw),
             ("History", LOWER_SIDE, self.history_panel.draw),
             ("Timeline", BELOW, self.timeline_panel.draw),
+            ("In space", BEFORE, self.space_panel.draw_views),
         )
         docking.dockable_windows = [
             hello_imgui.DockableWindow(name, side, self.barrier.drawing(f"draw the panel {name}", draw))
@@ -144,7 +148,9 @@ class Workspace:
         ]
         for panel in docking.dockable_windows:
             panel.can_be_closed = False
-            panel.is_visible = panel.label not in ("Retexture", "Overlay", "Timeline")
+            if panel.label == "In space":
+                panel.imgui_window_flags = imgui.WindowFlags_.no_scrollbar | imgui.WindowFlags_.no_scroll_with_mouse
+            panel.is_visible = panel.label not in ("Retexture", "Overlay", "Timeline", "In space")
 
     def show_panel(self, panel: Panel) -> None:
         """Show one of the window's own panels."""
@@ -196,14 +202,17 @@ class Workspace:
 
     def _widen_panels(self) -> None:
         """Keep the panels as wide as their controls need, in a window that is wide enough for it."""
-        room = (imgui.get_io().display_size.x, em(1))
-        column = find_column() if room != self._room else None
+        room, column = (imgui.get_io().display_size.x, em(1)), find_column()
         if column is None:
             return
-        grown = room[1] / self._room[1] if self._room is not None else 1.0
+        if abs(column.size_ref.x - self._given_px) >= 1:  # the artist has, or the first layout
+            self._panels_em = column.size_ref.x / (em(1) if self._room is None else self._room[1])
+            self._given_px = column.size_ref.x
+        if room == self._room:
+            return
         self._room = room
-        width = min(max(column.size_ref.x * grown, em(PANELS_EM)), room[0] * PANELS_SHARE)
-        imgui.internal.dock_builder_set_node_size(column.id_, ImVec2(width, column.size_ref.y))
+        self._given_px = min(max(em(self._panels_em), em(PANELS_EM)), room[0] * PANELS_SHARE)
+        imgui.internal.dock_builder_set_node_size(column.id_, ImVec2(self._given_px, column.size_ref.y))
 
     def _show_mode(self) -> None:
         """Show the panels of the mode."""
@@ -211,6 +220,8 @@ class Workspace:
         in_warp = session.mode == "warp"
         shown = {name: mode == session.mode for mode, name in PANELS.items()}
         shown |= {"Handles": in_warp, "Features": in_warp, "History": True, "Timeline": in_warp and session.timeline}
+        shown["In space"] = in_warp and self.editor.document.surface is not None
+        self.space_panel.is_refining &= shown["In space"] and session.panels
         for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
             panel.is_visible = shown[panel.label] and session.panels
         self._keep_tabs(frozenset(name for name in shown if shown[name] and session.panels))
@@ -230,7 +241,6 @@ class Workspace:
         """Draw what belongs to this frame's map."""
         area, draw = self.canvas.area, self.barrier.draw
         draw("draw what lies over the picture", self.canvas.draw)
-        draw("draw the surface in space", lambda: self.space_panel.draw_window(area))
         draw("draw the welcome", lambda: self.welcome.draw(area))
         draw("lead the tour", lambda: self._lead_tour(area))
         draw("draw the palette", self.palette.draw, failed=_close_popups)

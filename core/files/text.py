@@ -14,3 +14,9 @@ def legible(text: str) -> str:
         except UnicodeEncodeError:  # surrogates that stand for no byte
             return text.encode("utf-8", "replace").decode("utf-8")
     return text
+
+
+def begin_sentence(text: str) -> str:
+    """Return a text whose first word begins with a capital, unless it is a name that does not, such as a file's."""
+    first = text.split(maxsplit=1)[0].rstrip(":,") if text.strip() else ""
+    return f"{text[0].upper()}{text[1:]}" if first.isalpha() else text

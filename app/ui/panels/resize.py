@@ -6,7 +6,7 @@ from app.editor.editor import Editor
 from app.marking.resizing import is_proposal, propose_kept, resize, set_resizing, with_proposal, with_ratio
 from app.model.session import Unit
 from app.ui.panels.straight_lines import draw_straight
-from app.ui.widgets.controls import check, faint, label, section, segments
+from app.ui.widgets.controls import check, faint, label, section, segments, toggle_button
 from app.ui.widgets.key_button import key_button
 from app.ui.widgets.sliders import number_box, slider
 from app.ui.widgets.theme import em
@@ -88,12 +88,13 @@ class ResizePanel:
 
     def _draw_ratios(self) -> None:
         """Draw a button for each ratio; the result is as large as fits into the picture."""
-        editor, gap = self._editor, em(0.3)
+        editor, gap, (across, down) = self._editor, em(0.3), self._editor.document.canvas_px
         width = (imgui.get_content_region_avail().x - gap * (COLUMNS - 1)) / COLUMNS
         for number, (name, ratio) in enumerate(RATIOS):
             if number % COLUMNS:
                 imgui.same_line(0, gap)
-            if imgui.button(name, ImVec2(width, 0)):
+            # The result has whole pixels.
+            if toggle_button(name, width, on=abs(across - ratio * down) <= max(1.0, ratio)):
                 resize(editor, with_ratio(editor.document.size_px, ratio))
         if imgui.button("As the picture", ImVec2(imgui.get_content_region_avail().x, 0)):
             resize(editor, editor.document.size_px)

@@ -1,4 +1,4 @@
-"""The page of the Warp panel that lays the picture on a surface in space, and the window that shows it there."""
+"""The page of the Warp panel that lays the picture on a surface in space, and the panel that shows it there."""
 
 from dataclasses import replace
 
@@ -9,10 +9,9 @@ from app.editor.editor import Editor
 from app.files.surface_files import choose_shape
 from app.model.orbit import Orbit
 from app.render.surface_view import Laid, SurfaceViews
-from app.ui.canvas.input import Area
 from app.ui.widgets import theme
 from app.ui.widgets.action_buttons import action_button
-from app.ui.widgets.controls import colors, faint, section, segments
+from app.ui.widgets.controls import faint, section, segments
 from app.ui.widgets.sliders import slider
 from app.ui.widgets.theme import em
 from core.arrays import Points
@@ -26,8 +25,8 @@ ZOOMS = 0.5, 8.0
 ZOOM_STEP = 1.15
 COLUMNS = 3
 VIEWS = ("Plain", "Features kept")
-WIDE_EM, HIGH_EM = 34.0, 19.5
-"""Size of the window at first."""
+TITLE_EM = 1.6
+"""Height of a view's title."""
 ABOUT = (
     "The canvas shows the surface laid flat with its angles kept. What is painted keeps its shape there, "
     "and so it does on the surface. Export writes the texture."
@@ -35,7 +34,7 @@ ABOUT = (
 
 
 class SpacePanel:
-    """Draws the page, and the window with the surface once by plain texture mapping and once with features kept."""
+    """Draws the page, and the panel with the surface once by plain texture mapping and once with features kept."""
 
     def __init__(self, editor: Editor, table: ActionTable) -> None:
         self._editor, self._table = editor, table
@@ -45,7 +44,7 @@ class SpacePanel:
         self._turning: Orbit | None = None
         """Where the camera was when the drag that turns it began."""
         self.is_refining = False
-        """Whether another frame makes what the window shows better."""
+        """Whether another frame makes what the panel shows better."""
 
     def attach(self, views: SurfaceViews) -> None:
         """Begin to draw, in the context of the window."""
@@ -88,35 +87,23 @@ class SpacePanel:
             choose_shape(self._editor, surface.name, self._number)
             self._number = None
 
-    def draw_window(self, area: Area) -> None:
-        """Draw the window with both views, at first in the lower part of the canvas, which is `area`."""
-        session, surface = self._editor.session, self._editor.document.surface
-        self.is_refining = False
-        if surface is None or self._views is None or session.mode != "warp" or not session.panels:
-            return
-        size = ImVec2(min(em(WIDE_EM), area.width), min(em(HIGH_EM), area.height))
-        imgui.set_next_window_size(size, imgui.Cond_.appearing)
-        imgui.set_next_window_pos(ImVec2(area.x, area.y + area.height - size.y), imgui.Cond_.appearing)
-        flags = imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_docking | imgui.WindowFlags_.no_saved_settings
-        with colors(window_bg=theme.PANEL):
-            imgui.begin("In space", None, flags | imgui.WindowFlags_.no_scrollbar)
-            if self._editor.answer.document.surface is surface:
-                self._draw_views(surface)
-            imgui.end()
-
-    def _draw_views(self, surface: Surface) -> None:
-        """Draw both views side by side; a drag turns them, the wheel brings them nearer.
+    def draw_views(self) -> None:
+        """Draw both views, beside or below one another by the room; a drag turns them, the wheel brings them nearer.
 
         What takes its time, one does after the other and after the canvas, each in frames of its own, but for drafts
         in a drag.
         """
-        answer = self._editor.answer
-        room, gap = imgui.get_content_region_avail(), em(0.4)
-        side = max(min((room.x - gap) / 2, room.y - em(1.6)), em(4))
-        assert self._views is not None
+        answer, surface = self._editor.answer, self._editor.document.surface
+        self.is_refining = False
+        if surface is None or self._views is None or answer.document.surface is not surface:
+            return
+        room, gap, high = imgui.get_content_region_avail(), em(0.4), em(TITLE_EM)
+        beside, below = min((room.x - gap) / 2, room.y - high), min(room.x, (room.y - gap) / 2 - high)
+        side = max(beside, below, em(4))
+        step = ImVec2(side + gap, 0) if beside > below else ImVec2(0, high + side + gap)
         start, waits = imgui.get_cursor_pos(), self._views.gets_better()
-        for column, (title, moved) in enumerate(zip(VIEWS, (answer.plain, answer.warped), strict=True)):
-            imgui.set_cursor_pos(ImVec2(start.x + column * (side + gap), start.y))
+        for number, (title, moved) in enumerate(zip(VIEWS, (answer.plain, answer.warped), strict=True)):
+            imgui.set_cursor_pos(ImVec2(start.x + number * step.x, start.y + number * step.y))
             imgui.begin_group()
             faint(title)
             waits |= self._draw_view(title, surface, moved, side, waits=waits)

@@ -7,6 +7,7 @@ from imgui_bundle import ImVec2, imgui
 
 from app.ui.widgets import theme
 from app.ui.widgets.theme import em, icon
+from core.files.text import begin_sentence
 
 LABEL_EM, ROW_EM = 6.2, 15.5
 """Width of a row's label, and of the row that is wide enough for it; in a narrower one the label is shorter too."""
@@ -35,7 +36,7 @@ def faint(text: str) -> None:
 def fault(text: str) -> None:
     """Say what is wrong, as a sentence."""
     with colors(text=theme.FAULT):
-        imgui.text_wrapped(f"{text[:1].upper()}{text[1:]}.")
+        imgui.text_wrapped(f"{begin_sentence(text)}.")
 
 
 @contextmanager
@@ -206,17 +207,21 @@ def segments(name: str, choices: Sequence[tuple[str, str, str]], chosen: str) ->
     for number, (value, text, hint) in enumerate(choices):
         if number:
             imgui.same_line()
-        on = value == chosen
-        with colors(
-            button=theme.ACCENT if on else theme.BUTTON,
-            button_hovered=theme.ACCENT if on else theme.BUTTON_HOVERED,
-            text=theme.ON_ACCENT if on else theme.TEXT,
-        ):
-            if imgui.button(f"{text}##{name}", ImVec2(widths[number] - 1, 0)):
-                pressed = value
+        if toggle_button(f"{text}##{name}", widths[number] - 1, on=value == chosen):
+            pressed = value
         tip(hint)
     imgui.pop_style_var(2)
     return pressed
+
+
+def toggle_button(name: str, width: float, *, on: bool) -> bool:
+    """Return whether a button was pressed that is lit while it is `on`; it is `width` screen pixels wide."""
+    with colors(
+        button=theme.ACCENT if on else theme.BUTTON,
+        button_hovered=theme.ACCENT if on else theme.BUTTON_HOVERED,
+        text=theme.ON_ACCENT if on else theme.TEXT,
+    ):
+        return imgui.button(name, ImVec2(width, 0))
 
 
 def check(name: str, on: bool, hint: str = "", key: str = "") -> bool | None:

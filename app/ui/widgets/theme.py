@@ -73,9 +73,9 @@ def ems(x: float, y: float) -> ImVec2:
 
 @cache
 def icon(name: str) -> str:
-    """Return the Font Awesome 6 glyph called `name`, "paintbrush" or "arrow-pointer"; a dot where there is none."""
+    """Return the Font Awesome 6 glyph called `name`, "paintbrush" or "arrow-pointer"; what has none stands as it is."""
     code = f"ICON_FA_{name.upper().replace('-', '_')}"
-    glyph: str = getattr(icons_fontawesome_6, code, icons_fontawesome_6.ICON_FA_CIRCLE)
+    glyph: str = getattr(icons_fontawesome_6, code, name)
     return glyph
 
 

@@ -178,7 +178,7 @@ def test_steps_go_from_frame_to_frame_and_from_key_to_key(drive: EditorDriver) -
 def test_frames_out_of_order_are_refused_with_a_notice(drive: EditorDriver) -> None:
     keying.set_span(drive.editor, last=0)
     assert drive.document.span.last == 100
-    assert drive.editor.notices[-1].text == "timeline: frames 1 to 0 are out of order, or too many"
+    assert drive.editor.notices[-1].text == "Timeline: frames 1 to 0 are out of order, or too many"
 
 
 def test_another_preset_keeps_the_keys_it_can_have(drive: EditorDriver) -> None:

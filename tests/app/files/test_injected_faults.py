@@ -123,7 +123,7 @@ def test_an_export_that_fails_is_said_and_leaves_the_older_one(
         document_io.export(drive.editor, ExportOptions(folder / "a.png", (200, 150)))
         drive.frame()
     assert [notice.level for notice in drive.editor.notices] == ["error"]
-    assert (fault == "no memory") == (drive.editor.notices[0].text == "not enough memory")
+    assert (fault == "no memory") == (drive.editor.notices[0].text == "Not enough memory")
     assert (folder / "a.png").read_bytes() == before
     document_io.export(drive.editor, ExportOptions(folder / "a.png", (100, 75), frame="picture"))
     drive.frame()

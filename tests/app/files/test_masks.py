@@ -182,13 +182,13 @@ def test_fitting_on_a_transparent_picture_takes_what_is_opaque_under_the_paint()
     assert not drive.document.mask.array[:, :70].any()
     drive.editor.edit("Between", start.changed(mask=Raster.from_array(np.where(alpha > 0, 0, 255).astype(np.uint8))))
     act(drive, "mask.fit")
-    assert drive.editor.notices[-1].text == "nothing is painted over but what is transparent"
+    assert drive.editor.notices[-1].text == "Nothing is painted over but what is transparent"
 
 
 def test_a_picture_without_transparency_says_so(drive: EditorDriver) -> None:
     assert not TABLE.by_name["mask.transparency"].enabled(drive.editor)
     masks.mark_opaque(drive.editor)
-    assert drive.editor.notices[-1].text == "the picture has no transparency to tell objects by"
+    assert drive.editor.notices[-1].text == "The picture has no transparency to tell objects by"
     assert drive.document is drive.start
 
 

@@ -111,7 +111,7 @@ def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, fl
     assert drive.editor.overlay.layers is part
     drive.redo()
     drive.run("overlay.whole")
-    assert "no more stands out" in drive.editor.notices[-1].text
+    assert "No more stands out" in drive.editor.notices[-1].text
 
 
 def test_lattice_that_grows_is_shown_in_place_of_the_one_before(drive: OverlayDriver) -> None:

@@ -189,7 +189,7 @@ def test_the_status_bar_says_that_unsaved_work_is_not_kept_until_it_is(editor: E
     def script(window: WindowDriver) -> None:
         def is_said() -> bool:
             figures = window.shell.workspace.status_bar.figures()
-            return any("unsaved work is not kept" in text for text, _, _ in figures)
+            return any("Unsaved work is not kept" in text for text, _, _ in figures)
 
         editor.edit("Bend", editor.document.with_warp(preset="arc", bend=10.0))
         window.wait_until(is_said)

@@ -15,6 +15,8 @@ from app.model.session import Resizing
 from app.model.spaces import screen_from_canvas
 from app.tools.all import TOOLS
 from app.ui.canvas.whole_view import WholeView
+from app.ui.panels.resize import RATIOS
+from app.ui.widgets import theme
 from core.document.document import Document
 from core.imaging.images import Image
 from core.rasters.raster import Raster
@@ -70,6 +72,27 @@ def test_numbers_ratios_and_a_proposal_that_can_be_painted_on(editor: Editor, tm
     drive(editor, script)
     assert editor.document.canvas_px == (300, 150)
     assert editor.history.labels[1:4] == ("Resize", "Propose what to keep", "How much to keep")
+
+
+def test_the_ratio_that_the_result_has_is_lit(editor: Editor, tmp_path: Path) -> None:
+    def script(window: WindowDriver) -> None:
+        def lit() -> set[str]:
+            """Return which ratios' buttons have the colour of what is on."""
+            window.move(5, 5).wait(3)
+            shot, on = window.screenshot(tmp_path / "lit.png"), theme.rgb(theme.ACCENT)
+            wanted, names = np.rint(255 * np.array([on.x, on.y, on.z])), [name for name, _ in RATIOS]
+            corners = {name: window.context.item_info(f"//Warp/{name}").rect_full.min for name in names}
+            return {n for n, c in corners.items() if np.abs(shot[int(c.y) + 3, int(c.x) + 6, :3] - wanted).max() < 8}
+
+        window.item("//Warp/Resize##page").wait(2)
+        assert not lit()
+        window.item("//Warp/4:5").wait(2)
+        assert lit() == {"4:5"}
+        window.context.item_input_value("//Warp/##Width", 217.0)
+        window.wait(2)
+        assert not lit()
+
+    drive(editor, script)
 
 
 def test_a_line_beside_what_is_kept_stays_straight_until_it_is_switched_off(tmp_path: Path) -> None:
@@ -249,6 +272,6 @@ def test_what_is_said_of_a_fit_that_failed_goes_once_the_mask_is_another(editor:
         disc = np.where(two_discs()[1], 255, 0).astype(np.uint8)
         editor.edit("Paint", editor.document.changed(mask=Raster.from_array(disc)))
         window.wait(3)
-        assert said.texts == ("something else",)
+        assert said.texts == ("Something else",)
 
     drive(editor, script)

@@ -48,6 +48,9 @@ def test_heat_maps_say_what_the_map_does() -> None:
     assert measure_heat(rest, stretched, "area") == pytest.approx(0.5)
     assert measure_heat(rest, stretched, "angle") == pytest.approx(0.0, abs=1e-6)
     assert measure_heat(rest, rest * (1.0, 0.25), "scale") == pytest.approx(-2.0)
+    growing = [measure_heat(rest, rest * (1.5, high), "scale").mean() for high in np.arange(0.5, 1.5, 0.01)]
+    assert np.abs(np.diff(growing)).max() < 0.03  # no step where what grows most is another side
+    assert measure_heat(rest, rest * (1.5, 1 / 1.5), "scale") == pytest.approx(0.0, abs=1e-6)
     sheared = np.stack([x + np.tan(np.radians(15)) * y, y], axis=-1)
     assert measure_heat(rest, sheared, "angle") == pytest.approx(15 / 45)
     assert measure_heat(rest, sheared, "area") == pytest.approx(0.0, abs=1e-6)

@@ -152,6 +152,11 @@ def test_shapes_are_chosen_shaped_and_taken_back(editor: Editor, tmp_path: Path)
         window.item("//Warp/Cone##shapes3")
         window.wait_until(lambda: editor.document.surface is not None and editor.document.surface.name == "cone")
         settle(window)
+        area = window.shell.workspace.canvas.area
+        for view in ("Plain", "Features kept"):
+            shown = window.context.item_info(f"//In space/{view}").rect_full
+            assert shown.max.x <= area.x  # beside the canvas, not over it
+            assert shown.max.y <= area.y + area.height
         window.context.mouse_move("//In space/Plain")
         window.context.mouse_wheel_y(3.0)
         window.wait(3)

@@ -115,6 +115,22 @@ def test_what_has_no_room_in_the_bar_is_done_from_its_menu(editor: Editor) -> No
     assert editor.session.overlays.grid
 
 
+def test_panels_come_back_to_their_width_when_a_small_window_grows_again(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        def column_px() -> float:
+            area = window.shell.workspace.canvas.area
+            return float(imgui.get_io().display_size.x - area.x - area.width)
+
+        window.wait(6)
+        before = column_px()
+        resize(window, 640, 420)
+        assert column_px() < before - 20
+        resize(window, 1440, 900)
+        assert column_px() == pytest.approx(before, abs=1)
+
+    drive(editor, script, size=(1440, 900))
+
+
 @SIZES
 def test_panels_keep_room_for_their_controls(editor: Editor, size: tuple[int, int], scale: float) -> None:
     editor.prefer(editor.preferences.changed(scale=scale))
