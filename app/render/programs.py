@@ -74,8 +74,11 @@ def programs_of(context: moderngl.Context) -> Programs:
 
 
 def set_uniforms(program: moderngl.Program, **uniforms: object) -> None:
-    """Set the uniforms that `program` has; compilers drop those that it does not use."""
+    """Set the uniforms that `program` has, where they are others than before; compilers drop those it does not use."""
+    before: dict[str, object] = program.extra or {}
+    program.extra = before | uniforms
     for name, value in uniforms.items():
-        member = program.get(name, None)
-        if isinstance(member, moderngl.Uniform):
-            member.value = value
+        if name not in before or before[name] != value:
+            member = program.get(name, None)
+            if isinstance(member, moderngl.Uniform):
+                member.value = value

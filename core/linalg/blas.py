@@ -3,8 +3,8 @@
 A limit is the whole process's. Who holds it is counted, so that it lasts until the last of several threads lets go.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import cache
 from threading import Lock
 from typing import TypeVar
@@ -63,11 +63,9 @@ class _Hold:
 _blas, _opencv = _Hold(limit_blas), _Hold(limit_opencv)
 
 
-@contextmanager
-def one_thread() -> Iterator[None]:
+def one_thread() -> AbstractContextManager[None]:
     """Hold BLAS to one thread, whatever the caller's process has it use, for as long as the context lasts."""
-    with _blas:
-        yield
+    return _blas
 
 
 def on_one_thread(job: Job[T]) -> Job[T]:

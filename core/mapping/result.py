@@ -1,5 +1,6 @@
 """What a warp gives: where the nodes end, and what became of features, pins and the outline."""
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
@@ -140,14 +141,14 @@ class Warped:
             return found
         ringed = np.flatnonzero(np.isfinite(self.handles.rings))
         at, asked = self.handles.pins_at[ringed], self.handles.rings[ringed]
-        reached, unit = self.turned_at(at), np.abs(self._read_rings(at, self._unmoved))
+        reached, unit = self.turned_at(at), np.abs(next(self._read_rings(at, self._unmoved)))
         for i, f, there, px in zip(ringed, asked, reached, np.abs(reached - asked) * unit, strict=True):
             found[i] = RingReport(_degrees(f), float(abs(f)), _degrees(there), float(abs(there)), float(px))
         return found
 
     def turned_at(self, at: Points) -> Complexes:
         """Return by how much handles have turned and grown the picture (k,) around points of it (k, 2)."""
-        before, after = (self._read_rings(at, z) for z in (self._unmoved, as_complex(self.warped)))
+        before, after = self._read_rings(at, self._unmoved, as_complex(self.warped))
         found = np.divide(after, before, out=np.ones_like(after), where=before != 0)
         labels = self.marked.labels
         numbers = labels.ravel()[self.grid.weights_at(at)[0]]
@@ -170,8 +171,10 @@ class Warped:
         """Nodes (R, C) without handles."""
         return as_complex(self.warped) if self.reference is None else self.reference.z
 
-    def _read_rings(self, at: Points, z: Complexes) -> Complexes:
-        return Probes(at, np.full(len(at), ring_radius(self.grid))).read(self.grid, z)
+    def _read_rings(self, at: Points, *maps: Complexes) -> Iterator[Complexes]:
+        nodes, weights = Probes(at, np.full(len(at), ring_radius(self.grid))).on(self.grid)
+        for z in maps:
+            yield np.asarray((z.ravel()[nodes] * weights).sum(axis=1), np.complex128)
 
     @cached_property
     def missed_pins(self) -> list[PinReport]:

@@ -179,6 +179,8 @@ class Chords:
 
     def take(self) -> Modifiers:
         """Return what was held when the keys of this frame went down; once a frame."""
+        if not self._heard:
+            return modifiers()
         count = sum(imgui.is_key_pressed(code, False) for code in KEYS)
         of_frame, self._heard = self._heard[:count], self._heard[count:] if awaits_more() else []
         return of_frame[0] if len(set(of_frame)) == 1 else modifiers()
@@ -190,9 +192,8 @@ def key_events(held_at_press: Modifiers) -> Iterator[Key | KeyUp]:
         return
     mods = modifiers()
     for code, name in KEYS.items():
-        if imgui.is_key_pressed(code, False):
-            yield Key(name, held_at_press)
-        elif imgui.is_key_down(code) and imgui.is_key_pressed(code, True):
-            yield Key(name, mods, repeated=True)
+        if imgui.is_key_pressed(code, True):
+            is_new = imgui.is_key_pressed(code, False)
+            yield Key(name, held_at_press) if is_new else Key(name, mods, repeated=True)
         if imgui.is_key_released(code):
             yield KeyUp(name)

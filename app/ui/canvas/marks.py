@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import ImVec2, ImVec2Like, imgui
 
 from app.model.shapes import Bezier, Circle, Polyline, Role, Shape, Square
 from app.ui.canvas.input import Area
@@ -123,9 +123,10 @@ class MarkPainter:
         if shape.closed:
             points = np.concatenate([points, points[:1]])
         pieces = _dashes(points) if shape.dashed else [points.tolist()]
+        placed: list[list[ImVec2Like]] = [[self._place(p) for p in piece] for piece in pieces]
         for code, width in self._strokes(PENS[shape.role]):
-            for piece in pieces:
-                self._sheet.add_polyline([self._place(p) for p in piece], code, width, 0)
+            for piece in placed:
+                self._sheet.add_polyline(piece, code, width, 0)
 
     def _bezier(self, shape: Bezier) -> None:
         points = np.asarray(shape.points, float)

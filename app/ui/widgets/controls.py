@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 
 from imgui_bundle import ImVec2, imgui
 
@@ -16,11 +17,21 @@ NARROW_EM = 12.5
 """In a row that is narrower than this the label stands over its control."""
 
 
+HOVERED = int(imgui.HoveredFlags_.allow_when_disabled)
+LONG_HOVERED = HOVERED | int(imgui.HoveredFlags_.for_tooltip)
+
+
+@cache
+def style_color(name: str) -> int:
+    """Return the number of a colour of Dear ImGui's style."""
+    return int(getattr(imgui.Col_, name))
+
+
 @contextmanager
 def colors(**codes: int) -> Iterator[None]:
     """Draw the block with some of Dear ImGui's colours changed: `text=theme.FAINT`."""
     for name, code in codes.items():
-        imgui.push_style_color(int(getattr(imgui.Col_, name)), theme.rgb(code))
+        imgui.push_style_color(style_color(name), theme.rgb(code))
     try:
         yield
     finally:
@@ -77,9 +88,10 @@ class Hinted:
 
 def tip(text: str, key: str = "") -> None:
     """Explain the last item when the pointer rests on it, with the key that does the same."""
-    if text and imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_disabled):
-        Hinted.text = " · ".join([*text.split("\n"), *([key] if key else [])])
-    if not text or not imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip | imgui.HoveredFlags_.allow_when_disabled):
+    if not text or not imgui.is_item_hovered(HOVERED):
+        return
+    Hinted.text = " · ".join([*text.split("\n"), *([key] if key else [])])
+    if not imgui.is_item_hovered(LONG_HOVERED):
         return
     at = imgui.get_window_pos()
     if at.x > imgui.get_main_viewport().get_center().x:

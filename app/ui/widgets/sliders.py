@@ -6,7 +6,7 @@ from math import log
 from imgui_bundle import ImVec2, imgui
 
 from app.ui.widgets import theme
-from app.ui.widgets.controls import colors, is_narrow, label, tip
+from app.ui.widgets.controls import colors, is_narrow, label, style_color, tip
 from app.ui.widgets.theme import color, em, icon
 
 NUMBER_EM, LEAST_NUMBER_EM, RESET_EM = 3.4, 2.7, 1.6
@@ -100,7 +100,7 @@ def _track(value: float, low: float, high: float, default: float, width: float, 
     flags = imgui.SliderFlags_.no_input | (imgui.SliderFlags_.logarithmic if logarithmic else 0)
     clear = ("frame_bg", "frame_bg_hovered", "frame_bg_active", "slider_grab", "slider_grab_active")
     for part in clear:
-        imgui.push_style_color(int(getattr(imgui.Col_, part)), theme.rgb(0, 0.0))
+        imgui.push_style_color(style_color(part), theme.rgb(0, 0.0))
     changed, new = imgui.slider_float("##track", min(max(value, low), high), low, high, "", flags)
     imgui.pop_style_color(len(clear))
     held, hovered, done = imgui.is_item_active(), imgui.is_item_hovered(), imgui.is_item_deactivated_after_edit()

@@ -1,6 +1,6 @@
 """The look: colours, spacing and fonts. Every length is in ems, so that all of it follows the display's scale."""
 
-from functools import cache
+from functools import cache, lru_cache
 
 from imgui_bundle import ImVec2, ImVec4, hello_imgui, icons_fontawesome_6, imgui
 
@@ -9,6 +9,7 @@ SMALL_PX = 12.5
 TITLE_PX = 26.0
 
 
+@lru_cache(maxsize=512)
 def rgb(code: int, alpha: float = 1.0) -> ImVec4:
     """Return the colour 0xRRGGBB with `alpha`."""
     return ImVec4((code >> 16 & 255) / 255, (code >> 8 & 255) / 255, (code & 255) / 255, alpha)
@@ -51,6 +52,7 @@ def feature_code(color: int, *, kept: bool = True) -> int:
     return FEATURES[color - 1] if kept else GIVEN_UP
 
 
+@lru_cache(maxsize=512)
 def color(code: int, alpha: float = 1.0) -> int:
     """Return the packed colour that draw lists take."""
     return imgui.color_convert_float4_to_u32(rgb(code, alpha))

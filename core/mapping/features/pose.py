@@ -1,6 +1,7 @@
 """What a mapping with features knows before its free nodes follow: where features are, and which points are held."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -24,6 +25,11 @@ class HeldPoints:
     inverse: Floats | Complexes
     """(M C K_ff⁻¹ Cᵀ M*)⁻¹ (k, k)."""
 
+    @cached_property
+    def _forces(self) -> Complexes:
+        """M* times the inverse (m, k)."""
+        return np.asarray(self.M.conj().T @ self.inverse, np.complex128)
+
     def read(self, z: Complexes) -> Complexes:
         """Return what the combinations (k,) are of nodes at z (R, C)."""
         return np.asarray(self.M @ (z.ravel()[self.nodes] * self.weights).sum(axis=1), np.complex128)
@@ -35,7 +41,7 @@ class HeldPoints:
 
     def pull(self, missed: Complexes) -> Floats:
         """Return the load (N, 2) that moves the combinations by what they `missed` (k,)."""
-        forces = np.asarray(self.M.conj().T @ (self.inverse @ missed), np.complex128)
+        forces = self._forces @ missed
         return np.asarray(self.half @ np.stack([forces.real, forces.imag], axis=1))
 
 

@@ -127,7 +127,8 @@ class HandleField:
             else:
                 self._forces = plate.hold(places)
             of_all = scipy.sparse.block_diag([self._M, self.rods.M], format="csr")
-            S = np.asarray(of_all @ self._forces.S @ of_all.conj().T)
+            self._loads = of_all.conj().T.tocsr()
+            S = np.asarray(of_all @ self._forces.S @ self._loads)
             across, within, S = S[:n, n:], S[n:, n:], S[:n, :n]
             if self._spare:
                 whole = of_all @ self._similarities(places)
@@ -227,7 +228,7 @@ class HandleField:
         found = self._inverse @ load
         for _ in range(_REFINEMENTS):
             found = found + self._inverse @ (load - self._S @ found)
-        d = self._forces.answer(np.concatenate([self._M.conj().T @ found[:n], self.rods.M.T @ pushed]))
+        d = self._forces.answer(self._loads @ np.concatenate([found[:n], pushed]))
         if self._spare:
             d += found[-1]
         if self._spare > 1:
