@@ -37,6 +37,7 @@ from app.ui.panels.warp import WarpPanel
 from app.ui.status_bar import StatusBar
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
 from app.ui.widgets import theme
+from app.ui.widgets.fallback_fonts import FallbackFonts
 from app.ui.widgets.picture_texture import PictureTexture
 from app.ui.widgets.theme import em
 from app.ui.widgets.toasts import Toasts
@@ -55,8 +56,9 @@ PANELS: dict[Mode, str] = {"warp": "Warp", "retexture": "Retexture", "overlay": 
 class Workspace:
     """The parts of the window and the order in which a frame calls them."""
 
-    def __init__(self, editor: Editor, *, welcomes: bool = False) -> None:
+    def __init__(self, editor: Editor, *, welcomes: bool = False, wake: Callable[[], None] = lambda: None) -> None:
         self.editor = editor
+        self.fonts = FallbackFonts(wake)
         self.toggle_full_screen: Callable[[], None] = lambda: None
         """Gives the window the whole screen, or takes it back; whoever has the window puts it here."""
         self.wait_s: float | None = None
@@ -246,6 +248,7 @@ class Workspace:
         draw("draw the palette", self.palette.draw, failed=_close_popups)
         draw("draw the sheet", self.sheets.draw, failed=self._close_sheet)
         dialog = draw("draw the dialog", self.dialogs.draw, failed=self._close_dialog)
+        draw("look for fonts", self.fonts.look)
         draw("draw the message of a fault", lambda: self.fault_message.draw(area))
         waits = [dialog, draw("draw the messages", lambda: self.toasts.draw(area)), self.editor.wait_s]
         waits.append(None if self.thumbnails.is_complete else 0.0)

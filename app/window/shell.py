@@ -111,7 +111,7 @@ class Shell:
         gpu.let_go()
         _set_hints()
         self.editor = editor
-        self.workspace = Workspace(editor, welcomes=welcomes)
+        self.workspace = Workspace(editor, welcomes=welcomes, wake=wake)
         self.params = self._params(keeps_settings=keeps_settings)
         self._draws = draws
         """Whether the picture is drawn at all: to see what a frame takes without it, the draw calls can be left out."""
@@ -175,6 +175,7 @@ class Shell:
         calls = params.callbacks
         calls.default_icon_font = hello_imgui.DefaultIconFont.font_awesome6
         calls.load_additional_fonts = theme.load_fonts
+        calls.pre_new_frame = self.workspace.fonts.join
         calls.post_init_add_platform_backend_callbacks = self._listen
         calls.post_init = self._attach
         calls.post_new_frame = self._begin_frame

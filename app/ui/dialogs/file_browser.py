@@ -14,6 +14,7 @@ from app.model.requests import complete
 from app.ui.dialogs.modal import within, within_height
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, icon_button, plain_button, primary_button, tip
+from app.ui.widgets.fallback_fonts import writable
 from app.ui.widgets.theme import em, icon
 from core.arrays import InputError
 from core.files.text import legible
@@ -83,7 +84,7 @@ class FileBrowser:
         for part in parts:
             imgui.same_line(0, em(0.3))
             with colors(button=theme.RAISED):
-                if imgui.button(f"{_called(part)}##{legible(str(part))}"):
+                if imgui.button(f"{writable(_called(part))}##{legible(str(part))}"):
                     self.enter(part)
             imgui.same_line(0, em(0.3))
             with colors(text=theme.DISABLED):
@@ -119,7 +120,7 @@ class FileBrowser:
         flags = imgui.SelectableFlags_.span_all_columns | imgui.SelectableFlags_.allow_double_click
         flags |= imgui.SelectableFlags_.no_auto_close_popups
         name = legible(item.path.name)
-        pressed = imgui.selectable(f"{icon(glyph)}   {name}##{number}", name == self._name, flags)[0]
+        pressed = imgui.selectable(f"{icon(glyph)}   {writable(name)}##{number}", name == self._name, flags)[0]
         if pressed and not item.is_folder:
             self._name, self._picked, self._asks_overwrite = name, item.path, None
         return pressed and imgui.is_mouse_double_clicked(0)

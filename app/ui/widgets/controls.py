@@ -7,6 +7,7 @@ from functools import cache
 from imgui_bundle import ImVec2, imgui
 
 from app.ui.widgets import theme
+from app.ui.widgets.fallback_fonts import writable
 from app.ui.widgets.theme import em, icon
 from core.files.text import begin_sentence
 
@@ -41,7 +42,7 @@ def colors(**codes: int) -> Iterator[None]:
 def faint(text: str) -> None:
     """Write a line that stands back."""
     with colors(text=theme.FAINT):
-        imgui.text_wrapped(text)
+        imgui.text_wrapped(writable(text))
 
 
 def fault(text: str) -> None:
@@ -100,7 +101,7 @@ def tip(text: str, key: str = "") -> None:
         imgui.set_next_window_pos(beside, imgui.Cond_.always, ImVec2(1, 0))
     if imgui.begin_tooltip():
         imgui.push_text_wrap_pos(em(22))
-        imgui.text(text)
+        imgui.text(writable(text))
         imgui.pop_text_wrap_pos()
         if key:
             if imgui.calc_text_size(text).x < em(18):
@@ -152,6 +153,7 @@ def label(text: str, hint: str = "", *, beside_em: float = 0.0) -> bool:
 
 def shorten(text: str, width: float, *, keeps_end: bool = False) -> str:
     """Return `text`, cut and with an ellipsis where it is wider than `width` screen pixels."""
+    text = writable(text)
     if imgui.calc_text_size(text).x <= width:
         return text
     cuts = (f"… {text[-n:].lstrip()}" if keeps_end else f"{text[:n].rstrip()} …" for n in range(len(text) - 1, 0, -1))

@@ -9,6 +9,7 @@ from app.editor.errands import Notice
 from app.ui.canvas.input import Area
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, icon_button
+from app.ui.widgets.fallback_fonts import writable
 from app.ui.widgets.theme import em, icon, rgb
 
 SECONDS = {"info": 4.0, "error": 12.0}
@@ -67,7 +68,7 @@ class Toasts:
             imgui.text(icon("triangle-exclamation" if fault else "circle-info"))
         imgui.same_line()
         imgui.push_text_wrap_pos(min(max(area.width * 0.7, em(16)), em(40)))
-        imgui.text(toast.notice.text)
+        imgui.text(writable(toast.notice.text))
         imgui.pop_text_wrap_pos()
         imgui.same_line(0, em(1))
         if icon_button(f"close toast {number}", "xmark", hint="Dismiss", size_em=1.5):
