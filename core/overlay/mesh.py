@@ -124,9 +124,7 @@ class ClothMesh:
 
     def areas(self, values: Floats, cells: Bools) -> Floats:
         """Return twice the signed area (K, 2) of both triangles of each marked cell under a map (R, C, 2)."""
-        tl, tr, bl, br = np.moveaxis(values.reshape(-1, values.shape[-1])[self.corners[cells]], 1, 0)
-        across = br - tl
-        return np.stack([cross(tr - tl, across), cross(across, bl - tl)], -1)
+        return areas(values, self.corners[cells])
 
     def bending(self, used: Bools) -> "scipy.sparse.csr_array":
         """Return the second differences among used nodes, L of NRT eq. 8: one row each, a column for every node."""
@@ -139,6 +137,13 @@ class ClothMesh:
         rows.append((twist, np.array([1.0, -1.0, -1.0, 1.0]) * np.sqrt(2)))
         blocks = [stencil(nodes[flat[nodes].all(1)], weights, used.size) for nodes, weights in rows]
         return scipy.sparse.csr_array(scipy.sparse.vstack(blocks))
+
+
+def areas(values: Floats, corners: Ints) -> Floats:
+    """Return what `ClothMesh.areas` does for the `corners` (K, 4) of the cells."""
+    x, y = (values[..., k].ravel()[corners.T] for k in (0, 1))
+    (_, right, left, across), (_, right_y, left_y, across_y) = (plane - plane[0] for plane in (x, y))
+    return np.stack([right * across_y - right_y * across, across * left_y - across_y * left], -1)
 
 
 def around(used: Bools, margin: int = 0) -> Box:

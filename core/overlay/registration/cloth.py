@@ -1,6 +1,7 @@
 """The cloth of a photo while it is fitted: what stays the same, and what has been found of it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -51,10 +52,25 @@ class FittedCloth:
         """Whether the user said where the cloth is."""
         return not self.valid.all()
 
+    @cached_property
+    def valid_shares(self) -> Floats:
+        """Share of each cell (rows, columns) that may be cloth."""
+        return self.mesh.cell_means(self.valid.astype(float))
+
     @property
     def allowed(self) -> Bools:
         """Cells that may be cloth."""
-        return np.asarray(self.mesh.cell_means(self.valid.astype(float)) > 0.3, np.bool_)
+        return np.asarray(self.valid_shares > 0.3, np.bool_)
+
+    @cached_property
+    def brightness(self) -> Floats:
+        """Local brightness at the nodes (R, C), over the usual one."""
+        colours, flat = (plane @ np.full(3, 1 / 3, plane.dtype) for plane in (self.photo, self.canvas.image))
+        at = np.clip(np.rint(self.mesh.positions()).astype(int), 0, np.array(self.valid.shape[::-1]) - 1)
+        bright = np.where(self.valid, colours / np.maximum(flat, 1e-3), np.nan)[at[..., 1], at[..., 0]]
+        middle = float(np.nanmedian(bright))
+        # Half of a black cloth may have no brightness at all.
+        return np.clip(np.nan_to_num(bright / middle, nan=1.0), 0.1, 5.0) if middle > 0 else np.ones(bright.shape)
 
     @property
     def step_px(self) -> float:
@@ -108,14 +124,8 @@ def make_cloth(photo: Floats, canvas: FlatPicture, lattice: Lattice, M: Floats) 
 def starting_state(cloth: FittedCloth, lattice: Lattice) -> ClothState:
     """Return coordinates spread from the lattice, in its own texels, and shading from the local brightness."""
     uv = spread(cloth.mesh, lattice)
-    cells = near_lattice(cloth.mesh, lattice, uv) & (cloth.mesh.cell_means(cloth.valid.astype(float)) > 0.5)
-    brightness = cloth.photo.mean(-1) / np.maximum(cloth.canvas.image.mean(-1), 1e-3)
-    at = np.clip(np.rint(cloth.mesh.positions()).astype(int), 0, np.array(cloth.valid.shape[::-1]) - 1)
-    rho = np.where(cloth.valid, brightness, np.nan)[at[..., 1], at[..., 0]]
-    middle = float(np.nanmedian(rho))
-    # Half of a black cloth may have no brightness at all.
-    rho = np.clip(np.nan_to_num(rho / middle, nan=1.0), 0.1, 5.0) if middle > 0 else np.ones(rho.shape)
-    return ClothState(np.nan_to_num(uv), rho, np.asarray(cells, np.bool_))
+    cells = near_lattice(cloth.mesh, lattice, uv) & (cloth.valid_shares > 0.5)
+    return ClothState(np.nan_to_num(uv), cloth.brightness, np.asarray(cells, np.bool_))
 
 
 def near_lattice(mesh: ClothMesh, lattice: Lattice, uv: Floats) -> Bools:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.arrays import Floats
+from core.arrays import Bools, Floats
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.corrections import LEAST_VERTICES
 from core.overlay.detection.lattice import Lattice, mean_template
@@ -36,9 +36,10 @@ def with_more_pieces(
 ) -> Job[Fit]:
     """Return the fit with further parts of the cloth: beyond seams, sleeves, folds that hide the connection.
 
-    `fraction` is the progress made.
+    `fraction` is the progress made. Where one was followed in vain none is looked for again.
     """
-    rest = free(cloth, found)
+    tried = found.cells
+    rest = free(cloth, tried)
     if rest.valid.sum() < 3 * cloth.step_px**2:
         return found
     yield Progress(fraction, "looking for further pieces", stage(cloth, found))
@@ -50,30 +51,41 @@ def with_more_pieces(
         if len(found.pieces) < MOST_PIECES and rest.valid[y, x]:
             piece = grown_piece(rest, template, candidates[np.array([row])])
             if len(piece) >= (1 if cloth.few else LEAST_VERTICES):
-                found = yield from join_by(cloth, found, piece, step)
-                rest = free(cloth, found)
+                start = starting_state(cloth, piece)
+                new = yield from follow_from(cloth, found, start, step)
+                found, tried = join(cloth, found, new), tried | start.cells | new.cells
+                rest = free(cloth, tried)
     return found
 
 
-def free(cloth: FittedCloth, found: Fit) -> FlatPicture:
-    """Return the canvas limited to what no piece has."""
-    rest = cloth.valid & ~cloth.mesh.pixels_of(found.cells)
+def free(cloth: FittedCloth, cells: Bools) -> FlatPicture:
+    """Return the canvas limited to what is not in these cells."""
+    rest = cloth.valid & ~cloth.mesh.pixels_of(cells)
     return FlatPicture(cloth.canvas.image, rest.astype(np.float32)[..., None])
 
 
 def join_by(cloth: FittedCloth, found: Fit, lattice: Lattice, step: Progress) -> Job[Fit]:
     """Return the fit with the piece that begins at another lattice, if the texture explains enough of it."""
-    start = starting_state(cloth, lattice)
+    return join(cloth, found, (yield from follow_from(cloth, found, starting_state(cloth, lattice), step)))
+
+
+def follow_from(cloth: FittedCloth, found: Fit, start: ClothState, step: Progress) -> Job[ClothState]:
+    """Return the piece that begins so, in lattice steps, as far as it was followed; what is too small is not."""
     start = replace(start, cells=start.cells & ~found.cells)
     least = LEAST_START[cloth.few]
     if cloth.steps_of(start.cells) < least:
-        return found
+        return start
     start = in_step(cloth, start, found)
     start = replace(start, cells=fitting_cells(cloth, start, found, limit=LIMIT))
     if cloth.steps_of(start.cells) < least:
+        return start
+    return (yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step)).pieces[-1]
+
+
+def join(cloth: FittedCloth, found: Fit, new: ClothState) -> Fit:
+    """Return the fit with a new piece if that is large enough."""
+    if cloth.steps_of(new.cells) <= 1:
         return found
-    wider = yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step)
-    new = wider.pieces[-1]
     pieces = merge(cloth, found.pieces, new)
     apart = len(pieces) > len(found.pieces)
     share = LEAST_SHARE if cloth.in_region else 3 * LEAST_SHARE

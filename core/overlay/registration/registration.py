@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.mesh import Box, ClothMesh, around, nodes_in
+from core.overlay.mesh import Box, ClothMesh, areas, around, nodes_in
 from core.overlay.registration.normal_equations import SYMMETRIC, Smoothness, System
 from core.overlay.texel import Texel
 from core.tracing import span
@@ -222,8 +222,10 @@ def in_bands(shape: tuple[int, ...], work: Callable[[slice], None]) -> None:
 
 def unfold(mesh: ClothMesh, before: ClothState, uv: Floats, turn: float) -> Floats:
     """Return the new coordinates, taken back where an area would not have the sign `turn` any more."""
+    corners = mesh.corners[before.cells]
     for attempt in range(8):
-        wrong = (mesh.areas(uv, before.cells) * turn).min(-1) <= 0
+        first, second = turn * areas(uv, corners).T
+        wrong = np.minimum(first, second) <= 0
         if not wrong.any():
             break
         folded = np.zeros(mesh.cells, bool)

@@ -4,6 +4,8 @@ Votes of pairs of keypoints tell the lattice (`displacement_votes`). The same pa
 whose coordinates differ by whole numbers between the keypoints of a pair.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import scipy
 
@@ -20,6 +22,7 @@ from core.overlay.registration.fitting import refit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
 from core.overlay.registration.thin_plate import interpolation
+from core.overlay.texel import draw_sample
 from core.progress import Job, Progress
 
 NOTE = "looking for large texels"
@@ -31,6 +34,8 @@ TOLERANCES = np.geomspace(0.25, 0.08, 8)
 """Texels by which a pair may miss a whole number, while the plate is fitted again and again (Tukey's biweight)."""
 BEND = 1e-2
 """Weight of the plate's second differences on a mesh whose cells are one texel, over that of a pair."""
+MOST_PAIRS = 200_000
+"""Pairs that are drawn by chance where there are more: large prints show fewer."""
 NEAR = 0.3
 """Part of a texel within which a keypoint of a pair tells the coordinates."""
 BLUR = 0.04
@@ -64,6 +69,8 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tupl
     """Return the cloth registered around the pairs that lie whole texels of a `basis` (2, 2), pixels, apart."""
     side = float(np.sqrt(abs(np.linalg.det(basis))))
     steps = max(1, round(side / MESH_PX))
+    kept = draw_sample(np.ones(len(pairs.first), np.bool_), MOST_PAIRS)
+    pairs = replace(pairs, first=pairs.first[kept], second=pairs.second[kept])
     middle = np.median(pairs.points, axis=0)
     frames = PatchFrames(middle[None], basis[None] / steps, np.ones(1))
     lattice = Lattice(np.zeros((1, 2), np.int64), frames)
