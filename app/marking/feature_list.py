@@ -11,7 +11,7 @@ import numpy as np
 from app.editor.editor import Editor
 from app.live.answer import Answer
 from app.marking.applying import with_number
-from core.arrays import Bools, Bytes, Points, readonly
+from core.arrays import Bools, Bytes, Ints, Points, readonly
 from core.document.document import Document
 from core.document.feature import Feature
 from core.grid import Features, Grid
@@ -33,6 +33,8 @@ class Listed:
     """What is said of it."""
     box: Box
     """Pixels of the picture around it."""
+    order: int
+    """Its place in the list, and in its name where it has none of its own; it keeps that whatever comes before it."""
 
 
 class FeatureList:
@@ -45,6 +47,10 @@ class FeatureList:
         self._grid: Grid | None = None
         self._rows: list[Listed] = []
         self._seen: tuple[object, object] | None = None
+        self._ordered: tuple[Image, Ints] | None = None
+        """Of a picture, the order of the feature that each node (R, C) is in; 0 for none."""
+        self.chosen: frozenset[int] = frozenset()
+        """Which features were chosen when the list was last asked for."""
         self._colors: dict[int, int] = {}
         self._pictured: Image | None = None
         """The picture that `_tints` belongs to."""
@@ -74,13 +80,33 @@ class FeatureList:
             self._nodes, self._grid = MarkedNodes(grid), grid
         return self._nodes.features(document.mask, document.numbers)
 
+    @property
+    def known(self) -> list[Listed]:
+        """The features as they were when they were last asked for."""
+        return self._rows
+
     def rows(self, document: Document, grid: Grid) -> list[Listed]:
         """Return the features, in the order of their numbers."""
         found = self.nodes(document, grid)
         if self._seen is None or self._seen[0] is not found or self._seen[1] is not document.features:
             self._seen = found, document.features
-            self._rows = _list_features(document, found, grid)
+            self._rows = _list_features(document, found, grid, self._order(document, found))
         return self._rows
+
+    def _order(self, document: Document, found: Features) -> dict[int, int]:
+        """Return the order of each feature: its number, or what most of it had before, or the next one that is free."""
+        ids = found.ids.tolist()
+        own = {n: n for n in ids if document.numbers is not None and n <= MOST}
+        before = np.zeros(found.labels.shape, np.int32)
+        if self._ordered is not None and self._ordered[0] is document.image:
+            height, width = before.shape  # the grid may be another one
+            before = np.asarray(cv2.resize(self._ordered[1], (width, height), interpolation=cv2.INTER_NEAREST))
+        most = max(int(before.max(initial=0)), len(ids) + max(own, default=0))
+        orders = _keep(found, before, most, own)
+        table = np.zeros(int(found.labels.max(initial=0)) + 1, np.int32)
+        table[list(orders)] = list(orders.values())
+        self._ordered = document.image, readonly(table[found.labels])
+        return orders
 
     def owners(self, document: Document, grid: Grid, count: int) -> Bytes:
         """Return which of `count` colours, from 1, is that of each node (R, C); one more where nothing is kept.
@@ -106,7 +132,7 @@ class FeatureList:
         before = np.zeros(found.labels.shape, np.uint8) if self._tints is None else self._tints[1]
         if before.shape != found.labels.shape:
             before = np.zeros(found.labels.shape, np.uint8)
-        self._colors = _colors_of(found, before, count)
+        self._colors = _keep(found, before, count, {})
         table = np.zeros(int(found.labels.max(initial=0)) + 1, np.uint8)
         table[list(self._colors)] = list(self._colors.values())
         return readonly(table[found.labels])
@@ -128,17 +154,18 @@ class FeatureList:
         return self._outlines[number]
 
 
-def _colors_of(found: Features, before: Bytes, count: int) -> dict[int, int]:
-    """Return a colour, 1 to `count`, of each feature by number.
+def _keep(found: Features, before: Bytes | Ints, count: int, given: dict[int, int]) -> dict[int, int]:
+    """Return a colour or an order, 1 to `count`, of each feature by number.
 
-    The largest first keep what `before` has there; the others get what is left in the order of their numbers.
+    Some are `given`. The largest first keep what `before` (R, C) has there; the others get what is left in the order of
+    their numbers.
     """
     pairs = found.labels.astype(np.int64) * (count + 1) + before
     had = np.bincount(pairs.ravel())
     had = np.pad(had, (0, -len(had) % (count + 1))).reshape(-1, count + 1)
     sizes = had.sum(axis=1)
-    colors: dict[int, int] = {}
-    by_size = sorted(found.ids.tolist(), key=lambda n: -int(sizes[n]))
+    colors = dict(given)
+    by_size = sorted(set(found.ids.tolist()) - set(given), key=lambda n: (-int(sizes[n]), n))
     for number in by_size:
         votes = had[number].copy()
         votes[[0, *colors.values()]] = 0
@@ -161,11 +188,19 @@ def feature_list(editor: Editor) -> FeatureList:
 
 
 def rows_of(editor: Editor) -> list[Listed]:
-    """Return the features of the editor's document."""
-    return feature_list(editor).rows(editor.document, editor.map.grid)
+    """Return the features of the editor's document; the same ones stay chosen, whatever the map calls them now."""
+    listed, chosen = feature_list(editor), editor.session.features
+    before = {row.id: row.order for row in listed.known}
+    rows = listed.rows(editor.document, editor.map.grid)
+    now = {row.order: row.id for row in rows}
+    if chosen is listed.chosen and any(now.get(before.get(n, 0)) != n for n in chosen):
+        chosen = frozenset(now[before[n]] for n in chosen if before.get(n) in now)
+        editor.show(features=chosen)
+    listed.chosen = chosen
+    return rows
 
 
-def _list_features(document: Document, found: Features, grid: Grid) -> list[Listed]:
+def _list_features(document: Document, found: Features, grid: Grid, orders: dict[int, int]) -> list[Listed]:
     said = {feature.number: feature for feature in document.features}
     width, height = grid.cell
     rows = []
@@ -178,12 +213,9 @@ def _list_features(document: Document, found: Features, grid: Grid) -> list[List
         )
         is_own = document.numbers is not None and number <= MOST
         feature = said.get(number, Feature(number)) if is_own else Feature(number)
-        rows.append(Listed(number, feature.name, feature, box))
-    numbered = {row.id for row in rows if document.numbers is not None and row.id <= MOST}
-    free = (order for order in count(1) if order not in numbered)
-    orders = [row.id if row.id in numbered else next(free) for row in rows]
-    named = {order: replace(row, name=row.name or f"Feature {order}") for order, row in zip(orders, rows, strict=True)}
-    return [named[order] for order in sorted(named)]
+        order = orders[number]
+        rows.append(Listed(number, feature.name or f"Feature {order}", feature, box, order))
+    return sorted(rows, key=lambda row: row.order)
 
 
 def _extents(found: Features) -> Iterator[tuple[int, int, int, int, int]]:
@@ -215,9 +247,9 @@ def _area(editor: Editor, number: int) -> Bools:
     return area_of(editor.document, feature_list(editor).nodes(editor.document, grid), grid, number)
 
 
-def _free(document: Document) -> int:
-    """Return the least number that no pixel has and of which nothing is said."""
-    return free_number(document.numbers, taken={feature.number for feature in document.features})
+def _free(document: Document, first: int = 1) -> int:
+    """Return the least number from `first` on that no pixel has and of which nothing is said."""
+    return free_number(document.numbers, taken={feature.number for feature in document.features}, first=first)
 
 
 def with_said(document: Document, number: int, **changes: object) -> Document:
@@ -238,7 +270,8 @@ def merge(editor: Editor, label: str, ids: frozenset[int], **changes: object) ->
     """
     document = editor.document
     own = sorted(n for n in ids if document.numbers is not None and n <= MOST)
-    number = own[0] if own else _free(document)
+    orders = [row.order for row in rows_of(editor) if row.id in ids]
+    number = own[0] if own else _free(document, min(orders, default=1))
     if own != sorted(ids) or len(ids) > 1:
         areas = {n: _area(editor, n) for n in sorted(ids)}
         said = {feature.number: feature for feature in document.features if feature.number in own}
@@ -260,10 +293,10 @@ def say(editor: Editor, label: str, ids: frozenset[int], *, slides: bool = False
 
     While a slider `slides`, the entry is open until `Editor.finish`.
     """
-    document, named = editor.document, []
+    document, named, orders = editor.document, [], {row.id: row.order for row in rows_of(editor)}
     for n in sorted(ids):
         is_own = editor.document.numbers is not None and n <= MOST
-        named.append(n if is_own else _free(document))
+        named.append(n if is_own else _free(document, orders.get(n, 1)))
         if not is_own:
             document = document.changed(numbers=with_number(document.numbers, _area(editor, n), named[-1]))
         document = with_said(document, named[-1], **changes)

@@ -5,7 +5,7 @@ are one feature; each 8-connected part of the mask that has no number, 0, is one
 features where they have two numbers, and parts far from one another are one where they have the same.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import cv2
 import numpy as np
@@ -123,3 +123,24 @@ def parts_of(mask: Bytes, numbers: Bytes | None) -> np.ndarray[tuple[int, ...], 
     _, parts = cv2.connectedComponents(loose.astype(np.uint8), connectivity=8)
     found = np.where(parts > 0, parts + MOST, 0).astype(np.int32)
     return found if numbers is None else np.where(marked & (numbers > 0), numbers, found).astype(np.int32)
+
+
+def number_joined(numbers: Raster | None, before: Raster, after: Raster, wanted: Mapping[int, int]) -> Raster | None:
+    """Return the numbers with one for every feature that had none, where another mask would make one of several.
+
+    A feature gets the number that is `wanted` for it, by what `parts_of` calls it, or another one that is free. Where
+    there are too few of them nothing is changed.
+    """
+    parts = parts_of(before.array, None if numbers is None else numbers.array)
+    _, wholes = cv2.connectedComponents((after.array > MARKED).astype(np.uint8), connectivity=8)
+    pairs = np.unique(np.stack([wholes, parts])[:, (wholes > 0) & (parts > 0)], axis=1)
+    known = np.unique(parts).tolist()
+    loose = [part for part in known if part > MOST]
+    free = [number for number in range(1, MOST + 1) if number not in known]
+    if len(np.unique(pairs[0])) == pairs.shape[1] or len(free) < len(loose):
+        return numbers
+    table = np.arange(int(parts.max()) + 1)
+    for part in sorted(loose, key=lambda part: part not in wanted):
+        table[part] = wanted[part] if wanted.get(part) in free else free[0]
+        free.remove(table[part])
+    return Raster.from_array(table[parts].astype(np.uint8))

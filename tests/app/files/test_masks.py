@@ -6,6 +6,7 @@ import pytest
 
 from app.actions.table import ActionTable
 from app.files import masks
+from app.marking.feature_list import rows_of
 from app.model.jobs import InlineExecutor, Jobs
 from app.model.requests import OpenFile, SaveFile
 from app.tools.all import TOOLS
@@ -127,6 +128,30 @@ def test_rough_paint_becomes_the_objects_mask_in_one_step() -> None:
     assert np.mean((drive.document.mask.array > 127) != (disc(40) > 0)) < 0.01
     assert drive.labels[-1] == "Fit mask to objects"
     assert drive.undo().document is drive.start
+
+
+def test_strokes_on_two_objects_that_touch_stay_two_features_when_they_are_fitted() -> None:
+    objects, rough = np.zeros((150, 200), np.uint8), np.zeros((150, 200), np.uint8)
+    for x in (70, 128):
+        cv2.circle(objects, (x, 75), 30, (255,), -1)
+        cv2.circle(rough, (x, 75), 26, (255,), -1)
+    noise = np.random.default_rng(0).integers(0, 40, (150, 200, 3))
+    colours = np.where(objects[..., None] > 0, (190, 40, 30), (40, 150, 180))
+    start = Document.of(Image((colours + noise).astype(np.uint8))).with_warp(cell_px=8.0)
+    drive = EditorDriver(start.changed(mask=Raster.from_array(rough)))
+    names = [(row.name, row.box[0] < 90) for row in rows_of(drive.editor)]
+    act(drive, "mask.fit")
+    document = drive.document
+    assert document.numbers is not None
+    fitted = document.mask.array > 127
+    assert cv2.connectedComponents(fitted.astype(np.uint8))[0] == 2  # one blob
+    assert np.mean(fitted != (objects > 0)) < 0.01
+    parts = parts_of(document.mask.array, document.numbers.array)
+    assert (parts[75, 45:95] == 1).all()
+    assert (parts[75, 103:155] == 2).all()
+    assert [(row.name, row.box[0] < 90) for row in rows_of(drive.editor)] == names
+    assert "apart" in drive.editor.notices[-1].text
+    assert drive.undo().document.numbers is None
 
 
 def test_what_is_painted_meanwhile_is_not_overwritten() -> None:

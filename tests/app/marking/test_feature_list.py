@@ -41,6 +41,29 @@ def test_a_feature_keeps_its_colour_whatever_is_painted_elsewhere() -> None:
     assert owners(drive) is owners(drive)
 
 
+def test_a_feature_keeps_its_name_its_place_and_being_chosen_when_one_is_painted_left_of_it() -> None:
+    drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180))))
+
+    def listed() -> list[tuple[str, int]]:
+        return [(row.name, row.box[0] // 10) for row in rows_of(drive.editor)]
+
+    before = listed()
+    assert before == [("Feature 1", 7), ("Feature 2", 14)]
+    drive.editor.show(features=frozenset({rows_of(drive.editor)[1].id}))
+    listed()
+    drive.editor.edit("One more", drive.document.changed(mask=bars((5, 70), (80, 110), (150, 180))))
+    drive.frame()
+    assert listed() == [*before, ("Feature 3", 0)]
+    assert drive.editor.session.features == {rows_of(drive.editor)[1].id}
+    say(drive.editor, "Upright feature", drive.editor.session.features, upright=True)
+    drive.frame()
+    assert listed() == [*before, ("Feature 3", 0)]
+    assert drive.document.features == (Feature(2, upright=True),)
+    drive.editor.edit("Erase", drive.document.changed(mask=bars((5, 70), (150, 180))))
+    drive.frame()
+    assert listed() == [before[1], ("Feature 3", 0)]
+
+
 def test_another_picture_has_its_colours_whatever_was_open_before() -> None:
     drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180))))
     fresh = color_at(drive, 95, 80), color_at(drive, 165, 80)
@@ -81,9 +104,9 @@ def test_what_is_given_up_has_a_colour_of_its_own() -> None:
     drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180))))
     merge(drive.editor, "Give up feature", frozenset({2}), kept=False)
     drive.frame()
-    assert drive.document.given_up == {1}
+    assert drive.document.given_up == {2}
     assert color_at(drive, 165, 80) == 13
-    assert [row.said.kept for row in rows_of(drive.editor)] == [False, True]
+    assert [row.said.kept for row in rows_of(drive.editor)] == [True, False]
 
 
 def test_what_is_said_of_features_goes_with_their_numbers() -> None:
@@ -112,7 +135,7 @@ def test_removing_a_feature_is_undone_with_its_name() -> None:
     drive = EditorDriver(document().changed(mask=bars((20, 60), (120, 160))))
     merge(drive.editor, "Name feature", frozenset({2}), name="Right")
     kept = drive.document
-    remove(drive.editor, frozenset({1}))
+    remove(drive.editor, frozenset({2}))
     assert [row.name for row in rows_of(drive.editor)] == ["Feature 1"]
     assert drive.undo().document is kept
 
@@ -141,8 +164,8 @@ def test_what_is_said_of_a_feature_survives_painting_on_it() -> None:
     drive = EditorDriver(document().changed(mask=bars((20, 60), (120, 160))))
     say(drive.editor, "Upright feature", frozenset({2}), upright=True)
     drive.editor.edit("Paint", with_layer(drive.document, "mask", bars((20, 60), (110, 170), (180, 195))))
-    assert drive.document.features == (Feature(1, upright=True),)
-    assert options_of(drive.document).single == ((1, Limits(turns=False)),)
+    assert drive.document.features == (Feature(2, upright=True),)
+    assert options_of(drive.document).single == ((2, Limits(turns=False)),)
 
 
 def test_pieces_of_a_feature_are_kept_as_it_was() -> None:
