@@ -11,7 +11,7 @@ import numpy as np
 from app.editor.editor import Editor
 from app.live.answer import Answer
 from app.marking.applying import with_number
-from core.arrays import Bools, Bytes, Ints, Points, readonly
+from core.arrays import Bools, Bytes, Points, readonly
 from core.document.document import Document
 from core.document.feature import Feature
 from core.grid import Features, Grid
@@ -47,7 +47,7 @@ class FeatureList:
         self._grid: Grid | None = None
         self._rows: list[Listed] = []
         self._seen: tuple[object, object] | None = None
-        self._ordered: tuple[Image, Ints] | None = None
+        self._ordered: tuple[Image, Labels] | None = None
         """Of a picture, the order of the feature that each node (R, C) is in; 0 for none."""
         self.chosen: frozenset[int] = frozenset()
         """Which features were chosen when the list was last asked for."""
@@ -97,10 +97,10 @@ class FeatureList:
         """Return the order of each feature: its number, or what most of it had before, or the next one that is free."""
         ids = found.ids.tolist()
         own = {n: n for n in ids if document.numbers is not None and n <= MOST}
-        before = np.zeros(found.labels.shape, np.int32)
+        before: Labels = np.zeros(found.labels.shape, np.int32)
         if self._ordered is not None and self._ordered[0] is document.image:
-            height, width = before.shape  # the grid may be another one
-            before = np.asarray(cv2.resize(self._ordered[1], (width, height), interpolation=cv2.INTER_NEAREST))
+            size = found.labels.shape[1], found.labels.shape[0]  # the grid may be another one
+            before = np.asarray(cv2.resize(self._ordered[1], size, interpolation=cv2.INTER_NEAREST), np.int32)
         most = max(int(before.max(initial=0)), len(ids) + max(own, default=0))
         orders = _keep(found, before, most, own)
         table = np.zeros(int(found.labels.max(initial=0)) + 1, np.int32)
@@ -154,7 +154,7 @@ class FeatureList:
         return self._outlines[number]
 
 
-def _keep(found: Features, before: Bytes | Ints, count: int, given: dict[int, int]) -> dict[int, int]:
+def _keep(found: Features, before: Bytes | Labels, count: int, given: dict[int, int]) -> dict[int, int]:
     """Return a colour or an order, 1 to `count`, of each feature by number.
 
     Some are `given`. The largest first keep what `before` (R, C) has there; the others get what is left in the order of
@@ -327,7 +327,7 @@ def split(editor: Editor, line: Points) -> int:
     for number in _crossed(parts, line).tolist():
         said = next((feature for feature in document.said if feature.number == number), None)
         for piece in split_along(parts == number, line)[1:]:
-            free = _free(document)
+            free = _free(document, 1 + max((row.order for row in rows_of(editor)), default=0))
             document = document.changed(numbers=with_number(document.numbers, piece, free))
             if said is not None:
                 taken = {feature.name for feature in document.features}

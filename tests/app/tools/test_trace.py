@@ -83,7 +83,7 @@ def test_a_rectangle_around_an_object_gives_its_outline() -> None:
 
 @pytest.mark.parametrize(
     ("first", "last", "fault"),
-    [((-9, -9), (260, 200), "no ground"), ((10, 10), (14, 11), "too small"), ((2, 2), (20, 20), "nothing stands out")],
+    [((-9, -9), (260, 200), "no ground"), ((10, 10), (14, 11), "too small"), ((2, 2), (20, 20), "Nothing stands out")],
 )
 def test_a_rectangle_without_an_object_is_refused_in_words(
     first: tuple[float, float], last: tuple[float, float], fault: str

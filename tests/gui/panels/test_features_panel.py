@@ -81,13 +81,13 @@ def test_rows_light_up_are_named_merged_given_up_and_removed(editor: Editor, tmp
         window.context.key_up(int(imgui.Key.mod_shift))
         window.item("//Features/Make one feature").wait(3)
         assert ids(editor) == [1, 256]
-        assert [row.name for row in rows_of(editor)] == ["Left bar", "Feature 2"]
+        assert [row.name for row in rows_of(editor)] == ["Left bar", "Feature 3"]
 
         window.item("//Features/**/feature 256/###keep").wait(3)
-        assert ids(editor) == [1, 2]
-        assert editor.document.given_up == {2}
+        assert ids(editor) == [1, 3]
+        assert editor.document.given_up == {3}
         window.screenshot(tmp_path / "list.png")
-        window.item("//Features/**/feature 2/###remove").wait(3)
+        window.item("//Features/**/feature 3/###remove").wait(3)
         assert ids(editor) == [1]
         assert not editor.document.mask.array[:, 400:].any()
 
@@ -142,9 +142,9 @@ def test_the_knife_makes_two_of_one(editor: Editor) -> None:
     def script(window: WindowDriver) -> None:
         window.move(5, 5).key(imgui.Key.u).wait(2)
         window.drag(*on_screen(editor, (110, 80), (110, 200), (112, 330))).wait(3)
-        assert ids(editor) == [1, 256, 257, 258]
+        assert ids(editor) == [256, 257, 258, 4]
         window.drag(*on_screen(editor, (290, 80), (290, 200))).wait(3)
-        assert ids(editor) == [1, 256, 257, 258]
+        assert ids(editor) == [256, 257, 258, 4]
         assert any("right across" in text for text in window.shell.workspace.toasts.texts)
 
     drive(editor, script)
@@ -177,7 +177,7 @@ def test_chosen_features_are_kept_each_in_its_way(editor: Editor, tmp_path: Path
         show_list(window)
         window.item("//Warp/**/Arch").wait(3)
         window.item("//Features/**/feature 2/##row").wait(2).item("//Features/Rigid##keep one").wait(2)
-        assert editor.document.features == (Feature(1, keep="rigid"),)
+        assert editor.document.features == (Feature(2, keep="rigid"),)
         window.item("//Features/Upright").wait(2)
         window.item("//Features/**/feature 257/##row").wait(2)
         window.context.item_input_value("//Features/Size to/##number", 80.0)
@@ -187,7 +187,7 @@ def test_chosen_features_are_kept_each_in_its_way(editor: Editor, tmp_path: Path
         window.screenshot(tmp_path / "keeping.png")
 
     drive(editor, script)
-    features = Feature(1, keep="rigid", upright=True), Feature(2, most=0.8), Feature(3, weight=0.5)
+    features = Feature(1, weight=0.5), Feature(2, keep="rigid", upright=True), Feature(3, most=0.8)
     assert editor.document.features == features
     assert editor.history.labels[-4:] == (
         "Keep feature as",
@@ -198,9 +198,9 @@ def test_chosen_features_are_kept_each_in_its_way(editor: Editor, tmp_path: Path
     result = editor.map.result
     assert result is not None
     found = {feature.id: feature for feature in result.features}
-    assert (found[1].scale, found[1].angle_deg) == pytest.approx((1, 0), abs=1e-6)
-    assert found[2].scale <= 0.8 + 1e-6
-    assert 1e-3 < found[3].residual < 0.1
+    assert (found[2].scale, found[2].angle_deg) == pytest.approx((1, 0), abs=1e-6)
+    assert found[3].scale <= 0.8 + 1e-6
+    assert 1e-3 < found[1].residual < 0.1
     save_project(editor.document, tmp_path / "kept.weft")
     assert load_project(tmp_path / "kept.weft").features == editor.document.features
 
