@@ -307,7 +307,7 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
         scale * lattice.frames.points + (scale - 1) / 2, scale * lattice.frames.bases, lattice.frames.scores
     )
     modelled, inside = model.modelled, np.asarray(np.isfinite(model.shading), np.bool_)
-    uv, texel, light, coverage = model.uv, model.texel, model.light, model.coverage
+    uv, texel, light, coverage = model.uv, model.texel, model.light, model.coverage * found.opacity
     # What the rest of the model takes, its texture above all, would be the most memory of a large photo here.
     del model
     return Decomposition(
@@ -317,7 +317,7 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
         shading=light[..., 0] if light.shape[-1] == 1 else light,
         detail=difference(found.photo, modelled, inside),
         reconstruction=modelled,
-        coverage=coverage * found.opacity,
+        coverage=coverage,
         lattice=replace(lattice, frames=frames),
         basis=cloth.basis * scale,
         explained=count_explained(found.photo, modelled, inside, scale),

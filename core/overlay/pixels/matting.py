@@ -9,6 +9,8 @@ a0 ± `DOUBT` from the outline alone, the likeliest share is
 A new texture F' in place of F gives I + α (F' - F): neither a rim of the old one nor a halo is left.
 """
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 
@@ -17,7 +19,8 @@ from core.overlay.composition import finite
 from core.overlay.filters.bands import bands
 from core.overlay.filters.distances import distance, nearest_of
 from core.overlay.filters.texture_filter import steepness_at
-from core.overlay.tolerances import LEAST_NOISE, NEARBY_PX, RIM_PX
+from core.overlay.texel import draw_sample
+from core.overlay.tolerances import DRAWN, LEAST_NOISE, NEARBY_PX, RIM_PX
 
 DOUBT = 0.25
 """How far the share of cloth in a pixel is from what the outline alone tells."""
@@ -43,10 +46,13 @@ def carried_past_border(uv: Singles, shading: Singles, allowed: Bools) -> tuple[
     return out, light
 
 
-def matte_of(photo: Floats | Singles, modelled: Singles, inside: Bools, carried: Bools) -> Singles:
+def matte_of(
+    photo: Floats | Singles, modelled_at: Callable[[Bools], Singles], inside: Bools, carried: Bools
+) -> Singles:
     """Return the share of cloth (H, W) in each pixel: 1 inside, 0 outside what is `carried`, soft in a band between.
 
-    `photo` and the model `modelled`, as far as it is `carried` (H, W), are (H, W, 3); `inside` (H, W) is the outline.
+    `photo` is (H, W, 3), `modelled_at` returns the model (n, 3) at marked pixels (H, W) as far as it is `carried`
+    (H, W); `inside` (H, W) is the outline.
     """
     depth = distance(~inside)
     depth -= distance(inside)
@@ -64,12 +70,12 @@ def matte_of(photo: Floats | Singles, modelled: Singles, inside: Bools, carried:
         near[top:bottom] = here
     if not grounds:
         return share
-    ground, core = np.concatenate(grounds), inside & ~near
-    errors = np.abs(photo[core] - modelled[core]) if core.any() else np.zeros(1)
+    ground, core = np.concatenate(grounds), draw_sample(inside & ~near, DRAWN)
+    errors = np.abs(photo[core] - modelled_at(core)) if core.any() else np.zeros(1)
     variance = max(1.4826 * float(np.median(errors, overwrite_input=True)), LEAST_NOISE) ** 2
     # The outline runs half a pixel from the first pixels to its sides.
     known = np.clip(0.5 + (depth[near] - 0.5 * np.sign(depth[near])) / RIM_PX, 0, 1)
-    cloth = modelled[near] - ground
+    cloth = modelled_at(near) - ground
     seen = ((photo[near] - ground) * cloth).sum(-1) / variance + known / DOUBT**2
     share[near] = np.clip(seen / ((cloth**2).sum(-1) / variance + 1 / DOUBT**2), 0, 1)
     return share

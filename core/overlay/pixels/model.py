@@ -1,6 +1,7 @@
 """What is known of a cloth at every pixel of its photo, from the registered mesh to the finished parts."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +54,14 @@ class PixelModel:
     @property
     def modelled(self) -> Singles:
         """Wp T(Wg) (H, W, 3), 0 outside; computed as where the layers are read from a file, to the bit."""
-        return self.texture * np.nan_to_num(self.light)
+        return self.modelled_at(np.s_[:])
+
+    def modelled_at(self, where: Any) -> Singles:
+        """Return Wp T(Wg) at some of the pixels, by slices or a mask (H, W); all of a large photo's is much memory."""
+        light = self.light[where]
+        modelled: Singles = self.texture[where] * light
+        modelled[np.isnan(light[..., 0])] = 0
+        return modelled
 
     @property
     def mesh(self) -> ClothMesh:

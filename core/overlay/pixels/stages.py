@@ -186,14 +186,14 @@ def light_folds(model: PixelModel) -> PixelModel:
 def tint_light(model: PixelModel) -> PixelModel:
     """Give each channel a light of its own where the light's colour changes."""
     sigma_px = TINT_STEPS * model.cloth.step_px
-    colour = estimate_coloured_light(model.photo, model.modelled, model.followed, model.scale, sigma_px)
+    colour = estimate_coloured_light(model, sigma_px)
     return model if colour is None else replace(model, light=model.light * colour)
 
 
 def matte_border(model: PixelModel) -> PixelModel:
     """Tell what share of a pixel is cloth, where the border is soft."""
     inside = np.asarray(np.isfinite(model.shading), np.bool_)
-    return replace(model, coverage=matte_of(model.photo, model.modelled, model.outline, inside))
+    return replace(model, coverage=matte_of(model.photo, model.modelled_at, model.outline, inside))
 
 
 STAGES: tuple[PixelStage, ...] = (
@@ -269,18 +269,16 @@ def without_pixels(model: PixelModel, off: Bools) -> PixelModel:
     )
 
 
-def estimate_coloured_light(
-    photo: Floats | Singles, modelled: Singles, inside: Bools, scale: int, sigma_px: float
-) -> Singles | None:
+def estimate_coloured_light(model: PixelModel, sigma_px: float) -> Singles | None:
     """Return each channel's own factor (H, W, 3), or None where light has one colour.
 
     `sigma_px` is over every `scale`-th pixel; as few are looked at as that allows.
     """
     every = max(1, int(sigma_px / TINT_SAMPLES))
-    few = slice(None, None, scale * every)
-    colour = find_tint(
-        photo[few, few].astype(float), modelled[few, few].astype(float), inside[few, few], sigma_px / every
-    )
+    few = (slice(None, None, model.scale * every),) * 2
+    photo, modelled = (plane.astype(np.float64) for plane in (model.photo[few], model.modelled_at(few)))
+    colour = find_tint(photo, modelled, model.followed[few], sigma_px / every)
     if colour is None:
         return None
-    return np.asarray(cv2.resize(colour.astype(np.float32), inside.shape[::-1], interpolation=cv2.INTER_LINEAR))
+    size = model.followed.shape[::-1]
+    return np.asarray(cv2.resize(colour.astype(np.float32), size, interpolation=cv2.INTER_LINEAR))

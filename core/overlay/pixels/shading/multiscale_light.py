@@ -71,18 +71,9 @@ def estimate_light(
     least = max(MOTIF * float(np.sqrt(abs(np.linalg.det(basis)))), LEAST_PX)
     every = int(np.clip(least / SAMPLES, 1, scale))
     covered = np.isfinite(uv[..., 0])
-    counts, (both, own) = np.empty(covered.shape, bool), np.empty((2, *covered.shape), np.float32)
-
-    def compare(_first: int, top: int, bottom: int, _last: int) -> None:
-        rows = slice(top, bottom)
-        modelled = texture[rows] * np.nan_to_num(light[rows])
-        both[rows], own[rows], counts[rows] = shades(photo[rows], modelled, covered[rows])
-
-    in_bands(compare, photo.shape)
-    if not counts.any():
+    seen, bright, usual = mean_shades(photo, texture, light, covered, every)
+    if usual == 0:
         return np.ones((*covered.shape, 1), np.float32)
-    usual = USUAL * float(own[counts].mean())
-    seen, bright = means_of(both, every), means_of(own, every)
     total, mass = (sum_of_means(plane, usual, least / every) for plane in (seen, bright))
     smooth = np.log(np.clip(total / mass, *RANGE))
     middles = np.ix_(*(np.minimum(np.arange(0, n, every) + every // 2, n - 1) for n in covered.shape))
@@ -120,6 +111,25 @@ def keep_sure_part(more: Singles, bright: Singles, width_px: float) -> Singles:
     )
     power = np.maximum(surplus / np.maximum(share, 1e-3), 0)
     return np.asarray(counts * more * power / (power + noise), np.float32)
+
+
+def mean_shades(
+    photo: Floats | Singles, texture: Singles, light: Singles, covered: Bools, every: int
+) -> tuple[Singles, Singles, float]:
+    """Return the means (h, w) of what `shades` does over squares of so many pixels, and what is usual, 0 for none.
+
+    The model is texture times light.
+    """
+    both, own = np.empty((2, *covered.shape), np.float32)
+
+    def compare(_first: int, top: int, bottom: int, _last: int) -> int:
+        rows = slice(top, bottom)
+        modelled = texture[rows] * np.nan_to_num(light[rows])
+        both[rows], own[rows], counts = shades(photo[rows], modelled, covered[rows])
+        return int(counts.sum())
+
+    count = sum(in_bands(compare, photo.shape))
+    return means_of(both, every), means_of(own, every), USUAL * float(own.sum(dtype=np.float64)) / max(count, 1)
 
 
 def means_of(plane: Singles, every: int) -> Singles:

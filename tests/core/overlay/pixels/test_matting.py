@@ -30,7 +30,7 @@ def on_ground(share: Floats, cloth: Floats | Singles) -> Floats:
 def test_share_of_cloth_is_that_which_the_photo_shows(width_px: float) -> None:
     share = soft_disc(60, width_px)
     outline = share > 0.5
-    matte = matte_of(on_ground(share, MODEL), MODEL, outline, np.ones_like(outline))
+    matte = matte_of(on_ground(share, MODEL), MODEL.__getitem__, outline, np.ones_like(outline))
     band = (share > 0) & (share < 1)
     assert np.abs(matte - share)[band].mean() < 0.08
     assert (matte[share == 1] > 0.9).all()
@@ -41,7 +41,7 @@ def test_new_texture_leaves_neither_a_rim_of_the_old_one_nor_a_halo() -> None:
     share, new = soft_disc(60, 3.0), np.full(MODEL.shape, 0.9)
     photo, wanted = on_ground(share, MODEL), on_ground(share, new)
     outline = share > 0.5
-    matte = matte_of(photo, MODEL, outline, np.ones_like(outline))[..., None]
+    matte = matte_of(photo, MODEL.__getitem__, outline, np.ones_like(outline))[..., None]
     rim = (share > 0) & (share < 1)
     laid, sharp = photo + matte * (new - MODEL), photo + outline[..., None] * (new - MODEL)
     assert np.abs(laid - wanted)[rim].mean() < 0.05
@@ -50,7 +50,7 @@ def test_new_texture_leaves_neither_a_rim_of_the_old_one_nor_a_halo() -> None:
 
 def test_at_the_border_of_the_picture_cloth_is_whole() -> None:
     whole = np.ones(SCENE.shading.shape, bool)
-    assert (matte_of(SCENE.photo, MODEL, whole, whole) == 1).all()
+    assert (matte_of(SCENE.photo, MODEL.__getitem__, whole, whole) == 1).all()
 
 
 def test_layers_go_on_past_the_border_in_straight_lines_where_they_may() -> None:
