@@ -8,6 +8,7 @@ import pytest
 
 from core.arrays import Floats, InputError, Points
 from core.document.document import Document, Pin
+from core.document.feature import Feature
 from core.document.map import lay_on_surface
 from core.document.map_solver import settle_map
 from core.document.project import load_project, save_project
@@ -66,6 +67,23 @@ def test_painted_circles_stay_circles_on_a_surface_that_the_plain_texture_makes_
     kept = [ovalness(on_shape(shape, texture_of(document, found, circle(disc)))) for disc in DISCS]
     assert max(plain) > off
     assert max(kept) < 0.02
+
+
+def test_near_a_pole_circles_stay_circles_and_a_least_size_keeps_them_large() -> None:
+    near = 240.0, 28.0  # 69 degrees of latitude
+    mask = np.zeros(SIZE[::-1], np.uint8)
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    mask[np.hypot(x - near[0], y - near[1]) < RADIUS + 3] = 255
+    start = replace(discs(), mask=Raster.from_array(mask), surface=make_shape("sphere"))
+    numbered = replace(start, numbers=Raster.from_array(np.minimum(mask, 1)), features=(Feature(1, least=1.0),))
+    rings = [on_shape(SHAPES["sphere"], circle(near))]
+    for document in (start, numbered):
+        texture = texture_of(document, run(settle_map(document)), circle(near))
+        rings.append(on_shape(SHAPES["sphere"], texture))
+    plain, shrunk, held = (np.ptp(ring, axis=0).max() for ring in rings)
+    assert ovalness(rings[0]) > 1.5
+    assert max(ovalness(ring) for ring in rings[1:]) < 0.02
+    assert shrunk < 0.5 * plain < held
 
 
 def test_the_texture_stays_filled_to_its_edge() -> None:
