@@ -88,4 +88,5 @@ class Unwarped:
 
 
 def _warped_by(document: Document) -> tuple[object, ...]:
-    return document.image, document.warp, document.outline, document.pins, document.curves
+    warps = document.warp, document.warp_map, document.surface, document.outline
+    return document.image, *warps, document.pins, document.curves

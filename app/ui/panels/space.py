@@ -14,7 +14,6 @@ from app.ui.widgets.action_buttons import action_button
 from app.ui.widgets.controls import faint, section, segments
 from app.ui.widgets.sliders import slider
 from app.ui.widgets.theme import em
-from core.arrays import Points
 from core.surfaces.shapes import SHAPES
 from core.surfaces.surface import Surface
 
@@ -93,7 +92,7 @@ class SpacePanel:
         What takes its time, one does after the other and after the canvas, each in frames of its own, but for drafts
         in a drag.
         """
-        answer, surface = self._editor.answer, self._editor.document.surface
+        answer, surface = self._editor.map, self._editor.document.surface
         self.is_refining = False
         if surface is None or self._views is None or answer.document.surface is not surface:
             return
@@ -106,14 +105,15 @@ class SpacePanel:
             imgui.set_cursor_pos(ImVec2(start.x + number * step.x, start.y + number * step.y))
             imgui.begin_group()
             faint(title)
-            waits |= self._draw_view(title, surface, moved, side, waits=waits)
+            waits |= self._draw_view(
+                title, Laid(surface, answer.rest, moved, answer.document.canvas_px), side, waits=waits
+            )
             imgui.end_group()
 
-    def _draw_view(self, title: str, surface: Surface, moved: Points, side: float, *, waits: bool) -> bool:
+    def _draw_view(self, title: str, laid: Laid, side: float, *, waits: bool) -> bool:
         """Draw a view; return whether that took its time."""
         assert self._views is not None
         editor, pixels = self._editor, round(side * imgui.get_io().display_framebuffer_scale.x)
-        laid = Laid(surface, editor.answer.rest, moved, editor.answer.document.canvas_px)
         desk = theme.rgb(theme.SUNKEN)
         view = self._views.view(title, (pixels, pixels))
         texture = view.draw(

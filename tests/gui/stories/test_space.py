@@ -138,6 +138,41 @@ def test_a_mesh_is_named_whatever_it_is_called(editor: Editor, tmp_path: Path, m
     drive(editor, script)
 
 
+def test_what_is_painted_shows_on_the_surface_while_the_canvas_shows_the_picture_as_it_was(
+    editor: Editor, tmp_path: Path
+) -> None:
+    picture, _ = label()
+    save(Image(picture), tmp_path / "label.png")
+
+    def script(window: WindowDriver) -> None:
+        def shoot() -> list[Floats]:
+            """Return the pixels of both views."""
+            shot = window.move(5, 5).screenshot(tmp_path / "views.png").astype(float)
+            views = [window.context.item_info(f"//In space/{view}").rect_full for view in ("Plain", "Features kept")]
+            return [shot[int(v.min.y) : int(v.max.y), int(v.min.x) : int(v.max.x)] for v in views]
+
+        open_picture(window, tmp_path / "label.png")
+        window.item("//Warp/In space##page").wait(2).item("//Warp/Cylinder##shapes0")
+        window.wait_until(lambda: editor.document.surface is not None)
+        settle(window)
+        before = shoot()
+        editor.choose_tool("brush")
+        x, y = window.shell.workspace.canvas.area.size
+        window.drag((x / 2, y / 2), (x / 2 + 20, y / 2 + 20)).wait(2)
+        assert editor.unwarped.is_shown
+        settle(window)
+        plain, kept = shoot()
+        assert np.abs(plain - before[0]).mean() < 0.5
+        assert np.abs(kept - before[1]).max() > 60
+        assert np.abs(kept - before[1]).mean() < 25
+        window.item("//Warp/Sphere##shapes0")
+        window.wait_until(lambda: editor.document.surface is not None and editor.document.surface.name == "sphere")
+        window.wait(2)
+        assert not editor.unwarped.is_shown
+
+    drive(editor, script)
+
+
 def test_shapes_are_chosen_shaped_and_taken_back(editor: Editor, tmp_path: Path) -> None:
     picture, _ = label()
     save(Image(picture), tmp_path / "label.png")
