@@ -3,7 +3,6 @@
 import platform
 import time
 import traceback
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import platformdirs
@@ -23,9 +22,11 @@ def reports_folder() -> Path:
 
 def report_of(part: str, error: BaseException, editor: Editor) -> str:
     """Return what is known of a fault that came up in `part` of the window: program, steps before it, traceback."""
+    from importlib import metadata  # not before the first frame
+
     try:
-        program = version("weft")
-    except PackageNotFoundError:
+        program = metadata.version("weft")
+    except metadata.PackageNotFoundError:
         program = "unknown"
     width, height = editor.document.size_px
     steps = editor.history.labels[: editor.history.index + 1][-LAST_STEPS:]

@@ -11,8 +11,10 @@ LOADED_LATER = (
     "scipy.fft",
     "scipy.sparse.csgraph",
     "scipy.interpolate",
+    "numpy.random",
+    "importlib.metadata",
 )
-"""What only the tools need: SciPy imports its parts where they are first used."""
+"""What only the tools need: SciPy and NumPy import their parts where they are first used."""
 
 
 def load_rest() -> None:

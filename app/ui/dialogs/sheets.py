@@ -1,6 +1,5 @@
 """Sheets over the window: every key at a glance, what Weft is, and the preferences."""
 
-from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
 
 from imgui_bundle import ImVec2, imgui
@@ -54,7 +53,9 @@ class Sheets:
 
 
 def _version() -> str:
+    from importlib import metadata  # not before the first frame
+
     try:
-        return version("weft")
-    except PackageNotFoundError:
+        return metadata.version("weft")
+    except metadata.PackageNotFoundError:
         return "of the source folder"

@@ -126,7 +126,9 @@ class HandleField:
                 self._forces = plate.hold(places, before if isinstance(before, FreeForces) else None)
             else:
                 self._forces = plate.hold(places)
-            of_all = scipy.sparse.block_diag([self._M, self.rods.M], format="csr")
+            of_all: Any = self._M
+            if len(self.rods):
+                of_all = scipy.sparse.block_diag([self._M, self.rods.M], format="csr")
             self._loads = of_all.conj().T.tocsr()
             S = np.asarray(of_all @ self._forces.S @ self._loads)
             across, within, S = S[:n, n:], S[n:, n:], S[:n, :n]

@@ -32,7 +32,7 @@ class Proposal:
     """Mean correlation over the eight neighbours that the vectors predict."""
 
 
-def propose(image: Singles, valid: Bools, rng: np.random.Generator, *, places: int = 12) -> list[Proposal]:
+def propose(image: Singles, valid: Bools, rng: "np.random.Generator", *, places: int = 12) -> list[Proposal]:
     """Return proposals from patches of several sizes at random places of `image` (H, W, 3), best first."""
     found: list[Proposal] = []
     for side in SIDES_PX:
@@ -55,7 +55,7 @@ def snap(image: Singles, marked: Proposal) -> list[Proposal]:
     return [proposal for proposal, area in zip(found, areas, strict=True) if LIKE_MARKED[0] < area < LIKE_MARKED[1]]
 
 
-def seeds(valid: Bools, side: int, rng: np.random.Generator, count: int) -> Points:
+def seeds(valid: Bools, side: int, rng: "np.random.Generator", count: int) -> Points:
     """Return up to `count` places (n, 2) whose patch of `side` lies inside `valid`, spread over it."""
     whole = cv2.erode(np.pad(valid, 1).astype(np.uint8), np.ones((side + 1, side + 1), np.uint8), borderValue=0)[
         1:-1, 1:-1

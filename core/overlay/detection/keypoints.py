@@ -20,7 +20,7 @@ SUPPORT = 0.6
 """Of every proposal: keypoints come without a correlation, and with a middling one it is growth that decides."""
 
 
-def alike_keypoints(image: Singles, valid: Bools, rng: np.random.Generator, *, groups: int = 6) -> list[Points]:
+def alike_keypoints(image: Singles, valid: Bools, rng: "np.random.Generator", *, groups: int = 6) -> list[Points]:
     """Return the largest groups of keypoints (n, 2) that look alike in a flattened `image` (H, W, 3)."""
     points, descriptors = detect(image, valid)
     if len(points) < LEAST_VERTICES:
@@ -67,7 +67,7 @@ def grey_levels(image: Singles, valid: Bools) -> Bytes:
     return np.asarray(np.clip(255 * (grey - low) / max(float(high - low), 1e-6), 0, 255), np.uint8)
 
 
-def cluster(descriptors: Floats, rng: np.random.Generator, *, rounds: int = 12) -> Ints:
+def cluster(descriptors: Floats, rng: "np.random.Generator", *, rounds: int = 12) -> Ints:
     """Return the group (n,) of each descriptor by mean shift with a flat kernel, seeded at up to `STARTS` of them."""
     points = descriptors.astype(np.float32)
     modes = points[rng.permutation(len(points))[:STARTS]]

@@ -66,7 +66,7 @@ def flat_canvas(photo: Floats, valid: Bools) -> FlatPicture:
 
 def find_lattices(
     canvas: FlatPicture,
-    rng: np.random.Generator,
+    rng: "np.random.Generator",
     *,
     texel_px: float | None = None,
     start: Proposal | None = None,
@@ -272,14 +272,14 @@ def bend_px(lattice: Lattice) -> float:
     return float(np.median(wrong)) * float(np.sqrt(lattice.texel_area)) if len(wrong) else 0.0
 
 
-def scatter(valid: Bools, rng: np.random.Generator, count: int) -> Points:
+def scatter(valid: Bools, rng: "np.random.Generator", count: int) -> Points:
     """Return up to `count` random places (n, 2) in `valid`."""
     y, x = np.nonzero(valid)
     chosen = rng.permutation(len(x))[:count]
     return np.stack([x[chosen], y[chosen]], -1).astype(np.float64)
 
 
-def find_texels(canvas: FlatPicture, known: Lattice, rng: np.random.Generator) -> PatchFrames:
+def find_texels(canvas: FlatPicture, known: Lattice, rng: "np.random.Generator") -> PatchFrames:
     """Return places, best first, that look like the vertices of a known lattice, turned in any direction.
 
     `canvas` is valid where to look.

@@ -31,7 +31,7 @@ LEAST_SHARE = 0.03
 def with_more_pieces(
     cloth: FittedCloth,
     found: Fit,
-    rng: np.random.Generator,
+    rng: "np.random.Generator",
     fraction: float,
 ) -> Job[Fit]:
     """Return the fit with further parts of the cloth: beyond seams, sleeves, folds that hide the connection.

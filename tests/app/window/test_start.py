@@ -24,7 +24,8 @@ def run(code: str) -> None:
 
 
 def test_the_editor_starts_without_the_solvers_of_its_tools() -> None:
-    run(f"import app.commands.edit; {LATER}; assert not later & set(sys.modules), later & set(sys.modules)")
+    started = "import app.commands.edit, imgui_bundle, app.window.shell"
+    run(f"{started}; {LATER}; assert not later & set(sys.modules), later & set(sys.modules)")
 
 
 def test_the_tools_find_everything_loaded() -> None:
