@@ -11,6 +11,7 @@ import platformdirs
 from app.editor.editor import Editor
 from app.files.warp_files import SUFFIXES as WARP_SUFFIXES
 from app.files.warp_files import write_warp
+from app.marking.feature_list import with_orders
 from app.model.requests import (
     PICTURES,
     PROJECTS,
@@ -119,6 +120,7 @@ def save_as(editor: Editor, *, then: Callable[[], None] | None = None) -> None:
 def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None, *, overwrites: bool = False) -> None:
     """Write the project to `path`; ask first where somebody else has written it, unless it `overwrites` that."""
     document, backups = editor.history.document, editor.preferences.backups
+    saved = with_orders(editor, document)
 
     def steps() -> Job[None]:
         yield Progress(0.0, "writing")
@@ -126,7 +128,7 @@ def _save_to(editor: Editor, path: Path, then: Callable[[], None] | None, *, ove
             editor.on_disk.check(path)
         if backups:
             keep_backup(path)
-        save_project(document, path)
+        save_project(saved, path)
         editor.on_disk.note(path)
 
     def deliver(_: None) -> None:

@@ -8,7 +8,7 @@ from app.editor.editor import Editor
 from app.editor.painting import LAYERS, choose_raster, layer, with_layer
 from app.files import document_io
 from app.marking.applying import with_grown
-from app.marking.feature_list import rows_of
+from app.marking.feature_list import orders_of
 from app.model.requests import PICTURES, PROJECTS, OpenFile
 from core.arrays import InputError
 from core.document.document import Document
@@ -19,7 +19,7 @@ from core.masks.object_masks import object_under
 from core.notices import notice
 from core.progress import Job, Progress, in_one_step
 from core.rasters.raster import Raster
-from core.selection.features import MOST, number_joined
+from core.selection.features import number_joined
 from core.selection.sources import has_transparency, opacity, opaque_under
 
 MASK_FILES = ("png", "tif", "tiff")
@@ -107,9 +107,7 @@ def fit_to_objects(editor: Editor) -> None:
 
 def _apart(editor: Editor, document: Document, fitted: Raster) -> Document:
     """Return the document with numbers for its features where a fitted mask joins what was painted apart."""
-    loose = MOST if document.numbers is None else 0  # what the map counts from 1 on
-    wanted = {row.id + loose: row.order for row in rows_of(editor)}
-    numbers = number_joined(document.numbers, document.mask, fitted, wanted)
+    numbers = number_joined(document.numbers, document.mask, fitted, orders_of(editor))
     if numbers is document.numbers:
         return document
     editor.notify("What was painted apart stays apart: Make one feature joins what is chosen in the list")

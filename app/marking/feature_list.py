@@ -18,7 +18,7 @@ from core.grid import Features, Grid
 from core.imaging.images import Image
 from core.rasters.components import Labels
 from core.rasters.raster import Box, Raster
-from core.selection.features import MARKED, MOST, free_number, parts_of, split_along, without_numbered
+from core.selection.features import MARKED, MOST, free_number, number_loose, parts_of, split_along, without_numbered
 from core.selection.nodes import MarkedNodes
 
 
@@ -198,6 +198,22 @@ def rows_of(editor: Editor) -> list[Listed]:
         editor.show(features=chosen)
     listed.chosen = chosen
     return rows
+
+
+def orders_of(editor: Editor) -> dict[int, int]:
+    """Return the order of each feature that is listed, by what `parts_of` calls it."""
+    loose = MOST if editor.document.numbers is None else 0  # what the map counts from 1 on
+    return {row.id + loose: row.order for row in rows_of(editor)}
+
+
+def with_orders(editor: Editor, document: Document) -> Document:
+    """Return the document with its features numbered, where they would be listed in another order when it is opened."""
+    orders = orders_of(editor)
+    loose = [orders[part] for part in sorted(orders) if part > MOST]
+    own = {order for part, order in orders.items() if part <= MOST}
+    if loose == [order for order in range(1, len(orders) + 1) if order not in own][: len(loose)]:
+        return document
+    return document.changed(numbers=number_loose(document.numbers, document.mask, orders))
 
 
 def _list_features(document: Document, found: Features, grid: Grid, orders: dict[int, int]) -> list[Listed]:

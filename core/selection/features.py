@@ -128,16 +128,26 @@ def parts_of(mask: Bytes, numbers: Bytes | None) -> np.ndarray[tuple[int, ...], 
 def number_joined(numbers: Raster | None, before: Raster, after: Raster, wanted: Mapping[int, int]) -> Raster | None:
     """Return the numbers with one for every feature that had none, where another mask would make one of several.
 
-    A feature gets the number that is `wanted` for it, by what `parts_of` calls it, or another one that is free. Where
-    there are too few of them nothing is changed.
+    Of what is `wanted`, see `number_loose`.
     """
     parts = parts_of(before.array, None if numbers is None else numbers.array)
     _, wholes = cv2.connectedComponents((after.array > MARKED).astype(np.uint8), connectivity=8)
     pairs = np.unique(np.stack([wholes, parts])[:, (wholes > 0) & (parts > 0)], axis=1)
+    is_joined = len(np.unique(pairs[0])) < pairs.shape[1]
+    return number_loose(numbers, before, wanted) if is_joined else numbers
+
+
+def number_loose(numbers: Raster | None, mask: Raster, wanted: Mapping[int, int]) -> Raster | None:
+    """Return the numbers with one for every feature of a mask that had none.
+
+    A feature gets the number that is `wanted` for it, by what `parts_of` calls it, or another one that is free. Where
+    there are too few of them nothing is changed.
+    """
+    parts = parts_of(mask.array, None if numbers is None else numbers.array)
     known = np.unique(parts).tolist()
     loose = [part for part in known if part > MOST]
     free = [number for number in range(1, MOST + 1) if number not in known]
-    if len(np.unique(pairs[0])) == pairs.shape[1] or len(free) < len(loose):
+    if len(free) < len(loose):
         return numbers
     table = np.arange(int(parts.max()) + 1)
     for part in sorted(loose, key=lambda part: part not in wanted):

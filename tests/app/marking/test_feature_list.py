@@ -1,12 +1,17 @@
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 
 from app.editor.painting import with_layer
+from app.files import document_io
 from app.marking.feature_list import feature_list, merge, remove, rows_of, say, split
+from app.model.requests import SaveFile
 from core.arrays import Bytes
 from core.document.feature import Feature
 from core.document.map import options_of
+from core.document.project import load_project
 from core.mapping.features.limits import Limits
 from core.rasters.components import Components, Labels
 from core.rasters.raster import Raster
@@ -62,6 +67,27 @@ def test_a_feature_keeps_its_name_its_place_and_being_chosen_when_one_is_painted
     drive.editor.edit("Erase", drive.document.changed(mask=bars((5, 70), (150, 180))))
     drive.frame()
     assert listed() == [before[1], ("Feature 3", 0)]
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_features_are_listed_alike_when_their_project_is_opened_again(tmp_path: Path, *, named: bool) -> None:
+    drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180))))
+    before = [row.name for row in rows_of(drive.editor)]
+    if named:
+        say(drive.editor, "Name feature", frozenset({rows_of(drive.editor)[1].id}), name="Right")
+    drive.editor.edit("One more", with_layer(drive.document, "mask", bars((5, 70), (80, 110), (150, 180))))
+    drive.frame()
+    listed = [(row.name, row.box) for row in rows_of(drive.editor)]
+    assert [name for name, _ in listed] == [before[0], "Right" if named else before[1], "Feature 3"]
+    document_io.save_as(drive.editor)
+    request = drive.editor.requests.pop()
+    assert isinstance(request, SaveFile)
+    request.then(tmp_path / "three.weft")
+    drive.frame()
+    assert drive.editor.history.is_saved
+    again = EditorDriver(load_project(tmp_path / "three.weft"))
+    assert [(row.name, row.box) for row in rows_of(again.editor)] == listed
+    assert np.array_equal(again.document.mask.array, drive.document.mask.array)
 
 
 def test_another_picture_has_its_colours_whatever_was_open_before() -> None:
