@@ -84,7 +84,7 @@ _OVERLAYS = {
     "compression": ("Compression", "", "compress", "Where the deformation presses the picture together"),
 }
 _HEATS: tuple[tuple[Heat, str, str, str], ...] = (
-    ("scale", "Heat map of scale", "temperature-half", "How much lengths grow or shrink, where they do so most"),
+    ("scale", "Heat map of scale", "temperature-half", "How much lengths grow or shrink; where both balance, none"),
     ("angle", "Heat map of angles", "compass-drafting", "By how much right angles change"),
     ("area", "Heat map of areas", "chart-area", "How much areas grow or shrink"),
 )

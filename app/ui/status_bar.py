@@ -141,7 +141,7 @@ class StatusBar:
         rows.append((f"{width} × {height} px", "Width and height of the picture", False))
         result = editor.document.changed(mode=session.mode).result_px
         if result != (width, height):
-            rows.append((f"→ {result[0]} × {result[1]} px", "Width and height of the result", False))
+            rows.append((f"→  {result[0]} × {result[1]} px", "Width and height of the result", False))
         rows.extend(of_mode[session.mode]())
         rows.append((f"{session.view.magnification:.0%}", "Zoom: press for others", False))
         return rows

@@ -53,7 +53,7 @@ def test_numbers_ratios_and_a_proposal_that_can_be_painted_on(editor: Editor, tm
         assert len(result.features) == 2
         assert max(feature.residual for feature in result.features) < 1e-6
         figures = " ".join(text for text, _, _ in window.shell.workspace.status_bar.figures())
-        assert "→ 300 × 300 px" in figures
+        assert "→  300 × 300 px" in figures
         window.screenshot(tmp_path / "square.png")
         window.context.item_input_value("//Warp/How much/##number", 10.0)
         window.wait(3)
