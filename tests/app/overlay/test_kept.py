@@ -12,6 +12,7 @@ from core.document.document import Document
 from core.document.overlay import OverlayLayers, get_layers
 from core.document.overlay_texture import lay_on
 from core.document.project import load_project, save_project
+from core.files.text import begin_sentence
 from core.imaging.images import Image
 from core.notices import hear_notices
 from core.overlay import decomposition, whole_cloth
@@ -109,6 +110,6 @@ def test_whole_cloth_never_replaces_a_better_find_by_a_worse_one(
     monkeypatch.setattr(whole_cloth, "whole_object", whole)
     monkeypatch.setattr(finding_again, "find_layers", worse)
     drive.run("overlay.whole").frame()
-    assert whole_cloth.NO_BETTER in drive.editor.notices[-1].text
+    assert begin_sentence(whole_cloth.NO_BETTER) in drive.editor.notices[-1].text
     assert drive.cloth.search is search
     assert drive.editor.overlay.layers is before
