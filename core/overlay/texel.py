@@ -13,12 +13,11 @@ import scipy
 from core.arrays import Bools, Floats, Ints, Singles
 from core.overlay.filters.bands import PIXELS
 from core.overlay.filters.sampling import look_up
+from core.overlay.tolerances import TYPICAL
 
 BORDER = 3
 OBSERVED, LEAST_OBSERVED = 32, 100_000
 """Pixels for each sample of a texel, and pixels in all, that are enough to estimate it from."""
-TYPICAL = 10_000
-"""Pixels that are enough to tell the usual error from, within 1 %."""
 
 
 @dataclass(frozen=True)

@@ -16,5 +16,5 @@ MOTIF, MOTIF_PX = 0.05, 1.5
 """Width that is small beside a motif: over the side of a texel, and in pixels at least."""
 LEAST_NOISE = 0.005
 """Least standard deviation of a channel of a photo."""
-DRAWN = 1_500_000
-"""Pixels, drawn by chance, that tell what is estimated of a large photo."""
+DRAWN, TYPICAL = 1_500_000, 10_000
+"""Pixels, drawn by chance, that tell what is estimated of a large photo, and the usual error of one within 1 %."""

@@ -14,7 +14,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.bands import bands
 from core.overlay.filters.smoothing import gaussian, mean
-from core.overlay.texel import Texel, gather, splat
+from core.overlay.texel import Texel, draw_sample, gather, splat
 from core.overlay.tolerances import DRAWN, MOTIF_PX, NEARBY_PX, SMOOTH_PX
 
 USUAL = 0.3
@@ -52,7 +52,7 @@ def grain_of(detail: Singles, uv: Singles, clear: Bools, shape: tuple[int, int],
 
     Pixels that are not `clear` (H, W) do not count; `basis` (2, 2) is pixels of undeformed cloth a texel.
     """
-    drawn = clear & (np.random.default_rng(0).random(clear.shape, np.float32) < DRAWN / max(int(clear.sum()), 1))
+    drawn = draw_sample(clear, DRAWN)
     places, fine = uv[drawn].astype(np.float64), fine_at(detail, clear, drawn)
     # A stain or a fold is not the pattern's.
     fine = np.clip(fine, *np.percentile(np.abs(fine), 98.5, axis=0) * [[-1], [1]])

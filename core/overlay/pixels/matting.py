@@ -20,7 +20,7 @@ from core.overlay.filters.bands import bands
 from core.overlay.filters.distances import distance, nearest_of
 from core.overlay.filters.texture_filter import steepness_at
 from core.overlay.texel import draw_sample
-from core.overlay.tolerances import DRAWN, LEAST_NOISE, NEARBY_PX, RIM_PX
+from core.overlay.tolerances import LEAST_NOISE, NEARBY_PX, RIM_PX, TYPICAL
 
 DOUBT = 0.25
 """How far the share of cloth in a pixel is from what the outline alone tells."""
@@ -70,7 +70,7 @@ def matte_of(
         near[top:bottom] = here
     if not grounds:
         return share
-    ground, core = np.concatenate(grounds), draw_sample(inside & ~near, DRAWN)
+    ground, core = np.concatenate(grounds), draw_sample(inside & ~near, TYPICAL)
     errors = np.abs(photo[core] - modelled_at(core)) if core.any() else np.zeros(1)
     variance = max(1.4826 * float(np.median(errors, overwrite_input=True)), LEAST_NOISE) ** 2
     # The outline runs half a pixel from the first pixels to its sides.

@@ -16,8 +16,8 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.bands import in_bands
 from core.overlay.filters.smoothing import gaussian
-from core.overlay.texel import Texel
-from core.overlay.tolerances import LEAST_NOISE, NEARBY_PX
+from core.overlay.texel import Texel, draw_sample
+from core.overlay.tolerances import LEAST_NOISE, NEARBY_PX, TYPICAL
 
 Values = TypeVar("Values", Floats, Singles)
 
@@ -53,15 +53,11 @@ def refine(
 
 
 def usual_error(photo: Floats | Singles, uv: Singles, shading: Singles, texel: Texel) -> float:
-    """Return the median error of a pixel's colour, from a share of the pixels."""
-    rows, columns = np.nonzero(np.isfinite(shading))
-    some = slice(None, None, max(1, len(rows) // 200_000))
-    rows, columns = rows[some], columns[some]
-    if not len(rows):
+    """Return the median error of a pixel's colour, from some of the pixels."""
+    some = draw_sample(np.isfinite(shading), TYPICAL)
+    if not some.any():
         return LEAST_NOISE
-    error = photo[rows, columns] - shading[rows, columns, None].astype(np.float64) * texel.at(
-        uv[rows, columns].astype(np.float64)
-    )
+    error = photo[some] - shading[some, None].astype(np.float64) * texel.at(uv[some].astype(np.float64))
     return max(float(np.median(magnitude(error))), LEAST_NOISE)
 
 
