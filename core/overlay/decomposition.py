@@ -148,8 +148,8 @@ def decompose_whole_cloth(
         return follow(finds[0], searchable(image, cloth), seed)
 
     with suppress(InputError):
-        wider = widen(image, finds[0], follow_on)
-        finds = [(yield from part(time_stages(wider, seconds), 0.6, 0.9)), *finds]
+        wider = yield from part(time_stages(widen(image, finds[0], follow_on), seconds), 0.6, 0.9)
+        return (yield from part(split_best([wider], seconds), 0.9, 1.0))
     return (yield from part(split_best(finds, seconds), 0.9, 1.0))
 
 
@@ -273,17 +273,30 @@ def split(found: FoundCloth) -> Decomposition:
 
 
 def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomposition]:
-    """Return the parts of the first one of the finds that explains a pixel, with the `seconds` that stages took.
+    """Return the parts of that find that explains most, with the `seconds` that stages took.
 
-    Raises `NoPatternError` where none does.
+    Several of a large photo are compared at its working size. Raises `NoPatternError` where no find explains a pixel.
     """
     yield Progress(0.0, SPLITTING)
     started = time.perf_counter()
-    for found in finds:
-        with suppress(NoPatternError), one_thread():
-            result = split(found)
-            return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started})
-    raise NoPatternError
+    results: list[tuple[FoundCloth, Decomposition]] = []
+    with one_thread():
+        for found in finds:
+            with suppress(NoPatternError):
+                results.append((found, split(found if len(finds) == 1 else at_working_size(found))))
+        if not results:
+            raise NoPatternError
+        best, result = max(results, key=lambda pair: pair[1].explained)
+        if result.photo is not best.photo:
+            result = split(best)
+    return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started})
+
+
+def at_working_size(found: FoundCloth) -> FoundCloth:
+    """Return a find on the photo as it was searched."""
+    if found.scale == 1:
+        return found
+    return replace(found, photo=found.cloth.photo, valid=found.cloth.valid, scale=1, opacity=np.float32(1))
 
 
 def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:

@@ -25,7 +25,7 @@ from core.overlay.detection.seeding import (
 )
 from core.overlay.detection.stages import Stage
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.registration.evidence import CLEAR, Evidence, weigh
+from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
@@ -34,7 +34,7 @@ from core.overlay.search.magnified import MOST_PX, TIMES, can_be_magnified, magn
 from core.progress import Job, Progress, part
 
 AS_MUCH = 0.9
-"""Share of what a lattice explains that a finer one of the same pattern explains at least: the rest is noise."""
+"""Share of what a lattice explains, or of what may be cloth, beyond which the rest is noise."""
 
 COMPLETED = 3
 """Finds that are completed where the first one leaves doubts: what is explained at first is only what lies near it."""
@@ -85,8 +85,8 @@ class Find:
 
     @property
     def is_sure(self) -> bool:
-        """Whether it leaves no doubt about all that may be cloth."""
-        return self.takes_away > CLEAR
+        """Whether no doubt is left about it, and hardly anything that may be cloth."""
+        return self.is_clear and self.covers > AS_MUCH
 
     @cached_property
     def steps(self) -> Lattice:
