@@ -323,7 +323,9 @@ class FeatureMapping:
     def sizes_under(self, w: Complexes, chosen: Ints) -> Floats:
         """Return λ of FAT sec. 2.1 of the `chosen` bodies; where it is 0, the size of the similarity closest to W."""
         found = smaller_scales(self.grid, w, self._roles, chosen)
-        return np.where(found > 0, found, [abs(self.bodies[i].fit(w.ravel())[0]) for i in chosen])
+        for place in np.flatnonzero(found <= 0):
+            found[place] = abs(self.bodies[chosen[place]].fit(w.ravel())[0])
+        return found
 
     def _per_quad(self, w: Complexes) -> Solution:
         """Solve FAT eqs. 3-5: quads of a feature turn and scale, each by its own rotation and the feature's λ."""

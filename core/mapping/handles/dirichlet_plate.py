@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from core.arrays import Floats, Points
+from core.arrays import Floats, Ints, Points
 from core.grid import DEFAULT_NODES_AT_MOST, Grid
 from core.linalg.dirichlet_grid import DirichletGrid, LoadPlaces, Responses
 from core.linalg.laplacian import edge_weights, laplacian
@@ -60,7 +60,13 @@ class HeldPlate:
         """Return what z at the picture's nodes (R, C) is at the plate's (r, c)."""
         if self.grid is self._picture:
             return z
-        return self._picture.read(self.grid.nodes.reshape(-1, 2), z.ravel()).reshape(self.grid.shape)
+        nodes, weights = self._places
+        return np.asarray(np.einsum("nk,nk->n", weights, z.ravel()[nodes]).reshape(self.grid.shape))
+
+    @cached_property
+    def _places(self) -> tuple[Ints, Floats]:
+        """Nodes of the picture around those of the plate, and their weights (r c, 4)."""
+        return self._picture.weights_at(self.grid.nodes.reshape(-1, 2))
 
     def refine(self, d: Complexes, sides: Complexes) -> Complexes:
         """Return what d at the plate's nodes (r, c) is at the picture's (R, C), on the frame exactly `sides` (R, C).
