@@ -58,6 +58,14 @@ def test_outline_nodes_outside_features_stay_where_w_takes_them() -> None:
     assert np.array_equal(FeatureMapping(GRID, FEATURES).solve(w)[outside], w[outside])
 
 
+def test_a_feature_that_w_leaves_no_size_has_that_of_the_closest_similarity() -> None:
+    mask = discs((70, 60, 30))
+    mask[150, 150:250] = 255  # too thin for a quad of its own
+    mapping = FeatureMapping(GRID, find_features(GRID, mask))
+    sizes = mapping.sizes_under(as_complex(stretch(GRID.nodes)), np.arange(2))
+    assert sizes == pytest.approx([1.0, 1.6], abs=1e-9)
+
+
 @pytest.mark.parametrize("method", ["exact", "per-quad"])
 def test_a_similar_w_is_reproduced(method: Method) -> None:
     w = as_complex(GRID.nodes) * (1.2 + 0.5j) + (10 - 3j)
