@@ -92,12 +92,11 @@ class MeshBuffers:
                     nodes.send_ring()
             if placer is None:
                 places.send()
-                self._low, self._high = _block_bounds(places.at)
             else:
                 places.send_ring()
                 if has_moved:
                     placer.take(self._unscaled)
-                self._low, self._high = placer.place(scaling, places)
+        self._low, self._high = _block_bounds(places.at) if placer is None else placer.place(scaling, places)
         self._thinnest = _thinnest_border(places.inner)
         self._straight = _rectangle_of(places.inner)
 

@@ -58,12 +58,15 @@ def test_outline_nodes_outside_features_stay_where_w_takes_them() -> None:
     assert np.array_equal(FeatureMapping(GRID, FEATURES).solve(w)[outside], w[outside])
 
 
-def test_a_feature_that_w_leaves_no_size_has_that_of_the_closest_similarity() -> None:
-    mask = discs((70, 60, 30))
-    mask[150, 150:250] = 255  # too thin for a quad of its own
-    mapping = FeatureMapping(GRID, find_features(GRID, mask))
-    sizes = mapping.sizes_under(as_complex(stretch(GRID.nodes)), np.arange(2))
-    assert sizes == pytest.approx([1.0, 1.6], abs=1e-9)
+def test_features_that_w_leaves_no_size_have_that_of_the_closest_similarity() -> None:
+    mapping = FeatureMapping(GRID, FEATURES)
+    left, chosen = as_complex(GRID.nodes).copy(), np.arange(len(mapping.bodies))
+    left.imag[:, GRID.columns // 2 :] = 0  # W lays the right half of the picture on a line
+    sizes, fitted = mapping.sizes_under(left, chosen), [abs(body.fit(left.ravel())[0]) for body in mapping.bodies]
+    are_flat = [GRID.nodes.reshape(-1, 2)[body.nodes, 0].min() > WIDTH / 2 for body in mapping.bodies]
+    assert sorted(are_flat) == [False, True, True]
+    assert sizes == pytest.approx(np.where(are_flat, fitted, 1.0))
+    assert min(fitted) > 0.1
 
 
 @pytest.mark.parametrize("method", ["exact", "per-quad"])
