@@ -6,13 +6,14 @@ import numpy as np
 
 from app.editor.editor import Editor
 from app.editor.painting import BLANK, LAYERS, Layer, choose_raster, layer, show_painted, with_layer
+from app.marking.feature_list import rows_of
 from app.model.events import Modifiers
-from core.arrays import Bools, Bytes
+from core.arrays import Bytes
 from core.document.document import Document
 from core.progress import Job
 from core.rasters.raster import Raster
 from core.selection.combining import Combining, combine
-from core.selection.features import MARKED, MOST, count_loose, extend_numbers, free_number, number_area
+from core.selection.features import MARKED, MOST, extend_numbers, free_number, number_area
 
 LABELS: dict[Combining, str] = {"replace": "Select", "add": "Add", "subtract": "Cut out", "intersect": "Intersect"}
 
@@ -45,7 +46,7 @@ def take_selection(document: Document, name: Layer, found: Bytes, how: Combining
     if part is None or how not in ("replace", "add"):
         return with_grown(document, name, mask, touching=True)
     document = with_layer(document, name, mask)
-    return document.changed(numbers=with_number(document.numbers, found > MARKED, part))
+    return document.changed(numbers=number_area(document.numbers, found > MARKED, part))
 
 
 def with_grown(document: Document, name: Layer, raster: Raster, *, touching: bool = False) -> Document:
@@ -59,12 +60,6 @@ def with_grown(document: Document, name: Layer, raster: Raster, *, touching: boo
     return with_layer(document, name, raster)
 
 
-def with_number(numbers: Raster | None, area: Bools, number: int) -> Raster:
-    """Return the numbers with all of an area (H, W) given one, in the tiles that they had wherever nothing changes."""
-    now = number_area(numbers, area, number)
-    return now if numbers is None else now.sharing(numbers)
-
-
 def number_for(editor: Editor) -> int | None:
     """Return the number that what is painted or selected next gets: a new one, the chosen one, or None."""
     if choose_raster(editor) != "mask" or editor.session.part == "joined":
@@ -72,8 +67,7 @@ def number_for(editor: Editor) -> int | None:
     if editor.session.part == "new":
         document = editor.document
         taken = {feature.number for feature in document.features}
-        # Features without a number are listed under the first ones that are free.
-        first = 1 + count_loose(document.mask, document.numbers)
+        first = 1 + max((row.order for row in rows_of(editor)), default=0)  # it comes last in the list
         return free_number(document.numbers, taken=taken, first=first)
     chosen = [number for number in editor.session.features if number <= MOST]
     return chosen[0] if editor.document.numbers is not None and len(chosen) == 1 else None

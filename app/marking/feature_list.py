@@ -10,7 +10,6 @@ import numpy as np
 
 from app.editor.editor import Editor
 from app.live.answer import Answer
-from app.marking.applying import with_number
 from core.arrays import Bools, Bytes, Points, readonly
 from core.document.document import Document
 from core.document.feature import Feature
@@ -18,7 +17,16 @@ from core.grid import Features, Grid
 from core.imaging.images import Image
 from core.rasters.components import Labels
 from core.rasters.raster import Box, Raster
-from core.selection.features import MARKED, MOST, free_number, number_loose, parts_of, split_along, without_numbered
+from core.selection.features import (
+    MARKED,
+    MOST,
+    free_number,
+    number_area,
+    number_loose,
+    parts_of,
+    split_along,
+    without_numbered,
+)
 from core.selection.nodes import MarkedNodes
 
 
@@ -294,7 +302,7 @@ def merge(editor: Editor, label: str, ids: frozenset[int], **changes: object) ->
         largest = said.get(max(areas, key=lambda n: int(areas[n].sum())), Feature(number))
         names = [feature.name for feature in (largest, *said.values()) if feature.name]
         document = document.changed(
-            numbers=with_number(document.numbers, np.logical_or.reduce(list(areas.values())), number),
+            numbers=number_area(document.numbers, np.logical_or.reduce(list(areas.values())), number),
             features=tuple(feature for feature in document.features if feature.number not in own),
         )
         document = _with_feature(document, replace(largest, number=number, name=names[0] if names else ""))
@@ -314,7 +322,7 @@ def say(editor: Editor, label: str, ids: frozenset[int], *, slides: bool = False
         is_own = editor.document.numbers is not None and n <= MOST
         named.append(n if is_own else _free(document, orders.get(n, 1)))
         if not is_own:
-            document = document.changed(numbers=with_number(document.numbers, _area(editor, n), named[-1]))
+            document = document.changed(numbers=number_area(document.numbers, _area(editor, n), named[-1]))
         document = with_said(document, named[-1], **changes)
     (editor.slide if slides else editor.edit)(label, document)
     editor.show(features=frozenset(named))
@@ -325,7 +333,7 @@ def remove(editor: Editor, ids: frozenset[int]) -> None:
     area = np.logical_or.reduce([_area(editor, n) for n in sorted(ids)])
     document = editor.document
     mask = Raster.from_array(np.where(area, 0, document.mask.array).astype(np.uint8)).sharing(document.mask)
-    numbers = None if document.numbers is None else with_number(document.numbers, area, 0)
+    numbers = None if document.numbers is None else number_area(document.numbers, area, 0)
     features = tuple(f for f in document.features if numbers is None or f.number not in ids)
     editor.edit("Remove feature", document.changed(mask=mask, numbers=numbers, features=features))
     editor.show(features=frozenset(), lit=None)
@@ -344,7 +352,7 @@ def split(editor: Editor, line: Points) -> int:
         said = next((feature for feature in document.said if feature.number == number), None)
         for piece in split_along(parts == number, line)[1:]:
             free = _free(document, 1 + max((row.order for row in rows_of(editor)), default=0))
-            document = document.changed(numbers=with_number(document.numbers, piece, free))
+            document = document.changed(numbers=number_area(document.numbers, piece, free))
             if said is not None:
                 taken = {feature.name for feature in document.features}
                 name = said.name and next(name for k in count(2) if (name := f"{said.name} {k}") not in taken)

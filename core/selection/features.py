@@ -31,14 +31,6 @@ def free_number(numbers: Raster | None, *, taken: Collection[int] = (), first: i
     return free
 
 
-def count_loose(mask: Raster, numbers: Raster | None) -> int:
-    """Return how many features have no number."""
-    loose = mask if numbers is None else without_numbered(mask, numbers)
-    if loose.is_empty:
-        return 0
-    return int(cv2.connectedComponents((loose.array > MARKED).astype(np.uint8), connectivity=8)[0]) - 1
-
-
 def without_numbered(mask: Raster, numbers: Raster) -> Raster:
     """Return the mask without the pixels that have a number; tiles without any are the mask's own."""
 
@@ -63,9 +55,10 @@ def only_marked(numbers: Raster, mask: Raster) -> Raster | None:
 
 
 def number_area(numbers: Raster | None, area: Bools, number: int) -> Raster:
-    """Return the numbers with all pixels of an area (H, W) given one number."""
+    """Return the numbers with all pixels of an area (H, W) given one, in their tiles wherever nothing changes."""
     before = np.zeros(area.shape, np.uint8) if numbers is None else numbers.array
-    return Raster.from_array(np.where(area, number, before).astype(np.uint8))
+    now = Raster.from_array(np.where(area, number, before).astype(np.uint8))
+    return now if numbers is None else now.sharing(numbers)
 
 
 def extend_numbers(numbers: Raster, before: Raster, after: Raster, *, touching: bool = False) -> Raster:

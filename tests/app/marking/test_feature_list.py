@@ -6,6 +6,7 @@ import pytest
 
 from app.editor.painting import with_layer
 from app.files import document_io
+from app.marking.applying import select
 from app.marking.feature_list import feature_list, merge, remove, rows_of, say, split
 from app.model.requests import SaveFile
 from core.arrays import Bytes
@@ -67,6 +68,20 @@ def test_a_feature_keeps_its_name_its_place_and_being_chosen_when_one_is_painted
     drive.editor.edit("Erase", drive.document.changed(mask=bars((5, 70), (150, 180))))
     drive.frame()
     assert listed() == [before[1], ("Feature 3", 0)]
+
+
+def test_a_new_feature_comes_last_and_takes_no_name_of_another() -> None:
+    drive = EditorDriver(document().changed(mask=bars((20, 50), (80, 110), (150, 180))))
+    rows_of(drive.editor)
+    drive.editor.edit("Erase", with_layer(drive.document, "mask", bars((80, 110), (150, 180))))
+    drive.frame()
+    before = [(row.name, row.box) for row in rows_of(drive.editor)]
+    assert [name for name, _ in before] == ["Feature 2", "Feature 3"]
+    drive.editor.show(part="new")
+    select(drive.editor, "box", bars((20, 50)).array, "add")
+    drive.frame()
+    assert [(row.name, row.box) for row in rows_of(drive.editor)][:2] == before
+    assert rows_of(drive.editor)[2].name == "Feature 4"
 
 
 @pytest.mark.parametrize("named", [False, True])
