@@ -5,12 +5,14 @@ bottom right corner. A value at a pixel is the barycentric mean of three nodes (
 the nodes with weights that are the same in every cell.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints, Singles
 
@@ -129,14 +131,21 @@ class ClothMesh:
     def bending(self, used: Bools) -> "scipy.sparse.csr_array":
         """Return the second differences among used nodes, L of NRT eq. 8: one row each, a column for every node."""
         box = around(used)
-        number, flat = np.arange(used.size).reshape(self.nodes)[box], used.ravel()
-        rows: list[tuple[Ints, Floats]] = []
-        for a, b, c in ((number[:, :-2], number[:, 1:-1], number[:, 2:]), (number[:-2], number[1:-1], number[2:])):
-            rows.append((np.stack([a, b, c], -1).reshape(-1, 3), np.array([1.0, -2.0, 1.0])))
-        twist = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]], -1).reshape(-1, 4)
-        rows.append((twist, np.array([1.0, -1.0, -1.0, 1.0]) * np.sqrt(2)))
-        blocks = [stencil(nodes[flat[nodes].all(1)], weights, used.size) for nodes, weights in rows]
+        straight = np.array([1.0, -2.0, 1.0])
+        rows = (straight, straight, np.array([1.0, -1.0, -1.0, 1.0]) * np.sqrt(2))
+        numbers = differing(np.arange(used.size).reshape(self.nodes)[box])
+        blocks: list[scipy.sparse.csr_array] = []
+        for nodes, marks, weights in zip(numbers, differing(used[box]), rows, strict=True):
+            kept = np.logical_and.reduce(marks)
+            blocks.append(stencil(np.stack([corner[kept] for corner in nodes], -1), weights, used.size))
         return scipy.sparse.csr_array(scipy.sparse.vstack(blocks))
+
+
+def differing(grid: NDArray[Any]) -> Iterator[tuple[NDArray[Any], ...]]:
+    """Yield what the second differences of a grid (R, C) are taken of: along rows, along columns, and across."""
+    yield grid[:, :-2], grid[:, 1:-1], grid[:, 2:]
+    yield grid[:-2], grid[1:-1], grid[2:]
+    yield grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]
 
 
 def areas(values: Floats, corners: Ints) -> Floats:
@@ -164,8 +173,8 @@ def nodes_in(box: Box) -> Box:
 def stencil(nodes: Ints, weights: Floats, size: int) -> "scipy.sparse.csr_array":
     """Return a matrix with `weights` (k,) at the columns `nodes` (n, k)."""
     count, width = nodes.shape
-    rows = np.repeat(np.arange(count), width)
-    return scipy.sparse.csr_array((np.tile(weights, count), (rows, nodes.ravel())), shape=(count, size))
+    ends = np.arange(0, count * width + 1, width)
+    return scipy.sparse.csr_array((np.tile(weights, count), nodes.ravel(), ends), shape=(count, size))
 
 
 def cross(a: Floats, b: Floats) -> Floats:

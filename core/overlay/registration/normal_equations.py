@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from core.arrays import Bools, Floats, Ints, Singles
-from core.linalg.factor import Factor
+from core.linalg.factor import Entries, Factor
 from core.overlay.mesh import ClothMesh
 
 PAIRS = [(a, b) for a in range(4) for b in range(a, 4)]
@@ -93,7 +93,7 @@ class System:
         # Nodes that neither data nor bending hold stay where they are, and sums of single precision stay definite.
         values[self._diagonal] += _DAMPING * values[self._diagonal] + np.repeat(1e-6 * bend, n) + 1e-9
         if self._factor is None:
-            self._factor = Factor(scipy.sparse.csc_array((values, self._pattern), shape=(3 * n, 3 * n)))
+            self._factor = Factor(Entries(*self._pattern, values, 3 * n))
         else:
             self._factor.factorise(values)
         return -np.asarray(self._factor.solve(rhs.ravel()), np.float64).reshape(3, n)
