@@ -119,28 +119,32 @@ def join(a: Lattice, b: Lattice) -> Lattice:
     return Lattice(np.concatenate([a.keys, b.keys]), PatchFrames(*(np.concatenate(pair) for pair in pairs)))
 
 
-def index_of(keys: Ints) -> dict[tuple[int, int], int]:
-    """Return the row of each key."""
-    return {(int(i), int(j)): row for row, (i, j) in enumerate(keys)}
+def rows_of(keys: Ints, wanted: Ints) -> Ints:
+    """Return the rows of the wanted keys (..., 2) among `keys` (K, 2), -1 for those that are none of them."""
+    if not len(keys):
+        return np.full(wanted.shape[:-1], -1)
+    # One number for each place of the lattice; one outside of it may have the number of another.
+    unit = np.array([1, int(np.ptp(keys[:, 0])) + 1])
+    number = keys @ unit
+    order = np.argsort(number, kind="stable")
+    found = order[np.maximum(np.searchsorted(number[order], wanted @ unit, side="right") - 1, 0)]
+    return np.where((keys[found] == wanted).all(-1), found, -1)
 
 
 def frontier(lattice: Lattice, tried: dict[tuple[int, int], int]) -> Ints:
     """Return the keys next to the lattice that are not in it and have not failed too often."""
-    known = set(map(tuple, lattice.keys.tolist()))
-    ring: dict[tuple[int, int], int] = {}
-    for key in (lattice.keys[:, None] + NEIGHBOURS).reshape(-1, 2).tolist():
-        if (spot := tuple(key)) not in known:
-            ring[spot] = ring.get(spot, 0) + 1
+    around = (lattice.keys[:, None] + NEIGHBOURS).reshape(-1, 2)
+    around = around[rows_of(lattice.keys, around) < 0]
+    ring, first, count = np.unique(around, axis=0, return_index=True, return_counts=True)
+    failed = np.array([tried.get((i, j), 0) for i, j in ring.tolist()])
     # A place that failed is tried again when it has more neighbours than it had failures.
-    return np.array([key for key, count in ring.items() if tried.get(key, 0) < min(count, TRIES)], np.int64).reshape(
-        -1, 2
-    )
+    order = np.argsort(first)
+    return ring[order[(failed < np.minimum(count, TRIES))[order]]]
 
 
 def predict(lattice: Lattice, keys: Ints) -> tuple[Ints, PatchFrames]:
     """Return the keys that have a neighbour and the frames that their neighbours predict there."""
-    rows = index_of(lattice.keys)
-    near = np.array([[rows.get((i + di, j + dj), -1) for di, dj in AROUND.tolist()] for i, j in keys.tolist()])
+    near = rows_of(lattice.keys, keys[:, None] + AROUND)
     weight = (near >= 0) * np.where(np.abs(AROUND).sum(1) == 1, 1.0, 0.4)
     weight = weight / weight.sum(1, keepdims=True)
     bases, points = lattice.frames.bases[near], lattice.frames.points[near]
@@ -164,10 +168,7 @@ def plausible(found: PatchFrames, predicted: PatchFrames, typical: Floats) -> Bo
 
 def agreeing(lattice: Lattice, keys: Ints, found: PatchFrames) -> Bools:
     """Return which new vertices lie where their neighbours' vectors and their own lead, and on nobody else's place."""
-    rows = index_of(lattice.keys)
-    near = np.array(
-        [[rows.get((i + di, j + dj), -1) for di, dj in NEIGHBOURS.tolist()] for i, j in keys.tolist()], np.int64
-    ).reshape(-1, 4)
+    near = rows_of(lattice.keys, keys[:, None] + NEIGHBOURS)
     wrong = step_errors(found.points, found.bases, lattice.frames, near)
     known = near >= 0
     agree = ((wrong < SLACK) & known).sum(1) * 2 > known.sum(1)
@@ -194,15 +195,7 @@ def find_crowded(lattice: Lattice, found: PatchFrames) -> Bools:
 
 def neighbour_rows(keys: Ints) -> Ints:
     """Return (K, 4) rows of the neighbours right, below, left and above, -1 where there is none."""
-    if not len(keys):
-        return np.empty((0, 4), np.int64)
-    # One number for each place of the lattice and of a margin around it, and the neighbours' beside it.
-    unit = np.array([1, int(np.ptp(keys[:, 0])) + 3])
-    number = (keys - keys.min(axis=0) + 1) @ unit
-    order = np.argsort(number, kind="stable")
-    wanted = number[:, None] + NEIGHBOURS @ unit
-    place = np.maximum(np.searchsorted(number[order], wanted, side="right") - 1, 0)
-    return np.where(number[order][place] == wanted, order[place], -1)
+    return rows_of(keys, keys[:, None] + NEIGHBOURS)
 
 
 def refine(canvas: FlatPicture, lattice: Lattice, *, rounds: int = 8) -> tuple[Lattice, Template]:

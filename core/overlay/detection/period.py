@@ -15,7 +15,7 @@ import numpy as np
 from core.arrays import Floats, Ints, Singles
 from core.overlay.detection.alignment import FlatPicture, raster
 from core.overlay.detection.basis import sublattices
-from core.overlay.detection.lattice import Lattice, index_of
+from core.overlay.detection.lattice import Lattice, rows_of
 from core.overlay.texel import estimate_texel
 
 CHANGED, LARGEST_CHANGE = 0.03, 0.06
@@ -113,15 +113,14 @@ def far_period(canvas: FlatPicture, lattice: Lattice) -> Ints:
     Evenly spaced stripes of five colours have neighbours that differ, whichever blocks of two or three are taken.
     """
     values, _ = canvas.patches(lattice.frames.points, lattice.frames.bases, raster(0.5, 8))
-    rows = index_of(lattice.keys)
-    return np.array([far_period_along(values.reshape(len(values), -1), lattice.keys, rows, k) for k in (0, 1)])
+    return np.array([far_period_along(values.reshape(len(values), -1), lattice.keys, k) for k in (0, 1)])
 
 
-def far_period_along(values: Floats | Singles, keys: Ints, rows: dict[tuple[int, int], int], axis: int) -> int:
+def far_period_along(values: Floats | Singles, keys: Ints, axis: int) -> int:
     """Return after how many steps along an axis the values (K, n) at vertices (K, 2) are alike again, or 1."""
     differences: list[float] = []
     for steps in range(1, FURTHEST + 1):
-        there = np.array([rows.get((i + steps * (axis == 0), j + steps * (axis == 1)), -1) for i, j in keys.tolist()])
+        there = rows_of(keys, keys + steps * np.eye(2, dtype=np.int64)[axis])
         if (there >= 0).sum() < LEAST_PAIRS:
             break
         change = values[there >= 0] - values[there[there >= 0]]
