@@ -26,7 +26,7 @@ from app.ui.widgets.sliders import slider
 from app.ui.widgets.theme import em
 from core.arrays import InputError, Points
 from core.canvas import Canvas, Framing
-from core.files.text import legible
+from core.files.text import begin_sentence, legible
 
 Bits = Literal[8, 16, 32]
 
@@ -159,7 +159,7 @@ class ExportDialog:
         try:
             path = file_to_write(self._folder, name)
         except InputError as fault:
-            self.fault = str(fault)
+            self.fault = begin_sentence(str(fault))
             return
         found = format_of(path)
         if found and found != self._format:

@@ -17,7 +17,7 @@ from app.ui.widgets.controls import colors, icon_button, plain_button, primary_b
 from app.ui.widgets.fallback_fonts import writable
 from app.ui.widgets.theme import em, icon
 from core.arrays import InputError
-from core.files.text import legible
+from core.files.text import begin_sentence, legible
 
 PLACES_EM = 10.0
 """Width of the list of places to start from."""
@@ -155,7 +155,7 @@ class FileBrowser:
         try:
             path = chosen or self._typed()
         except InputError as fault:
-            self._fault = f"{str(fault)[:1].upper()}{str(fault)[1:]}"
+            self._fault = begin_sentence(str(fault))
             return True
         if is_folder(path) or not path.name:
             self.enter(path)
