@@ -187,10 +187,15 @@ def step_errors(points: Points, bases: Floats, others: PatchFrames, near: Ints) 
 
 def find_crowded(lattice: Lattice, found: PatchFrames) -> Bools:
     """Return which new frames fall within half a texel of a vertex that exists."""
-    steps = found.points[:, None] - lattice.frames.points
-    nearest = (steps**2).sum(-1).argmin(1)
-    apart = np.linalg.solve(found.bases, (lattice.frames.points[nearest] - found.points)[..., None])[..., 0]
+    _, away = nearest_vertices(found.points, lattice)
+    apart = np.linalg.solve(found.bases, away[..., None])[..., 0]
     return np.asarray(np.abs(apart).max(1) < 0.5, np.bool_)
+
+
+def nearest_vertices(points: Points, lattice: Lattice) -> tuple[Ints, Points]:
+    """Return the rows (n,) of the vertices nearest to points (n, 2), and the ways (n, 2) from there to the points."""
+    rows = np.asarray(scipy.spatial.cKDTree(lattice.frames.points).query(points)[1], np.int64)
+    return rows, points - lattice.frames.points[rows]
 
 
 def neighbour_rows(keys: Ints) -> Ints:

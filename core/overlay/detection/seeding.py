@@ -11,6 +11,7 @@ from core.overlay.detection.lattice import (
     Lattice,
     grow,
     mean_template,
+    nearest_vertices,
     neighbour_rows,
     refine,
     seed,
@@ -148,9 +149,8 @@ def divides(fine: Lattice, coarse: Lattice) -> bool:
     """Return whether a lattice has smaller texels than another that it covers, at whose vertices they look the same."""
     if len(fine) < LEAST_VERTICES or fine.texel_area * 1.5 > coarse.texel_area:
         return False
-    away = coarse.frames.points[:, None] - fine.frames.points
-    nearest = (away**2).sum(-1).argmin(1)
-    rest = np.linalg.solve(fine.frames.bases[nearest], away[np.arange(len(coarse)), nearest][..., None])[..., 0]
+    nearest, away = nearest_vertices(coarse.frames.points, fine)
+    rest = np.linalg.solve(fine.frames.bases[nearest], away[..., None])[..., 0]
     rest = rest[np.abs(rest).max(1) < 1]
     least = max(SAME_PHASE, 2 / np.sqrt(max(len(rest), 1)))
     return (
@@ -172,10 +172,9 @@ def is_grown(small: Lattice, grown: list[Lattice]) -> bool:
 
 def part_of(small: Lattice, grown: Lattice) -> bool:
     """Return whether a small lattice is a part of a grown one: its vectors span the same texels, at one phase."""
-    away = small.frames.points[:, None] - grown.frames.points
-    nearest = (away**2).sum(-1).argmin(1)
+    nearest, away = nearest_vertices(small.frames.points, grown)
     there = grown.frames.bases[nearest]
-    rest = np.linalg.solve(there, away[np.arange(len(small)), nearest][..., None])[..., 0]
+    rest = np.linalg.solve(there, away[..., None])[..., 0]
     change = np.linalg.solve(there, small.frames.bases)
     whole = np.rint(change)
     same = (np.abs(change - whole).max((1, 2)) < OFF) & (np.abs(np.abs(np.linalg.det(whole)) - 1) < 0.5)
