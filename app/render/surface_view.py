@@ -11,6 +11,7 @@ import numpy as np
 
 from app.model.orbit import Orbit
 from app.render import gpu
+from app.render.passes.draft import draft_stride
 from app.render.passes.mesh import MeshBuffers
 from app.render.passes.picture_pass import LEAST_STRETCH, PicturePass, draw_at_once, what_is_read
 from app.render.programs import programs_of, set_uniforms
@@ -54,7 +55,10 @@ class Laid:
 
 
 class LaidPicture:
-    """What is laid on a surface, drawn by `most_px` pixels a side at most; with a pyramid of averages if no draft."""
+    """What is laid on a surface, drawn by `most_px` pixels a side at most.
+
+    A draft has larger cells, where the grid's are smaller, and no pyramid of averages.
+    """
 
     def __init__(self, context: moderngl.Context, most_px: int, *, draft: bool) -> None:
         self._context, self._most_px, self._draft = context, most_px, draft
@@ -96,9 +100,11 @@ class LaidPicture:
         if self._pass is None or self._pass.size != size:
             gpu.release(self._pass)
             self._pass = PicturePass(self._context, size)
-        mesh, box = MeshBuffers(self._context, laid.rest.shape[:2]), (0, 0, *size)
+        moved = (laid.moved + 0.5) * (np.array(size) / laid.canvas_px) - 0.5
+        stride = draft_stride(moved) if self._draft else 1
+        mesh, box = MeshBuffers(self._context, laid.rest.shape[:2], stride=stride), (0, 0, *size)
         try:
-            mesh.place(laid.rest, (laid.moved + 0.5) * (np.array(size) / laid.canvas_px) - 0.5)
+            mesh.place(laid.rest, moved)
             self._pass.clear()
             if not self._draft:
                 yield from source.loading(*what_is_read(mesh, source, mesh.bounds_in(box), LEAST_STRETCH))

@@ -77,6 +77,29 @@ def test_what_takes_longer_than_a_frame_gets_better_over_several() -> None:
     gpu.release(view, whole, source)
 
 
+def test_a_draft_of_a_fine_grid_has_few_triangles_and_shows_the_same() -> None:
+    context = gpu.standalone()
+    rest = Grid(600, 400, cell_px=3).nodes
+    moved = rest + 12 * np.sin(rest[..., ::-1] / 60)
+    laid = Laid(make_shape("plane"), rest, moved, (600, 400))
+    pixels = np.random.default_rng(1).integers(0, 256, (10, 15, 3), np.uint8)
+    source = Source(context, Image(pixels.repeat(40, axis=0).repeat(40, axis=1)))
+
+    def draw(*, draft: bool) -> tuple[int, np.ndarray]:
+        """Return how many triangles are drawn, and the pixels."""
+        view = SurfaceView(context, (200, 200))
+        with context.query(primitives=True) as query:
+            view.draw(laid, source, Orbit(), draft=draft)
+        shown = view.read().astype(int)
+        gpu.release(view)
+        return int(query.primitives), shown
+
+    (fine, best), (coarse, shown) = draw(draft=False), draw(draft=True)
+    assert coarse < 0.5 * fine
+    assert np.abs(shown - best).mean() < 4
+    gpu.release(source)
+
+
 def test_the_surface_shows_where_the_picture_is_clear() -> None:
     context = gpu.standalone()
     rest = Grid(60, 40, cell_px=4).nodes
