@@ -33,10 +33,10 @@ LEAST_SINE = 0.35
 """Of the angle between two vectors."""
 APART = 0.2
 """Steps from which two lattices are distinct."""
-SURE = 20.0
-"""Standard deviations by which the votes for a lattice surpass the usual number; for either of its directions half of
-it, since neighbouring votes are of the same motif. Large prints have 24 to 35; of the pictures to refuse one has 21,
-and shows too few texels, the others 11 at most."""
+LIKELY, SURE = 12.0, 20.0
+"""Standard deviations by which the votes for a lattice surpass the usual number, for it to be tried, and to be certain;
+for either of its directions half of the former, since neighbouring votes are of the same motif. Large prints and
+tartans have 15 to 80; of the pictures to refuse one has 21, and shows too few texels, the others 11 at most."""
 
 
 @dataclass(frozen=True)
@@ -126,9 +126,12 @@ def blurred(votes: Singles, sigma: float) -> Singles:
     return np.asarray(cv2.GaussianBlur(padded, (0, 0), sigma)[reach:-reach, reach:-reach], np.float32)
 
 
-def find_bases(votes: Votes) -> list[Floats]:
-    """Return the vectors (2, 2), columns, of distinct lattices that surely repeat, the surest first."""
-    sure: list[tuple[float, Floats]] = []
+def find_bases(votes: Votes) -> list[tuple[float, Floats]]:
+    """Return the vectors (2, 2), columns, of distinct lattices that are likely to repeat, and how sure each is.
+
+    That is the surplus of their votes, and the surest comes first.
+    """
+    likely: list[tuple[float, Floats]] = []
     for a, b in combinations(find_peaks(votes), 2):
         basis = np.stack([a, b], -1)
         if abs(np.linalg.det(basis)) < LEAST_SINE * np.prod(np.linalg.norm(basis, axis=0)):
@@ -136,12 +139,12 @@ def find_bases(votes: Votes) -> list[Floats]:
         basis = reduce(basis)
         counts = np.array([votes.near(basis @ step) for step in STEPS], np.float32)
         whole, *each = (surplus(*counts[used].sum(0)) for used in (STEPS.any(1), STEPS[:, 0] != 0, STEPS[:, 1] != 0))
-        if whole > SURE and min(each) > SURE / 2:
-            sure.append((float(whole), basis))
-    kept: list[Floats] = []
-    for _, basis in sorted(sure, key=itemgetter(0), reverse=True):
-        if not any(np.abs(np.linalg.solve(other, basis) - np.eye(2)).max() < APART for other in kept):
-            kept.append(basis)
+        if whole > LIKELY and min(each) > LIKELY / 2:
+            likely.append((float(whole), basis))
+    kept: list[tuple[float, Floats]] = []
+    for sure, basis in sorted(likely, key=itemgetter(0), reverse=True):
+        if not any(np.abs(np.linalg.solve(other, basis) - np.eye(2)).max() < APART for _, other in kept):
+            kept.append((sure, basis))
     return kept
 
 

@@ -90,8 +90,9 @@ class FittedCloth:
 
     @property
     def sigma_px(self) -> float:
-        """Width of the neighbourhood in which a fit is judged."""
-        return max(0.35 * self.step_px, 3.0)
+        """Width of the neighbourhood in which a fit is judged: lines of a large texel with what is between them."""
+        side = float(np.sqrt(abs(np.linalg.det(self.basis))))
+        return max(0.35 * max(self.step_px, side / 2), 3.0)
 
     def steps_of(self, cells: Bools) -> float:
         """Return the area of cells in lattice steps."""

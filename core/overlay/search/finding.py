@@ -7,6 +7,7 @@ of the same steps was followed tells nothing more.
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -133,11 +134,8 @@ def find_cloth(
         search = find_lattices(place, np.random.default_rng(seed), texel_px=side, most_px=MOST_PX)
         finds += yield from part(register_each(large, place, search, finds, seed, scale=TIMES), 0.4, 0.5)
     if not is_any_clear(finds):
-        try:
-            cloth, grown = yield from part(find_large(photo, canvas), 0.5, 0.6)
-            finds.append(Find(cloth, grown, weigh(cloth, grown), repeats=True))
-        except NoPatternError:
-            pass
+        with suppress(NoPatternError):
+            finds.append(Find(*(yield from part(find_large(photo, canvas), 0.5, 0.6)), repeats=True))
     best = yield from part(best_completed(finds, seed), 0.6, 1.0)
     if best.scale == 1:
         return best
@@ -251,7 +249,7 @@ def completed(finds: list[Find], seed: int) -> Job[list[Find]]:
         except NoPatternError:
             continue
         done = replace(find, cloth=cloth, followed=found, weight=weigh(cloth, found))
-        ends.append(done if done.weight.is_credible or not find.weight.is_credible else find)
+        ends.append(done if done.is_credible else find)
         if find.is_clear or len(ends) == COMPLETED:
             break
     return [max(ends, key=lambda find: find.explained)] if ends else []

@@ -12,17 +12,19 @@ import scipy
 from core.arrays import Bools, Floats
 from core.linalg.factor import Factor
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
-from core.overlay.detection.displacement_votes import Pairs, count_votes, find_alike, find_bases
+from core.overlay.detection.displacement_votes import SURE, Pairs, count_votes, find_alike, find_bases
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.distances import within
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, starting_state
+from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import refit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
 from core.overlay.registration.thin_plate import interpolation
 from core.overlay.texel import draw_sample
+from core.overlay.tolerances import SMOOTH_PX
 from core.progress import Job, Progress
 
 NOTE = "looking for large texels"
@@ -30,39 +32,46 @@ STEP_PX, MESH_PX = 30.0, 24.0
 """Side of a large texel at least, and of the steps of the mesh's lattice into which it is divided, small as motifs."""
 LEAST_TEXELS = 3.0
 """Area, in texels, that has to be seen: one, and its neighbour along either vector; twice that without a region."""
+TRIED = 2
+"""Lattices that are tried: votes propose, what the texel explains decides."""
 TOLERANCES = np.geomspace(0.25, 0.08, 8)
 """Texels by which a pair may miss a whole number, while the plate is fitted again and again (Tukey's biweight)."""
-BEND = 1e-2
+BEND = 1.0
 """Weight of the plate's second differences on a mesh whose cells are one texel, over that of a pair."""
 MOST_PAIRS = 200_000
 """Pairs that are drawn by chance where there are more: large prints show fewer."""
 NEAR = 0.3
 """Part of a texel within which a keypoint of a pair tells the coordinates."""
-BLUR = 0.04
-"""Blur, over the side of a texel, under which the mesh is registered first."""
+BLUR = 0.16
+"""Blur, over the side of a texel, under which the mesh is registered first; then under half of it, and so on."""
 
 
-def find_large(photo: Floats, canvas: FlatPicture) -> Job[tuple[FittedCloth, Fit]]:
-    """Return the cloth registered and followed from the pairs of keypoints that lie whole large texels apart.
+def find_large(photo: Floats, canvas: FlatPicture) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+    """Return the cloth registered and followed from pairs of keypoints that lie whole large texels apart.
 
-    Raises `NoPatternError` where there are too few of them, or of the texels.
+    It is that of the surest lattice for which more speaks than against it; what the votes are certain of needs nothing
+    else where the user says that there is cloth. Raises `NoPatternError` where there is none, or too little of it.
     """
     yield Progress(0.0, NOTE)
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
     pairs = find_alike(canvas.image, valid, STEP_PX)
     least = 2 * LEAST_TEXELS if valid.all() else LEAST_TEXELS
-    bases = find_bases(count_votes(pairs, STEP_PX))
-    basis = next((basis for basis in bases if least * np.linalg.det(basis) < valid.sum()), None)
-    if basis is None:
-        raise NoPatternError
-    cloth, found = lay(photo, canvas, pairs, basis)
-    step = Progress(0.5, NOTE)
-    yield step
-    found = yield from followed(cloth, prune(cloth, found), step)
-    covered = cloth.valid & cloth.mesh.pixels_of(found.cells)
-    if covered.sum() < least * np.linalg.det(basis):
-        raise NoPatternError
-    return cloth, refit(cloth, found, rounds=3)
+    for number, (sure, basis) in enumerate(find_bases(count_votes(pairs, STEP_PX))[:TRIED]):
+        if least * np.linalg.det(basis) > valid.sum():
+            continue
+        try:
+            cloth, found = lay(photo, canvas, pairs, basis)
+        except NoPatternError:
+            continue
+        step = Progress((number + 0.5) / TRIED, NOTE)
+        yield step
+        found = refit(cloth, (yield from followed(cloth, prune(cloth, found), step)), rounds=3)
+        covered = cloth.valid & cloth.mesh.pixels_of(found.cells)
+        weight = weigh(cloth, found)
+        certain = weight.explained > 0 or (cloth.in_region and sure > SURE)
+        if certain and covered.sum() > least * np.linalg.det(basis):
+            return cloth, found, weight
+    raise NoPatternError
 
 
 def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tuple[FittedCloth, Fit]:
@@ -85,9 +94,11 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tupl
         raise NoPatternError
     state = ClothState(start, starting_state(cloth, lattice).rho, cells)
     found = measure(cloth, estimate(cloth, (state,)), (state,))
-    for blur_px in (BLUR * side, 1.5, 0.7):
-        found = refit(cloth, found, rounds=5, blur_px=blur_px)
-    return cloth, found
+    blur_px = BLUR * side
+    while blur_px > SMOOTH_PX:
+        found = refit(cloth, found, rounds=3, blur_px=blur_px)
+        blur_px /= 2
+    return cloth, refit(cloth, found, rounds=3, blur_px=SMOOTH_PX)
 
 
 def fit_plate(mesh: ClothMesh, pairs: Pairs, uv: Floats) -> tuple[Floats, Bools]:

@@ -13,7 +13,7 @@ from core.overlay.detection.seeding import NoPatternError, find_lattices, flat_c
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
-from core.overlay.search import finding
+from core.overlay.search import finding, large_periods
 from core.overlay.search.finding import Find, best_completed, find_cloth
 from core.overlay.search.large_periods import STEP_PX, find_large, fit_plate
 from core.overlay.texel import Texel
@@ -46,6 +46,15 @@ def print_of_blots(seed: int, n: int = 180) -> Texel:
     return Texel(pixels)
 
 
+def tartan(n: int = 120) -> Texel:
+    """Return a texel of a wide and two thin crossing stripes on even ground, most of it."""
+    stripes = np.tile([0.75, 0.19, 0.15], (n, 1))
+    lines = ((0.1, 0.18, (0.12, 0.14, 0.12)), (0.55, 0.03, (0.9, 0.8, 0.3)), (0.72, 0.03, (0.9, 0.9, 0.9)))
+    for first, width, colour in lines:
+        stripes[round(first * n) : round((first + width) * n)] = colour
+    return Texel((stripes[None] + stripes[:, None]) / 2)
+
+
 def circle(count: int, squeeze: float) -> Floats:
     """Return points (count, 2) around the origin."""
     angle = 2 * np.pi * np.arange(count) / count
@@ -71,7 +80,8 @@ def painted(photo: Floats) -> FlatPicture:
 
 @pytest.fixture(scope="module")
 def followed(printed: Scene) -> tuple[FittedCloth, Fit]:
-    return run(find_large(printed.photo, painted(printed.photo)))
+    cloth, found, _ = run(find_large(printed.photo, painted(printed.photo)))
+    return cloth, found
 
 
 def pairs_of(photo: Floats) -> Pairs:
@@ -81,7 +91,7 @@ def pairs_of(photo: Floats) -> Pairs:
 @pytest.mark.parametrize("seed", range(3))
 def test_votes_of_alike_keypoints_tell_vectors_that_fit_into_a_photo_twice(seed: int) -> None:
     scene = make_scene(print_of_blots(seed), size=(300, 280), basis=PRINT, bend=4.0)
-    steps = np.linalg.solve(scene.basis, find_bases(count_votes(pairs_of(scene.photo), STEP_PX))[0])
+    steps = np.linalg.solve(scene.basis, find_bases(count_votes(pairs_of(scene.photo), STEP_PX))[0][1])
     assert np.abs(steps - np.rint(steps)).max() < 0.1
     assert abs(np.linalg.det(np.rint(steps))) == 1
 
@@ -98,6 +108,18 @@ def test_a_few_large_texels_are_laid_where_they_are(printed: Scene, followed: tu
     count = np.bincount(place)
     off -= np.stack([np.bincount(place, column) / count for column in off.T], -1)[place]
     assert np.percentile(np.linalg.norm(off @ printed.basis.T, axis=-1), 90) < 1.0
+
+
+def test_thin_lines_on_even_ground_are_laid_on_one_another() -> None:
+    basis = np.array([[84.0, 4.0], [-3.0, 82.0]])
+    scene = make_scene(tartan(), size=(400, 360), basis=basis, bend=3.0)
+    inside = np.pad(np.ones((330, 290), bool), ((40, 30), (40, 30)))
+    photo = np.where(inside[..., None], scene.photo, 0.93)
+    cloth, found, weight = run(find_large(photo, canvas_of(photo)))
+    steps = np.linalg.solve(basis, cloth.basis)
+    assert np.abs(steps - np.rint(steps)).max() < 0.1
+    assert weight.explained > 0
+    assert cloth.mesh.pixels_of(found.cells)[inside].mean() > 0.4
 
 
 def test_pairs_of_chance_do_not_bend_the_plate() -> None:
@@ -123,10 +145,10 @@ def test_large_texels_are_looked_for_where_no_lattice_is_found(
         yield Progress(0.0, "")
         raise NoPatternError
 
-    def found_large(photo: Floats, *_: object) -> Job[tuple[FittedCloth, Fit]]:
+    def found_large(photo: Floats, *_: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
         np.testing.assert_array_equal(photo, printed.photo)
         yield Progress(0.0, "")
-        return followed
+        return (*followed, Evidence(-1.0, -0.1))
 
     monkeypatch.setattr(finding, "find_lattices", none)
     monkeypatch.setattr(finding, "find_large", found_large)
@@ -186,6 +208,19 @@ def test_nothing_large_is_found_in_noise_stripes_one_motif_or_a_print_seen_hardl
 def test_without_a_region_more_texels_are_asked_for(printed: Scene) -> None:
     with pytest.raises(NoPatternError):
         run(find_large(printed.photo, canvas_of(printed.photo)))
+
+
+@pytest.mark.parametrize("in_region", [True, False])
+def test_what_votes_are_certain_of_needs_nothing_else_where_the_user_says_that_there_is_cloth(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, in_region: bool
+) -> None:
+    monkeypatch.setattr(large_periods, "weigh", lambda *_: Evidence(-1.0, 0.9))
+    monkeypatch.setattr(large_periods, "LEAST_TEXELS", 2.0)
+    if in_region:
+        assert run(find_large(printed.photo, painted(printed.photo)))[1].cells.mean() > 0.9
+    else:
+        with pytest.raises(NoPatternError):
+            run(find_large(printed.photo, canvas_of(printed.photo)))
 
 
 @pytest.fixture(scope="module")
