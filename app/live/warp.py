@@ -67,22 +67,22 @@ class LiveWarp:
         )
 
     @property
-    def _is_rough(self) -> bool:
-        """Whether another live answer to the same document is nearer to the final one: it glides there."""
+    def _glides(self) -> bool:
+        """Whether another live answer to the same document is nearer to the final one, and at hand.
+
+        What has to be prepared for it is prepared for the final one.
+        """
         answer = self.answer
-        return (
-            answer is not None
-            and answer.document is self._seen
-            and answer.result is not None
-            and answer.result.is_rough
-        )
+        if answer is None or answer.document is not self._seen or answer.result is None or not answer.result.is_rough:
+            return False
+        return not (_fits_into_frame(answer.document) and self._solver.is_heavy(answer.document))
 
     @property
     def wait_s(self) -> float | None:
         """Seconds until `update` has something to do without an event; None when that needs an event."""
         if self._seen is None or self.is_settled or self._jobs.holds("settle") or self._jobs.holds("solve"):
             return None
-        return 0.0 if self._is_rough else max(0.0, self._rests_since + REST_S - self._clock())
+        return 0.0 if self._glides else max(0.0, self._rests_since + REST_S - self._clock())
 
     @property
     def _has_rested(self) -> bool:
@@ -102,7 +102,7 @@ class LiveWarp:
             self._is_behind = False
             self._solve(document)
             self._rests_since = self._clock()
-        elif self._is_rough and not self._jobs.holds("settle"):
+        elif not self._jobs.holds("settle") and self._glides:
             self._solve(document)
         if not self.is_settled and self._has_rested:
             self._unfolded = None

@@ -11,7 +11,7 @@ from app.model.jobs import InlineExecutor, Jobs
 from app.model.session import Brush
 from core import tracing
 from core.arrays import Ints
-from core.document.document import CurvePair, Document, Outline
+from core.document.document import CurvePair, Document, Outline, Pin
 from core.document.map_solver import MapSolver, settle_map
 from core.grid import Grid
 from core.imaging.images import Image
@@ -323,3 +323,28 @@ def test_straight_lines_are_prepared_beside_the_frames_also_after_a_stroke(monke
         rest()
     assert len(prepared) >= 4
     assert all(prepared)
+
+
+def test_a_rough_answer_whose_lines_are_not_prepared_is_followed_by_the_final_one() -> None:
+    later = Later()
+    pixels = np.full((150, 200, 3), 200, np.uint8)
+    pixels[70:] = 40
+    mask = np.zeros((150, 200), np.uint8)
+    mask[50:110, 90:135] = 255
+    pins = (Pin((0.13, 0.55), (0.13, 0.55)), Pin((0.15, 0.57), (0.11, 0.45)))
+    start = Document.of(Image(pixels)).changed(pins=pins).with_warp(cell_px=4.0)
+    drive = EditorDriver(start, jobs=Jobs(live=later, long=InlineExecutor()))
+
+    def rest() -> None:
+        for _ in range(12):
+            drive.clock.now += app.live.warp.REST_S
+            drive.frame()
+            later.run()
+            drive.frame()
+
+    rest()
+    changed = drive.document.changed(mask=Raster.from_array(mask)).with_warp(aspect=(1.0, 0.56), straight=True)
+    drive.editor.slide("Resize", changed)
+    rest()
+    assert drive.editor.live.is_settled
+    assert drive.editor.answer.folds == 0
