@@ -67,22 +67,22 @@ class LiveWarp:
         )
 
     @property
-    def _glides(self) -> bool:
-        """Whether another live answer to the same document is nearer to the final one, and at hand.
-
-        What has to be prepared for it is prepared for the final one.
-        """
+    def _is_rough(self) -> bool:
+        """Whether another live answer to the same document is nearer to the final one: it glides there."""
         answer = self.answer
-        if answer is None or answer.document is not self._seen or answer.result is None or not answer.result.is_rough:
-            return False
-        return not (_fits_into_frame(answer.document) and self._solver.is_heavy(answer.document))
+        return (
+            answer is not None
+            and answer.document is self._seen
+            and answer.result is not None
+            and answer.result.is_rough
+        )
 
     @property
     def wait_s(self) -> float | None:
         """Seconds until `update` has something to do without an event; None when that needs an event."""
         if self._seen is None or self.is_settled or self._jobs.holds("settle") or self._jobs.holds("solve"):
             return None
-        return 0.0 if self._glides else max(0.0, self._rests_since + REST_S - self._clock())
+        return 0.0 if self._is_rough else max(0.0, self._rests_since + REST_S - self._clock())
 
     @property
     def _has_rested(self) -> bool:
@@ -102,12 +102,13 @@ class LiveWarp:
             self._is_behind = False
             self._solve(document)
             self._rests_since = self._clock()
-        elif not self._jobs.holds("settle") and self._glides:
-            self._solve(document)
-        if not self.is_settled and self._has_rested:
+        elif not self.is_settled and self._has_rested:
+            # Before another rough answer, which may glide on for ever and keep the live thread.
             self._unfolded = None
             task = Task("Settle", lambda: self._settling(document), self._take_settled, self._take_fault, quiet=True)
             self._jobs.submit("settle", task)
+        elif self._is_rough and not self._jobs.holds("settle"):
+            self._solve(document)
         self._show_unfolded()
 
     def _settling(self, document: Document) -> Job[Warped]:

@@ -325,7 +325,11 @@ def test_straight_lines_are_prepared_beside_the_frames_also_after_a_stroke(monke
     assert all(prepared)
 
 
-def test_a_rough_answer_whose_lines_are_not_prepared_is_followed_by_the_final_one() -> None:
+@pytest.mark.parametrize("inline", [100, 60_000])
+def test_rough_answers_that_glide_without_end_are_followed_by_the_final_one(
+    inline: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(app.live.warp, "INLINE_NODES", inline)
     later = Later()
     pixels = np.full((150, 200, 3), 200, np.uint8)
     pixels[70:] = 40
