@@ -39,9 +39,7 @@ def minimum_cut(
     return np.asarray(graph.get_grid_segments(nodes), np.bool_)
 
 
-def by_scipy(
-    one: Ints, other: Ints, between: Floats, source: Floats, sink: Floats, back: Floats | None = None
-) -> Bools:
+def by_scipy(one: Ints, other: Ints, between: Floats, source: Floats, sink: Floats, back: Floats) -> Bools:
     """Return the same by SciPy's maximum flow: the nodes from which the sink can be reached in what is left."""
     from scipy.sparse import csr_array  # loads slowly, and is needed without PyMaxflow only
     from scipy.sparse.csgraph import breadth_first_order, maximum_flow
@@ -51,9 +49,7 @@ def by_scipy(
     common = np.minimum(source, sink)
     rows = np.concatenate([one, other, np.full(n, start), every])
     columns = np.concatenate([other, one, every, np.full(n, end)])
-    costs = np.minimum(
-        np.concatenate([between, between if back is None else back, source - common, sink - common]), _MOST
-    )
+    costs = np.minimum(np.concatenate([between, back, source - common, sink - common]), _MOST)
     capacity = csr_array((costs.astype(np.int32), (rows, columns)), shape=(n + 2, n + 2))
     capacity.eliminate_zeros()
     left = capacity - maximum_flow(capacity, start, end).flow

@@ -102,6 +102,17 @@ class FoundCloth:
         return count_explained(self.cloth.photo, modelled, finite(uv))
 
 
+@dataclass(frozen=True)
+class Known:
+    """What is known of a cloth before it is looked for, as `decompose` takes it."""
+
+    region: Bools | Singles | None = None
+    texel_px: float | None = None
+    start: Proposal | None = None
+    lattice: list[Lattice] | None = None
+    seed: int = 0
+
+
 def decompose(
     photo: Floats | Singles,
     *,
@@ -122,7 +133,7 @@ def decompose(
     that is kept that explains the region better: a region can only help.
     """
     seconds: dict[str, float] = {}
-    job = find_all(photo, region=region, texel_px=texel_px, start=start, lattice=lattice, seed=seed)
+    job = find_all(photo, Known(region, texel_px, start, lattice, seed))
     finds = yield from part(time_stages(job, seconds), 0.0, 0.9)
     return (yield from part(split_best(finds, seconds), 0.9, 1.0))
 
@@ -141,7 +152,7 @@ def decompose_whole_cloth(
     is given and raised is as for `decompose`.
     """
     seconds: dict[str, float] = {}
-    job = find_all(encode(image), region=region, texel_px=texel_px, lattice=lattice, seed=seed)
+    job = find_all(encode(image), Known(region, texel_px, None, lattice, seed))
     finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
 
     def follow_on(cloth: Bools) -> Job[FoundCloth]:
@@ -153,51 +164,32 @@ def decompose_whole_cloth(
     return (yield from part(split_best(finds, seconds), 0.9, 1.0))
 
 
-def find_all(
-    photo: Floats | Singles,
-    *,
-    region: Bools | Singles | None = None,
-    texel_px: float | None = None,
-    start: Proposal | None = None,
-    lattice: list[Lattice] | None = None,
-    seed: int = 0,
-) -> Job[list[FoundCloth]]:
-    """Return the finds that are compared, the one that explains most first; what is given is as for `decompose`.
-
-    Raises `NoPatternError` where there is none.
-    """
+def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return the finds that are compared, the one that explains most first; raise `NoPatternError` if there is none."""
     finds: list[FoundCloth] = []
-    search = find(photo, region=region, texel_px=texel_px, start=start, lattice=lattice, seed=seed)
     with suppress(NoPatternError):
-        finds.append((yield from part(search, 0.0, 0.5)))
+        finds.append((yield from part(find(photo, known), 0.0, 0.5)))
     is_doubtful = not any(found.is_sure for found in finds)
-    if is_doubtful and region is not None and start is None and lattice is None:
+    if is_doubtful and known.region is not None and known.start is None and known.lattice is None:
         with suppress(NoPatternError):
-            bare = yield from part(find(photo, texel_px=texel_px, seed=seed), 0.5, 0.9)
-            finds.append((yield from part(follow(bare, region, seed), 0.9, 1.0)))
+            bare = yield from part(find(photo, replace(known, region=None)), 0.5, 0.9)
+            finds.append((yield from part(follow(bare, known.region, known.seed), 0.9, 1.0)))
     if not finds:
         raise NoPatternError
     return finds if len(finds) == 1 else sorted(finds, key=attrgetter("explained"), reverse=True)
 
 
-def find(
-    photo: Floats | Singles,
-    *,
-    region: Bools | Singles | None = None,
-    texel_px: float | None = None,
-    start: Proposal | None = None,
-    lattice: list[Lattice] | None = None,
-    seed: int = 0,
-) -> Job[FoundCloth]:
-    """Return the cloth of a photo, registered; what is given and raised is as for `decompose`."""
-    small, canvas, scale = working_picture(photo, region)
-    if lattice is None:
-        side = None if texel_px is None else texel_px / scale
+def find(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the cloth of a photo, registered; raise `NoPatternError` if there is none."""
+    small, canvas, scale = working_picture(photo, known.region)
+    if known.lattice is None:
+        side = None if known.texel_px is None else known.texel_px / scale
+        start = known.start
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
-        job = find_cloth(small, canvas, seed, texel_px=side, start=marked)
+        job = find_cloth(small, canvas, known.seed, texel_px=side, start=marked)
     else:
-        job = register_lattice(small, canvas, [rescale(piece, scale) for piece in lattice], seed)
-    return found_on(photo, region, scale, (yield from on_one_thread(job)))
+        job = register_lattice(small, canvas, [rescale(piece, scale) for piece in known.lattice], known.seed)
+    return found_on(photo, known.region, scale, (yield from on_one_thread(job)))
 
 
 def follow(found: FoundCloth, region: Bools | Singles | None, seed: int) -> Job[FoundCloth]:

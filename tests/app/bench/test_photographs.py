@@ -9,7 +9,7 @@ import pytest
 from app.bench import photographs, search_stages
 from app.cli import main
 from core.imaging.images import load, save
-from core.overlay.decomposition import find
+from core.overlay.decomposition import Known, find
 from core.overlay.laying.compositing import encode
 from core.overlay.registration import fitting
 from core.progress import run
@@ -101,7 +101,7 @@ def test_a_stage_that_is_left_out_is_not_run_and_stands_again_later(folder: Path
     for name, seen in (("alike_keypoints", "with_more_pieces"), ("true_period", "alike_keypoints")):
         stage = search_stages.SEARCH_STAGES[name]
         with search_stages.watched() as reached, search_stages.replaced(name, stage.instead):
-            run(find(encode(image)))
+            run(find(encode(image), Known()))
         assert name not in reached
         assert seen in reached
     assert fitting.true_period is own

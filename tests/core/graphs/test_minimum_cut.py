@@ -56,7 +56,7 @@ def test_costs_beyond_32_bits_are_not_cut() -> None:
     between[:] = [1e12, 5, 1e12]
     source[:], sink[:] = [9, 0, 0, 0], [0, 0, 0, 9]
     assert minimum_cut(one, other, between, source, sink).tolist() == [False, False, True, True]
-    assert by_scipy(one, other, between, source, sink).tolist() == [False, False, True, True]
+    assert by_scipy(one, other, between, source, sink, between).tolist() == [False, False, True, True]
 
 
 def test_without_pymaxflow_scipy_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:

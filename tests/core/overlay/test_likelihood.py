@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.arrays import Bools, InputError, Singles
+from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.overlay import decomposition, whole_cloth
-from core.overlay.decomposition import Decomposition, FoundCloth, decompose, find
+from core.overlay.decomposition import Decomposition, FoundCloth, Known, decompose, find
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.likelihood import count_explained
@@ -56,19 +56,19 @@ def test_whole_cloth_takes_no_ground_that_explains_little(
         assert run(whole_cloth.widen(Image(np.zeros((*SIZE, 3), np.uint8)), found, find_on)).explained == explains
 
 
-def find_wrongly(*given: Any, region: Bools | None = None, **words: Any) -> Job[FoundCloth]:
+def find_wrongly(photo: Floats, known: Known) -> Job[FoundCloth]:
     """Return what is found: in a region, with doubts, and coordinates off by a part of a texel that changes."""
-    found = yield from find(*given, region=region, **words)
-    if region is None:
+    found = yield from find(photo, known)
+    if known.region is None:
         return found
     moved = [replace(piece, uv=piece.uv + 0.4 * np.sin(9 * piece.uv[..., ::-1])) for piece in found.fit.pieces]
     return replace(found, fit=replace(found.fit, pieces=tuple(moved)), is_sure=False)
 
 
-def find_none(*given: Any, region: Bools | None = None, **words: Any) -> Job[FoundCloth]:
+def find_none(photo: Floats, known: Known) -> Job[FoundCloth]:
     """Return what is found without a region."""
-    if region is None:
-        return (yield from find(*given, **words))
+    if known.region is None:
+        return (yield from find(photo, known))
     raise NoPatternError
 
 
@@ -89,9 +89,9 @@ def test_all_of_the_photo_is_searched_only_where_the_find_in_a_region_leaves_dou
 ) -> None:
     searched: list[bool] = []
 
-    def find_in(*given: Any, region: Bools | None = None, **words: Any) -> Job[FoundCloth]:
-        searched.append(region is not None)
-        found = yield from find(*given, region=region, **words)
+    def find_in(photo: Floats, known: Known) -> Job[FoundCloth]:
+        searched.append(known.region is not None)
+        found = yield from find(photo, known)
         assert found.is_sure
         return replace(found, is_sure=is_sure)
 
