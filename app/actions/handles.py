@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from app.actions import ActionGroup, always, in_warp
-from app.editor.curve_kinds import INNER
+from app.actions import ActionGroup, in_warp
+from app.editor.curve_kinds import FEATURE, INNER
 from app.editor.editor import Editor
 from core.curves import curve_edit
 from core.document.document import pixels_from_places, places_from_pixels
@@ -54,6 +54,12 @@ def toggle_side(editor: Editor) -> None:
     editor.show(curve_side=side, look="original" if side == "source" else "retextured", selected_knots=frozenset())
 
 
+def _has_sources(editor: Editor) -> bool:
+    """Return whether a tool of curves is in hand, and there are curves, or their sources are being edited."""
+    kind = {"curves": INNER, "feature-curves": FEATURE}.get(editor.session.tool)
+    return kind is not None and (bool(kind.of(editor.document)) or editor.session.curve_side == "source")
+
+
 HANDLES = (
     _HANDLES.action(
         "select_all",
@@ -70,7 +76,6 @@ HANDLES = (
         _toggle_frame,
         "crop-simple",
         "Pins and curves draw the picture's edge along",
-        enabled=always,
         checked=lambda editor: editor.document.warp.frame == "free",
     ),
     _HANDLES.action(
@@ -98,7 +103,7 @@ HANDLES = (
         "location-crosshairs",
         "Edit where curves come from; otherwise where they go",
         "S",
-        enabled=lambda editor: editor.session.tool in ("curves", "feature-curves"),
+        enabled=_has_sources,
         checked=lambda editor: editor.session.curve_side == "source",
     ),
     _HANDLES.action(

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from app.actions import Action, ActionGroup, in_warp
 from app.editor.editor import Editor
-from app.editor.painting import choose_raster, layer
+from app.editor.painting import choose_raster, is_painted
 from app.marking.applying import refine
 from app.marking.feature_list import merge
 from app.model.session import Part
@@ -45,7 +45,7 @@ def set_selecting(editor: Editor, **changes: object) -> None:
 
 
 def _is_painted(editor: Editor) -> bool:
-    return not layer(editor.document, choose_raster(editor)).is_empty
+    return is_painted(editor.document, choose_raster(editor))
 
 
 def _paints_features_or_masks(editor: Editor) -> bool:
@@ -86,6 +86,7 @@ def _part(part: Part, label: str, icon: str, tooltip: str) -> Action:
         icon,
         tooltip,
         "N" if part == "new" else "",
+        enabled=lambda editor: in_warp(editor) and (part != "chosen" or bool(editor.session.features)),
         checked=lambda editor: editor.session.part == part,
     )
 

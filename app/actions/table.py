@@ -99,6 +99,6 @@ def _tool(tool: Tool) -> Action:
         tool.icon,
         tool.hint,
         tool.key.upper(),
-        enabled=lambda editor: editor.session.mode in tool.modes,
+        enabled=lambda editor: editor.session.mode in tool.modes and tool.can_act(editor),
         checked=lambda editor: editor.session.tool == tool.name,
     )

@@ -1,6 +1,6 @@
 """Actions on the timeline: to play, to go from frame to frame, and on keys."""
 
-from app.actions import Action, ActionGroup, always, in_warp
+from app.actions import Action, ActionGroup, in_warp
 from app.editor.editor import Editor
 from app.marking import keying
 from core.document.animated import is_animated
@@ -13,6 +13,14 @@ def _has_keys(editor: Editor) -> bool:
 
 def _has_chosen(editor: Editor) -> bool:
     return in_warp(editor) and bool(keying.find_chosen_keys(editor))
+
+
+def _is_past_first(editor: Editor) -> bool:
+    return in_warp(editor) and editor.session.frame > editor.document.span.first
+
+
+def _is_before_last(editor: Editor) -> bool:
+    return in_warp(editor) and editor.session.frame < editor.document.span.last
 
 
 def _step(editor: Editor, frames: int) -> None:
@@ -77,7 +85,6 @@ TIMELINE = (
         "loops",
         "repeat",
         "Begin anew at the end",
-        enabled=always,
     ),
     _TIMELINE.action(
         "first",
@@ -86,6 +93,7 @@ TIMELINE = (
         "backward-fast",
         "Show the first frame",
         "Home",
+        enabled=_is_past_first,
         separated=True,
     ),
     _TIMELINE.action(
@@ -98,9 +106,23 @@ TIMELINE = (
         enabled=_has_keys,
     ),
     _TIMELINE.action(
-        "previous", "Frame before", lambda editor: _step(editor, -1), "caret-left", "Show the frame before", ","
+        "previous",
+        "Frame before",
+        lambda editor: _step(editor, -1),
+        "caret-left",
+        "Show the frame before",
+        ",",
+        enabled=_is_past_first,
     ),
-    _TIMELINE.action("next", "Next frame", lambda editor: _step(editor, 1), "caret-right", "Show the next frame", "."),
+    _TIMELINE.action(
+        "next",
+        "Next frame",
+        lambda editor: _step(editor, 1),
+        "caret-right",
+        "Show the next frame",
+        ".",
+        enabled=_is_before_last,
+    ),
     _TIMELINE.action(
         "next_key",
         "Next key",
@@ -117,6 +139,7 @@ TIMELINE = (
         "forward-fast",
         "Show the last frame",
         "End",
+        enabled=_is_before_last,
     ),
     _TIMELINE.action(
         "set_keys",

@@ -5,9 +5,9 @@ from typing import get_args
 
 import numpy as np
 
-from app.actions import Action, ActionGroup
+from app.actions import Action, ActionGroup, in_warp
 from app.editor.editor import Editor
-from app.editor.painting import BLANK, LAYERS, choose_raster, layer, with_layer
+from app.editor.painting import BLANK, LAYERS, choose_raster, is_painted, layer, with_layer
 from app.files import document_io, masks
 from core.document.animated import NUMBERS
 from core.document.document import Document, Keep, WarpSettings
@@ -16,8 +16,9 @@ from core.rasters.raster import Raster
 from core.selection.sources import has_transparency
 from core.warps.presets import PRESETS
 
-_MASK, _WARP = ActionGroup("mask", "Mask"), ActionGroup("warp", "Warp")
-_PRESET, _KEPT = ActionGroup("warp.preset", "Warp/Preset"), ActionGroup("warp.keep", "Warp/Features")
+_MASK, _WARP = ActionGroup("mask", "Mask"), ActionGroup("warp", "Warp", in_warp)
+_PRESET = ActionGroup("warp.preset", "Warp/Preset", in_warp)
+_KEPT = ActionGroup("warp.keep", "Warp/Features", in_warp)
 
 
 def _fill(editor: Editor, value: int | None) -> None:
@@ -34,7 +35,7 @@ def _invert(editor: Editor) -> None:
 
 
 def _has_mask(editor: Editor) -> bool:
-    return not layer(editor.document, choose_raster(editor)).is_empty
+    return is_painted(editor.document, choose_raster(editor))
 
 
 def _can_fit(editor: Editor) -> bool:
@@ -105,12 +106,25 @@ def _without_own_tracks(document: Document) -> Document:
     return document if len(kept) == len(document.tracks) else document.changed(tracks=MappingProxyType(kept))
 
 
+_RESET = ("preset", "bend", "horizontal", "vertical", "vertical_axis", "values", "aspect")
+
+
 def reset_warp(editor: Editor) -> None:
     """Take preset, sliders and size back, and their keys; how features are kept stays."""
-    plain = WarpSettings()
-    names = ("preset", "bend", "horizontal", "vertical", "vertical_axis", "values", "aspect")
     still = editor.document if not editor.document.tracks else editor.document.changed(tracks=MappingProxyType({}))
-    editor.edit("Reset warp", still.with_warp(**{name: getattr(plain, name) for name in names}))
+    editor.edit("Reset warp", still.with_warp(**{name: getattr(_PLAIN, name) for name in _RESET}))
+
+
+def _is_bent(editor: Editor) -> bool:
+    """Return whether there is anything that `reset_warp` takes back."""
+    document = editor.document
+    bends = any(getattr(document.warp, name) != getattr(_PLAIN, name) for name in _RESET)
+    return in_warp(editor) and (bends or bool(document.tracks))
+
+
+def _has_warp(editor: Editor) -> bool:
+    """Return whether there is a warp to copy."""
+    return _is_bent(editor) or (in_warp(editor) and any(getattr(editor.document, part) for part in COPIED[1:]))
 
 
 def _preset(name: str) -> Action:
@@ -154,6 +168,7 @@ def _paste(editor: Editor) -> None:
     editor.animation.edit("Paste warp", editor.document.changed(**parts))
 
 
+_PLAIN = WarpSettings()
 _NO_PICTURE = Image(np.zeros((1, 1, 1), np.uint8))
 COPIED = ("warp", "outline", "pins", "curves", "warp_map", "surface", "tracks")
 """The parts of a document that make its warp; the mask stays with its picture."""
@@ -169,7 +184,7 @@ WARP = (
         "Bend along the other axis",
         checked=lambda editor: editor.document.warp.vertical_axis,
     ),
-    _WARP.action("reset", "Reset warp", reset_warp, "arrow-rotate-left", "Take the preset back"),
+    _WARP.action("reset", "Reset warp", reset_warp, "arrow-rotate-left", "Take the preset back", enabled=_is_bent),
     _WARP.action(
         "copy",
         "Copy warp",
@@ -177,6 +192,7 @@ WARP = (
         "copy",
         "Take preset, outline, pins and curves, to be pasted on another picture",
         "Ctrl+Alt+C",
+        enabled=_has_warp,
         separated=True,
     ),
     _WARP.action(
@@ -186,7 +202,7 @@ WARP = (
         "paste",
         "Do to this picture what was done to the one whose warp was copied; the mask stays",
         "Ctrl+Alt+V",
-        enabled=lambda editor: editor.session.copied_warp is not None,
+        enabled=lambda editor: in_warp(editor) and editor.session.copied_warp is not None,
     ),
     _WARP.action(
         "export",

@@ -46,6 +46,11 @@ def layer(document: Document, name: Layer) -> Raster:
     return raster or Raster.filled(*document.size_px, BLANK.get(name, 0))
 
 
+def is_painted(document: Document, name: Layer) -> bool:
+    """Return whether anything is painted in a raster of the document."""
+    return not layer(document, name).holds_only(BLANK.get(name, 0))
+
+
 def with_layer(document: Document, name: Layer, raster: Raster) -> Document:
     """Return the document with a raster exchanged; features' numbers go where the mask goes."""
     if name in OF_CLOTH:

@@ -23,6 +23,11 @@ def _no_hover(editor: "Editor", pos: Position) -> object:
     return None
 
 
+def _always(editor: "Editor") -> bool:
+    """Return True."""
+    return True
+
+
 def _no_more(editor: "Editor") -> str:
     """Say nothing beyond the hint."""
     return ""
@@ -62,6 +67,8 @@ class Tool:
     """Whether it works on Retexture mode's picture as it was, which is shown when the tool is chosen."""
     marks: bool = False
     """Whether it paints or selects parts of the picture: Warp mode then shows the picture as it was."""
+    can_act: Callable[["Editor"], bool] = _always
+    """Whether there is something that it can be used on."""
     group: str = ""
     """Tools of one group share a button, which takes the one of them that was in hand last."""
     overlay: Callable[["Editor"], Sequence[Shape]] = _no_shapes

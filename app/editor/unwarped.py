@@ -36,6 +36,12 @@ class Unwarped:
         session = self._editor.session
         return session.unwarped and session.mode == "warp" and session.compare != "split"
 
+    @property
+    def _warps(self) -> bool:
+        """Whether the picture is warped at all."""
+        shown = self._editor.map
+        return bool(np.abs(shown.warped - shown.rest).max() > SEEN_PX)
+
     def answer(self) -> Answer:
         """Return the map that leaves the picture as it is."""
         document, grid = self._editor.document, self._editor.map.grid
@@ -48,7 +54,7 @@ class Unwarped:
         session, shown = self._editor.session, self._editor.map
         if self.is_shown or session.mode != "warp" or session.compare == "split" or not session.paints_unwarped:
             return
-        if np.abs(shown.warped - shown.rest).max() <= SEEN_PX:
+        if not self._warps:
             return
         place = shown.mesh.image_from_canvas(canvas_from_screen(session.view, np.array([pos])))[0]
         self._editor.show(unwarped=True)
@@ -60,9 +66,7 @@ class Unwarped:
 
     def show(self) -> None:
         """Show the picture as it was, where something warps it."""
-        shown = self._editor.map
-        warps = bool(np.abs(shown.warped - shown.rest).max() > SEEN_PX)
-        self._editor.show(unwarped=warps and self._editor.session.paints_unwarped)
+        self._editor.show(unwarped=self._warps and self._editor.session.paints_unwarped)
 
     def hide(self) -> None:
         """Show the warped picture again, in the view that it had."""
@@ -74,8 +78,9 @@ class Unwarped:
             self._editor.show(view=views[1])
 
     def toggle(self) -> None:
-        """Show the other of both pictures, and paint on that from now on."""
-        paints = not self._editor.session.unwarped
+        """Show the other of both pictures, and paint on that from now on; where nothing is warped both are the same."""
+        session = self._editor.session
+        paints = not (session.unwarped if self._warps else session.paints_unwarped)
         self._editor.show(paints_unwarped=paints)
         (self.show if paints else self.hide)()
 

@@ -41,6 +41,7 @@ SPLIT = Tool(
     press=cut,
     modes=frozenset(("warp",)),
     marks=True,
+    can_act=lambda editor: not editor.document.mask.is_empty,
     group="select",
     overlay=overlay,
 )

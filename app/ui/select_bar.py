@@ -7,7 +7,7 @@ from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.model.pointer_keys import word
 from app.tools.brush import resize
-from app.ui.widgets.controls import icon_button
+from app.ui.widgets.controls import disabled, icon_button
 from app.ui.widgets.overflow import BarPart
 from app.ui.widgets.sliders import bar_slider, bar_slider_width
 from app.ui.widgets.theme import em, icon
@@ -24,11 +24,15 @@ def group_part(editor: Editor, tool: Tool, chord: str) -> BarPart:
 
     def draw() -> None:
         hint = f"{tool.label}\n{word(tool.hint, tool.name, editor.preferences.pointer_keys)}"
-        if icon_button(f"in bar {tool.label}", tool.icon, on=on, quiet=True, hint=hint, key=chord, size_em=SIDE_EM):
+        with disabled(not on and not tool.can_act(editor)):
+            label = f"in bar {tool.label}"
+            pressed = icon_button(label, tool.icon, on=on, quiet=True, hint=hint, key=chord, size_em=SIDE_EM)
+        if pressed:
             editor.choose_tool(tool.name)
 
     def draw_row() -> None:
-        if imgui.internal.menu_item_ex(f"{tool.label}###in menu {tool.name}", icon(tool.icon), chord, on):
+        label, enabled = f"{tool.label}###in menu {tool.name}", on or tool.can_act(editor)
+        if imgui.internal.menu_item_ex(label, icon(tool.icon), chord, on, enabled):
             editor.choose_tool(tool.name)
 
     return BarPart(em(SIDE_EM + 0.15), draw, draw_row)

@@ -7,7 +7,7 @@ from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.model.pointer_keys import word
 from app.ui.widgets import theme
-from app.ui.widgets.controls import icon_button
+from app.ui.widgets.controls import disabled, icon_button
 from app.ui.widgets.overflow import BUTTON_EM, BarPart, count_fitting, draw_menu, draw_parts, extent
 from app.ui.widgets.theme import color, em, icon
 
@@ -24,9 +24,11 @@ TWICE = {"hand": "view.fit", "zoom": "view.actual"}
 
 def draw_toolbar(editor: Editor, table: ActionTable) -> None:
     """Draw a button for every tool that the mode has; where the bar is short, smaller ones, the last in a menu."""
-    shown = editor.session.select_tool
-    of_mode = (tool for tool in editor.tools.values() if editor.session.mode in tool.modes)
-    tools = [tool for tool in of_mode if not tool.group or tool.name == shown]
+    of_mode = [tool for tool in editor.tools.values() if editor.session.mode in tool.modes]
+    last = editor.tools.get(editor.session.select_tool)
+    usable = [tool for tool in of_mode if tool.group and tool.can_act(editor)]
+    shown = last if last in usable or last is editor.tool else next(iter(usable), None)
+    tools = [tool for tool in of_mode if not tool.group or tool is shown]
     room = imgui.get_window_height() - em(TOP_EM)
     for side_em in SIDES_EM:
         parts = [_part(editor, table, tool, side_em) for tool in tools]
@@ -49,7 +51,9 @@ def _part(editor: Editor, table: ActionTable, tool: Tool, side_em: float) -> Bar
             hint += "\nHold, or press the right button, for the others"
         if twice is not None:
             hint += f"\nDouble click: {twice.label}"
-        if icon_button(tool.label, tool.icon, on=on, hint=hint, key=chord, size_em=side_em):
+        with disabled(not on and not tool.can_act(editor)):
+            pressed = icon_button(tool.label, tool.icon, on=on, hint=hint, key=chord, size_em=side_em)
+        if pressed:
             editor.choose_tool(tool.name)
         if twice is not None and imgui.is_item_hovered() and imgui.is_mouse_double_clicked(0):
             twice.try_run(editor)
@@ -57,7 +61,7 @@ def _part(editor: Editor, table: ActionTable, tool: Tool, side_em: float) -> Bar
             _draw_group(editor, table, tool, on=on)
 
     def draw_row() -> None:
-        if imgui.internal.menu_item_ex(tool.label, icon(tool.icon), chord, on):
+        if imgui.internal.menu_item_ex(tool.label, icon(tool.icon), chord, on, on or tool.can_act(editor)):
             editor.choose_tool(tool.name)
 
     return BarPart(em(side_em + GAP_EM), draw, draw_row)
@@ -82,6 +86,7 @@ def _draw_group(editor: Editor, table: ActionTable, shown: Tool, *, on: bool) ->
         if tool.group != shown.group or editor.session.mode not in tool.modes:
             continue
         chord = table.chord_of_tool(tool.name)
-        if imgui.internal.menu_item_ex(f"{tool.label}###of group {tool.name}", icon(tool.icon), chord, tool is shown):
+        label, enabled = f"{tool.label}###of group {tool.name}", tool.can_act(editor)
+        if imgui.internal.menu_item_ex(label, icon(tool.icon), chord, tool is shown, enabled):
             editor.choose_tool(tool.name)
     imgui.end_popup()

@@ -74,6 +74,10 @@ class Raster:
         """Whether every pixel is 0."""
         return not any(tile.any() for tile in self._distinct())
 
+    def holds_only(self, value: int) -> bool:
+        """Return whether every pixel has one value."""
+        return all((tile == value).all() for tile in self._distinct())
+
     @property
     def inverted(self) -> "Raster":
         """The raster of 255 minus every value; tiles that were one array stay one."""

@@ -27,8 +27,8 @@ def press(editor: Editor, press: Press) -> Gesture | None:
     """Move the texture; with Shift turn it, with Ctrl scale it."""
     layers, cloth = editor.overlay.layers, editor.document.cloth
     if layers is None or cloth.texture is None:
-        if layers is not None:
-            editor.notify("Choose a texture first: it is what is moved")
+        first = "Find the pattern" if layers is None else "Choose a texture"
+        editor.notify(f"{first} first: then the texture is what is moved")
         return None
     return drag(editor, press, layers)
 

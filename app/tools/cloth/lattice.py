@@ -287,6 +287,7 @@ LATTICE = Tool(
     "drag a rectangle to select · X locks · Ctrl-drag draws a seam",
     press=press,
     modes=frozenset(("overlay",)),
+    can_act=lambda editor: editor.document.cloth.search is not None,
     hover=hover,
     take_key=take_key,
     overlay=overlay,

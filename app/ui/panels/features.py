@@ -11,7 +11,7 @@ from app.marking.feature_list import Listed, feature_list, merge, remove, rows_o
 from app.ui.panels.keeping import Keeping
 from app.ui.widgets import theme
 from app.ui.widgets.action_buttons import action_buttons
-from app.ui.widgets.controls import faint, icon_button, label, shorten, tip
+from app.ui.widgets.controls import disabled, faint, icon_button, label, shorten, tip
 from app.ui.widgets.picture_texture import PictureTexture
 from app.ui.widgets.sliders import slider
 from app.ui.widgets.theme import color, em
@@ -79,8 +79,9 @@ class FeaturesPanel:
         for action in actions:
             on = action.checked is not None and action.checked(self._editor)
             hint = f"{action.label}\n{action.tooltip}"
-            if icon_button(action.name, action.icon, on=on, hint=hint, key=action.chord, size_em=1.7):
-                action.try_run(self._editor)
+            with disabled(not action.enabled(self._editor)):
+                if icon_button(action.name, action.icon, on=on, hint=hint, key=action.chord, size_em=1.7):
+                    action.run(self._editor)
             imgui.same_line(0, em(0.2))
         imgui.new_line()
 

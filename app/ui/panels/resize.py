@@ -6,7 +6,7 @@ from app.editor.editor import Editor
 from app.marking.resizing import is_proposal, propose_kept, resize, set_resizing, with_proposal, with_ratio
 from app.model.session import Unit
 from app.ui.panels.straight_lines import draw_straight
-from app.ui.widgets.controls import check, faint, label, section, segments, toggle_button
+from app.ui.widgets.controls import check, disabled, faint, label, section, segments, toggle_button
 from app.ui.widgets.key_button import key_button
 from app.ui.widgets.sliders import number_box, slider
 from app.ui.widgets.theme import em
@@ -96,8 +96,9 @@ class ResizePanel:
             # The result has whole pixels.
             if toggle_button(name, width, on=abs(across - ratio * down) <= max(1.0, ratio)):
                 resize(editor, with_ratio(editor.document.size_px, ratio))
-        if imgui.button("As the picture", ImVec2(imgui.get_content_region_avail().x, 0)):
-            resize(editor, editor.document.size_px)
+        with disabled((across, down) == editor.document.size_px):
+            if imgui.button("As the picture", ImVec2(imgui.get_content_region_avail().x, 0)):
+                resize(editor, editor.document.size_px)
 
     def _draw_keeping(self) -> None:
         """Draw what is proposed to keep, and how much of it."""

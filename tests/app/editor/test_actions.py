@@ -11,7 +11,8 @@ from app.model.events import Key, Modifiers
 from app.model.requests import AskUnsaved, ShowPanel
 from app.model.session import Heat
 from app.tools.all import TOOLS
-from core.document.document import Mode, Outline, Pin
+from core.document.document import CurvePair, Mode, Outline, Pin
+from core.rasters.raster import Raster
 from core.warps.presets import PRESETS
 from tests.app.driver import EditorDriver
 
@@ -89,6 +90,7 @@ def test_every_action_runs_and_is_undone(name: str, drive: EditorDriver) -> None
                 "handles.snap_outline",
                 "select.contiguous",
                 "timeline.loop",
+                "view.unwarped",
             )
     drive.editor.go_to(0)
     assert drive.document is drive.start
@@ -150,6 +152,64 @@ def test_disabled_actions_do_nothing(drive: EditorDriver) -> None:
     assert not TABLE.run("edit.undo", drive.editor)
     assert not TABLE.run("file.export", drive.editor)
     assert not TABLE.run("mask.clear", drive.editor)
+
+
+@pytest.mark.parametrize("mode", ["warp", "retexture", "overlay"])
+def test_what_can_be_pressed_on_an_untouched_picture_does_something(mode: Mode) -> None:
+    """But for what is chosen already, and what gives the view the zoom that it has."""
+    idle = []
+    for action in TABLE.actions:
+        drive = EditorDriver()
+        drive.editor.choose_mode(mode)
+        drive.frame()
+        editor = drive.editor
+        before = editor.document, editor.session, editor.is_closing
+        is_chosen = action.checked is not None and action.checked(editor)
+        if action.try_run(editor) and not (is_chosen or editor.requests or editor.notices):
+            drive.frame()
+            if before == (editor.document, editor.session, editor.is_closing):
+                idle.append(action.name)
+    assert idle == ["view.actual"]
+
+
+def test_what_acts_on_features_waits_for_one(drive: EditorDriver) -> None:
+    for name in ("tool.split", "features.chosen", "mask.grow", "mask.save"):
+        assert not TABLE.run(name, drive.editor), name
+    TABLE.run("mask.fill", drive.editor)
+    for name in ("tool.split", "mask.grow", "mask.save"):
+        assert TABLE.run(name, drive.editor), name
+    drive.editor.show(features=frozenset({1}))
+    assert TABLE.run("features.chosen", drive.editor)
+
+
+def test_what_is_regrown_is_not_painted_before_anybody_paints_it(drive: EditorDriver) -> None:
+    drive.editor.choose_mode("retexture")
+    assert not TABLE.run("mask.grow", drive.editor)
+    drive.editor.edit("Paint", drive.document.changed(regrow=Raster.filled(*drive.document.size_px, 0)))
+    assert TABLE.run("mask.clear", drive.editor)
+    assert not TABLE.run("mask.clear", drive.editor)
+
+
+def test_the_warp_is_left_alone_where_it_is_not_seen(drive: EditorDriver) -> None:
+    drive.editor.choose_mode("overlay")
+    for name in ("warp.preset.arc", "warp.keep.rigid", "warp.vertical_axis", "handles.frame", "warp.export"):
+        assert not TABLE.run(name, drive.editor), name
+
+
+def test_the_first_frame_has_none_before_it_and_the_last_none_after_it(drive: EditorDriver) -> None:
+    assert not TABLE.run("timeline.first", drive.editor)
+    assert not TABLE.run("timeline.previous", drive.editor)
+    assert TABLE.run("timeline.last", drive.editor)
+    assert not TABLE.run("timeline.next", drive.editor)
+    assert TABLE.run("timeline.previous", drive.editor)
+
+
+def test_sources_of_curves_wait_for_curves(drive: EditorDriver) -> None:
+    drive.tool("curves")
+    assert not TABLE.run("handles.edit_source", drive.editor)
+    line = np.linspace((0.2, 0.2), (0.8, 0.2), 4)
+    drive.editor.edit("Draw", drive.document.changed(curves=(CurvePair(line, line),)))
+    assert TABLE.run("handles.edit_source", drive.editor)
 
 
 def test_panels_are_asked_of_the_window(drive: EditorDriver) -> None:

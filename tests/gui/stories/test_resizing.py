@@ -40,6 +40,16 @@ def settle(window: WindowDriver) -> None:
     window.wait(3).wait_until(lambda: editor.jobs.is_idle and editor.live.is_settled).wait(2)
 
 
+def test_a_picture_of_its_own_size_is_not_given_that_size_again(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.item("//Warp/Resize##page").wait(2).item("//Warp/As the picture").wait(2)
+        assert editor.history.index == 0
+        window.item("//Warp/1:1").wait(2).item("//Warp/As the picture").wait(2)
+        assert editor.document.canvas_px == editor.document.size_px
+
+    drive(editor, script)
+
+
 def test_numbers_ratios_and_a_proposal_that_can_be_painted_on(editor: Editor, tmp_path: Path) -> None:
     def script(window: WindowDriver) -> None:
         window.item("//Warp/Resize##page").wait(2)

@@ -13,6 +13,7 @@ from app.model.jobs import Jobs
 from app.model.session import Selecting
 from app.model.spaces import screen_from_canvas
 from app.tools.all import SELECTING, TOOLS
+from app.tools.split import SPLIT
 from core.arrays import Bools, Bytes
 from core.document.document import Document
 from core.imaging.images import Image
@@ -202,6 +203,7 @@ def test_selections_are_cut_out_and_crossed_by_keys(editor: Editor) -> None:
 
 def test_every_selection_tool_stands_in_the_bar_behind_one_button(editor: Editor, tmp_path: Path) -> None:
     def script(window: WindowDriver) -> None:
+        window.shell.workspace.table.run("mask.fill", editor)  # the knife needs a feature
         window.key(imgui.Key.r).wait(3)
         window.screenshot(tmp_path / "bar.png")
         for tool in SELECTING:
@@ -229,3 +231,21 @@ def test_a_mask_is_refined_from_its_menu(editor: Editor) -> None:
     assert editor.history.labels[2:] == ("Fill holes mask", "Grow mask", "Shrink mask", "Smooth mask", "Feather mask")
     assert overlap(marked(editor), disc()) > 0.98
     assert set(np.unique(marked(editor))) - {0, 255}
+
+
+def test_the_knife_waits_for_a_feature_and_does_not_stand_for_the_others(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.key(imgui.Key.r).wait(3)
+        window.item(f"//{bar('##Top')}/###in bar {SPLIT.label}").wait(2)
+        assert editor.session.tool == "rectangle"
+        window.key(imgui.Key.u).wait(2)
+        assert editor.session.tool == "rectangle"
+        window.shell.workspace.table.run("mask.fill", editor)
+        window.wait(2).item(f"//{bar('##Top')}/###in bar {SPLIT.label}").wait(2)
+        assert editor.session.tool == "split"
+        window.shell.workspace.table.run("mask.clear", editor)
+        window.key(imgui.Key.b).wait(3)
+        window.item(f"//{bar('##Left')}/###{SELECTING[0].label}").wait(2)
+        assert editor.session.tool == SELECTING[0].name
+
+    drive(editor, script)
