@@ -187,13 +187,14 @@ class Editor(Errands):
         for text in self.jobs.take_notices():
             self.notify(text)
         self.animation.update()
+        self.unwarped.update()
         if self.session.mode == "retexture":
             self._update_retexture()
         elif self.session.mode == "overlay":
             self.overlay.update(self.document, held=self.is_busy)
         else:
-            self.live.update(self.document)
-        self.unwarped.update()
+            is_seen = not self.unwarped.is_shown or self.document.surface is not None
+            self.live.update(self.document, is_seen=is_seen)
         if self.recovery is not None and not self.is_busy:
             self.recovery.update(self.history.document, saved=self.history.is_saved, now=self.clock(), **self._origin)
 

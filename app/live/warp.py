@@ -91,14 +91,18 @@ class LiveWarp:
             return False
         return self._clock() >= self._rests_since + REST_S
 
-    def update(self, document: Document) -> None:
-        """Bring the answer up to date with `document`; once per frame."""
+    def update(self, document: Document, *, is_seen: bool = True) -> None:
+        """Bring the answer up to date with `document`; once per frame.
+
+        One that is not seen is not answered before it is, or everything rests.
+        """
         if self._seen is None or not _maps_alike(document, self._seen):
             self._jobs.drop("settle")
             self._seen, self.fault, self._is_behind = document, None, True
+            self._rests_since = self._clock()
         elif document is not self._seen:
             self._rename(document)
-        if self._is_behind:
+        if self._is_behind and (is_seen or self.answer is None):
             self._is_behind = False
             self._solve(document)
             self._rests_since = self._clock()
@@ -214,9 +218,11 @@ class LiveWarp:
             return
         self._show(self._seen, result, final=True)
         self._settled = self._seen, result
+        was_behind, self._is_behind = self._is_behind, False
         if not _fits_into_frame(self._seen):
             return  # the live thread answers the next frames, too
-        if self._solver.is_heavy(self._seen):  # what the final answer has built need not be built again
+        # What the final answer has built need not be built again.
+        if was_behind or self._solver.is_heavy(self._seen):
             self._solver, self._side_solver = self._side_solver, self._solver
         else:
             self._solver.learn(self._seen, result)

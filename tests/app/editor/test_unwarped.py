@@ -4,6 +4,7 @@ import pytest
 from app.actions.table import ActionTable
 from app.model.session import Brush
 from app.tools.all import TOOLS
+from core import tracing
 from tests.app.driver import EditorDriver, document
 
 TABLE = ActionTable(TOOLS)
@@ -76,3 +77,32 @@ def test_both_sides_of_a_split_view_take_strokes(drive: EditorDriver) -> None:
     place = np.rint(drive.picture_at(100, 60)).astype(int)
     drive.press(100, 60).release()
     assert drive.mask[place[1], place[0]] == 255
+
+
+def test_a_stroke_is_solved_once_the_warped_picture_is_looked_at(drive: EditorDriver) -> None:
+    drive.rest().tool("brush")
+    tracing.start()
+    drive.press(60, 60).move(70, 60).move(80, 60).release()
+    assert drive.editor.unwarped.is_shown
+    assert not any(event["name"] == "answer" for event in tracing.events())
+    TABLE.run("view.unwarped", drive.editor)
+    drive.frame()
+    assert drive.editor.map.document is drive.document
+    assert len(drive.editor.map.result.features) == 1  # type: ignore[union-attr]
+
+
+def test_a_stroke_is_solved_beside_the_window_once_the_hand_rests(drive: EditorDriver) -> None:
+    drive.rest().tool("brush").press(60, 60).move(80, 60).release()
+    tracing.start()
+    drive.rest()
+    assert [event["args"] for event in tracing.events() if event["name"] == "answer"] == [{"settled": True}]
+    assert drive.editor.map.settled
+    assert drive.editor.unwarped.is_shown
+
+
+def test_a_warp_chosen_while_painting_is_answered_at_once(drive: EditorDriver) -> None:
+    drive.rest().tool("brush").press(60, 60).move(80, 60).release()
+    drive.editor.edit("Twist", drive.document.with_warp(preset="twist"))
+    drive.frame()
+    assert not drive.editor.unwarped.is_shown
+    assert drive.editor.answer.document is drive.document

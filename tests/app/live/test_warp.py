@@ -73,6 +73,7 @@ def test_a_mask_that_is_painted_dragged_rested_and_exported_is_factored_once_by_
 
     monkeypatch.setattr(GridFactor, "_parts", count)
     drive = EditorDriver(swirled().with_warp(keep="similarity")).rest()
+    drive.editor.show(paints_unwarped=False)
     assert factored == [1.0] * threads
     factored.clear()
     drive.tool("brush").press(20, 30)

@@ -80,6 +80,7 @@ def test_a_dab_is_painted_where_the_picture_is_seen(drive: EditorDriver) -> None
 
 
 def test_the_map_follows_the_stroke(drive: EditorDriver) -> None:
+    drive.editor.show(paints_unwarped=False)
     drive.editor.edit("Bend", drive.document.with_warp(preset="arc", bend=70))
     drive.frame()
     plain = drive.editor.map
