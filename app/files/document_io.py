@@ -30,6 +30,7 @@ from app.model.requests import (
 from app.state.project_file import ChangedOnDiskError, keep_backup
 from app.state.state_files import read_state
 from core.arrays import InputError
+from core.canvas import Canvas, has_gaps
 from core.document.document import Document
 from core.document.overlay import UNSOUGHT
 from core.document.overlay_texture import is_changed
@@ -37,6 +38,7 @@ from core.document.project import SUFFIX, load_project, save_project
 from core.files.atomic import write_text
 from core.files.text import legible
 from core.imaging.images import load
+from core.imaging.writing import SUFFIXES
 from core.progress import Job, Progress, in_one_step
 
 _exported: WeakKeyDictionary[Editor, tuple[Path | None, tuple[int, int], ExportOptions]] = WeakKeyDictionary()
@@ -165,9 +167,37 @@ def ask_export(editor: Editor) -> None:
         editor.fail(InputError(f"Nothing to export yet: {why}"))
         return
     document = editor.document.changed(mode=editor.session.mode)
-    near = editor.project_path or editor.source_path or Path("Untitled")
-    options = ExportOptions(near.with_name(f"{near.stem}-weft.png"), document.result_px)
+    options = ExportOptions(propose_export(editor), document.result_px)
     editor.requests.append(ExportPicture(document, options, lambda chosen: export(editor, chosen)))
+
+
+def propose_export(editor: Editor) -> Path:
+    """Return the file to export to: that of the last export, or one beside the project that is called like it.
+
+    It has the picture's ending, but that of a PNG where JPEG would show the gaps beside a bent picture as white. A file
+    that is there, such as the picture itself, is not proposed.
+    """
+    if was_exported(editor):
+        return _exported[editor][2].path
+    near = editor.project_path or editor.source_path or Path("Untitled")
+    ending = (editor.source_path or near).suffix.lower()
+    has_no_alpha = ending in (".jpg", ".jpeg")
+    if ending not in SUFFIXES or (has_no_alpha and _has_gaps(editor)):
+        ending = ".png"
+    path = near.with_suffix(ending)
+    is_free = editor.project_path is not None and not path.exists()
+    return path if is_free else path.with_stem(f"{path.stem}-weft")
+
+
+def _has_gaps(editor: Editor) -> bool:
+    """Return whether a rectangle around the result shows something beside it."""
+    if editor.session.mode != "warp":
+        return False
+    try:
+        canvas = Canvas.around(editor.map.warped)
+    except InputError:
+        return True
+    return has_gaps(canvas.placed(editor.map.warped), canvas.size)
 
 
 def export(editor: Editor, options: ExportOptions) -> None:

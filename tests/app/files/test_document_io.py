@@ -19,7 +19,7 @@ from core.document.document import Document
 from core.document.project import load_project, save_project
 from core.imaging.images import load, save
 from core.mapping.result import Warped
-from core.progress import Job, Progress, run
+from core.progress import Job, Progress, in_one_step, run
 from tests.app.driver import EditorDriver, Later, document, picture
 
 T = TypeVar("T")
@@ -233,6 +233,29 @@ def test_export_is_a_job_over_the_document_of_that_moment(drive: EditorDriver, t
     assert seen == [drive.document]
     assert load(tmp_path / "out.png").width_px == 200
     assert drive.editor.notices[-1].text == "Exported out.png"
+
+
+def test_an_export_is_named_after_the_project_and_ends_as_the_picture_does(drive: EditorDriver, tmp_path: Path) -> None:
+    def proposed() -> str:
+        document_io.ask_export(drive.editor)
+        return ask(drive, ExportPicture).options.path.name
+
+    editor = drive.editor
+    editor.exporter = lambda document, options: in_one_step("writing", options.path.touch)
+    editor.source_path = tmp_path / "photo.jpg"
+    assert proposed() == "photo-weft.jpg"
+    editor.project_path = tmp_path / "flag.weft"
+    assert proposed() == "flag.jpg"
+    bend(drive, 80)
+    drive.frame()
+    assert proposed() == "flag.png"  # a JPEG has no transparency for what is beside the bent picture
+    drive.undo().frame()
+    editor.project_path = tmp_path / "photo.weft"
+    (tmp_path / "photo.jpg").touch()
+    assert proposed() == "photo-weft.jpg"
+    document_io.export(editor, ExportOptions(tmp_path / "final.tif", (200, 150)))
+    drive.frame()
+    assert proposed() == "final.tif"
 
 
 @pytest.mark.parametrize("name", ["warp.exr", "warp.obj"])
