@@ -47,6 +47,8 @@ class FileBrowser:
         self._picked: Path | None = None
         """The file that was picked from the list; its name may hold bytes that cannot be typed."""
         self._takes_keys = True
+        self._selects_stem = self._saves
+        self._ending = Path(self._name).suffix
         self.folder = folder
         self._items: tuple[FileRow, ...] = ()
         self.enter(folder if is_folder(folder) else home())
@@ -131,7 +133,8 @@ class FileBrowser:
         if self._takes_keys:
             imgui.set_keyboard_focus_here()
             self._takes_keys = False
-        entered, self._name = imgui.input_text("##name", self._name, imgui.InputTextFlags_.enter_returns_true)
+        flags = imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.callback_always
+        entered, self._name = imgui.input_text("##name", self._name, flags, self._select_stem)
         tip("Name of the file; a whole path will do")
         imgui.same_line(0, em(1))
         verb = "Replace" if self._asks_overwrite else "Save" if self._saves else "Open"
@@ -146,6 +149,13 @@ class FileBrowser:
             return True
         self._takes_keys = True
         return self.accepted(chosen)
+
+    def _select_stem(self, data: imgui.InputTextCallbackData) -> int:
+        """Select the proposed name without its ending, once it can be typed over."""
+        if self._selects_stem:
+            data.set_selection(0, len(Path(self._name).stem.encode()))
+            self._selects_stem = False
+        return 0
 
     def accepted(self, chosen: Path | None) -> Path | bool:
         """Return the file to take, True where something is to be mended first; None stands for the typed name."""
@@ -178,7 +188,10 @@ class FileBrowser:
         picked = self._picked
         if picked is not None and picked.parent == self.folder and legible(picked.name) == self._name:
             return picked
-        return resolve_name(self.folder, self._name)
+        # The proposed ending stays where a name with another one is typed, or pasted, in the place of the stem.
+        stem = self._name.removesuffix(self._ending)
+        is_whole = Path(stem).suffix.lower().lstrip(".") in self._extensions
+        return resolve_name(self.folder, stem if is_whole else self._name)
 
 
 def _draw_details(item: FileRow) -> None:

@@ -9,7 +9,7 @@ from imgui_bundle import hello_imgui, imgui
 
 from app.actions.view import whole
 from app.editor.editor import Editor
-from app.model.requests import ExportOptions
+from app.model.requests import ExportOptions, SaveFile
 from core.document.project import load_project, save_project
 from core.imaging.images import Image, save
 from core.progress import Job, Progress
@@ -107,6 +107,21 @@ def test_file_dialogs_open_on_the_folder_of_the_last_one(editor: Editor, tmp_pat
 
     drive(editor, script)
     assert editor.session.folder == tmp_path / "masks"
+
+
+@pytest.mark.parametrize(("typed", "written"), [("moor", "moor.tif"), ("moor.png", "moor.png")])
+def test_a_name_typed_at_once_keeps_the_proposed_ending(
+    editor: Editor, tmp_path: Path, typed: str, written: str
+) -> None:
+    chosen: list[Path] = []
+    editor.requests.append(SaveFile("Save mask", ("png", "tif"), tmp_path / "sky v1.2.tif", chosen.append))
+
+    def script(window: WindowDriver) -> None:
+        window.wait(4).context.key_chars(typed)
+        window.key(imgui.Key.enter).wait_until(lambda: bool(chosen))
+
+    drive(editor, script)
+    assert chosen == [tmp_path / written]
 
 
 def test_tab_hides_the_panels_and_brings_them_back(editor: Editor) -> None:
