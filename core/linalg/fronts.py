@@ -44,6 +44,8 @@ class Fronts:
         """Where pivots are in the order of elimination, one box after the other."""
         self.around = np.empty((0, 0), np.int64)
         """Where frames are (boxes, size - pivots)."""
+        self.from_halves: list[Ints] = []
+        """Where the frame of a half has the nodes of the front (size,), one past its end for those that it lacks."""
         self._find_entries(own + around)
         self.inverse = np.empty((self.count, self.pivots, self.pivots))
         """L⁻¹."""
@@ -68,6 +70,14 @@ class Fronts:
         self._rows, self._others, owners, kinds = np.array(found, np.int64).T
         self.entries = 3 * self.nodes[:, owners] + kinds
         """Of `stencil.node_values`, as one row (boxes, k)."""
+
+    def find_halves(self, halves: "list[Fronts]") -> None:
+        """Find out where the frames of the halves of boxes have the nodes of the front."""
+        for half, (_, _, runs) in zip(halves, self.group.halves, strict=True):
+            places = np.full(self.size, half.size - half.pivots)
+            for mine, there in runs:
+                places[there] = np.arange(mine.start, mine.stop)
+            self.from_halves.append(places)
 
     def eliminate(self, values: Floats, boxes: Ints, halves: "list[Fronts]") -> None:
         """Eliminate the pivots of some of the boxes; where S is not kept, that of others is forgotten."""

@@ -44,6 +44,26 @@ def laplacian(weights: EdgeWeights, z: NDArray[_Number]) -> NDArray[_Number]:
     return divergence(weights[0] * np.diff(z, axis=1), weights[1] * np.diff(z, axis=0))
 
 
+def steps(z: NDArray[_Number], columns: int) -> tuple[NDArray[_Number], NDArray[_Number]]:
+    """Return the differences (N - 1,) and (N - columns,) from nodes (N,), row by row, to those to the right and below.
+
+    Beyond the end of a row lies the beginning of the next one. Along one row of all numbers an operation takes a third
+    of the time that it takes within a grid.
+    """
+    return z[1:] - z[:-1], z[columns:] - z[:-columns]
+
+
+def collect_steps(across: NDArray[_Number], down: NDArray[_Number]) -> NDArray[_Number]:
+    """Return dᵀ, per node (N,), of vectors of these edges, those across 0 at the end of each row."""
+    total = np.zeros(len(across) + 1, across.dtype)
+    total[1:] = across
+    total[:-1] -= across
+    columns = len(total) - len(down)
+    total[columns:] += down
+    total[:-columns] -= down
+    return total
+
+
 def pattern(shape: tuple[int, int]) -> "scipy.sparse.csc_array":
     """Return ones where K's lower triangle has entries on a grid of `shape`, whatever the weights."""
     number = np.arange(shape[0] * shape[1]).reshape(shape)

@@ -29,8 +29,8 @@ class _Half:
 
     b: Floats
     y: Floats
-    left: dict[int, Floats]
-    """What boxes leave on their frames, by the number of their group; nothing where there is none."""
+    taken: dict[int, Floats]
+    """What boxes take off the load on their frames, and a 0, by the number of their group; where there is any."""
 
 
 class GridFactor:
@@ -85,8 +85,9 @@ class GridFactor:
             fronts.own = slice(start, start + fronts.count * fronts.pivots)
             self._place[fronts.nodes[:, : fronts.pivots].ravel()] = np.arange(fronts.own.start, fronts.own.stop)
             start = fronts.own.stop
-        for fronts in self._fronts:
+        for fronts, halves in zip(self._fronts, self._halves, strict=True):
             fronts.around = self._place[fronts.nodes[:, fronts.pivots :]]
+            fronts.find_halves(halves)
 
     def factorise(self, values: Floats) -> "GridFactor":
         """Factorise new values (R, C, 3) of `laplacian.node_values` as L Lᵀ (FAT eq. 11); return the factor itself."""
@@ -108,11 +109,11 @@ class GridFactor:
         """Mark boxes, -1 for none, and all that hold them."""
         touched = np.zeros(len(self._whole) + 1, bool)
         touched[boxes] = True
-        touched[-1] = False
-        boxes = np.flatnonzero(touched)
+        touched[-1] = True  # it stands for none
+        boxes = np.flatnonzero(touched[:-1])
         while boxes.size:
             boxes = self._whole[boxes]
-            boxes = np.unique(boxes[~touched[boxes] & (boxes >= 0)])
+            boxes = boxes[~touched[boxes]]
             touched[boxes] = True
         return touched[:-1]
 
@@ -151,7 +152,7 @@ class GridFactor:
         if last is None or last.b.shape != b.shape:
             last = _Half(np.zeros(b.shape), np.zeros((self._inner, b.shape[1])), {})
         changed = np.flatnonzero(b != last.b) // b.shape[1]
-        half = _Half(b.copy(), last.y, last.left)
+        half = _Half(b.copy(), last.y, last.taken)
         self._eliminate(half, self._with_wholes(self._home[3 * changed]) | self._renewed)
         self._renewed[:] = False
         self._last = half
@@ -164,18 +165,22 @@ class GridFactor:
             if 2 * len(boxes) > fronts.count:
                 boxes = np.arange(fronts.count)  # all of them cost less than copies of most
             p, where = fronts.pivots, stretch(boxes)
-            f = np.zeros((len(boxes), fronts.size, k))
-            f[:, :p] = half.b.take(fronts.nodes[where, :p], axis=0)
-            for part, (_, chosen, runs) in zip(halves, fronts.group.halves, strict=True):
-                if part.number in half.left:
-                    rest = half.left[part.number][stretch(boxes + chosen.start)]
-                    for mine, place in runs:
-                        f[:, place] += rest[:, mine]
-            done = fronts.inverse[where] @ f[:, :p]
+            taken = [
+                half.taken[part.number][stretch(boxes + chosen.start)].take(places, axis=1)
+                for part, (_, chosen, _), places in zip(halves, fronts.group.halves, fronts.from_halves, strict=True)
+                if part.number in half.taken
+            ]
+            own = half.b.take(fronts.nodes[where, :p], axis=0)
+            for part in taken:
+                own -= part[:, :p]
+            done = fronts.inverse[where] @ own
             half.y[fronts.own].reshape(fronts.count, p, k)[where] = done
-            if fronts.number not in half.left:
-                half.left[fronts.number] = np.zeros((fronts.count, fronts.size - p, k))
-            half.left[fronts.number][where] = f[:, p:] - fronts.Y[where].transpose(0, 2, 1) @ done
+            around = fronts.Y[where].transpose(0, 2, 1) @ done
+            for part in taken:
+                around += part[:, p:]
+            if fronts.number not in half.taken:
+                half.taken[fronts.number] = np.zeros((fronts.count, fronts.size - p + 1, k))
+            half.taken[fronts.number][where, :-1] = around
 
     def backward(self, y: Floats) -> Floats:
         """Return Pᵀ L⁻ᵀ y, the second half (FAT eq. 13): backward(forward(b)) = A⁻¹ b."""

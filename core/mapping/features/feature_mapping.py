@@ -4,17 +4,16 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Literal, TypedDict, Unpack
 
-import cv2
 import numpy as np
 import scipy
 
 from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.grid import SIDES, Features, Grid
+from core.linalg.bands import cut_bands
 from core.linalg.blas import one_thread
 from core.linalg.grid_solver import GridSolver
-from core.linalg.laplacian import divergence, edge_weights, laplacian, node_values
+from core.linalg.laplacian import collect_steps, edge_weights, laplacian, node_values, steps
 from core.linalg.multifrontal import GridFactor
-from core.linalg.patches import Patch, cover
 from core.mapping.features.columns import fields_of
 from core.mapping.features.limits import FREE, NONE, RIGID, Single
 from core.mapping.features.per_quad import load_per_quad
@@ -277,32 +276,40 @@ class FeatureMapping:
 
         It is 0 but around features, and along a frame that `glides`.
         """
-        load, moved = np.zeros_like(w), self.index >= 0
-        glides = glides and any((w[side] != z[side]).any() for side in SIDES)
-        if glides:
-            moved = moved | self.grid.outline
-        for patch in cover(np.ones(w.shape, bool)) if glides else self._around_features:
-            here = w[patch.read]
-            away = np.where(moved[patch.read], here - z[patch.read], 0)
+        load, columns, marked = np.zeros_like(w), w.shape[1], self._rows_asked
+        if glides and any((w[side] != z[side]).any() for side in SIDES):
+            marked = np.ones_like(marked)
+        for band in cut_bands(marked, columns):
+            read = slice(max(band.start - 1, 0), band.stop + 1)
+            here, first = w[read].ravel(), read.start * columns
+            ways = zip(steps(here - z[read].ravel(), columns), steps(here, columns), self._weights_in_rows, strict=True)
             across, down = (
-                both[edges] * np.diff(away, axis=axis) - own[edges] * np.diff(here, axis=axis)
-                for both, own, edges, axis in zip(
-                    self._edges, self._own_edges, (patch.across, patch.down), (1, 0), strict=True
-                )
+                both[first:][: len(left)] * left - own[first:][: len(way)] * way for left, way, (both, own) in ways
             )
-            load[patch.write] = divergence(across, down)[patch.inner]
+            load[band] = collect_steps(across, down).reshape(-1, columns)[band.start - read.start :][: len(load[band])]
         return load
 
     @cached_property
-    def _around_features(self) -> list[Patch]:
-        """What covers the nodes of features, their neighbours, and the quads that follow them."""
-        near = cv2.dilate((self.index >= 0).view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
+    def _weights_in_rows(self) -> list[tuple[Complexes, Complexes]]:
+        """Weights of all edges and of those that follow features, first across, 0 at the end of each row, then down.
+
+        They are complex, so that products with complex numbers are worked out at once.
+        """
+        (across, down), (own_across, own_down) = self._edges, self._own_edges
+        parts = (np.pad(across, ((0, 0), (0, 1))), np.pad(own_across, ((0, 0), (0, 1)))), (down, own_down)
+        return [(both.ravel().astype(np.complex128), own.ravel().astype(np.complex128)) for both, own in parts]
+
+    @cached_property
+    def _rows_asked(self) -> Bools:
+        """The rows (R,) of features, their neighbours, and the quads that follow them."""
         across, down = self._own_edges
-        near[:, 1:] |= across > 0
-        near[:, :-1] |= across > 0
-        near[1:] |= down > 0
-        near[:-1] |= down > 0
-        return list(cover(near))
+        asked: Bools = np.any(self.index >= 0, axis=1) | np.any(across, axis=1)
+        asked[1:] |= np.any(down, axis=1)
+        asked[:-1] |= np.any(down, axis=1)
+        near = asked.copy()
+        near[1:] |= asked[:-1]
+        near[:-1] |= asked[1:]
+        return near
 
     def scale_alone(self, body: int, w: Complexes) -> float:
         """Return the size that W alone gives a body: λ of FAT eq. 3 within its limits."""

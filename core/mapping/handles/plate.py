@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from core.arrays import Floats, Points
 from core.grid import Grid
 from core.linalg.blas import one_thread
-from core.linalg.laplacian import divergence, edge_weights, laplacian
+from core.linalg.laplacian import edge_weights, laplacian
 from core.mapping.handles.dirichlet_plate import HeldForces, HeldPlate
 from core.mapping.handles.free_plate import FreeForces, FreePlate
 from core.mapping.handles.probes import Probes
@@ -155,7 +155,7 @@ class HandleField:
         if self._system is not None and turned is not None:
             return self._push(known, np.asarray(self._bodies @ T), turned).motions
         system = (T.conj().T @ self._between_bodies @ T).real
-        return np.asarray(-_inverse(system) @ (T.conj().T @ (self._on_bodies @ known)).real, np.float64)
+        return _solve(system, -(T.conj().T @ (self._on_bodies @ known)).real)
 
     def displace(self, asked: Complexes, turned: Turned | None = None) -> Complexes:
         """Return the nodes' displacements d (r, c) that have the points' ones (n,), beside what is `turned`."""
@@ -201,10 +201,9 @@ class HandleField:
         held = np.where(self.grid.outline, sides, 0)
         if not isinstance(self._plate, HeldPlate):
             return held
-        across, down = edge_weights(base.rotations(base.z + d) - 1)
-        load = divergence(across * base.right, down * base.below)
+        load = base.turn(base.z + d)
         if held.any():
-            load -= laplacian(edge_weights(np.ones(base.across.shape)), held)
+            load -= laplacian(edge_weights(np.ones((self.grid.rows - 1, self.grid.columns - 1))), held)
         with one_thread():
             return self._plate.solve_poisson(load) + held
 
@@ -227,9 +226,9 @@ class HandleField:
         pushed = np.zeros(len(self.rods), np.complex128) if pushes is None else pushes
         if self._system is not None:
             load = load - self._system.across @ pushed
-        found = self._inverse @ load
+        found = times(self._inverse, load)
         for _ in range(_REFINEMENTS):
-            found = found + self._inverse @ (load - self._S @ found)
+            found = found + times(self._inverse, load - times(self._S, found))
         d = self._forces.answer(self._loads @ np.concatenate([found[:n], pushed]))
         if self._spare:
             d += found[-1]
@@ -267,14 +266,37 @@ class HandleField:
         return np.asarray(self._M @ np.einsum("nk,nk...->n...", self._weights, d[self._nodes]))
 
 
-def _inverse(system: NDArray[Any]) -> NDArray[Any]:
-    """Return the inverse of a symmetric matrix; one that is not regular has a pseudoinverse.
+def times(matrix: NDArray[Any], z: Complexes) -> Complexes:
+    """Return a matrix, which may be real, times x + iy (n,): NumPy would make it complex each time."""
+    if np.iscomplexobj(matrix):
+        return np.asarray(matrix @ z)
+    return (matrix @ z[:, None].view(np.float64)).view(np.complex128)[:, 0]
 
-    Where the pivots say that a matrix is definite and all points are apart, its inverse costs little.
-    """
-    if len(system) and not np.iscomplexobj(system):
-        L, fault = scipy.linalg.lapack.dpotrf(system, lower=True)
-        if not fault and (np.diag(L) > _APART * np.diag(L).max(initial=0)).all():
-            half, _ = scipy.linalg.lapack.dpotri(L, lower=True)
-            return np.asarray(np.tril(half) + np.tril(half, -1).T)
+
+def _solve(system: Floats, load: Floats) -> Floats:
+    """Return the solution of a symmetric system, the least one where it is not regular."""
+    L = _factor(system)
+    return (
+        _pseudoinverse(system) @ load if L is None else np.asarray(scipy.linalg.lapack.dpotrs(L, load, lower=True)[0])
+    )
+
+
+def _inverse(system: NDArray[Any]) -> NDArray[Any]:
+    """Return the inverse of a symmetric matrix; one that is not regular has a pseudoinverse."""
+    L = _factor(system)
+    if L is None:
+        return _pseudoinverse(system)
+    half, _ = scipy.linalg.lapack.dpotri(L, lower=True)
+    return np.asarray(np.tril(half) + np.tril(half, -1).T)
+
+
+def _factor(system: NDArray[Any]) -> Floats | None:
+    """Return L of a matrix that its pivots say is definite, with all points apart; None of any other."""
+    if not len(system) or np.iscomplexobj(system):
+        return None
+    L, fault = scipy.linalg.lapack.dpotrf(system, lower=True)
+    return None if fault or (np.diag(L) <= _APART * np.diag(L).max(initial=0)).any() else np.asarray(L)
+
+
+def _pseudoinverse(system: NDArray[Any]) -> NDArray[Any]:
     return np.linalg.pinv(system, rcond=SINGULAR, hermitian=True)

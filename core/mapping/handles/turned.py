@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Floats
+from core.linalg.laplacian import collect_steps, steps
 from core.mapping.jacobians import Complexes
 
 
@@ -15,28 +16,41 @@ class Base:
     z: Complexes
     right: Complexes
     below: Complexes
-    """Edges across and down."""
-    across: Complexes
-    down: Complexes
-    """Their sums on every quad (r-1, c-1), conjugated."""
+    """Edges across and down, as `laplacian.steps` has them."""
+    falling: Complexes
+    rising: Complexes
+    """Diagonals of every quad, i times their conjugates."""
 
     @classmethod
     def of(cls, z: Complexes) -> "Base":
-        """Evaluate edges."""
-        right, below = _edges(z)
-        across, down = _sums(right, below)
-        return cls(z, right, below, across.conj(), down.conj())
+        """Evaluate edges and diagonals."""
+        falling, rising = _diagonals(z)
+        return cls(z, *steps(z.ravel(), z.shape[1]), 1j * falling.conj(), 1j * rising.conj())
 
-    def rotations(self, z: Complexes) -> Complexes:
-        """Return the local rotation (r-1, c-1) of z (r, c) against z⁰ on every quad, as unit complex numbers.
+    def turn(self, z: Complexes) -> Complexes:
+        """Return dᵀ (r - 1) d z⁰ at the nodes (r, c), summed over quads, r the local rotation of z (r, c) against z⁰.
 
         With X and Y the sums of a quad's edges across and down, its linear part is u -> (X - iY) u + (X + iY) conj(u),
-        but for the cell's size. So the similarity part of L L0⁻¹ is, but for its size, i (X conj(Y0) - Y conj(X0)).
+        but for the cell's size. So the similarity part of L L0⁻¹ is, but for its size, i (X conj(Y0) - Y conj(X0)), or,
+        by the diagonals P = X + Y and Q = X - Y, i (Q conj(P0) - P conj(Q0)).
         """
-        x, y = _sums(*_edges(z))
-        part = 1j * (x * self.down - y * self.across)
-        size = np.sqrt(part.real**2 + part.imag**2)
-        return np.divide(part, size, out=np.ones_like(part), where=size > 0)
+        rows, columns = z.shape
+        falling, rising = _diagonals(z)
+        part = rising * self.falling - falling * self.rising
+        size = np.abs(part)
+        flat = size == 0
+        if flat.any():
+            part[flat] = size[flat] = 1
+        turned = np.zeros((rows - 1, columns), np.complex128)
+        each = turned.ravel()
+        np.multiply(part, 1 / size, out=each[:-1])
+        each -= 1
+        turned[:, -1] = 0
+        across, down = np.zeros(z.size, np.complex128), each.copy()
+        across[:-columns] = each
+        across[columns:] += each
+        down[1:] += each[:-1]
+        return collect_steps(across[:-1] * self.right, down * self.below).reshape(z.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,11 +71,10 @@ class Turned:
         return max(float(part.max(initial=0)) for part in parts)
 
 
-def _edges(z: Complexes) -> tuple[Complexes, Complexes]:
-    """Return the edges across (r, c-1) and down (r-1, c) of z (r, c)."""
-    return z[:, 1:] - z[:, :-1], z[1:] - z[:-1]
+def _diagonals(z: Complexes) -> tuple[Complexes, Complexes]:
+    """Return the diagonals from the top left and from the bottom left of every quad of z (r, c), row by row.
 
-
-def _sums(right: Complexes, below: Complexes) -> tuple[Complexes, Complexes]:
-    """Return the sums of the edges across and down of every quad (r-1, c-1)."""
-    return right[1:] + right[:-1], below[:, 1:] + below[:, :-1]
+    What lies between the end of a row and the beginning of the next one counts as a quad.
+    """
+    each, columns = z.ravel(), z.shape[1]
+    return each[columns + 1 :] - each[: -columns - 1], each[1:-columns] - each[columns:-1]

@@ -5,14 +5,14 @@ import pytest
 
 from core.arrays import Floats
 from core.grid import Grid, find_features
-from core.linalg import patches
+from core.linalg import bands
 from core.linalg.laplacian import laplacian
 from core.mapping.features.feature_mapping import FeatureMapping
 
 
 @pytest.mark.parametrize("glides", [False, True])
 def test_load_is_that_of_all_nodes(monkeypatch: pytest.MonkeyPatch, *, glides: bool) -> None:
-    monkeypatch.setattr(patches, "_NODES", 200)
+    monkeypatch.setattr(bands, "_NODES", 200)
     mask = np.zeros((160, 200), np.uint8)
     mask[20:50, 30:60] = mask[100:130, 150:200] = 255
     grid = Grid(200, 160, cell_px=5)
