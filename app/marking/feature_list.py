@@ -173,15 +173,15 @@ def _keep(found: Features, before: Bytes | Labels, count: int, given: dict[int, 
     had = np.pad(had, (0, -len(had) % (count + 1))).reshape(-1, count + 1)
     sizes = had.sum(axis=1)
     colors = dict(given)
-    by_size = sorted(set(found.ids.tolist()) - set(given), key=lambda n: (-int(sizes[n]), n))
-    for number in by_size:
-        votes = had[number].copy()
-        votes[[0, *colors.values()]] = 0
-        if votes.any():
-            colors[number] = int(np.argmax(votes))
-    for number in sorted(by_size):
-        free = [color for color in range(1, count + 1) if color not in colors.values()]
-        colors.setdefault(number, free[0] if free else number % count + 1)
+    had[:, [0, *given.values()]] = 0
+    others = set(found.ids.tolist()) - set(given)
+    for number in sorted(others, key=lambda n: (-int(sizes[n]), n)):
+        if had[number].any():
+            colors[number] = int(np.argmax(had[number]))
+            had[:, colors[number]] = 0
+    free = iter(sorted(set(range(1, count + 1)) - set(colors.values())))
+    for number in sorted(others - set(colors)):
+        colors[number] = next(free, number % count + 1)
     return colors
 
 

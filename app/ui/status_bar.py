@@ -43,10 +43,10 @@ class StatusBar:
         self._mesh: Mesh | None = None
         self._place = ""
         """Which pixel of the picture is under the pointer."""
-        self._looked_at: tuple[Position | None, View, Mesh] | None = None
+        self._looked_at: tuple[Position | None, View, Mesh, bool] | None = None
         """What that was looked up for."""
         self._feature = ""
-        """The name of the feature there."""
+        """The name of the feature there; nothing while a gesture is in progress, which is what the hint tells of."""
         self._hinted = ""
         """What the widget under the pointer is, as of the last frame."""
 
@@ -92,9 +92,8 @@ class StatusBar:
         editor, tool = self._editor, self._editor.tool
         if self._hinted:
             return self._hinted
-        under = "" if editor.is_busy else self._feature
         does = word(tool.moment(editor) or tool.hint, tool.name, editor.preferences.pointer_keys)
-        return " · ".join(text for text in (under, does) if text)
+        return " · ".join(text for text in (self._feature, does) if text)
 
     def _draw_hint(self, room: float) -> None:
         """Say what the tool does, in `room` screen pixels."""
@@ -148,9 +147,9 @@ class StatusBar:
 
     def _find_place(self) -> None:
         """Look up what is under the pointer; a gesture that bends the picture need not wait for it in every frame."""
-        session, mesh = self._editor.session, self._editor.answer.mesh
-        bends = self._editor.is_busy and mesh is not self._mesh
-        looked_at = session.pointer, session.view, mesh
+        session, mesh, is_busy = self._editor.session, self._editor.answer.mesh, self._editor.is_busy
+        bends = is_busy and mesh is not self._mesh
+        looked_at = session.pointer, session.view, mesh, is_busy
         self._mesh = mesh
         if bends or looked_at == self._looked_at:
             return
@@ -159,7 +158,8 @@ class StatusBar:
         if session.pointer is not None:
             x, y = mesh.image_from_canvas(canvas_from_screen(session.view, np.array([session.pointer])))[0]
             self._place = f"{round(x)}, {round(y)}" if np.isfinite(x) else ""
-            self._feature = self._feature_at(x, y) if np.isfinite(x) and session.mode == "warp" else ""
+            if np.isfinite(x) and session.mode == "warp" and not is_busy:
+                self._feature = self._feature_at(x, y)
 
     def _feature_at(self, x: float, y: float) -> str:
         """Return the name of the feature at a place of the picture, as the grid has it; nothing where there is none."""
