@@ -254,7 +254,8 @@ class Shell:
     def _draw_picture(self) -> None:
         """Draw the picture behind the panels."""
         panel, io, area = theme.rgb(theme.PANEL), imgui.get_io(), self.workspace.canvas.area
-        self._context.screen.clear(panel.x, panel.y, panel.z)
+        if self._draws:
+            self._context.screen.clear(panel.x, panel.y, panel.z)
         ratio = io.display_framebuffer_scale.y
         below = io.display_size.y - area.y - area.height
         left, bottom, width, height = (round(side * ratio) for side in (area.x, below, area.width, area.height))

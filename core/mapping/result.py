@@ -1,8 +1,8 @@
 """What a warp gives: where the nodes end, and what became of features, pins and the outline."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from core.arrays import Bools, Points
 from core.grid import SIDES, Features, Grid
 from core.mapping.features.pose import Solution
-from core.mapping.features.similarity import bodies_of, body_index, fit_residual
+from core.mapping.features.similarity import Body, bodies_of, body_index, fit_residual
 from core.mapping.folds import find_folded_quads
 from core.mapping.handles.handles import Handles, ring_radius
 from core.mapping.handles.poses import find_owners
@@ -150,19 +150,9 @@ class Warped:
         """Return by how much handles have turned and grown the picture (k,) around points of it (k, 2)."""
         before, after = self._read_rings(at, self._unmoved, as_complex(self.warped))
         found = np.divide(after, before, out=np.ones_like(after), where=before != 0)
-        labels = self.marked.labels
-        numbers = labels.ravel()[self.grid.weights_at(at)[0]]
-        if self.reference is None or not self.reference.alpha.size or not numbers.any():
+        if self.reference is None or not self.reference.alpha.size:
             return np.asarray(found)
-        near = np.isin(labels, numbers)
-        bodies = [
-            body
-            for body in bodies_of(Features(np.where(near, labels, 0)), as_complex(self.rest))
-            if self.options.limits_of(body.number).weight == 1
-        ]
-        owners = find_owners(body_index(bodies, self.grid.shape), self.grid, at)
-        for i in np.flatnonzero(owners >= 0):
-            body = bodies[owners[i]]
+        for i, body in _bodies_around(self.marked, self.options, self.grid, _as_pairs(at)):
             found[i] = body.fit(as_complex(self.warped).ravel())[0] / body.fit(self._unmoved.ravel())[0]
         return found
 
@@ -172,7 +162,7 @@ class Warped:
         return as_complex(self.warped) if self.reference is None else self.reference.z
 
     def _read_rings(self, at: Points, *maps: Complexes) -> Iterator[Complexes]:
-        nodes, weights = Probes(at, np.full(len(at), ring_radius(self.grid))).on(self.grid)
+        nodes, weights = _rings_around(self.grid, _as_pairs(at)).on(self.grid)
         for z in maps:
             yield np.asarray((z.ravel()[nodes] * weights).sum(axis=1), np.complex128)
 
@@ -221,6 +211,32 @@ class Warped:
         }
 
 
+def _as_pairs(points: Points) -> tuple[tuple[float, float], ...]:
+    return tuple(_pair(point) for point in points.tolist())
+
+
+@lru_cache(maxsize=4)
+def _rings_around(grid: Grid, at: tuple[tuple[float, float], ...]) -> Probes:
+    """Return the rings around points of the picture, the same while only the map changes."""
+    return Probes(np.array(at), np.full(len(at), ring_radius(grid)))
+
+
+@lru_cache(maxsize=4)
+def _bodies_around(
+    features: Features, options: MappingOptions, grid: Grid, at: tuple[tuple[float, float], ...]
+) -> list[tuple[int, Body]]:
+    """Return which points of the picture are in features that keep their shape exactly, and in which."""
+    labels, points = features.labels, np.array(at)
+    near = np.isin(labels, labels.ravel()[grid.weights_at(points)[0]])
+    bodies = [
+        body
+        for body in bodies_of(Features(np.where(near, labels, 0)), as_complex(grid.nodes))
+        if options.limits_of(body.number).weight == 1
+    ]
+    owners = find_owners(body_index(bodies, grid.shape), grid, points)
+    return [(i, bodies[owners[i]]) for i in np.flatnonzero(owners >= 0).tolist()]
+
+
 def _degrees(f: complex) -> float:
     return float(np.degrees(np.angle(f)))
 
@@ -230,5 +246,5 @@ def _px(length: float) -> str:
     return f"{length:.1f} px" if length < 1e6 else f"{length:.1e} px"
 
 
-def _pair(point: Points) -> tuple[float, float]:
+def _pair(point: Sequence[float] | Points) -> tuple[float, float]:
     return float(point[0]), float(point[1])

@@ -32,8 +32,9 @@ class Blitter:
 
     def show(self, drawn: Drawn, desk: Colour, viewport: Rectangle, shrink: int = 1) -> None:
         """Copy what was drawn, `shrink` times smaller, to the window; around it is desk."""
-        for strip in around(_place_of(drawn.bounds, viewport, shrink), viewport):
-            self._context.detect_framebuffer().clear(*desk, viewport=strip)
+        if self._programs.draws:
+            for strip in around(_place_of(drawn.bounds, viewport, shrink), viewport):
+                self._context.detect_framebuffer().clear(*desk, viewport=strip)
         self.copy(drawn.shown, drawn.bounds, viewport, shrink)
 
     def copy(self, canvas: Offscreen, box: Box, viewport: Rectangle, shrink: int = 1) -> None:

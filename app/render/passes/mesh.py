@@ -224,11 +224,9 @@ def _block_bounds(ring: Points) -> tuple[Points, Points]:
 
 def _over_blocks(choose: np.ufunc, nodes: Floats) -> Floats:
     """Return what `choose` leaves of all corners of the quads of every block; neighbours share those between them."""
-    for axis in (0, 1):
-        first = np.arange(0, nodes.shape[axis] - 1, BLOCK)
-        within = choose.reduceat(nodes, first, axis=axis)
-        shared = nodes.take(np.append(first[1:], nodes.shape[axis] - 1), axis=axis)
-        nodes = choose(within, shared)
+    for _ in range(2):
+        firsts = range(0, len(nodes) - 1, BLOCK)
+        nodes = np.stack([choose.reduce(nodes[first : first + BLOCK + 1]) for first in firsts], axis=1)
     return nodes
 
 

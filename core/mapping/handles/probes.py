@@ -10,6 +10,7 @@ an arm of length r would be. It does not see a shift, nor a shear. So a ring is 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -62,6 +63,7 @@ class Probes:
             by = np.concatenate([by, self._shares(around, ringed).ravel()])
         return points, scipy.sparse.csr_array((by, (rows, np.arange(len(rows)))), (len(self), len(rows)))
 
+    @lru_cache(maxsize=8)  # noqa: B019  a few: those that are read in every frame of a drag
     def on(self, grid: Grid) -> tuple[Ints, Floats | Complexes]:
         """Return the nodes (k, s) of the grid that they read, and with which weights; s is 4 without rings."""
         nodes, weights = grid.weights_at(self.at)
