@@ -193,8 +193,8 @@ class Editor(Errands):
         elif self.session.mode == "overlay":
             self.overlay.update(self.document, held=self.is_busy)
         else:
-            is_seen = not self.unwarped.is_shown or self.document.surface is not None
-            self.live.update(self.document, is_seen=is_seen)
+            on_canvas, in_space = not self.unwarped.is_shown, self.document.surface is not None
+            self.live.update(self.document, is_seen=on_canvas or in_space, beside=not on_canvas)
         if self.recovery is not None and not self.is_busy:
             self.recovery.update(self.history.document, saved=self.history.is_saved, now=self.clock(), **self._origin)
 

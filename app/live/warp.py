@@ -91,10 +91,11 @@ class LiveWarp:
             return False
         return self._clock() >= self._rests_since + REST_S
 
-    def update(self, document: Document, *, is_seen: bool = True) -> None:
+    def update(self, document: Document, *, is_seen: bool = True, beside: bool = False) -> None:
         """Bring the answer up to date with `document`; once per frame.
 
-        One that is not seen is not answered before it is, or everything rests.
+        One that is not seen is not answered before it is, or everything rests. What is answered `beside` the window
+        keeps no frame waiting, and comes some frames later.
         """
         if self._seen is None or not _maps_alike(document, self._seen):
             self._jobs.drop("settle")
@@ -104,7 +105,7 @@ class LiveWarp:
             self._rename(document)
         if self._is_behind and (is_seen or self.answer is None):
             self._is_behind = False
-            self._solve(document)
+            self._solve(document, beside=beside)
             self._rests_since = self._clock()
         elif not self.is_settled and self._has_rested:
             # Before another rough answer, which may glide on for ever and keep the live thread.
@@ -112,7 +113,7 @@ class LiveWarp:
             task = Task("Settle", lambda: self._settling(document), self._take_settled, self._take_fault, quiet=True)
             self._jobs.submit("settle", task)
         elif self._is_rough and not self._jobs.holds("settle"):
-            self._solve(document)
+            self._solve(document, beside=beside)
         self._show_unfolded()
 
     def _settling(self, document: Document) -> Job[Warped]:
@@ -149,14 +150,14 @@ class LiveWarp:
             self.update(document)
         return self.answer if self.answer is not None else answer_without_handles(document)
 
-    def _solve(self, document: Document) -> None:
+    def _solve(self, document: Document, *, beside: bool) -> None:
         """Answer now if that fits into a frame; else show the last answer until the live thread has one."""
         try:
             if self.answer is None or self.answer.document.image is not document.image:
                 self.answer = answer_without_handles(document)
             if self._jobs.holds("solve"):
                 return
-            if _fits_into_frame(document) and not self._solver.is_heavy(document):
+            if not beside and _fits_into_frame(document) and not self._solver.is_heavy(document):
                 self._show(document, *self._timed(self._solver.frame, document))
             else:
                 self._solve_beside(document)

@@ -58,12 +58,15 @@ class MapInputs:
             self._lines = key, self._picture_lines.choose(document)
         return options_of(document, self._lines[1])
 
+    def is_laid(self, document: Document) -> bool:
+        """Return whether it is known where the document's surface, or the warp that was opened, takes the nodes."""
+        return self._start is not None and self._start[0] == _laid_by(document)
+
     def plain(self, document: Document) -> Points:
         """Return where preset and outline take the nodes (R, C, 2); the same while pins and curves are dragged."""
-        source = document.warp_map, document.surface, document.size_px
-        if self._start is None or self._start[0] != source:
+        if self._start is None or not self.is_laid(document):
             start = start_of(document)
-            self._start = source, self.grid.nodes if start is None else start(self.grid.nodes)
+            self._start = _laid_by(document), self.grid.nodes if start is None else start(self.grid.nodes)
             self._plain = None
         key = document.warp, document.canvas_px, document.outline
         if self._plain is None or self._plain[0] != key:
@@ -72,6 +75,10 @@ class MapInputs:
                 plain = follow_outline(plain, pixels_from_places(document.canvas_px, document.outline.ring))
             self._plain = key, readonly(plain)
         return self._plain[1]
+
+
+def _laid_by(document: Document) -> tuple[object, ...]:
+    return document.warp_map, document.surface, document.size_px
 
 
 class MapSolver:
@@ -90,10 +97,12 @@ class MapSolver:
         self._kept: tuple[MapInputs, Warper] | None = None
 
     def is_heavy(self, document: Document) -> bool:
-        """Return whether the next answer needs more than a frame's time: another grid, or straight lines."""
+        """Return whether the next answer needs more than a frame's time: another grid, surface or straight lines."""
         if self._kept is None or self._kept[0].grid != grid_of(document) or not self._lines.are_known(document):
             return True
         inputs, warper = self._kept
+        if not inputs.is_laid(document):
+            return True
         return not warper.is_ready(inputs.features(document), inputs.options(document))
 
     def frame(self, document: Document) -> Warped:

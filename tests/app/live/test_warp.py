@@ -22,6 +22,7 @@ from core.mapping.result import Warped
 from core.mapping.warper import Warper
 from core.progress import run
 from core.rasters.raster import Raster
+from core.surfaces.shapes import make_shape
 from tests.app.driver import EditorDriver, Later, document
 
 
@@ -353,3 +354,36 @@ def test_rough_answers_that_glide_without_end_are_followed_by_the_final_one(
     rest()
     assert drive.editor.live.is_settled
     assert drive.editor.answer.folds == 0
+
+
+def test_another_surface_is_answered_beside_the_window() -> None:
+    later = Later()
+    drive = EditorDriver(swirled(), jobs=Jobs(live=later, long=InlineExecutor()))
+    later.run()
+    flat = drive.frame().editor.answer
+    surface = make_shape("cylinder", None)
+    drive.editor.edit("Cylinder", drive.document.changed(surface=surface))
+    drive.frame()
+    assert drive.editor.answer is flat
+    later.run()
+    laid = drive.frame().editor.answer
+    assert laid.document is drive.document
+    drive.editor.slide("Bend", drive.document.with_warp(bend=60))
+    assert drive.frame().editor.answer.document is drive.document
+
+
+def test_what_is_painted_beside_a_surface_is_answered_beside_the_window() -> None:
+    later = Later()
+    drive = EditorDriver(swirled(), jobs=Jobs(live=later, long=InlineExecutor()))
+    surface = make_shape("cylinder", None)
+    drive.editor.edit("Cylinder", drive.document.changed(surface=surface))
+    later.run()
+    drive.frame().tool("brush")
+    before = drive.frame().editor.map
+    drive.press(20, 30).move(40, 30)
+    assert drive.editor.unwarped.is_shown
+    assert drive.editor.map is before
+    for _ in range(2):
+        later.run()
+        drive.frame()
+    assert drive.editor.map.document is drive.document
