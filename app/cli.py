@@ -182,14 +182,22 @@ def record(trace: Path | None) -> Iterator[None]:
             tracing.save(place)
 
 
+class _Version(argparse.Action):
+    """Says which version this is; it is read only when it is asked for, since that takes its time."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib.metadata import version
+
+        parser._print_message(f"weft {version('weft')}\n", sys.stdout)
+        parser.exit()
+
+
 def parse(words: list[str]) -> tuple[Command, argparse.Namespace]:
     """Return the module of the subcommand named by `words` and its parsed options."""
     if words and words[0] in COMMANDS:
         name, rest = words[0], words[1:]
         parser = OneLineParser(prog=f"weft {name}", allow_abbrev=False)
     else:
-        from importlib.metadata import version
-
         name, rest = "edit", words
         listing = "\n".join(f"  {known:11s} {what}" for known, what in COMMANDS.items())
         parser = OneLineParser(
@@ -198,7 +206,7 @@ def parse(words: list[str]) -> tuple[Command, argparse.Namespace]:
             formatter_class=argparse.RawDescriptionHelpFormatter,
             epilog=f"commands that need no display (weft COMMAND --help):\n{listing}",
         )
-        parser.add_argument("--version", action="version", version=f"weft {version('weft')}")
+        parser.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     with loading():
         command = cast("Command", importlib.import_module(f"app.commands.{name}"))
     parser.description = command.__doc__

@@ -19,6 +19,8 @@ COMPUTE = 430
 """OpenGL 4.3, the first with compute shaders."""
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "SwiftShader", "Microsoft Basic Render")
 """In the names of drivers that draw on the processor."""
+_LIBGL: dict[str, Any] = {"libgl": "libGL.so.1"} if sys.platform.startswith("linux") else {}
+"""The name that OpenGL has on every Linux; moderngl would start other programs to look for it."""
 _threads = threading.local()
 
 
@@ -32,7 +34,7 @@ def standalone() -> moderngl.Context:
     """
     context: moderngl.Context | None = getattr(_threads, "context", None)
     if context is None:
-        settings: dict[str, Any] = {"backend": "egl"} if sys.platform.startswith("linux") else {}
+        settings: dict[str, Any] = {"backend": "egl", "libegl": "libEGL.so.1", **_LIBGL} if _LIBGL else {}
         try:
             context = moderngl.create_standalone_context(require=330, **settings)
         except Exception as fault:
@@ -62,7 +64,7 @@ def _current(context: moderngl.Context) -> AbstractContextManager[object]:
 
 def attach() -> moderngl.Context:
     """Return a context over the window's, which must be current in this thread."""
-    return moderngl.create_context(require=330)
+    return moderngl.create_context(require=330, **({"libx11": "libX11.so.6", **_LIBGL} if _LIBGL else {}))
 
 
 Rectangle = tuple[int, int, int, int]

@@ -7,7 +7,6 @@ pixels, row by row, in which a pixel of theirs lies.
 
 import cv2
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from core.arrays import Bytes, Ints
@@ -91,8 +90,13 @@ class Components:
             *_touching(_number(self._right[:-1], down[:-1]), _number(self._left[1:], down[1:])),
         ]
         one, other = (np.concatenate([pair[side] for pair in pairs]) - 1 for side in (0, 1))
-        graph = scipy.sparse.coo_array((np.ones(len(one), bool), (one, other)), shape=(total, total))
-        return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
+        root = np.arange(total)
+        while (root[one] != root[other]).any():
+            least = np.minimum(root[one], root[other])
+            np.minimum.at(root, root[one], least)
+            np.minimum.at(root, root[other], least)
+            root = root[root]
+        return root
 
 
 def _searched(values: Bytes) -> tuple[Labels, int]:

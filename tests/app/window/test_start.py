@@ -15,6 +15,19 @@ picture = np.random.default_rng(0).integers(0, 255, (100, 120, 3), np.uint8)
 run(retexture(picture, [FeatureCurve(*bend)])).apply(picture)
 assert "scipy" not in sys.modules
 """
+SAMPLE = """
+import sys
+from app.cli import parse
+from app.marking.feature_list import rows_of
+from app.model.jobs import Jobs
+from tests.app.driver import Later
+
+_, options = parse([])
+from app.commands.edit import editor_on, warp_sample
+
+beside = Jobs(live=Later(), long=Later(), beside=Later())
+assert len(rows_of(editor_on(warp_sample(), None, beside))) > 1
+"""
 LATER = "import sys; from app.window.late_imports import LOADED_LATER, load_rest; later = set(LOADED_LATER)"
 
 
@@ -26,6 +39,10 @@ def run(code: str) -> None:
 def test_the_editor_starts_without_the_solvers_of_its_tools() -> None:
     started = "import app.commands.edit, imgui_bundle, app.window.shell"
     run(f"{started}; {LATER}; assert not later & set(sys.modules), later & set(sys.modules)")
+
+
+def test_the_features_of_the_sample_are_listed_without_them() -> None:
+    run(f"{SAMPLE}{LATER}; assert not later & set(sys.modules), later & set(sys.modules)")
 
 
 def test_the_tools_find_everything_loaded() -> None:
