@@ -6,7 +6,7 @@ By GrabCut (C. Rother, V. Kolmogorov and A. Blake 2004).
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Bytes, InputError, Ints, Points
+from core.arrays import Bools, Bytes, InputError, Ints, Points, Singles
 from core.imaging.image import Image
 from core.imaging.proxy import proxy, scale_for
 from core.progress import Job, Progress
@@ -22,14 +22,18 @@ LEAST_PART = 0.02
 """Parts of an object, and holes in it, that are smaller, as shares of what is painted, are taken for noise."""
 LEAST_KEPT = 0.5
 """Share of what is painted that an object takes up at least."""
+RIM = 0.05
+"""Samples of ground along the picture's border reach so far into it, as a share of its shorter side."""
 GROWS = 1.03
 """Times as large as a part of it an object is at least, where there is more of it."""
 
 
-def object_within(image: Image, low: Points, high: Points) -> Job[Bytes]:
+def object_within(image: Image, low: Points, high: Points, ground: Singles | None = None) -> Job[Bytes]:
     """Return the mask (H, W), 0 to 255, of the object within a rectangle from `low` to `high` (2,).
 
-    Raises `InputError` where the rectangle holds too little, or everything.
+    Where that reaches the picture's border it may hold all there is of a part of the ground, such as the sky, and no
+    ground beside it has those colours. Samples are then taken from inside: how much every place is `ground` (h, w), 0
+    to 1, says which. Raises `InputError` where the rectangle holds too little, or everything.
     """
     scale = scale_for(image, PIXELS)
     picture = proxy(image, scale)
@@ -40,10 +44,28 @@ def object_within(image: Image, low: Points, high: Points) -> Job[Bytes]:
         raise InputError("the rectangle is too small to hold an object")
     labels = np.full(picture.shape[:2], cv2.GC_BGD, np.uint8)
     labels[top : bottom + 1, left : right + 1] = cv2.GC_PR_FGD
+    if ground is not None:
+        _take_ground(labels, ((left + right) / 2, (top + bottom) / 2, (right - left) / 2, (bottom - top) / 2), ground)
     if (labels == cv2.GC_PR_FGD).all():
         raise InputError("the rectangle leaves no ground around the object")
     inside = yield from _cut(picture, labels)
     return _enlarge(inside, image)
+
+
+def _take_ground(labels: Bytes, box: tuple[float, ...], ground: Singles) -> None:
+    """Label what of a box, given by its centre and half its sides, is ground by where it lies (h, w).
+
+    That speaks for ground along the picture's border, where it is more `ground` than not, and in the corners of the
+    box, outside the ellipse in it. Where both do it is ground for certain, else probably.
+    """
+    y, x = np.ogrid[: labels.shape[0], : labels.shape[1]]
+    in_corner = ((x - box[0]) / box[2]) ** 2 + ((y - box[1]) / box[3]) ** 2 > 1
+    rim = max(round(RIM * min(labels.shape)), 1)
+    at_border = cv2.resize(ground, labels.shape[::-1]) > 0.5
+    at_border[rim:-rim, rim:-rim] = False
+    inside = labels == cv2.GC_PR_FGD
+    labels[inside & (in_corner | at_border)] = cv2.GC_PR_BGD
+    labels[inside & in_corner & at_border] = cv2.GC_BGD
 
 
 def object_under(image: Image, painted: Bytes) -> Job[Bytes]:

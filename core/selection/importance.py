@@ -50,15 +50,26 @@ class _Cells:
 def importance(image: Image) -> Job[Singles]:
     """Return how much each place (h, w) stands out, 0 to 1, at about `PIXELS` pixels."""
     yield Progress(0.0, "looking for what stands out")
-    cells = _cut(proxy(image, scale_for(image, PIXELS)))
+    cells, apart, ground = _find_ground(image)
     yield Progress(0.7, "looking for what stands out")
-    apart = scipy.spatial.distance.cdist(cells.colour, cells.colour)
-    ground = _groundness(cells, apart)
     near = np.exp(-(scipy.spatial.distance.cdist(cells.place, cells.place, "sqeuclidean")) / (2 * NEAR**2))
     contrast = (apart * near) @ ground * (1 - ground)
     found = (contrast / max(contrast.max(), 1e-9))[cells.number].astype(np.float32)
     deviation = SMOOTHING * float(np.hypot(*found.shape))
     return np.asarray(cv2.GaussianBlur(found, (0, 0), deviation, borderType=cv2.BORDER_REPLICATE), np.float32)
+
+
+def groundness(image: Image) -> Singles:
+    """Return how much each place (h, w) is ground, 0 to 1, at about `PIXELS` pixels."""
+    cells, _, ground = _find_ground(image)
+    return np.asarray(ground[cells.number], np.float32)
+
+
+def _find_ground(image: Image) -> tuple[_Cells, Floats, Floats]:
+    """Return the cells of a picture, how far their colours are apart (n, n), and how much each is ground (n,)."""
+    cells = _cut(proxy(image, scale_for(image, PIXELS)))
+    apart = scipy.spatial.distance.cdist(cells.colour, cells.colour)
+    return cells, apart, _groundness(cells, apart)
 
 
 def propose_objects(image: Image, found: Singles, share: float) -> Job[Bytes]:

@@ -8,6 +8,7 @@ from core.imaging.image import Image
 from core.masks.object_masks import object_within
 from core.progress import Job
 from core.selection.features import MARKED
+from core.selection.importance import groundness
 from core.selection.refining import fill_holes
 from core.selection.shapes import fill_polygon, rectangle_outline
 from core.selection.sources import has_transparency, opaque_under
@@ -25,7 +26,9 @@ def object_in_box(image: Image, low: Points, high: Points) -> Job[Bytes]:
     """
     if has_transparency(image):
         return opaque_under(image, fill_polygon(image.size_px, rectangle_outline(low, high)))
-    found = fill_holes((yield from object_within(image, low, high)))
+    reaches_border = bool((np.asarray(low) < 0.5).any() or (np.asarray(high) > np.subtract(image.size_px, 1.5)).any())
+    ground = groundness(image) if reaches_border else None
+    found = fill_holes((yield from object_within(image, low, high, ground)))
     count, parts, stats, _ = cv2.connectedComponentsWithStats((found > MARKED).astype(np.uint8), connectivity=8)
     areas = stats[1:count, cv2.CC_STAT_AREA]
     large = areas >= LEAST_PART * areas.max(initial=0)
