@@ -188,7 +188,7 @@ def find(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
         job = find_cloth(small, canvas, known.seed, texel_px=side, start=marked)
     else:
-        job = register_lattice(small, canvas, [rescale(piece, scale) for piece in known.lattice], known.seed)
+        job = register_lattice(small, canvas, [piece.shrunk(scale) for piece in known.lattice], known.seed)
     return found_on(photo, known.region, scale, (yield from on_one_thread(job)))
 
 
@@ -235,12 +235,6 @@ def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
 def to_small(points: Points, scale: int) -> Points:
     """Return where points of a picture lie in the picture that `shrunk` makes."""
     return (points - (scale - 1) / 2) / scale
-
-
-def rescale(lattice: Lattice, scale: int) -> Lattice:
-    """Return a lattice of a picture on the picture that `shrunk` makes."""
-    frames = lattice.frames
-    return replace(lattice, frames=PatchFrames(to_small(frames.points, scale), frames.bases / scale, frames.scores))
 
 
 def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:

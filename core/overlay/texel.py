@@ -36,6 +36,13 @@ class Texel:
         return np.pad(self.pixels, ((BORDER, BORDER), (BORDER, BORDER), (0, 0)), mode="wrap").astype(np.float32)
 
     @cached_property
+    def _planes(self) -> list[Singles]:
+        """Colours and derivatives, padded, with a fourth channel: OpenCV looks four up in half the time of three."""
+        wide = np.zeros((3, *self._padded.shape[:2], 4), np.float32)
+        wide[..., :3] = self._padded, *self._slopes
+        return list(wide)
+
+    @cached_property
     def _slopes(self) -> tuple[Singles, Singles]:
         """Derivatives by u and v, central differences, padded."""
         h, w = self.shape
@@ -48,8 +55,7 @@ class Texel:
     def places(self, uv: Floats) -> tuple[Singles, Singles]:
         """Return columns and rows in the padded texel of coordinates (..., 2)."""
         h, w = self.shape
-        inside = uv - np.floor(uv)
-        x, y = inside[..., 0] * w - 0.5 + BORDER, inside[..., 1] * h - 0.5 + BORDER
+        x, y = ((a - np.floor(a)) * n - 0.5 + BORDER for a, n in ((uv[..., 0], w), (uv[..., 1], h)))
         return x.astype(np.float32), y.astype(np.float32)
 
     def __call__(self, uv: Floats) -> Floats:
@@ -75,6 +81,12 @@ class Texel:
         x, y = self.places(uv)
         value, du, dv = (cv2.remap(f, x, y, cv2.INTER_LINEAR) for f in (self._padded, *self._slopes))
         return np.asarray(value, np.float32), np.asarray(du, np.float32), np.asarray(dv, np.float32)
+
+    def planes(self, uv: Floats, count: int = 1) -> list[Singles]:
+        """Return the first `count` of what `with_gradient` does, plane by plane (3, H, W)."""
+        x, y = self.places(uv)
+        seen = (cv2.remap(field, x, y, cv2.INTER_LINEAR).reshape(-1, 4) for field in self._planes[:count])
+        return [np.ascontiguousarray(field.T, np.float32).reshape(4, *x.shape)[:3] for field in seen]
 
     def blurred(self, sigma_px: float, scale: Floats) -> "Texel":
         """Return the texel under the blur that the photo gets by `sigma_px`; `scale` is pixels a texel (2, 2)."""

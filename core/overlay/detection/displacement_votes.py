@@ -98,7 +98,8 @@ def find_alike(image: Singles, valid: Bools, least_px: float) -> Pairs:
     roots = np.sqrt(descriptors / np.maximum(descriptors.sum(1, keepdims=True), 1e-9))
     alike = np.triu(2 - 2 * roots @ roots.T < ALIKE**2, 1)
     first, second = np.nonzero(alike)
-    away = np.linalg.norm(points[second] - points[first], axis=1)
+    x, y = np.ascontiguousarray(points.T)
+    away = np.sqrt((x[second] - x[first]) ** 2 + (y[second] - y[first]) ** 2)
     most_px = float(np.linalg.norm(np.ptp(np.nonzero(valid), axis=1))) / 2 if valid.any() else 0.0
     kept = (away > least_px) & (away < most_px) & (np.abs(np.log(sizes[second] / sizes[first])) < np.log(SAME_SIZE))
     return Pairs(points, first[kept], second[kept])
@@ -107,9 +108,8 @@ def find_alike(image: Singles, valid: Bools, least_px: float) -> Pairs:
 def count_votes(pairs: Pairs, least_px: float) -> Votes:
     """Return the votes of pairs for vectors of `least_px` and more."""
     places = (pairs.points // BLOCK_PX).astype(np.int64)
-    block = places @ [1, int(places.max(initial=0)) + 1]
-    ends = block[pairs.first] * (int(block.max(initial=0)) + 1) + block[pairs.second]
-    vectors = pairs.vectors[np.unique(ends, return_index=True)[1]]
+    block = places @ np.array([1, int(places.max(initial=0)) + 1])
+    vectors = first_of_each(pairs, block, int(block.max(initial=0)) + 1).vectors
     rows = (np.log(np.linalg.norm(vectors, axis=1) / least_px) / BIN).astype(np.int64)
     shape = int(rows.max(initial=0)) + 1, round(np.pi / BIN)
     columns = (np.arctan2(vectors[:, 1], vectors[:, 0]) % np.pi / np.pi * shape[1]).astype(np.int64) % shape[1]
@@ -117,6 +117,16 @@ def count_votes(pairs: Pairs, least_px: float) -> Votes:
     np.add.at(votes, (rows, columns), 1)
     window = 2 * np.pi * (WIDTH / BIN) ** 2
     return Votes(window * blurred(votes, WIDTH / BIN), window * blurred(votes, AROUND / BIN), least_px)
+
+
+def first_of_each(pairs: Pairs, block: Ints, count: int) -> Pairs:
+    """Return the first pair of every two of `count` blocks, where keypoints (n,) lie in these blocks."""
+    ends = block[pairs.first] * count + block[pairs.second]
+    first = np.full(count**2, -1, np.int32)
+    # Of several values for one place the last one stays.
+    first[ends[::-1]] = np.arange(len(ends), dtype=np.int32)[::-1]
+    kept = first[first >= 0]
+    return Pairs(pairs.points, pairs.first[kept], pairs.second[kept])
 
 
 def blurred(votes: Singles, sigma: float) -> Singles:

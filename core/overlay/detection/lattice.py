@@ -54,6 +54,11 @@ class Lattice:
         """Median vectors (2, 2), columns, pixels a texel."""
         return np.asarray(np.median(self.frames.bases, axis=0), np.float64)
 
+    def shrunk(self, times: int) -> "Lattice":
+        """Return the lattice in pixels of a picture of means over squares of so many pixels."""
+        points, bases = (self.frames.points - (times - 1) / 2) / times, self.frames.bases / times
+        return replace(self, frames=replace(self.frames, points=points, bases=bases))
+
 
 def window(basis: Floats) -> tuple[float, int]:
     """Return the reach in texels and samples a side of a template for texels of such vectors."""

@@ -11,6 +11,7 @@ from core.overlay.detection.lattice import LEAST_VERTICES, Lattice
 from core.overlay.detection.stages import Stage
 from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh
+from core.overlay.registration.coarse_mesh import halve
 from core.overlay.registration.region import LIMIT, SeenCells, Tolerance, look_at, misfit_of_cells, tolerance_of
 from core.overlay.registration.registration import ClothState, Registration
 from core.overlay.registration.thin_plate import spread
@@ -18,6 +19,8 @@ from core.overlay.texel import Texel, estimate_texel
 
 IN_REGION = 1.25
 """Leniency where a region is given: nothing but cloth should be there."""
+CELLS = 8
+"""Cells along a side of a texel at least, where the mesh is coarsened."""
 SIZES = (0.1, 8.0)
 """Area of cloth under a cell, over the usual: any even patch looks like a texel blown up."""
 
@@ -93,6 +96,20 @@ class FittedCloth:
         """Width of the neighbourhood in which a fit is judged: lines of a large texel with what is between them."""
         side = float(np.sqrt(abs(np.linalg.det(self.basis))))
         return max(0.35 * max(self.step_px, side / 2), 3.0)
+
+    @property
+    def can_be_coarser(self) -> bool:
+        """Whether the cells of a mesh twice as coarse still are small beside a texel."""
+        return bool(CELLS * 2 * self.mesh.cell <= np.sqrt(abs(np.linalg.det(self.basis))))
+
+    @cached_property
+    def coarser(self) -> "FittedCloth":
+        """The cloth of the photo halved, on every second node of the mesh."""
+        photo, valid = (halve(np.asarray(plane, np.float64)) for plane in (self.photo, self.canvas.valid))
+        canvas = FlatPicture(halve(self.canvas.image), (valid > 0.5).astype(np.float32))
+        mesh, lattice = ClothMesh(photo.shape[:2], self.mesh.cell), self.lattice.shrunk(2)
+        registration = Registration(mesh, photo, valid[..., 0], lattice.basis @ self.M)
+        return FittedCloth(photo, canvas, lattice, self.M, mesh, registration)
 
     def steps_of(self, cells: Bools) -> float:
         """Return the area of cells in lattice steps."""

@@ -127,7 +127,7 @@ def relight(cloth: FittedCloth, piece: ClothState, texel: Texel) -> ClothState:
     for _ in range(ROUNDS):
         light = (rho[corners] @ mesh.weights.T).astype(np.float32)
         residual = np.sqrt(((light[..., None] * colours - photo) ** 2).mean(-1))
-        robust = weight * huber(residual, weight > 0)
+        robust = weight * huber(residual, weight)
         blocks = (robust * squares) @ shares
         data = scipy.sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(len(rho), len(rho)))
         pull = np.bincount(corners.ravel(), ((robust * products) @ mesh.weights).ravel(), len(rho))

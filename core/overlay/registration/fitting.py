@@ -1,5 +1,6 @@
 """From a lattice to the registered cloth: start, growth to the cloth's end, further pieces, texel and mesh in turn."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -12,17 +13,21 @@ from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.period import coarser, estimate_halves, far_period
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, stage, starting_state
+from core.overlay.registration.coarse_mesh import coarsen, correct
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.pieces import join_by, with_more_pieces
 from core.overlay.registration.region import look_at
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
+from core.overlay.texel import Texel
 from core.progress import Job, Progress
 
 LEAST_EVENNESS = 0.12
 """Change of colour along stripes over that across them, below which only one direction repeats."""
 LEAST_STEPS = 4
 """Area, in lattice steps, below which nothing was found."""
+LEAST_BLUR_PX = 1.0
+"""Blur, in pixels of a halved photo, from which that shows as much as the photo."""
 DRAWS = 3
 """Times that the texels are drawn anew where they seem to differ."""
 
@@ -54,7 +59,7 @@ def begun(
         if abs(np.linalg.det(M)) > 1.5:
             # Vertices that lie badly make texels look different: what counts is how they look once registered.
             found = measure(cloth, estimate(cloth, (start,)), (start,))
-            start = refit(cloth, found, rounds=5, blur_px=1.5).pieces[0]
+            start = refit(cloth, found, rounds=5, blurs_px=(1.5,)).pieces[0]
             M = true_period(cloth, start, seed)
         cloth = cloth if np.array_equal(M, cloth.M) else make_cloth(photo, canvas, lattice, M)
     start = replace(start, uv=start.uv @ np.linalg.inv(cloth.M).T)
@@ -63,7 +68,7 @@ def begun(
         raise NoPatternError
     for number, blur_px in enumerate((1.5, 0.7)):
         yield Progress(0.05 + 0.1 * number, "registering", stage(cloth, found))
-        found = refit(cloth, found, rounds=5, blur_px=blur_px)
+        found = refit(cloth, found, rounds=5, blurs_px=(blur_px,))
     return cloth, found
 
 
@@ -118,8 +123,25 @@ def true_period(cloth: FittedCloth, state: ClothState, seed: int) -> Floats:
     return M
 
 
-def refit(cloth: FittedCloth, found: Fit, *, rounds: int, blur_px: float = 0.0) -> Fit:
-    """Return the pieces registered anew and the texel estimated anew from them."""
+def refit(cloth: FittedCloth, found: Fit, *, rounds: int, blurs_px: Sequence[float] = (0.0,)) -> Fit:
+    """Return the pieces registered anew, under one blur after another, and the texel estimated anew from them."""
+    texel, pieces = found.texel, found.pieces
+    for blur_px in blurs_px:
+        texel, pieces = register_under(cloth, texel, pieces, rounds, blur_px)
+    return measure(cloth, texel, pieces)
+
+
+def register_under(
+    cloth: FittedCloth, texel: Texel, pieces: tuple[ClothState, ...], rounds: int, blur_px: float
+) -> tuple[Texel, tuple[ClothState, ...]]:
+    """Return the pieces registered under a blur, on the coarsest mesh that shows as much, and the texel estimated anew.
+
+    The change is carried to finer meshes (a coarse-grid correction).
+    """
+    if blur_px >= 2 * LEAST_BLUR_PX and cloth.can_be_coarser:
+        starts = tuple(coarsen(cloth.mesh, piece) for piece in pieces)
+        texel, ends = register_under(cloth.coarser, texel, starts, rounds, blur_px / 2)
+        return texel, tuple(map(correct, pieces, starts, ends))
     run = cloth.registration.run
-    pieces = tuple(run(piece, found.texel, Smoothness(), rounds=rounds, blur_px=blur_px) for piece in found.pieces)
-    return measure(cloth, estimate(cloth, pieces), pieces)
+    pieces = tuple(run(piece, texel, Smoothness(), rounds=rounds, blur_px=blur_px) for piece in pieces)
+    return estimate(cloth, pieces), pieces

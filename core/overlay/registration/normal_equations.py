@@ -78,14 +78,17 @@ class System:
         self._pattern = (unique % (3 * n), unique // (3 * n))
         self._diagonal = np.flatnonzero(self._pattern[0] == self._pattern[1])
 
-    def solve(self, moments: Singles, gradient: Singles, theta: Floats, smoothness: Smoothness) -> Floats:
+    def solve(
+        self, moments: Singles, gradient: Singles, theta: Floats, smoothness: Smoothness, change: Floats
+    ) -> Floats:
         """Return the change (3, n) of the unknowns, where the nodes `around` have the values `theta` (3, m).
 
-        `moments` (6, K, cell²) are w g gᵀ and `gradient` (3, K, cell²) w g r of the pixels of the K cells.
+        `moments` (6, K, cell²) are w h hᵀ and `gradient` (3, K, cell²) w h r of the pixels of the K cells, where the
+        slopes are g = Cᵀ h with C (3, 3) the `change` of variables.
         """
         n = self.count
-        blocks = np.swapaxes(moments @ self._products, 1, 2)
-        pull = gradient @ self._weights
+        blocks = np.swapaxes(np.tensordot(of_moments(change), moments @ self._products, 1), 1, 2)
+        pull = np.tensordot(change.T.astype(np.float32), gradient @ self._weights, 1)
         bend = self._stiffness(blocks, smoothness)
         rhs = np.stack([self._gathered(p) for p in pull]) + bend[:, None] * (self._bend @ theta.T).T
         entries = np.concatenate([blocks[self._order].ravel()[self._kept], *(b * self._bend_values for b in bend)])
@@ -109,3 +112,10 @@ class System:
         x, y, rho = (self._gathered(blocks[SYMMETRIC.index((i, i))][own].T) for i in range(3))
         geometry = smoothness.geometry * float(np.median(x + y)) / 2
         return np.array([geometry, geometry, smoothness.shading * float(np.median(rho))]) + 1e-9
+
+
+def of_moments(change: Floats) -> Singles:
+    """Return the matrix (6, 6) that takes h hᵀ to g gᵀ, both by `SYMMETRIC`, where g = Cᵀ h, C (3, 3) the `change`."""
+    whole = np.einsum("ki,lj->ijkl", change, change)
+    rows = [[whole[i, j, k, l] + (k != l) * whole[i, j, l, k] for k, l in SYMMETRIC] for i, j in SYMMETRIC]
+    return np.array(rows, np.float32)

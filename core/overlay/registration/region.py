@@ -12,7 +12,7 @@ from core.arrays import Bools, Floats, Singles
 from core.linalg.factor import Factor
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.mesh import ClothMesh, around
-from core.overlay.registration.registration import ClothState, Registration
+from core.overlay.registration.registration import ClothState, Registration, planes_of
 from core.overlay.texel import Texel
 
 F = TypeVar("F", Floats, Singles)
@@ -45,16 +45,16 @@ def sums(photo: F, modelled: F, light: F, weight: F) -> Floats:
     """Return what `judge` needs of cells (K, 18): sums over their pixels, times the weight.
 
     That is: the squared error, 1, the model's three colours and their squares, ρ², the photo's colours and their
-    squares, and the products of both. `photo` and `modelled` are (K, n, 3), `light` and `weight` (K, n).
+    squares, and the products of both. `photo` and `modelled` are (3, K, n), `light` and `weight` (K, n).
     """
-    seen, model, missing = photo * weight[..., None], modelled * weight[..., None], photo - modelled
+    seen, model, missing = photo * weight, modelled * weight, photo - modelled
     own, both, squares = (
-        np.einsum("kpc,kpc->kc", a, b) for a, b in ((model, modelled), (seen, modelled), (seen, photo))
+        np.einsum("ckp,ckp->kc", a, b) for a, b in ((model, modelled), (seen, modelled), (seen, photo))
     )
     # From the squares and products the error would be a small difference of large sums.
-    error = (np.einsum("kpc,kpc->kp", missing, missing) * weight).sum(1)[:, None]
+    error = (np.einsum("ckp,ckp->kp", missing, missing) * weight).sum(1)[:, None]
     count, bright = weight.sum(1)[:, None], (light**2 * weight).sum(1)[:, None]
-    planes = [error, count, model.sum(1), own, bright, seen.sum(1), squares, both]
+    planes = [error, count, model.sum(2).T, own, bright, seen.sum(2).T, squares, both]
     return np.concatenate(planes, -1).astype(np.float64)
 
 
@@ -126,7 +126,8 @@ class SeenCells:
 
     def sums(self, texel: Texel) -> Floats:
         """Return the `sums` (K, 18)."""
-        return sums(self.photo, self.show(texel), self.light, self.weight)
+        modelled = self.light * texel.planes(self.at)[0]
+        return sums(planes_of(self.photo), modelled, self.light, self.weight)
 
 
 def look_at(registration: Registration, pieces: Sequence[ClothState]) -> SeenCells:

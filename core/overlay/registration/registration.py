@@ -5,6 +5,8 @@ Unknown at each node of the mesh: the place m = S uv of the cloth, in pixels of 
 
     r = ρ T(uv) - I,    ∂r/∂m = ρ ∇T(uv) S⁻¹,    ∂r/∂ρ = T(uv).
 
+S⁻¹ is the same everywhere, so that it is applied to sums over pixels.
+
 Minimised is Σ ψ(r) + λ² (|L m|² + λp² |L ρ|²) with Huber's ψ and L the second differences of the mesh, by Gauss-Newton
 with reweighting (`normal_equations`).
 """
@@ -21,6 +23,7 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.mesh import Box, ClothMesh, areas, around, nodes_in
 from core.overlay.registration.normal_equations import SYMMETRIC, Smoothness, System
 from core.overlay.texel import Texel
+from core.overlay.tolerances import TYPICAL
 from core.tracing import span
 
 LEAST_SHADING = 0.02
@@ -95,7 +98,7 @@ class Registration:
         box = around(state.cells)
         near, part, nodes = self._cropped(box), state.part(box), nodes_in(box)
         texel = texel.blurred(blur_px, self.scale)
-        photo = self._photo(blur_px)[box][part.cells]
+        photo = planes_of(self._photo(blur_px)[box][part.cells])
         system = self._system_of(near.mesh, part.cells, np.ones(near.mesh.nodes, bool) if free is None else free[nodes])
         turn = float(np.sign(np.median(near.mesh.areas(part.uv, part.cells))))
         for _ in range(rounds):
@@ -140,25 +143,34 @@ class Registration:
         self, system: System, state: ClothState, texel: Texel, photo: Singles, smoothness: Smoothness, turn: float
     ) -> tuple[ClothState, float]:
         """Return the state after one Gauss-Newton step and how far it went, pixels; areas have the sign `turn`."""
-        residual, slopes = self.linearised(state, texel, photo)
+        residual, slopes, rho = self.linearised(state, texel, photo)
         weight = self._weight[state.cells]
-        squares = np.einsum("kpc,kpc->kp", residual, residual)
-        weight = weight * huber(np.sqrt(squares / np.float32(residual.shape[-1])), weight > 0)
+        squares = np.einsum("ckp,ckp->kp", residual, residual)
+        weight = weight * huber(np.sqrt(squares / np.float32(len(residual))), weight)
         moments = self._kept("moments", (len(SYMMETRIC), *weight.shape))
         gradient = self._kept("gradient", (len(slopes), *weight.shape))
 
         def gather(band: slice) -> None:
+            # ∂r/∂uv is ρ ∇T.
+            light = [rho[band], rho[band], np.ones_like(rho[band])]
             for out, (i, j) in zip(moments, SYMMETRIC, strict=True):
-                np.einsum("kpc,kpc->kp", slopes[i][band], slopes[j][band], out=out[band])
-                out[band] *= weight[band]
-            for out, slope in zip(gradient, slopes, strict=True):
-                np.einsum("kpc,kpc->kp", residual[band], slope[band], out=out[band])
-                out[band] *= weight[band]
+                np.einsum("ckp,ckp->kp", slopes[i][:, band], slopes[j][:, band], out=out[band])
+                out[band] *= weight[band] * light[i] * light[j]
+            for out, slope, factor in zip(gradient, slopes, light, strict=True):
+                np.einsum("ckp,ckp->kp", residual[:, band], slope[:, band], out=out[band])
+                out[band] *= weight[band] * factor
 
         in_bands(weight.shape, gather)
         m = state.uv.reshape(-1, 2)[system.around] @ self.scale.T
         theta = np.concatenate([m.T, state.rho.ravel()[None, system.around]])
-        return self._moved(system, state, system.solve(moments, gradient, theta, smoothness), turn)
+        return self._moved(system, state, system.solve(moments, gradient, theta, smoothness, self._by_uv), turn)
+
+    @property
+    def _by_uv(self) -> Floats:
+        """∂(uv, ρ)/∂(m, ρ) (3, 3)."""
+        change = np.eye(3)
+        change[:2, :2] = np.linalg.inv(self.scale)
+        return change
 
     def _kept(self, name: str, shape: tuple[int, ...]) -> Singles:
         """Return an array of that shape in the memory that a step before has used, without values."""
@@ -169,31 +181,26 @@ class Registration:
 
     def linearised(
         self, state: ClothState, texel: Texel, photo: Singles
-    ) -> tuple[Singles, tuple[Singles, Singles, Singles]]:
-        """Return the residuals (K, cell², 3) of NRT eq. 2 and their slopes by m_x, m_y and ρ (NRT eq. 9) in K cells.
+    ) -> tuple[Singles, tuple[Singles, Singles, Singles], Singles]:
+        """Return the residuals (3, K, cell²) of NRT eq. 2 in K cells, ∇T by u and v and T, and ρ (K, cell²).
 
         They hold until the next step.
         """
-        values, corners = state.values.reshape(-1, 3), self.mesh.corners[state.cells]
-        # What goes through the texture's slopes is fine enough in single precision; coordinates are not.
-        (ux, uy), (vx, vy) = np.linalg.inv(self.scale).tolist()
-        residual, by_x, by_y, by_rho = (self._kept(name, photo.shape) for name in ("r", "x", "y", "rho"))
+        corners, weights = self.mesh.corners[state.cells], self.mesh.weights.T
+        nodes = np.ascontiguousarray(state.values.reshape(-1, 3).T)
+        residual, by_u, by_v, by_rho = (self._kept(name, photo.shape) for name in ("r", "u", "v", "T"))
+        rho = self._kept("rho", photo.shape[1:])
 
         def look_up(band: slice) -> None:
-            at = self.mesh.weights @ values[corners[band]]
-            rho = at[..., 2:].astype(np.float32)
-            by_rho[band], du, dv = texel.singles_with_gradient(at[..., :2])
-            np.multiply(rho, by_rho[band], out=residual[band])
-            residual[band] -= photo[band]
-            du *= rho
-            dv *= rho
-            np.multiply(du, ux, out=by_x[band])
-            np.multiply(du, uy, out=by_y[band])
-            by_x[band] += vx * dv
-            by_y[band] += vy * dv
+            # What goes through the texture is fine enough in single precision; coordinates are not.
+            at = nodes[:, corners[band]] @ weights
+            rho[band] = at[2]
+            by_rho[:, band], by_u[:, band], by_v[:, band] = texel.planes(np.moveaxis(at[:2], 0, -1), 3)
+            np.multiply(rho[band], by_rho[:, band], out=residual[:, band])
+            residual[:, band] -= photo[:, band]
 
-        in_bands(photo.shape, look_up)
-        return residual, (by_x, by_y, by_rho)
+        in_bands(rho.shape, look_up)
+        return residual, (by_u, by_v, by_rho), rho
 
     def _moved(self, system: System, state: ClothState, step: Floats, turn: float) -> tuple[ClothState, float]:
         """Return the state moved by as much of the step as folds no triangle, and the 95th percentile of the move."""
@@ -236,8 +243,19 @@ def unfold(mesh: ClothMesh, before: ClothState, uv: Floats, turn: float) -> Floa
     return uv
 
 
-def huber(size: Singles, used: Bools) -> Singles:
-    """Return Huber's weights (ψ of NRT eq. 7) for residuals of that size; the bend is at 1.345 robust deviations."""
-    spread = 1.4826 * float(np.median(size[used])) if used.any() else 1.0
+def planes_of(pixels: Singles) -> Singles:
+    """Return pixels (K, n, 3) channel by channel (3, K, n)."""
+    return np.ascontiguousarray(pixels.reshape(-1, 3).T).reshape(3, *pixels.shape[:2])
+
+
+def huber(size: Singles, weight: Singles) -> Singles:
+    """Return Huber's weights (ψ of NRT eq. 7) for residuals of that size; the bend is at 1.345 robust deviations.
+
+    Those of `weight` 0 do not tell what is usual.
+    """
+    # An odd step meets every pixel of a cell.
+    some = slice(None, None, size.size // TYPICAL | 1)
+    told = size.ravel()[some][weight.ravel()[some] > 0]
+    spread = 1.4826 * float(np.median(told)) if len(told) else 1.0
     bend = 1.345 * max(spread, 0.01)
     return np.asarray(np.minimum(1, np.float32(bend) / np.maximum(size, np.float32(1e-9))), np.float32)

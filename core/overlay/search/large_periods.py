@@ -94,11 +94,8 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tupl
         raise NoPatternError
     state = ClothState(start, starting_state(cloth, lattice).rho, cells)
     found = measure(cloth, estimate(cloth, (state,)), (state,))
-    blur_px = BLUR * side
-    while blur_px > SMOOTH_PX:
-        found = refit(cloth, found, rounds=3, blur_px=blur_px)
-        blur_px /= 2
-    return cloth, refit(cloth, found, rounds=3, blur_px=SMOOTH_PX)
+    blurs_px = BLUR * side / 2.0 ** np.arange(np.log2(BLUR * side / SMOOTH_PX))
+    return cloth, refit(cloth, found, rounds=3, blurs_px=[*blurs_px.tolist(), SMOOTH_PX])
 
 
 def fit_plate(mesh: ClothMesh, pairs: Pairs, uv: Floats) -> tuple[Floats, Bools]:
@@ -117,9 +114,9 @@ def fit_plate(mesh: ClothMesh, pairs: Pairs, uv: Floats) -> tuple[Floats, Bools]
         whole = np.rint(found)
         off = np.linalg.norm(found - whole, axis=1)
         kept = (off < tolerance) & whole.any(1)
-        weight = kept * (1 - (off / tolerance) ** 2) ** 2
-        pull = differences.T @ (weight[:, None] * whole) + hold @ uv.reshape(-1, 2)
-        system = differences.T @ scipy.sparse.diags_array(weight) @ differences + stiffness + hold
+        weight, own = (1 - (off[kept] / tolerance) ** 2) ** 2, differences[kept]
+        pull = own.T @ (weight[:, None] * whole[kept]) + hold @ uv.reshape(-1, 2)
+        system = own.T @ scipy.sparse.diags_array(weight) @ own + stiffness + hold
         uv = np.asarray(Factor(scipy.sparse.csc_array(system)).solve(pull), np.float64).reshape(uv.shape)
     return uv, np.asarray(kept, np.bool_)
 

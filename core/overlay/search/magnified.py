@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.detection.alignment import FlatPicture, PatchFrames
+from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import SIDES_PX
-from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, measure
@@ -45,7 +44,7 @@ def restrict(
     What the `canvas` of the photo says is no cloth is left out. Raises `NoPatternError` where nothing remains.
     """
     mesh = ClothMesh(photo.shape[:2], cloth.mesh.cell // times)
-    lattice = shrunk_lattice(cloth.lattice, times)
+    lattice = cloth.lattice.shrunk(times)
     registration = Registration(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice.basis @ cloth.M)
     small = FittedCloth(photo, canvas, lattice, cloth.M, mesh, registration)
     pieces = [replace(piece, cells=np.asarray(piece.cells & small.allowed, np.bool_)) for piece in found.pieces]
@@ -54,10 +53,3 @@ def restrict(
     if not kept:
         raise NoPatternError
     return small, measure(small, estimate(small, kept), kept)
-
-
-def shrunk_lattice(lattice: Lattice, times: int) -> Lattice:
-    """Return a lattice of a photo `times` as large in pixels of the photo."""
-    frames = lattice.frames
-    points = (frames.points - (times - 1) / 2) / times
-    return replace(lattice, frames=PatchFrames(points, frames.bases / times, frames.scores))

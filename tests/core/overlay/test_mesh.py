@@ -52,7 +52,7 @@ def test_cells_and_neighbourhoods_of_pixels_are_judged_alike() -> None:
     photo, light = RNG.random((24, 24, 3)), 0.5 + RNG.random((24, 24))
     model, valid = photo + RNG.normal(0, 0.1, photo.shape), RNG.random((24, 24)) < 0.8
     tolerance = Tolerance(0.1, 0.002, 1.25)
-    one = [a.reshape(1, 576, -1) for a in (photo, model)]
+    one = [np.moveaxis(a.reshape(1, 576, -1), -1, 0) for a in (photo, model)]
     cell = judge(sums(one[0], one[1], light.reshape(1, 576), valid.reshape(1, 576).astype(float)), tolerance)
     wide = misfit(photo, model, light, valid, tolerance, 400.0)
     for of_cell, of_pixels in zip(cell, wide, strict=True):
@@ -69,3 +69,9 @@ def test_a_share_of_a_large_photo_shows_the_texel_as_well() -> None:
     assert not (draw_sample(scene.shading > 1, 500) & (scene.shading <= 1)).any()
     truth = motif(20).pixels
     assert np.sqrt(((coarse - truth) ** 2).mean()) < 0.06
+
+
+def test_a_texel_is_looked_up_plane_by_plane_as_it_is_pixel_by_pixel() -> None:
+    texel, uv = motif(20), RNG.uniform(-3, 3, (7, 11, 2))
+    for planes, pixels in zip(texel.planes(uv, 3), texel.singles_with_gradient(uv), strict=True):
+        assert np.array_equal(np.moveaxis(planes, 0, -1), pixels)

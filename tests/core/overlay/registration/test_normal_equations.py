@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from core.arrays import Floats
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.normal_equations import SYMMETRIC, Smoothness, System
 
@@ -24,5 +25,22 @@ def test_pixels_that_say_little_in_some_directions_leave_a_solution(said: float,
         for out, (i, j) in zip(moments, SYMMETRIC, strict=True):
             out += strength.astype(np.float32) * np.float32(along[i]) * np.float32(along[j])
     gradient = np.ones((3, *shape), np.float32)
-    step = system.solve(moments, gradient, np.zeros((3, len(system.around))), Smoothness())
+    step = system.solve(moments, gradient, np.zeros((3, len(system.around))), Smoothness(), np.eye(3))
     assert np.isfinite(step).all()
+
+
+def test_variables_are_changed_after_the_sums_as_before_them() -> None:
+    random = np.random.default_rng(1)
+    mesh = ClothMesh((48, 40), 8)
+    cells = np.ones(mesh.cells, np.bool_)
+    system = System(mesh, cells, np.ones(mesh.nodes, np.bool_))
+    change = np.array([[0.05, 0.01, 0.0], [-0.02, 0.04, 0.0], [0.0, 0.0, 1.0]])
+    slopes, missing = random.normal(size=(3, cells.sum(), 64)), random.normal(size=(cells.sum(), 64))
+    theta = random.normal(size=(3, len(system.around)))
+
+    def step(slopes: Floats, change: Floats) -> Floats:
+        moments = np.array([slopes[i] * slopes[j] for i, j in SYMMETRIC], np.float32)
+        return system.solve(moments, (slopes * missing).astype(np.float32), theta, Smoothness(), change)
+
+    changed = np.einsum("ki,k...->i...", change, slopes)
+    assert np.allclose(step(slopes, change), step(changed, np.eye(3)), rtol=1e-3, atol=1e-3)

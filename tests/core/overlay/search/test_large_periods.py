@@ -7,7 +7,13 @@ import pytest
 from core.arrays import Floats
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
-from core.overlay.detection.displacement_votes import Pairs, count_votes, find_alike, find_bases
+from core.overlay.detection.displacement_votes import (
+    Pairs,
+    count_votes,
+    find_alike,
+    find_bases,
+    first_of_each,
+)
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, find_lattices, flat_canvas
 from core.overlay.mesh import ClothMesh
@@ -258,3 +264,13 @@ def test_a_marked_texel_is_enough_where_there_are_few() -> None:
     one = canvas_of(np.clip(0.6 + rng.normal(0, 0.02, scene.photo.shape), 0, 1))
     with pytest.raises(NoPatternError):
         run(find_lattices(one, rng, start=marked))
+
+
+def test_pairs_between_the_same_blocks_are_one_vote_that_of_the_first() -> None:
+    rng = np.random.default_rng(3)
+    points, (first, second) = rng.uniform(0, 100, (40, 2)), rng.integers(0, 40, (2, 300))
+    block = rng.integers(0, 5, 40)
+    kept = first_of_each(Pairs(points, first, second), block, 5)
+    _, rows = np.unique(block[first] * 5 + block[second], return_index=True)
+    assert np.array_equal(kept.first, first[rows])
+    assert np.array_equal(kept.second, second[rows])

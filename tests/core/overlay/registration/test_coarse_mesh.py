@@ -1,0 +1,64 @@
+"""Registration on a coarser mesh: what it changes is carried to the finer one, and lies on the photo there."""
+
+import numpy as np
+import pytest
+
+from core.overlay.detection.alignment import PatchFrames
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import flat_canvas
+from core.overlay.mesh import ClothMesh
+from core.overlay.registration.cloth import make_cloth
+from core.overlay.registration.coarse_mesh import coarsen, correct, halve
+from core.overlay.registration.fitting import register_under
+from core.overlay.registration.registration import ClothState
+from tests.core.overlay.overlay_scenes import make_scene, motif
+
+SIZE, BASIS = (236, 282), np.array([[116.0, 6.0], [-5.0, 122.0]])
+RNG = np.random.default_rng(0)
+
+
+@pytest.mark.parametrize("shape", [(6, 8), (5, 7), (1, 1)])
+def test_a_halved_picture_has_the_means_of_four_pixels(shape: tuple[int, int]) -> None:
+    picture = RNG.random((*shape, 3))
+    small = halve(picture)
+    assert small.shape == (-(-shape[0] // 2), -(-shape[1] // 2), 3)
+    assert np.allclose(small[0, 0], picture[:2, :2].mean((0, 1)))
+    assert np.allclose(small[-1, -1], picture[(shape[0] - 1) // 2 * 2 :, (shape[1] - 1) // 2 * 2 :].mean((0, 1)))
+
+
+@pytest.mark.parametrize("cells", [(6, 8), (5, 7)])
+def test_a_mesh_moves_as_its_coarser_one_does(cells: tuple[int, int]) -> None:
+    mesh = ClothMesh((6 * cells[0], 6 * cells[1]), 6)
+    places = mesh.positions()
+    state = ClothState(places / 50 + RNG.normal(0, 0.01, places.shape), np.ones(mesh.nodes), RNG.random(cells) < 0.6)
+    before = coarsen(mesh, state)
+    used = mesh.nodes_of(state.cells)
+    assert np.allclose(before.uv[: cells[0] // 2 + 1, : cells[1] // 2 + 1][1, 1], state.uv[2, 2])
+    row, column = np.indices(before.rho.shape)
+    change = np.stack([0.1 + 0.02 * row - 0.03 * column, 0.05 * row], -1)
+    after = ClothState(before.uv + change, before.rho + 0.01 * column, before.cells)
+    moved = correct(state, before, after)
+    row, column = np.indices(mesh.nodes) / 2
+    wanted = np.stack([0.1 + 0.02 * row - 0.03 * column, 0.05 * row], -1)
+    assert np.allclose((moved.uv - state.uv)[used], wanted[used])
+    assert np.allclose((moved.rho - 1)[used], 0.01 * column[used])
+    assert np.array_equal(moved.cells, state.cells)
+
+
+def test_a_wide_blur_is_registered_on_the_coarser_mesh_and_lies_on_the_photo() -> None:
+    scene = make_scene(motif(), size=SIZE, basis=BASIS, bend=6.0)
+    frames = PatchFrames(np.array([[140.0, 118.0]]), BASIS[None] / 5, np.ones(1))
+    canvas = flat_canvas(scene.photo, np.ones(SIZE, np.bool_))
+    cloth = make_cloth(scene.photo, canvas, Lattice(np.zeros((1, 2), np.int64), frames), 5 * np.eye(2))
+    uv = cloth.mesh.positions() @ np.linalg.inv(BASIS).T
+    start = ClothState(uv, np.ones(cloth.mesh.nodes), np.ones(cloth.mesh.cells, np.bool_))
+
+    def off(piece: ClothState) -> float:
+        away = (cloth.mesh.to_pixels(piece.uv, piece.cells) - scene.uv) @ BASIS.T
+        return float(np.median(np.linalg.norm(away, axis=-1)))
+
+    texel, (piece,) = register_under(cloth, motif(), (start,), 3, 8.0)
+    assert texel.shape == cloth.coarser.texel_samples != cloth.texel_samples
+    assert off(piece) < off(start) / 3
+    texel, _ = register_under(cloth, motif(), (start,), 3, 1.0)
+    assert texel.shape == cloth.texel_samples
