@@ -108,8 +108,12 @@ class ClothMesh:
 
     def cell_means(self, image: Floats) -> Floats:
         """Return the mean (rows, columns) of a plane (H, W) over each cell's part of the picture."""
-        inside = self.in_cells(np.stack([image, np.ones(self.shape)], -1)).sum(2)
-        return np.asarray(inside[..., 0] / np.maximum(inside[..., 1], 1e-9))
+        sums, area = image, np.ones(())
+        for axis, count in enumerate(self.shape):
+            first = np.arange(0, count, self.cell)
+            sums = np.add.reduceat(sums, first, axis)
+            area = np.multiply.outer(area, np.diff(first, append=count))
+        return np.asarray(sums / area, np.float64)
 
     def pixels_of(self, cells: Bools) -> Bools:
         """Return which pixels (H, W) lie in marked cells."""

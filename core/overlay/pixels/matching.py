@@ -23,7 +23,9 @@ def sum_along_paths(costs: Singles, covered: Bools, cuts: tuple[Bools, Bools], o
     """
     total = np.zeros_like(costs)
     for axis, cut in enumerate(cuts):
-        own, sums = (np.moveaxis(plane, axis + 2, 0) for plane in (costs, total))
+        # What a step of the path reads and writes lies together in memory.
+        own = np.ascontiguousarray(np.moveaxis(costs, axis + 2, 0))
+        sums = np.zeros_like(own)
         inside, apart = (np.moveaxis(plane, axis, 0) for plane in (covered, cut))
         for order, edge in ((range(len(own)), 0), (range(len(own) - 1, -1, -1), 1)):
             path = np.zeros_like(own[0])
@@ -31,14 +33,18 @@ def sum_along_paths(costs: Singles, covered: Bools, cuts: tuple[Bools, Bools], o
                 before = np.where(apart[min(k + edge, len(own) - 1)], 0.0, best_before(path, other))
                 path = np.where(inside[k], own[k] + before, 0.0)
                 sums[k] += path
+        total += np.moveaxis(sums, 0, axis + 2)
     return total
 
 
 def best_before(path: Singles, other: float = OTHER) -> Singles:
     """Return what the cheapest shift (rows, columns, n) at the place before adds, over the least there."""
-    near = np.minimum.reduce([np.roll(path, step, axis) for axis in (0, 1) for step in (1, -1)])
-    least = path.min((0, 1))
-    return np.asarray(np.minimum(np.minimum(path, near + NEXT), least + other) - least, np.float32)
+    near, least = np.full_like(path, np.inf), path.min((0, 1))
+    for axis, count in enumerate(path.shape[:2]):
+        for step in (1, -1):
+            np.minimum(near, path.take((np.arange(count) + step) % count, axis), out=near)
+    near += np.float32(NEXT)
+    return np.asarray(np.minimum(np.minimum(path, near), least + other) - least, np.float32)
 
 
 def best_shift(sums: Singles) -> Floats:
