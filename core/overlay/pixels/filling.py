@@ -38,6 +38,8 @@ PART = 0.08
 """Area of a part further away, over that of what is followed, up to which the cloth beside it tells how it lies."""
 SPOT = 3.5
 """Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
+WHOLE = 0.8
+"""Width of a neighbourhood that has every colour of a texel in its share, over the texel's longer side."""
 AMID = 0.6
 """Share of the border of such a spot that it has with cloth."""
 
@@ -81,7 +83,7 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
     reached = np.any(possible, axis=0) & (gaps.min(0) < cloth.step_px)
     whole = covered | (alike & (reached | (gaps.min(0) < STRAIGHT * cloth.step_px)))
     if cloth.in_region:
-        light = light_around(cloth, found)
+        light = mean_light(cloth.photo, cloth.valid, found.texel, cloth.basis)[..., None].astype(np.float64)
         own = find_coloured_as(palette(found.texel), cloth.photo, found, light, SHADES)
         alike |= open_to & own & ~colours_of(cloth.photo, found, light)[1]
         coloured |= open_to & find_coloured_as(palette(found.texel), cloth.photo, found, light, (SHADES[0], GLARING))
@@ -159,11 +161,16 @@ def solid(mask: Bools, radius_px: float) -> Bools:
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc) > 0, np.bool_)
 
 
-def light_around(cloth: FittedCloth, found: Fit) -> Floats:
-    """Return the light (H, W, 1) in which each neighbourhood would have the texel's mean brightness."""
-    mass = gaussian(cloth.valid.astype(np.float64), cloth.step_px / 2)
-    seen = gaussian(cloth.photo.mean(-1) * cloth.valid, cloth.step_px / 2) / np.maximum(mass, 1e-6)
-    return np.asarray(seen[..., None] / max(float(found.texel.pixels.mean()), 1e-6), np.float64)
+def mean_light(photo: Floats | Singles, covered: Bools, texel: Texel, basis: Floats) -> Singles:
+    """Return the light (H, W) in which the texel has the brightness that the photo (H, W, 3) has around each pixel.
+
+    It is the light whatever lies where. Only `covered` pixels (H, W) count; `basis` (2, 2) is pixels of undeformed
+    cloth a texel.
+    """
+    width = WHOLE * float(np.linalg.norm(basis, axis=0).max())
+    mass = np.maximum(gaussian(covered.astype(np.float32), width), 1e-3)
+    seen = gaussian(photo.mean(-1) * covered, width) / mass
+    return np.asarray(seen / max(float(texel.pixels.mean()), 1e-3), np.float32)
 
 
 def find_coloured_as(colours: Singles, photo: Floats, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:

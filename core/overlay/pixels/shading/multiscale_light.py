@@ -36,21 +36,6 @@ SAMPLES = 4
 """Means of squares to the least width: of more pixels than that a large photo's light is known. A single one's light is
 that of so much, and the pattern's edges may lie so far beside where the model has them."""
 
-WHOLE = 0.8
-"""Width of a neighbourhood that has every colour of a texel in its share, over the texel's longer side."""
-
-
-def mean_light(photo: Singles, covered: Bools, texel: Texel, basis: Floats) -> Singles:
-    """Return the light (H, W) in which the texel has the brightness that the photo (H, W, 3) has around each pixel.
-
-    It is the light whatever lies where. Only `covered` pixels (H, W) count; `basis` (2, 2) is pixels of undeformed
-    cloth a texel.
-    """
-    width = WHOLE * float(np.linalg.norm(basis, axis=0).max())
-    mass = np.maximum(gaussian(covered.astype(np.float32), width), 1e-3)
-    seen = gaussian(photo.mean(-1) * covered, width) / mass
-    return np.asarray(seen / max(float(texel.pixels.mean()), 1e-3), np.float32)
-
 
 def estimate_light(
     photo: Floats | Singles,

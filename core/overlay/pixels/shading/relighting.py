@@ -7,9 +7,9 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.detail.model_validity import trust_in
 from core.overlay.laying.albedo_scale import BRIGHTEST
 from core.overlay.mesh import around
-from core.overlay.pixels.filling import solid
+from core.overlay.pixels.filling import mean_light, solid
 from core.overlay.pixels.semi_global_rematching import shifts_where_lost
-from core.overlay.pixels.shading.multiscale_light import estimate_light, mean_light
+from core.overlay.pixels.shading.multiscale_light import estimate_light
 from core.overlay.texel import Texel
 from core.overlay.tolerances import SHADES
 
