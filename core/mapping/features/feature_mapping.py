@@ -1,6 +1,6 @@
 """The feature-aware mapping: as close to W as its features allow  [FAT sec. 2]."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from typing import Literal, TypedDict, Unpack
 
@@ -28,6 +28,7 @@ from core.stopwatch import Stopwatch
 
 Keep = Literal["similarity", "rigid"]
 Method = Literal["exact", "per-quad"]
+Ways = Sequence[tuple[Complexes, Complexes]]
 
 
 class Choices(TypedDict, total=False):
@@ -276,28 +277,34 @@ class FeatureMapping:
 
         It is 0 but around features, and along a frame that `glides`.
         """
-        load, columns, marked = np.zeros_like(w), w.shape[1], self._rows_asked
+        load, columns = np.zeros_like(w), w.shape[1]
+        bands: Iterable[tuple[slice, Ways]] = self._bands_asked
         if glides and any((w[side] != z[side]).any() for side in SIDES):
-            marked = np.ones_like(marked)
-        for band in cut_bands(marked, columns):
-            read = slice(max(band.start - 1, 0), band.stop + 1)
-            here, first = w[read].ravel(), read.start * columns
-            ways = zip(steps(here - z[read].ravel(), columns), steps(here, columns), self._weights_in_rows, strict=True)
-            across, down = (
-                both[first:][: len(left)] * left - own[first:][: len(way)] * way for left, way, (both, own) in ways
-            )
+            bands = ((band, self._weigh_ways(band)) for band in cut_bands(np.ones(len(w), bool), columns))
+        for band, weights in bands:
+            read = _with_neighbours(band)
+            here = w[read].ravel()
+            ways = zip(steps(here - z[read].ravel(), columns), steps(here, columns), weights, strict=True)
+            across, down = (both * away - own * way for away, way, (both, own) in ways)
             load[band] = collect_steps(across, down).reshape(-1, columns)[band.start - read.start :][: len(load[band])]
         return load
 
     @cached_property
-    def _weights_in_rows(self) -> list[tuple[Complexes, Complexes]]:
-        """Weights of all edges and of those that follow features, first across, 0 at the end of each row, then down.
+    def _bands_asked(self) -> list[tuple[slice, Ways]]:
+        """Bands around features, and the weights of the ways in them."""
+        bands = cut_bands(self._rows_asked, self.grid.columns)
+        return [(band, self._weigh_ways(band)) for band in bands]
 
-        They are complex, so that products with complex numbers are worked out at once.
+    def _weigh_ways(self, band: slice) -> Ways:
+        """Return the weights of the ways across and down in a band and to the rows beside it (`laplacian.steps`).
+
+        They are those of all edges, and of those that follow features; complex, for products with complex numbers.
         """
-        (across, down), (own_across, own_down) = self._edges, self._own_edges
-        parts = (np.pad(across, ((0, 0), (0, 1))), np.pad(own_across, ((0, 0), (0, 1)))), (down, own_down)
-        return [(both.ravel().astype(np.complex128), own.ravel().astype(np.complex128)) for both, own in parts]
+        read, found = _with_neighbours(band), []
+        for across, down in (self._edges, self._own_edges):
+            rows = np.pad(across[read], ((0, 0), (0, 1))).ravel()[:-1], down[read.start : read.stop - 1].ravel()
+            found.append([part.astype(np.complex128) for part in rows])
+        return list(zip(*found, strict=True))
 
     @cached_property
     def _rows_asked(self) -> Bools:
@@ -347,3 +354,8 @@ class FeatureMapping:
         with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.solve(as_two(r.ravel())))
         return Solution(w + v.reshape(w.shape), none, none)
+
+
+def _with_neighbours(band: slice) -> slice:
+    """Return a band of rows and one more on both sides, where there is one."""
+    return slice(max(band.start - 1, 0), band.stop + 1)
