@@ -5,10 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from core.arrays import Bools, Floats
+from core.linalg.bands import cut_bands
+from core.linalg.laplacian import steps
 from core.mapping.jacobians import Complexes
-
-_ROWS = 64
-"""Rows of quads at a time: their edges stay in the processor's cache."""
 
 
 def corner_areas(z: Complexes) -> Floats:
@@ -16,23 +15,33 @@ def corner_areas(z: Complexes) -> Floats:
 
     Corners run clockwise from the top left; an undeformed quad has four times its own area.
     """
-    return np.stack(list(_areas(z)))
+    rows, columns = z.shape
+    found = np.zeros((4, rows - 1, columns))
+    for corner, area in zip(found, _areas(z), strict=True):
+        corner.ravel()[:-1] = area
+    return found[..., :-1]
 
 
 def find_folded_quads(z: Complexes) -> Bools:
     """Return which quads (R-1, C-1) are folded."""
-    folded = np.zeros((z.shape[0] - 1, z.shape[1] - 1), bool)
-    for top in range(0, len(folded), _ROWS):
-        for area in _areas(z[top : top + _ROWS + 1]):
-            folded[top : top + _ROWS] |= area <= 0
-    return folded
+    rows, columns = z.shape
+    folded = np.zeros((rows - 1, columns), bool)
+    for band in cut_bands(np.ones(rows - 1, bool), columns):
+        each = folded[band].ravel()[:-1]
+        for area in _areas(z[band.start : band.stop + 1]):
+            each |= area <= 0
+    return folded[:, :-1]
 
 
 def _areas(z: Complexes) -> Iterator[Floats]:
-    """Yield what `corner_areas` returns, a corner at a time: two quads share the edges between them."""
-    x, y = np.ascontiguousarray(z.real), np.ascontiguousarray(z.imag)
-    across_x, across_y = x[:, 1:] - x[:, :-1], y[:, 1:] - y[:, :-1]
-    down_x, down_y = x[1:] - x[:-1], y[1:] - y[:-1]
-    upper, lower, left, right = np.s_[:-1], np.s_[1:], np.s_[:, :-1], np.s_[:, 1:]
+    """Yield what `corner_areas` returns, a corner at a time, for quads row by row: two share the edges between them.
+
+    Between two rows there is one more, of no meaning (`laplacian.steps`).
+    """
+    columns = z.shape[1]
+    (across_x, down_x), (across_y, down_y) = (steps(part.ravel(), columns) for part in (z.real, z.imag))
+    upper, lower, left, right = np.s_[:-columns], np.s_[columns:], np.s_[:-1], np.s_[1:]
     for row, column in ((upper, left), (upper, right), (lower, right), (lower, left)):
-        yield across_x[row] * down_y[column] - across_y[row] * down_x[column]
+        area = across_x[row] * down_y[column]
+        area -= across_y[row] * down_x[column]
+        yield area
