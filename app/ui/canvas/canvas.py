@@ -10,7 +10,7 @@ from app.model.events import Event, Key, KeyUp, Modifiers, Move, Press, Release
 from app.model.spaces import View
 from app.tools.marks import marks
 from app.ui.canvas.comparing import draw_legend, draw_onion
-from app.ui.canvas.input import Area, Chords, Pointer, key_events
+from app.ui.canvas.input import Area, Chords, Pointer
 from app.ui.canvas.marks import MarkPainter
 from app.ui.widgets import theme
 from app.ui.widgets.picture_texture import PictureTexture
@@ -65,7 +65,7 @@ class CanvasWidget:
         for event in self._pointer.events(self.area):
             if not self._move_divider(event):
                 self.editor.handle(event)
-        for key in key_events(held_at_press):
+        for key in self._chords.events(held_at_press):
             if isinstance(key, KeyUp):
                 self._table.release(key.name, self.editor)
             if not self.editor.handle(key) and isinstance(key, Key):

@@ -172,6 +172,8 @@ class Chords:
 
     def __init__(self) -> None:
         self._heard: list[Modifiers] = []
+        self._may_be_down = False
+        """Whether a key may be down, and repeat itself."""
 
     def hear(self, held: Modifiers) -> None:
         """Take note of what was held when a key went down."""
@@ -185,15 +187,18 @@ class Chords:
         of_frame, self._heard = self._heard[:count], self._heard[count:] if awaits_more() else []
         return of_frame[0] if len(set(of_frame)) == 1 else modifiers()
 
-
-def key_events(held_at_press: Modifiers) -> Iterator[Key | KeyUp]:
-    """Yield the keys that went down, with what was held then, or up; none while a text field takes them."""
-    if imgui.get_io().want_text_input:
-        return
-    mods = modifiers()
-    for code, name in KEYS.items():
-        if imgui.is_key_pressed(code, True):
-            is_new = imgui.is_key_pressed(code, False)
-            yield Key(name, held_at_press) if is_new else Key(name, mods, repeated=True)
-        if imgui.is_key_released(code):
-            yield KeyUp(name)
+    def events(self, held_at_press: Modifiers) -> Iterator[Key | KeyUp]:
+        """Yield the keys that went down, with what was held then, or up; none while a text field takes them."""
+        heard = imgui.get_current_context().input_events_trail
+        if not self._may_be_down and all(event.type != imgui.internal.InputEventType.key for event in heard):
+            return  # to ask for every key would take as long as a panel
+        self._may_be_down = imgui.get_io().want_text_input or any(imgui.is_key_down(code) for code in KEYS)
+        if imgui.get_io().want_text_input:
+            return
+        mods = modifiers()
+        for code, name in KEYS.items():
+            if imgui.is_key_pressed(code, True):
+                is_new = imgui.is_key_pressed(code, False)
+                yield Key(name, held_at_press) if is_new else Key(name, mods, repeated=True)
+            if imgui.is_key_released(code):
+                yield KeyUp(name)

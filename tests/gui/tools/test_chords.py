@@ -3,8 +3,8 @@
 import pytest
 from imgui_bundle import imgui
 
-from app.model.events import Key, Modifiers
-from app.ui.canvas.input import Chords, awaits_more, key_events
+from app.model.events import Key, KeyUp, Modifiers
+from app.ui.canvas.input import Chords, awaits_more
 
 CTRL = (imgui.Key.left_ctrl, imgui.Key.mod_ctrl)
 
@@ -14,12 +14,17 @@ def press(io: imgui.IO, *keys: imgui.Key, down: bool) -> None:
         io.add_key_event(key, down)
 
 
+def events(chords: Chords) -> list[Key | KeyUp]:
+    """Draw a frame; return what keys did."""
+    imgui.new_frame()
+    found = list(chords.events(chords.take()))
+    imgui.end_frame()
+    return found
+
+
 def frame(chords: Chords) -> list[Key]:
     """Draw a frame; return the keys that went down."""
-    imgui.new_frame()
-    pressed = [event for event in key_events(chords.take()) if isinstance(event, Key) and not event.repeated]
-    imgui.end_frame()
-    return pressed
+    return [event for event in events(chords) if isinstance(event, Key) and not event.repeated]
 
 
 @pytest.mark.parametrize("first", [(*CTRL,), (imgui.Key.z,)], ids=["Ctrl", "Z"])
@@ -45,3 +50,14 @@ def test_a_chord_that_came_to_nothing_says_nothing_of_the_next_key(io: imgui.IO)
     assert frame(chords) == []
     press(io, imgui.Key.z, down=True)
     assert frame(chords) == [Key("z")]
+
+
+def test_a_key_that_stays_down_repeats_until_it_is_up(io: imgui.IO) -> None:
+    chords, io.delta_time = Chords(), 0.5
+    press(io, imgui.Key.z, down=True)
+    assert events(chords) == [Key("z")]
+    for _ in range(3):
+        assert events(chords) == [Key("z", repeated=True)]
+    press(io, imgui.Key.z, down=False)
+    assert events(chords) == [KeyUp("z")]
+    assert events(chords) == []
