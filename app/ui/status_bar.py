@@ -17,6 +17,7 @@ from app.ui.widgets.controls import Hinted, colors, icon_button, shorten, tip
 from app.ui.widgets.sliders import number_box
 from app.ui.widgets.theme import em, icon
 from core.files.text import begin_sentence
+from core.imaging.image import Image
 from core.mesh import Mesh
 
 Figure: TypeAlias = tuple[str, str, bool]
@@ -40,6 +41,8 @@ class StatusBar:
         self._editor = editor
         self._solve_ms = 0.0
         """Of what moved last; 0 while nothing has."""
+        self._moved: Image | None = None
+        """The picture that did."""
         self._mesh: Mesh | None = None
         self._place = ""
         """Which pixel of the picture is under the pointer."""
@@ -171,11 +174,11 @@ class StatusBar:
     def _warp_figures(self) -> list[Figure]:
         answer = self._editor.map
         if not answer.settled and self._editor.is_busy:
-            self._solve_ms = answer.solve_ms
+            self._solve_ms, self._moved = answer.solve_ms, answer.document.image
         folds = "no folds" if not answer.folds else "1 fold" if answer.folds == 1 else f"{answer.folds} folds"
         about_folds = "Cells that are turned over; at rest, those that the warp itself does not fold are mended"
         figures = [(f"{answer.grid.columns} × {answer.grid.rows}", "Nodes of the grid, across and down", False)]
-        if self._solve_ms:
+        if self._solve_ms and self._moved is answer.document.image:
             figures.append((f"{self._solve_ms:.1f} ms", "The last solve while something moved took so long", False))
         figures.append((folds, about_folds, answer.folds > 0))
         if answer.settled and answer.outline_moved_px:

@@ -51,6 +51,10 @@ class FileBrowser:
         self._ending = Path(self._name).suffix
         self.folder = folder
         self._items: tuple[FileRow, ...] = ()
+        self._sought = ""
+        """What was typed last: where a file is to be opened only names that hold it are listed."""
+        self._is_stepping = False
+        """Whether an arrow key has just put another name into the line."""
         self.enter(folder if is_folder(folder) else home())
 
     def enter(self, folder: Path) -> None:
@@ -61,7 +65,13 @@ class FileBrowser:
         except (OSError, ValueError) as fault:
             self._fault = f"{folder}: {getattr(fault, 'strerror', None) or fault}"
             return
-        self.folder, self._fault, self._asks_overwrite = folder, "", None
+        self.folder, self._fault, self._asks_overwrite, self._sought = folder, "", None, ""
+
+    @property
+    def _listed(self) -> list[FileRow]:
+        """The entries of the folder that are listed."""
+        sought = "" if self._saves or "/" in self._sought else self._sought.strip().lower()
+        return [item for item in self._items if sought in item.path.name.lower()]
 
     def draw(self) -> Path | bool:
         """Draw the browser; return the chosen file, False when it was closed, True while it is open."""
@@ -104,7 +114,7 @@ class FileBrowser:
             if is_wide:
                 imgui.table_setup_column("Size", imgui.TableColumnFlags_.width_fixed, em(4.5))
                 imgui.table_setup_column("Changed", imgui.TableColumnFlags_.width_fixed, em(7))
-            for number, item in enumerate(self._items):
+            for number, item in enumerate(self._listed):
                 imgui.table_next_row()
                 imgui.table_next_column()
                 if self._draw_item(item, number):
@@ -123,6 +133,9 @@ class FileBrowser:
         flags |= imgui.SelectableFlags_.no_auto_close_popups
         name = legible(item.path.name)
         pressed = imgui.selectable(f"{icon(glyph)}   {writable(name)}##{number}", name == self._name, flags)[0]
+        if self._is_stepping and name == self._name:
+            imgui.set_scroll_here_y()
+            self._is_stepping = False
         if pressed and not item.is_folder:
             self._name, self._picked, self._asks_overwrite = name, item.path, None
         return pressed and imgui.is_mouse_double_clicked(0)
@@ -134,8 +147,12 @@ class FileBrowser:
             imgui.set_keyboard_focus_here()
             self._takes_keys = False
         flags = imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.callback_always
-        entered, self._name = imgui.input_text("##name", self._name, flags, self._select_stem)
-        tip("Name of the file; a whole path will do")
+        flags |= imgui.InputTextFlags_.callback_history
+        entered, name = imgui.input_text("##name", self._name, flags, self._edit_name)
+        if name != self._name:
+            self._sought = self._sought if self._is_stepping else name
+            self._name = name
+        tip("Name of the file; a whole path will do. Up and down go through the list")
         imgui.same_line(0, em(1))
         verb = "Replace" if self._asks_overwrite else "Save" if self._saves else "Open"
         pressed = primary_button(verb, 7) or entered or chosen is not None
@@ -150,12 +167,26 @@ class FileBrowser:
         self._takes_keys = True
         return self.accepted(chosen)
 
-    def _select_stem(self, data: imgui.InputTextCallbackData) -> int:
-        """Select the proposed name without its ending, once it can be typed over."""
-        if self._selects_stem:
+    def _edit_name(self, data: imgui.InputTextCallbackData) -> int:
+        """Select the proposed name without its ending once it can be typed over; let arrow keys go through the list."""
+        if data.event_flag == imgui.InputTextFlags_.callback_history:
+            self._step(data, 1 if data.event_key == imgui.Key.down_arrow else -1)
+        elif self._selects_stem:
             data.set_selection(0, len(Path(self._name).stem.encode()))
             self._selects_stem = False
         return 0
+
+    def _step(self, data: imgui.InputTextCallbackData, step: int) -> None:
+        """Put the name of the entry after, or before, that of the line into it; of the first or last if none."""
+        names = [legible(item.path.name) for item in self._listed]
+        if not names:
+            return
+        at = names.index(self._name) + step if self._name in names else min(step, 0)
+        self._picked = self._listed[at % len(names)].path
+        data.delete_chars(0, data.buf_text_len)
+        data.insert_chars(0, names[at % len(names)])
+        data.select_all()
+        self._is_stepping, self._asks_overwrite = True, None
 
     def accepted(self, chosen: Path | None) -> Path | bool:
         """Return the file to take, True where something is to be mended first; None stands for the typed name."""
@@ -191,7 +222,9 @@ class FileBrowser:
         # The proposed ending stays where a name with another one is typed, or pasted, in the place of the stem.
         stem = self._name.removesuffix(self._ending)
         is_whole = Path(stem).suffix.lower().lstrip(".") in self._extensions
-        return resolve_name(self.folder, stem if is_whole else self._name)
+        path = resolve_name(self.folder, stem if is_whole else self._name)
+        is_only_one = not self._saves and self._name == self._sought and len(self._listed) == 1
+        return self._listed[0].path if is_only_one and not is_there(path) else path
 
 
 def _draw_details(item: FileRow) -> None:

@@ -79,13 +79,18 @@ class CommandPalette:
         if chosen is not None:
             chosen.try_run(self._editor)
 
+    def found(self) -> list[Action]:
+        """Return the actions that answer what is typed, those that cannot be done now last."""
+        found = matches(self._query, (*self._actions, *recent_actions(self._editor)))
+        return sorted(found, key=lambda action: not action.enabled(self._editor))
+
     def _draw_inside(self) -> Action | None:
         """Draw line and list; return the action to run."""
         imgui.set_next_item_width(-1)
         imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(em(0.6), em(0.5)))
         typed, self._query = imgui.input_text_with_hint("##query", "What do you want to do?", self._query)
         imgui.pop_style_var()
-        found = matches(self._query, (*self._actions, *recent_actions(self._editor)))
+        found = self.found()
         if typed:
             self._chosen = 0
         self._move(len(found))
@@ -98,7 +103,7 @@ class CommandPalette:
         if not found:
             imgui.text_disabled("Nothing is called that")
         if found and (imgui.is_key_pressed(imgui.Key.enter) or imgui.is_key_pressed(imgui.Key.keypad_enter)):
-            return found[self._chosen]
+            return found[self._chosen] if found[self._chosen].enabled(self._editor) else None
         return pressed
 
     def _move(self, count: int) -> None:

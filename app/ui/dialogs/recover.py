@@ -8,7 +8,7 @@ from imgui_bundle import ImVec2, imgui
 
 from app.model.requests import AskRecover, Offer
 from app.ui.dialogs.file_browser import format_date
-from app.ui.dialogs.modal import within, within_height
+from app.ui.dialogs.modal import is_confirmed, within, within_height
 from app.ui.panels.preset_list import Thumbnail
 from app.ui.widgets import theme
 from app.ui.widgets.controls import colors, faint, move_right, plain_button, primary_button, shorten, tip
@@ -30,13 +30,15 @@ class RecoverDialog:
         self._thumbnail = thumbnail
         self.chosen = 0
         """Number of the offer to recover."""
+        self._is_taken = False
+        """Whether an offer was double-clicked."""
 
     def draw(self) -> bool:
         """Draw the list and the answers."""
         imgui.text("Weft did not close as it should last time. It kept your work:")
         count = len(self._request.offers)
         height = min(within_height(22, 11.5), em(ROW_EM + 0.6) * count + em(0.6))
-        imgui.begin_child("offers", ImVec2(within(34), height))
+        imgui.begin_child("offers", ImVec2(within(34), height), imgui.ChildFlags_.nav_flattened)
         for number, offer in enumerate(self._request.offers):
             self._draw_offer(number, offer)
         imgui.end_child()
@@ -49,7 +51,7 @@ class RecoverDialog:
             return False
         tip("It stays and is offered again at the next start")
         imgui.same_line()
-        if primary_button("Recover", 8):
+        if primary_button("Recover", 8) or is_confirmed() or self._is_taken:
             self._request.then(self.chosen)
             return False
         return True
@@ -57,7 +59,12 @@ class RecoverDialog:
     def _draw_offer(self, number: int, offer: Offer) -> None:
         """Draw one row: picture, name, date and folder; a click chooses it."""
         at = imgui.get_cursor_pos()
-        if imgui.selectable(f"##offer {number}", number == self.chosen, 0, ImVec2(0, em(ROW_EM)))[0]:
+        flags = imgui.SelectableFlags_.allow_double_click | imgui.SelectableFlags_.no_auto_close_popups
+        if imgui.selectable(f"##offer {number}", number == self.chosen, flags, ImVec2(0, em(ROW_EM)))[0]:
+            self.chosen, self._is_taken = number, imgui.is_mouse_double_clicked(0)
+        if number == 0:
+            imgui.set_item_default_focus()
+        if imgui.is_item_focused():  # arrow keys go from row to row
             self.chosen = number
         low = imgui.get_item_rect_min()
         picture = None if offer.picture is None else self._thumbnail(offer.picture)

@@ -30,6 +30,9 @@ from app.ui.dialogs.question import question_about
 from app.ui.dialogs.recover import RecoverDialog, ThumbnailOf
 from app.ui.widgets.controls import faint, plain_button
 
+_BY_KEYS = int(imgui.ConfigFlags_.nav_enable_keyboard)
+"""Tab goes from button to button while a dialog is open; the window has other uses for it."""
+
 
 class Dialog(Protocol):
     """Something that is drawn over the window until it is answered."""
@@ -62,6 +65,8 @@ class Dialogs:
         """Draw the open dialog, or open the next; return seconds until it wants a frame."""
         while self._dialog is None and self._editor.requests:
             self._take(self._editor.requests.pop(0))
+        flags = imgui.get_io().config_flags & ~_BY_KEYS
+        imgui.get_io().config_flags = flags if self._dialog is None else flags | _BY_KEYS
         if self._dialog is None:
             return None
         self._draw_modal(self._dialog)

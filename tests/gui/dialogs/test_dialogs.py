@@ -9,7 +9,7 @@ from imgui_bundle import hello_imgui, imgui
 
 from app.actions.view import whole
 from app.editor.editor import Editor
-from app.model.requests import ExportOptions, SaveFile
+from app.model.requests import AskUnsaved, ExportOptions, OpenFile, SaveFile, Unsaved
 from core.document.project import load_project, save_project
 from core.imaging.images import Image, save
 from core.progress import Job, Progress
@@ -109,6 +109,38 @@ def test_file_dialogs_open_on_the_folder_of_the_last_one(editor: Editor, tmp_pat
     assert editor.session.folder == tmp_path / "masks"
 
 
+@pytest.mark.parametrize(
+    ("typed", "keys", "opened"),
+    [
+        ("", [imgui.Key.down_arrow] * 3, "moor.png"),
+        ("", [imgui.Key.up_arrow], "skye.png"),
+        ("oo", [], "moor.png"),
+        ("oo", [imgui.Key.down_arrow], "moor.png"),
+        ("fol", [imgui.Key.enter, imgui.Key.down_arrow], "inside.png"),
+    ],
+)
+def test_a_file_is_chosen_by_keys(
+    editor: Editor, tmp_path: Path, typed: str, keys: list[imgui.Key], opened: str
+) -> None:
+    (tmp_path / "folder").mkdir()
+    for name in ("folder/inside.png", "heath.png", "moor.png", "skye.png"):
+        (tmp_path / name).touch()
+    chosen: list[Path] = []
+    editor.show(folder=tmp_path)
+    editor.requests.append(OpenFile("Open", ("png",), chosen.append))
+
+    def script(window: WindowDriver) -> None:
+        window.wait(4)
+        if typed:
+            window.context.key_chars(typed)
+        for key in keys:
+            window.wait(2).key(key).wait(2)
+        window.key(imgui.Key.enter).wait_until(lambda: bool(chosen))
+
+    drive(editor, script)
+    assert chosen[0].name == opened
+
+
 @pytest.mark.parametrize(("typed", "written"), [("moor", "moor.tif"), ("moor.png", "moor.png")])
 def test_a_name_typed_at_once_keeps_the_proposed_ending(
     editor: Editor, tmp_path: Path, typed: str, written: str
@@ -122,6 +154,19 @@ def test_a_name_typed_at_once_keeps_the_proposed_ending(
 
     drive(editor, script)
     assert chosen == [tmp_path / written]
+
+
+def test_any_answer_of_a_question_is_given_by_keys(editor: Editor) -> None:
+    answers: list[Unsaved] = []
+    editor.requests.append(AskUnsaved("moor.png", answers.append))
+
+    def script(window: WindowDriver) -> None:
+        window.wait(4).key(imgui.Key.tab).wait(2).key(imgui.Key.enter).wait_until(lambda: bool(answers))
+        window.wait(4).key(imgui.Key.tab).wait(4)
+        assert not editor.session.panels  # Tab is the window's own again
+
+    drive(editor, script)
+    assert answers == ["discard"]
 
 
 def test_tab_hides_the_panels_and_brings_them_back(editor: Editor) -> None:

@@ -81,6 +81,21 @@ def test_the_palette_runs_what_is_typed(editor: Editor) -> None:
     assert editor.history.labels[-1] == "Invert mask"
 
 
+def test_the_palette_lists_what_cannot_be_done_last_and_does_not_go_by_it(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.key(imgui.Key.f3).wait()
+        window.context.key_chars_append("split")
+        window.wait()
+        found = window.shell.workspace.palette.found()
+        assert [action.name for action in found][:2] == ["view.split", "tool.split"]
+        assert not found[1].enabled(editor)
+        window.key(imgui.Key.down_arrow).wait().key(imgui.Key.enter).wait()
+        assert imgui.is_popup_open("", OPEN)
+
+    drive(editor, script)
+    assert editor.session.tool == "brush"
+
+
 def test_the_enter_that_chooses_in_the_palette_answers_no_dialog(editor: Editor, tmp_path: Path) -> None:
     editor.source_path = tmp_path / "picture.png"
     editor.edit("Bend", editor.document.with_warp(preset="arc"))

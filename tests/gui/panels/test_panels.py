@@ -13,10 +13,10 @@ from app.state.recovery import Recovery
 from app.ui.status_bar import StatusBar
 from app.ui.widgets import theme
 from core.arrays import Bytes
-from core.document.document import Mode, Pin, pixels_from_places
+from core.document.document import Document, Mode, Pin, pixels_from_places
 from core.document.map import outline_of
 from core.rasters.raster import Raster
-from tests.app.driver import EditorDriver, Later
+from tests.app.driver import EditorDriver, Later, picture
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -72,6 +72,21 @@ def test_the_status_bar_says_what_is_true_in_the_mode(editor: Editor) -> None:
     assert [word in said["warp"] for word in (" ms", "fold")] == [True, True]
     for mode in ("retexture", "overlay"):
         assert not [word for word in (" ms", "fold") if word in said[mode]]
+
+
+def test_what_a_solve_took_is_not_said_of_another_picture(editor: Editor) -> None:
+    said: list[str] = []
+
+    def script(window: WindowDriver) -> None:
+        editor.choose_tool("pins")
+        window.drag((300, 200), (320, 210), (330, 220))
+        for _ in range(2):
+            figures = window.wait(3).shell.workspace.status_bar.figures()
+            said.append(" ".join(text for text, _, _ in figures))
+            editor.replace_document(Document.of(picture(500, 300)), project=None, source=None)
+
+    drive(editor, script)
+    assert [" ms" in text for text in said] == [True, False]
 
 
 def test_the_status_bar_says_that_the_outline_gives_way(editor: Editor) -> None:

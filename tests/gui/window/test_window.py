@@ -209,6 +209,21 @@ def test_the_divider_of_the_split_view_is_dragged(editor: Editor) -> None:
     assert editor.history.index == 0
 
 
+def test_rescued_work_is_chosen_by_keys(editor: Editor) -> None:
+    answers: list[int | None] = []
+    offers = tuple(Offer(f"portrait {number}.weft", "", 1.7e9) for number in range(3))
+    editor.requests.append(AskRecover(offers, answers.append))
+
+    def script(window: WindowDriver) -> None:
+        window.wait(4)
+        for key in (imgui.Key.down_arrow, imgui.Key.down_arrow, imgui.Key.up_arrow):
+            window.key(key).wait(2)
+        window.key(imgui.Key.enter).wait_until(lambda: bool(answers))
+
+    drive(editor, script)
+    assert answers == [1]
+
+
 def test_rescued_work_is_offered(editor: Editor, tmp_path: Path) -> None:
     answers: list[int | None] = []
     save(Image(np.full((8, 12, 3), 90, np.uint8)), tmp_path / "small.png")
