@@ -138,11 +138,14 @@ class ClothMesh:
         straight = np.array([1.0, -2.0, 1.0])
         rows = (straight, straight, np.array([1.0, -1.0, -1.0, 1.0]) * np.sqrt(2))
         numbers = differing(np.arange(used.size).reshape(self.nodes)[box])
-        blocks: list[scipy.sparse.csr_array] = []
-        for nodes, marks, weights in zip(numbers, differing(used[box]), rows, strict=True):
+        columns: list[Ints] = []
+        for nodes, marks in zip(numbers, differing(used[box]), strict=True):
             kept = np.logical_and.reduce(marks)
-            blocks.append(stencil(np.stack([corner[kept] for corner in nodes], -1), weights, used.size))
-        return scipy.sparse.csr_array(scipy.sparse.vstack(blocks))
+            columns.append(np.stack([corner[kept] for corner in nodes], -1))
+        values = np.concatenate([np.tile(weights, len(nodes)) for nodes, weights in zip(columns, rows, strict=True)])
+        widths = np.concatenate([np.full(*nodes.shape) for nodes in columns])
+        ends, all_columns = np.append(0, np.cumsum(widths)), np.concatenate([nodes.ravel() for nodes in columns])
+        return scipy.sparse.csr_array((values, all_columns, ends), shape=(len(widths), used.size))
 
 
 def differing(grid: NDArray[Any]) -> Iterator[tuple[NDArray[Any], ...]]:
@@ -172,13 +175,6 @@ def around(used: Bools, margin: int = 0) -> Box:
 def nodes_in(box: Box) -> Box:
     """Return the rows and columns of the nodes of a box of cells."""
     return slice(box[0].start, box[0].stop + 1), slice(box[1].start, box[1].stop + 1)
-
-
-def stencil(nodes: Ints, weights: Floats, size: int) -> "scipy.sparse.csr_array":
-    """Return a matrix with `weights` (k,) at the columns `nodes` (n, k)."""
-    count, width = nodes.shape
-    ends = np.arange(0, count * width + 1, width)
-    return scipy.sparse.csr_array((np.tile(weights, count), nodes.ravel(), ends), shape=(count, size))
 
 
 def cross(a: Floats, b: Floats) -> Floats:

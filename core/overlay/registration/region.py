@@ -153,7 +153,7 @@ def misfit_of_cells(
     box = around(cells, 1 + round(4 * sigma_px / mesh.cell))
     planes = np.zeros((*cells[box].shape, found.shape[1]))
     planes[cells[box]] = found
-    out[:, *box] = np.where(cells[box], judge(gaussian(planes, sigma_px / mesh.cell), tolerance), 0.0)
+    out[:, cells] = judge(gaussian(planes, sigma_px / mesh.cell)[cells[box]], tolerance)
     return out[0], out[1]
 
 
