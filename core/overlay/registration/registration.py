@@ -182,9 +182,9 @@ class Registration:
     def linearised(
         self, state: ClothState, texel: Texel, photo: Singles
     ) -> tuple[Singles, tuple[Singles, Singles, Singles], Singles]:
-        """Return the residuals (3, K, cell²) of NRT eq. 2 in K cells, ∇T by u and v and T, and ρ (K, cell²).
+        """Return the residuals (3, K, cell²) of NRT eq. 2 in K cells, and of what their slopes are made (NRT eq. 9).
 
-        They hold until the next step.
+        That is ∇T by u and v, and T, (3, K, cell²) each, and ρ (K, cell²). They hold until the next step.
         """
         corners, weights = self.mesh.corners[state.cells], self.mesh.weights.T
         nodes = np.ascontiguousarray(state.values.reshape(-1, 3).T)
