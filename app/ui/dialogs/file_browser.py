@@ -3,6 +3,7 @@
 import contextlib
 import os
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,9 +53,11 @@ class FileBrowser:
         self.folder = folder
         self._items: tuple[FileRow, ...] = ()
         self._sought = ""
-        """What was typed last: where a file is to be opened only names that hold it are listed."""
+        """What was typed last."""
         self._is_stepping = False
         """Whether an arrow key has just put another name into the line."""
+        self._listed: list[FileRow] = []
+        """The entries of the folder that are listed."""
         self.enter(folder if is_folder(folder) else home())
 
     def enter(self, folder: Path) -> None:
@@ -65,13 +68,14 @@ class FileBrowser:
         except (OSError, ValueError) as fault:
             self._fault = f"{folder}: {getattr(fault, 'strerror', None) or fault}"
             return
-        self.folder, self._fault, self._asks_overwrite, self._sought = folder, "", None, ""
+        self.folder, self._fault, self._asks_overwrite = folder, "", None
+        self._seek("")
 
-    @property
-    def _listed(self) -> list[FileRow]:
-        """The entries of the folder that are listed."""
-        sought = "" if self._saves or "/" in self._sought else self._sought.strip().lower()
-        return [item for item in self._items if sought in item.path.name.lower()]
+    def _seek(self, typed: str) -> None:
+        """List the entries whose names hold what is typed, where a file is to be opened; else all."""
+        self._sought = typed
+        sought = "" if self._saves or "/" in typed else typed.strip().lower()
+        self._listed = [item for item in self._items if sought in item.path.name.lower()]
 
     def draw(self) -> Path | bool:
         """Draw the browser; return the chosen file, False when it was closed, True while it is open."""
@@ -114,7 +118,8 @@ class FileBrowser:
             if is_wide:
                 imgui.table_setup_column("Size", imgui.TableColumnFlags_.width_fixed, em(4.5))
                 imgui.table_setup_column("Changed", imgui.TableColumnFlags_.width_fixed, em(7))
-            for number, item in enumerate(self._listed):
+            for number in self._rows_in_sight():
+                item = self._listed[number]
                 imgui.table_next_row()
                 imgui.table_next_column()
                 if self._draw_item(item, number):
@@ -125,6 +130,16 @@ class FileBrowser:
         if entered is not None:
             self.enter(entered)
         return chosen
+
+    def _rows_in_sight(self) -> Iterator[int]:
+        """Yield the numbers of the listed entries that are in sight, and of the one that an arrow key went to."""
+        clipper = imgui.ListClipper()
+        clipper.begin(len(self._listed))
+        if self._is_stepping:
+            found = (n for n, item in enumerate(self._listed) if legible(item.path.name) == self._name)
+            clipper.include_item_by_index(next(found, 0))
+        while clipper.step():
+            yield from range(clipper.display_start, clipper.display_end)
 
     def _draw_item(self, item: FileRow, number: int) -> bool:
         """Draw one entry; return whether it was double-clicked."""
@@ -150,8 +165,9 @@ class FileBrowser:
         flags |= imgui.InputTextFlags_.callback_history
         entered, name = imgui.input_text("##name", self._name, flags, self._edit_name)
         if name != self._name:
-            self._sought = self._sought if self._is_stepping else name
             self._name = name
+            if not self._is_stepping:
+                self._seek(name)
         tip("Name of the file; a whole path will do. Up and down go through the list")
         imgui.same_line(0, em(1))
         verb = "Replace" if self._asks_overwrite else "Save" if self._saves else "Open"

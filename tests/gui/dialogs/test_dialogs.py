@@ -10,9 +10,11 @@ from imgui_bundle import hello_imgui, imgui
 from app.actions.view import whole
 from app.editor.editor import Editor
 from app.model.requests import AskUnsaved, ExportOptions, OpenFile, SaveFile, Unsaved
+from app.ui.widgets.theme import icon
 from core.document.project import load_project, save_project
 from core.imaging.images import Image, save
 from core.progress import Job, Progress
+from tests.gui.window.test_small_windows import item
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
@@ -154,6 +156,29 @@ def test_a_name_typed_at_once_keeps_the_proposed_ending(
 
     drive(editor, script)
     assert chosen == [tmp_path / written]
+
+
+def test_of_a_large_folder_what_is_in_sight_is_drawn(editor: Editor, tmp_path: Path) -> None:
+    for number in range(500):
+        (tmp_path / f"{number:03}.png").touch()
+    chosen: list[Path] = []
+    editor.show(folder=tmp_path)
+    editor.requests.append(OpenFile("Open", ("png",), chosen.append))
+
+    def is_drawn(window: WindowDriver, row: int) -> bool:
+        return item(window, f"//Open/**/{icon('image')}   {row:03}.png##{row}") is not None
+
+    def script(window: WindowDriver) -> None:
+        window.wait(4)
+        assert is_drawn(window, 2)
+        assert not is_drawn(window, 499)
+        window.key(imgui.Key.up_arrow).wait(4)  # from the first to the last
+        assert is_drawn(window, 499)
+        assert not is_drawn(window, 2)
+        window.key(imgui.Key.enter).wait_until(lambda: bool(chosen))
+
+    drive(editor, script)
+    assert chosen == [tmp_path / "499.png"]
 
 
 def test_any_answer_of_a_question_is_given_by_keys(editor: Editor) -> None:
