@@ -189,7 +189,7 @@ class Workspace:
         """Give the panels and the canvas their places."""
         self._take_scale()
         self._widen_panels()
-        self.canvas.lay_out(find_central_area())
+        self.canvas.lay_out(find_central_area(), is_whole=self._whole_view.is_whole)
 
     def _take_scale(self) -> None:
         """Draw text and controls at the size that the artist prefers, and take the keys that are wished for."""

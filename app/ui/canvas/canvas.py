@@ -45,11 +45,10 @@ class CanvasWidget:
         """Take note of what was held when a key went down; before the next frame it may be let go."""
         self._chords.hear(modifiers)
 
-    def lay_out(self, area: Area) -> None:
+    def lay_out(self, area: Area, *, is_whole: bool) -> None:
         """Take the place that the panels leave; the middle stays in the middle, a picture seen whole stays whole."""
         if area == self.area:
             return
-        is_whole = self.editor.session.view == whole(self.editor)
         self.area, view = area, self.editor.session.view
         grown, (width, height), old = view.unit / area.unit, area.size, view.size
         pan = ((width - old[0] * grown) / 2 + view.pan[0] * grown, (height - old[1] * grown) / 2 + view.pan[1] * grown)

@@ -14,7 +14,7 @@ class WholeView:
         self._editor = editor
         self._view: View | None = None
         """The view of the frame before."""
-        self._is_whole = False
+        self.is_whole = False
         """Whether the view is one that showed the whole picture when it was chosen."""
         self._size_px: tuple[int, int] | None = None
         """Of the result, the frame before."""
@@ -32,8 +32,8 @@ class WholeView:
         is_other = is_resized or document.warp.preset != self._preset
         self._size_px, self._preset = document.canvas_px, document.warp.preset
         if view != self._view:
-            self._view, self._is_whole = view, view == whole(self._editor)
-        elif self._is_whole and not self._editor.is_busy and (is_other or not _holds(view, self._editor)):
+            self._view, self.is_whole = view, view == whole(self._editor)
+        elif self.is_whole and not self._editor.is_busy and (is_other or not _holds(view, self._editor)):
             self._view = whole(self._editor)
             self._editor.show(view=self._view)
 

@@ -209,6 +209,20 @@ def test_tab_hides_the_panels_and_brings_them_back(editor: Editor) -> None:
     assert editor.document.warp.preset == "arch"
 
 
+def test_a_picture_seen_whole_is_as_large_as_the_window_allows_though_fewer_handles_show(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        editor.choose_tool("outline")
+        window.item("//Warp/**/Arch").wait_until(lambda: editor.live.is_settled).wait(3)
+        before = editor.session.view
+        editor.choose_tool("pins")
+        window.wait(3)
+        assert editor.session.view == before != whole(editor)  # the outline's handles no longer count
+        window.move(300, 300).key(imgui.Key.tab).wait(4)
+        assert editor.session.view == whole(editor)
+
+    drive(editor, script)
+
+
 def test_panels_come_back_in_their_order_with_the_same_one_in_front(editor: Editor) -> None:
     def tabs() -> list[str]:
         node = imgui.internal.find_window_by_name("History").dock_node
