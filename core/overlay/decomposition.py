@@ -14,8 +14,10 @@ from typing import TypeVar
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Points, Singles
+from core.imaging import color
 from core.imaging.image import Image
 from core.linalg.blas import on_one_thread, one_thread
+from core.masks.object_masks import object_under
 from core.overlay.composition import difference, finite
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import Proposal
@@ -32,12 +34,16 @@ from core.overlay.search.finding import Find, find_cloth, follow_within, registe
 from core.overlay.texel import Texel
 from core.overlay.whole_cloth import widen
 from core.progress import Job, Progress, part
+from core.selection.features import MARKED
+from core.selection.importance import importance, propose
 
 T = TypeVar("T")
 
 WORKING_PX = 1000
 """Longest side of the picture that is searched and registered; larger ones are shrunk for that by a whole number."""
 SPLITTING = "splitting off the detail"
+OBJECTS = 0.4
+"""Share of a photo that is taken for what stands out, before the object is cut out: garments fill about so much."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +93,8 @@ class FoundCloth:
     """(H, W), or one number: of what is laid there."""
     is_sure: bool
     """Whether no doubt is left about it (`Find`)."""
+    stands_alone: bool
+    """Whether it needs nobody's word that there is cloth (`Find`)."""
 
     @property
     def covered(self) -> Bools:
@@ -130,7 +138,8 @@ def decompose(
     where no lattice is found, and where one explains no pixel of the photo.
 
     Where the find within a region leaves doubts the pattern is looked for in all of the photo too, and of both finds
-    that is kept that explains the region better: a region can only help.
+    that is kept that explains the region better: a region can only help. Where the find without a region does, it is
+    looked for on the object that stands out.
     """
     seconds: dict[str, float] = {}
     job = find_all(photo, Known(region, texel_px, start, lattice, seed))
@@ -165,18 +174,42 @@ def decompose_whole_cloth(
 
 
 def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
-    """Return the finds that are compared, the one that explains most first; raise `NoPatternError` if there is none."""
+    """Return the finds that are compared, the one that explains most first; raise `NoPatternError` if there is none.
+
+    Where a find leaves doubts it is looked for elsewhere too: where it was found within a region in all of the photo,
+    else on the object that stands out.
+    """
     finds: list[FoundCloth] = []
     with suppress(NoPatternError):
         finds.append((yield from part(find(photo, known), 0.0, 0.5)))
-    is_doubtful = not any(found.is_sure for found in finds)
-    if is_doubtful and known.region is not None and known.start is None and known.lattice is None:
+    if known.start is None and known.lattice is None:
         with suppress(NoPatternError):
-            bare = yield from part(find(photo, replace(known, region=None)), 0.5, 0.9)
-            finds.append((yield from part(follow(bare, known.region, known.seed), 0.9, 1.0)))
+            if known.region is None:
+                if not any(found.stands_alone for found in finds):
+                    finds.append((yield from part(find_on_object(photo, known), 0.5, 1.0)))
+            elif not any(found.is_sure for found in finds):
+                bare = yield from part(find(photo, replace(known, region=None)), 0.5, 0.9)
+                finds.append((yield from part(follow(bare, known.region, known.seed), 0.9, 1.0)))
     if not finds:
         raise NoPatternError
     return finds if len(finds) == 1 else sorted(finds, key=attrgetter("explained"), reverse=True)
+
+
+def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the cloth of the object that stands out in a photo; raise `NoPatternError` if there is none.
+
+    Nobody said that there is cloth.
+    """
+    image = Image(color.quantise(photo.astype(np.float32), np.uint8))
+    try:
+        rough = propose((yield from part(importance(image), 0.0, 0.05)), OBJECTS, image.size_px)
+        inside = (yield from part(object_under(image, rough), 0.05, 0.1)) > MARKED
+    except InputError as error:
+        raise NoPatternError from error
+    found = yield from part(find(photo, replace(known, region=inside)), 0.1, 1.0)
+    if not found.stands_alone:
+        raise NoPatternError
+    return found
 
 
 def find(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
@@ -216,8 +249,8 @@ def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Boo
 
 def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
     """Return what was found on the working picture as that of the photo (H, W, 3)."""
-    opacity = np.float32(1) if region is None else region.astype(np.float32)
-    return FoundCloth(found.cloth, found.followed, photo, may_be_cloth(photo, region), scale, opacity, found.is_sure)
+    opacity, valid = np.float32(1) if region is None else region.astype(np.float32), may_be_cloth(photo, region)
+    return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, found.is_sure, found.stands_alone)
 
 
 def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:

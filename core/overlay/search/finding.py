@@ -40,6 +40,9 @@ AS_MUCH = 0.9
 COMPLETED = 3
 """Finds that are completed where the first one leaves doubts: what is explained at first is only what lies near it."""
 
+LEAST_UNTOLD = 5.0
+"""Texels, large ones, that are seen at least where nobody said that there is cloth: a leopard's spots show four."""
+
 LEAST_PART = 0.05
 """Share of what may be cloth that a find covers at least: what repeats in a corner is not the photo's."""
 
@@ -64,10 +67,14 @@ class Find:
         return self.weight.explained / self.scale**2
 
     @property
+    def area_px(self) -> int:
+        """Pixels that it covers."""
+        return int((self.cloth.valid & self.cloth.mesh.pixels_of(self.followed.cells)).sum())
+
+    @property
     def covers(self) -> float:
         """Share of what may be cloth."""
-        valid = self.cloth.valid
-        return float((valid & self.cloth.mesh.pixels_of(self.followed.cells)).sum() / max(valid.sum(), 1))
+        return self.area_px / max(int(self.cloth.valid.sum()), 1)
 
     @property
     def takes_away(self) -> float:
@@ -88,6 +95,12 @@ class Find:
     def is_sure(self) -> bool:
         """Whether no doubt is left about it, and hardly anything that may be cloth."""
         return self.is_clear and self.covers > AS_MUCH
+
+    @property
+    def stands_alone(self) -> bool:
+        """Whether it needs nobody's word that there is cloth."""
+        texels = self.area_px / abs(float(np.linalg.det(self.cloth.basis)))
+        return self.is_clear or (self.repeats and self.explained > 0 and texels > LEAST_UNTOLD)
 
     @cached_property
     def steps(self) -> Lattice:

@@ -100,6 +100,39 @@ def test_all_of_the_photo_is_searched_only_where_the_find_in_a_region_leaves_dou
     assert searched == ([True] if is_sure else [True, False])
 
 
+@pytest.mark.parametrize("stands_alone", [True, False])
+def test_what_is_found_only_on_the_object_that_stands_out_has_to_stand_alone(
+    monkeypatch: pytest.MonkeyPatch, stands_alone: bool
+) -> None:
+    searched: list[bool] = []
+
+    def find_on_objects(photo: Floats, known: Known) -> Job[FoundCloth]:
+        searched.append(known.region is not None)
+        if known.region is None:
+            raise NoPatternError
+        return replace((yield from find(photo, known)), stands_alone=stands_alone)
+
+    monkeypatch.setattr(decomposition, "find", find_on_objects)
+    cloth = np.pad(EVERYWHERE, 50)
+    photo = np.where(cloth[..., None], np.pad(SCENE.photo, ((50, 50), (50, 50), (0, 0))), [0.1, 0.25, 0.5])
+    with nullcontext() if stands_alone else pytest.raises(NoPatternError):
+        covered = run(decompose(photo)).covered
+        assert (covered & cloth).sum() > 0.9 * cloth.sum() > 10 * (covered & ~cloth).sum()
+    assert searched == [False, True]
+
+
+def test_a_find_that_stands_alone_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    searched: list[bool] = []
+
+    def find_in(photo: Floats, known: Known) -> Job[FoundCloth]:
+        searched.append(known.region is not None)
+        return (yield from find(photo, known))
+
+    monkeypatch.setattr(decomposition, "find", find_in)
+    assert run(decompose(SCENE.photo)).covered.any()
+    assert searched == [False]
+
+
 def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decomposition, "find", find_wrongly)
     small = make_scene(motif(), size=(100, 110))

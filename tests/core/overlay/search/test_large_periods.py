@@ -191,6 +191,31 @@ def test_where_the_likeliest_find_leaves_doubts_others_may_explain_more_in_the_e
     assert run(best_completed(finds[::-1], 0)).explained == kept
 
 
+@pytest.mark.parametrize(
+    ("explained", "share", "repeats", "texels", "alone"),
+    [
+        (1.0, 0.3, True, -1, True),
+        (1.0, 0.3, True, 1, False),
+        (-1.0, -0.3, True, -1, False),
+        (1.0, 0.3, False, -1, False),
+        (1.0, 0.7, False, 1, True),
+    ],
+)
+def test_where_nobody_says_that_there_is_cloth_a_find_is_clear_or_shows_enough_large_texels(
+    followed: tuple[FittedCloth, Fit],
+    monkeypatch: pytest.MonkeyPatch,
+    explained: float,
+    share: float,
+    repeats: bool,
+    texels: int,
+    alone: bool,
+) -> None:
+    cloth, fit = followed
+    shown = (cloth.valid & cloth.mesh.pixels_of(fit.cells)).sum() / np.linalg.det(cloth.basis)
+    monkeypatch.setattr(finding, "LEAST_UNTOLD", shown + texels)
+    assert Find(cloth, fit, Evidence(explained, share), repeats=repeats).stands_alone == alone
+
+
 @pytest.mark.parametrize(("share", "kept"), [(-1.0, 9.0), (0.3, 2.0)])
 def test_a_find_that_completing_makes_incredible_stays_as_it_was(
     followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, share: float, kept: float
