@@ -13,7 +13,7 @@ from core.progress import Job, Progress
 
 PIXELS = 150_000
 """Objects are cut out in pictures of so many pixels."""
-ROUNDS = 5
+ROUNDS, LEARNING_ROUNDS = 5, 2
 NEAR, FAR = 8.0, 30.0
 """An object ends so near what is painted as half the width of that, but within these bounds, in pixels."""
 CORE = 0.7
@@ -44,19 +44,23 @@ def object_within(image: Image, low: Points, high: Points, ground: Singles | Non
         raise InputError("the rectangle is too small to hold an object")
     labels = np.full(picture.shape[:2], cv2.GC_BGD, np.uint8)
     labels[top : bottom + 1, left : right + 1] = cv2.GC_PR_FGD
+    certain = np.zeros(labels.shape, bool)
     if ground is not None:
-        _take_ground(labels, ((left + right) / 2, (top + bottom) / 2, (right - left) / 2, (bottom - top) / 2), ground)
+        box = (left + right) / 2, (top + bottom) / 2, (right - left) / 2, (bottom - top) / 2
+        certain = _sample_ground(labels, box, ground)
     if (labels == cv2.GC_PR_FGD).all():
         raise InputError("the rectangle leaves no ground around the object")
-    inside = yield from _cut(picture, labels)
+    inside = yield from _cut(picture, labels.copy(), certain)
+    if certain.any() and not inside.any():  # what was taken for certain is of the object itself
+        inside = yield from _cut(picture, labels)
     return _enlarge(inside, image)
 
 
-def _take_ground(labels: Bytes, box: tuple[float, ...], ground: Singles) -> None:
-    """Label what of a box, given by its centre and half its sides, is ground by where it lies (h, w).
+def _sample_ground(labels: Bytes, box: tuple[float, ...], ground: Singles) -> Bools:
+    """Label what of a box is probably ground by where it lies (h, w), and return what is so for certain at first.
 
     That speaks for ground along the picture's border, where it is more `ground` than not, and in the corners of the
-    box, outside the ellipse in it. Where both do it is ground for certain, else probably.
+    box, outside the ellipse in it. Where both do it is certain. The box is given by its centre and half its sides.
     """
     y, x = np.ogrid[: labels.shape[0], : labels.shape[1]]
     in_corner = ((x - box[0]) / box[2]) ** 2 + ((y - box[1]) / box[3]) ** 2 > 1
@@ -64,8 +68,10 @@ def _take_ground(labels: Bytes, box: tuple[float, ...], ground: Singles) -> None
     at_border = cv2.resize(ground, labels.shape[::-1]) > 0.5
     at_border[rim:-rim, rim:-rim] = False
     inside = labels == cv2.GC_PR_FGD
+    if not (inside & ~in_corner & ~at_border).any():
+        at_border[:] = False  # a narrow box along the border
     labels[inside & (in_corner | at_border)] = cv2.GC_PR_BGD
-    labels[inside & in_corner & at_border] = cv2.GC_BGD
+    return np.asarray(inside & in_corner & at_border)
 
 
 def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
@@ -129,12 +135,17 @@ def _labels(marked: Bools, far: int) -> Bytes:
     return labels
 
 
-def _cut(picture: Bytes, labels: Bytes) -> Job[Bools]:
-    """Return which pixels (h, w) belong to the object, by labels of GrabCut's, which are changed."""
+def _cut(picture: Bytes, labels: Bytes, ground: Bools | None = None) -> Job[Bools]:
+    """Return which pixels (h, w) belong to the object, by labels of GrabCut's, which are changed.
+
+    What is `ground` (h, w) is so for certain while the colours of both are learnt, and only probably from then on.
+    """
     back, front = np.zeros((1, 65)), np.zeros((1, 65))
     cv2.setRNGSeed(0)
     for round_number in range(ROUNDS):
         yield Progress(round_number / ROUNDS, "cutting out")
+        if ground is not None and round_number in (0, LEARNING_ROUNDS):
+            labels[ground] = cv2.GC_PR_BGD if round_number else cv2.GC_BGD
         mode = cv2.GC_INIT_WITH_MASK if round_number == 0 else cv2.GC_EVAL
         cv2.grabCut(picture, labels, None, back, front, 1, mode)  # type: ignore[call-overload]  # no rectangle
     return np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD))

@@ -26,7 +26,8 @@ def object_in_box(image: Image, low: Points, high: Points) -> Job[Bytes]:
     """
     if has_transparency(image):
         return opaque_under(image, fill_polygon(image.size_px, rectangle_outline(low, high)))
-    reaches_border = bool((np.asarray(low) < 0.5).any() or (np.asarray(high) > np.subtract(image.size_px, 1.5)).any())
+    low, high = np.maximum(low, -0.5), np.minimum(high, np.subtract(image.size_px, 0.5))
+    reaches_border = bool((low < 0.5).any() or (high > np.subtract(image.size_px, 1.5)).any())
     ground = groundness(image) if reaches_border else None
     found = fill_holes((yield from object_within(image, low, high, ground)))
     count, parts, stats, _ = cv2.connectedComponentsWithStats((found > MARKED).astype(np.uint8), connectivity=8)

@@ -50,3 +50,20 @@ def test_a_box_around_all_of_the_picture_finds_what_stands_out_in_it() -> None:
     image = Image(np.clip(pixels, 0, 255).astype(np.uint8))
     mask = run(object_in_box(image, np.array([-5.0, -5.0]), np.array([410.0, 310.0]))) > 127
     assert (mask & (inside > 0)).sum() / (mask | (inside > 0)).sum() > 0.97
+
+
+def test_an_object_that_the_border_cuts_at_three_sides_is_found() -> None:
+    rng = np.random.default_rng(7)
+    pixels = rng.normal((110, 140, 220), 8, (300, 400, 3))
+    pixels[120:] = rng.normal((200, 130, 50), 8, (180, 400, 3))
+    image = Image(np.clip(pixels, 0, 255).astype(np.uint8))
+    mask = run(object_in_box(image, np.array([-9.0, 100.0]), np.array([409.0, 309.0]))) > 127
+    assert mask[125:].mean() > 0.97
+    assert mask[:115].mean() < 0.01
+
+
+def test_a_narrow_box_along_the_border_is_answered() -> None:
+    rng = np.random.default_rng(8)
+    image = Image(np.clip(rng.normal((110, 140, 220), 8, (300, 400, 3)), 0, 255).astype(np.uint8))
+    with pytest.raises(InputError):
+        run(object_in_box(image, np.array([50.0, -9.0]), np.array([350.0, 8.0])))
