@@ -55,6 +55,7 @@ class QuestionDialog:
             return "cancel"
         imgui.same_line()
         pressed = primary_button(self.usual.label, self.usual.width_em) or is_confirmed()
+        imgui.set_item_default_focus()  # Tab goes on from here
         return self.usual.answer if pressed else None
 
 

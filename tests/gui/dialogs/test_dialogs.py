@@ -181,12 +181,27 @@ def test_of_a_large_folder_what_is_in_sight_is_drawn(editor: Editor, tmp_path: P
     assert chosen == [tmp_path / "499.png"]
 
 
+def test_enter_gives_the_usual_answer_after_a_dialog_that_was_answered_by_keys(editor: Editor) -> None:
+    answers: list[Unsaved] = []
+    editor.requests += [AskUnsaved("moor.png", answers.append), AskUnsaved("heath.png", answers.append)]
+
+    def script(window: WindowDriver) -> None:
+        window.wait(4).key(imgui.Key.tab).wait(2).key(imgui.Key.enter).wait_until(lambda: len(answers) == 1)
+        window.wait(6).key(imgui.Key.enter).wait_until(lambda: len(answers) == 2)
+
+    drive(editor, script)
+    assert answers[1] == "save"
+
+
 def test_any_answer_of_a_question_is_given_by_keys(editor: Editor) -> None:
     answers: list[Unsaved] = []
     editor.requests.append(AskUnsaved("moor.png", answers.append))
 
     def script(window: WindowDriver) -> None:
-        window.wait(4).key(imgui.Key.tab).wait(2).key(imgui.Key.enter).wait_until(lambda: bool(answers))
+        window.wait(4)
+        for _ in range(2):  # the first shows where the keys are
+            window.key(imgui.Key.tab).wait(2)
+        window.key(imgui.Key.enter).wait_until(lambda: bool(answers))
         window.wait(4).key(imgui.Key.tab).wait(4)
         assert not editor.session.panels  # Tab is the window's own again
 
