@@ -1,6 +1,6 @@
 """The features of a document as a list: where each is, what it is called, and what can be done with one or several."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import count
 from weakref import WeakKeyDictionary
@@ -125,7 +125,7 @@ class FeatureList:
         if self._pictured is not document.image:
             self._pictured, self._tints = document.image, None
         if self._tints is None or self._tints[0] is not found:
-            self._tints = found, self._tinted(found, count)
+            self._tints = found, self._tinted(document, grid, found, count)
             self._owners = None
         given_up = frozenset(feature.number for feature in document.said if not feature.is_kept)
         if self._owners is None or self._owners[0] != given_up:
@@ -135,12 +135,13 @@ class FeatureList:
             self._owners = given_up, readonly(np.where(own > 0, own, wider).astype(np.uint8))
         return self._owners[1]
 
-    def _tinted(self, found: Features, count: int) -> Bytes:
+    def _tinted(self, document: Document, grid: Grid, found: Features, count: int) -> Bytes:
         """Return colours of nodes (R, C): a feature keeps what most of it had, whatever is painted elsewhere."""
         before = np.zeros(found.labels.shape, np.uint8) if self._tints is None else self._tints[1]
         if before.shape != found.labels.shape:
             before = np.zeros(found.labels.shape, np.uint8)
-        self._colors = _keep(found, before, count, {})
+        order: Callable[[], dict[int, int]] = lambda: {row.id: row.order for row in self.rows(document, grid)}  # noqa: E731
+        self._colors = _keep(found, before, count, {}, order)
         table = np.zeros(int(found.labels.max(initial=0)) + 1, np.uint8)
         table[list(self._colors)] = list(self._colors.values())
         return readonly(table[found.labels])
@@ -162,11 +163,17 @@ class FeatureList:
         return self._outlines[number]
 
 
-def _keep(found: Features, before: Bytes | Labels, count: int, given: dict[int, int]) -> dict[int, int]:
+def _keep(
+    found: Features,
+    before: Bytes | Labels,
+    count: int,
+    given: dict[int, int],
+    order: Callable[[], dict[int, int]] | None = None,
+) -> dict[int, int]:
     """Return a colour or an order, 1 to `count`, of each feature by number.
 
-    Some are `given`. The largest first keep what `before` (R, C) has there; the others get what is left in the order of
-    their numbers.
+    Some are `given`. The largest first keep what `before` (R, C) has there; the others get what is left in their
+    `order`, that of their numbers by default.
     """
     pairs = found.labels.astype(np.int64) * (count + 1) + before
     had = np.bincount(pairs.ravel())
@@ -180,7 +187,10 @@ def _keep(found: Features, before: Bytes | Labels, count: int, given: dict[int, 
             colors[number] = int(np.argmax(had[number]))
             had[:, colors[number]] = 0
     free = iter(sorted(set(range(1, count + 1)) - set(colors.values())))
-    for number in sorted(others - set(colors)):
+    new = sorted(others - set(colors))
+    if order is not None and len(new) > 1:
+        new.sort(key=order().__getitem__)
+    for number in new:
         colors[number] = next(free, number % count + 1)
     return colors
 

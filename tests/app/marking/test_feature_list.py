@@ -105,6 +105,20 @@ def test_features_are_listed_alike_when_their_project_is_opened_again(tmp_path: 
     assert np.array_equal(again.document.mask.array, drive.document.mask.array)
 
 
+def test_features_have_the_same_colours_when_a_project_is_opened_again() -> None:
+    drive = EditorDriver(document().changed(mask=bars((80, 110))))
+    before = [color_at(drive, 95, 80)]
+    numbers = np.zeros((150, 200), np.uint8)
+    numbers[50:110, 20:50] = 2  # painted as a new feature
+    drive.editor.edit(
+        "Paint", drive.document.changed(mask=bars((80, 110), (20, 50)), numbers=Raster.from_array(numbers))
+    )
+    drive.frame()
+    before.append(color_at(drive, 35, 80))
+    again = EditorDriver(drive.document)
+    assert [color_at(again, 95, 80), color_at(again, 35, 80)] == before == [1, 2]
+
+
 def test_another_picture_has_its_colours_whatever_was_open_before() -> None:
     drive = EditorDriver(document().changed(mask=bars((80, 110), (150, 180))))
     fresh = color_at(drive, 95, 80), color_at(drive, 165, 80)
