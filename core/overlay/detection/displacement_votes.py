@@ -36,7 +36,8 @@ APART = 0.2
 LIKELY, SURE = 12.0, 20.0
 """Standard deviations by which the votes for a lattice surpass the usual number, for it to be tried, and to be certain;
 for either of its directions half of the former, since neighbouring votes are of the same motif. Large prints and
-tartans have 15 to 80; of the pictures to refuse one has 21, and shows too few texels, the others 11 at most."""
+tartans have 15 to 80; of the pictures to refuse one has 21, and shows too few texels, the others 11 at most. In photos
+that are enlarged first the former have 21 to 80, and the latter, but for those that show too few texels, 18 at most."""
 
 
 @dataclass(frozen=True)
@@ -89,12 +90,14 @@ def surplus(seen: Singles, usual: Singles) -> Singles:
     return np.asarray((seen - usual) / np.sqrt(usual + 1), np.float32)
 
 
-def find_alike(image: Singles, valid: Bools, least_px: float) -> Pairs:
+def find_alike(image: Singles, valid: Bools, least_px: float, *, least_size_px: float = 0.0) -> Pairs:
     """Return the pairs of alike keypoints of a flattened `image` (H, W, 3), `least_px` apart or more.
 
-    They are not so far apart that the cloth could not show the vector between them twice.
+    They are not so far apart that the cloth could not show the vector between them twice. Keypoints are of a diameter
+    of `least_size_px` or more.
     """
-    points, sizes, descriptors = detect_upright(image, valid)
+    keypoints = detect_upright(image, valid)
+    points, sizes, descriptors = (found[keypoints[1] >= least_size_px] for found in keypoints)
     roots = np.sqrt(descriptors / np.maximum(descriptors.sum(1, keepdims=True), 1e-9))
     alike = np.triu(2 - 2 * roots @ roots.T < ALIKE**2, 1)
     first, second = np.nonzero(alike)

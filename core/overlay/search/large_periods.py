@@ -23,6 +23,7 @@ from core.overlay.registration.fitting import refit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
 from core.overlay.registration.thin_plate import interpolation
+from core.overlay.search.magnified import TIMES, can_be_magnified, enlarged
 from core.overlay.texel import draw_sample
 from core.overlay.tolerances import SMOOTH_PX
 from core.progress import Job, Progress
@@ -32,6 +33,8 @@ STEP_PX, MESH_PX = 30.0, 24.0
 """Side of a large texel at least, and of the steps of the mesh's lattice into which it is divided, small as motifs."""
 LEAST_TEXELS = 3.0
 """Area, in texels, that has to be seen: one, and its neighbour along either vector; twice that without a region."""
+LEAST_SIZE_PX = 1.2
+"""Diameter of keypoints of an enlarged photo, in its own pixels: smaller ones tell of noise and interpolation."""
 TRIED = 2
 """Lattices that are tried: votes propose, what the texel explains decides."""
 TOLERANCES = np.geomspace(0.25, 0.08, 8)
@@ -54,9 +57,9 @@ def find_large(photo: Floats, canvas: FlatPicture) -> Job[tuple[FittedCloth, Fit
     """
     yield Progress(0.0, NOTE)
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
-    pairs = find_alike(canvas.image, valid, STEP_PX)
+    pairs, likely = find_likely(canvas)
     least = 2 * LEAST_TEXELS if valid.all() else LEAST_TEXELS
-    for number, (sure, basis) in enumerate(find_bases(count_votes(pairs, STEP_PX))[:TRIED]):
+    for number, (sure, basis) in enumerate(likely[:TRIED]):
         if least * np.linalg.det(basis) > valid.sum():
             continue
         try:
@@ -72,6 +75,22 @@ def find_large(photo: Floats, canvas: FlatPicture) -> Job[tuple[FittedCloth, Fit
         if certain and covered.sum() > least * np.linalg.det(basis):
             return cloth, found, weight
     raise NoPatternError
+
+
+def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]:
+    """Return the pairs of alike keypoints, `STEP_PX` or more apart, and what `find_bases` makes of their votes.
+
+    A small photo is enlarged to tell them. There are three times as many keypoints then, which surpass chance by more:
+    only what is certain is likely.
+    """
+    valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
+    if not can_be_magnified(canvas.shape):
+        pairs = find_alike(canvas.image, valid, STEP_PX)
+        return pairs, find_bases(count_votes(pairs, STEP_PX))
+    large, inside = enlarged(canvas.image), np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1)
+    pairs = find_alike(large, inside, TIMES * STEP_PX, least_size_px=TIMES * LEAST_SIZE_PX)
+    likely = [(sure, basis / TIMES) for sure, basis in find_bases(count_votes(pairs, TIMES * STEP_PX)) if sure > SURE]
+    return replace(pairs, points=(pairs.points + 0.5) / TIMES - 0.5), likely
 
 
 def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tuple[FittedCloth, Fit]:

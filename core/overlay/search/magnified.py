@@ -14,6 +14,7 @@ from core.overlay.detection.correlation import SIDES_PX
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, measure
+from core.overlay.registration.region import F
 from core.overlay.registration.registration import Registration
 
 TIMES = 2
@@ -30,10 +31,15 @@ def can_be_magnified(shape: tuple[int, int]) -> bool:
 
 def magnified(photo: Floats, valid: Bools) -> tuple[Floats, FlatPicture]:
     """Return a photo (H, W, 3) `TIMES` as large, by cubic interpolation, and the canvas of what is `valid` (H, W)."""
-    size = TIMES * photo.shape[1], TIMES * photo.shape[0]
-    large = np.asarray(np.clip(cv2.resize(photo, size, interpolation=cv2.INTER_CUBIC), 0, 1), np.float64)
+    large = np.asarray(np.clip(enlarged(photo), 0, 1), np.float64)
     inside = np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1)
     return large, flat_canvas(large, inside)
+
+
+def enlarged(picture: F) -> F:
+    """Return a picture (H, W, 3) `TIMES` as large, by cubic interpolation."""
+    size = TIMES * picture.shape[1], TIMES * picture.shape[0]
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_CUBIC), picture.dtype)
 
 
 def restrict(

@@ -19,9 +19,9 @@ from core.overlay.detection.seeding import NoPatternError, find_lattices, flat_c
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
-from core.overlay.search import finding, large_periods
+from core.overlay.search import finding, large_periods, magnified
 from core.overlay.search.finding import Find, best_completed, find_cloth
-from core.overlay.search.large_periods import STEP_PX, find_large, fit_plate
+from core.overlay.search.large_periods import STEP_PX, find_large, find_likely, fit_plate
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
@@ -88,6 +88,38 @@ def painted(photo: Floats) -> FlatPicture:
 def followed(printed: Scene) -> tuple[FittedCloth, Fit]:
     cloth, found, _ = run(find_large(printed.photo, painted(printed.photo)))
     return cloth, found
+
+
+def strokes(n: int = 150) -> Texel:
+    """Return a texel of nine motifs of three thin strokes each."""
+    rng, pixels = np.random.default_rng(0), np.full((n, n, 3), 0.25)
+    for _ in range(9):
+        middle, turn = rng.uniform(0, n, 2), rng.uniform(0, 2 * np.pi)
+        ends = (
+            circle(3, 1.0) @ [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]] * rng.uniform(5, 12, (3, 1))
+        )
+        for across in (-n, 0, n):
+            for down in (-n, 0, n):
+                points = np.rint(middle + [across, down] + np.insert(ends, [0, 1, 2], 0, axis=0)).astype(np.int32)
+                cv2.polylines(pixels, [points], False, (0.8, 0.8, 0.75), 2)
+    return Texel(pixels)
+
+
+def test_motifs_of_few_pixels_are_told_in_an_enlarged_photo(monkeypatch: pytest.MonkeyPatch) -> None:
+    basis = np.array([[50.0, -2.0], [5.0, 50.0]])
+    scene = make_scene(strokes(), size=(240, 220), basis=basis, bend=2.0, noise=0.02)
+    sure: list[float] = []
+    for longest in (10, 1000):
+        monkeypatch.setattr(magnified, "LONGEST_PX", longest)
+        (votes, found), *_ = find_likely(canvas_of(scene.photo))[1]
+        assert np.abs(found - basis).max() < 3
+        sure.append(votes)
+    assert sure[1] > 1.5 * sure[0]
+
+
+def test_noise_of_an_enlarged_photo_repeats_nowhere() -> None:
+    photo = 0.5 + 0.1 * np.random.default_rng(0).standard_normal((300, 280, 3))
+    assert not find_likely(canvas_of(photo))[1]
 
 
 def pairs_of(photo: Floats) -> Pairs:
