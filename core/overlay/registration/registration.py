@@ -23,7 +23,6 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.mesh import Box, ClothMesh, areas, around, nodes_in
 from core.overlay.registration.normal_equations import SYMMETRIC, Smoothness, System
 from core.overlay.texel import Texel
-from core.overlay.tolerances import TYPICAL
 from core.tracing import span
 
 LEAST_SHADING = 0.02
@@ -253,9 +252,7 @@ def huber(size: Singles, weight: Singles) -> Singles:
 
     Those of `weight` 0 do not tell what is usual.
     """
-    # An odd step meets every pixel of a cell.
-    some = slice(None, None, size.size // TYPICAL | 1)
-    told = size.ravel()[some][weight.ravel()[some] > 0]
+    told = size[weight > 0]
     spread = 1.4826 * float(np.median(told)) if len(told) else 1.0
     bend = 1.345 * max(spread, 0.01)
     return np.asarray(np.minimum(1, np.float32(bend) / np.maximum(size, np.float32(1e-9))), np.float32)
