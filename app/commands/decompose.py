@@ -14,11 +14,12 @@ from core.files.faults import faults_named
 from core.imaging import color
 from core.imaging.images import Image, load, load_mask
 from core.imaging.images import write as write_picture
-from core.overlay.decomposition import decompose, decompose_whole_cloth, shrunk
+from core.overlay.decomposition import decompose, decompose_whole_cloth
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.detection.stages import Stage
+from core.overlay.filters.shrinking import shrunk
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.storage.folder import read_lattice, write
 from core.overlay.storage.pictures import stage_picture

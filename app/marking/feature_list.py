@@ -140,7 +140,10 @@ class FeatureList:
         before = np.zeros(found.labels.shape, np.uint8) if self._tints is None else self._tints[1]
         if before.shape != found.labels.shape:
             before = np.zeros(found.labels.shape, np.uint8)
-        order: Callable[[], dict[int, int]] = lambda: {row.id: row.order for row in self.rows(document, grid)}  # noqa: E731
+
+        def order() -> dict[int, int]:
+            return {row.id: row.order for row in self.rows(document, grid)}
+
         self._colors = _keep(found, before, count, {}, order)
         table = np.zeros(int(found.labels.max(initial=0)) + 1, np.uint8)
         table[list(self._colors)] = list(self._colors.values())

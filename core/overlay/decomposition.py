@@ -13,8 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.arrays import Bools, Floats, InputError, Points, Singles
-from core.imaging import color
+from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.linalg.blas import on_one_thread, one_thread
 from core.masks.object_masks import object_under
@@ -23,6 +22,7 @@ from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.filters.shrinking import shrunk, to_small
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.likelihood import count_explained
 from core.overlay.pixels.layers import painted, spread_mask
@@ -182,17 +182,20 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     finds: list[FoundCloth] = []
     with suppress(NoPatternError):
         finds.append((yield from part(find(photo, known), 0.0, 0.5)))
-    if known.start is None and known.lattice is None:
+    is_given = known.start is not None or known.lattice is not None
+    if not is_given and not any(found.stands_alone if known.region is None else found.is_sure for found in finds):
+        elsewhere = find_on_object(photo, known) if known.region is None else find_in_all(photo, known)
         with suppress(NoPatternError):
-            if known.region is None:
-                if not any(found.stands_alone for found in finds):
-                    finds.append((yield from part(find_on_object(photo, known), 0.5, 1.0)))
-            elif not any(found.is_sure for found in finds):
-                bare = yield from part(find(photo, replace(known, region=None)), 0.5, 0.9)
-                finds.append((yield from part(follow(bare, known.region, known.seed), 0.9, 1.0)))
+            finds.append((yield from part(elsewhere, 0.5, 1.0)))
     if not finds:
         raise NoPatternError
     return finds if len(finds) == 1 else sorted(finds, key=attrgetter("explained"), reverse=True)
+
+
+def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the cloth of all of a photo, restricted to the region; raise `NoPatternError` if there is none there."""
+    bare = yield from part(find(photo, replace(known, region=None)), 0.0, 0.8)
+    return (yield from part(follow(bare, known.region, known.seed), 0.8, 1.0))
 
 
 def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
@@ -200,7 +203,7 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 
     Nobody said that there is cloth.
     """
-    image = Image(color.quantise(photo.astype(np.float32), np.uint8))
+    image = Image(photo.astype(np.float32))
     try:
         rough = propose((yield from part(importance(image), 0.0, 0.05)), OBJECTS, image.size_px)
         inside = (yield from part(object_under(image, rough), 0.05, 0.1)) > MARKED
@@ -251,23 +254,6 @@ def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int
     """Return what was found on the working picture as that of the photo (H, W, 3)."""
     opacity, valid = np.float32(1) if region is None else region.astype(np.float32), may_be_cloth(photo, region)
     return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, found.is_sure, found.stands_alone)
-
-
-def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
-    """Return the means (h, w, C) of squares of `scale` pixels; past the picture's edge its last pixels are repeated."""
-    if scale == 1:
-        return image.astype(np.float64, copy=False)
-    total = np.zeros((*(-(-n // scale) for n in image.shape[:2]), image.shape[2]))
-    for first in np.ndindex(scale, scale):
-        ends = zip(first, image.shape[:2], strict=True)
-        places = (np.minimum(np.arange(k, n + k, scale)[: -(-n // scale)], n - 1) for k, n in ends)
-        total += image[np.ix_(*places)]
-    return total / scale**2
-
-
-def to_small(points: Points, scale: int) -> Points:
-    """Return where points of a picture lie in the picture that `shrunk` makes."""
-    return (points - (scale - 1) / 2) / scale
 
 
 def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:

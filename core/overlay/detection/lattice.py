@@ -12,6 +12,7 @@ import scipy
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.alignment import FlatPicture, PatchFrames, Template, align, make_template, raster, search
+from core.overlay.filters.shrinking import to_small
 from core.overlay.neighbours import STEPS
 
 AROUND = np.concatenate([STEPS, -STEPS])
@@ -56,8 +57,8 @@ class Lattice:
 
     def shrunk(self, times: int) -> "Lattice":
         """Return the lattice in pixels of a picture of means over squares of so many pixels."""
-        points, bases = (self.frames.points - (times - 1) / 2) / times, self.frames.bases / times
-        return replace(self, frames=replace(self.frames, points=points, bases=bases))
+        frames = replace(self.frames, points=to_small(self.frames.points, times), bases=self.frames.bases / times)
+        return replace(self, frames=frames)
 
 
 def window(basis: Floats) -> tuple[float, int]:

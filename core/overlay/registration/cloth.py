@@ -9,9 +9,9 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.lattice import LEAST_VERTICES, Lattice
 from core.overlay.detection.stages import Stage
+from core.overlay.filters.shrinking import shrunk
 from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh
-from core.overlay.registration.coarse_mesh import halve
 from core.overlay.registration.region import LIMIT, SeenCells, Tolerance, look_at, misfit_of_cells, tolerance_of
 from core.overlay.registration.registration import ClothState, Registration
 from core.overlay.registration.thin_plate import spread
@@ -105,8 +105,8 @@ class FittedCloth:
     @cached_property
     def coarser(self) -> "FittedCloth":
         """The cloth of the photo halved, on every second node of the mesh."""
-        photo, valid = (halve(np.asarray(plane, np.float64)) for plane in (self.photo, self.canvas.valid))
-        canvas = FlatPicture(halve(self.canvas.image), (valid > 0.5).astype(np.float32))
+        photo, flat, valid = (shrunk(plane, 2) for plane in (self.photo, self.canvas.image, self.canvas.valid))
+        canvas = FlatPicture(flat.astype(np.float32), (valid > 0.5).astype(np.float32))
         mesh, lattice = ClothMesh(photo.shape[:2], self.mesh.cell), self.lattice.shrunk(2)
         registration = Registration(mesh, photo, valid[..., 0], lattice.basis @ self.M)
         return FittedCloth(photo, canvas, lattice, self.M, mesh, registration)

@@ -4,20 +4,12 @@ The change of the coarse mesh is added to the fine one, so that what the fine on
 of a multigrid method [Brandt 1977].
 """
 
-import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
 from core.overlay.mesh import ClothMesh
-from core.overlay.registration.region import F, continue_on
+from core.overlay.registration.region import continue_on
 from core.overlay.registration.registration import LEAST_SHADING, ClothState
-
-
-def halve(picture: F) -> F:
-    """Return the means (h, w, C) of squares of two pixels; past the picture's edge its last pixels are repeated."""
-    even = np.pad(picture, [(0, n % 2) for n in picture.shape[:2]] + [(0, 0)], mode="edge")
-    small = cv2.resize(even, (even.shape[1] // 2, even.shape[0] // 2), interpolation=cv2.INTER_AREA)
-    return np.asarray(small, picture.dtype).reshape(*small.shape[:2], picture.shape[2])
 
 
 def coarsen(mesh: ClothMesh, state: ClothState) -> ClothState:

@@ -16,6 +16,7 @@ from core.overlay.detection.displacement_votes import SURE, Pairs, count_votes, 
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.distances import within
+from core.overlay.filters.shrinking import to_small
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, starting_state
 from core.overlay.registration.evidence import Evidence, weigh
@@ -90,7 +91,7 @@ def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]
     large, inside = enlarged(canvas.image), np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1)
     pairs = find_alike(large, inside, TIMES * STEP_PX, least_size_px=TIMES * LEAST_SIZE_PX)
     likely = [(sure, basis / TIMES) for sure, basis in find_bases(count_votes(pairs, TIMES * STEP_PX)) if sure > SURE]
-    return replace(pairs, points=(pairs.points + 0.5) / TIMES - 0.5), likely
+    return replace(pairs, points=to_small(pairs.points, TIMES)), likely
 
 
 def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tuple[FittedCloth, Fit]:

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay.decomposition import Decomposition, decompose, shrunk
+from core.overlay.decomposition import Decomposition, decompose
 from core.overlay.detection.basis import reduce
 from core.overlay.detection.seeding import NoPatternError
+from core.overlay.filters.shrinking import shrunk
 from core.overlay.pixels import layers
 from core.progress import Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, marked_checks, motif

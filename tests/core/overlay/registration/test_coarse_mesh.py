@@ -8,22 +8,13 @@ from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import flat_canvas
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import make_cloth
-from core.overlay.registration.coarse_mesh import coarsen, correct, halve
+from core.overlay.registration.coarse_mesh import coarsen, correct
 from core.overlay.registration.fitting import register_under
 from core.overlay.registration.registration import ClothState
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
 SIZE, BASIS = (236, 282), np.array([[116.0, 6.0], [-5.0, 122.0]])
 RNG = np.random.default_rng(0)
-
-
-@pytest.mark.parametrize("shape", [(6, 8), (5, 7), (1, 1)])
-def test_a_halved_picture_has_the_means_of_four_pixels(shape: tuple[int, int]) -> None:
-    picture = RNG.random((*shape, 3))
-    small = halve(picture)
-    assert small.shape == (-(-shape[0] // 2), -(-shape[1] // 2), 3)
-    assert np.allclose(small[0, 0], picture[:2, :2].mean((0, 1)))
-    assert np.allclose(small[-1, -1], picture[(shape[0] - 1) // 2 * 2 :, (shape[1] - 1) // 2 * 2 :].mean((0, 1)))
 
 
 @pytest.mark.parametrize("cells", [(6, 8), (5, 7)])

@@ -1,0 +1,22 @@
+"""A picture made smaller by a whole number, and where its points lie then."""
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Points, Singles
+
+
+def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
+    """Return the means (h, w, C) of squares of `scale` pixels; past the picture's edge its last pixels are repeated."""
+    if scale == 1:
+        return image.astype(np.float64, copy=False)
+    total = np.zeros((*(-(-n // scale) for n in image.shape[:2]), image.shape[2]))
+    for first in np.ndindex(scale, scale):
+        ends = zip(first, image.shape[:2], strict=True)
+        places = (np.minimum(np.arange(k, n + k, scale)[: -(-n // scale)], n - 1) for k, n in ends)
+        total += image[np.ix_(*places)]
+    return total / scale**2
+
+
+def to_small(points: Points, scale: int) -> Points:
+    """Return where points of a picture lie in the picture that `shrunk` makes."""
+    return (points - (scale - 1) / 2) / scale
