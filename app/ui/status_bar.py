@@ -13,7 +13,7 @@ from app.model.jobs import Ticket
 from app.model.pointer_keys import word
 from app.model.spaces import LEAST_ZOOM, MOST_ZOOM, View, canvas_from_screen
 from app.ui.widgets import theme
-from app.ui.widgets.controls import Hinted, colors, icon_button, shorten, tip
+from app.ui.widgets.controls import Hinted, colors, end_popup, icon_button, shorten, tip
 from app.ui.widgets.sliders import number_box
 from app.ui.widgets.theme import em, icon
 from core.files.text import begin_sentence
@@ -87,7 +87,7 @@ class StatusBar:
         for percent in PERCENTS:
             if imgui.menu_item(f"{percent} %", "", abs(100 * zoom - percent) < 0.5)[0]:
                 view.zoom(editor, percent / 100 / zoom)
-        imgui.end_popup()
+        end_popup()
 
     @property
     def hint(self) -> str:

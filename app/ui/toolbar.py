@@ -7,7 +7,7 @@ from app.editor.editor import Editor
 from app.editor.tool import Tool
 from app.model.pointer_keys import word
 from app.ui.widgets import theme
-from app.ui.widgets.controls import disabled, icon_button
+from app.ui.widgets.controls import disabled, end_popup, icon_button
 from app.ui.widgets.overflow import BUTTON_EM, BarPart, count_fitting, draw_menu, draw_parts, extent
 from app.ui.widgets.theme import color, em, icon
 
@@ -89,4 +89,4 @@ def _draw_group(editor: Editor, table: ActionTable, shown: Tool, *, on: bool) ->
         label, enabled = f"{tool.label}###of group {tool.name}", tool.can_act(editor)
         if imgui.internal.menu_item_ex(label, icon(tool.icon), chord, tool is shown, enabled):
             editor.choose_tool(tool.name)
-    imgui.end_popup()
+    end_popup()

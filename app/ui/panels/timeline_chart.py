@@ -13,7 +13,7 @@ from app.actions.timeline import EASING_LABELS
 from app.editor.editor import Editor
 from app.marking import keying
 from app.ui.widgets import theme
-from app.ui.widgets.controls import Hinted, shorten
+from app.ui.widgets.controls import Hinted, end_popup, shorten
 from app.ui.widgets.key_button import draw_key
 from app.ui.widgets.theme import color, em
 from core.document.animated import Animated, tracks_of
@@ -155,7 +155,7 @@ class TimelineChart:
         imgui.separator()
         if imgui.menu_item("Remove", "Delete", False)[0]:
             keying.remove_keys(self._editor, chosen)
-        imgui.end_popup()
+        end_popup()
 
     def _act(self, under: tuple[Animated, float] | None, *, hovered: bool) -> None:
         """Do what the pointer asks for among the rows."""

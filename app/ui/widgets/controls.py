@@ -87,6 +87,13 @@ class Hinted:
         return text
 
 
+def end_popup() -> None:
+    """End a popup; Escape closes it."""
+    if imgui.is_key_pressed(imgui.Key.escape):
+        imgui.close_current_popup()
+    imgui.end_popup()
+
+
 def tip(text: str, key: str = "") -> None:
     """Explain the last item when the pointer rests on it, with the key that does the same."""
     if not text or not imgui.is_item_hovered(HOVERED):

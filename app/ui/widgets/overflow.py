@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import ImVec2, imgui
 
-from app.ui.widgets.controls import icon_button
+from app.ui.widgets.controls import end_popup, icon_button
 from app.ui.widgets.theme import em
 
 BUTTON_EM = 1.9
@@ -66,6 +66,4 @@ def draw_menu(name: str, parts: Sequence[BarPart], x: float, y: float) -> None:
         elif after_rows and any(other.draw_row for other in parts[number:]):
             imgui.separator()
             after_rows = False
-    if imgui.is_key_pressed(imgui.Key.escape):
-        imgui.close_current_popup()
-    imgui.end_popup()
+    end_popup()

@@ -32,6 +32,22 @@ def test_a_button_that_stands_for_several_tools_lists_them(editor: Editor, tmp_p
     assert editor.session.select_tool == "lasso"
 
 
+def test_escape_closes_the_list_of_tools_and_keys_choose_tools_again(editor: Editor) -> None:
+    def script(window: WindowDriver) -> None:
+        window.wait(4).context.mouse_move(f"//{bar('##Left')}/###{SELECTING[0].label}")
+        window.context.mouse_click(1)
+        window.wait(3)
+        assert imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        window.key(imgui.Key.escape)
+        window.wait(3)
+        assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        window.key(imgui.Key.q)
+        window.wait(3)
+
+    drive(editor, script)
+    assert editor.session.tool == "object"
+
+
 def test_a_double_click_on_hand_and_magnifier_fits_the_picture_and_shows_it_one_to_one(editor: Editor) -> None:
     def script(window: WindowDriver) -> None:
         window.wait(4).context.mouse_move(f"//{bar('##Left')}/###Zoom")
