@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from core.overlay.detection import seeding
-from core.overlay.registration import fitting
+from core.overlay.registration import fitting, pieces
 from core.overlay.search import finding
 from core.progress import Job, Progress
 
@@ -42,6 +42,7 @@ SEARCH_STAGES = {
     "alike_keypoints": Place(seeding, propose_none),
     "can_be_magnified": Place(finding, lambda _: False),
     "find_large": Place(finding, find_none),
+    "find_starts": Place(pieces, propose_none),
     "least_texel": Place(finding, lambda _photo, _canvas, found, *_: keep(found)),
     "true_period": Place(fitting, lambda *_: np.eye(2)),
     "with_more_pieces": Place(fitting, lambda _cloth, found, *_, **__: keep(found)),

@@ -15,11 +15,11 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.basis import reduce
-from core.overlay.detection.keypoints import detect_upright
+from core.overlay.detection.keypoints import detect_keypoints
 from core.overlay.neighbours import STEPS
 
 ALIKE = 0.5
-"""Most distance of alike descriptors; roots of histograms have length one [Arandjelović and Zisserman 2012]."""
+"""Most distance of alike descriptors."""
 SAME_SIZE = 1.4
 """Most ratio of the sizes of alike keypoints."""
 BLOCK_PX = 16
@@ -96,9 +96,9 @@ def find_alike(image: Singles, valid: Bools, least_px: float, *, least_size_px: 
     They are not so far apart that the cloth could not show the vector between them twice. Keypoints are of a diameter
     of `least_size_px` or more.
     """
-    keypoints = detect_upright(image, valid)
-    points, sizes, descriptors = (found[keypoints[1] >= least_size_px] for found in keypoints)
-    roots = np.sqrt(descriptors / np.maximum(descriptors.sum(1, keepdims=True), 1e-9))
+    keypoints = detect_keypoints(image, valid, upright=True)
+    keypoints = keypoints[keypoints.sizes >= least_size_px]
+    points, sizes, roots = keypoints.points, keypoints.sizes, keypoints.descriptors
     alike = np.triu(2 - 2 * roots @ roots.T < ALIKE**2, 1)
     first, second = np.nonzero(alike)
     x, y = np.ascontiguousarray(points.T)

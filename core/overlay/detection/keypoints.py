@@ -4,6 +4,8 @@ SIFT descriptors are grouped by mean shift; the points of a group repeat with th
 group's middle, of all pairs of vectors to its eight nearest neighbours the most perpendicular one is taken.
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
@@ -18,6 +20,24 @@ STARTS = 200
 """Most descriptors from which a mean shift starts; the rest join the modes that these lead to."""
 SUPPORT = 0.6
 """Of every proposal: keypoints come without a correlation, and with a middling one it is growth that decides."""
+
+
+@dataclass(frozen=True)
+class Keypoints:
+    """SIFT keypoints (n,)."""
+
+    points: Points
+    """(n, 2), pixels."""
+    sizes: Floats
+    """(n,), diameters, pixels."""
+    turns: Floats
+    """(n,), directions, radians from x to y."""
+    descriptors: Singles
+    """(n, 128), roots of histograms, of length one [Arandjelović and Zisserman 2012]."""
+
+    def __getitem__(self, rows: Bools) -> "Keypoints":
+        """Return some of them."""
+        return Keypoints(self.points[rows], self.sizes[rows], self.turns[rows], self.descriptors[rows])
 
 
 def alike_keypoints(image: Singles, valid: Bools, rng: "np.random.Generator", *, groups: int = 6) -> list[Points]:
@@ -47,17 +67,22 @@ def detect(image: Singles, valid: Bools) -> tuple[Points, Floats]:
     return points, np.asarray(descriptors / np.maximum(lengths, 1e-9), np.float64)
 
 
-def detect_upright(image: Singles, valid: Bools) -> tuple[Points, Floats, Floats]:
-    """Return SIFT keypoints (n, 2), their sizes (n,), pixels, and their descriptors (n, 128) as if none was turned."""
+def detect_keypoints(image: Singles, valid: Bools, *, upright: bool = False) -> Keypoints:
+    """Return the SIFT keypoints of an image (H, W, 3) in `valid`, or what they are as if none was turned: `upright`."""
     sift, levels = cv2.SIFT_create(nfeatures=4000, contrastThreshold=0.02), grey_levels(image, valid)  # type: ignore[attr-defined]
-    keypoints = sift.detect(levels, valid.astype(np.uint8))
-    if not keypoints:  # OpenCV fails at describing none in a picture of one pixel.
-        return np.empty((0, 2)), np.empty(0), np.empty((0, 128))
-    for keypoint in keypoints:
-        keypoint.angle = 0.0
-    keypoints, descriptors = sift.compute(levels, keypoints)
-    points, sizes = np.array([k.pt for k in keypoints], np.float64), np.array([k.size for k in keypoints], np.float64)
-    return points, sizes, np.asarray(descriptors, np.float32)
+    found = sift.detect(levels, valid.astype(np.uint8))
+    if not found:  # OpenCV fails at describing none in a picture of one pixel.
+        return Keypoints(np.empty((0, 2)), np.empty(0), np.empty(0), np.empty((0, 128), np.float32))
+    if upright:
+        for keypoint in found:
+            keypoint.angle = 0.0
+    found, histograms = sift.compute(levels, found)
+    points, sizes, angles = (
+        np.array([getattr(k, name) for k in found], np.float64) for name in ("pt", "size", "angle")
+    )
+    descriptors = np.asarray(histograms, np.float32)
+    roots = np.sqrt(descriptors / np.maximum(descriptors.sum(1, keepdims=True), 1e-9))
+    return Keypoints(points, sizes, np.deg2rad(angles), np.asarray(roots, np.float32))
 
 
 def grey_levels(image: Singles, valid: Bools) -> Bytes:

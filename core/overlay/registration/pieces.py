@@ -1,6 +1,10 @@
-"""Further pieces of the cloth: beyond seams, sleeves, folds that hide the connection."""
+"""Further pieces of the cloth: beyond seams, sleeves, folds that hide the connection.
+
+They begin at keypoints that match those of the cloth that is followed, and at places that look like its texels.
+"""
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
@@ -11,11 +15,13 @@ from core.overlay.detection.lattice import Lattice, mean_template
 from core.overlay.detection.seeding import find_texels, grown_piece
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells, misfits, stage, starting_state
+from core.overlay.registration.matched_keypoints import OFF, find_starts
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.orientation import turned
 from core.overlay.registration.region import LIMIT, continue_on, ring
 from core.overlay.registration.region_growing import followed
 from core.overlay.registration.registration import ClothState
+from core.overlay.tolerances import SMOOTH_PX
 from core.progress import Job, Progress
 
 MOST_PIECES, MOST_CANDIDATES = 12, 16
@@ -39,11 +45,15 @@ def with_more_pieces(
     `fraction` is the progress made. Where one was followed in vain none is looked for again.
     """
     tried = found.cells
-    rest = free(cloth, tried)
-    if rest.valid.sum() < 3 * cloth.step_px**2:
+    if free(cloth, tried).valid.sum() < 3 * cloth.step_px**2:
         return found
     yield Progress(fraction, "looking for further pieces", stage(cloth, found))
     step = Progress(fraction, "following the cloth")
+    for start in islice(find_starts(cloth, found), MOST_CANDIDATES):
+        if len(found.pieces) < MOST_PIECES:
+            new = yield from follow_from(cloth, found, start, step)
+            found, tried = join(cloth, found, new), tried | start.cells | new.cells
+    rest = free(cloth, tried)
     template = mean_template(cloth.canvas.everywhere(), cloth.lattice.frames)
     candidates = find_texels(rest, cloth.lattice, rng)
     for row in range(min(len(candidates), MOST_CANDIDATES)):
@@ -52,7 +62,7 @@ def with_more_pieces(
             piece = grown_piece(rest, template, candidates[np.array([row])])
             if len(piece) >= (1 if cloth.few else LEAST_VERTICES):
                 start = starting_state(cloth, piece)
-                new = yield from follow_from(cloth, found, start, step)
+                new = yield from follow_steps(cloth, found, start, step)
                 found, tried = join(cloth, found, new), tried | start.cells | new.cells
                 rest = free(cloth, tried)
     return found
@@ -66,18 +76,32 @@ def free(cloth: FittedCloth, cells: Bools) -> FlatPicture:
 
 def join_by(cloth: FittedCloth, found: Fit, lattice: Lattice, step: Progress) -> Job[Fit]:
     """Return the fit with the piece that begins at another lattice, if the texture explains enough of it."""
-    return join(cloth, found, (yield from follow_from(cloth, found, starting_state(cloth, lattice), step)))
+    return join(cloth, found, (yield from follow_steps(cloth, found, starting_state(cloth, lattice), step)))
+
+
+def follow_steps(cloth: FittedCloth, found: Fit, start: ClothState, step: Progress) -> Job[ClothState]:
+    """Return the piece that begins so, in lattice steps, as far as it was followed; what is too small is not."""
+    start = replace(start, cells=start.cells & ~found.cells)
+    if cloth.steps_of(start.cells) < LEAST_START[cloth.few]:
+        return start
+    return (yield from follow_registered(cloth, found, in_step(cloth, start, found), step))
 
 
 def follow_from(cloth: FittedCloth, found: Fit, start: ClothState, step: Progress) -> Job[ClothState]:
-    """Return the piece that begins so, in lattice steps, as far as it was followed; what is too small is not."""
+    """Return the piece that begins about so, in texels, as far as it was followed; what is too small is not."""
     start = replace(start, cells=start.cells & ~found.cells)
-    least = LEAST_START[cloth.few]
-    if cloth.steps_of(start.cells) < least:
+    if cloth.steps_of(start.cells) < LEAST_START[cloth.few]:
         return start
-    start = in_step(cloth, start, found)
+    side = float(np.sqrt(abs(np.linalg.det(cloth.basis))))
+    for blur_px in (OFF * side / 2, OFF * side / 4, SMOOTH_PX):
+        start = cloth.registration.run(start, found.texel, Smoothness(), rounds=4, blur_px=blur_px)
+    return (yield from follow_registered(cloth, found, start, step))
+
+
+def follow_registered(cloth: FittedCloth, found: Fit, start: ClothState, step: Progress) -> Job[ClothState]:
+    """Return the piece that begins so, registered, as far as it was followed; what is too small is not."""
     start = replace(start, cells=fitting_cells(cloth, start, found, limit=LIMIT))
-    if cloth.steps_of(start.cells) < least:
+    if cloth.steps_of(start.cells) < LEAST_START[cloth.few]:
         return start
     return (yield from followed(cloth, replace(found, pieces=(*found.pieces, start)), step)).pieces[-1]
 

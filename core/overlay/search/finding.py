@@ -25,13 +25,14 @@ from core.overlay.detection.seeding import (
     part_of,
 )
 from core.overlay.detection.stages import Stage
+from core.overlay.filters.magnifying import TIMES, can_be_magnified
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
 from core.overlay.search.large_periods import find_large
-from core.overlay.search.magnified import MOST_PX, TIMES, can_be_magnified, magnified, restrict
+from core.overlay.search.magnified import MOST_PX, magnified, restrict
 from core.progress import Job, Progress, part
 
 AS_MUCH = 0.9

@@ -16,15 +16,16 @@ from core.overlay.detection.displacement_votes import SURE, Pairs, count_votes, 
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.distances import within
+from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnified, enlarged
 from core.overlay.filters.shrinking import to_small
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, starting_state
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import refit
+from core.overlay.registration.matched_keypoints import NEAR
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
 from core.overlay.registration.thin_plate import interpolation
-from core.overlay.search.magnified import TIMES, can_be_magnified, enlarged
 from core.overlay.texel import draw_sample
 from core.overlay.tolerances import SMOOTH_PX
 from core.progress import Job, Progress
@@ -34,8 +35,6 @@ STEP_PX, MESH_PX = 30.0, 24.0
 """Side of a large texel at least, and of the steps of the mesh's lattice into which it is divided, small as motifs."""
 LEAST_TEXELS = 3.0
 """Area, in texels, that has to be seen: one, and its neighbour along either vector; twice that without a region."""
-LEAST_SIZE_PX = 1.2
-"""Diameter of keypoints of an enlarged photo, in its own pixels: smaller ones tell of noise and interpolation."""
 TRIED = 2
 """Lattices that are tried: votes propose, what the texel explains decides."""
 TOLERANCES = np.geomspace(0.25, 0.08, 8)
@@ -44,8 +43,6 @@ BEND = 1.0
 """Weight of the plate's second differences on a mesh whose cells are one texel, over that of a pair."""
 MOST_PAIRS = 200_000
 """Pairs that are drawn by chance where there are more: large prints show fewer."""
-NEAR = 0.3
-"""Part of a texel within which a keypoint of a pair tells the coordinates."""
 BLUR = 0.16
 """Blur, over the side of a texel, under which the mesh is registered first; then under half of it, and so on."""
 

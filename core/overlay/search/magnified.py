@@ -5,28 +5,19 @@ What is found there is registered there too, and carried to the photo's own pixe
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import SIDES_PX
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.filters.magnifying import TIMES, enlarged
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, measure
-from core.overlay.registration.region import F
 from core.overlay.registration.registration import Registration
 
-TIMES = 2
 MOST_PX = float(TIMES * SIDES_PX[0])
 """Side of a texel of an enlarged photo up to which it is looked for there: the least exemplar holds it in the photo."""
-LONGEST_PX = 1200
-"""Longest side of an enlarged photo: a search takes time as its pixels do."""
-
-
-def can_be_magnified(shape: tuple[int, int]) -> bool:
-    """Return whether a photo (H, W) is so small that it is searched enlarged."""
-    return TIMES * max(shape) <= LONGEST_PX
 
 
 def magnified(photo: Floats, valid: Bools) -> tuple[Floats, FlatPicture]:
@@ -34,12 +25,6 @@ def magnified(photo: Floats, valid: Bools) -> tuple[Floats, FlatPicture]:
     large = np.asarray(np.clip(enlarged(photo), 0, 1), np.float64)
     inside = np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1)
     return large, flat_canvas(large, inside)
-
-
-def enlarged(picture: F) -> F:
-    """Return a picture (H, W, 3) `TIMES` as large, by cubic interpolation."""
-    size = TIMES * picture.shape[1], TIMES * picture.shape[0]
-    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_CUBIC), picture.dtype)
 
 
 def restrict(

@@ -16,10 +16,11 @@ from core.overlay.detection.displacement_votes import (
 )
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, find_lattices, flat_canvas
+from core.overlay.filters import magnifying
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
-from core.overlay.search import finding, large_periods, magnified
+from core.overlay.search import finding, large_periods
 from core.overlay.search.finding import Find, best_completed, find_cloth
 from core.overlay.search.large_periods import STEP_PX, find_large, find_likely, fit_plate
 from core.overlay.texel import Texel
@@ -110,7 +111,7 @@ def test_motifs_of_few_pixels_are_told_in_an_enlarged_photo(monkeypatch: pytest.
     scene = make_scene(strokes(), size=(240, 220), basis=basis, bend=2.0, noise=0.02)
     sure: list[float] = []
     for longest in (10, 1000):
-        monkeypatch.setattr(magnified, "LONGEST_PX", longest)
+        monkeypatch.setattr(magnifying, "LONGEST_PX", longest)
         (votes, found), *_ = find_likely(canvas_of(scene.photo))[1]
         assert np.abs(found - basis).max() < 3
         sure.append(votes)

@@ -6,9 +6,10 @@ import pytest
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, find_lattices, flat_canvas
+from core.overlay.filters.magnifying import TIMES, can_be_magnified
 from core.overlay.search import finding
 from core.overlay.search.finding import find_cloth
-from core.overlay.search.magnified import MOST_PX, TIMES, can_be_magnified, magnified
+from core.overlay.search.magnified import MOST_PX, magnified
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
