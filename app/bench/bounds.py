@@ -97,30 +97,36 @@ def measure(bounds: tuple[Bound, ...] = BOUNDS) -> list[dict[str, Any]]:
 
 
 def _record(bound: Bound) -> dict[str, Any]:
-    # In a process of its own: a command is said to have taken what the process that starts it held.
-    apart = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+    # From a process of its own, twice: a command is said to have taken what the process that starts it held.
     with tempfile.TemporaryDirectory() as folder:
-        with apart:
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as apart:
             words = apart.submit(bound.make, Path(folder), bound.size).result()
-        command = [sys.executable, "-m", "app", *words]
-        started = time.perf_counter()
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        assert process.stderr is not None
-        with process.stderr as stream:
-            said = stream.read().decode(errors="replace")
-        _, status, usage = os.wait4(process.pid, 0)
-        seconds = time.perf_counter() - started
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise WeftError(f"weft {bound.name}: {said.strip()}")
-    gigabytes = usage.ru_maxrss * RSS_UNIT / 1e9
+        with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as apart:
+            seconds, busy_s, gigabytes, fault = apart.submit(_run, words).result()
+    if fault is not None:
+        raise WeftError(f"weft {bound.name}: {fault}")
     return {
         "name": bound.name,
         "size": list(bound.size),
         "seconds": seconds,
-        "busy_s": usage.ru_utime + usage.ru_stime,
+        "busy_s": busy_s,
         "peak_gb": gigabytes,
         "bound_s": bound.seconds,
         "bound_gb": bound.gigabytes,
         "holds": seconds <= bound.seconds and gigabytes <= bound.gigabytes,
     }
+
+
+def _run(words: list[str]) -> tuple[float, float, float, str | None]:
+    """Return what a command took (seconds, those of the processor, gigabytes), and what it said if it failed."""
+    started = time.perf_counter()
+    command = [sys.executable, "-m", "app", *words]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    assert process.stderr is not None
+    with process.stderr as stream:
+        said = stream.read().decode(errors="replace")
+    _, status, usage = os.wait4(process.pid, 0)
+    seconds = time.perf_counter() - started
+    process.returncode = os.waitstatus_to_exitcode(status)
+    fault = said.strip() if process.returncode else None
+    return seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * RSS_UNIT / 1e9, fault

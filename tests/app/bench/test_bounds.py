@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from app.bench.bounds import BOUNDS, Bound, measure
@@ -25,6 +26,12 @@ def test_a_record_says_what_a_command_took_and_whether_that_is_little_enough() -
         assert record["busy_s"] > 0
         assert 0.02 < record["peak_gb"] < 1.5
         assert record["size"] == [120, 90]
+
+
+def test_what_this_process_holds_is_not_the_commands() -> None:
+    held = np.ones(150_000_000)
+    (record,) = measure((small("warp, arc"),))
+    assert record["peak_gb"] < held.nbytes / 1e9
 
 
 def test_regrowing_is_one_of_the_commands() -> None:
