@@ -16,6 +16,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.normalised_correlation import Forms, Windows
+from core.overlay.detection.sift import Keypoints, detect_fine_keypoints
 
 DAMPING = 1e-3
 """Of the Gauss-Newton matrix's own diagonal: keeps weakly textured templates from jumping."""
@@ -139,6 +140,11 @@ class FlatPicture:
     def shape(self) -> tuple[int, int]:
         """Height and width."""
         return self.image.shape[0], self.image.shape[1]
+
+    @cached_property
+    def keypoints(self) -> Keypoints:
+        """Keypoints inside."""
+        return detect_fine_keypoints(self.image, np.asarray(self.valid[..., 0] > 0, np.bool_))
 
     @cached_property
     def _outside(self) -> Ints:

@@ -15,7 +15,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.basis import reduce
-from core.overlay.detection.keypoints import detect_keypoints
+from core.overlay.detection.sift import detect_keypoints
 from core.overlay.neighbours import STEPS
 
 ALIKE = 0.5

@@ -7,11 +7,9 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.detection.alignment import FlatPicture
-from core.overlay.detection.keypoints import Keypoints, detect_keypoints
 from core.overlay.detection.lattice import LEAST_VERTICES, Lattice
 from core.overlay.detection.stages import Stage
-from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnified, enlarged
-from core.overlay.filters.shrinking import shrunk, to_small
+from core.overlay.filters.shrinking import shrunk
 from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.region import LIMIT, SeenCells, Tolerance, look_at, misfit_of_cells, tolerance_of
@@ -76,16 +74,6 @@ class FittedCloth:
         middle = float(np.nanmedian(bright))
         # Half of a black cloth may have no brightness at all.
         return np.clip(np.nan_to_num(bright / middle, nan=1.0), 0.1, 5.0) if middle > 0 else np.ones(bright.shape)
-
-    @cached_property
-    def keypoints(self) -> Keypoints:
-        """Keypoints of the photo where it may be cloth; a small photo is enlarged to tell them."""
-        if not can_be_magnified(self.canvas.shape):
-            return detect_keypoints(self.canvas.image, self.valid)
-        inside = np.repeat(np.repeat(self.valid, TIMES, 0), TIMES, 1)
-        large = detect_keypoints(enlarged(self.canvas.image), inside)
-        found = large[large.sizes >= TIMES * LEAST_SIZE_PX]
-        return Keypoints(to_small(found.points, TIMES), found.sizes / TIMES, found.turns, found.descriptors)
 
     @property
     def step_px(self) -> float:

@@ -8,6 +8,7 @@ texels, far more often than by chance. So sleeves are found whose texels are lar
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Points
@@ -57,6 +58,8 @@ class Matches:
 
 def find_starts(cloth: FittedCloth, found: Fit) -> Iterator[ClothState]:
     """Yield where further pieces may begin, the surest first: coordinates, in texels, and the cells that tell them."""
+    if not has_room(cloth, found):
+        return
     matches = match(cloth, found)
     sure, agree = agreement(matches)
     while len(sure) and sure.max() > LIKELY:
@@ -65,9 +68,17 @@ def find_starts(cloth: FittedCloth, found: Fit) -> Iterator[ClothState]:
         sure[agree[best]] = 0.0
 
 
+def has_room(cloth: FittedCloth, found: Fit) -> bool:
+    """Return whether as many blocks as have to agree fit within the reach of a keypoint beyond what is followed."""
+    beyond = (cloth.valid & ~cloth.mesh.pixels_of(found.cells)).astype(np.float32)
+    across = 2 * round(REACH * float(np.sqrt(abs(np.linalg.det(cloth.basis))))) + 1
+    room = cv2.boxFilter(beyond, -1, (across, across), normalize=False, borderType=cv2.BORDER_CONSTANT)
+    return bool(room.max() > LIKELY * BLOCK_PX**2)
+
+
 def match(cloth: FittedCloth, found: Fit) -> Matches:
     """Return the keypoints beyond the followed cloth that look like one on it, and what that says of them."""
-    keypoints = cloth.keypoints
+    keypoints = cloth.canvas.keypoints
     column, row = (
         np.clip((keypoints.points + 0.5) // cloth.mesh.cell, 0, np.array(cloth.mesh.cells[::-1]) - 1).astype(int).T
     )
