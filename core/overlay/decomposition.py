@@ -30,7 +30,7 @@ from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.vertices import whole_lattice
-from core.overlay.search.finding import Find, find_cloth, follow_within, register_lattice
+from core.overlay.search.finding import Find, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.texel import Texel
 from core.overlay.whole_cloth import widen
 from core.progress import Job, Progress, part
@@ -119,6 +119,8 @@ class Known:
     start: Proposal | None = None
     lattice: list[Lattice] | None = None
     seed: int = 0
+    is_print: bool = False
+    """Whether its texels are large."""
 
 
 def decompose(
@@ -199,9 +201,10 @@ def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 
 
 def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
-    """Return the cloth of the object that stands out in a photo; raise `NoPatternError` if there is none.
+    """Return the print on the object that stands out in a photo; raise `NoPatternError` if there is none.
 
-    Nobody said that there is cloth.
+    Nobody said that there is cloth. Large texels alone are looked for: of them the object tells more than all of the
+    photo does, in which fewer of the alike keypoints are theirs. A lattice begins wherever its texels are alike.
     """
     image = Image(photo.astype(np.float32))
     try:
@@ -209,7 +212,7 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
         inside = (yield from part(object_under(image, rough), 0.05, 0.1)) > MARKED
     except InputError as error:
         raise NoPatternError from error
-    found = yield from part(find(photo, replace(known, region=inside)), 0.1, 1.0)
+    found = yield from part(find(photo, replace(known, region=inside, is_print=True)), 0.1, 1.0)
     if not found.stands_alone:
         raise NoPatternError
     return found
@@ -218,7 +221,9 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 def find(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     """Return the cloth of a photo, registered; raise `NoPatternError` if there is none."""
     small, canvas, scale = working_picture(photo, known.region)
-    if known.lattice is None:
+    if known.is_print:
+        job = find_print(small, canvas, known.seed)
+    elif known.lattice is None:
         side = None if known.texel_px is None else known.texel_px / scale
         start = known.start
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)

@@ -156,7 +156,8 @@ def find_bases(votes: Votes) -> list[tuple[float, Floats]]:
             likely.append((float(whole), basis))
     kept: list[tuple[float, Floats]] = []
     for sure, basis in sorted(likely, key=itemgetter(0), reverse=True):
-        if not any(np.abs(np.linalg.solve(other, basis) - np.eye(2)).max() < APART for _, other in kept):
+        others = np.array([other for _, other in kept]).reshape(-1, 2, 2)
+        if not (np.abs(np.linalg.solve(others, basis) - np.eye(2)).max((1, 2)) < APART).any():
             kept.append((sure, basis))
     return kept
 

@@ -7,7 +7,7 @@ of a multigrid method [Brandt 1977].
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.mesh import ClothMesh
+from core.overlay.mesh import ClothMesh, cubic_weights
 from core.overlay.registration.region import continue_on
 from core.overlay.registration.registration import LEAST_SHADING, ClothState
 
@@ -37,3 +37,9 @@ def correct(state: ClothState, before: ClothState, after: ClothState) -> ClothSt
         change = (change.take(node // 2, axis) + change.take((node + 1) // 2, axis)) / 2
     uv: Floats = state.uv + change[..., :2]
     return ClothState(uv, np.maximum(state.rho + change[..., 2], LEAST_SHADING), state.cells)
+
+
+def at_finer_nodes(values: Floats, nodes: tuple[int, int]) -> Floats:
+    """Return what has values (R, C, K) at every second one of so many `nodes` at all of them, by cubic convolution."""
+    down, across = (cubic_weights(np.arange(n) / 2, known) for n, known in zip(nodes, values.shape, strict=False))
+    return np.stack([(across @ (down @ plane).T).T for plane in np.moveaxis(values, -1, 0)], -1)

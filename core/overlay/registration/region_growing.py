@@ -31,6 +31,7 @@ def followed(cloth: FittedCloth, found: Fit, step: Progress) -> Job[Fit]:
     free_cells = cloth.allowed & ~(found.cells & ~state.cells)
     refused = np.zeros(state.cells.shape, np.int64)
     width = max(1, round(0.4 * cloth.step_px / cloth.mesh.cell))
+    known = {state.cells.tobytes()}
     for _ in range(60):
         trial = ring(state.cells, free_cells & (refused < 2), width)
         if not trial.any():
@@ -39,8 +40,10 @@ def followed(cloth: FittedCloth, found: Fit, step: Progress) -> Job[Fit]:
         state = widen(cloth, state, trial, found)
         refused += trial & ~state.cells
         yield Progress(step.fraction, step.note)
-        if (state.cells & ~before.cells).sum() < 3:
+        # Cells that are taken and given up by turns lead no further.
+        if (state.cells & ~before.cells).sum() < 3 or state.cells.tobytes() in known:
             break
+        known.add(state.cells.tobytes())
     return replace(found, pieces=(*found.pieces[:-1], state))
 
 

@@ -157,6 +157,15 @@ def find_cloth(
     return Find(cloth, found, weigh(cloth, found))
 
 
+def find_print(photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
+    """Return the registered cloth of a photo (H, W, 3) whose texels are large, where nobody said that there is cloth.
+
+    Raises `NoPatternError` if there is none that shows enough of them.
+    """
+    large = yield from part(find_large(photo, canvas, least=LEAST_UNTOLD), 0.0, 0.5)
+    return (yield from part(best_completed([Find(*large, repeats=True)], seed), 0.5, 1.0))
+
+
 def follow_within(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
     """Return the cloth of a photo (H, W, 3) restricted to what the `canvas` bounds, and followed there.
 
@@ -185,34 +194,41 @@ def register_each(
     The photo is so many times enlarged. A lattice on what one of the `known` finds explains is left out.
     """
     finds: list[Find] = []
+    registered: dict[int, Find] = {}
     try:
         lattices = yield from part(search, 0.0, 0.8)
     except NoPatternError:
         return finds
-    for lattice in lattices:
+    for number, lattice in enumerate(lattices):
         if any(find.has_explained(lattice, scale) or find.has_followed(lattice, scale) for find in (*known, *finds)):
             continue
         try:
             found = yield from part(register(photo, canvas, inside(lattice, canvas), seed), 0.8, 1.0)
         except NoPatternError:
             continue
-        finds.append(replace(found, scale=scale))
+        registered[number] = replace(found, scale=scale)
+        finds.append(registered[number])
         if finds[-1].is_clear:
-            finer = (other for other in lattices if divides(other, lattice))
+            finer = ((other, registered.get(k)) for k, other in enumerate(lattices) if divides(other, lattice))
             finds[-1] = yield from least_texel(photo, canvas, finds[-1], finer, seed)
             break
     return finds
 
 
-def least_texel(photo: Floats, canvas: FlatPicture, found: Find, finer: Iterator[Lattice], seed: int) -> Job[Find]:
-    """Return the find, or the one of a `finer` lattice that explains as much: several texels explain what one does."""
-    for lattice in finer:
+def least_texel(
+    photo: Floats, canvas: FlatPicture, found: Find, finer: Iterator[tuple[Lattice, Find | None]], seed: int
+) -> Job[Find]:
+    """Return the find, or the one of a `finer` lattice that explains as much: several texels explain what one does.
+
+    Beside a lattice is what it has led to, if that is known.
+    """
+    for lattice, known in finer:
         try:
-            other = yield from register(photo, canvas, inside(lattice, canvas), seed)
+            other = known or (yield from register(photo, canvas, inside(lattice, canvas), seed))
         except NoPatternError:
             continue
         if other.weight.share > AS_MUCH * found.weight.share:
-            return other
+            return replace(other, scale=found.scale)
     return found
 
 
@@ -253,11 +269,13 @@ def best_completed(finds: list[Find], seed: int) -> Job[Find]:
 def completed(finds: list[Find], seed: int) -> Job[list[Find]]:
     """Return that one of the finds, the most likely ones first, that explains most once it is completed, if there is.
 
-    More than the first is completed only where that leaves doubts. One that completing makes incredible stays as it
-    was.
+    More than the first is completed only where that leaves doubts, and only if it explained more if it explained all
+    that may be cloth as well as what it covers. One that completing makes incredible stays as it was.
     """
     ends: list[Find] = []
     for find in finds:
+        if any(find.explained < find.covers * end.explained for end in ends):
+            continue
         try:
             cloth, found = yield from complete(find.cloth, find.followed, [], seed)
         except NoPatternError:

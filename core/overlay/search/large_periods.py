@@ -20,6 +20,7 @@ from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnifi
 from core.overlay.filters.shrinking import to_small
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, starting_state
+from core.overlay.registration.coarse_mesh import at_finer_nodes
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import refit
 from core.overlay.registration.matched_keypoints import NEAR
@@ -47,30 +48,41 @@ BLUR = 0.16
 """Blur, over the side of a texel, under which the mesh is registered first; then under half of it, and so on."""
 
 
-def find_large(photo: Floats, canvas: FlatPicture) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+def find_large(
+    photo: Floats, canvas: FlatPicture, *, least: float | None = None
+) -> Job[tuple[FittedCloth, Fit, Evidence]]:
     """Return the cloth registered and followed from pairs of keypoints that lie whole large texels apart.
 
     It is that of the surest lattice for which more speaks than against it; what the votes are certain of needs nothing
-    else where the user says that there is cloth. Raises `NoPatternError` where there is none, or too little of it.
+    else where the user says that there is cloth, which is so in a region unless `least` tells how many texels have to
+    be seen there. Raises `NoPatternError` where there is none, or too little of it.
     """
     yield Progress(0.0, NOTE)
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
+    is_told = least is None and not valid.all()
+    least = least or (LEAST_TEXELS if is_told else 2 * LEAST_TEXELS)
     pairs, likely = find_likely(canvas)
-    least = 2 * LEAST_TEXELS if valid.all() else LEAST_TEXELS
     for number, (sure, basis) in enumerate(likely[:TRIED]):
-        if least * np.linalg.det(basis) > valid.sum():
+        texel_px = float(np.linalg.det(basis))
+        if LEAST_TEXELS * texel_px > valid.sum():
             continue
+        # What the votes are less sure of are other steps of what has just been told.
+        least_px = least * texel_px
+        if least_px > valid.sum():
+            break
         try:
-            cloth, found = lay(photo, canvas, pairs, basis)
+            cloth, found = lay(photo, canvas, pairs, basis, least_px)
         except NoPatternError:
+            continue
+        if not is_told and weigh(cloth, found).explained <= 0:
             continue
         step = Progress((number + 0.5) / TRIED, NOTE)
         yield step
         found = refit(cloth, (yield from followed(cloth, prune(cloth, found), step)), rounds=3)
         covered = cloth.valid & cloth.mesh.pixels_of(found.cells)
         weight = weigh(cloth, found)
-        certain = weight.explained > 0 or (cloth.in_region and sure > SURE)
-        if certain and covered.sum() > least * np.linalg.det(basis):
+        certain = weight.explained > 0 or (is_told and sure > SURE)
+        if certain and covered.sum() > least_px:
             return cloth, found, weight
     raise NoPatternError
 
@@ -91,8 +103,12 @@ def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]
     return replace(pairs, points=to_small(pairs.points, TIMES)), likely
 
 
-def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tuple[FittedCloth, Fit]:
-    """Return the cloth registered around the pairs that lie whole texels of a `basis` (2, 2), pixels, apart."""
+def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_px: float) -> tuple[FittedCloth, Fit]:
+    """Return the cloth registered around the pairs that lie whole texels of a `basis` (2, 2), pixels, apart.
+
+    The plate through them is told on every second node: between nodes so close to one another it hardly bends. Raises
+    `NoPatternError` where no more than `least_px` pixels of cloth lie near the pairs.
+    """
     side = float(np.sqrt(abs(np.linalg.det(basis))))
     steps = max(1, round(side / MESH_PX))
     kept = draw_sample(np.ones(len(pairs.first), np.bool_), MOST_PAIRS)
@@ -101,15 +117,16 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats) -> tupl
     frames = PatchFrames(middle[None], basis[None] / steps, np.ones(1))
     lattice = Lattice(np.zeros((1, 2), np.int64), frames)
     cloth = make_cloth(photo, canvas, lattice, steps * np.eye(2))
-    start, kept = fit_plate(cloth.mesh, pairs, (cloth.mesh.positions() - middle) @ np.linalg.inv(basis).T)
+    wide = ClothMesh(cloth.mesh.shape, 2 * cloth.mesh.cell)
+    plate, kept = fit_plate(wide, pairs, (wide.positions() - middle) @ np.linalg.inv(basis).T)
     at = np.rint(pairs.points[np.unique([pairs.first[kept], pairs.second[kept]])]).astype(int)
     told = np.zeros(cloth.valid.shape, np.bool_)
     told[at[:, 1], at[:, 0]] = True
     near = within(told, NEAR * side) & cloth.valid
     cells = np.asarray(cloth.mesh.cell_means(near.astype(float)) > 0.5, np.bool_)
-    if not cells.any():
+    if near.sum() <= least_px or not cells.any():
         raise NoPatternError
-    state = ClothState(start, starting_state(cloth, lattice).rho, cells)
+    state = ClothState(at_finer_nodes(plate, cloth.mesh.nodes), starting_state(cloth, lattice).rho, cells)
     found = measure(cloth, estimate(cloth, (state,)), (state,))
     blurs_px = BLUR * side / 2.0 ** np.arange(np.log2(BLUR * side / SMOOTH_PX))
     return cloth, refit(cloth, found, rounds=3, blurs_px=[*blurs_px.tolist(), SMOOTH_PX])

@@ -108,9 +108,11 @@ def test_what_is_found_only_on_the_object_that_stands_out_has_to_stand_alone(
 
     def find_on_objects(photo: Floats, known: Known) -> Job[FoundCloth]:
         searched.append(known.region is not None)
+        assert known.is_print == (known.region is not None)
         if known.region is None:
             raise NoPatternError
-        return replace((yield from find(photo, known)), stands_alone=stands_alone)
+        found = yield from find(photo, replace(known, is_print=False))
+        return replace(found, stands_alone=stands_alone)
 
     monkeypatch.setattr(decomposition, "find", find_on_objects)
     cloth = np.pad(EVERYWHERE, 50)

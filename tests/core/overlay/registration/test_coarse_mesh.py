@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from core.arrays import Floats
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import flat_canvas
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import make_cloth
-from core.overlay.registration.coarse_mesh import coarsen, correct
+from core.overlay.registration.coarse_mesh import at_finer_nodes, coarsen, correct
 from core.overlay.registration.fitting import register_under
 from core.overlay.registration.registration import ClothState
 from tests.core.overlay.overlay_scenes import make_scene, motif
@@ -53,3 +54,17 @@ def test_a_wide_blur_is_registered_on_the_coarser_mesh_and_lies_on_the_photo() -
     assert off(piece) < off(start) / 3
     texel, _ = register_under(cloth, motif(), (start,), 3, 1.0)
     assert texel.shape == cloth.texel_samples
+
+
+@pytest.mark.parametrize("nodes", [(9, 12), (8, 13)])
+def test_what_is_smooth_is_told_between_the_nodes_of_a_coarser_mesh(nodes: tuple[int, int]) -> None:
+    fine, coarse = (ClothMesh((4 * nodes[0] - 4, 4 * nodes[1] - 4), cell).positions() for cell in (4, 8))
+
+    def bent(places: Floats) -> Floats:
+        x, y = np.moveaxis(places, -1, 0)
+        return np.stack([x / 30 + 0.002 * x * y, np.sin(y / 20) + x / 40], -1)
+
+    found = at_finer_nodes(bent(coarse), nodes)
+    inner = slice(2, -2), slice(2, -2)
+    np.testing.assert_allclose(found[inner], bent(fine)[inner], atol=2e-3)
+    np.testing.assert_array_equal(found[::2, ::2], bent(coarse)[: -(-nodes[0] // 2), : -(-nodes[1] // 2)])

@@ -11,7 +11,7 @@ from core.arrays import Bools, Floats
 from core.imaging.image import Image
 from core.overlay import decomposition, whole_cloth
 from core.overlay.decomposition import FoundCloth, decompose, decompose_whole_cloth
-from core.overlay.detection.alignment import PatchFrames
+from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.registration.cloth import Fit, FittedCloth
@@ -139,6 +139,31 @@ def test_of_lattices_that_are_parts_of_one_another_one_is_registered(
 
     monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, 0.1))
     assert len(run(register_each(scene.photo, cloth.canvas, search(), [], 0))) == 1
+
+
+def test_a_finer_lattice_that_has_been_registered_is_not_registered_again(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cloth, found = begun_with(scene.photo, 24.0)
+    fine, coarse = cloth.lattice, replace(cloth.lattice, keys=cloth.lattice.keys + 1)
+    shares, registered = {id(fine): 0.4, id(coarse): 0.8}, list[Lattice]()
+
+    def register(_photo: Floats, _canvas: FlatPicture, lattice: Lattice, _seed: int) -> Job[Find]:
+        yield Progress(0.0, "")
+        registered.append(lattice)
+        return Find(cloth, found, Evidence(1.0, shares[id(lattice)]))
+
+    def search() -> Job[list[Lattice]]:
+        yield Progress(0.0, "")
+        return [fine, coarse]
+
+    monkeypatch.setattr(finding, "register", register)
+    monkeypatch.setattr(finding, "inside", lambda lattice, _: lattice)
+    monkeypatch.setattr(finding, "divides", lambda other, _: other is fine)
+    monkeypatch.setattr(Find, "has_followed", lambda *_: False)
+    finds = run(register_each(scene.photo, cloth.canvas, search(), [], 0))
+    assert registered == [fine, coarse]
+    assert finds[-1].weight.share == 0.8
 
 
 def test_a_lattice_that_was_followed_is_known(scene: Scene) -> None:

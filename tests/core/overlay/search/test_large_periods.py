@@ -1,5 +1,8 @@
 """Texels of which a photo shows a few only, and lattices that are none of the cloth's."""
 
+from contextlib import nullcontext
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -21,8 +24,8 @@ from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
 from core.overlay.search import finding, large_periods
-from core.overlay.search.finding import Find, best_completed, find_cloth
-from core.overlay.search.large_periods import STEP_PX, find_large, find_likely, fit_plate
+from core.overlay.search.finding import Find, best_completed, find_cloth, find_print
+from core.overlay.search.large_periods import STEP_PX, find_large, find_likely, fit_plate, lay
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
@@ -224,6 +227,27 @@ def test_where_the_likeliest_find_leaves_doubts_others_may_explain_more_in_the_e
     assert run(best_completed(finds[::-1], 0)).explained == kept
 
 
+@pytest.mark.parametrize(("explained", "completed"), [(1.0, 1), (3.0, 2)])
+def test_a_find_is_completed_only_if_it_could_explain_more_than_another_one_does(
+    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, explained: float, completed: int
+) -> None:
+    seen: list[int] = []
+
+    def complete(cloth: FittedCloth, found: Fit, *_: object) -> Job[tuple[FittedCloth, Fit]]:
+        seen.append(int(found.cells.sum()))
+        return (yield from leave(cloth, found))
+
+    monkeypatch.setattr(finding, "complete", complete)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(9.0, 0.3))
+    cloth, fit = followed
+    cells = fit.pieces[0].cells.copy()
+    cells[len(cells) // 4 :] = False
+    quarter = replace(fit, pieces=(replace(fit.pieces[0], cells=cells),))
+    finds = [Find(cloth, fit, Evidence(8.0, 0.3)), Find(cloth, quarter, Evidence(explained, 0.3))]
+    assert run(best_completed(finds, 0)).explained == 9.0
+    assert len(seen) == completed
+
+
 @pytest.mark.parametrize(
     ("explained", "share", "repeats", "texels", "alone"),
     [
@@ -272,6 +296,73 @@ def test_nothing_large_is_found_in_noise_stripes_one_motif_or_a_print_seen_hardl
 def test_without_a_region_more_texels_are_asked_for(printed: Scene) -> None:
     with pytest.raises(NoPatternError):
         run(find_large(printed.photo, canvas_of(printed.photo)))
+
+
+@pytest.mark.parametrize(("least", "laid"), [(5.0, 1), (20.0, 0)])
+def test_where_too_few_large_texels_could_be_seen_none_is_laid(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, least: float, laid: int
+) -> None:
+    seen: list[Floats] = []
+
+    def lay(*arguments: object) -> None:
+        seen.append(np.asarray(arguments[3]))
+        raise NoPatternError
+
+    monkeypatch.setattr(large_periods, "TRIED", 1)
+    monkeypatch.setattr(large_periods, "lay", lay)
+    with pytest.raises(NoPatternError):
+        run(find_large(printed.photo, painted(printed.photo), least=least))
+    assert len(seen) == laid
+
+
+@pytest.mark.parametrize(("least", "is_found"), [(4.0, True), (20.0, False)])
+def test_a_print_has_to_show_enough_texels_where_nobody_said_that_there_is_cloth(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, least: float, is_found: bool
+) -> None:
+    monkeypatch.setattr(finding, "LEAST_UNTOLD", least)
+    with nullcontext() if is_found else pytest.raises(NoPatternError):
+        found = run(find_print(printed.photo, painted(printed.photo), 0))
+        assert found.repeats
+        assert found.stands_alone
+
+
+@pytest.mark.parametrize(("least", "registered"), [(0.9, True), (1.1, False)])
+def test_large_texels_are_registered_only_if_pairs_tell_of_enough_cloth(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, least: float, registered: bool
+) -> None:
+    reached: list[int] = []
+
+    def refit(_cloth: FittedCloth, found: Fit, **_: object) -> Fit:
+        reached.append(int(found.cells.sum()))
+        return found
+
+    monkeypatch.setattr(large_periods, "refit", refit)
+    canvas, photo = painted(printed.photo), printed.photo
+    pairs, [(_, basis), *_] = find_likely(canvas)
+    cloth, _ = lay(photo, canvas, pairs, basis, 0.0)
+    near = reached.pop() * cloth.mesh.cell**2
+    with nullcontext() if registered else pytest.raises(NoPatternError):
+        lay(photo, canvas, pairs, basis, least * near)
+    assert len(reached) == registered
+
+
+@pytest.mark.parametrize("explained", [1.0, -1.0])
+def test_what_nobody_said_is_cloth_is_followed_only_where_more_speaks_for_it_than_against_it(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, explained: float
+) -> None:
+    grown: list[Fit] = []
+
+    def follow(_cloth: FittedCloth, found: Fit, _step: Progress) -> Job[Fit]:
+        yield Progress(0.0, "")
+        grown.append(found)
+        return found
+
+    monkeypatch.setattr(large_periods, "weigh", lambda *_: Evidence(explained, explained))
+    monkeypatch.setattr(large_periods, "followed", follow)
+    monkeypatch.setattr(large_periods, "LEAST_TEXELS", 2.0)
+    with nullcontext() if explained > 0 else pytest.raises(NoPatternError):
+        run(find_large(printed.photo, canvas_of(printed.photo)))
+    assert len(grown) == (explained > 0)
 
 
 @pytest.mark.parametrize("in_region", [True, False])
