@@ -1,5 +1,7 @@
 """A grid's system factorised by CHOLMOD all at once, to compare the factor that is renewed in parts with."""
 
+import numpy as np
+
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
 from core.linalg.laplacian import find_stored, pattern
@@ -22,12 +24,14 @@ class WholeFactor(GridFactor):
         """Solve A x = b for b (N, k)."""
         return self._factor.solve(b)
 
-    def forward(self, b: Floats, nodes: Ints | None = None) -> Floats:
+    def forward(self, b: Floats, nodes: Ints | None = None, asked: Ints | None = None) -> Floats:
         """Return the first half of a solve."""
         return self._factor.forward(b)
 
-    def forward_again(self, b: Floats) -> Floats:
+    def forward_again(self, values: Floats, nodes: Ints) -> Floats:
         """Return the first half of a solve."""
+        b = np.zeros((self._factor.size, values.shape[1]))
+        b[nodes] = values
         return self._factor.forward(b)
 
     def backward(self, y: Floats) -> Floats:

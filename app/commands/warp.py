@@ -156,11 +156,11 @@ def run(arguments: argparse.Namespace) -> None:
     canvas, moved = frame_result(document, found, framing)
     if document.surface is None:
         handles = replace(found.handles, pins_to=canvas.placed(found.handles.pins_to))
-        placed = replace(found, plain=canvas.placed(found.plain), warped=moved, handles=handles)
+        placed = replace(found, w=canvas.placed(found.plain), field=None, warped=moved, folds=None, handles=handles)
         report = placed.report()
     else:
         # Features have their shape on the chart, pins their places.
-        placed, report = replace(found, plain=found.rest, warped=moved), found.report()
+        placed, report = replace(found, w=found.rest, field=None, warped=moved, folds=None), found.report()
     view = None if arguments.view is None else draw_view(document, found, arguments.orbit)
     _write(arguments, document.image, placed, canvas, report, view)
     for complaint in [] if arguments.allow_folds else found.complaints():

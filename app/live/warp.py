@@ -136,7 +136,7 @@ class LiveWarp:
         # A slider that is held, or let go, makes documents anew that have the same map.
         if answer.document is self._seen and _maps_alike(document, answer.document):
             with tracing.span("unfolded"):
-                result = replace(answer.result, warped=warped)
+                result = replace(answer.result, warped=warped, folds=None)
                 self.answer = replace(answer, mesh=Mesh(answer.grid, warped), result=result)
 
     def settled(self, document: Document) -> Warped | None:

@@ -81,7 +81,7 @@ def _bend(warp: WarpSettings, size_px: tuple[int, int], canvas_px: tuple[int, in
         vertical_axis=warp.vertical_axis,
         settings=warp.values,
     )
-    return compose(bent, resize(size_px, canvas_px))
+    return bent if canvas_px == size_px else compose(bent, resize(size_px, canvas_px))
 
 
 def handles_of(document: Document) -> Handles:

@@ -26,6 +26,7 @@ from core.mapping.warper import Warper
 from core.progress import Job
 from core.selection.nodes import MarkedNodes
 from core.warps.outline import follow_outline
+from core.warps.warp import in_parts
 
 
 def settle_map(document: Document) -> Job[Warped]:
@@ -70,7 +71,7 @@ class MapInputs:
             self._plain = None
         key = document.warp, document.canvas_px, document.outline
         if self._plain is None or self._plain[0] != key:
-            plain = bend_of(document)(self._start[1])
+            plain = in_parts(bend_of(document), self._start[1])
             if document.outline is not None:
                 plain = follow_outline(plain, pixels_from_places(document.canvas_px, document.outline.ring))
             self._plain = key, readonly(plain)

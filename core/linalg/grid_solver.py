@@ -1,8 +1,12 @@
 """What solves the system of a grid: the matrix of FAT eq. 10, whatever way it is solved."""
 
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-from core.arrays import Floats, Ints
+import numpy as np
+
+from core.arrays import Bools, Floats, Ints
+from core.linalg.cubic_convolution import Complexes, Smooth
 
 
 class HalfSolved(Protocol):
@@ -19,6 +23,27 @@ class HalfSolved(Protocol):
         """Return some of them."""
 
 
+@dataclass(frozen=True, eq=False)
+class Onto:
+    """What a solution is added to as a displacement, and where some nodes are all the same."""
+
+    base: Complexes
+    """Positions (R, C), often the same object as in the last frame."""
+    smooth: Smooth | None
+    """A displacement of all nodes."""
+    nodes: Ints
+    at: Complexes
+    """Where these nodes are (n,)."""
+
+    def moved(self, v: Floats) -> Complexes:
+        """Return where all nodes (R, C) are, given the solution v (N, 2)."""
+        z = np.ascontiguousarray(v).view(np.complex128).reshape(self.base.shape) + self.base
+        if self.smooth is not None:
+            z += self.smooth.whole
+        z.ravel()[self.nodes] = self.at
+        return z
+
+
 class GridSolver(Protocol):
     """Solves A x = b for a symmetric positive definite matrix with the pattern of `laplacian.pattern`.
 
@@ -31,11 +56,14 @@ class GridSolver(Protocol):
     def solve(self, b: Floats) -> Floats:
         """Solve A x = b for b (N, 2)."""
 
-    def forward(self, b: Floats, nodes: Ints | None = None) -> HalfSolved:
-        """Return the first half of a solve for b (N, k), which is 0 but at `nodes`."""
+    def forward(self, b: Floats, nodes: Ints | None = None, asked: Ints | None = None) -> HalfSolved:
+        """Return the first half of a solve for b (N, k), which is 0 but at `nodes`.
 
-    def forward_again(self, b: Floats) -> Floats:
-        """Return the first half of a solve for b (N, 2), which is often much like the last one."""
+        What `forward_again` gives for loads at nodes that are `asked` will be multiplied with it.
+        """
 
-    def backward(self, y: Floats) -> Floats:
-        """Return the second half (N, 2)."""
+    def forward_again(self, values: Floats, nodes: Ints) -> Any:
+        """Return the first half of a solve for a b (N, 2) with `values` (m, 2) at `nodes`, much like the last one."""
+
+    def place(self, y: Any, onto: Onto) -> tuple[Complexes, Bools | None]:
+        """Return where the second half takes all nodes (R, C), and which quads that folds, where it is known."""

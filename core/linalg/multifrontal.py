@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, SingularSystemError
+from core.linalg.cubic_convolution import Complexes
 from core.linalg.dissection import Group, dissect
 from core.linalg.fronts import Fronts, stretch
+from core.linalg.grid_solver import Onto
 from core.tracing import span
 
 _ALL_KEPT_AT_MOST = 300_000
@@ -136,7 +138,7 @@ class GridFactor:
         """Solve A x = b for b (N, k)."""
         return self.backward(self.forward(b))
 
-    def forward(self, b: Floats, nodes: Ints | None = None) -> Floats:
+    def forward(self, b: Floats, nodes: Ints | None = None, asked: Ints | None = None) -> Floats:
         """Return L⁻¹ P b, the first half of a solve (FAT eq. 12): forward(a)ᵀ forward(b) = aᵀ A⁻¹ b.
 
         `nodes` are those where b is not 0, by default all.
@@ -146,13 +148,15 @@ class GridFactor:
         self._eliminate(half, self._with_wholes(homes))
         return half.y
 
-    def forward_again(self, b: Floats) -> Floats:
-        """Return forward(b), worked out only where b or the factor are not as in the last call."""
+    def forward_again(self, values: Floats, nodes: Ints) -> Floats:
+        """Return forward(b), b with `values` (m, k) at `nodes` and else 0: only what is not as in the last call."""
+        b = np.zeros((self.size, values.shape[1]))
+        b[nodes] = values
         last, self._last = self._last, None
         if last is None or last.b.shape != b.shape:
             last = _Half(np.zeros(b.shape), np.zeros((self._inner, b.shape[1])), {})
         changed = np.flatnonzero(b != last.b) // b.shape[1]
-        half = _Half(b.copy(), last.y, last.taken)
+        half = _Half(b, last.y, last.taken)
         self._eliminate(half, self._with_wholes(self._home[3 * changed]) | self._renewed)
         self._renewed[:] = False
         self._last = half
@@ -190,6 +194,10 @@ class GridFactor:
             known = y[fronts.own].reshape(shape) - fronts.Y @ x.take(fronts.around, axis=0)
             np.matmul(fronts.inverse.transpose(0, 2, 1), known, out=x[fronts.own].reshape(shape))
         return x.take(self._place, axis=0)
+
+    def place(self, y: Floats, onto: Onto) -> tuple[Complexes, None]:
+        """Return where `backward` takes all nodes (R, C); what that folds is not known."""
+        return onto.moved(self.backward(y)), None
 
     def __repr__(self) -> str:
         return f"GridFactor({self.size} unknowns, {len(self._whole)} boxes)"

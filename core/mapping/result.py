@@ -9,6 +9,7 @@ import numpy as np
 
 from core.arrays import Bools, Points
 from core.grid import SIDES, Features, Grid
+from core.linalg.cubic_convolution import Smooth
 from core.mapping.features.pose import Solution
 from core.mapping.features.similarity import Body, bodies_of, body_index, fit_residual
 from core.mapping.folds import find_folded_quads
@@ -72,8 +73,8 @@ class Warped:
     """A warped grid; positions are (R, C, 2), `rest` in pixels of the picture, the others in output pixels."""
 
     grid: Grid
-    plain: Points
-    """Where W takes the nodes."""
+    w: Points
+    """Where W takes the nodes, without handles."""
     warped: Points
     """Where they end."""
     marked: Features
@@ -85,6 +86,15 @@ class Warped:
     """Whether the same solver's next answer to the same handles is nearer to that at rest."""
     reference: Solution | None = None
     """The picture without handles that they were applied to."""
+    field: Smooth | None = None
+    """By how much handles displace the background."""
+    folds: Bools | None = None
+    """Which quads of `warped` are folded, where that is known."""
+
+    @cached_property
+    def plain(self) -> Points:
+        """Where W takes the nodes, or W and handles, as if there were no features."""
+        return self.w if self.field is None or not self.field.d.any() else self.w + as_positions(self.field.whole)
 
     @property
     def rest(self) -> Points:
@@ -94,7 +104,7 @@ class Warped:
     @cached_property
     def folded(self) -> Bools:
         """Which quads (R-1, C-1) of `warped` are folded."""
-        return find_folded_quads(as_complex(self.warped))
+        return find_folded_quads(as_complex(self.warped)) if self.folds is None else self.folds
 
     @cached_property
     def folded_plain(self) -> Bools:

@@ -19,7 +19,7 @@ from core.mapping.handles.handles import Handles
 from core.mapping.handles.solver import HandleSolver, Moved
 from core.mapping.handles.straight_frame import constrain_frame
 from core.mapping.injective.unfold import unfold
-from core.mapping.jacobians import as_complex, as_positions
+from core.mapping.jacobians import as_complex
 from core.mapping.options import MappingOptions
 from core.mapping.prepared import Prepared
 from core.mapping.result import NO_HANDLES, Warped
@@ -116,7 +116,8 @@ class Warper:
 
     def frame(self, plain: Points, handles: Handles | None = None) -> Warped:
         """Return the linear answer, which may fold, for W at the nodes (R, C, 2)."""
-        _check_finite(plain)
+        if plain is not self._last.plain:
+            _check_finite(plain)
         self._prepare_handles(handles)
         reference = self._reference(plain)
         moved = self._moved(reference, handles, rounds=_LIVE_ROUNDS)
@@ -218,7 +219,7 @@ class Warper:
         assert self._last.handles is not None
         solution = yield from unfold(
             self._mask_of_handles().mapping,
-            reference.z + moved.field,
+            reference.z + moved.field.whole,
             moved.solution,
             shape=reference.z,
             scales=np.abs(moved.solution.alpha),
@@ -236,16 +237,17 @@ class Warper:
         seconds: dict[str, float],
     ) -> Warped:
         solution = reference if moved is None else moved.solution
-        w = plain if moved is None or not moved.field.any() else plain + as_positions(moved.field)
         return Warped(
             self.grid,
-            w,
+            plain,
             solution.positions,
             self._features,
             self._options,
             seconds,
             handles=handles or NO_HANDLES,
             reference=reference,
+            field=None if moved is None else moved.field,
+            folds=solution.folded,
         )
 
     def _seconds(self, settling: float = 0.0) -> dict[str, float]:

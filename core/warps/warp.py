@@ -11,6 +11,10 @@ Warp: TypeAlias = Callable[[Points], Points]
 """W of FAT sec. 2: positions (..., 2) in pixels of the image to positions in pixels, R² to R². Any callable will do."""
 
 
+_AT_HAND = 1 << 14
+"""Points whose coordinates take a quarter of a megabyte."""
+
+
 def identity(points: Points) -> Points:
     """Leave every point where it is."""
     return points.copy()
@@ -25,6 +29,16 @@ def compose(*warps: Warp) -> Warp:
         return points
 
     return composed if len(warps) != 1 else warps[0]
+
+
+def in_parts(warp: Warp, points: Points) -> Points:
+    """Return what `warp` makes of points (..., 2), of so few at a time that what is on the way stays at hand."""
+    all_ = points.reshape(-1, 2)
+    found = np.empty_like(all_)
+    for first in range(0, len(all_), _AT_HAND):
+        part = np.s_[first : first + _AT_HAND]
+        found[part] = warp(all_[part])
+    return found.reshape(points.shape)
 
 
 def resize(size_px: tuple[int, int], new_size_px: tuple[int, int]) -> Warp:

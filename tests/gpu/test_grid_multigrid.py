@@ -16,6 +16,7 @@ from core.linalg.laplacian import edge_weights, node_values
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.limits import Limits
 from core.mapping.features.straight_lines import Lines
+from core.mapping.handles import dirichlet_plate
 from core.mapping.handles.handles import Handles
 from core.mapping.options import DEFAULT_OPTIONS, MappingOptions
 from core.mapping.warper import Warper
@@ -125,6 +126,34 @@ def test_dragged_pins_agree_with_the_factor(
     assert made[0].steps
 
 
+@pytest.mark.parametrize("at_frame", [False, True])
+def test_dragged_pins_agree_with_the_factor_under_a_coarser_plate(
+    context: moderngl.Context, monkeypatch: pytest.MonkeyPatch, *, at_frame: bool
+) -> None:
+    monkeypatch.setattr(dirichlet_plate, "DEFAULT_NODES_AT_MOST", GRID.size // 5)
+    factor, multigrid, _ = pair(context, discs(*MANY if at_frame else FOUR))
+    at = np.array([[0.2, 0.5], [0.5, 0.5], [0.8, 0.6], [0.7, 0.3]]) * SIDE
+    at[0, 0] = -0.5 if at_frame else at[0, 0]
+    plain = swirl(0)
+    for step in (4.0, 5.0, 9.0):
+        handles = Handles(at, at + [[0, step], [-5, 3], [6, step], [5, 5]])
+        wanted, found = (warper.frame(plain, handles) for warper in (factor, multigrid))
+        assert apart_px(wanted.warped, found.warped) < AGREE_PX
+        assert apart_px(wanted.plain, found.plain) < AGREE_PX
+        assert np.array_equal(wanted.folded, found.folded)
+
+
+def test_folds_are_found_where_there_are_some(context: moderngl.Context) -> None:
+    factor, multigrid, _ = pair(context, discs(*FOUR))
+    at = np.array([[0.45, 0.5], [0.55, 0.5]]) * SIDE
+    for step in (5.0, 100.0):
+        handles = Handles(at, at + [[step, 0], [-step, 0]])
+        wanted, found = (warper.frame(swirl(0), handles) for warper in (factor, multigrid))
+        assert found.folds is not None
+        assert found.folds.any() == (step > 50)
+        assert (found.folds != wanted.folded).sum() <= 2
+
+
 def test_a_painted_mask_agrees_with_the_factor(context: moderngl.Context) -> None:
     factor, multigrid, _ = pair(context, discs(*FOUR))
     plain = swirl(20)
@@ -178,9 +207,9 @@ def test_what_is_not_finite_is_said(context: moderngl.Context) -> None:
     solver.release()
 
 
-@pytest.mark.parametrize("count", [5, 40])
-def test_products_of_loads_agree_with_the_factor_and_those_of_few_take_no_step(
-    context: moderngl.Context, count: int
+@pytest.mark.parametrize(("count", "is_asked"), [(5, False), (40, False), (40, True)])
+def test_products_of_loads_agree_with_the_factor_and_those_that_are_kept_take_no_step(
+    context: moderngl.Context, count: int, *, is_asked: bool
 ) -> None:
     values, load = system((60, 70))
     live = np.flatnonzero(load.any(axis=1))
@@ -188,12 +217,14 @@ def test_products_of_loads_agree_with_the_factor_and_those_of_few_take_no_step(
     columns = np.zeros((load.shape[0], count))
     columns[nodes, np.arange(2 * count) % count] = 1
     load += 10 * columns[:, :2]
+    live = np.flatnonzero(load.any(axis=1))
     solver, factor = GridMultigrid(context, (60, 70)).factorise(values), GridFactor((60, 70)).factorise(values)
-    found, expected = solver.forward(columns, nodes), factor.forward(columns, nodes)
+    found = solver.forward(columns, nodes, live if is_asked else None)
+    expected = factor.forward(columns, nodes)
     largest = np.abs(expected.T @ expected).max()
     assert np.abs(found.T @ found - expected.T @ expected).max() < 1e-6 * largest
     steps = solver.steps
-    product, wanted = found.T @ solver.forward_again(load), expected.T @ factor.forward(load)
+    product, wanted = found.T @ solver.forward_again(load[live], live), expected.T @ factor.forward(load)
     assert np.abs(product - wanted).max() < 1e-4 * np.abs(wanted).max()
-    assert (solver.steps == steps) == (count == 5)
+    assert (solver.steps == steps) == (count == 5 or is_asked)
     solver.release()

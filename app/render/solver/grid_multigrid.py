@@ -6,6 +6,7 @@ with any load are products with what the columns lead to, which is kept; those o
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +16,10 @@ from scipy import sparse
 
 from app.render.gpu import release
 from app.render.solver.multigrid import Multigrid
-from core.arrays import Floats, Ints, Singles
+from app.render.solver.node_placement import NodePlacement
+from core.arrays import Bools, Floats, Ints, Singles
+from core.linalg.cubic_convolution import Complexes
+from core.linalg.grid_solver import Onto
 from core.linalg.laplacian import find_stored, pattern
 
 _WITHIN_PX = 1e-3
@@ -23,7 +27,7 @@ _WITHIN_PX = 1e-3
 _SHARE = 1e-4
 """The same of what improves a solution, as a share of its largest value."""
 _KEPT = 16
-"""Columns of which A⁻¹ b is kept at most: of five features, or of so many handles."""
+"""Columns of which A⁻¹ b is kept at all nodes, where nobody says which of them loads will be at: of so many handles."""
 
 
 class GridMultigrid:
@@ -35,6 +39,7 @@ class GridMultigrid:
     def __init__(self, context: moderngl.Context, shape: tuple[int, int]) -> None:
         self._shape, self.size = shape, shape[0] * shape[1]
         self._multigrid = Multigrid(context, shape)
+        self._placement = NodePlacement(context, self._multigrid.hierarchy)
         self._shown, self._read = self._multigrid.solution(), self._multigrid.solution()
         """The last ones of what is shown, and of what features and handles are placed by."""
         self._kept = self._multigrid.solution()
@@ -54,20 +59,24 @@ class GridMultigrid:
 
     def solve(self, b: Floats) -> Floats:
         """Solve A x = b for b (N, 2)."""
-        return self.backward(b)
+        return self._solve(b, self._shown)
 
-    def forward(self, b: Floats, nodes: Ints | None = None) -> "Loads":
-        """Return loads b (N, k), which are 0 but at `nodes`, for products."""
+    def forward(self, b: Floats, nodes: Ints | None = None, asked: Ints | None = None) -> "Loads":
+        """Return loads b (N, k), which are 0 but at `nodes`, for products with others at nodes that will be `asked`."""
         rows = np.unique(nodes) if nodes is not None else np.flatnonzero(b.any(axis=1))
-        return Loads(self, rows, b[rows])
+        return Loads(self, rows, b[rows], asked)
 
-    def forward_again(self, b: Floats) -> Floats:
-        """Return the load b (N, 2) itself."""
-        return b
+    def forward_again(self, values: Floats, nodes: Ints) -> "NodeLoad":
+        """Return the load that has `values` (m, 2) at `nodes`, ascending."""
+        return NodeLoad(self.size, ((nodes, values),) if nodes.size else ())
 
-    def backward(self, y: Floats) -> Floats:
-        """Return A⁻¹ y (N, 2)."""
-        return self._solve(y, self._shown)
+    def place(self, y: "NodeLoad", onto: Onto) -> tuple[Complexes, Bools]:
+        """Return where A⁻¹ y takes all nodes (R, C), and which quads that folds."""
+        self._multigrid.load.clear()
+        for nodes, values in y.parts:
+            self._placement.add(self._multigrid.load, nodes, values)
+        self._multigrid.solve(None, self._shown, within=_WITHIN_PX)
+        return self._placement.place(self._shown, onto)
 
     def read(self, y: Floats, rows: Ints) -> Floats:
         """Return A⁻¹ y at some rows (m, 2)."""
@@ -93,7 +102,27 @@ class GridMultigrid:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        release(self._multigrid, self._kept, self._shown, self._read)
+        release(self._multigrid, self._placement, self._kept, self._shown, self._read)
+
+
+@dataclass(frozen=True, eq=False)
+class NodeLoad:
+    """A load (N, 2), the sum of some that are 0 but at a few nodes."""
+
+    size: int
+    parts: tuple[tuple[Ints, Floats], ...]
+    """Nodes, ascending, and what is there (m, 2)."""
+
+    def __add__(self, other: "NodeLoad") -> "NodeLoad":
+        return NodeLoad(self.size, self.parts + other.parts)
+
+    @property
+    def whole(self) -> Floats:
+        """The load of all nodes (N, 2)."""
+        found = np.zeros((self.size, 2))
+        for nodes, values in self.parts:
+            found[nodes] += values
+        return found
 
 
 class Loads:
@@ -103,18 +132,22 @@ class Loads:
     shares of the columns that come closest to y, bᵀ A⁻¹ y = (bᵀ A⁻¹ b) s + bᵀ A⁻¹ (y - b s).
     """
 
-    def __init__(self, solver: GridMultigrid, rows: Ints, at_rows: Floats) -> None:
+    def __init__(self, solver: GridMultigrid, rows: Ints, at_rows: Floats, asked: Ints | None = None) -> None:
         self._solver, self.rows, self.at_rows = solver, rows, at_rows
+        self._asked = np.arange(solver.size) if self.count <= _KEPT else rows
+        """Where responses are kept, ascending."""
+        if asked is not None:
+            self._asked = np.union1d(asked, rows)
+        self._known: dict[int, tuple[Ints, Ints, Floats | None]] = {}
+        """Of nodes that loads were at."""
 
     @property
     def T(self) -> "_Transposed":  # noqa: N802
         """What multiplies others from the left."""
         return _Transposed(self)
 
-    def __matmul__(self, shares: Floats) -> Floats:
-        found = np.zeros((self._solver.size, shares.shape[1]))
-        found[self.rows] = self.at_rows @ shares
-        return found
+    def __matmul__(self, shares: Floats) -> NodeLoad:
+        return NodeLoad(self._solver.size, ((self.rows, self.at_rows @ shares),))
 
     def __getitem__(self, columns: Any) -> "Loads":
         return Loads(self._solver, self.rows, self.at_rows[columns])
@@ -136,20 +169,15 @@ class Loads:
 
     @cached_property
     def _responses(self) -> tuple[Floats, Singles]:
-        """A⁻¹ b at the rows (m, k) and, of few columns, at all nodes (N, k)."""
+        """A⁻¹ b at the rows (m, k), and where it is kept (n, k)."""
         at_rows = np.zeros((len(self.rows), self.count))
-        whole = np.zeros((self._solver.size, self.count if self._is_kept else 0), np.float32)
+        kept = np.zeros((len(self._asked), self.count), np.float32)
         for number, both in enumerate(self._solver.respond(self)):
             here = slice(2 * number, min(2 * number + 2, self.count))
             both = both[:, : here.stop - here.start]
             at_rows[:, here] = both[self.rows]
-            if self._is_kept:
-                whole[:, here] = both
-        return at_rows, whole
-
-    @property
-    def _is_kept(self) -> bool:
-        return self.count <= _KEPT
+            kept[:, here] = both[self._asked]
+        return at_rows, kept
 
     @cached_property
     def products(self) -> Floats:
@@ -160,16 +188,31 @@ class Loads:
     @cached_property
     def _rounding(self) -> Floats:
         """What single precision takes of the products (k, k)."""
-        return np.asarray(self.products - self._responses[1][self.rows].T @ self.at_rows)
+        kept = self._responses[1][np.searchsorted(self._asked, self.rows)]
+        return np.asarray(self.products - kept.T @ self.at_rows)
 
-    def times(self, y: Floats) -> Floats:
+    def times(self, y: NodeLoad) -> Floats:
         """Return bᵀ A⁻¹ y (k, 2)."""
-        shares = self._closest @ y[self.rows]
-        if not self._is_kept:
-            rest = y - self @ shares
-            return np.asarray(self.products @ shares + self.at_rows.T @ self._solver.read(rest, self.rows))
-        there = np.flatnonzero(y.view(np.complex128))
-        return np.asarray(self._rounding @ shares + self._responses[1][there].T @ y[there])
+        at_rows, found = np.zeros((len(self.rows), 2)), []
+        for nodes, values in y.parts:
+            place, responses = self._read_at(nodes)
+            at_rows += np.where((nodes[place] == self.rows)[:, None], values[place], 0)
+            if responses is not None:
+                found.append(responses @ values)
+        shares = self._closest @ at_rows
+        if len(found) == len(y.parts):
+            return np.asarray(sum(found, self._rounding @ shares))
+        rest = (y + self @ -shares).whole
+        return np.asarray(self.products @ shares + self.at_rows.T @ self._solver.read(rest, self.rows))
+
+    def _read_at(self, nodes: Ints) -> tuple[Ints, Floats | None]:
+        """Return which of the `nodes` are the rows, others where they are not, and responses there (k, n), if kept."""
+        if id(nodes) not in self._known:
+            place = np.searchsorted(nodes, self.rows).clip(max=len(nodes) - 1)
+            kept = np.searchsorted(self._asked, nodes).clip(max=len(self._asked) - 1)
+            responses = self._responses[1][kept].T.astype(np.float64) if (self._asked[kept] == nodes).all() else None
+            self._known[id(nodes)] = nodes, place, responses
+        return self._known[id(nodes)][1:]
 
 
 class _Transposed:
@@ -178,7 +221,7 @@ class _Transposed:
     def __init__(self, loads: Loads) -> None:
         self._loads = loads
 
-    def __matmul__(self, other: Floats | Loads) -> Floats:
+    def __matmul__(self, other: NodeLoad | Loads) -> Floats:
         loads = self._loads
         if other is loads:
             return loads.products

@@ -29,7 +29,7 @@ class Multigrid:
         self._finest = self.hierarchy.levels[0]
         vectors, finest = 8 * self.hierarchy.count, 8 * self._finest.size
         self._correction, self._left, self._between = (context.buffer(reserve=vectors) for _ in range(3))
-        self._direction, self._load = (context.buffer(reserve=finest) for _ in range(2))
+        self._direction, self.load = (context.buffer(reserve=finest) for _ in range(2))
         across, down = self._finest.tiles
         self._sums = context.buffer(reserve=16 + 8 * across * down)
         self._context = context
@@ -40,13 +40,14 @@ class Multigrid:
         """Return room for a solution, 0."""
         return self._context.buffer(np.zeros(2 * self._finest.size, np.float32).tobytes())
 
-    def solve(self, load: Floats, v: moderngl.Buffer, *, within: float, share: bool = False) -> None:
-        """Improve the solution `v` for a load (N, 2) until it is off by no more than `within` anywhere.
+    def solve(self, load: Floats | None, v: moderngl.Buffer, *, within: float, share: bool = False) -> None:
+        """Improve the solution `v` for a load (N, 2), or what `load` has, until it is off by no more than `within`.
 
         Where `share` is set, that is a share of the largest value of the solution. Raises `ArithmeticError` where the
         driver finds nothing finite.
         """
-        self._load.write(np.ascontiguousarray(load, np.float32))
+        if load is not None:
+            self.load.write(np.ascontiguousarray(load, np.float32))
         self._bind(v)
         if not self._begin() > 0:  # 0 is nearer, or the last solution was not finite
             v.clear()
@@ -70,7 +71,7 @@ class Multigrid:
 
     def _begin(self) -> float:
         """Work out what the solution leaves; return by how much that is less than the load: |load|² - |left|²."""
-        self._load.bind_to_storage_buffer(7)
+        self.load.bind_to_storage_buffer(7)
         self.hierarchy.run("start", self._finest)
         self.hierarchy.bind_bottom()
         self._total()
@@ -127,5 +128,5 @@ class Multigrid:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        vectors = self._correction, self._left, self._between, self._direction, self._load
+        vectors = self._correction, self._left, self._between, self._direction, self.load
         release(self.hierarchy, *vectors, self._sums)

@@ -15,9 +15,10 @@ import numpy as np
 
 from core.arrays import Floats, Ints
 from core.linalg.laplacian import EdgeWeights, divergence, edge_weights, laplacian
+from core.mapping.features.pose import Start
 from core.mapping.features.similarity import Body
 from core.mapping.jacobians import Complexes
-from core.mapping.tolerances import TIE
+from core.mapping.tolerances import ROUNDING, TIE
 
 Window = tuple[slice, slice]
 
@@ -28,6 +29,8 @@ class Field:
 
     nodes: Ints
     window: Window
+    number: Ints
+    """Numbers of the window's nodes in the grid (h, w)."""
     own: Floats
     """Weight of each quad of the window, 0 of those that do not follow the feature."""
     near: EdgeWeights
@@ -58,7 +61,7 @@ class Field:
         stiffness = float((own_across * np.abs(across) ** 2).sum() + (own_down * np.abs(down) ** 2).sum())
         there = load.any(axis=0)
         columns = np.stack([load[0].real[there], load[0].imag[there], load[1].real[there]], axis=-1)
-        return cls(body.nodes, window, own, near, phi, halo, load, stiffness, number[there], columns)
+        return cls(body.nodes, window, number, own, near, phi, halo, load, stiffness, number[there], columns)
 
     def has_same(self, window: Window, own: Floats, near: EdgeWeights) -> bool:
         """Return whether a field of the same nodes with this window and these weights is this one."""
@@ -81,11 +84,25 @@ class Field:
         block[0, 0] += self.stiffness
         return block
 
-    def weighed(self, r: Complexes, z: Complexes, w: Complexes, tie: float) -> Complexes:
-        """Return Φ* (r + τ W) + H* z (2,) for fields of the whole grid (R, C)."""
-        found = self.phi.conj().reshape(2, -1) @ (r[self.window] + tie * w[self.window]).ravel()
-        found[0] += np.vdot(self.halo, z[self.window])
-        return np.asarray(found)
+    def weighed(self, start: Start) -> Complexes:
+        """Return Φ* (r + τ W) + H* z⁰ (2,)."""
+        nodes, by_u, by_w = self._rim
+        there, inside = start.w.read(nodes), start.w.whole[self.window].ravel()
+        tied = np.array([np.vdot(phi, inside) for phi in self.phi])
+        return np.asarray(by_u @ (there - start.read(nodes)) + by_w @ there + TIE * tied)
+
+    @cached_property
+    def _rim(self) -> tuple[Ints, Complexes, Complexes]:
+        """Nodes of the grid (k,), and by what u and W there, (2, k) each, make up Φ* r + H* z⁰.
+
+        With z⁰ = W - u and r = K u - dᵀ w_own d W that is (H - dᵀ w_own d Φ)* W - B* u: nothing but rounding counts
+        further inside the feature.
+        """
+        own = edge_weights(self.own)
+        by_w = np.stack([self.halo - laplacian(own, self.phi[0]), -laplacian(own, self.phi[1])])
+        size = np.abs(np.stack([by_w, self.load]))
+        there = (size > ROUNDING * size.max(axis=(2, 3), keepdims=True)).any(axis=(0, 1))
+        return self.number[there], -self.load[:, there].conj(), by_w[:, there].conj()
 
 
 def fields_of(

@@ -1,6 +1,6 @@
 """The feature-aware mapping: as close to W as its features allow  [FAT sec. 2]."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from functools import cached_property
 from typing import Literal, TypedDict, Unpack
 
@@ -8,18 +8,19 @@ import numpy as np
 import scipy
 
 from core.arrays import Bools, Floats, InputError, Ints, Points
-from core.grid import SIDES, Features, Grid
-from core.linalg.bands import cut_bands
+from core.grid import Features, Grid
 from core.linalg.blas import one_thread
-from core.linalg.grid_solver import GridSolver
-from core.linalg.laplacian import collect_steps, edge_weights, laplacian, node_values, steps
+from core.linalg.cubic_convolution import Smooth
+from core.linalg.grid_solver import GridSolver, Onto
+from core.linalg.laplacian import edge_weights, laplacian, node_values
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.columns import fields_of
 from core.mapping.features.limits import FREE, NONE, RIGID, Single
+from core.mapping.features.near_load import NearLoad
 from core.mapping.features.per_quad import load_per_quad
-from core.mapping.features.pose import Approach, HeldPoints, Pose, Solution
+from core.mapping.features.pose import Approach, HeldNodes, HeldPoints, Pose, Solution, Start
 from core.mapping.features.quad_weights import assign_roles, weigh_free
-from core.mapping.features.reduced_system import ReducedSystem, as_one, as_two
+from core.mapping.features.reduced_system import ReducedSystem, as_one, as_two, spread
 from core.mapping.features.similarity import Bodies, Body, bodies_of, body_index
 from core.mapping.features.sizes import smaller_scales
 from core.mapping.jacobians import Complexes, as_complex
@@ -28,7 +29,6 @@ from core.stopwatch import Stopwatch
 
 Keep = Literal["similarity", "rigid"]
 Method = Literal["exact", "per-quad"]
-Ways = Sequence[tuple[Complexes, Complexes]]
 
 
 class Choices(TypedDict, total=False):
@@ -98,7 +98,6 @@ class FeatureMapping:
             self.follow_feature = np.where(self.owner >= 0, self._roles.weight**2, 0.0)
             self.follow_w = weigh_free(self.owner, grid, self.soft, weight)
             self._edges = edge_weights(self.follow_w + self.follow_feature)
-            self._own_edges = edge_weights(self.follow_feature)
             self.free = ~(grid.outline if method == "per-quad" else grid.outline | (self.index >= 0))
             values = node_values(self._edges, self.free)
         with one_thread(), self.clock.measure("factor"):
@@ -171,29 +170,26 @@ class FeatureMapping:
             inverse = np.linalg.pinv(M @ (half.T @ half) @ M.conj().T, rcond=SINGULAR, hermitian=True)
             return HeldPoints(nodes, weights, M, half, inverse)
 
-    def approach(
-        self, w: Complexes, alpha: Complexes, t: Complexes, frame: Complexes, points: HeldPoints, to: Complexes
-    ) -> Approach:
-        """Return where bodies at (α, t) and the outline at `frame` leave `points` that are to be at `to` (k,)."""
-        if self._placement is None:
-            z = np.where(self.grid.outline, frame, w)
-            r = laplacian(self._edges, w - z)
-            with one_thread(), self.clock.measure("solve"):
-                y = self.factor.forward_again(as_two(np.where(self.free, r, 0).ravel()))
-        else:
-            pose = self.pose(w, alpha, t, moving=np.zeros(len(alpha), bool), frame=frame)
-            z, y = pose.start, pose.load
-            self.put_bodies(z, alpha, t)
-        with one_thread():
-            return Approach(z, y, to - points.read(z) - points.moved_by(y))
-
-    def hold(self, found: Approach, points: HeldPoints) -> Complexes:
-        """Return where nodes (R, C) end with points held (FAT eq. 8): by forces λ on them, K_ff v = r_f + Cᵀ M* λ."""
+    def approach(self, w: Smooth, alpha: Complexes, t: Complexes, points: HeldPoints, to: Complexes) -> Approach:
+        """Return where bodies at (α, t), with the outline as W has it, leave `points` that are to be at `to` (k,)."""
+        start, c = self._start(w, alpha, t), self._of_joint(alpha, t)
         with one_thread(), self.clock.measure("solve"):
-            v = as_one(self.factor.backward(found.load + points.pull(found.missed)))
-        z = v.reshape(found.start.shape)
-        z += found.start
-        return z
+            y = self.factor.forward_again(*self._load(start, c))
+            z, place = start.read(points.nodes), self._held.place.ravel()[points.nodes]
+            is_joint = (place >= 0) & (place < len(self._held.bodies) - len(self._apart.nodes))
+            z[is_joint] = self._joint_at(c, place[is_joint])
+            return Approach(w, y, to - points.read(z) - points.moved_by(y))
+
+    def hold(self, found: Approach, points: HeldPoints, base: Complexes, alpha: Complexes, t: Complexes) -> Solution:
+        """Return where nodes end with points held (FAT eq. 8): by forces λ on them, K_ff v = r_f + Cᵀ M* λ.
+
+        All moves from `base` (R, C) on; with that, the similarities of bodies are (α, t).
+        """
+        at = [self._joint_at(self._of_joint(alpha, t)), self._apart_at(alpha, t)]
+        onto = Onto(base, found.w, self._held.bodies, np.concatenate(at))
+        with one_thread(), self.clock.measure("solve"):
+            z, folded = self.factor.place(found.load + points.pull(found.missed), onto)
+        return Solution(z, alpha, t, folded)
 
     @property
     def moved_bodies(self) -> list[Body]:
@@ -227,96 +223,83 @@ class FeatureMapping:
         together = np.flatnonzero(moves[:joint])
         with self.clock.measure("rhs"):
             scales = self._scales(w, together) if together.size else None
-            z = w.copy() if frame is None else np.where(self.grid.outline, frame, w)
-            z.ravel()[self._joint.nodes] = 0
             if moves[joint:].any():
                 alone = zip((alpha, t), self._apart.fit_within(w.ravel()), strict=True)
                 for part, found in alone:
                     part[joint:] = np.where(moves[joint:], found, part[joint:])
-            z.ravel()[self._apart.nodes] = self._apart.place(alpha[joint:], t[joint:])
-            r = self._load(w, z, glides=frame is not None)
+            alpha[together] = t[together] = 0
+            start, given = self._start(Smooth(w), alpha, t, frame), self._of_joint(alpha, t)
+            load, nodes = self._load(start, given)
         if not self._placement.is_ready(together):
             with one_thread(), self.clock.measure("factor"):
-                self._placement.prepare(together)
+                self._placement.prepare(together, nodes)
         with one_thread(), self.clock.measure("solve"):
-            given = np.concatenate([alpha[:joint], t[:joint]])
             turns = self._joint.turns[together]
-            c, load = self._placement.find(w, z, r, scales, given=given, moving=together, turns=turns)
+            c, y = self._placement.find(start, load, nodes, scales, given=given, moving=together, turns=turns)
             alpha[:joint], t[:joint] = c[:joint], c[joint:]
-        return Pose(alpha, t, w, z, load, together)
+        return Pose(alpha, t, w, start, y, together)
 
     def follow(self, pose: Pose, alpha: Complexes | None = None, t: Complexes | None = None) -> Solution:
         """Return where free nodes end, with the bodies where the pose has them, or elsewhere."""
         assert self._placement is not None
-        joint = self.joint_count
         alpha, t = pose.alpha if alpha is None else alpha, pose.t if t is None else t
         held = np.isin(np.arange(len(alpha)), pose.moving, invert=True)
         if (alpha[held] != pose.alpha[held]).any() or (t[held] != pose.t[held]).any():
             return self.place_at(pose.w, alpha, t)
+        c = self._of_joint(alpha, t)
         with one_thread(), self.clock.measure("solve"):
-            c = np.concatenate([alpha[:joint], t[:joint]])
-            z = self._placement.follow(c, pose.load, pose.moving).reshape(pose.w.shape)
-            z += pose.start
-            z.ravel()[self._joint.nodes] = self._joint.place(alpha[:joint], t[:joint])
-        return Solution(z, alpha, t)
+            load = self._placement.load_of(c, pose.load, pose.moving)
+            z, folded = self.factor.place(load, pose.start.with_first(self._joint_at(c)).onto)
+        return Solution(z, alpha, t, folded)
 
-    def put_bodies(self, z: Complexes, alpha: Complexes, t: Complexes) -> None:
-        """Set the nodes of z (R, C) that lie in bodies to where the similarities of all bodies take them."""
-        joint = self.joint_count
-        z.ravel()[self._joint.nodes] = self._joint.place(alpha[:joint], t[:joint])
-        z.ravel()[self._apart.nodes] = self._apart.place(alpha[joint:], t[joint:])
+    def _of_joint(self, alpha: Complexes, t: Complexes) -> Complexes:
+        """Return the (α, t) of the bodies that are placed together, one after the other."""
+        return np.concatenate([part[: self.joint_count] for part in (alpha, t)])
 
-    def fit_bodies(self, z: Complexes) -> tuple[Complexes, Complexes]:
-        """Return the (α, t) of all bodies that bring each closest to z (R, C) in the least-squares sense."""
-        parts = zip(self._joint.fit(z.ravel()), self._apart.fit(z.ravel()), strict=True)
-        alpha, t = (np.concatenate(part) for part in parts)
+    def _joint_at(self, c: Complexes, chosen: Ints | slice = np.s_[:]) -> Complexes:
+        """Return where these bodies' (α, t) take their nodes, or some of them."""
+        alpha, t = np.split(c, 2)
+        return self._joint.place(alpha, t, chosen) if self.has_poses else c[:0]
+
+    def _apart_at(self, alpha: Complexes, t: Complexes) -> Complexes:
+        """Return the same of all others."""
+        return self._apart.place(alpha[self.joint_count :], t[self.joint_count :])
+
+    def _start(self, w: Smooth, alpha: Complexes, t: Complexes, frame: Complexes | None = None) -> Start:
+        """Return where nodes are before bodies that are placed together, at 0 for now, and free nodes follow."""
+        joint = np.zeros(len(self._held.bodies) - len(self._apart.nodes))
+        at_outline = w.read(self._held.outline) if frame is None else frame.ravel()[self._held.outline]
+        return Start(w, self._held, np.concatenate([joint, self._apart_at(alpha, t), at_outline]))
+
+    def fit_bodies(self, z: Smooth) -> tuple[Complexes, Complexes]:
+        """Return the (α, t) of all bodies that bring each closest to z in the least-squares sense."""
+        parts = (np.split(z.combine(part.fitting, part.nodes), 2) for part in (self._joint, self._apart))
+        alpha, t = (np.concatenate(part) for part in zip(*parts, strict=True))
         return alpha, t
 
-    def _load(self, w: Complexes, z: Complexes, *, glides: bool) -> Complexes:
-        """Return b - K z⁰ = K (W - z⁰) - dᵀ w_own d W (R, C), w_own of the quads that follow features.
-
-        It is 0 but around features, and along a frame that `glides`.
-        """
-        load, columns = np.zeros_like(w), w.shape[1]
-        bands: Iterable[tuple[slice, Ways]] = self._bands_asked
-        if glides and any((w[side] != z[side]).any() for side in SIDES):
-            bands = ((band, self._weigh_ways(band)) for band in cut_bands(np.ones(len(w), bool), columns))
-        for band, weights in bands:
-            read = _with_neighbours(band)
-            here = w[read].ravel()
-            ways = zip(steps(here - z[read].ravel(), columns), steps(here, columns), weights, strict=True)
-            across, down = (both * away - own * way for away, way, (both, own) in ways)
-            load[band] = collect_steps(across, down).reshape(-1, columns)[band.start - read.start :][: len(load[band])]
-        return load
+    def _load(self, start: Start, c: Complexes) -> tuple[Floats, Ints]:
+        """Return b - K z⁰ + B c (m, 2) for c = (α, t) at the free nodes (m,) where it may not be 0."""
+        glides = (start.at_held[len(self._held.bodies) :] != start.w.read(self._held.outline)).any()
+        near = self._near_frame if glides else self._near_features
+        return near.evaluate(start, spread(c)), near.nodes
 
     @cached_property
-    def _bands_asked(self) -> list[tuple[slice, Ways]]:
-        """Bands around features, and the weights of the ways in them."""
-        bands = cut_bands(self._rows_asked, self.grid.columns)
-        return [(band, self._weigh_ways(band)) for band in bands]
-
-    def _weigh_ways(self, band: slice) -> Ways:
-        """Return the weights of the ways across and down in a band and to the rows beside it (`laplacian.steps`).
-
-        They are those of all edges, and of those that follow features; complex, for products with complex numbers.
-        """
-        read, found = _with_neighbours(band), []
-        for across, down in (self._edges, self._own_edges):
-            rows = np.pad(across[read], ((0, 0), (0, 1))).ravel()[:-1], down[read.start : read.stop - 1].ravel()
-            found.append([part.astype(np.complex128) for part in rows])
-        return list(zip(*found, strict=True))
+    def _near_features(self) -> NearLoad:
+        return self._near(glides=False)
 
     @cached_property
-    def _rows_asked(self) -> Bools:
-        """The rows (R,) of features, their neighbours, and the quads that follow them."""
-        across, down = self._own_edges
-        asked: Bools = np.any(self.index >= 0, axis=1) | np.any(across, axis=1)
-        asked[1:] |= np.any(down, axis=1)
-        asked[:-1] |= np.any(down, axis=1)
-        near = asked.copy()
-        near[1:] |= asked[:-1]
-        near[:-1] |= asked[1:]
-        return near
+    def _near_frame(self) -> NearLoad:
+        return self._near(glides=True)
+
+    def _near(self, *, glides: bool) -> NearLoad:
+        fields = [] if self._placement is None else self._placement.fields
+        own = edge_weights(self.follow_feature if fields else np.zeros_like(self.follow_feature))
+        return NearLoad.of(self._edges, own, fields, self.free, self._held, glides=glides)
+
+    @cached_property
+    def _held(self) -> HeldNodes:
+        bodies = np.concatenate([self._joint.nodes, self._apart.nodes]) if self.has_poses else np.empty(0, np.int64)
+        return HeldNodes.of(bodies, self.grid.outline)
 
     def scale_alone(self, body: int, w: Complexes) -> float:
         """Return the size that W alone gives a body: λ of FAT eq. 3 within its limits."""
@@ -354,8 +337,3 @@ class FeatureMapping:
         with one_thread(), self.clock.measure("solve"):
             v = as_one(self.factor.solve(as_two(r.ravel())))
         return Solution(w + v.reshape(w.shape), none, none)
-
-
-def _with_neighbours(band: slice) -> slice:
-    """Return a band of rows and one more on both sides, where there is one."""
-    return slice(max(band.start - 1, 0), band.stop + 1)

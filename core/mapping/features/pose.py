@@ -1,13 +1,15 @@
 """What a mapping with features knows before its free nodes follow: where features are, and which points are held."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy
 
-from core.arrays import Floats, Ints, Points
-from core.linalg.grid_solver import HalfSolved
+from core.arrays import Bools, Floats, Ints, Points
+from core.linalg.cubic_convolution import Smooth
+from core.linalg.grid_solver import HalfSolved, Onto
 from core.mapping.jacobians import Complexes, as_positions
 
 
@@ -31,18 +33,65 @@ class HeldPoints:
         return np.asarray(self.M.conj().T @ self.inverse, np.complex128)
 
     def read(self, z: Complexes) -> Complexes:
-        """Return what the combinations (k,) are of nodes at z (R, C)."""
-        return np.asarray(self.M @ (z.ravel()[self.nodes] * self.weights).sum(axis=1), np.complex128)
+        """Return what the combinations (k,) are of `nodes` at z (m, 4)."""
+        return np.asarray(self.M @ (z * self.weights).sum(axis=1), np.complex128)
 
-    def moved_by(self, load: Floats) -> Complexes:
+    def moved_by(self, load: Any) -> Complexes:
         """Return by how much the combinations (k,) move under a load L⁻¹ P r (N, 2)."""
         x, y = (self.half.T @ load).T
         return np.asarray(self.M @ (x + 1j * y), np.complex128)
 
-    def pull(self, missed: Complexes) -> Floats:
-        """Return the load (N, 2) that moves the combinations by what they `missed` (k,)."""
+    def pull(self, missed: Complexes) -> Any:
+        """Return the load that moves the combinations by what they `missed` (k,)."""
         forces = self._forces @ missed
-        return np.asarray(self.half @ np.stack([forces.real, forces.imag], axis=1))
+        return self.half @ np.stack([forces.real, forces.imag], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldNodes:
+    """The nodes of a grid that are not free: those of its outline and those of bodies."""
+
+    bodies: Ints
+    outline: Ints
+    """Those of the outline outside bodies."""
+    nodes: Ints
+    """Of bodies, then of the outline (h,)."""
+    place: Ints
+    """The number of every node (R, C) among them, -1 for free ones."""
+
+    @classmethod
+    def of(cls, bodies: Ints, outline: Bools) -> "HeldNodes":
+        """Return them, given the nodes of all bodies."""
+        place = np.full(outline.shape, -1)
+        place.ravel()[bodies] = 0
+        others = np.flatnonzero(outline & (place < 0))
+        nodes = np.concatenate([bodies, others])
+        place.ravel()[nodes] = np.arange(len(nodes))
+        return cls(bodies, others, nodes, place)
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where nodes are before the free ones follow: these where W has them."""
+
+    w: Smooth
+    held: HeldNodes
+    at_held: Complexes
+    """Where the others are (h,)."""
+
+    def read(self, nodes: Ints) -> Complexes:
+        """Return where some nodes (...) are."""
+        place = self.held.place.ravel()[nodes]
+        return np.asarray(np.where(place >= 0, self.at_held[place], self.w.read(nodes)))
+
+    @property
+    def onto(self) -> Onto:
+        """What free nodes move from, and where all others stay."""
+        return Onto(self.w.whole, None, self.held.nodes, self.at_held)
+
+    def with_first(self, first: Complexes) -> "Start":
+        """Return this start with the first of the held nodes elsewhere."""
+        return replace(self, at_held=np.concatenate([first, self.at_held[len(first) :]]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +101,9 @@ class Pose:
     alpha: Complexes
     t: Complexes
     w: Complexes
-    start: Complexes
-    """Node positions (R, C) that the free nodes move from."""
-    load: Floats
+    start: Start
+    """What the free nodes move from."""
+    load: Any
     """What moves them beside the bodies that found their place."""
     moving: Ints
     """These bodies."""
@@ -64,9 +113,9 @@ class Pose:
 class Approach:
     """A mapping before free nodes follow, and before points are held."""
 
-    start: Complexes
-    """Node positions (R, C) that the free nodes move from."""
-    load: Floats
+    w: Smooth
+    """What the free nodes move from."""
+    load: Any
     """What moves them."""
     missed: Complexes
     """How far from their goals the points would then be (k,)."""
@@ -81,6 +130,8 @@ class Solution:
     alpha: Complexes
     t: Complexes
     """Body i lies at alpha[i] * arms + t[i]; both are empty for the per-quad method."""
+    folded: Bools | None = None
+    """Which quads (R-1, C-1) are folded, where that is known."""
 
     @property
     def positions(self) -> Points:

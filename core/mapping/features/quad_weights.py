@@ -11,6 +11,7 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Ints, Singles
 from core.grid import Grid
 from core.mapping.features.similarity import Body
+from core.mapping.jacobians import Complexes
 
 MOST_WEIGHT, MOST_FALLOFF = 1e6, 1000
 
@@ -37,9 +38,34 @@ class Roles:
         """Numbers of the quads with an owner that have a node in it."""
         return np.flatnonzero(self.touched & (self.owner >= 0))
 
-    def inside_of(self, features: Ints) -> Ints:
-        """Return those of them whose owner is one of these features."""
-        return self.inside[np.isin(self.owner.ravel()[self.inside], features)]
+    def sum_edges(self, z: Complexes, count: int) -> tuple[Complexes, Complexes]:
+        """Return the sums (count,) of the edges across and down of the quads inside features, with nodes at z (N,).
+
+        Two edges to a quad each way. Where one quad goes on with the next, both ends cancel.
+        """
+        found = []
+        for of, nodes, beside in self._ends:
+            there = z[nodes] + z[nodes + beside]
+            x, y = (np.bincount(of, part, count) for part in (there.real, there.imag))
+            found.append(np.asarray(x + 1j * y, np.complex128))
+        return found[0] - found[1], found[2] - found[3]
+
+    @cached_property
+    def _ends(self) -> list[tuple[Ints, Ints, int]]:
+        """Sides of quads that go on with no other one: owners, first nodes, and the way to the second node.
+
+        Those on the right, on the left, below and above.
+        """
+        rows, columns = self.owner.shape
+        owner = np.full((rows + 2, columns + 1), -1)
+        owner[1:-1, :-1] = np.where(self.touched, self.owner, -1)
+        nodes = self.inside + self.inside // columns  # as padded quads are numbered, but for the first row
+        own, around = self.owner.ravel()[self.inside], owner.ravel()
+        wide, found = columns + 1, []
+        for step, first, beside in ((1, 1, wide), (-1, 0, wide), (wide, wide, 1), (-wide, 0, 1)):
+            ends = around[nodes + wide + step] != own
+            found.append((own[ends], nodes[ends] + first, beside))
+        return found
 
     def means(self, values: Floats, quads: Ints, count: int) -> Floats:
         """Return for each of `count` features the mean of the `values` (k,) of those of the `quads` (k,) it owns."""

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from core.arrays import Bools, Floats, Ints
 from core.linalg.grid_solver import GridSolver, HalfSolved
 from core.mapping.features.columns import Field, pairs_that_meet
+from core.mapping.features.pose import Start
 from core.mapping.jacobians import Complexes
 from core.mapping.tolerances import TIE
 
@@ -50,7 +51,7 @@ class ReducedSystem:
 
     def __init__(self, fields: list[Field], *, free: Bools, factor: GridSolver) -> None:
         self.fields = fields
-        self._factor, self._free, self._bound = factor, free, ~free
+        self._factor, self._free = factor, free
         self._count = n = len(fields)
         self._G = np.zeros((2 * n, 2 * n), np.complex128)
         for i, field in enumerate(fields):
@@ -61,49 +62,47 @@ class ReducedSystem:
 
     def find(
         self,
-        w: Complexes,
-        z0: Complexes,
-        r: Complexes,
+        start: Start,
+        load: Floats,
+        nodes: Ints,
         scales: Floats | None,
         *,
         given: Complexes,
         moving: Ints,
         turns: Bools,
-    ) -> tuple[Complexes, Floats]:
-        """Return c = (α, t) and the load of v without the columns of the features `moving`, for W, the start z⁰ and r.
+    ) -> tuple[Complexes, Any]:
+        """Return c = (α, t) and the load of v without the columns of the features `moving`, for a start z⁰.
 
-        r is spent. The features `moving` find their place, with |α| = `scales`, one for each, where these are given,
-        and α real where one of them does not turn (`turns`); the others have that of `given`, (α, t).
+        `load` (m, 2) is r + B c, c of the features that do not move, at these free `nodes`, 0 elsewhere. The features
+        `moving` find their place, with |α| = `scales`, one for each, where these are given, and α real where one of
+        them does not turn (`turns`); the others have that of `given`, (α, t), which is 0 of those that move.
         """
-        n = self._count
-        chosen = np.concatenate([moving, n + moving])
+        y = self._factor.forward_again(load, nodes)
         c = given.copy()
-        c[chosen] = 0
-        load = r.copy() if moving.size else r
-        for i in np.flatnonzero(np.isin(np.arange(n), moving, invert=True)):
-            load[self.fields[i].window] += c[i] * self.fields[i].load[0] + c[n + i] * self.fields[i].load[1]
-        load[self._bound] = 0
-        y = self._factor.forward_again(as_two(load.ravel()))
         if moving.size:
             reduced = self.prepare(moving)
-            g = np.array([self.fields[i].weighed(r, z0, w, TIE) for i in moving]).T.ravel() - (self._G @ c)[chosen]
+            chosen = np.concatenate([moving, self._count + moving])
+            g = np.array([self.fields[i].weighed(start) for i in moving]).T.ravel() - (self._G @ c)[chosen]
             g += _gather(as_one(reduced.half.T @ y), len(moving))
             c[chosen] = _minimise(reduced.S, g, scales, turns)
         return c, y
 
-    def follow(self, c: Complexes, y: Floats, moving: Ints) -> Complexes:
-        """Return v (N,) for the features `moving` at c = (α, t) and the load that `find` gave."""
-        if moving.size:
-            chosen = np.concatenate([moving, self._count + moving])
-            y = y + self.prepare(moving).half @ as_two(_spread(c[chosen], len(moving)))
-        return as_one(self._factor.backward(y))
+    def load_of(self, c: Complexes, y: Any, moving: Ints) -> Any:
+        """Return the load of v for the features `moving` at c = (α, t), and the load that `find` gave."""
+        if not moving.size:
+            return y
+        chosen = np.concatenate([moving, self._count + moving])
+        return y + self.prepare(moving).half @ as_two(spread(c[chosen]))
 
     def is_ready(self, moving: Ints) -> bool:
         """Return whether the features `moving` can be placed without new columns."""
         return not moving.size or (self._reduced is not None and np.array_equal(self._reduced.moving, moving))
 
-    def prepare(self, moving: Ints) -> "_Reduced":
-        """Return the system of the features `moving`; a new one costs three substitutions forward for each."""
+    def prepare(self, moving: Ints, asked: Ints | None = None) -> "_Reduced":
+        """Return the system of the features `moving`; a new one costs three substitutions forward for each.
+
+        Loads will be at the nodes that are `asked`.
+        """
         if self._reduced is None or not self.is_ready(moving):
             k, free = len(moving), self._free.ravel()
             load = np.zeros((free.size, 3 * k))
@@ -111,9 +110,9 @@ class ReducedSystem:
             for place, field in enumerate(fields):
                 there = free[field.border]
                 load[field.border[there], place::k] = field.columns[there]
-            half = self._factor.forward(load, np.concatenate([field.border for field in fields]))
+            half = self._factor.forward(load, np.concatenate([field.border for field in fields]), asked)
             chosen = np.concatenate([moving, self._count + moving])
-            U = _spread(np.eye(2 * k, dtype=np.complex128), k)
+            U = spread(np.eye(2 * k, dtype=np.complex128))
             S = self._G[np.ix_(chosen, chosen)] - U.conj().T @ (half.T @ half) @ U
             self._reduced = _Reduced(moving, half, (S + S.conj().T) / 2)
         return self._reduced
@@ -157,8 +156,9 @@ def _with_length(alpha: NDArray[Any], length: Floats) -> Complexes:
     return unit * length
 
 
-def _spread(c: Complexes, count: int) -> Complexes:
+def spread(c: Complexes) -> Complexes:
     """Return U c = (α, iα, t) of c = (α, t), by rows."""
+    count = len(c) // 2
     return np.concatenate([c[:count], 1j * c[:count], c[count:]])
 
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from core.arrays import Floats, Ints
@@ -58,14 +60,22 @@ class Bodies:
         """Which do not have to stay upright."""
         self._bounds = np.array([(body.limits.least, body.limits.most) for body in bodies]).reshape(-1, 2)
 
-    def place(self, alpha: Complexes, t: Complexes) -> Complexes:
-        """Return where (α, t), (k,) each, take `nodes`."""
-        return np.asarray(alpha[self._owner] * self._arms + t[self._owner])
+    def place(self, alpha: Complexes, t: Complexes, chosen: Ints | slice = np.s_[:]) -> Complexes:
+        """Return where (α, t), (k,) each, take `nodes`, or the `chosen` ones."""
+        owner = self._owner[chosen]
+        return np.asarray(alpha[owner] * self._arms[chosen] + t[owner])
 
     def fit(self, z: Complexes) -> tuple[Complexes, Complexes]:
         """Return the (α, t), (k,) each, that bring the bodies closest to z (N,), as `Body.fit` does."""
         there = z[self.nodes]
         return self._sums(self._arms.conj() * there) / self._spread, self._sums(there) / self._counts
+
+    @cached_property
+    def fitting(self) -> "scipy.sparse.csr_array":
+        """What of `nodes` makes up the same (α, t), one after the other (2 k, n)."""
+        values = np.concatenate([self._arms.conj() / self._spread[self._owner], 1 / self._counts[self._owner]])
+        places = np.concatenate([self._owner, self.count + self._owner]), np.tile(np.arange(len(self.nodes)), 2)
+        return scipy.sparse.csr_array((values, places), (2 * self.count, len(self.nodes)))
 
     def fit_within(self, z: Complexes) -> tuple[Complexes, Complexes]:
         """Return the (α, t), (k,) each, that bring the bodies closest to z (N,) within their limits."""

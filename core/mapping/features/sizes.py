@@ -1,9 +1,11 @@
 """The size that W leaves a feature  [FAT sec. 2.1]."""
 
+import numpy as np
+
 from core.arrays import Floats, Ints
 from core.grid import Grid
 from core.mapping.features.quad_weights import Roles
-from core.mapping.jacobians import Complexes, Jacobians, corner_frames
+from core.mapping.jacobians import Complexes, Jacobians
 
 
 def smaller_scales(grid: Grid, w: Complexes, roles: Roles, chosen: Ints) -> Floats:
@@ -12,9 +14,9 @@ def smaller_scales(grid: Grid, w: Complexes, roles: Roles, chosen: Ints) -> Floa
     The linear part of W in a feature is taken as a whole, as the feature moves: of a swirl, which shears every quad
     a different way, little is left.
     """
-    inside = roles.inside_of(chosen)
-    frames = corner_frames(grid, tuple(w.ravel()[grid.quads[inside].T]))
-    count = int(chosen.max(initial=-1)) + 1
-    parts = frames.similar.real, frames.similar.imag, frames.opposite.real, frames.opposite.imag
-    means = [roles.means(part, inside, count)[chosen] for part in parts]
-    return Jacobians(means[0] + 1j * means[1], means[2] + 1j * means[3]).smaller_singular_values
+    count, (width, height) = int(chosen.max(initial=-1)) + 1, grid.cell
+    quads = np.bincount(roles.owner.ravel()[roles.inside], minlength=count)
+    across, down = roles.sum_edges(w.ravel(), len(quads))
+    each = 2 * np.maximum(quads, 1)
+    t_x, t_y = (across / (each * width))[chosen], (1j * down / (each * height))[chosen]
+    return Jacobians((t_x - t_y) / 2, (t_x + t_y) / 2).smaller_singular_values

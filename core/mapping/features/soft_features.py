@@ -8,8 +8,6 @@ with a weight between that of what is free and that of features (`quad_weights.w
 equations is a load beside that of W, and so a displacement, for features that keep their shape where they are.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from core.linalg.blas import one_thread
@@ -42,4 +40,4 @@ class SoftFeatures:
         load = np.where(self._mapping.free, load, 0)
         with one_thread():
             moved = as_one(self._mapping.factor.solve(as_two(load.ravel())))
-        return replace(found, z=found.z + moved.reshape(w.shape))
+        return Solution(found.z + moved.reshape(w.shape), found.alpha, found.t)

@@ -21,7 +21,7 @@ what that does to the rows, S = Uᵀ K U - (K U)ᵀ K_ff⁻¹ (K U) what it cost
 G S⁻¹ Gᵀ, and q = S⁻¹ Gᵀ f.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -82,7 +82,7 @@ class Pull:
         load = self.load - laplacian(edge_weights(mapping.follow_w + mapping.follow_feature), glide)
         with one_thread():
             moved = as_one(mapping.factor.solve(as_two(np.where(mapping.free, load, 0).ravel())))
-        return replace(found, z=found.z + glide + moved.reshape(glide.shape))
+        return Solution(found.z + glide + moved.reshape(glide.shape), found.alpha, found.t)
 
 
 class LineSolver:

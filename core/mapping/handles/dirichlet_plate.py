@@ -17,9 +17,9 @@ import numpy as np
 
 from core.arrays import Floats, Ints, Points
 from core.grid import DEFAULT_NODES_AT_MOST, Grid
+from core.linalg.cubic_convolution import CubicConvolution, Smooth
 from core.linalg.dirichlet_grid import DirichletGrid, LoadPlaces, Responses
 from core.linalg.laplacian import edge_weights, laplacian
-from core.mapping.handles.cubic_convolution import CubicConvolution
 from core.mapping.jacobians import Complexes
 
 
@@ -68,19 +68,18 @@ class HeldPlate:
         """Nodes of the picture around those of the plate, and their weights (r c, 4)."""
         return self._picture.weights_at(self.grid.nodes.reshape(-1, 2))
 
-    def refine(self, d: Complexes, sides: Complexes) -> Complexes:
-        """Return what d at the plate's nodes (r, c) is at the picture's (R, C), on the frame exactly `sides` (R, C).
+    def refine(self, d: Complexes, sides: Complexes | None) -> Smooth:
+        """Return what d at the plate's nodes (r, c) is at the picture's (R, C), on the frame `sides` (R, C) or 0.
 
         What cubics miss of these is continued inwards by a membrane.
         """
         if self.grid is self._picture:
-            return d
-        fine = self._cubic.refine(d)
-        if sides.any():
-            missed = np.where(self._picture.outline, sides - self._cubic.refine(self.sample(sides)), 0)
-            load = -laplacian(edge_weights(np.ones((self._picture.rows - 1, self._picture.columns - 1))), missed)
-            fine += missed + _solve_poisson(self._fine, load)
-        return fine
+            return Smooth(d)
+        if sides is None:
+            return Smooth(d, self._cubic)
+        missed = np.where(self._picture.outline, sides - self._cubic.refine(self.sample(sides)), 0)
+        load = -laplacian(edge_weights(np.ones((self._picture.rows - 1, self._picture.columns - 1))), missed)
+        return Smooth(self._cubic.refine(d) + missed + _solve_poisson(self._fine, load))
 
     @cached_property
     def _fine(self) -> DirichletGrid:

@@ -13,8 +13,8 @@ import scipy
 
 from core.arrays import Floats, Points
 from core.grid import Grid
+from core.linalg.cubic_convolution import CubicConvolution
 from core.linalg.factor import Factor
-from core.mapping.handles.cubic_convolution import CubicConvolution
 from core.mapping.jacobians import Complexes
 from core.mapping.tolerances import TIE
 

@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 from core.arrays import Floats, Points
 from core.grid import Grid
 from core.linalg.blas import one_thread
+from core.linalg.cubic_convolution import Smooth
 from core.linalg.laplacian import edge_weights, laplacian
 from core.mapping.handles.dirichlet_plate import HeldForces, HeldPlate
 from core.mapping.handles.free_plate import FreeForces, FreePlate
@@ -172,17 +173,18 @@ class HandleField:
         """Return what z at the picture's nodes (R, C) is at the plate's (r, c)."""
         return self._plate.sample(z) if isinstance(self._plate, HeldPlate) else z
 
-    def refine(self, d: Complexes, sides: Complexes) -> Complexes:
+    def refine(self, d: Complexes, sides: Complexes | None) -> Smooth:
         """Return what d (r, c) is at the picture's nodes (R, C), on the frame exactly what moves it there, `sides`."""
-        return self._plate.refine(d, sides) if isinstance(self._plate, HeldPlate) else d
+        return self._plate.refine(d, sides) if isinstance(self._plate, HeldPlate) else Smooth(d)
 
     def still(self, base: Base, *, slides: bool) -> Turned:
         """Return that nothing of z⁰ is turned; `slides` says whether a straight frame holds it."""
         return self._aim(base, np.zeros_like(base.z), base.z, slides=slides)
 
-    def turn(self, base: Base, d: Complexes, sides: Complexes, *, slides: bool) -> Turned:
-        """Return what large rotations make of z⁰ displaced by d (r, c); on the frame y is `sides` (R, C)."""
-        return self._aim(base, self._integrate(base, d, self.sample(sides)), base.z + d, slides=slides)
+    def turn(self, base: Base, d: Complexes, sides: Complexes | None, *, slides: bool) -> Turned:
+        """Return what large rotations make of z⁰ displaced by d (r, c); on the frame y is `sides` (R, C), or 0."""
+        held = np.zeros_like(d) if sides is None else np.where(self.grid.outline, self.sample(sides), 0)
+        return self._aim(base, self._integrate(base, d, held), base.z + d, slides=slides)
 
     def _aim(self, base: Base, y: Complexes, now: Complexes, *, slides: bool) -> Turned:
         """Return y with the normals that rods have `now` (r, c), and by how much more than in z⁰ it bends them."""
@@ -193,12 +195,11 @@ class HandleField:
         bends = self.rods.bends(there + moved, normals) - self.rods.bends(there, self.rods.normals(there))
         return Turned(y, normals, bends, slides)
 
-    def _integrate(self, base: Base, d: Complexes, sides: Complexes) -> Complexes:
+    def _integrate(self, base: Base, d: Complexes, held: Complexes) -> Complexes:
         """Return y (r, c): the displacement of z⁰ whose gradient z⁰ + d turns, locally, with that of z⁰.
 
         With the frame free there is none: similarities cost nothing there.
         """
-        held = np.where(self.grid.outline, sides, 0)
         if not isinstance(self._plate, HeldPlate):
             return held
         load = base.turn(base.z + d)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.linalg.cubic_convolution import Smooth
 from core.mapping.features.pose import Approach, Solution
 from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
@@ -40,7 +41,7 @@ class Moved:
     """A picture that handles have moved."""
 
     solution: Solution
-    field: Complexes
+    field: Smooth
     """D (R, C), the displacement of the background."""
     goal: Complexes
     """By how much each handle is to move its point (k,)."""
@@ -77,7 +78,7 @@ class HandleSolver:
         s, mapping = self.structure, self.structure.mapping
         goal = self._find_goal(s, reference, asked)
         if not goal.any():
-            return Moved(reference, np.zeros_like(reference.z), goal)
+            return Moved(reference, Smooth(np.zeros_like(reference.z)), goal)
         if self._base is None or self._reference is not reference:
             self._reference, self._base = reference, Base.of(s.field.sample(reference.z))
         is_straight = _is_straight(reference.z, s.field)
@@ -95,14 +96,11 @@ class HandleSolver:
             turned = again
         last, self._d = self._d, found.d
         moves = last is None or np.abs(found.d - last).max() > SEEN_PX / 2
-        z = mapping.hold(found.approach, s.held)
-        z += reference.z
-        if len(found.alpha):
-            mapping.put_bodies(z, found.alpha, found.t)
-        return Moved(Solution(z, found.alpha, found.t), found.D, goal, is_final=not moves)
+        solution = mapping.hold(found.approach, s.held, reference.z, found.alpha, found.t)
+        return Moved(solution, found.D, goal, is_final=not moves)
 
     def _first_turned(
-        self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, sides: Complexes, *, slides: bool
+        self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, sides: Complexes | None, *, slides: bool
     ) -> Turned:
         """Return what turning does to the background: as in the last frame, or as if nothing turned far."""
         assert self._base is not None
@@ -118,7 +116,7 @@ class HandleSolver:
         poses: Poses,
         goal: Complexes,
         turned: Turned,
-        sides: Complexes,
+        sides: Complexes | None,
         rounds: int,
     ) -> "_Found":
         """Return the displacement of the background for which the plate alone holds handles, as nearly as it comes."""
@@ -136,7 +134,7 @@ class HandleSolver:
             to_rows = np.where(s.owners < 0, goal, 0)
             for hold in s.holds.values():
                 to_rows[hold.points] = alpha[hold.body] * hold.arms + t[hold.body]
-            approach = s.mapping.approach(D, alpha, t, D, s.held, to_rows[s.rows])
+            approach = s.mapping.approach(D, alpha, t, s.held, to_rows[s.rows])
             misses = approach.missed[s.alone]
             missed = float(np.abs(misses).max(initial=0))
             vain = 0 if best is None or missed < (1 - LITTLE) * best.missed else vain + 1
@@ -184,7 +182,7 @@ class HandleSolver:
             else:
                 free[i] = False
         free[[body.limits.fix_size for body in bodies], SCALE] = False
-        to = s.held.read(reference.z) + moved.goal[s.rows]
+        to = s.held.read(reference.z.ravel()[s.held.nodes]) + moved.goal[s.rows]
         return Constraints(s.probes[s.rows], to, pivots, free, none.glide, is_free=s.field.is_free)
 
     def _pose_held(
@@ -216,7 +214,7 @@ class HandleSolver:
         known[: len(s.outside)] = asked[s.outside]
         return known
 
-    def _pose_small(self, s: Structure, reference: Solution, poses: Poses, D: Complexes) -> None:
+    def _pose_small(self, s: Structure, reference: Solution, poses: Poses, D: Smooth) -> None:
         """Place the bodies that are too many for the plate where D has them, at the sizes that they have."""
         small = np.isin(np.arange(len(reference.alpha)), s.motions.bodies, invert=True)
         if small.any():
@@ -229,14 +227,14 @@ class HandleSolver:
 
     def _move_frame(
         self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, *, is_straight: bool
-    ) -> Complexes:
+    ) -> Complexes | None:
         """Return the displacements (R, C) of a straight frame: of cut bodies, of points on it, and between them.
 
-        Points that lie on the frame slide along their side; where W bends it, they stay.
+        Points that lie on the frame slide along their side; where W bends it, they stay. None where all of it stays.
         """
-        found = np.zeros_like(reference.z)
         if not is_straight or not (s.at_frame.size or any(s.cut[i].any() for i in s.holds)):
-            return found
+            return None
+        found = np.zeros_like(reference.z)
         for i in np.flatnonzero(s.cut.any(axis=1)):
             body = s.mapping.bodies[i]
             moved = (poses.alpha[i] - reference.alpha[i]) * body.arms + poses.t[i] - reference.t[i]
@@ -255,7 +253,7 @@ class _Found:
     approach: Approach
     d: Complexes
     """At the plate's nodes (r, c),"""
-    D: Complexes
+    D: Smooth
     """and at the picture's (R, C)."""
     alpha: Complexes
     t: Complexes

@@ -3,11 +3,12 @@
 import cv2
 import numpy as np
 import pytest
+import scipy
 
 from core.arrays import Bytes, Points
 from core.grid import Grid, find_features
+from core.linalg.cubic_convolution import CubicConvolution, Smooth
 from core.mapping.handles import dirichlet_plate
-from core.mapping.handles.cubic_convolution import CubicConvolution
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame
 from core.mapping.jacobians import as_complex
@@ -37,6 +38,18 @@ def test_what_is_at_most_quadratic_is_refined_exactly() -> None:
     inner = (u > coarse.cell[0]) & (u < 99 - coarse.cell[0])  # beyond the ends it goes on straight
     assert np.abs(away[inner]).max() < 1e-9
     assert np.abs(away).max() < coarse.cell[0] ** 2 / 4
+
+
+def test_some_nodes_are_read_as_all_are_refined() -> None:
+    coarse, fine = Grid(100, 60, cell_px=10), Grid(100, 60, cell_px=3)
+    d = np.random.default_rng(3).normal(size=(*coarse.shape, 2)).view(np.complex128)[..., 0]
+    field = Smooth(d, CubicConvolution(coarse.shape, fine.shape))
+    nodes = np.arange(fine.size).reshape(-1, 2)
+    assert np.abs(field.read(nodes).ravel() - field.whole.ravel()).max() < 1e-12
+    sums = scipy.sparse.csr_array(np.random.default_rng(4).normal(size=(3, 50)) + 1j)
+    for one in (field, Smooth(field.whole)):
+        assert np.abs(one.combine(sums, np.arange(50)) - np.asarray(sums @ field.whole.ravel()[:50])).max() < 1e-12
+    assert np.array_equal(Smooth(field.whole).read(nodes).ravel(), field.whole.ravel())
 
 
 def test_a_plate_with_fewer_nodes_gives_the_same_picture(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from core.arrays import InputError, Points
 from core.warps.presets import PRESETS, make_warp
+from core.warps.warp import in_parts
 
 SHAPES = [name for name in PRESETS if name != "none"]
 NAMES = st.sampled_from(SHAPES)
@@ -122,3 +123,9 @@ def test_what_cannot_be_is_named(arguments: dict[str, object], message: str) -> 
 def test_a_misspelt_name_has_neighbours() -> None:
     with pytest.raises(InputError, match="unknown; did you mean arc-lower"):
         make_warp("arc-louer", 10, 10)
+
+
+def test_parts_are_warped_as_all_at_once() -> None:
+    points = np.random.default_rng(0).uniform(0, 300, (260, 130, 2))
+    warp = make_warp("swirl", 300, 300, bend=40)
+    assert np.array_equal(in_parts(warp, points), warp(points))

@@ -7,11 +7,13 @@ import app.live.warp
 from app.editor.editor import Editor
 from app.model.jobs import Jobs
 from app.render.solver.choice import GpuSolver
-from app.render.solver.grid_multigrid import GridMultigrid
+from app.render.solver.grid_multigrid import GridMultigrid, NodeLoad
 from app.state.preferences import Preferences
 from app.tools.all import TOOLS
-from core.arrays import Floats
+from core.arrays import Bools
 from core.document.map_solver import MapSolver
+from core.linalg.cubic_convolution import Complexes
+from core.linalg.grid_solver import Onto
 from core.progress import run
 from core.rasters.raster import Raster
 from tests.app.driver import document
@@ -22,13 +24,13 @@ pytestmark = pytest.mark.gui
 
 def test_a_pin_is_dragged_on_the_gpu_and_settles_on_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(app.live.warp, "INLINE_NODES", 0)
-    backward, answers = GridMultigrid.backward, []
+    place, answers = GridMultigrid.place, []
 
-    def counted(solver: GridMultigrid, y: Floats) -> Floats:
+    def counted(solver: GridMultigrid, y: NodeLoad, onto: Onto) -> tuple[Complexes, Bools]:
         answers.append(solver)
-        return backward(solver, y)
+        return place(solver, y, onto)
 
-    monkeypatch.setattr(GridMultigrid, "backward", counted)
+    monkeypatch.setattr(GridMultigrid, "place", counted)
     mask = np.zeros((400, 600), np.uint8)
     mask[100:200, 150:300] = mask[250:330, 380:460] = 255
     start = document(600, 400, cell_px=12.0).changed(mask=Raster.from_array(mask)).with_warp(preset="arc", bend=20)

@@ -1,0 +1,121 @@
+"""What is smooth, worked out on a coarse grid and refined by cubic convolution  [Keys 1981]."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from core.arrays import Floats, Ints
+
+Complexes = NDArray[np.complex128]
+_KEPT = 8
+"""So many lists of nodes that are read again and again have their weights kept."""
+
+
+class CubicConvolution:
+    """From the nodes of a coarse grid to those of a finer one over the same picture, shapes (r, c) and (R, C)."""
+
+    def __init__(self, coarse: tuple[int, int], fine: tuple[int, int]) -> None:
+        self.shape = fine
+        self.down, self.across = (between(n, m) for n, m in zip(fine, coarse, strict=True))
+        self._known: dict[int, tuple[object, scipy.sparse.csr_array]] = {}
+
+    def refine(self, d: Complexes) -> Complexes:
+        """Return at the fine grid's nodes (R, C) what d (r, c) is at the coarse one's."""
+        rows = np.ascontiguousarray((self.across @ d.T).T)
+        return np.asarray(self.down @ rows.view(np.float64)).view(np.complex128)
+
+    def read(self, d: Complexes, nodes: Ints) -> Complexes:
+        """Return the same at some nodes of the fine grid (...)."""
+        weights = self._keep(nodes, lambda: self._weights_at(nodes.ravel()))
+        found = weights @ np.ascontiguousarray(d).reshape(-1, 1).view(np.float64)
+        return np.asarray(found).view(np.complex128).reshape(nodes.shape)
+
+    def combine(self, d: Complexes, matrix: "scipy.sparse.csr_array", nodes: Ints) -> Complexes:
+        """Return a matrix (q, n) times the same at n nodes."""
+        weights = self._keep(matrix, lambda: scipy.sparse.csr_array(matrix @ self._weights_at(nodes)))
+        return np.asarray(weights @ d.ravel())
+
+    def _keep(self, of: object, make: "Callable[[], scipy.sparse.csr_array]") -> "scipy.sparse.csr_array":
+        """Return the weights that belong to an object, made once while not too many others come between."""
+        if id(of) not in self._known:
+            if len(self._known) == _KEPT:
+                del self._known[next(iter(self._known))]
+            self._known[id(of)] = of, make()
+        return self._known[id(of)][1]
+
+    def _weights_at(self, nodes: Ints) -> "scipy.sparse.csr_array":
+        (rows, by_row), (columns, by_column) = self.taps
+        row, column = np.divmod(nodes, self.shape[1])
+        places = rows[row][:, :, None] * self.across.shape[1] + columns[column][:, None, :]
+        weights = by_row[row][:, :, None] * by_column[column][:, None, :]
+        ends = np.arange(len(nodes) + 1) * 16
+        size = self.down.shape[1] * self.across.shape[1]
+        return scipy.sparse.csr_array((weights.ravel(), places.ravel(), ends), (len(nodes), size))
+
+    @cached_property
+    def taps(self) -> tuple[tuple[Ints, Floats], tuple[Ints, Floats]]:
+        """The coarse rows, and the coarse columns, that each fine one is read from, four each, and their weights."""
+        return _taps(self.down), _taps(self.across)
+
+
+@dataclass(frozen=True, eq=False)
+class Smooth:
+    """A field on a grid (R, C): all of it, or what it is refined from."""
+
+    d: Complexes
+    """At the nodes of that grid, or of a coarser one (r, c)."""
+    cubic: CubicConvolution | None = None
+    """What refines it."""
+
+    @cached_property
+    def whole(self) -> Complexes:
+        """What it is at all nodes (R, C)."""
+        return self.d if self.cubic is None else self.cubic.refine(self.d)
+
+    def read(self, nodes: Ints) -> Complexes:
+        """Return what it is at some nodes (...)."""
+        return self.d.ravel()[nodes] if self.cubic is None else self.cubic.read(self.d, nodes)
+
+    def combine(self, matrix: "scipy.sparse.csr_array", nodes: Ints) -> Complexes:
+        """Return a matrix (q, n) times what it is at n nodes."""
+        if self.cubic is not None:
+            return self.cubic.combine(self.d, matrix, nodes)
+        return np.asarray(matrix @ self.d.ravel()[nodes])
+
+
+def _taps(weights: "scipy.sparse.csr_array") -> tuple[Ints, Floats]:
+    """Return columns and values of a matrix of at most four to a row, (n, 4) each."""
+    there = np.arange(4) < np.diff(weights.indptr)[:, None]
+    columns, values = np.zeros(there.shape, np.int64), np.zeros(there.shape)
+    columns[there], values[there] = weights.indices, weights.data
+    return columns, values
+
+
+def between(count: int, coarse: int) -> "scipy.sparse.csr_array":
+    """Return the weights (count, coarse) of cubic convolution from evenly spaced nodes to others on the same length.
+
+    Beyond its ends what is interpolated goes on straight.
+    """
+    place = np.linspace(0, coarse - 1, count)
+    first: Ints = np.minimum(place.astype(np.int64), coarse - 2)
+    t = place - first
+    weights = np.stack(
+        [
+            ((-0.5 * t + 1) * t - 0.5) * t,
+            (1.5 * t - 2.5) * t * t + 1,
+            ((-1.5 * t + 2) * t + 0.5) * t,
+            (0.5 * t - 0.5) * t * t,
+        ],
+        axis=1,
+    )
+    rows = np.repeat(np.arange(count), 4)
+    wide = scipy.sparse.csr_array(
+        (weights.ravel(), (rows, (first[:, None] + np.arange(4)).ravel())), (count, coarse + 2)
+    )
+    before = scipy.sparse.csr_array(([2.0, -1.0], ([0, 0], [0, 1])), (1, coarse))
+    after = scipy.sparse.csr_array(([2.0, -1.0], ([0, 0], [coarse - 1, coarse - 2])), (1, coarse))
+    return scipy.sparse.csr_array(wide @ scipy.sparse.vstack([before, scipy.sparse.eye_array(coarse), after]))
