@@ -55,6 +55,10 @@ class Lattice:
         """Median vectors (2, 2), columns, pixels a texel."""
         return np.asarray(np.median(self.frames.bases, axis=0), np.float64)
 
+    def divided(self, steps: int) -> "Lattice":
+        """Return the lattice with so many steps along each side of a texel, and its vertices alone."""
+        return Lattice(steps * self.keys, replace(self.frames, bases=self.frames.bases / steps))
+
     def shrunk(self, times: int) -> "Lattice":
         """Return the lattice in pixels of a picture of means over squares of so many pixels."""
         frames = replace(self.frames, points=to_small(self.frames.points, times), bases=self.frames.bases / times)

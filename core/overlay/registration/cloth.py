@@ -21,6 +21,8 @@ IN_REGION = 1.25
 """Leniency where a region is given: nothing but cloth should be there."""
 CELLS = 8
 """Cells along a side of a texel at least, where the mesh is coarsened."""
+STEP_PX = 24.0
+"""Side of the steps into which large texels are divided."""
 SIZES = (0.1, 8.0)
 """Area of cloth under a cell, over the usual: any even patch looks like a texel blown up."""
 
@@ -139,8 +141,14 @@ def make_cloth(photo: Floats, canvas: FlatPicture, lattice: Lattice, M: Floats) 
     return FittedCloth(photo, canvas, lattice, M, mesh, registration)
 
 
+def make_divided_cloth(photo: Floats, canvas: FlatPicture, lattice: Lattice) -> FittedCloth:
+    """Return the cloth of a photo whose texels are a lattice's, divided into steps as small as motifs."""
+    steps = max(1, round(float(np.sqrt(lattice.texel_area)) / STEP_PX))
+    return make_cloth(photo, canvas, lattice.divided(steps), steps * np.eye(2))
+
+
 def starting_state(cloth: FittedCloth, lattice: Lattice) -> ClothState:
-    """Return coordinates spread from the lattice, in its own texels, and shading from the local brightness."""
+    """Return coordinates spread from a lattice, in its own texels, and shading from the local brightness."""
     uv = spread(cloth.mesh, lattice)
     cells = near_lattice(cloth.mesh, lattice, uv) & (cloth.valid_shares > 0.5)
     return ClothState(np.nan_to_num(uv), cloth.brightness, np.asarray(cells, np.bool_))

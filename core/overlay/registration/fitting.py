@@ -12,7 +12,16 @@ from core.overlay.detection.basis import reduce
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.period import coarser, estimate_halves, far_period
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, stage, starting_state
+from core.overlay.registration.cloth import (
+    Fit,
+    FittedCloth,
+    estimate,
+    make_cloth,
+    make_divided_cloth,
+    measure,
+    stage,
+    starting_state,
+)
 from core.overlay.registration.coarse_mesh import coarsen, correct
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.pieces import join_by, with_more_pieces
@@ -50,7 +59,7 @@ def begun(
 
     Raises `NoPatternError` where there are stripes only, and where no texel lies on what may be cloth.
     """
-    cloth = make_cloth(photo, canvas, lattice, np.eye(2))
+    cloth = make_divided_cloth(photo, canvas, lattice) if trusted else make_cloth(photo, canvas, lattice, np.eye(2))
     start = starting_state(cloth, lattice)
     if not start.cells.any():
         raise NoPatternError
@@ -62,7 +71,7 @@ def begun(
             start = refit(cloth, found, rounds=5, blurs_px=(1.5,)).pieces[0]
             M = true_period(cloth, start, seed)
         cloth = cloth if np.array_equal(M, cloth.M) else make_cloth(photo, canvas, lattice, M)
-    start = replace(start, uv=start.uv @ np.linalg.inv(cloth.M).T)
+        start = replace(start, uv=start.uv @ np.linalg.inv(cloth.M).T)
     found = measure(cloth, estimate(cloth, (start,)), (start,))
     if evenness(cloth, found) < LEAST_EVENNESS:
         raise NoPatternError

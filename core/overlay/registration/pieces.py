@@ -75,8 +75,10 @@ def free(cloth: FittedCloth, cells: Bools) -> FlatPicture:
 
 
 def join_by(cloth: FittedCloth, found: Fit, lattice: Lattice, step: Progress) -> Job[Fit]:
-    """Return the fit with the piece that begins at another lattice, if the texture explains enough of it."""
-    return join(cloth, found, (yield from follow_steps(cloth, found, starting_state(cloth, lattice), step)))
+    """Return the fit with the piece that begins at another lattice of texels, if the texture explains enough of it."""
+    start = starting_state(cloth, lattice)
+    start = replace(start, uv=start.uv @ cloth.M.T)
+    return join(cloth, found, (yield from follow_steps(cloth, found, start, step)))
 
 
 def follow_steps(cloth: FittedCloth, found: Fit, start: ClothState, step: Progress) -> Job[ClothState]:

@@ -19,7 +19,7 @@ from core.overlay.filters.distances import within
 from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnified, enlarged
 from core.overlay.filters.shrinking import to_small
 from core.overlay.mesh import ClothMesh
-from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure, starting_state
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_divided_cloth, measure
 from core.overlay.registration.coarse_mesh import at_finer_nodes
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import refit
@@ -32,8 +32,8 @@ from core.overlay.tolerances import SMOOTH_PX
 from core.progress import Job, Progress
 
 NOTE = "looking for large texels"
-STEP_PX, MESH_PX = 30.0, 24.0
-"""Side of a large texel at least, and of the steps of the mesh's lattice into which it is divided, small as motifs."""
+STEP_PX = 30.0
+"""Side of a large texel at least."""
 LEAST_TEXELS = 3.0
 """Area, in texels, that has to be seen: one, and its neighbour along either vector; twice that without a region."""
 TRIED = 2
@@ -110,13 +110,11 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_p
     `NoPatternError` where no more than `least_px` pixels of cloth lie near the pairs.
     """
     side = float(np.sqrt(abs(np.linalg.det(basis))))
-    steps = max(1, round(side / MESH_PX))
     kept = draw_sample(np.ones(len(pairs.first), np.bool_), MOST_PAIRS)
     pairs = replace(pairs, first=pairs.first[kept], second=pairs.second[kept])
     middle = np.median(pairs.points, axis=0)
-    frames = PatchFrames(middle[None], basis[None] / steps, np.ones(1))
-    lattice = Lattice(np.zeros((1, 2), np.int64), frames)
-    cloth = make_cloth(photo, canvas, lattice, steps * np.eye(2))
+    lattice = Lattice(np.zeros((1, 2), np.int64), PatchFrames(middle[None], basis[None], np.ones(1)))
+    cloth = make_divided_cloth(photo, canvas, lattice)
     wide = ClothMesh(cloth.mesh.shape, 2 * cloth.mesh.cell)
     plate, kept = fit_plate(wide, pairs, (wide.positions() - middle) @ np.linalg.inv(basis).T)
     at = np.rint(pairs.points[np.unique([pairs.first[kept], pairs.second[kept]])]).astype(int)
@@ -126,7 +124,7 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_p
     cells = np.asarray(cloth.mesh.cell_means(near.astype(float)) > 0.5, np.bool_)
     if near.sum() <= least_px or not cells.any():
         raise NoPatternError
-    state = ClothState(at_finer_nodes(plate, cloth.mesh.nodes), starting_state(cloth, lattice).rho, cells)
+    state = ClothState(at_finer_nodes(plate, cloth.mesh.nodes), cloth.brightness, cells)
     found = measure(cloth, estimate(cloth, (state,)), (state,))
     blurs_px = BLUR * side / 2.0 ** np.arange(np.log2(BLUR * side / SMOOTH_PX))
     return cloth, refit(cloth, found, rounds=3, blurs_px=[*blurs_px.tolist(), SMOOTH_PX])

@@ -1,0 +1,63 @@
+"""Cloth registered from a lattice that is known: the user's, or that of a find that goes on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.overlay.decomposition import decompose
+from core.overlay.detection.alignment import PatchFrames
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import flat_canvas
+from core.overlay.registration import cloth as cloth_module
+from core.overlay.registration.fitting import begun
+from core.overlay.registration.pieces import join_by
+from core.progress import Progress, run
+from tests.core.overlay.overlay_scenes import Scene, make_scene
+from tests.core.overlay.search.test_large_periods import print_of_blots
+
+LARGE, SIZE = np.array([[72.0, 6.0], [-5.0, 70.0]]), (220, 400)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """Return cloth with large texels."""
+    return make_scene(print_of_blots(0), size=SIZE, basis=LARGE, bend=3.0)
+
+
+def lattice_of(scene: Scene, columns: slice) -> Lattice:
+    """Return the vertices of the scene that lie in these columns, as somebody might set them."""
+    keys, points = [], []
+    for key in np.ndindex(8, 6):
+        place = np.array(key) - [1, 1]
+        away = np.linalg.norm(scene.uv[:, columns] - place, axis=-1)
+        row, column = np.unravel_index(away.argmin(), away.shape)
+        if away[row, column] < 0.02:
+            keys.append(place)
+            points.append([column + columns.start, row])
+    frames = PatchFrames(np.array(points, np.float64), np.tile(LARGE, (len(keys), 1, 1)), np.ones(len(keys)))
+    return Lattice(np.array(keys), frames)
+
+
+def test_large_texels_are_registered_on_a_mesh_as_fine_as_narrow_folds(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    x = np.indices(SIZE)[1]
+    uv = scene.uv + 2.0 * np.sin(2 * np.pi * x / 30)[..., None] @ np.linalg.inv(LARGE)[:, :1].T
+    photo = np.clip(scene.shading[..., None] * print_of_blots(0)(uv), 0, 1)
+    lattice = [lattice_of(replace(scene, uv=uv), slice(0, SIZE[1]))]
+    inside = np.pad(np.ones((SIZE[0] - 4, SIZE[1] - 4), np.float32), 2)
+    fine = run(decompose(photo, region=inside, lattice=lattice)).explained
+    monkeypatch.setattr(cloth_module, "STEP_PX", 1e3)
+    coarse = run(decompose(photo, region=inside, lattice=lattice)).explained
+    assert fine > 1.15 * coarse
+
+
+def test_a_lattice_of_large_texels_in_two_parts_leads_to_both(scene: Scene) -> None:
+    inside = np.pad(np.ones((SIZE[0] - 4, SIZE[1] - 4), bool), 2)
+    inside[:, 200:215] = False
+    one, other = lattice_of(scene, slice(0, 200)), lattice_of(scene, slice(215, SIZE[1]))
+    cloth, found = run(begun(scene.photo, flat_canvas(scene.photo, inside), one, 0, trusted=True))
+    both = run(join_by(cloth, found, other, Progress(0.5, "")))
+    assert not cloth.mesh.pixels_of(found.cells)[:, 215:].any()
+    assert cloth.mesh.pixels_of(both.cells)[10:-10, 225:-10].mean() > 0.9
