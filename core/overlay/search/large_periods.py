@@ -91,16 +91,18 @@ def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]
     """Return the pairs of alike keypoints, `STEP_PX` or more apart, and what `find_bases` makes of their votes.
 
     A small photo is enlarged to tell them. There are three times as many keypoints then, which surpass chance by more:
-    only what is certain is likely.
+    only what is certain is likely, and where nothing is, the photo's own pixels tell.
     """
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
-    if not can_be_magnified(canvas.shape):
-        pairs = find_alike(canvas.image, valid, STEP_PX)
-        return pairs, find_bases(count_votes(pairs, STEP_PX))
-    large, inside = enlarged(canvas.image), np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1)
-    pairs = find_alike(large, inside, TIMES * STEP_PX, least_size_px=TIMES * LEAST_SIZE_PX)
-    likely = [(sure, basis / TIMES) for sure, basis in find_bases(count_votes(pairs, TIMES * STEP_PX)) if sure > SURE]
-    return replace(pairs, points=to_small(pairs.points, TIMES)), likely
+    if can_be_magnified(canvas.shape):
+        large, inside = enlarged(canvas.image), np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1)
+        pairs = find_alike(large, inside, TIMES * STEP_PX, least_size_px=TIMES * LEAST_SIZE_PX)
+        likely = find_bases(count_votes(pairs, TIMES * STEP_PX))
+        certain = [(sure, basis / TIMES) for sure, basis in likely if sure > SURE]
+        if certain:
+            return replace(pairs, points=to_small(pairs.points, TIMES)), certain
+    pairs = find_alike(canvas.image, valid, STEP_PX)
+    return pairs, find_bases(count_votes(pairs, STEP_PX))
 
 
 def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_px: float) -> tuple[FittedCloth, Fit]:

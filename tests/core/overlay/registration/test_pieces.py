@@ -7,6 +7,7 @@ from core.arrays import Bools, Floats
 from core.overlay.detection.alignment import FlatPicture, PatchFrames, Template
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import flat_canvas, grown_piece
+from core.overlay.registration import cloth as cloth_module
 from core.overlay.registration import pieces
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.fitting import begun, complete
@@ -35,7 +36,9 @@ def found() -> tuple[FittedCloth, Fit]:
     keys = np.array([(0, 1), (1, 1), (2, 1)])
     points = np.array([np.argwhere(np.linalg.norm(uv - key, axis=-1) < 0.02).mean(0)[::-1] for key in keys])
     lattice = Lattice(keys, PatchFrames(points, np.tile(LARGE, (3, 1, 1)), np.ones(3)))
-    cloth, fit = run(begun(photo, flat_canvas(photo, inside), lattice, 0, trusted=True))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cloth_module, "STEP_PX", 1e3)  # as of a lattice that grew, whose steps are texels
+        cloth, fit = run(begun(photo, flat_canvas(photo, inside), lattice, 0, trusted=True))
 
     def single(canvas: FlatPicture, template: Template, frame: PatchFrames) -> Lattice:
         return grown_piece(canvas, template, frame)[np.array([0])]

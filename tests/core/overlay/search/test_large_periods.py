@@ -126,6 +126,16 @@ def test_noise_of_an_enlarged_photo_repeats_nowhere() -> None:
     assert not find_likely(canvas_of(photo))[1]
 
 
+def test_where_the_enlarged_photo_is_certain_of_nothing_its_own_pixels_tell(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(large_periods, "SURE", 1e3)
+    pairs, ((_, basis), *_) = find_likely(canvas_of(printed.photo))
+    assert len(pairs.points) == len(pairs_of(printed.photo).points)
+    steps = np.linalg.solve(printed.basis, basis)
+    assert np.abs(steps - np.rint(steps)).max() < 0.05
+
+
 def pairs_of(photo: Floats) -> Pairs:
     return find_alike(canvas_of(photo).image, np.ones(photo.shape[:2], bool), STEP_PX)
 
