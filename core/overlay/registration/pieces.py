@@ -1,6 +1,6 @@
 """Further pieces of the cloth: beyond seams, sleeves, folds that hide the connection.
 
-They begin at keypoints that match those of the cloth that is followed, and at places that look like its texels.
+They begin at places that look like texels of the cloth that is followed, then at keypoints that match its own.
 """
 
 from dataclasses import replace
@@ -49,10 +49,6 @@ def with_more_pieces(
         return found
     yield Progress(fraction, "looking for further pieces", stage(cloth, found))
     step = Progress(fraction, "following the cloth")
-    for start in islice(find_starts(cloth, found), MOST_CANDIDATES):
-        if len(found.pieces) < MOST_PIECES:
-            new = yield from follow_from(cloth, found, start, step)
-            found, tried = join(cloth, found, new), tried | start.cells | new.cells
     rest = free(cloth, tried)
     template = mean_template(cloth.canvas.everywhere(), cloth.lattice.frames)
     candidates = find_texels(rest, cloth.lattice, rng)
@@ -65,6 +61,9 @@ def with_more_pieces(
                 new = yield from follow_steps(cloth, found, start, step)
                 found, tried = join(cloth, found, new), tried | start.cells | new.cells
                 rest = free(cloth, tried)
+    for start in islice(find_starts(cloth, found), MOST_CANDIDATES):
+        if len(found.pieces) < MOST_PIECES:
+            found = join(cloth, found, (yield from follow_from(cloth, found, start, step)))
     return found
 
 
