@@ -20,7 +20,7 @@ class CubicConvolution:
 
     def __init__(self, coarse: tuple[int, int], fine: tuple[int, int]) -> None:
         self.shape = fine
-        self.down, self.across = (between(n, m) for n, m in zip(fine, coarse, strict=True))
+        self.down, self.across = (cubic_weights(np.linspace(0, m - 1, n), m) for n, m in zip(fine, coarse, strict=True))
         self._known: dict[int, tuple[object, scipy.sparse.csr_array]] = {}
 
     def refine(self, d: Complexes) -> Complexes:
@@ -95,27 +95,20 @@ def _taps(weights: "scipy.sparse.csr_array") -> tuple[Ints, Floats]:
     return columns, values
 
 
-def between(count: int, coarse: int) -> "scipy.sparse.csr_array":
-    """Return the weights (count, coarse) of cubic convolution from evenly spaced nodes to others on the same length.
+def cubic_weights(at: Floats, count: int) -> "scipy.sparse.csr_array":
+    """Return the (n, count) matrix that takes values at 0, 1, ... to places `at` (n,), by Catmull-Rom's cubic.
 
-    Beyond its ends what is interpolated goes on straight.
+    Past the first and last value the curve is continued in a straight line.
     """
-    place = np.linspace(0, coarse - 1, count)
-    first: Ints = np.minimum(place.astype(np.int64), coarse - 2)
-    t = place - first
-    weights = np.stack(
-        [
-            ((-0.5 * t + 1) * t - 0.5) * t,
-            (1.5 * t - 2.5) * t * t + 1,
-            ((-1.5 * t + 2) * t + 0.5) * t,
-            (0.5 * t - 0.5) * t * t,
-        ],
-        axis=1,
-    )
-    rows = np.repeat(np.arange(count), 4)
-    wide = scipy.sparse.csr_array(
-        (weights.ravel(), (rows, (first[:, None] + np.arange(4)).ravel())), (count, coarse + 2)
-    )
-    before = scipy.sparse.csr_array(([2.0, -1.0], ([0, 0], [0, 1])), (1, coarse))
-    after = scipy.sparse.csr_array(([2.0, -1.0], ([0, 0], [coarse - 1, coarse - 2])), (1, coarse))
-    return scipy.sparse.csr_array(wide @ scipy.sparse.vstack([before, scipy.sparse.eye_array(coarse), after]))
+    left = np.clip(np.floor(at).astype(np.int64), 0, count - 2)
+    t = at - left
+    shares = np.stack([-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2], -1) / 2
+    rows = np.repeat(np.arange(len(at)), 4)
+    columns = (left[:, None] + np.arange(4)).ravel()
+    whole = scipy.sparse.csr_array((shares.ravel(), (rows, columns)), shape=(len(at), count + 2))
+    # The values beyond both ends are 2 v0 - v1 and 2 v(n-1) - v(n-2).
+    ends = scipy.sparse.lil_array((count + 2, count))
+    ends[np.arange(1, count + 1), np.arange(count)] = 1.0
+    ends[0, 0] = ends[-1, -1] = 2.0
+    ends[0, 1] = ends[-1, -2] = -1.0
+    return scipy.sparse.csr_array(whole @ scipy.sparse.csr_array(ends))

@@ -119,8 +119,6 @@ class Known:
     start: Proposal | None = None
     lattice: list[Lattice] | None = None
     seed: int = 0
-    is_print: bool = False
-    """Whether its texels are large."""
 
 
 def decompose(
@@ -212,7 +210,9 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
         inside = (yield from part(object_under(image, rough), 0.05, 0.1)) > MARKED
     except InputError as error:
         raise NoPatternError from error
-    found = yield from part(find(photo, replace(known, region=inside, is_print=True)), 0.1, 1.0)
+    small, canvas, scale = working_picture(photo, inside)
+    job = on_one_thread(find_print(small, canvas, known.seed))
+    found = found_on(photo, inside, scale, (yield from part(job, 0.1, 1.0)))
     if not found.stands_alone:
         raise NoPatternError
     return found
@@ -221,9 +221,7 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 def find(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     """Return the cloth of a photo, registered; raise `NoPatternError` if there is none."""
     small, canvas, scale = working_picture(photo, known.region)
-    if known.is_print:
-        job = find_print(small, canvas, known.seed)
-    elif known.lattice is None:
+    if known.lattice is None:
         side = None if known.texel_px is None else known.texel_px / scale
         start = known.start
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)

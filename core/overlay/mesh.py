@@ -15,6 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from core.arrays import Bools, Floats, Ints, Singles
+from core.linalg.cubic_convolution import cubic_weights
 
 F = TypeVar("F", Floats, Singles)
 Box: TypeAlias = tuple[slice, slice]
@@ -180,22 +181,3 @@ def nodes_in(box: Box) -> Box:
 def cross(a: Floats, b: Floats) -> Floats:
     """Return the z component of the product of plane vectors (..., 2)."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-
-
-def cubic_weights(at: Floats, count: int) -> "scipy.sparse.csr_array":
-    """Return the (n, count) matrix that takes values at 0, 1, ... to places `at` (n,), by Catmull-Rom's cubic.
-
-    Past the first and last value the curve is continued in a straight line.
-    """
-    left = np.clip(np.floor(at).astype(np.int64), 0, count - 2)
-    t = at - left
-    shares = np.stack([-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2], -1) / 2
-    rows = np.repeat(np.arange(len(at)), 4)
-    columns = (left[:, None] + np.arange(4)).ravel()
-    whole = scipy.sparse.csr_array((shares.ravel(), (rows, columns)), shape=(len(at), count + 2))
-    # The values beyond both ends are 2 v0 - v1 and 2 v(n-1) - v(n-2).
-    ends = scipy.sparse.lil_array((count + 2, count))
-    ends[np.arange(1, count + 1), np.arange(count)] = 1.0
-    ends[0, 0] = ends[-1, -1] = 2.0
-    ends[0, 1] = ends[-1, -2] = -1.0
-    return scipy.sparse.csr_array(whole @ scipy.sparse.csr_array(ends))

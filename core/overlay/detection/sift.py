@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Bytes, Floats, Points, Singles
-from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnified, enlarged
+from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnified, enlarged, enlarged_mask
 from core.overlay.filters.shrinking import to_small
 
 
@@ -57,6 +57,6 @@ def detect_fine_keypoints(image: Singles, valid: Bools) -> Keypoints:
     """Return the SIFT keypoints of an image (H, W, 3) in `valid`; a small one is enlarged to tell them."""
     if not can_be_magnified(valid.shape):
         return detect_keypoints(image, valid)
-    large = detect_keypoints(enlarged(image), np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1))
+    large = detect_keypoints(enlarged(image), enlarged_mask(valid))
     found = large[large.sizes >= TIMES * LEAST_SIZE_PX]
     return Keypoints(to_small(found.points, TIMES), found.sizes / TIMES, found.turns, found.descriptors)

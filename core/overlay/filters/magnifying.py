@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 
+from core.arrays import Bools
 from core.overlay.filters.texture_filter import F
 
 TIMES = 2
@@ -21,3 +22,8 @@ def enlarged(picture: F) -> F:
     """Return a picture (H, W, 3) `TIMES` as large, by cubic interpolation."""
     size = TIMES * picture.shape[1], TIMES * picture.shape[0]
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_CUBIC), picture.dtype)
+
+
+def enlarged_mask(mask: Bools) -> Bools:
+    """Return a mask (H, W) `TIMES` as large."""
+    return np.repeat(np.repeat(mask, TIMES, 0), TIMES, 1)

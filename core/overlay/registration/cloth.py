@@ -5,10 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Floats, Points, Singles
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.lattice import LEAST_VERTICES, Lattice
 from core.overlay.detection.stages import Stage
+from core.overlay.filters.distances import within
 from core.overlay.filters.shrinking import shrunk
 from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh
@@ -23,6 +24,8 @@ CELLS = 8
 """Cells along a side of a texel at least, where the mesh is coarsened."""
 STEP_PX = 24.0
 """Side of the steps into which large texels are divided."""
+NEAR = 0.3
+"""Part of a texel's side within which a keypoint tells the coordinates."""
 SIZES = (0.1, 8.0)
 """Area of cloth under a cell, over the usual: any even patch looks like a texel blown up."""
 
@@ -83,6 +86,11 @@ class FittedCloth:
         return float(np.sqrt(self.lattice.texel_area))
 
     @property
+    def side_px(self) -> float:
+        """Side of a square of the area of one texel."""
+        return float(np.sqrt(abs(np.linalg.det(self.basis))))
+
+    @property
     def few(self) -> bool:
         """Whether the cloth shows so few texels that each of them says much."""
         return len(self.lattice) < LEAST_VERTICES
@@ -96,13 +104,12 @@ class FittedCloth:
     @property
     def sigma_px(self) -> float:
         """Width of the neighbourhood in which a fit is judged: lines of a large texel with what is between them."""
-        side = float(np.sqrt(abs(np.linalg.det(self.basis))))
-        return max(0.35 * max(self.step_px, side / 2), 3.0)
+        return max(0.35 * max(self.step_px, self.side_px / 2), 3.0)
 
     @property
     def can_be_coarser(self) -> bool:
         """Whether the cells of a mesh twice as coarse still are small beside a texel."""
-        return bool(CELLS * 2 * self.mesh.cell <= np.sqrt(abs(np.linalg.det(self.basis))))
+        return CELLS * 2 * self.mesh.cell <= self.side_px
 
     @cached_property
     def coarser(self) -> "FittedCloth":
@@ -112,6 +119,14 @@ class FittedCloth:
         mesh, lattice = ClothMesh(photo.shape[:2], self.mesh.cell), self.lattice.shrunk(2)
         registration = Registration(mesh, photo, valid[..., 0], lattice.basis @ self.M)
         return FittedCloth(photo, canvas, lattice, self.M, mesh, registration)
+
+    def near_points(self, points: Points) -> tuple[Bools, Bools]:
+        """Return the pixels (H, W) that may be cloth within `NEAR` of points (n, 2), and the cells that lie there."""
+        at = np.clip(np.rint(points).astype(int), 0, np.array(self.valid.shape[::-1]) - 1)
+        told = np.zeros(self.valid.shape, np.bool_)
+        told[at[:, 1], at[:, 0]] = True
+        near = within(told, NEAR * self.side_px) & self.valid
+        return near, np.asarray(self.mesh.cell_means(near.astype(float)) > 0.5, np.bool_)
 
     def steps_of(self, cells: Bools) -> float:
         """Return the area of cells in lattice steps."""

@@ -7,7 +7,8 @@ of a multigrid method [Brandt 1977].
 import numpy as np
 
 from core.arrays import Bools, Floats
-from core.overlay.mesh import ClothMesh, cubic_weights
+from core.linalg.cubic_convolution import cubic_weights
+from core.overlay.mesh import ClothMesh
 from core.overlay.registration.region import continue_on
 from core.overlay.registration.registration import LEAST_SHADING, ClothState
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Points
 from core.overlay.detection.displacement_votes import ALIKE, BLOCK_PX, LIKELY, SAME_SIZE, surplus
-from core.overlay.filters.distances import within
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.orientation import slopes
 from core.overlay.registration.registration import ClothState
@@ -23,8 +22,6 @@ REACH = 1.5
 """Sides of a texel up to which neighbours are asked: cloth is nearly flat so far."""
 OFF = 0.12
 """Sides of a texel by which they may miss what a keypoint foretells."""
-NEAR = 0.3
-"""Part of a texel's side within which a keypoint tells the coordinates."""
 ROUNDS = 3
 """Times that the slopes are fitted to those that agree."""
 
@@ -71,7 +68,7 @@ def find_starts(cloth: FittedCloth, found: Fit) -> Iterator[ClothState]:
 def has_room(cloth: FittedCloth, found: Fit) -> bool:
     """Return whether as many blocks as have to agree fit within the reach of a keypoint beyond what is followed."""
     beyond = (cloth.valid & ~cloth.mesh.pixels_of(found.cells)).astype(np.float32)
-    across = 2 * round(REACH * float(np.sqrt(abs(np.linalg.det(cloth.basis))))) + 1
+    across = 2 * round(REACH * cloth.side_px) + 1
     room = cv2.boxFilter(beyond, -1, (across, across), normalize=False, borderType=cv2.BORDER_CONSTANT)
     return bool(room.max() > LIKELY * BLOCK_PX**2)
 
@@ -128,9 +125,5 @@ def state_around(cloth: FittedCloth, matches: Matches, best: int, agree: Bools) 
         change = np.linalg.lstsq(rows, targets, rcond=None)[0]
         lie, uv = change[:2].T, uv + change[2]
         agree = matches.agreeing(at[None], uv[None], lie[None])[1][0]
-    told = np.zeros(cloth.valid.shape, np.bool_)
-    at_pixels = np.clip(np.rint(matches.points[agree]).astype(int), 0, np.array(told.shape[::-1]) - 1)
-    told[at_pixels[:, 1], at_pixels[:, 0]] = True
-    near = within(told, NEAR * matches.side_px) & cloth.valid
-    cells = np.asarray(cloth.mesh.cell_means(near.astype(float)) > 0.5, np.bool_)
+    _, cells = cloth.near_points(matches.points[agree])
     return ClothState(uv + (cloth.mesh.positions() - at) @ lie.T, cloth.brightness, cells)

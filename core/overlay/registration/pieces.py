@@ -45,11 +45,11 @@ def with_more_pieces(
     `fraction` is the progress made. Where one was followed in vain none is looked for again.
     """
     tried = found.cells
-    if free(cloth, tried).valid.sum() < 3 * cloth.step_px**2:
+    rest = free(cloth, tried)
+    if rest.valid.sum() < 3 * cloth.step_px**2:
         return found
     yield Progress(fraction, "looking for further pieces", stage(cloth, found))
     step = Progress(fraction, "following the cloth")
-    rest = free(cloth, tried)
     template = mean_template(cloth.canvas.everywhere(), cloth.lattice.frames)
     candidates = find_texels(rest, cloth.lattice, rng)
     for row in range(min(len(candidates), MOST_CANDIDATES)):
@@ -93,8 +93,7 @@ def follow_from(cloth: FittedCloth, found: Fit, start: ClothState, step: Progres
     start = replace(start, cells=start.cells & ~found.cells)
     if cloth.steps_of(start.cells) < LEAST_START[cloth.few]:
         return start
-    side = float(np.sqrt(abs(np.linalg.det(cloth.basis))))
-    for blur_px in (OFF * side / 2, OFF * side / 4, SMOOTH_PX):
+    for blur_px in (OFF * cloth.side_px / 2, OFF * cloth.side_px / 4, SMOOTH_PX):
         start = cloth.registration.run(start, found.texel, Smoothness(), rounds=4, blur_px=blur_px)
     return (yield from follow_registered(cloth, found, start, step))
 

@@ -15,15 +15,13 @@ from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.displacement_votes import SURE, Pairs, count_votes, find_alike, find_bases
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.filters.distances import within
-from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnified, enlarged
+from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnified, enlarged, enlarged_mask
 from core.overlay.filters.shrinking import to_small
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_divided_cloth, measure
 from core.overlay.registration.coarse_mesh import at_finer_nodes
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import refit
-from core.overlay.registration.matched_keypoints import NEAR
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
 from core.overlay.registration.thin_plate import interpolation
@@ -95,7 +93,7 @@ def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]
     """
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
     if can_be_magnified(canvas.shape):
-        large, inside = enlarged(canvas.image), np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1)
+        large, inside = enlarged(canvas.image), enlarged_mask(valid)
         pairs = find_alike(large, inside, TIMES * STEP_PX, least_size_px=TIMES * LEAST_SIZE_PX)
         likely = find_bases(count_votes(pairs, TIMES * STEP_PX))
         certain = [(sure, basis / TIMES) for sure, basis in likely if sure > SURE]
@@ -119,11 +117,7 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_p
     cloth = make_divided_cloth(photo, canvas, lattice)
     wide = ClothMesh(cloth.mesh.shape, 2 * cloth.mesh.cell)
     plate, kept = fit_plate(wide, pairs, (wide.positions() - middle) @ np.linalg.inv(basis).T)
-    at = np.rint(pairs.points[np.unique([pairs.first[kept], pairs.second[kept]])]).astype(int)
-    told = np.zeros(cloth.valid.shape, np.bool_)
-    told[at[:, 1], at[:, 0]] = True
-    near = within(told, NEAR * side) & cloth.valid
-    cells = np.asarray(cloth.mesh.cell_means(near.astype(float)) > 0.5, np.bool_)
+    near, cells = cloth.near_points(pairs.points[np.unique([pairs.first[kept], pairs.second[kept]])])
     if near.sum() <= least_px or not cells.any():
         raise NoPatternError
     state = ClothState(at_finer_nodes(plate, cloth.mesh.nodes), cloth.brightness, cells)

@@ -11,7 +11,7 @@ from core.arrays import Bools, Floats
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import SIDES_PX
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
-from core.overlay.filters.magnifying import TIMES, enlarged
+from core.overlay.filters.magnifying import TIMES, enlarged, enlarged_mask
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, measure
 from core.overlay.registration.registration import Registration
@@ -23,8 +23,7 @@ MOST_PX = float(TIMES * SIDES_PX[0])
 def magnified(photo: Floats, valid: Bools) -> tuple[Floats, FlatPicture]:
     """Return a photo (H, W, 3) `TIMES` as large, by cubic interpolation, and the canvas of what is `valid` (H, W)."""
     large = np.asarray(np.clip(enlarged(photo), 0, 1), np.float64)
-    inside = np.repeat(np.repeat(valid, TIMES, 0), TIMES, 1)
-    return large, flat_canvas(large, inside)
+    return large, flat_canvas(large, enlarged_mask(valid))
 
 
 def restrict(

@@ -12,9 +12,11 @@ from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.overlay import decomposition, whole_cloth
 from core.overlay.decomposition import Decomposition, FoundCloth, Known, decompose, find
+from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.likelihood import count_explained
+from core.overlay.search.finding import Find, find_cloth
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
@@ -105,16 +107,22 @@ def test_what_is_found_only_on_the_object_that_stands_out_has_to_stand_alone(
     monkeypatch: pytest.MonkeyPatch, stands_alone: bool
 ) -> None:
     searched: list[bool] = []
+    own = decomposition.found_on
 
-    def find_on_objects(photo: Floats, known: Known) -> Job[FoundCloth]:
+    def find_none(_photo: Floats, known: Known) -> Job[FoundCloth]:
         searched.append(known.region is not None)
-        assert known.is_print == (known.region is not None)
-        if known.region is None:
-            raise NoPatternError
-        found = yield from find(photo, replace(known, is_print=False))
-        return replace(found, stands_alone=stands_alone)
+        yield Progress(0.0, "")
+        raise NoPatternError
 
-    monkeypatch.setattr(decomposition, "find", find_on_objects)
+    def find_print_on(photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
+        searched.append(bool((canvas.valid == 0).any()))
+        return (yield from find_cloth(photo, canvas, seed))
+
+    def found_so(*given: Any) -> FoundCloth:
+        return replace(own(*given), stands_alone=stands_alone)
+
+    for name, other in (("find", find_none), ("find_print", find_print_on), ("found_on", found_so)):
+        monkeypatch.setattr(decomposition, name, other)
     cloth = np.pad(EVERYWHERE, 50)
     photo = np.where(cloth[..., None], np.pad(SCENE.photo, ((50, 50), (50, 50), (0, 0))), [0.1, 0.25, 0.5])
     with nullcontext() if stands_alone else pytest.raises(NoPatternError):
