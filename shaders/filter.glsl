@@ -7,6 +7,8 @@ uniform ivec2 picture_size;   // whole picture in pixels
 uniform ivec4 window;         // source pixel that is the texture's first; size of the base level in texels
 uniform int base_level;
 
+const int TURN = 2;   // texels that are read at once
+
 float cubic(float x) {
     float rest = max(2.0 - x, 0.0);
     return (1.0 - x) * (x < 1.0 ? 1.0 + x * (1.0 - 1.5 * x) : 0.5 * rest * rest);
@@ -66,7 +68,9 @@ vec4 blended(ivec2 at, vec2 t, Level level) {
     return textureLod(picture, place / vec2(textureSize(picture, 0)), 0.0);
 }
 
-// Sum over the texels with |K d| <= 2 in both components, row by row: the support is a parallelogram.
+// Sum over the texels with |K d| <= 2 in both components, row by row: the support is a parallelogram. Loops end at their
+// foot: a renderer in software runs the rest of a turn that is left for good. What a row's last turn reads beyond the
+// support weighs nothing.
 vec4 averaged(ivec2 at, vec2 t, vec3 K, Level level) {
     float det = K.x * K.z - K.y * K.y;
     float reach = 2.0 * (K.x + abs(K.y)) / det;
@@ -77,23 +81,29 @@ vec4 averaged(ivec2 at, vec2 t, vec3 K, Level level) {
     vec4 sum = vec4(0.0);
     float total = 0.0;
     vec4 low = vec4(1e30), high = vec4(-1e30);   // of the texels under the kernel's core
-    for (float y = ceil(t.y - reach); y <= t.y + reach; y += 1.0) {
+    float y = ceil(t.y - reach);
+    do {
         float dy = y - t.y;
         vec2 from = slope * dy - half_width, to = slope * dy + half_width;
         float x = ceil(t.x + max(from.x, from.y)), right = t.x + min(to.x, to.y);
         int row = clamp(at.y + int(y), level.first.y, level.last.y) + level.origin.y;
-        for (vec2 d = K.xy * (x - t.x) + K.yz * dy; x <= right; x += 1.0, d += K.xy) {
-            vec2 away = abs(d);
-            float weight = cubic(away.x) * cubic(away.y);
-            int column = clamp(at.x + int(x), level.first.x, level.last.x) + level.origin.x;
-            vec4 colour = texelFetch(picture, ivec2(column, row), 0);
-            bool core = max(away.x, away.y) < 1.0;
-            low = core ? min(low, colour) : low;
-            high = core ? max(high, colour) : high;
-            sum += weight * colour;
-            total += weight;
-        }
-    }
+        vec2 d = K.xy * (x - t.x) + K.yz * dy;
+        do {
+            for (int i = 0; i < TURN; i++, d += K.xy) {
+                vec2 away = abs(d);
+                float weight = cubic(away.x) * cubic(away.y);
+                int column = clamp(at.x + int(x) + i, level.first.x, level.last.x) + level.origin.x;
+                vec4 colour = texelFetch(picture, ivec2(column, row), 0);
+                bool core = max(away.x, away.y) < 1.0;
+                low = core ? min(low, colour) : low;
+                high = core ? max(high, colour) : high;
+                sum += weight * colour;
+                total += weight;
+            }
+            x += float(TURN);
+        } while (x <= right);
+        y += 1.0;
+    } while (y <= t.y + reach);
     return clamp(sum / total, low, high);
 }
 
