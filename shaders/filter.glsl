@@ -1,13 +1,25 @@
 // Resampling of the picture: cubic convolution (Keys 1981, a = -1/2), stretched to the footprint where it shrinks.
 // Where DRAFT is defined, a blend of four texels of the level: a renderer in software runs every branch that is compiled.
-// Where INTERPOLATED or AVERAGED is, every footprint is known to be of that kind.
+// Where INTERPOLATED or AVERAGED is, every footprint is known to be of that kind. Where ENCODED is, level 0 are the
+// picture's bytes, and no other is read unless COARSER is defined too.
+
+#ifdef ENCODED
+#include "decode_bytes.glsl"
+uniform sampler2D picture_bytes;   // level 0, encoded and straight
+#endif
+
+// Texels that are read at once: more where they cost less than a turn.
+#if defined(ENCODED) && !defined(COARSER)
+const int TURN = 6;
+#else
+const int TURN = 2;
+#endif
 
 uniform sampler2D picture;    // linear light, premultiplied: the base level, at its right the coarser ones
+uniform int coarser_left;     // the first column of the coarser ones
 uniform ivec2 picture_size;   // whole picture in pixels
 uniform ivec4 window;         // source pixel that is the texture's first; size of the base level in texels
 uniform int base_level;
-
-const int TURN = 2;   // texels that are read at once
 
 float cubic(float x) {
     float rest = max(2.0 - x, 0.0);
@@ -23,7 +35,7 @@ vec4 cubic_weights(float t) {
 // Place in the texture of the first texel of a level of the whole picture.
 ivec2 level_origin(int level) {
     int above = level - base_level;
-    ivec2 place = above > 0 ? ivec2(window.z, window.w - (window.w >> (above - 1))) : ivec2(0);
+    ivec2 place = above > 0 ? ivec2(coarser_left, window.w - (window.w >> (above - 1))) : ivec2(0);
     return place - (window.xy >> level);
 }
 
@@ -31,17 +43,32 @@ ivec2 level_origin(int level) {
 struct Level {
     ivec2 first, last;
     ivec2 origin;   // place in the texture of the whole picture's first texel
+    bool is_encoded;
 };
 
 Level level_of(int level) {
     ivec2 first = window.xy >> level;
     ivec2 last = first + (window.zw >> (level - base_level)) - 1;
-    return Level(first, min(last, (picture_size - 1) >> level), level_origin(level));
+    return Level(first, min(last, (picture_size - 1) >> level), level_origin(level), level == 0);
+}
+
+// The light at a place of the texture.
+vec4 light_at(ivec2 place, Level level) {
+#ifdef ENCODED
+    vec4 pixel = texelFetch(picture_bytes, place, 0);
+    vec4 light = vec4(decoded_bytes(pixel.rgb) * pixel.a, pixel.a);
+#ifdef COARSER
+    light = level.is_encoded ? light : texelFetch(picture, place, 0);
+#endif
+    return light;
+#else
+    return texelFetch(picture, place, 0);
+#endif
 }
 
 // One texel of a level; the picture's border repeats outwards.
 vec4 texel(ivec2 at, Level level) {
-    return texelFetch(picture, clamp(at, level.first, level.last) + level.origin, 0);
+    return light_at(clamp(at, level.first, level.last) + level.origin, level);
 }
 
 // The kernel's lobes ring beside strong edges, darkly so in linear light: no result leaves the range of the texels next to
@@ -93,7 +120,7 @@ vec4 averaged(ivec2 at, vec2 t, vec3 K, Level level) {
                 vec2 away = abs(d);
                 float weight = cubic(away.x) * cubic(away.y);
                 int column = clamp(at.x + int(x) + i, level.first.x, level.last.x) + level.origin.x;
-                vec4 colour = texelFetch(picture, ivec2(column, row), 0);
+                vec4 colour = light_at(ivec2(column, row), level);
                 bool core = max(away.x, away.y) < 1.0;
                 low = core ? min(low, colour) : low;
                 high = core ? max(high, colour) : high;

@@ -8,14 +8,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from app.render import export, gpu
 from app.render.export import render_mesh, rendering, rendering_file, scaled
+from app.render.programs import source as shader
 from app.render.sources.source import Source, TextureLimits
 from core.arrays import InputError, Pixels, Points
 from core.canvas import has_gaps
+from core.imaging import color
 from core.imaging.images import Attribute, Image, load, write
 from core.progress import run
 from tests.gpu import scenes
@@ -81,6 +84,48 @@ def test_windows_of_a_large_picture_leave_no_trace(scale: float, cells: int) -> 
     assert not Source(gpu.standalone(), image, limits=small).fits((0, 0, 700, 500), 0)
     windows = run(rendering(image, rest, warped, size=size, scale=scale, limits=small)).pixels
     assert np.abs(windows.astype(int) - whole).max() <= (0 if scale == 1.0 else 1)
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+def test_a_tile_of_several_levels_leaves_no_trace(channels: int) -> None:
+    image, rest = scenes.picture(600, 600, channels), scenes.grid(600, 600, cells=60)
+    corner = np.where(rest < 200, rest, 200 + (rest - 200) / 6)  # its lower right part is shrunk to a sixth
+    one = run(rendering(image, rest, corner, size=(266, 266), tile_px=512)).pixels
+    many = run(rendering(image, rest, corner, size=(266, 266), tile_px=32)).pixels
+    assert np.array_equal(one, many)
+    assert np.array_equal(one[:190, :190], image.pixels[:190, :190])
+    light = cv2.GaussianBlur(color.decode(color.unit(image.pixels[..., :3])), (0, 0), 3.0)
+    seen = color.decode(color.unit(one[210:260, 210:260, :3]))
+    assert channels == 4 or np.corrcoef(light[260:560:6, 260:560:6].ravel(), seen.ravel())[0, 1] > 0.97
+
+
+def test_an_8_bit_picture_that_is_not_shrunk_is_drawn_from_its_bytes() -> None:
+    image = scenes.picture(300, 200, 4)
+    source = Source(gpu.standalone(), image, exact=True, limits=TextureLimits(budget_bytes=300 * 200 * 4))
+    window = source.window((20, 20, 40, 40), 0, 0)
+    assert window.box == source.whole
+    assert window.encoded is not None
+    assert window.encoded.read() == image.pixels.tobytes()
+    assert window.texture.size == (1, 1)
+    assert not source.is_small
+    source.release()
+
+
+def test_the_light_of_bytes_is_nearer_than_a_fiftieth_of_their_steps() -> None:
+    context, light = gpu.standalone(), color.decode_table(256)
+    main = "void main() { light = vec4(decoded_bytes(vec3(level / 255.0)), 1.0); }"
+    program = context.program(
+        vertex_shader=shader("fullscreen.vert"),
+        fragment_shader=f"#version 330\nuniform float level;\nout vec4 light;\n{shader('decode_bytes.glsl')}{main}",
+    )
+    array, target, found = context.vertex_array(program, []), gpu.Offscreen(context, (1, 1), "f4"), []
+    for level in range(256):
+        program["level"] = level
+        with target.drawing():
+            array.render(vertices=3)
+        found.append(np.frombuffer(target.read((1, 1)), np.float32)[0])
+    assert (np.abs(np.array(found) - light) < np.gradient(light) / 50).all()
+    target.release()
 
 
 def test_what_the_next_tile_reads_is_loaded_before_one_is_read_back(monkeypatch: pytest.MonkeyPatch) -> None:

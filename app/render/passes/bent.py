@@ -6,10 +6,10 @@ from app.render import gpu
 from app.render.layers import CanvasLayers
 from app.render.passes.draft import draft_stride
 from app.render.passes.mesh import MeshBuffers
-from app.render.passes.picture_pass import PICTURE_UNIT, viewport_around
+from app.render.passes.picture_pass import viewport_around
 from app.render.programs import programs_of
 from app.render.scene import CanvasScene
-from app.render.sources.source import Box
+from app.render.sources.source import PICTURE_UNIT, Box
 from core.arrays import Points
 
 CELL_PX = 16.0

@@ -11,7 +11,7 @@ import numpy as np
 
 from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
-from app.render.passes.picture_pass import DRAFT_STRETCH, PICTURE_UNIT, picture_uniforms, viewport_around, what_is_read
+from app.render.passes.picture_pass import DRAFT_STRETCH, picture_uniforms, viewport_around, what_is_read
 from app.render.programs import Names, programs_of
 from app.render.scene import CanvasScene
 from app.render.sources.source import Box, Source
@@ -76,7 +76,7 @@ class Draft:
         self._shape.clear()
         with gpu.drawing(self._places, viewport_around(self.side), _rectangle(touched)):
             mesh.draw("draft_place.frag", mesh.blocks_in(touched), **uniforms)
-        window.texture.use(PICTURE_UNIT)
+        window.use()
         self._place.texture.use(PLACE_UNIT)
         self._shape.texture.use(SHAPE_UNIT)
         with self.shown.drawing(None, _rectangle(box)):

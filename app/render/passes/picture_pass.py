@@ -15,10 +15,10 @@ from app.render import gpu
 from app.render.passes.mesh import MeshBuffers
 from app.render.programs import programs_of
 from app.render.source_footprint import Read
-from app.render.sources.source import Box, Source, Window
+from app.render.sources.source import ENCODED_UNIT, PICTURE_UNIT, Box, Source, Window
 from core.arrays import Bools
 
-PICTURE_UNIT, PLACE_UNIT, FOOTPRINT_UNIT = 2, 3, 4
+PLACE_UNIT, FOOTPRINT_UNIT = 3, 4
 """Texture units; the nodes of the grid have 0 and 1."""
 LEAST_STRETCH = 1.5
 """How many texels of its level a shrinking kernel spans at least: more is slower, less lets the pyramid show."""
@@ -89,11 +89,12 @@ class PicturePass:
         area = what_is_read(mesh, source, box, least_stretch) if read is None else read[:3]
         filters = () if read is None else read.filters
         yield
+        window = source.window(*area)
         uniforms = {
-            **picture_uniforms(source.window(*area), source, self.side, origin),
+            **picture_uniforms(window, source, self.side, origin),
             "least_stretch": least_stretch,
         }
-        defined = ("DRAFT",) if draft else ()
+        defined = window.names(*area[1:]) + (("DRAFT",) if draft else ())
         viewport = viewport_around(self.side)
         for piece in _pieces(blocks) if in_pieces else (blocks,):
             with gpu.drawing(self._places, viewport, _shifted(box, origin)):
@@ -101,14 +102,14 @@ class PicturePass:
             yield
         for strip in strips(box, STRIP_PIXELS) if in_pieces else (box,):
             with self.light.drawing(None, _shifted(strip, origin)):
-                source.window(*area).texture.use(PICTURE_UNIT)
+                source.window(*area).use()
                 self._place.texture.use(PLACE_UNIT)
                 self._footprint.texture.use(FOOTPRINT_UNIT)
                 self._programs.fullscreen(
-                    "resample.frag", defined or filters, place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms
+                    "resample.frag", defined + filters, place=PLACE_UNIT, footprint=FOOTPRINT_UNIT, **uniforms
                 )
             yield
-        source.window(*area).texture.use(PICTURE_UNIT)
+        source.window(*area).use()
         with self.light.drawing(viewport, _shifted(box, origin)), self._blending():
             mesh.draw_edge("edge.frag", defined, **uniforms)
         if self.cells is not None:
@@ -139,8 +140,10 @@ def picture_uniforms(window: Window, source: Source, side: int, origin: tuple[in
     """Return the uniforms of mesh.vert and filter.glsl for a square target of `side`, a power of two."""
     return {
         "picture": PICTURE_UNIT,
+        "picture_bytes": ENCODED_UNIT,
         "picture_size": (source.image.width_px, source.image.height_px),
         "window": (*window.box[:2], *window.base_size),
+        "coarser_left": window.coarser_left,
         "base_level": window.base,
         "top_level": window.top,
         "target_origin": (float(origin[0]), float(origin[1])),

@@ -117,8 +117,8 @@ class DressedSource(Source):
     def _fill(self, size: tuple[int, int]) -> moderngl.Texture:
         """Return the texture of the whole pyramid: the base at the left, coarser levels below one another beside it."""
         assert self._composed is not None
-        before = self._texture
-        texture = self._texture_of(size[0] + max(size[0] // 2, 1), size[1])
+        before = self._textures.get(self.dtype)
+        texture = self._texture_of(self.dtype, size[0] + max(size[0] // 2, 1), size[1])
         if texture is not before or self._pyramid is None:
             self._pyramid = self._context.framebuffer([texture])
         self._composed.texture.use(0)

@@ -3,9 +3,10 @@
 Level L of the pyramid averages blocks of 2^L x 2^L pixels, aligned at the picture's first pixel, its border repeated
 outwards to whole blocks. A texture holds a window of it: the levels from `base` up, over a box of the picture that is
 aligned to the coarsest block. The base level lies at the left, the coarser ones below one another at its right: one
-plain texture, half as wide again, filled from means taken in float32. Because blocks are aligned, every window has the
-same texels as the whole; so a picture too large for a texture or for the memory is drawn window by window, with the
-same result.
+plain texture, half as wide again, filled from means taken in float32. Level 0 of an 8-bit picture may be a texture of
+its own instead, of the picture's own bytes, which shaders decode: a quarter to a half of what is read and sent. Because
+blocks are aligned, every window has the same texels as the whole; so a picture too large for a texture or for the
+memory is drawn window by window, with the same result.
 """
 
 from collections.abc import Iterator
@@ -16,11 +17,15 @@ import moderngl
 import numpy as np
 
 from app.render.gpu import release
-from app.render.sources.texels import halves, light_of, reduce, texels_of
+from app.render.programs import Names
+from app.render.sources.texels import bytes_of, halves, light_of, reduce, texels_of
 from core import tracing
 from core.imaging.images import Image
 from core.imaging.set_aside import let_go
 
+PICTURE_UNIT, ENCODED_UNIT = 2, 5
+"""Texture units."""
+TEXEL_BYTES = {"f1": 4, "f2": 8, "f4": 16}
 LEVELS = 6
 """Levels above the base, where the picture is large enough to have them."""
 PART_PIXELS = 1 << 18
@@ -53,6 +58,23 @@ class Window:
     base: int
     top: int
     """The coarsest level."""
+    encoded: moderngl.Texture | None = None
+    """Level 0 as bytes, encoded and straight; `texture` then has the coarser ones only."""
+
+    def use(self) -> None:
+        """Bind what filter.glsl reads."""
+        self.texture.use(PICTURE_UNIT)
+        if self.encoded is not None:
+            self.encoded.use(ENCODED_UNIT)
+
+    def names(self, base: int, top: int | None) -> Names:
+        """Return what is to be defined in filter.glsl where levels from `base` up to `top` are read."""
+        return () if self.encoded is None or base else ("ENCODED",) if top == 0 else ("ENCODED", "COARSER")
+
+    @property
+    def coarser_left(self) -> int:
+        """The first column of the texture that has the coarser levels."""
+        return self.base_size[0] if self.encoded is None else 0
 
     @property
     def base_size(self) -> tuple[int, int]:
@@ -77,8 +99,8 @@ class _Coming:
 class Source:
     """A picture for drawing from: gives the window that a draw needs, and keeps the last one.
 
-    `exact` keeps 16-bit and float pictures in float32. `margin` is by how much a window reaches beyond what is asked
-    for, on each side, as a share of its size: for a view that moves about.
+    `exact` keeps 16-bit and float pictures in float32, and level 0 of an 8-bit one as bytes. `margin` is by how much a
+    window reaches beyond what is asked for, on each side, as a share of its size: for a view that moves about.
     """
 
     def __init__(
@@ -93,11 +115,12 @@ class Source:
         self._context = context
         self.image = image
         self.dtype = "f4" if exact and image.pixels.dtype != np.uint8 else "f2"
+        self._encodes = exact and image.pixels.dtype == np.uint8 and not image.linear
         self._budget_bytes = limits.budget_bytes
         self._max_side_px = min(limits.side_px, int(context.info["GL_MAX_TEXTURE_SIZE"]))
         self._margin = margin
         self._window: Window | None = None
-        self._texture: moderngl.Texture | None = None
+        self._textures: dict[str, moderngl.Texture] = {}
         self._coming: _Coming | None = None
         self._glimpse: Window | None = None
 
@@ -111,17 +134,21 @@ class Source:
         """The box of the whole picture."""
         return 0, 0, self.image.width_px, self.image.height_px
 
-    @property
-    def _texel_bytes(self) -> int:
-        return 16 if self.dtype == "f4" else 8
+    def _bytes_per_texel(self, base: int, top: int) -> float:
+        """Return what a texel of the base level takes, its share of the levels up to `top` included."""
+        light = TEXEL_BYTES[self.dtype]
+        if self._encodes and base == 0:
+            return TEXEL_BYTES["f1"] + (light / 2 if top else 0)
+        return light * 4 / 3
 
     def fits(self, box: Box, base: int, top: int | None = None) -> bool:
         """Return whether a window over `box` from level `base` to `top` is within the budget and the texture limit."""
-        left, upper, right, lower = self._aligned(box, self._top(base, top))
+        top = self._top(base, top)
+        left, upper, right, lower = self._aligned(box, top)
         width, height = (right - left) >> base, (lower - upper) >> base
-        sides_fit = max(_texture_width(width), height) <= self._max_side_px
+        sides_fit = max(width + _coarser_width(width), height) <= self._max_side_px
         budget = self._budget_bytes // (1 if box == self.whole else 2)
-        return sides_fit and width * height * self._texel_bytes * 4 // 3 <= budget
+        return sides_fit and width * height * self._bytes_per_texel(base, top) <= budget
 
     @property
     def is_small(self) -> bool:
@@ -149,7 +176,8 @@ class Source:
         box, base, top = self._attainable(box, base, top)
         coming = self._coming
         if coming is None or not coming.window.holds(box, base, top):
-            wishes = [(self.whole, 0, None), (self.whole, base, None), (self._with_margin(box), base, top)]
+            least = 0 if self._encodes and top == 0 else None
+            wishes = [(self.whole, 0, least), (self.whole, base, None), (self._with_margin(box), base, top)]
             coming = self._coming = self._begun(*next((wish for wish in wishes if self.fits(*wish)), (box, base, top)))
             yield  # making the texture may take as long as many pieces
         while self._coming is coming:
@@ -179,14 +207,11 @@ class Source:
 
     def release(self) -> None:
         """Free the GPU objects."""
-        self._free_texture()
+        release(*self._textures.values())
+        self._textures, self._window, self._coming = {}, None, None
         if self._glimpse is not None:
             self._glimpse.texture.release()
             self._glimpse = None
-
-    def _free_texture(self) -> None:
-        release(self._texture)
-        self._texture = self._window = self._coming = None
 
     def _with_margin(self, box: Box) -> Box:
         across, down = round((box[2] - box[0]) * self._margin), round((box[3] - box[1]) * self._margin)
@@ -214,22 +239,30 @@ class Source:
         top = self._top(base, top)
         left, upper, right, lower = box = self._aligned(box, top)
         width, height = (right - left) >> base, (lower - upper) >> base
-        window = Window(self._texture_of(_texture_width(width), height), box, base, top)
         self._window = None
-        return _Coming(window, self._pieces(window))
+        if self._encodes and base == 0:
+            encoded = self._texture_of("f1", width, height)
+            texture = self._texture_of(self.dtype, *((_coarser_width(width), height) if top else (1, 1)))
+        else:
+            encoded, texture = None, self._texture_of(self.dtype, width + _coarser_width(width), height)
+        return _Coming(window := Window(texture, box, base, top, encoded), self._pieces(window))
 
     def _pieces(self, window: Window) -> Iterator[int]:
         """Send the pyramid to the texture of `window`; count the pieces that are left."""
         (first_x, first_y, *_), base, size = window.box, window.base, window.base_size
+        first = 0 if window.encoded is None else 1
         parts = list(_parts(window.box, 1 << window.top))
         for left, part in zip(reversed(range(len(parts))), parts, strict=True):
             with tracing.span("upload", what="picture"):
-                texels = reduce(texels_of(self.image, part), 1 << base)
-                let_go(self.image.pixels)
                 x, y = (part[0] - first_x) >> base, (part[1] - first_y) >> base
-                for level in range(window.top - base + 1):
+                if window.encoded is not None:
+                    window.encoded.write(bytes_of(self.image, part), (x, y, part[2] - part[0], part[3] - part[1]))
+                if window.top - base >= first:
+                    texels = reduce(texels_of(self.image, part), 1 << base)
+                let_go(self.image.pixels)
+                for level in range(first, window.top - base + 1):
                     texels = reduce(texels, 2) if level else texels
-                    shift = (size[0], size[1] - (size[1] >> (level - 1))) if level else (0, 0)
+                    shift = (window.coarser_left, size[1] - (size[1] >> (level - 1))) if level else (0, 0)
                     corner = ((x >> level) + shift[0], (y >> level) + shift[1])
                     sent = texels if self.dtype == "f4" else halves(texels)
                     window.texture.write(sent, viewport=(*corner, texels.shape[1], texels.shape[0]))
@@ -250,21 +283,23 @@ class Source:
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         return Window(texture, (0, 0, size[0] << base, size[1] << base), base, base)
 
-    def _texture_of(self, width: int, height: int) -> moderngl.Texture:
+    def _texture_of(self, dtype: str, width: int, height: int) -> moderngl.Texture:
         """Return a texture of at least this size: the present one if that will do, since drivers free late."""
-        if self._texture is not None and (self._texture.width < width or self._texture.height < height):
-            larger = max(self._texture.width, width), max(self._texture.height, height)
-            if larger[0] * larger[1] * self._texel_bytes <= self._budget_bytes // 2:
+        held = self._textures.get(dtype)
+        if held is not None and held.width >= width and held.height >= height:
+            return held
+        if held is not None:
+            larger = max(held.width, width), max(held.height, height)
+            if larger[0] * larger[1] * TEXEL_BYTES[dtype] <= self._budget_bytes // 2:
                 width, height = larger
-            self._free_texture()
-        if self._texture is None:
-            self._texture = self._context.texture((width, height), 4, dtype=self.dtype)
-            self._texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        return self._texture
+            held.release()
+        texture = self._textures[dtype] = self._context.texture((width, height), 4, dtype=dtype)
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return texture
 
 
-def _texture_width(width: int) -> int:
-    return width + max(width // 2, 1)
+def _coarser_width(width: int) -> int:
+    return max(width // 2, 1)
 
 
 def _parts(box: Box, block: int) -> Iterator[Box]:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from core.arrays import Pixels, Singles
+from core.arrays import Bytes, Pixels, Singles
 from core.imaging import color
 from core.imaging.images import Image
 from core.rasters.raster import Box
@@ -14,6 +14,18 @@ from core.rasters.raster import Box
 
 def texels_of(image: Image, box: Box) -> Singles:
     """Return the premultiplied linear light of `box`, the picture's border repeated outwards: (h, w, 4)."""
+    return light_of(image, _pixels_of(image, box))
+
+
+def bytes_of(image: Image, box: Box) -> Bytes:
+    """Return `box` of an 8-bit picture as RGBA, encoded and straight, the border repeated outwards: (h, w, 4)."""
+    pixels = _pixels_of(image, box)
+    if pixels.shape[2] in (1, 3):
+        return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_GRAY2RGBA if pixels.shape[2] == 1 else cv2.COLOR_RGB2RGBA))
+    return np.ascontiguousarray(pixels if pixels.shape[2] == 4 else pixels[..., [0, 0, 0, 1]])
+
+
+def _pixels_of(image: Image, box: Box) -> Pixels:
     left, top, right, bottom = box
     rows = slice(min(top, image.height_px - 1), min(bottom, image.height_px))
     columns = slice(min(left, image.width_px - 1), min(right, image.width_px))
@@ -22,7 +34,7 @@ def texels_of(image: Image, box: Box) -> Singles:
     if below or beside:
         wider = cv2.copyMakeBorder(pixels, 0, below, 0, beside, cv2.BORDER_REPLICATE)
         pixels = wider.reshape(bottom - top, right - left, pixels.shape[2])
-    return light_of(image, pixels)
+    return pixels
 
 
 def light_of(image: Image, pixels: Pixels) -> Singles:
