@@ -41,7 +41,8 @@ class Renderer:
     """The canvas in one GL context.
 
     Where drawing it at its best takes longer than `frame_s`, what moves is drawn as a draft, and what rests gets better
-    over several frames: the last picture, or a draft, stays until the best one is whole.
+    over several frames: the last picture, or a draft, stays until the best one is whole. The first picture of all is a
+    draft; the best one is begun in what that leaves of the frame.
 
     It leaves the bound framebuffer and the viewport as they were, and blending and scissor off.
     """
@@ -79,7 +80,8 @@ class Renderer:
     @property
     def is_refining(self) -> bool:
         """Whether drawing the same scene once more makes it better."""
-        return self._layers is not None and self._layers.steps is not None
+        layers = self._layers
+        return self._draft is not None if layers is None else layers.steps is not None
 
     def draw(self, scene: CanvasScene, viewport: Rectangle) -> None:
         """Draw `scene` into the bound framebuffer.
@@ -87,9 +89,13 @@ class Renderer:
         `viewport` is left, bottom (upwards, as OpenGL has it), width and height in framebuffer pixels; the scene's view
         is that of a canvas widget of this size.
         """
-        best = self._layers = self._fitting(self._layers, CanvasLayers, (viewport[2], viewport[3]))
         with tracing.span("draw"):
             started, rests, is_slow = self._clock(), replace(scene, draft=False), self._costs.full_fits is False
+            if self._layers is None and self._draft is None and self._costs.frame_s < math.inf:
+                self._show_whole_draft(scene, viewport)
+                if self._clock() - started >= self._costs.frame_s:
+                    return
+            best = self._layers = self._fitting(self._layers, CanvasLayers, (viewport[2], viewport[3]))
             stays = self._shows_best and scene.fills_same_place(best.drawn)
             is_drafted = is_slow and not stays and not best.has_picture(rests)
             if is_drafted:
@@ -170,7 +176,7 @@ class Renderer:
         """
         moved, shrink, blitter = find_moved(scene, best.drawn), self._costs.shrink, self._blitter
         if moved is None or best.drawn is None:
-            blitter.show(self._drafted(scene, viewport, shrink, None), scene.palette.desk, viewport, shrink)
+            self._show_whole_draft(scene, viewport)
             return
         blitter.show(best, scene.palette.desk, viewport)
         box = _common(moved, (scene.divider(best.size[0]), 0, *best.size))
@@ -186,6 +192,11 @@ class Renderer:
             with tracing.span("bend"):
                 bent.draw(best, scene, places, box, desk_uniforms(scene))
         blitter.copy(bent.shown, box, viewport)
+
+    def _show_whole_draft(self, scene: CanvasScene, viewport: Rectangle) -> None:
+        """Show all of `scene` with fewer pixels and larger cells."""
+        shrink = self._costs.shrink
+        self._blitter.show(self._drafted(scene, viewport, shrink, None), scene.palette.desk, viewport, shrink)
 
     def _drafted(self, scene: CanvasScene, viewport: Rectangle, shrink: int, part: Box | None) -> Draft:
         """Return a draft of `scene`, so many times smaller, or of `part` of it, in its pixels."""

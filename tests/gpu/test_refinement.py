@@ -99,6 +99,27 @@ def test_a_slow_canvas_gets_better_over_several_frames_to_the_very_picture(slow:
     assert not fast.renderer.is_refining
 
 
+def test_the_first_picture_is_a_draft_before_there_is_room_for_the_best(
+    slow: Screen, fast: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes: list[tuple[int, int]] = []
+    make = moderngl.Context.texture
+
+    def noted(self: moderngl.Context, size: tuple[int, int], *arguments: object, **options: object) -> moderngl.Texture:
+        sizes.append(size)
+        return make(self, size, *arguments, **options)  # type: ignore[arg-type]  # passes on what it is given
+
+    monkeypatch.setattr(moderngl.Context, "texture", noted)
+    scene = a_scene()
+    first = slow.shot(scene)
+    assert (WIDTH, HEIGHT) not in sizes
+    assert slow.renderer.is_refining
+    best = slow.rest(scene)[-1]
+    assert (WIDTH, HEIGHT) in sizes
+    assert 0 < np.abs(first.astype(int) - best).mean() < 12
+    assert np.array_equal(fast.shot(scene), best)
+
+
 def test_no_piece_of_the_picture_is_left_out(slow: Screen) -> None:
     scene = a_scene(marks=MarkOptions())
     view = View(1.0, (20.5, 20.5), (WIDTH, HEIGHT))

@@ -28,6 +28,18 @@ from app.commands.edit import editor_on, warp_sample
 beside = Jobs(live=Later(), long=Later(), beside=Later())
 assert len(rows_of(editor_on(warp_sample(), None, beside))) > 1
 """
+LOADING = """
+import gc
+from app.window.loading import loading
+
+with loading():
+    assert not gc.isenabled()
+    with loading():
+        kept = [[] for _ in range(5000)]
+    assert not gc.isenabled()
+assert gc.isenabled()
+assert gc.get_freeze_count() > len(kept)
+"""
 LATER = "import sys; from app.window.late_imports import LOADED_LATER, load_rest; later = set(LOADED_LATER)"
 
 
@@ -43,6 +55,10 @@ def test_the_editor_starts_without_the_solvers_of_its_tools() -> None:
 
 def test_the_features_of_the_sample_are_listed_without_them() -> None:
     run(f"{SAMPLE}{LATER}; assert not later & set(sys.modules), later & set(sys.modules)")
+
+
+def test_nobody_looks_for_garbage_while_modules_load() -> None:
+    run(LOADING)
 
 
 def test_the_tools_find_everything_loaded() -> None:
