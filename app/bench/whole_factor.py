@@ -5,7 +5,7 @@ import numpy as np
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
 from core.linalg.laplacian import find_stored, pattern
-from core.linalg.multifrontal import GridFactor
+from core.linalg.multifrontal import GridFactor, HalfColumns
 
 
 class WholeFactor(GridFactor):
@@ -24,9 +24,9 @@ class WholeFactor(GridFactor):
         """Solve A x = b for b (N, k)."""
         return self._factor.solve(b)
 
-    def forward(self, b: Floats, nodes: Ints | None = None, asked: Ints | None = None) -> Floats:
+    def forward(self, b: Floats, nodes: Ints | None = None, asked: Ints | None = None) -> HalfColumns:
         """Return the first half of a solve."""
-        return self._factor.forward(b)
+        return HalfColumns(np.arange(self._factor.size), self._factor.forward(b), self._factor.size)
 
     def forward_again(self, values: Floats, nodes: Ints) -> Floats:
         """Return the first half of a solve."""

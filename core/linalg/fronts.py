@@ -4,7 +4,8 @@ With A the front of a box, its own entries of the matrix and what its halves hav
 
     A₁₁ = L Lᵀ,   Y = L⁻¹ A₁₂,   S = A₂₂ - Yᵀ Y,
 
-1 its pivots, 2 its frame, S what it leaves to the box that it is half of.
+1 its pivots, 2 its frame, S what it leaves to the box that it is half of. Of a leaf L⁻ᵀ Y is kept in place of Y: where
+no load is, its pivots follow from its frame by that alone, and L, most of its numbers, is not read.
 """
 
 import numpy as np
@@ -19,8 +20,9 @@ _LARGE = 13
 """Pivots from which on a front is worth a call of its own."""
 _HALVED = 150
 """Nodes of a frame from which on the symmetry of S saves work."""
-_LONG = 300
-"""Pivots from which on that call is cut up: SciPy keeps the interpreter to itself as long as it lasts."""
+_BLOCK = 150
+"""Pivots of a front that are inverted at once: more take longer than solving block by block, and SciPy keeps the
+interpreter to itself meanwhile."""
 
 
 class Fronts:
@@ -47,9 +49,11 @@ class Fronts:
         self.from_halves: list[Ints] = []
         """Where the frame of a half has the nodes of the front (size,), one past its end for those that it lacks."""
         self._find_entries(own + around)
-        self.inverse = np.empty((self.count, self.pivots, self.pivots))
-        """L⁻¹."""
-        self.Y = np.empty((self.count, self.pivots, self.size - self.pivots))
+        self.is_leaf = group.cut is None
+        self.factor = np.empty((self.count, self.pivots, self.pivots))
+        """L with the blocks on its diagonal inverted, for `solve_lower` and `solve_upper`."""
+        self.carry = np.empty((self.count, self.pivots, self.size - self.pivots))
+        """Y, or L⁻ᵀ Y of leaves."""
         self._S = np.empty((0, 0, 0))
         self._held = np.arange(0)
         """Which boxes S is known of."""
@@ -101,10 +105,12 @@ class Fronts:
             for mine, there in runs:
                 for other, across in runs:
                     A[:, there, across] += S[:, mine, other]
-        self.inverse[where] = inverse = _inverse_factor(A[:, :p, :p])
-        self.Y[where] = Y = inverse @ A[:, :p, p:]
+        self.factor[where] = factor = _factorise(A[:, :p, :p])
+        self.carry[where] = Y = solve_lower(factor, A[:, :p, p:])
         # Of a matrix and itself, half the product is worked out and then copied, which pays off for large ones.
-        product = Y.transpose(0, 2, 1) @ (Y if Y.shape[2] >= _HALVED else self.Y[where])
+        product = Y.transpose(0, 2, 1) @ (Y if Y.shape[2] >= _HALVED else self.carry[where])
+        if self.is_leaf:
+            self.carry[where] = solve_upper(factor, Y)
         left = stretch(np.searchsorted(self._held, boxes))
         if isinstance(left, slice):
             np.subtract(A[:, p:, p:], product, out=self._S[left])
@@ -122,29 +128,47 @@ def stretch(places: Ints) -> Ints | slice:
     return slice(first, last + 1) if last - first + 1 == len(places) else places
 
 
-def _inverse_factor(A: Floats) -> Floats:
-    """Return L⁻¹ of every A = L Lᵀ (n, p, p)."""
+def solve_lower(factor: Floats, b: Floats) -> Floats:
+    """Return L⁻¹ b (n, p, k)."""
+    if factor.shape[1] <= _BLOCK:
+        return factor @ b
+    x = np.empty(b.shape)
+    for own, before, _ in _blocks(factor.shape[1]):
+        x[:, own] = factor[:, own, own] @ (b[:, own] - factor[:, own, before] @ x[:, before])
+    return x
+
+
+def solve_upper(factor: Floats, b: Floats) -> Floats:
+    """Return L⁻ᵀ b (n, p, k)."""
+    above = factor.transpose(0, 2, 1)
+    if factor.shape[1] <= _BLOCK:
+        return above @ b
+    x = np.empty(b.shape)
+    for own, _, behind in reversed(_blocks(factor.shape[1])):
+        x[:, own] = above[:, own, own] @ (b[:, own] - above[:, own, behind] @ x[:, behind])
+    return x
+
+
+def _blocks(pivots: int) -> list[tuple[slice, slice, slice]]:
+    """Return the blocks that so many pivots are cut into, and what is before and behind each."""
+    starts = range(0, pivots, _BLOCK)
+    return [(slice(start, start + _BLOCK), slice(start), slice(start + _BLOCK, None)) for start in starts]
+
+
+def _factorise(A: Floats) -> Floats:
+    """Return L of every A = L Lᵀ (n, p, p), the blocks on its diagonal inverted."""
     if A.shape[1] < _LARGE:
         return np.linalg.inv(np.linalg.cholesky(A))
     found = np.empty(A.shape)
     for a, out in zip(A, found, strict=True):
-        if len(a) >= _LONG:
-            out[...] = _inverse_of_lower(np.linalg.cholesky(a))
+        if len(a) > _BLOCK:
+            out[...] = np.linalg.cholesky(a)
+            for own, *_ in _blocks(len(a)):
+                # By columns, as LAPACK has them, L is upper.
+                out[own, own] = scipy.linalg.lapack.dtrtri(out[own, own].T, lower=0)[0].T
             continue
-        # By columns, as LAPACK has them, L is upper.
         factor, fault = scipy.linalg.lapack.dpotrf(a.T, lower=0, clean=1)
         if fault:
             raise np.linalg.LinAlgError
         out[...] = scipy.linalg.lapack.dtrtri(factor, lower=0, overwrite_c=1)[0].T
     return found
-
-
-def _inverse_of_lower(L: Floats) -> Floats:
-    """Return L⁻¹ of a lower triangle, half by half; other threads go on meanwhile."""
-    if len(L) < _LONG:
-        return np.asarray(scipy.linalg.lapack.dtrtri(L.T, lower=0)[0].T)
-    half, inverse = len(L) // 2, np.zeros(L.shape)
-    upper, lower = _inverse_of_lower(L[:half, :half]), _inverse_of_lower(L[half:, half:])
-    inverse[:half, :half], inverse[half:, half:] = upper, lower
-    inverse[half:, :half] = -(lower @ L[half:, :half]) @ upper
-    return inverse

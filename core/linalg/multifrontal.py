@@ -6,14 +6,15 @@ solve. Under a brush that is little: a way from a few small boxes up to the whol
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, SingularSystemError
 from core.linalg.cubic_convolution import Complexes
 from core.linalg.dissection import Group, dissect
-from core.linalg.fronts import Fronts, stretch
+from core.linalg.fronts import Fronts, solve_lower, solve_upper, stretch
 from core.linalg.grid_solver import Onto
 from core.tracing import span
 
@@ -26,13 +27,78 @@ _BOXES_AT_ONCE = 2000
 
 
 @dataclass(frozen=True, eq=False)
+class HalfColumns:
+    """L⁻¹ P b of columns b (N, k) that are 0 but at a few nodes."""
+
+    rows: Ints
+    """Those that may not be 0, ascending."""
+    values: Floats
+    """What is there (r, k)."""
+    size: int
+    """How many rows there are."""
+
+    @property
+    def T(self) -> "_Transposed":  # noqa: N802
+        """What multiplies others from the left."""
+        return _Transposed(self)
+
+    def __matmul__(self, shares: Floats) -> Floats:
+        return HalfColumns(self.rows, self.values @ shares, self.size).whole
+
+    def __getitem__(self, columns: Any) -> "HalfColumns":
+        return HalfColumns(self.rows, self.values[columns], self.size)
+
+    @property
+    def whole(self) -> Floats:
+        """All rows."""
+        found = np.zeros((self.size, self.values.shape[1]))
+        found[self.rows] = self.values
+        return found
+
+
+class _Transposed:
+    """Columns that multiply from the left."""
+
+    def __init__(self, columns: HalfColumns) -> None:
+        self._columns = columns
+
+    def __matmul__(self, other: HalfColumns | Floats) -> Floats:
+        columns = self._columns
+        if other is columns:
+            return np.asarray(columns.values.T @ columns.values)
+        whole = other.whole if isinstance(other, HalfColumns) else other
+        return np.asarray(columns.values.T @ whole.take(columns.rows, axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """What eliminates the pivots of some boxes of a group from a load."""
+
+    fronts: Fronts
+    where: Ints | slice
+    """These boxes."""
+    nodes: Ints
+    """Their pivots (n, p)."""
+    factor: Floats
+    carry: Floats
+    """Transposed (n, s, p)."""
+    halves: list[tuple[int, Ints | slice, Ints]]
+    """What is taken off before: the group, its boxes, and where their frames have the nodes of the front."""
+
+
+Taken: TypeAlias = dict[int, Floats]
+"""What boxes take off a load on their frames, and a 0, by the number of their group; where there is any."""
+
+
+@dataclass(frozen=True, eq=False)
 class _Half:
-    """The first half of a solve."""
+    """The first half of a solve for a load that changes little from one to the next."""
 
     b: Floats
+    nodes: Ints
+    """Where b may not be 0."""
     y: Floats
-    taken: dict[int, Floats]
-    """What boxes take off the load on their frames, and a 0, by the number of their group; where there is any."""
+    taken: Taken
 
 
 class GridFactor:
@@ -60,6 +126,8 @@ class GridFactor:
         self._renewed = np.zeros(count, bool)
         """Boxes eliminated since the last half that was kept."""
         self._last: _Half | None = None
+        self._kept: tuple[Bools, list[_Step]] | None = None
+        """The boxes that were touched by the last load, and the steps for them."""
 
     def _find_wholes(self, count: int) -> None:
         """Find out which box an entry belongs to, -1 for none, and which box every box is half of."""
@@ -96,6 +164,7 @@ class GridFactor:
         new = values.reshape(-1)
         touched = self._with_wholes(self._home[np.flatnonzero(new != self._values)])[self._unit]
         self._renewed |= touched
+        self._kept = None
         with span("factor", unknowns=self.size, boxes=int(touched.sum())):
             try:
                 for part in self._parts(np.flatnonzero(touched)):
@@ -136,63 +205,91 @@ class GridFactor:
 
     def solve(self, b: Floats) -> Floats:
         """Solve A x = b for b (N, k)."""
-        return self.backward(self.forward(b))
+        return self.backward(self.forward(b).whole)
 
-    def forward(self, b: Floats, nodes: Ints | None = None, asked: Ints | None = None) -> Floats:
+    def forward(self, b: Floats, nodes: Ints | None = None, asked: Ints | None = None) -> HalfColumns:
         """Return L⁻¹ P b, the first half of a solve (FAT eq. 12): forward(a)ᵀ forward(b) = aᵀ A⁻¹ b.
 
         `nodes` are those where b is not 0, by default all.
         """
         homes = np.arange(len(self._whole)) if nodes is None else self._home[3 * nodes]
-        half = _Half(b, np.zeros((self._inner, b.shape[1])), {})
-        self._eliminate(half, self._with_wholes(homes))
-        return half.y
+        rows, values = [np.empty(0, np.int64)], [np.empty((0, b.shape[1]))]
+        for step, done in self._eliminate(b, {}, self._steps(self._with_wholes(homes))):
+            own, p = step.fronts.own, step.fronts.pivots
+            rows.append(np.arange(own.start, own.stop).reshape(-1, p)[step.where].ravel())
+            values.append(done.reshape(len(done) * p, b.shape[1]))
+        return HalfColumns(np.concatenate(rows), np.concatenate(values), self._inner)
 
     def forward_again(self, values: Floats, nodes: Ints) -> Floats:
         """Return forward(b), b with `values` (m, k) at `nodes` and else 0: only what is not as in the last call."""
-        b = np.zeros((self.size, values.shape[1]))
-        b[nodes] = values
-        last, self._last = self._last, None
-        if last is None or last.b.shape != b.shape:
-            last = _Half(np.zeros(b.shape), np.zeros((self._inner, b.shape[1])), {})
-        changed = np.flatnonzero(b != last.b) // b.shape[1]
-        half = _Half(b, last.y, last.taken)
-        self._eliminate(half, self._with_wholes(self._home[3 * changed]) | self._renewed)
+        k, last, self._last = values.shape[1], self._last, None
+        if last is None or last.y.shape[1] != k:
+            last = _Half(np.zeros((self.size, k)), nodes, np.zeros((self._inner, k)), {})
+        both = nodes if nodes is last.nodes else np.concatenate([last.nodes, nodes])
+        before = last.b.take(both, axis=0)
+        last.b[last.nodes] = 0
+        last.b[nodes] = values
+        changed = both[(before != last.b.take(both, axis=0)).any(axis=1)]
+        touched = self._with_wholes(self._home[3 * changed]) | self._renewed
+        if self._kept is None or not np.array_equal(self._kept[0], touched):
+            self._kept = touched, self._steps(touched)
+        for step, done in self._eliminate(last.b, last.taken, self._kept[1]):
+            last.y[step.fronts.own].reshape(step.fronts.count, step.fronts.pivots, k)[step.where] = done
         self._renewed[:] = False
-        self._last = half
-        return half.y.copy()
+        self._last = replace(last, nodes=nodes)
+        if self.size > _ALL_KEPT_AT_MOST:
+            self._kept = None
+        return last.y.copy()
 
-    def _eliminate(self, half: _Half, touched: Bools) -> None:
-        """Eliminate the pivots of the boxes that are `touched`."""
-        k = half.b.shape[1]
+    def _steps(self, touched: Bools) -> list[_Step]:
+        """Return the steps that eliminate the pivots of the boxes that are `touched`."""
+        found = []
         for fronts, halves, boxes in self._up(np.flatnonzero(touched)):
             if 2 * len(boxes) > fronts.count:
                 boxes = np.arange(fronts.count)  # all of them cost less than copies of most
-            p, where = fronts.pivots, stretch(boxes)
+            where = stretch(boxes)
             taken = [
-                half.taken[part.number][stretch(boxes + chosen.start)].take(places, axis=1)
-                for part, (_, chosen, _), places in zip(halves, fronts.group.halves, fronts.from_halves, strict=True)
-                if part.number in half.taken
+                (half.number, stretch(boxes + chosen.start), places)
+                for half, (_, chosen, _), places in zip(halves, fronts.group.halves, fronts.from_halves, strict=True)
             ]
-            own = half.b.take(fronts.nodes[where, :p], axis=0)
-            for part in taken:
+            carry = fronts.carry[where].transpose(0, 2, 1)
+            found.append(_Step(fronts, where, fronts.nodes[where, : fronts.pivots], fronts.factor[where], carry, taken))
+        return found
+
+    def _eliminate(self, b: Floats, taken: Taken, steps: list[_Step]) -> Iterator[tuple[_Step, Floats]]:
+        """Take the steps of a first half for b (N, k); yield what each makes of its pivots (n, p, k)."""
+        for step in steps:
+            fronts, p = step.fronts, step.fronts.pivots
+            parts = [
+                taken[number][boxes].take(places, axis=1) for number, boxes, places in step.halves if number in taken
+            ]
+            own = b.take(step.nodes, axis=0)
+            for part in parts:
                 own -= part[:, :p]
-            done = fronts.inverse[where] @ own
-            half.y[fronts.own].reshape(fronts.count, p, k)[where] = done
-            around = fronts.Y[where].transpose(0, 2, 1) @ done
-            for part in taken:
+            done = solve_lower(step.factor, own)
+            yield step, done
+            around = step.carry @ (own if fronts.is_leaf else done)
+            for part in parts:
                 around += part[:, p:]
-            if fronts.number not in half.taken:
-                half.taken[fronts.number] = np.zeros((fronts.count, fronts.size - p + 1, k))
-            half.taken[fronts.number][where, :-1] = around
+            if fronts.number not in taken:
+                taken[fronts.number] = np.zeros((fronts.count, fronts.size - p + 1, b.shape[1]))
+            taken[fronts.number][step.where, :-1] = around
 
     def backward(self, y: Floats) -> Floats:
         """Return Pᵀ L⁻ᵀ y, the second half (FAT eq. 13): backward(forward(b)) = A⁻¹ b."""
         x = np.zeros((self._inner + 1, y.shape[1]))
         for fronts in self._fronts:
             shape = fronts.count, fronts.pivots, y.shape[1]
-            known = y[fronts.own].reshape(shape) - fronts.Y @ x.take(fronts.around, axis=0)
-            np.matmul(fronts.inverse.transpose(0, 2, 1), known, out=x[fronts.own].reshape(shape))
+            left, found = y[fronts.own].reshape(shape), x[fronts.own].reshape(shape)
+            known = fronts.carry @ x.take(fronts.around, axis=0)
+            if not fronts.is_leaf:
+                found[...] = solve_upper(fronts.factor, left - known)
+                continue
+            np.negative(known, out=found)
+            loaded = np.flatnonzero(left.any(axis=(1, 2)))
+            if loaded.size:
+                where = stretch(loaded)
+                found[where] += solve_upper(fronts.factor[where], left[where])
         return x.take(self._place, axis=0)
 
     def place(self, y: Floats, onto: Onto) -> tuple[Complexes, None]:
