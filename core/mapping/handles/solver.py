@@ -11,6 +11,7 @@ The picture without handles, z⁰ with features at (α⁰, t⁰), costs nothing;
 Whatever does not move at all is therefore left as it is to the last bit.
 """
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +35,8 @@ _ROUNDS_PER_TURN = 4
 """So many rounds to each time that the local rotation is taken anew; fewer take that of the last answer."""
 _PATIENCE = 3
 """Rounds end when so many have missed about as much as the best one, or more."""
+_BESIDE = ThreadPoolExecutor(1, "rotation")
+"""Where the next answer's rotation is taken while this one is drawn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +71,8 @@ class HandleSolver:
         """where it has the plate's nodes,"""
         self._d: Complexes | None = None if before is None else before._d
         """and their last displacement (r, c)."""
+        self._next: Future[Turned] | None = None
+        """What that turns the background into, which the next answer to the same picture begins with."""
 
     def solve(self, reference: Solution, asked: Complexes, *, rounds: int) -> Moved:
         """Return where handles that ask for `asked` (k,) move the `reference`.
@@ -79,8 +84,10 @@ class HandleSolver:
         goal = self._find_goal(s, reference, asked)
         if not goal.any():
             return Moved(reference, Smooth(np.zeros_like(reference.z)), goal)
-        if self._base is None or self._reference is not reference:
-            self._reference, self._base = reference, Base.of(s.field.sample(reference.z))
+        base, stays = self._base, self._reference is reference
+        if base is None or not stays:
+            base = Base.of(s.field.sample(reference.z))
+            self._reference, self._base, self._next = reference, base, None
         is_straight = _is_straight(reference.z, s.field)
         with mapping.clock.measure("rhs"):
             poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
@@ -90,11 +97,13 @@ class HandleSolver:
             found = self._converge(s, reference, poses, goal, turned, sides, rounds)
             if rounds < _ROUNDS_PER_TURN:
                 break
-            again = s.field.turn(self._base, found.d, sides, slides=is_straight)
+            again = s.field.turn(base, found.d, sides, slides=is_straight)
             if again.differs_px(turned) < MET_PX:
                 break
             turned = again
         last, self._d = self._d, found.d
+        if stays and sides is None and rounds < _ROUNDS_PER_TURN:
+            self._next = _BESIDE.submit(s.field.turn, base, found.d, None, slides=is_straight)
         moves = last is None or np.abs(found.d - last).max() > SEEN_PX / 2
         solution = mapping.hold(found.approach, s.held, reference.z, found.alpha, found.t)
         return Moved(solution, found.D, goal, is_final=not moves)
@@ -104,6 +113,9 @@ class HandleSolver:
     ) -> Turned:
         """Return what turning does to the background: as in the last frame, or as if nothing turned far."""
         assert self._base is not None
+        ahead, self._next = self._next, None
+        if ahead is not None and sides is None:
+            return ahead.result()
         d = self._d
         if d is None:
             d = self._displace(s, reference, poses, goal, s.field.still(self._base, slides=slides))

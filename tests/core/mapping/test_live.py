@@ -1,5 +1,8 @@
 """What the live answer owes to the one at rest: the same features, and nodes in the same cells."""
 
+import threading
+from typing import Any
+
 import cv2
 import numpy as np
 import pytest
@@ -8,7 +11,10 @@ from core.arrays import Bytes, Floats, Points
 from core.grid import Grid, find_features
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.feature_mapping import FeatureMapping, Keep
+from core.mapping.handles import solver
 from core.mapping.handles.curved_frame import cuts_of, fit_cuts
+from core.mapping.handles.handles import Handles
+from core.mapping.handles.plate import HandleField
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.options import MappingOptions
 from core.mapping.warper import Warper
@@ -174,3 +180,36 @@ def test_features_that_a_curved_frame_cuts_have_room_between_its_nodes(preset: s
     assert len(cuts) == 2
     assert least_room(before.alpha, before.t) < 0
     assert least_room(alpha, t) > 0.999
+
+
+def test_a_drag_takes_its_rotation_beside_the_frames_and_another_w_takes_it_anew(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    at, features = np.array([[60.0, 120.0], [200.0, 180.0]]), find_features(GRID, three_discs())
+    one, other = GRID.nodes, bent("arc", 20)
+    frames = [(plain, at + [[8.0 * step, 20], [0, 0]]) for step, plain in enumerate((one, one, one, one, other, other))]
+
+    def drag() -> list[Points]:
+        live = Warper(GRID)
+        live.use(features, MappingOptions())
+        return [live.frame(plain, Handles(at, to)).warped for plain, to in frames]
+
+    on_this = []
+    turn = HandleField.turn
+
+    def watched(self: HandleField, *arguments: Any, **named: Any) -> Any:
+        on_this.append(threading.current_thread() is threading.main_thread())
+        return turn(self, *arguments, **named)
+
+    monkeypatch.setattr(HandleField, "turn", watched)
+    found = drag()
+    # The first frame, that of the first one that goes on from it, and the same under another W.
+    assert sum(on_this) == 4
+    monkeypatch.setattr(solver, "_BESIDE", _Never())
+    assert all(np.array_equal(a, b) for a, b in zip(found, drag(), strict=True))
+
+
+class _Never:
+    """An executor that does nothing."""
+
+    def submit(self, *_: Any, **__: Any) -> None: ...
