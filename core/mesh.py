@@ -111,9 +111,7 @@ class Mesh:
     @cached_property
     def bounds(self) -> tuple[Points, Points]:
         """Least and greatest canvas position (2,) of all nodes."""
-        # NumPy reduces pairs one by one, and each coordinate in whole lines.
-        x, y = self.warped[..., 0], self.warped[..., 1]
-        return np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
+        return find_bounds(self.warped)
 
     @cached_property
     def _singles(self) -> Singles:
@@ -189,6 +187,12 @@ class Mesh:
         extent = np.abs(C - A).max(axis=-1) + np.abs(D - B).max(axis=-1)
         u[np.abs(gap).max(axis=-1) > _SLACK * np.maximum(extent, 1e-9)] = np.nan
         return u, v
+
+
+def find_bounds(nodes: Points) -> tuple[Points, Points]:
+    """Return least and greatest position (2,) of nodes (R, C, 2)."""
+    # NumPy reduces pairs one by one, and rows of them as wholes.
+    return nodes.min(axis=0).min(axis=0), nodes.max(axis=0).max(axis=0)
 
 
 def _meeting(boxes: Sequence[Points], low: Points, high: Points) -> tuple[int, int, int, int] | None:

@@ -21,8 +21,9 @@ class Scaling(NamedTuple):
 
     def place(self, points: Points) -> Points:
         """Return where positions (..., 2) are."""
-        placed: Points = points * self.scale
-        placed += self.offset
+        placed: Points = np.multiply(points, self.scale, order="C", dtype=np.float64)
+        pairs = placed.view(np.complex128)  # in half the numbers, NumPy takes a fifth of the time for a row of pairs
+        pairs += complex(*self.offset)
         return placed
 
 
@@ -64,13 +65,11 @@ class Nodes:
             self.texture.write(strip, viewport=(left, top, right - left, bottom - top))
 
     def _convert(self, rows: slice, columns: slice) -> None:
-        at, sent = self.at[rows, columns], self._sent[rows, columns]
-        if self._split:
-            whole = np.floor(at)
-            np.subtract(at, whole, out=sent[..., :2], casting="same_kind")
-            sent[..., 2:] = whole
-        else:
-            sent[...] = at
+        at = self.at[rows, columns]
+        whole = np.floor(at)
+        pairs = self._sent[rows, columns].view(np.complex64)
+        for number, part in enumerate((at - whole, whole) if self._split else (at,)):
+            pairs[..., number] = np.ascontiguousarray(part).view(np.complex128)[..., 0]
 
     def release(self) -> None:
         """Free the texture."""

@@ -12,6 +12,7 @@ from app.render.sources.overlay_parameters import OverlayParameters
 from app.render.sources.source import Box
 from core.arrays import Bools, Bytes, Points
 from core.imaging.images import Image
+from core.mesh import find_bounds
 from core.rasters.raster import Raster
 
 EDGE_PX = 3.0
@@ -143,9 +144,7 @@ class CanvasScene:
     def bounds(self, size: tuple[int, int]) -> Box:
         """Return the framebuffer pixels of a canvas of `size`, (w, h), outside which there is nothing but desk."""
         shown = [self.warped] * (self.compare != "before") + [self.rest] * (self.compare != "result")
-        corners = [
-            np.transpose([(axis.min(), axis.max()) for axis in (nodes[..., 0], nodes[..., 1])]) for nodes in shown
-        ]
+        corners = [np.stack(find_bounds(nodes)) for nodes in shown]
         corners += [] if self.frame is None else [np.reshape(self.frame, (2, 2))]
         places = self.in_framebuffer(np.concatenate(corners))
         low = np.clip(np.floor(places.min(axis=0) - EDGE_PX), 0, size).astype(int).tolist()

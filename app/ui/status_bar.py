@@ -186,8 +186,8 @@ class StatusBar:
                 "Features that the picture's edge cuts would fold if its outline stayed where the warp has it"
             )
             figures.append((f"outline off by {answer.outline_moved_px:.0f} px", about_outline, True))
-        missed = [] if answer.result is None else answer.result.missed_pins
-        if answer.settled and missed:
+        missed = answer.result.missed_pins if answer.settled and answer.result is not None else []
+        if missed:
             about_pins = "Their points are where the lines lead, or turned less: closer, the picture would fold"
             what = "1 pin missed" if len(missed) == 1 else f"{len(missed)} pins missed"
             figures.append((f"{what} by {max(pin.worst_px for pin in missed):.0f} px", about_pins, True))

@@ -232,10 +232,6 @@ def _over_blocks(choose: np.ufunc, nodes: Floats) -> Floats:
 
 def _thinnest_border(points: Points) -> float:
     """Return the least distance between the outline and the nodes next to it."""
-    sides = (
-        (points[0], points[1]),
-        (points[-1], points[-2]),
-        (points[:, 0], points[:, 1]),
-        (points[:, -1], points[:, -2]),
-    )
-    return float(min(np.linalg.norm(inner - outer, axis=-1).min() for outer, inner in sides))
+    outer = np.concatenate([points[0], points[-1], points[:, 0], points[:, -1]])
+    inner = np.concatenate([points[1], points[-2], points[:, 1], points[:, -2]])
+    return float(np.hypot(*(inner - outer).T).min())

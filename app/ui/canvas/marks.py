@@ -1,5 +1,6 @@
 """Draws what tools leave over the picture: every line on a darker, wider one, so that it shows on any picture."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -122,10 +123,10 @@ class MarkPainter:
             return
         if shape.closed:
             points = np.concatenate([points, points[:1]])
-        pieces = _dashes(points) if shape.dashed else [points.tolist()]
-        placed: list[list[ImVec2Like]] = [[self._place(p) for p in piece] for piece in pieces]
+        points = self._scale * points + (self._area.x, self._area.y)
+        pieces: list[list[ImVec2Like]] = _dashes(points, self._scale) if shape.dashed else [points.tolist()]
         for code, width in self._strokes(PENS[shape.role]):
-            for piece in placed:
+            for piece in pieces:
                 self._sheet.add_polyline(piece, code, width, 0)
 
     def _bezier(self, shape: Bezier) -> None:
@@ -140,11 +141,12 @@ class MarkPainter:
                 self._sheet.add_bezier_cubic(a, b, c, d, code, width)
 
 
-def _dashes(points: Points) -> list[list[list[float]]]:
-    """Cut a polyline (n, 2) into dashes, with the corners that they go around."""
+def _dashes(points: Points, scale: float) -> list[list[ImVec2Like]]:
+    """Cut a polyline (n, 2) into dashes, so many times longer than usual, with the corners that they go around."""
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    starts = np.arange(0.0, along[-1], theme.TEXT_PX * (DASH_EM + GAP_EM))[:MOST_DASHES]
-    ends = np.minimum(starts + theme.TEXT_PX * DASH_EM, along[-1])
+    dash, step = scale * theme.TEXT_PX * DASH_EM, scale * theme.TEXT_PX * (DASH_EM + GAP_EM)
+    starts = step * np.arange(min(math.ceil(along[-1] / step), MOST_DASHES))
+    ends = np.minimum(starts + dash, along[-1])
     first, last = (
         np.stack([np.interp(lengths, along, points[:, axis]) for axis in (0, 1)], axis=1).tolist()
         for lengths in (starts, ends)

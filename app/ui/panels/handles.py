@@ -69,10 +69,10 @@ class HandlesPanel:
     def _draw_pins(self, document: Document) -> None:
         heading(f"Pins  {len(document.pins)}", "location-dot")
         selected = self._editor.session.selected
-        for number, pin in enumerate(document.pins):
-            at = pixels_from_places(document.size_px, np.array(pin.at))
-            to = pixels_from_places(document.canvas_px, np.array(pin.to))
-            moved = "" if np.abs(to - at).max() < 0.5 else f"  →  {to[0]:.0f}, {to[1]:.0f}"
+        all_at = pixels_from_places(document.size_px, np.array([pin.at for pin in document.pins])).tolist()
+        all_to = pixels_from_places(document.canvas_px, np.array([pin.to for pin in document.pins])).tolist()
+        for number, (at, to) in enumerate(zip(all_at, all_to, strict=True)):
+            moved = "" if max(abs(to[0] - at[0]), abs(to[1] - at[1])) < 0.5 else f"  →  {to[0]:.0f}, {to[1]:.0f}"
             missed = pins.measure_miss_px(self._editor, number)
             # In the row itself: one more would move the boxes below while somebody types in them.
             by = f"    misses by {missed:.0f} px" if missed else ""

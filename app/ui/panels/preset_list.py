@@ -40,11 +40,14 @@ class PresetList:
         columns = min(max(int((room + gap) / (em(LEAST_EM) + gap)), 2), MOST_COLUMNS)
         side = (room - gap * (columns - 1)) / columns
         imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(gap, gap))
+        sheet = imgui.get_window_draw_list()
+        sheet.channels_split(2)
         for number, preset in enumerate(PRESETS.values()):
             if number % columns:
                 imgui.same_line()
             if self._draw_one(preset, side, chosen=preset.name == chosen):
                 pressed = preset.name
+        sheet.channels_merge()
         imgui.pop_style_var()
         return pressed
 
@@ -57,15 +60,19 @@ class PresetList:
         sheet = imgui.get_window_draw_list()
         plate = theme.BUTTON if hovered or chosen else theme.SUNKEN
         sheet.add_rect_filled(low, high, color(plate), em(0.25))
+        sheet.channels_set_current(1)
         self._draw_picture(preset, sheet, ImVec2(low.x, low.y), ImVec2(high.x, high.y - foot))
+        sheet.channels_set_current(0)
         imgui.push_font(None, text_px)
         width = imgui.calc_text_size(preset.label).x
-        if width > side:
+        is_cut = width > side
+        if is_cut:
             tip(preset.label)
+            sheet.push_clip_rect(low, high, True)
         place = ImVec2((low.x + high.x - width) / 2, high.y - foot + em(0.1))
-        sheet.push_clip_rect(low, high, True)
         sheet.add_text(place, color(theme.ACCENT if chosen else theme.TEXT if hovered else theme.FAINT), preset.label)
-        sheet.pop_clip_rect()
+        if is_cut:
+            sheet.pop_clip_rect()
         imgui.pop_font()
         if chosen:
             sheet.add_rect(low, high, color(theme.ACCENT), em(0.25), em(0.12))

@@ -258,8 +258,8 @@ class FeatureMapping:
 
     def _joint_at(self, c: Complexes, chosen: Ints | slice = np.s_[:]) -> Complexes:
         """Return where these bodies' (α, t) take their nodes, or some of them."""
-        alpha, t = np.split(c, 2)
-        return self._joint.place(alpha, t, chosen) if self.has_poses else c[:0]
+        joint = len(c) // 2
+        return self._joint.place(c[:joint], c[joint:], chosen) if self.has_poses else c[:0]
 
     def _apart_at(self, alpha: Complexes, t: Complexes) -> Complexes:
         """Return the same of all others."""

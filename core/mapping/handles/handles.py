@@ -6,6 +6,7 @@ against what it is without handles: by f = s exp(iφ), a complex number.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -119,17 +120,24 @@ def ring_radius(grid: Grid) -> float:
 def _agree(at: Points, to: Points) -> Points:
     """Return the targets (k, 2) of pins, those of pins on one spot in the middle of theirs."""
     agreed = to.copy()
-    pairs = scipy.spatial.cKDTree(at).query_pairs(SEEN_PX) if len(at) else set()
+    pairs = _pairs_within(at.tobytes(), SEEN_PX)
     for i in {i for pair in pairs for i in pair}:
         near = [i, *(j for pair in pairs if i in pair for j in pair if j != i)]
         agreed[i] = at[i] + (to[near] - at[near]).mean(axis=0)
     return agreed
 
 
+@lru_cache(maxsize=8)
+def _pairs_within(at: bytes, distance: float) -> tuple[tuple[int, int], ...]:
+    """Return which of some points (n, 2), as bytes, are near one another, ascending: the same while only goals move."""
+    points = np.frombuffer(at).reshape(-1, 2)
+    return tuple(sorted(scipy.spatial.cKDTree(points).query_pairs(distance))) if len(points) else ()
+
+
 def _apart(at: Points, pins: int, distance: float) -> Ints:
     """Return which points to keep: every spot's first pin, and curve samples that are not too close to one before."""
     keep = np.ones(len(at), bool)
-    for i, j in sorted(scipy.spatial.cKDTree(at).query_pairs(distance)) if len(at) else []:
+    for i, j in _pairs_within(at.tobytes(), distance):
         same = np.hypot(*(at[i] - at[j])) <= SEEN_PX
         if keep[i] and (j >= pins or same):
             keep[j] = False

@@ -69,7 +69,8 @@ class Motions:
 
     def move(self, poses: Poses, motions: Floats) -> None:
         """Turn and move bodies by their unknown `motions` (m + 2 l,); their sizes stay."""
-        turns, x, y = np.split(motions, [len(self.turning), len(self.turning) + len(self.moving)])
+        m, l = len(self.turning), len(self.moving)
+        turns, x, y = motions[:m], motions[m : m + l], motions[m + l :]
         poses.alpha[self.bodies[self.turning]] *= np.exp(1j * turns)
         poses.t[self.bodies[self.moving]] += x + 1j * y
         held = np.flatnonzero(np.isfinite(poses.pivots[self.bodies]))

@@ -35,6 +35,8 @@ _ROUNDS_PER_TURN = 4
 """So many rounds to each time that the local rotation is taken anew; fewer take that of the last answer."""
 _PATIENCE = 3
 """Rounds end when so many have missed about as much as the best one, or more."""
+_SAMPLED = 16
+"""One of so many rows and columns of nodes is looked at first."""
 _BESIDE = ThreadPoolExecutor(1, "rotation")
 """Where the next answer's rotation is taken while this one is drawn."""
 
@@ -104,7 +106,7 @@ class HandleSolver:
         last, self._d = self._d, found.d
         if stays and sides is None and rounds < _ROUNDS_PER_TURN:
             self._next = _BESIDE.submit(s.field.turn, base, found.d, None, slides=is_straight)
-        moves = last is None or np.abs(found.d - last).max() > SEEN_PX / 2
+        moves = last is None or _has_moved(found.d, last, SEEN_PX / 2)
         solution = mapping.hold(found.approach, s.held, reference.z, found.alpha, found.t)
         return Moved(solution, found.D, goal, is_final=not moves)
 
@@ -228,11 +230,10 @@ class HandleSolver:
 
     def _pose_small(self, s: Structure, reference: Solution, poses: Poses, D: Smooth) -> None:
         """Place the bodies that are too many for the plate where D has them, at the sizes that they have."""
-        small = np.isin(np.arange(len(reference.alpha)), s.motions.bodies, invert=True)
+        small = s.small
         if small.any():
             turned, moved = s.mapping.fit_bodies(D)
-            alpha = reference.alpha + turned
-            alpha = np.where([body.limits.turns for body in s.mapping.bodies], alpha, reference.alpha)
+            alpha = np.where(s.turns, reference.alpha + turned, reference.alpha)
             kept = np.divide(np.abs(reference.alpha), np.abs(alpha), out=np.zeros(len(alpha)), where=alpha != 0)
             poses.alpha[small] = np.where(alpha != 0, alpha * kept, reference.alpha)[small]
             poses.t[small] = (reference.t + moved)[small]
@@ -271,6 +272,11 @@ class _Found:
     t: Complexes
     asked: Complexes
     """What these pins were asked for."""
+
+
+def _has_moved(d: Complexes, last: Complexes, px: float) -> bool:
+    """Return whether any node (r, c) has moved by more than so many pixels; a few of them mostly tell."""
+    return any(np.abs(d[::k, ::k] - last[::k, ::k]).max() > px for k in (_SAMPLED, 1))
 
 
 def _is_straight(z: Complexes, field: HandleField) -> bool:

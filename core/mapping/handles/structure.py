@@ -1,6 +1,7 @@
 """What handles hold, and how: all that depends on where handles and features are, but not on where they go."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -57,6 +58,16 @@ class Structure:
     """The plate's answers."""
     alone: Bools
     """Which of the rows are pins in the background: held by free nodes only, each would draw out a spike."""
+
+    @cached_property
+    def small(self) -> Bools:
+        """The bodies (n,) that the plate does not know."""
+        return np.isin(np.arange(len(self.mapping.moved_bodies)), self.motions.bodies, invert=True)
+
+    @cached_property
+    def turns(self) -> Bools:
+        """The bodies (n,) that do not stay upright."""
+        return np.array([body.limits.turns for body in self.mapping.moved_bodies], bool)
 
     def holds_same(self, other: "Structure") -> bool:
         """Return whether free nodes hold the same handles alone."""

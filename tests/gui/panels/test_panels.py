@@ -10,12 +10,14 @@ from app.editor.editor import Editor
 from app.model.jobs import InlineExecutor, Jobs
 from app.state.preferences import load_preferences
 from app.state.recovery import Recovery
+from app.ui.panels.preset_list import PresetList
 from app.ui.status_bar import StatusBar
 from app.ui.widgets import theme
 from core.arrays import Bytes
 from core.document.document import Document, Mode, Pin, pixels_from_places
 from core.document.map import outline_of
 from core.rasters.raster import Raster
+from core.warps.presets import PRESETS
 from tests.app.driver import EditorDriver, Later, picture
 from tests.gui.window_driver import WindowDriver, drive
 
@@ -230,3 +232,34 @@ def test_the_status_bar_says_that_the_final_map_is_worked_out() -> None:
     driven.frame()
     assert driven.editor.answer.settled
     assert not is_said()
+
+
+def test_pins_are_not_looked_for_before_the_final_map_is_there() -> None:
+    driven = EditorDriver()
+    driven.editor.edit("Pin", driven.editor.document.changed(pins=(Pin((0.5, 0.5), (0.6, 0.5)),)))
+    answer = driven.frame().editor.map
+    assert answer.result is not None
+    assert not answer.settled
+    StatusBar(driven.editor).figures()
+    assert "missed_pins" not in vars(answer.result)
+
+
+def test_the_presets_take_a_draw_call_each_at_most_and_one_for_all_their_names(
+    editor: Editor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls, draw = [], PresetList.draw
+
+    def counted(self: PresetList, chosen: str) -> str | None:
+        sheet = imgui.get_window_draw_list()
+        before = len(sheet.cmd_buffer)
+        pressed = draw(self, chosen)
+        calls.append(len(sheet.cmd_buffer) - before)
+        return pressed
+
+    monkeypatch.setattr(PresetList, "draw", counted)
+
+    def script(window: WindowDriver) -> None:
+        window.wait_until(lambda: window.shell.workspace.thumbnails.is_complete).wait(20)
+
+    drive(editor, script)
+    assert calls[-1] <= len(PRESETS) + 2
