@@ -14,9 +14,10 @@ from collections.abc import Callable
 from core.arrays import Points, readonly
 from core.document.document import Document, pixels_from_places
 from core.document.map import bend_of, grid_of, handles_of, options_of, start_of
+from core.document.smooth_warp import SmoothWarp
 from core.document.stiff_pins import StiffNodes
 from core.document.straight_lines import PictureLines, asked_lines
-from core.grid import Features, Grid
+from core.grid import DEFAULT_NODES_AT_MOST, Features, Grid
 from core.linalg.grid_solver import GridSolver
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.straight_lines import Lines
@@ -26,7 +27,7 @@ from core.mapping.warper import Warper
 from core.progress import Job
 from core.selection.nodes import MarkedNodes
 from core.warps.outline import follow_outline
-from core.warps.warp import in_parts
+from core.warps.warp import Warp, in_parts
 
 
 def settle_map(document: Document) -> Job[Warped]:
@@ -45,7 +46,8 @@ class MapInputs:
         self._marked, self._stiff = MarkedNodes(grid), StiffNodes(grid)
         self._lines: tuple[object, Lines | None] | None = None
         self._start: tuple[object, Points] | None = None
-        self._plain: tuple[object, Points] | None = None
+        self._plain: tuple[object, Points, bool] | None = None
+        self._smooth: SmoothWarp | None = None
 
     def features(self, document: Document) -> Features:
         """Return where the nodes are in features that keep their shape, and in what stiff pins hold."""
@@ -63,19 +65,29 @@ class MapInputs:
         """Return whether it is known where the document's surface, or the warp that was opened, takes the nodes."""
         return self._start is not None and self._start[0] == _laid_by(document)
 
-    def plain(self, document: Document) -> Points:
-        """Return where preset and outline take the nodes (R, C, 2); the same while pins and curves are dragged."""
+    def plain(self, document: Document, *, seen: bool = False) -> Points:
+        """Return where preset and outline take the nodes (R, C, 2); the same while pins and curves are dragged.
+
+        What is only `seen` may be off by what nobody sees.
+        """
         if self._start is None or not self.is_laid(document):
             start = start_of(document)
             self._start = _laid_by(document), self.grid.nodes if start is None else start(self.grid.nodes)
             self._plain = None
         key = document.warp, document.canvas_px, document.outline
-        if self._plain is None or self._plain[0] != key:
-            plain = in_parts(bend_of(document), self._start[1])
+        if self._plain is None or self._plain[0] != key or not (seen or self._plain[2]):
+            is_plain = document.warp.preset is None or self._start[1] is not self.grid.nodes
+            is_exact = not seen or is_plain or self.grid.size <= DEFAULT_NODES_AT_MOST
+            plain = in_parts(bend_of(document), self._start[1]) if is_exact else self._seen(bend_of(document))
             if document.outline is not None:
                 plain = follow_outline(plain, pixels_from_places(document.canvas_px, document.outline.ring))
-            self._plain = key, readonly(plain)
+            self._plain = key, readonly(plain), is_exact
         return self._plain[1]
+
+    def _seen(self, bend: Warp) -> Points:
+        if self._smooth is None:
+            self._smooth = SmoothWarp(self.grid)
+        return self._smooth.evaluate(bend)
 
 
 def _laid_by(document: Document) -> tuple[object, ...]:
@@ -109,7 +121,7 @@ class MapSolver:
     def frame(self, document: Document) -> Warped:
         """Return the linear answer, which may fold: a solve, and a factorisation where structure changed."""
         inputs, warper = self._prepare(document)
-        return warper.frame(inputs.plain(document), handles_of(document))
+        return warper.frame(inputs.plain(document, seen=True), handles_of(document))
 
     def settle(self, document: Document, *, near: Warped | None = None) -> Job[Warped]:
         """Return the answer without folds where W has none; the same bits, whatever was answered before.
@@ -129,7 +141,7 @@ class MapSolver:
         """Take the picture without handles from an answer at rest to the same document."""
         inputs, warper = self._prepare(document)
         if settled.reference is not None:
-            warper.learn(inputs.plain(document), settled.reference)
+            warper.learn(inputs.plain(document, seen=True), settled.reference)
 
     def _prepare(self, document: Document) -> tuple[MapInputs, Warper]:
         """Return what the document asks for and, prepared for it, what answers."""

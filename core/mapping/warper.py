@@ -270,5 +270,5 @@ def _may_be(near: Solution, linear: Solution, mapping: FeatureMapping) -> bool:
 
 def _check_finite(plain: Points) -> None:
     """Raise `InputError` where W does not take every node (R, C, 2) to a finite position."""
-    if not np.isfinite(plain).all():
+    if not np.isfinite(plain.sum()):  # a fraction of what it takes to ask each
         raise InputError("warp: does not take every grid node to a finite position")

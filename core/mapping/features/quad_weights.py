@@ -38,6 +38,11 @@ class Roles:
         """Numbers of the quads with an owner that have a node in it."""
         return np.flatnonzero(self.touched & (self.owner >= 0))
 
+    @cached_property
+    def counts(self) -> Ints:
+        """How many quads are inside each feature."""
+        return np.bincount(self.owner.ravel()[self.inside])
+
     def sum_edges(self, z: Complexes, count: int) -> tuple[Complexes, Complexes]:
         """Return the sums (count,) of the edges across and down of the quads inside features, with nodes at z (N,).
 

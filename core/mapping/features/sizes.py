@@ -15,7 +15,7 @@ def smaller_scales(grid: Grid, w: Complexes, roles: Roles, chosen: Ints) -> Floa
     a different way, little is left.
     """
     count, (width, height) = int(chosen.max(initial=-1)) + 1, grid.cell
-    quads = np.bincount(roles.owner.ravel()[roles.inside], minlength=count)
+    quads = np.pad(roles.counts, (0, max(count - roles.counts.size, 0)))
     across, down = roles.sum_edges(w.ravel(), len(quads))
     each = 2 * np.maximum(quads, 1)
     t_x, t_y = (across / (each * width))[chosen], (1j * down / (each * height))[chosen]
