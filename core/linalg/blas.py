@@ -28,8 +28,22 @@ def _libraries() -> ThreadpoolController:
 
 def limit_blas() -> Callable[[], None]:
     """Hold BLAS to one thread; return what undoes that."""
+    if all(library.num_threads == 1 for library in _libraries().lib_controllers):
+        return lambda: None  # by the environment: to set what is set takes its time
+    _take_control()
     undo: Callable[[], None] = _libraries().limit(limits=1).restore_original_limits
-    return undo
+
+    def let_go() -> None:
+        _take_control()
+        undo()
+
+    return let_go
+
+
+def _take_control() -> None:
+    """Let this thread set limits: those of any but the first one that did are passed over without a word."""
+    for library in _libraries().lib_controllers:
+        getattr(library, "clear_controlling_thread", lambda *, force: None)(force=True)
 
 
 def limit_opencv() -> Callable[[], None]:

@@ -1,10 +1,11 @@
 """BLAS and OpenCV are held to one thread while anyone needs it, and let go between the steps of a job."""
 
+import threading
 from collections.abc import Iterator
 
 import cv2
 import pytest
-from threadpoolctl import threadpool_info, threadpool_limits
+from threadpoolctl import ThreadpoolController, threadpool_info, threadpool_limits
 
 from core.linalg.blas import on_one_thread, one_thread
 from core.progress import Job, Progress
@@ -33,6 +34,32 @@ def test_it_is_held_until_the_last_one_lets_go() -> None:
     assert threads() == 1
     second.__exit__(None, None, None)
     assert threads() == 2
+
+
+def test_any_thread_holds_it_and_any_lets_go() -> None:
+    seen: list[int] = []
+
+    def hold() -> None:
+        with one_thread():
+            seen.append(threads())
+
+    with one_thread():
+        pass
+    other = threading.Thread(target=hold)
+    other.start()
+    other.join()
+    assert seen == [1]
+    assert threads() == 2
+    hold()
+    assert seen == [1, 1]
+    assert threads() == 2
+
+
+def test_what_has_one_thread_is_left_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    one_thread()
+    monkeypatch.setattr(ThreadpoolController, "limit", None)
+    with threadpool_limits(1, user_api="blas"), one_thread():
+        assert threads() == 1
 
 
 def test_it_is_let_go_after_a_fault() -> None:
