@@ -1,9 +1,9 @@
 """The few colours of a pattern, and how far a photo is from shades of them."""
 
-import cv2
 import numpy as np
 
 from core.arrays import Floats, Singles
+from core.overlay.filters.k_means import find_groups
 from core.overlay.texel import Texel
 
 COLOURS, GROUPS = 5, 3
@@ -23,14 +23,7 @@ def find_palette(texel: Texel, most: int) -> Singles:
     """Return what `palette` does, from as many of a large texel's samples as tell it."""
     every = max(1, int(np.sqrt(texel.shape[0] * texel.shape[1] / SAMPLES)))
     pixels = texel.pixels[::every, ::every].reshape(-1, 3)
-    count = min(most, len(pixels))
-    main = np.linalg.svd(pixels - pixels.mean(0), full_matrices=False)[2][0]
-    # Groups of one size along the direction of most change, to begin with: always the same ones.
-    labels = np.empty((len(pixels), 1), np.int32)
-    labels[np.argsort(pixels @ main, kind="stable"), 0] = np.arange(len(pixels)) * count // len(pixels)
-    rule = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 30, 1e-4)
-    found = cv2.kmeans(pixels.astype(np.float32), count, labels, rule, 1, cv2.KMEANS_USE_INITIAL_LABELS)[2]
-    return np.asarray(found, np.float32)
+    return find_groups(pixels, most)[1]
 
 
 def from_shades(photo: Floats, colour: Floats, shades: tuple[float, float]) -> Floats:

@@ -31,6 +31,7 @@ from core.overlay.pixels.refinement import refine
 from core.overlay.pixels.shading.chromatic_shading import find_tint
 from core.overlay.pixels.shading.multiscale_light import estimate_light
 from core.overlay.pixels.shading.relighting import recover
+from core.overlay.pixels.surroundings import find_surroundings
 from core.overlay.registration.constrained_registration import settle
 from core.overlay.registration.integer_translation import in_phase
 from core.overlay.texel import Texel, draw_sample, estimate_texel
@@ -99,6 +100,12 @@ def reach_outline(model: PixelModel) -> PixelModel:
 def keep_valid(model: PixelModel) -> PixelModel:
     """Take off what lies where there may be no cloth, which a smaller picture does not tell to the pixel."""
     return without_pixels(model, ~model.valid)
+
+
+def cut_surroundings(model: PixelModel) -> PixelModel:
+    """Take ground beside the cloth that the mesh has gone on over for the surroundings."""
+    seen, _, _, covered = small_layers(model)
+    return hide(model, find_surroundings(seen, covered, float(np.sqrt(abs(np.linalg.det(model.cloth.basis))))))
 
 
 def cut_rim(model: PixelModel) -> PixelModel:
@@ -204,6 +211,7 @@ STAGES: tuple[PixelStage, ...] = (
     fill_gaps,
     reach_outline,
     keep_valid,
+    cut_surroundings,
     cut_rim,
     cut_occluders,
     drop_scraps,

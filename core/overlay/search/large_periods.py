@@ -68,8 +68,10 @@ def find_large(
         least_px = least * texel_px
         if least_px > valid.sum():
             break
+        # Of what the user says is cloth all is seen, however much of it can be followed.
+        followed_px = 0.0 if is_told else least_px
         try:
-            cloth, found = lay(photo, canvas, pairs, basis, least_px)
+            cloth, found = lay(photo, canvas, pairs, basis, followed_px)
         except NoPatternError:
             continue
         if not is_told and weigh(cloth, found).explained <= 0:
@@ -80,7 +82,7 @@ def find_large(
         covered = cloth.valid & cloth.mesh.pixels_of(found.cells)
         weight = weigh(cloth, found)
         certain = weight.explained > 0 or (is_told and sure > SURE)
-        if certain and covered.sum() > least_px:
+        if certain and covered.sum() > followed_px:
             return cloth, found, weight
     raise NoPatternError
 

@@ -308,6 +308,20 @@ def test_without_a_region_more_texels_are_asked_for(printed: Scene) -> None:
         run(find_large(printed.photo, canvas_of(printed.photo)))
 
 
+@pytest.mark.parametrize("is_told", [True, False])
+def test_what_the_user_says_is_cloth_is_seen_however_much_of_it_is_followed(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, is_told: bool
+) -> None:
+    photo = printed.photo.copy()
+    photo[:70] = photo[:70].mean((0, 1))
+    least = 0.95 * photo[..., 0].size / abs(np.linalg.det(PRINT))
+    monkeypatch.setattr(large_periods, "LEAST_TEXELS", least)
+    with nullcontext() if is_told else pytest.raises(NoPatternError):
+        cloth, found, _ = run(find_large(photo, painted(photo), least=None if is_told else least))
+        assert cloth.mesh.pixels_of(found.cells)[100:].mean() > 0.8
+        assert cloth.mesh.pixels_of(found.cells).mean() < 0.9
+
+
 @pytest.mark.parametrize(("least", "laid"), [(5.0, 1), (20.0, 0)])
 def test_where_too_few_large_texels_could_be_seen_none_is_laid(
     printed: Scene, monkeypatch: pytest.MonkeyPatch, least: float, laid: int
