@@ -95,6 +95,8 @@ class FoundCloth:
     """Whether no doubt is left about it (`Find`)."""
     stands_alone: bool
     """Whether it needs nobody's word that there is cloth (`Find`)."""
+    is_told: bool
+    """Whether somebody said where the cloth is."""
 
     @property
     def covered(self) -> Bools:
@@ -165,7 +167,8 @@ def decompose_whole_cloth(
     finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
 
     def follow_on(cloth: Bools) -> Job[FoundCloth]:
-        return follow(finds[0], searchable(image, cloth), seed)
+        wider = yield from follow(finds[0], searchable(image, cloth), seed)
+        return replace(wider, is_told=False)
 
     with suppress(InputError):
         wider = yield from part(time_stages(widen(image, finds[0], follow_on), seconds), 0.6, 0.9)
@@ -215,7 +218,7 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     found = found_on(photo, inside, scale, (yield from part(job, 0.1, 1.0)))
     if not found.stands_alone:
         raise NoPatternError
-    return found
+    return replace(found, is_told=False)
 
 
 def find(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
@@ -256,7 +259,8 @@ def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Boo
 def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
     """Return what was found on the working picture as that of the photo (H, W, 3)."""
     opacity, valid = np.float32(1) if region is None else region.astype(np.float32), may_be_cloth(photo, region)
-    return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, found.is_sure, found.stands_alone)
+    sure, is_told = (found.is_sure, found.stands_alone), region is not None
+    return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, *sure, is_told)
 
 
 def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
@@ -315,7 +319,7 @@ def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[s
 
 def begun_model(found: FoundCloth) -> PixelModel:
     """Return what is known before any stage."""
-    return begin(found.cloth, found.fit, found.photo, found.valid, found.scale)
+    return begin(found.cloth, found.fit, found.photo, found.valid, found.scale, is_told=found.is_told)
 
 
 def finish(found: FoundCloth, model: PixelModel) -> Decomposition:

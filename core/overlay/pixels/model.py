@@ -27,6 +27,8 @@ class PixelModel:
     """(H, W, 3), 0 to 1."""
     valid: Bools
     """(H, W), where cloth may be."""
+    is_told: bool
+    """Whether somebody said that there is cloth."""
     scale: int
     pieces: tuple[ClothState, ...]
     masks: tuple[Bools, ...]
@@ -74,7 +76,9 @@ class PixelModel:
         return np.asarray(self.cloth.basis * self.scale, np.float64)
 
 
-def begin(cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools, scale: int) -> PixelModel:
+def begin(
+    cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools, scale: int, *, is_told: bool
+) -> PixelModel:
     """Return what the registration alone tells: each piece has its own cells, and no pixel is laid yet."""
     shape = photo.shape[:2]
     unknown, nowhere = np.float32(np.nan), np.False_
@@ -83,6 +87,7 @@ def begin(cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools,
         found=found,
         photo=photo,
         valid=valid,
+        is_told=is_told,
         scale=scale,
         pieces=found.pieces,
         masks=tuple(cloth.mesh.pixels_of(piece.cells) & cloth.valid for piece in found.pieces),

@@ -103,7 +103,9 @@ def keep_valid(model: PixelModel) -> PixelModel:
 
 
 def cut_surroundings(model: PixelModel) -> PixelModel:
-    """Take ground beside the cloth that the mesh has gone on over for the surroundings."""
+    """Take ground that the mesh has gone on over for the surroundings, where nobody said that there is cloth."""
+    if model.is_told:
+        return model
     seen, _, _, covered = small_layers(model)
     return hide(model, find_surroundings(seen, covered, float(np.sqrt(abs(np.linalg.det(model.cloth.basis))))))
 

@@ -4,6 +4,7 @@ Votes of pairs of keypoints tell the lattice (`displacement_votes`). The same pa
 whose coordinates differ by whole numbers between the keypoints of a pair.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -34,8 +35,10 @@ STEP_PX = 30.0
 """Side of a large texel at least."""
 LEAST_TEXELS = 3.0
 """Area, in texels, that has to be seen: one, and its neighbour along either vector; twice that without a region."""
-TRIED = 2
-"""Lattices that are tried: votes propose, what the texel explains decides."""
+TRIED = 3
+"""Lattices that are laid: votes propose, what the texel explains decides."""
+NEARLY = 0.8
+"""Surplus of votes, over that of the surest lattice, from which another one is as likely."""
 TOLERANCES = np.geomspace(0.25, 0.08, 8)
 """Texels by which a pair may miss a whole number, while the plate is fitted again and again (Tukey's biweight)."""
 BEND = 1.0
@@ -51,38 +54,39 @@ def find_large(
 ) -> Job[tuple[FittedCloth, Fit, Evidence]]:
     """Return the cloth registered and followed from pairs of keypoints that lie whole large texels apart.
 
-    It is that of the surest lattice for which more speaks than against it; what the votes are certain of needs nothing
-    else where the user says that there is cloth, which is so in a region unless `least` tells how many texels have to
-    be seen there. Raises `NoPatternError` where there is none, or too little of it.
+    Of lattices that are nearly as sure as the surest one that is followed of which the texel takes away most of the
+    error where it is laid. More has to speak for it than against it; what the votes are certain of needs nothing else
+    where the user says that there is cloth, which is so in a region unless `least` tells how many texels have to be
+    seen. Raises `NoPatternError` where there is none, or too little of it.
     """
     yield Progress(0.0, NOTE)
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
     is_told = least is None and not valid.all()
     least = least or (LEAST_TEXELS if is_told else 2 * LEAST_TEXELS)
+    laid: list[tuple[float, Evidence, FittedCloth, Fit]] = []
     pairs, likely = find_likely(canvas)
     for number, (sure, basis) in enumerate(likely[:TRIED]):
         texel_px = float(np.linalg.det(basis))
         if LEAST_TEXELS * texel_px > valid.sum():
             continue
         # What the votes are less sure of are other steps of what has just been told.
-        least_px = least * texel_px
-        if least_px > valid.sum():
+        if least * texel_px > valid.sum():
             break
-        # Of what the user says is cloth all is seen, however much of it can be followed.
-        followed_px = 0.0 if is_told else least_px
-        try:
-            cloth, found = lay(photo, canvas, pairs, basis, followed_px)
-        except NoPatternError:
+        yield Progress(0.5 * number / TRIED, NOTE)
+        with suppress(NoPatternError):
+            # Of what the user says is cloth all is seen, however much of it can be followed.
+            cloth, found = lay(photo, canvas, pairs, basis, 0.0 if is_told else least * texel_px)
+            laid.append((sure, weigh(cloth, found), cloth, found))
+    step = Progress(0.5, NOTE)
+    as_sure = NEARLY * max((sure for sure, *_ in laid), default=0.0)
+    for sure, before, cloth, found in sorted(laid, key=lambda one: (one[0] < as_sure, -one[1].share)):
+        if not is_told and before.explained <= 0:
             continue
-        if not is_told and weigh(cloth, found).explained <= 0:
-            continue
-        step = Progress((number + 0.5) / TRIED, NOTE)
         yield step
         found = refit(cloth, (yield from followed(cloth, prune(cloth, found), step)), rounds=3)
-        covered = cloth.valid & cloth.mesh.pixels_of(found.cells)
+        texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / abs(float(np.linalg.det(cloth.basis)))
         weight = weigh(cloth, found)
-        certain = weight.explained > 0 or (is_told and sure > SURE)
-        if certain and covered.sum() > followed_px:
+        if (weight.explained > 0 or (is_told and sure > SURE)) and (is_told or texels > least):
             return cloth, found, weight
     raise NoPatternError
 

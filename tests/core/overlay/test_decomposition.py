@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from core.arrays import Floats
-from core.overlay.decomposition import Decomposition, decompose
+from core.imaging.image import Image
+from core.overlay import decomposition
+from core.overlay.decomposition import Decomposition, decompose, decompose_whole_cloth
 from core.overlay.detection.basis import reduce
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.shrinking import shrunk
-from core.overlay.pixels import layers
+from core.overlay.pixels import layers, stages
 from core.progress import Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, marked_checks, motif
 
@@ -90,6 +92,23 @@ def test_region_limits_the_cloth(scene: Scene) -> None:
     found = run(decompose(scene.photo, region=region))
     assert not found.covered[:, 120:].any()
     assert found.covered[:, :115].mean() > 0.9
+
+
+@pytest.mark.parametrize("is_told", [True, False])
+def test_ground_is_cut_off_where_nobody_said_that_there_is_cloth(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, is_told: bool
+) -> None:
+    ground = np.indices(scene.photo.shape[:2])[1] > 120
+    monkeypatch.setattr(stages, "find_surroundings", lambda _photo, covered, _side: covered & ground)
+    region = np.ones(ground.shape, bool)
+    if is_told:
+        found = run(decompose(scene.photo, region=region))
+    else:
+        photo = Image(scene.photo.astype(np.float32))
+        monkeypatch.setattr(decomposition, "widen", lambda _image, _found, follow_on: follow_on(region))
+        found = run(decompose_whole_cloth(photo))
+    assert found.covered[:, :110].mean() > 0.9
+    assert found.covered[:, 125:].mean() == pytest.approx(float(is_told), abs=0.1)
 
 
 def test_light_that_changes_colour_has_a_shading_per_channel(scene: Scene, found: Decomposition) -> None:

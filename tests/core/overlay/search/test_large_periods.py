@@ -308,6 +308,22 @@ def test_without_a_region_more_texels_are_asked_for(printed: Scene) -> None:
         run(find_large(printed.photo, canvas_of(printed.photo)))
 
 
+def test_of_lattices_that_are_as_likely_that_is_kept_whose_texel_explains_most(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    canvas = painted(printed.photo)
+    pairs, likely = find_likely(canvas)
+    sure, basis = likely[0]
+    wrong = basis @ np.array([[1.0, 0.0], [0.45, 1.0]])
+    for surer, kept in ((1.1, basis), (1.5, wrong)):
+        monkeypatch.setattr(
+            large_periods, "find_likely", lambda _, surer=surer: (pairs, [(surer * sure, wrong), (sure, basis)])
+        )
+        cloth, _, weight = run(find_large(printed.photo, canvas))
+        assert np.allclose(cloth.basis, kept, atol=1e-6)
+        assert weight.is_clear == (kept is basis)
+
+
 @pytest.mark.parametrize("is_told", [True, False])
 def test_what_the_user_says_is_cloth_is_seen_however_much_of_it_is_followed(
     printed: Scene, monkeypatch: pytest.MonkeyPatch, is_told: bool
