@@ -167,8 +167,7 @@ def decompose_whole_cloth(
     finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
 
     def follow_on(cloth: Bools) -> Job[FoundCloth]:
-        wider = yield from follow(finds[0], searchable(image, cloth), seed)
-        return replace(wider, is_told=False)
+        return follow(finds[0], searchable(image, cloth), seed, is_told=False)
 
     with suppress(InputError):
         wider = yield from part(time_stages(widen(image, finds[0], follow_on), seconds), 0.6, 0.9)
@@ -234,14 +233,14 @@ def find(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     return found_on(photo, known.region, scale, (yield from on_one_thread(job)))
 
 
-def follow(found: FoundCloth, region: Bools | Singles | None, seed: int) -> Job[FoundCloth]:
+def follow(found: FoundCloth, region: Bools | Singles | None, seed: int, *, is_told: bool = True) -> Job[FoundCloth]:
     """Return a cloth restricted to a `region` (H, W) and followed there; raise `NoPatternError` where nothing is left.
 
-    `region` and `seed` are as for `decompose`.
+    `region` and `seed` are as for `decompose`; `is_told` says whether the user gave the region.
     """
     small, canvas, scale = working_picture(found.photo, region)
     job = follow_within(found.cloth, found.fit, small, canvas, seed)
-    return found_on(found.photo, region, scale, (yield from on_one_thread(job)))
+    return replace(found_on(found.photo, region, scale, (yield from on_one_thread(job))), is_told=is_told)
 
 
 def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture, int]:

@@ -217,7 +217,7 @@ def test_grey_levels_of_the_region_are_opacity(scene: Scene) -> None:
 def test_whole_cloth_keeps_the_better_find(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, second: float | None, is_wider: bool
 ) -> None:
-    def follow(found: FoundCloth, region: Bools, _: int) -> Job[FoundCloth]:
+    def follow(found: FoundCloth, region: Bools, _: int, **__: bool) -> Job[FoundCloth]:
         yield Progress(0.0)
         if second is None:
             raise NoPatternError

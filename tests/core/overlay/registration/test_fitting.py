@@ -14,7 +14,7 @@ from core.overlay.registration.fitting import begun
 from core.overlay.registration.pieces import join_by
 from core.progress import Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
-from tests.core.overlay.search.test_large_periods import print_of_blots
+from tests.core.overlay.prints import print_of_blots
 
 LARGE, SIZE = np.array([[72.0, 6.0], [-5.0, 70.0]]), (220, 400)
 

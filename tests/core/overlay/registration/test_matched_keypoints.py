@@ -13,7 +13,7 @@ from core.overlay.registration.pieces import with_more_pieces
 from core.overlay.registration.registration import ClothState
 from core.progress import run
 from tests.core.overlay.overlay_scenes import make_scene
-from tests.core.overlay.search.test_large_periods import print_of_blots
+from tests.core.overlay.prints import print_of_blots
 
 SIDE, STEPS, SIZE = np.array([[72.0, 6.0], [-5.0, 70.0]]), 3, (200, 380)
 BODY, SLEEVE = (slice(None), slice(0, 190)), (slice(20, -20), slice(230, 370))

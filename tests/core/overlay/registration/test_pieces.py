@@ -13,7 +13,7 @@ from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.fitting import begun, complete
 from core.progress import run
 from tests.core.overlay.overlay_scenes import make_scene
-from tests.core.overlay.search.test_large_periods import LARGE, sett
+from tests.core.overlay.prints import LARGE, sett
 
 SIZE, BELT = (120, 290), slice(165, 185)
 

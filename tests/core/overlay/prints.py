@@ -1,0 +1,76 @@
+"""Prints and tartans of large texels, and the canvas of a photo of one."""
+
+import cv2
+import numpy as np
+
+from core.arrays import Floats
+from core.overlay.detection.alignment import FlatPicture
+from core.overlay.detection.seeding import flat_canvas
+from core.overlay.texel import Texel
+
+LARGE = np.array([[62.0, 6.0], [-5.0, 62.0]])
+
+
+def sett(n: int = 96) -> Texel:
+    """Return a texel of crossing stripes of several widths."""
+    across, down = (np.full((n, 3), 0.85) for _ in range(2))
+    for stripes, first in ((across, 0.05), (down, 0.1)):
+        for width, colour in ((0.14, (0.1, 0.1, 0.3)), (0.2, (0.7, 0.2, 0.1)), (0.1, (0.2, 0.4, 0.2))):
+            stripes[round(first * n) : round((first + width) * n)] = colour
+            first += width + 0.12
+    return Texel((across[None] + down[:, None]) / 2)
+
+
+def print_of_blots(seed: int, n: int = 180) -> Texel:
+    """Return a texel of scattered blots of several forms, no two alike."""
+    rng = np.random.default_rng(seed)
+    pixels = np.full((n, n, 3), 0.8)
+    for _ in range(26):
+        corners = rng.uniform(0, n, 2) + rng.uniform(4, 16, (7, 1)) * circle(7, rng.uniform(0.5, 1.0))
+        colour = rng.uniform(0.1, 0.7, 3).tolist()
+        for across in (-n, 0, n):
+            for down in (-n, 0, n):
+                cv2.fillPoly(pixels, [np.rint(corners + [across, down]).astype(np.int32)], colour)
+    return Texel(pixels)
+
+
+def tartan(n: int = 120) -> Texel:
+    """Return a texel of a wide and two thin crossing stripes on even ground, most of it."""
+    stripes = np.tile([0.75, 0.19, 0.15], (n, 1))
+    lines = ((0.1, 0.18, (0.12, 0.14, 0.12)), (0.55, 0.03, (0.9, 0.8, 0.3)), (0.72, 0.03, (0.9, 0.9, 0.9)))
+    for first, width, colour in lines:
+        stripes[round(first * n) : round((first + width) * n)] = colour
+    return Texel((stripes[None] + stripes[:, None]) / 2)
+
+
+def circle(count: int, squeeze: float) -> Floats:
+    """Return points (count, 2) around the origin."""
+    angle = 2 * np.pi * np.arange(count) / count
+    return np.stack([np.cos(angle), squeeze * np.sin(angle)], -1)
+
+
+PRINT = np.array([[118.0, 10.0], [-12.0, 124.0]])
+
+
+def canvas_of(photo: Floats) -> FlatPicture:
+    return flat_canvas(photo, np.ones(photo.shape[:2], bool))
+
+
+def painted(photo: Floats) -> FlatPicture:
+    """Return the canvas of a photo that is cloth but for its outermost pixels."""
+    return flat_canvas(photo, np.pad(np.ones((photo.shape[0] - 4, photo.shape[1] - 4), bool), 2))
+
+
+def strokes(n: int = 150) -> Texel:
+    """Return a texel of nine motifs of three thin strokes each."""
+    rng, pixels = np.random.default_rng(0), np.full((n, n, 3), 0.25)
+    for _ in range(9):
+        middle, turn = rng.uniform(0, n, 2), rng.uniform(0, 2 * np.pi)
+        ends = (
+            circle(3, 1.0) @ [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]] * rng.uniform(5, 12, (3, 1))
+        )
+        for across in (-n, 0, n):
+            for down in (-n, 0, n):
+                points = np.rint(middle + [across, down] + np.insert(ends, [0, 1, 2], 0, axis=0)).astype(np.int32)
+                cv2.polylines(pixels, [points], False, (0.8, 0.8, 0.75), 2)
+    return Texel(pixels)

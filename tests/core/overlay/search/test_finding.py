@@ -1,0 +1,169 @@
+"""Several finds, of which the best is kept, and where large texels are looked for."""
+
+from contextlib import nullcontext
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.arrays import Floats
+from core.overlay.detection.correlation import Proposal
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError, find_lattices
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.evidence import Evidence
+from core.overlay.search import finding
+from core.overlay.search.finding import Find, best_completed, find_cloth, find_print
+from core.progress import Job, Progress, run
+from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
+from tests.core.overlay.prints import LARGE, canvas_of, painted, sett
+
+
+def test_large_texels_are_looked_for_where_no_lattice_is_found(
+    printed: Scene, followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(*_: object, **__: object) -> Job[list[Lattice]]:
+        yield Progress(0.0, "")
+        raise NoPatternError
+
+    def found_large(photo: Floats, *_: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+        np.testing.assert_array_equal(photo, printed.photo)
+        yield Progress(0.0, "")
+        return (*followed, Evidence(-1.0, -0.1))
+
+    monkeypatch.setattr(finding, "find_lattices", none)
+    monkeypatch.setattr(finding, "find_large", found_large)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(-1.0, -0.1))
+    found = run(find_cloth(printed.photo, painted(printed.photo), 0))
+    assert found.followed.cells.mean() > 0.9
+    assert abs(np.linalg.det(found.cloth.basis)) == pytest.approx(np.linalg.det(printed.basis), rel=0.1)
+
+
+def leave(cloth: FittedCloth, found: Fit, *_: object) -> Job[tuple[FittedCloth, Fit]]:
+    yield Progress(0.0, "")
+    return cloth, found
+
+
+@pytest.mark.parametrize(("shares", "kept"), [((0.2, 0.4), 1), ((0.4, 0.2), 0)])
+def test_of_what_keypoints_and_a_lattice_tell_what_takes_away_more_of_the_error_is_kept(
+    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, shares: tuple[float, float], kept: int
+) -> None:
+    share_of = iter(shares)
+    monkeypatch.setattr(finding, "complete", leave)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, next(share_of)))
+    finds = [Find(*followed, Evidence(1.0, 0.3)), Find(*followed, Evidence(2.0, -0.1), repeats=True)]
+    assert run(best_completed(finds, 0)).repeats == finds[kept].repeats
+
+
+@pytest.mark.parametrize(("share", "ends", "kept"), [(0.4, (2.0, 1.0, 3.0, 9.0), 3.0), (0.6, (2.0, 9.0), 2.0)])
+def test_where_the_likeliest_find_leaves_doubts_others_may_explain_more_in_the_end(
+    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, share: float, ends: tuple[float], kept: float
+) -> None:
+    explained = iter(ends)
+    monkeypatch.setattr(finding, "complete", leave)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(next(explained), 0.3))
+    finds = [Find(*followed, Evidence(9.0 - k, share)) for k in range(4)]
+    assert run(best_completed(finds[::-1], 0)).explained == kept
+
+
+@pytest.mark.parametrize(("explained", "completed"), [(1.0, 1), (3.0, 2)])
+def test_a_find_is_completed_only_if_it_could_explain_more_than_another_one_does(
+    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, explained: float, completed: int
+) -> None:
+    seen: list[int] = []
+
+    def complete(cloth: FittedCloth, found: Fit, *_: object) -> Job[tuple[FittedCloth, Fit]]:
+        seen.append(int(found.cells.sum()))
+        return (yield from leave(cloth, found))
+
+    monkeypatch.setattr(finding, "complete", complete)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(9.0, 0.3))
+    cloth, fit = followed
+    cells = fit.pieces[0].cells.copy()
+    cells[len(cells) // 4 :] = False
+    quarter = replace(fit, pieces=(replace(fit.pieces[0], cells=cells),))
+    finds = [Find(cloth, fit, Evidence(8.0, 0.3)), Find(cloth, quarter, Evidence(explained, 0.3))]
+    assert run(best_completed(finds, 0)).explained == 9.0
+    assert len(seen) == completed
+
+
+@pytest.mark.parametrize(
+    ("explained", "share", "repeats", "texels", "alone"),
+    [
+        (1.0, 0.3, True, -1, True),
+        (1.0, 0.3, True, 1, False),
+        (-1.0, -0.3, True, -1, False),
+        (1.0, 0.3, False, -1, False),
+        (1.0, 0.7, False, 1, True),
+    ],
+)
+def test_where_nobody_says_that_there_is_cloth_a_find_is_clear_or_shows_enough_large_texels(
+    followed: tuple[FittedCloth, Fit],
+    monkeypatch: pytest.MonkeyPatch,
+    explained: float,
+    share: float,
+    repeats: bool,
+    texels: int,
+    alone: bool,
+) -> None:
+    cloth, fit = followed
+    shown = (cloth.valid & cloth.mesh.pixels_of(fit.cells)).sum() / np.linalg.det(cloth.basis)
+    monkeypatch.setattr(finding, "LEAST_UNTOLD", shown + texels)
+    assert Find(cloth, fit, Evidence(explained, share), repeats=repeats).stands_alone == alone
+
+
+@pytest.mark.parametrize(("share", "kept"), [(-1.0, 9.0), (0.3, 2.0)])
+def test_a_find_that_completing_makes_incredible_stays_as_it_was(
+    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, share: float, kept: float
+) -> None:
+    monkeypatch.setattr(finding, "complete", leave)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(2.0, share))
+    assert run(best_completed([Find(*followed, Evidence(9.0, 0.4))], 0)).explained == kept
+
+
+@pytest.mark.parametrize(("least", "is_found"), [(4.0, True), (20.0, False)])
+def test_a_print_has_to_show_enough_texels_where_nobody_said_that_there_is_cloth(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, least: float, is_found: bool
+) -> None:
+    monkeypatch.setattr(finding, "LEAST_UNTOLD", least)
+    with nullcontext() if is_found else pytest.raises(NoPatternError):
+        found = run(find_print(printed.photo, painted(printed.photo), 0))
+        assert found.repeats
+        assert found.stands_alone
+
+
+@pytest.fixture(scope="module")
+def small() -> Scene:
+    return make_scene(motif(), basis=24.0 * np.eye(2), bend=0.0)
+
+
+@pytest.mark.parametrize(("share", "tried", "refused"), [(0.9, 0, False), (0.4, 1, False), (0.02, 1, True)])
+def test_large_texels_are_looked_for_where_a_lattice_explains_little_and_what_explains_less_is_refused(
+    small: Scene, monkeypatch: pytest.MonkeyPatch, share: float, tried: int, refused: bool
+) -> None:
+    looked: list[Floats] = []
+
+    def none(photo: Floats, *_: object, **__: object) -> None:
+        looked.append(photo)
+        raise NoPatternError
+
+    monkeypatch.setattr(finding, "find_large", none)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, share))
+    photo = small.photo[:110, :120]
+    job = find_cloth(photo, canvas_of(photo), 0)
+    if refused:
+        with pytest.raises(NoPatternError):
+            run(job)
+    else:
+        assert run(job).followed.cells.mean() > 0.9
+    assert len(looked) == tried
+
+
+def test_a_marked_texel_is_enough_where_there_are_few() -> None:
+    scene = make_scene(sett(), size=(150, 160), basis=LARGE)
+    marked = Proposal(np.array([75.0, 70.0]), scene.basis, 1.0)
+    canvas, rng = canvas_of(scene.photo), np.random.default_rng(0)
+    assert len(run(find_lattices(canvas, rng, start=marked))[0]) < 9
+    one = canvas_of(np.clip(0.6 + rng.normal(0, 0.02, scene.photo.shape), 0, 1))
+    with pytest.raises(NoPatternError):
+        run(find_lattices(one, rng, start=marked))
