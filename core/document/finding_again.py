@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.arrays import Bools, Floats, Ints, Points
+from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.document.document import Document, pixels_from_places
 from core.document.overlay import OverlayLayers, find_layers, vertices_of
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.masks.object_masks import as_bytes
+from core.overlay.detection.corrections import lattices_of
 from core.overlay.mending import CELL
 from core.overlay.whole_cloth import widen
 from core.progress import Job, part
@@ -21,7 +22,7 @@ def find_whole_cloth(document: Document) -> Job[Search]:
     Its layers are found then. Raises `InputError` where there is no more cloth, or where the search explains less.
     """
     layers = yield from find_layers(document)
-    search = Search(lattice=vertices_of(document, layers), seed=document.cloth.seed)
+    search = Search(lattice=_connected_vertices(document, layers), seed=document.cloth.seed)
 
     def find_on(cloth: Bools) -> Job[OverlayLayers]:
         nonlocal search
@@ -30,6 +31,15 @@ def find_whole_cloth(document: Document) -> Job[Search]:
 
     yield from part(widen(document.image, layers, find_on), 0.0, 0.9)
     return (yield from part(find_again(document, search), 0.9, 1.0))
+
+
+def _connected_vertices(document: Document, layers: OverlayLayers) -> LatticeVertices | None:
+    """Return the vertices of what was found, None where texels are so large that none of them are neighbours."""
+    try:
+        lattices_of(layers.lattice.keys, layers.lattice.frames.points)
+    except InputError:
+        return None
+    return vertices_of(document, layers)
 
 
 def find_again(document: Document, search: Search) -> Job[Search]:

@@ -1,5 +1,7 @@
 """Stories of Overlay mode: the pattern is found, in a region or on the whole cloth, and its lattice mended."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,10 +10,13 @@ from app.model.jobs import InlineExecutor, Jobs
 from app.model.shapes import Polyline
 from app.tools.all import TOOLS
 from app.tools.cloth.lattice import lattice_shapes
+from core.document import finding_again
 from core.document.document import Document
+from core.document.overlay import OverlayLayers, find_layers
 from core.document.overlay_settings import Search
 from core.imaging.images import Image
 from core.overlay.detection.seeding import NoPatternError
+from core.progress import Job, Progress, run
 from tests.app.driver import EditorDriver, Later
 from tests.app.overlay.driver import PHOTO, TABLE, OverlayDriver, cloth_on_a_table
 
@@ -83,8 +88,9 @@ def test_cancelled_search_goes_on_when_asked_to(found: Document) -> None:
     assert drive.frame().editor.overlay.is_final
 
 
+STROKE = [(50, 45), (80, 80), (120, 145)]
 STROKES = [
-    pytest.param([(50, 45), (80, 80), (120, 145)], id="shorter"),
+    pytest.param(STROKE, id="shorter"),
     pytest.param([(48, 43), (80, 80), (125, 150)], id="longer"),
 ]
 
@@ -112,6 +118,27 @@ def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, fl
     drive.redo()
     drive.run("overlay.whole")
     assert "No more stands out" in drive.editor.notices[-1].text
+
+
+def test_whole_cloth_is_searched_where_the_vertices_that_were_found_have_no_neighbours(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    photo, _ = cloth_on_a_table()
+    drive = OverlayDriver(Document.of(photo))
+    drive.tool("region").drag(*STROKE)
+    drive.run("overlay.find")
+    part, before = drive.editor.overlay.layers, drive.document
+    assert part is not None
+    few = replace(part, lattice=part.lattice[np.array([0])])
+    monkeypatch.setattr(finding_again, "find_layers", lambda document: found(few if document is before else document))
+
+    def found(layers: OverlayLayers | Document) -> Job[OverlayLayers]:
+        yield Progress(0.0)
+        return layers if isinstance(layers, OverlayLayers) else (yield from find_layers(layers))
+
+    search = run(finding_again.find_whole_cloth(before))
+    assert search.lattice is None
+    assert run(find_layers(before.with_cloth(search=search))).covered.sum() > 1.8 * part.covered.sum()
 
 
 def test_lattice_that_grows_is_shown_in_place_of_the_one_before(drive: OverlayDriver) -> None:
