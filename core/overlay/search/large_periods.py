@@ -79,7 +79,7 @@ def find_large(
             laid.append((sure, weigh(cloth, found), cloth, found))
     step = Progress(0.5, NOTE)
     as_sure = NEARLY * max((sure for sure, *_ in laid), default=0.0)
-    for sure, before, cloth, found in sorted(laid, key=lambda one: (one[0] < as_sure, -one[1].share)):
+    for sure, before, cloth, found in sorted(laid, key=lambda one: (one[0] < as_sure, -max(one[1].share, 0.0))):
         if not is_told and before.explained <= 0:
             continue
         yield step

@@ -94,6 +94,16 @@ def test_of_lattices_that_are_as_likely_that_is_kept_whose_texel_explains_most(
         assert weight.is_clear == (kept is basis)
 
 
+def test_where_no_texel_takes_error_away_votes_decide(printed: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    canvas = painted(printed.photo)
+    pairs, ((sure, basis), *_) = find_likely(canvas)
+    other = basis @ np.array([[1.0, 1.0], [0.0, 1.0]])
+    monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.1 * sure, basis), (sure, other)]))
+    shares = iter((-0.4, -0.2, -0.4))
+    monkeypatch.setattr(large_periods, "weigh", lambda *_: Evidence(1.0, next(shares)))
+    assert np.allclose(run(find_large(printed.photo, canvas))[0].basis, basis, atol=1e-6)
+
+
 @pytest.mark.parametrize("is_told", [True, False])
 def test_what_the_user_says_is_cloth_is_seen_however_much_of_it_is_followed(
     printed: Scene, monkeypatch: pytest.MonkeyPatch, is_told: bool
