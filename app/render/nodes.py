@@ -66,9 +66,8 @@ class Nodes:
 
     def _convert(self, rows: slice, columns: slice) -> None:
         at = self.at[rows, columns]
-        whole = np.floor(at)
         pairs = self._sent[rows, columns].view(np.complex64)
-        for number, part in enumerate((at - whole, whole) if self._split else (at,)):
+        for number, part in enumerate((at - (whole := np.floor(at)), whole) if self._split else (at,)):
             pairs[..., number] = np.ascontiguousarray(part).view(np.complex128)[..., 0]
 
     def release(self) -> None:

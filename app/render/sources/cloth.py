@@ -10,7 +10,7 @@ from app.render import gpu
 from app.render.programs import programs_of
 from app.render.sources.cloth_layers import UNITS, ClothLayers
 from app.render.sources.overlay_parameters import ClothParts, OverlayParameters
-from app.render.sources.source import Box, Source, TextureLimits, Window
+from app.render.sources.source import Box, Source, TextureLimits, Window, coarser_width
 from core.arrays import Singles
 from core.imaging.images import Image
 from core.overlay.composition import count_samples, fit_samples, premultiply
@@ -118,7 +118,7 @@ class DressedSource(Source):
         """Return the texture of the whole pyramid: the base at the left, coarser levels below one another beside it."""
         assert self._composed is not None
         before = self._textures.get(self.dtype)
-        texture = self._texture_of(self.dtype, size[0] + max(size[0] // 2, 1), size[1])
+        texture = self._texture_of(self.dtype, size[0] + coarser_width(size[0]), size[1])
         if texture is not before or self._pyramid is None:
             self._pyramid = self._context.framebuffer([texture])
         self._composed.texture.use(0)

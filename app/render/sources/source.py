@@ -146,7 +146,7 @@ class Source:
         top = self._top(base, top)
         left, upper, right, lower = self._aligned(box, top)
         width, height = (right - left) >> base, (lower - upper) >> base
-        sides_fit = max(width + _coarser_width(width), height) <= self._max_side_px
+        sides_fit = max(width + coarser_width(width), height) <= self._max_side_px
         budget = self._budget_bytes // (1 if box == self.whole else 2)
         return sides_fit and width * height * self._bytes_per_texel(base, top) <= budget
 
@@ -242,9 +242,9 @@ class Source:
         self._window = None
         if self._encodes and base == 0:
             encoded = self._texture_of("f1", width, height)
-            texture = self._texture_of(self.dtype, *((_coarser_width(width), height) if top else (1, 1)))
+            texture = self._texture_of(self.dtype, *((coarser_width(width), height) if top else (1, 1)))
         else:
-            encoded, texture = None, self._texture_of(self.dtype, width + _coarser_width(width), height)
+            encoded, texture = None, self._texture_of(self.dtype, width + coarser_width(width), height)
         return _Coming(window := Window(texture, box, base, top, encoded), self._pieces(window))
 
     def _pieces(self, window: Window) -> Iterator[int]:
@@ -298,7 +298,8 @@ class Source:
         return texture
 
 
-def _coarser_width(width: int) -> int:
+def coarser_width(width: int) -> int:
+    """Return how many columns the coarser levels take beside a base level of so many."""
     return max(width // 2, 1)
 
 

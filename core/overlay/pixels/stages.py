@@ -107,7 +107,7 @@ def cut_surroundings(model: PixelModel) -> PixelModel:
     if model.is_told:
         return model
     seen, _, _, covered = small_layers(model)
-    return hide(model, find_surroundings(seen, covered, float(np.sqrt(abs(np.linalg.det(model.cloth.basis))))))
+    return hide(model, find_surroundings(seen, covered, model.cloth.side_px))
 
 
 def cut_rim(model: PixelModel) -> PixelModel:

@@ -84,7 +84,7 @@ def find_large(
             continue
         yield step
         found = refit(cloth, (yield from followed(cloth, prune(cloth, found), step)), rounds=3)
-        texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / abs(float(np.linalg.det(cloth.basis)))
+        texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / cloth.side_px**2
         weight = weigh(cloth, found)
         if (weight.explained > 0 or (is_told and sure > SURE)) and (is_told or texels > least):
             return cloth, found, weight

@@ -9,6 +9,7 @@ from core.overlay.detection.seeding import flat_canvas
 from core.overlay.texel import Texel
 
 LARGE = np.array([[62.0, 6.0], [-5.0, 62.0]])
+PRINT = np.array([[118.0, 10.0], [-12.0, 124.0]])
 
 
 def sett(n: int = 96) -> Texel:
@@ -47,9 +48,6 @@ def circle(count: int, squeeze: float) -> Floats:
     """Return points (count, 2) around the origin."""
     angle = 2 * np.pi * np.arange(count) / count
     return np.stack([np.cos(angle), squeeze * np.sin(angle)], -1)
-
-
-PRINT = np.array([[118.0, 10.0], [-12.0, 124.0]])
 
 
 def canvas_of(photo: Floats) -> FlatPicture:
