@@ -10,7 +10,7 @@ from app.model.requests import PICTURES, OpenFile
 from app.model.session import PaintedOnCloth, Shown
 from core.document.document import Document
 from core.document.finding_again import find_again, find_whole_cloth
-from core.document.overlay_settings import Search
+from core.document.overlay_settings import Cloth, Search
 from core.document.parts import Part, picture_of
 from core.files.text import legible
 from core.imaging.images import Image, load, save
@@ -64,15 +64,15 @@ def take_whole(editor: Editor) -> None:
     _take_search(editor, "Whole cloth", lambda: find_whole_cloth(document))
 
 
-def _take_search(editor: Editor, name: str, steps: Callable[[], Job[Search]]) -> None:
+def _take_search(editor: Editor, name: str, steps: Callable[[], Job[Cloth]]) -> None:
     """Make the search that a job returns the document's, and its region what is painted, unless others are by then."""
     image, cloth = editor.document.image, editor.document.cloth
 
-    def apply(document: Document, search: Search) -> Document | None:
+    def apply(document: Document, found: Cloth) -> Document | None:
         if document.image is not image or document.cloth.search is not cloth.search:
             return None
         is_painted = document.cloth.region is not cloth.region
-        return document.with_cloth(region=document.cloth.region if is_painted else search.region, search=search)
+        return document.with_cloth(region=document.cloth.region if is_painted else found.region, search=found.search)
 
     editor.start(name, steps, apply)
 

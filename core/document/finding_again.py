@@ -7,30 +7,32 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.document.document import Document, pixels_from_places
 from core.document.overlay import OverlayLayers, find_layers, vertices_of
-from core.document.overlay_settings import LatticeVertices, Mending, Search
-from core.masks.object_masks import as_bytes
+from core.document.overlay_settings import Cloth, LatticeVertices, Mending, Search
+from core.masks.object_masks import as_bytes, whole_object
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.mending import CELL
-from core.overlay.whole_cloth import widen
 from core.progress import Job, part
 from core.rasters.raster import Raster
 
 
-def find_whole_cloth(document: Document) -> Job[Search]:
-    """Return the search whose lattice goes on over all of the cloth on which the document's own was found.
+def find_whole_cloth(document: Document) -> Job[Cloth]:
+    """Return the document's cloth with a search that follows what is found over all of the cloth on which it lies.
 
-    Its layers are found then. Raises `InputError` where there is no more cloth, or where the search explains less.
+    Its layers are found then, and its region is what they cover. Raises `InputError` where there is no more cloth, or
+    where that explains less.
     """
-    layers = yield from find_layers(document)
-    search = Search(lattice=_connected_vertices(document, layers), seed=document.cloth.seed)
+    layers = yield from part(find_layers(document), 0.0, 0.1)
+    yield from part(whole_object(document.image, layers.covered), 0.1, 0.2)
+    search = replace(document.cloth.search or Search(), whole=True, mending=None)
+    vertices = _connected_vertices(document, layers)
+    if vertices is not None:
+        search = replace(search, region=_covered_by(layers), lattice=vertices, texel=None)
+    cloth = yield from part(find_again(document, search), 0.2, 1.0)
+    return cloth.changed(region=_covered_by((yield from find_layers(document.changed(cloth=cloth)))))
 
-    def find_on(cloth: Bools) -> Job[OverlayLayers]:
-        nonlocal search
-        search = replace(search, region=Raster.from_array(as_bytes(cloth)))
-        return find_layers(document.with_cloth(search=search))
 
-    yield from part(widen(document.image, layers, find_on), 0.0, 0.9)
-    return (yield from part(find_again(document, search), 0.9, 1.0))
+def _covered_by(layers: OverlayLayers) -> Raster:
+    return Raster.from_array(as_bytes(layers.covered))
 
 
 def _connected_vertices(document: Document, layers: OverlayLayers) -> LatticeVertices | None:
@@ -42,15 +44,17 @@ def _connected_vertices(document: Document, layers: OverlayLayers) -> LatticeVer
     return vertices_of(document, layers)
 
 
-def find_again(document: Document, search: Search) -> Job[Search]:
-    """Return `search`, mended as the document's own is, once its layers are found; raise `NoPatternError` for none."""
+def find_again(document: Document, search: Search) -> Job[Cloth]:
+    """Return the document's cloth with `search`, mended as its own is, once its layers are found.
+
+    Its region is the search's. Raises `NoPatternError` where none are found.
+    """
     found = yield from part(find_layers(document.with_cloth(search=search)), 0.0, 0.9)
     before = document.cloth.search
-    if before is None or before.mending is None:
-        return search
-    mended = carry_mending(document, before.mending, search, found)
-    yield from part(find_layers(document.with_cloth(search=mended)), 0.9, 1.0)
-    return mended
+    if before is not None and before.mending is not None:
+        search = carry_mending(document, before.mending, search, found)
+        yield from part(find_layers(document.with_cloth(search=search)), 0.9, 1.0)
+    return document.cloth.changed(search=search, region=search.region)
 
 
 def carry_mending(document: Document, mending: Mending, search: Search, found: OverlayLayers) -> Search:

@@ -7,7 +7,7 @@ to is kept, layers or a refusal, so that undo, export and the window do not sear
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -242,23 +242,26 @@ def _mended(document: Document, layers: OverlayLayers, mending: Mending) -> Over
 def _decompose_photo(document: Document, search: Search) -> "Job[Decomposition]":
     """Find the layers; a marked texel from which no lattice grows says at least how large a texel is."""
     # A window opens sooner without the engine.
-    from core.overlay.decomposition import decompose
+    from core.overlay.decomposition import decompose, decompose_whole_cloth
 
     inside = _mark(search)
-    photo, region = encode(document.image), searchable(document.image, inside)
+    region = searchable(document.image, inside)
+    if search.whole:
+        find = partial(decompose_whole_cloth, document.image, region=region, seed=search.seed, must_widen=True)
+    else:
+        find = partial(decompose, encode(document.image), region=region, seed=search.seed)
     corners = None if search.texel is None else pixels_from_places(document.size_px, np.array(search.texel))
     lattice = None if search.lattice is None else _lattices(document.size_px, search.lattice)
     start = None if corners is None else texel_between(*corners)
     try:
-        job = decompose(photo, region=region, start=start, lattice=lattice, seed=search.seed)
+        job = find(start=start, lattice=lattice)
         return (yield from part(job, 0.0, 1.0 if corners is None else FIRST_TRIAL))
     except NoPatternError:
         if corners is None:
             raise _refusal(inside) from None
     side = float(np.abs(corners[1] - corners[0]).mean())
     try:
-        job = decompose(photo, region=region, texel_px=side, seed=search.seed)
-        return (yield from part(job, FIRST_TRIAL, 1.0))
+        return (yield from part(find(texel_px=side), FIRST_TRIAL, 1.0))
     except NoPatternError:
         raise _refusal(inside) from None
 

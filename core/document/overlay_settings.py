@@ -80,6 +80,8 @@ class Search:
     lattice: LatticeVertices | None = None
     """A corrected lattice to go on from; there is no search then."""
     seed: int = 0
+    whole: bool = False
+    """Whether what is found is followed on over the object that stands out there."""
     mending: Mending | None = None
     """What was put right by hand since; all else is that of the search that is mended."""
 

@@ -154,24 +154,29 @@ def decompose_whole_cloth(
     *,
     region: Bools | Singles | None = None,
     texel_px: float | None = None,
+    start: Proposal | None = None,
     lattice: list[Lattice] | None = None,
     seed: int = 0,
+    must_widen: bool = False,
 ) -> Job[Decomposition]:
     """Return the decomposition of all of the cloth of which the pattern is found in `region` (H, W).
 
-    What is found is followed on over the object that stands out there; where that is no better it stays as it was. What
-    is given and raised is as for `decompose`.
+    What is found is followed on over the object that stands out there; where that is no better it stays as it was, or
+    raises `InputError` if it `must_widen`. What is given and raised is as for `decompose`.
     """
     seconds: dict[str, float] = {}
-    job = find_all(encode(image), Known(region, texel_px, None, lattice, seed))
+    job = find_all(encode(image), Known(region, texel_px, start, lattice, seed))
     finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
 
     def follow_on(cloth: Bools) -> Job[FoundCloth]:
         return follow(finds[0], searchable(image, cloth), seed, is_told=False)
 
-    with suppress(InputError):
+    try:
         wider = yield from part(time_stages(widen(image, finds[0], follow_on), seconds), 0.6, 0.9)
         return (yield from part(split_best([wider], seconds), 0.9, 1.0))
+    except InputError:
+        if must_widen:
+            raise
     return (yield from part(split_best(finds, seconds), 0.9, 1.0))
 
 

@@ -11,8 +11,8 @@ BRIGHTEST = 99.5
 def gauge_of(shading: Floats | Singles, texel: Floats) -> float:
     """Return what to divide the texel (h, w, 3) and to multiply the shading (H, W), NaN outside the cloth, by.
 
-    Where the usual light is over 1 it becomes 1, so that a new texture is as bright on the cloth as in its own file, as
-    far as that leaves the texel within the white; a texel that is over white is brought there.
+    The usual light becomes 1, so that a new texture is as bright on the cloth as in its own file, as far as that leaves
+    the texel within the white.
     """
     usual = float(np.nanmedian(shading)) if np.isfinite(shading).any() else 1.0
-    return max(1 / max(usual, 1.0), float(np.percentile(texel, BRIGHTEST)))
+    return max(1 / max(usual, 1e-3), float(np.percentile(texel, BRIGHTEST)))

@@ -15,8 +15,11 @@ from core.document.document import Document
 from core.document.overlay import OverlayLayers, find_layers
 from core.document.overlay_settings import Search
 from core.imaging.images import Image
+from core.masks.object_masks import as_bytes
+from core.overlay.decomposition import decompose_whole_cloth
 from core.overlay.detection.seeding import NoPatternError
 from core.progress import Job, Progress, run
+from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, Later
 from tests.app.overlay.driver import PHOTO, TABLE, OverlayDriver, cloth_on_a_table
 
@@ -105,19 +108,32 @@ def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, fl
     assert part is not None
     drive.run("overlay.whole").frame()
     region, search = drive.cloth.region, drive.cloth.search
+    whole = drive.editor.overlay.layers
     assert region is not None
     assert search is not None
-    assert search.region is region
-    taken = region.array > 127
-    assert (taken & inside).sum() / (taken | inside).sum() > 0.95
-    whole = drive.editor.overlay.layers
     assert whole is not None
+    assert search.whole
+    taken = region.array > 127
+    np.testing.assert_array_equal(taken, whole.covered)
+    assert (taken & inside).sum() / (taken | inside).sum() > 0.95
     assert whole.covered.sum() > 1.8 * part.covered.sum()
     drive.undo()
     assert drive.editor.overlay.layers is part
     drive.redo()
     drive.run("overlay.whole")
     assert "No more stands out" in drive.editor.notices[-1].text
+
+
+def test_whole_cloth_is_that_of_the_command_line() -> None:
+    photo, inside = cloth_on_a_table()
+    part = np.zeros(inside.shape, bool)
+    part[30:150, 35:130] = True
+    found = run(decompose_whole_cloth(photo, region=part))
+    search = Search(Raster.from_array(as_bytes(part)), whole=True)
+    layers = run(find_layers(Document.of(photo).with_cloth(search=search)))
+    np.testing.assert_array_equal(layers.uv, found.uv)
+    np.testing.assert_array_equal(layers.coverage, found.coverage)
+    assert layers.covered.sum() > 1.5 * part.sum()
 
 
 def test_whole_cloth_is_searched_where_the_vertices_that_were_found_have_no_neighbours(
@@ -136,9 +152,10 @@ def test_whole_cloth_is_searched_where_the_vertices_that_were_found_have_no_neig
         yield Progress(0.0)
         return layers if isinstance(layers, OverlayLayers) else (yield from find_layers(layers))
 
-    search = run(finding_again.find_whole_cloth(before))
-    assert search.lattice is None
-    assert run(find_layers(before.with_cloth(search=search))).covered.sum() > 1.8 * part.covered.sum()
+    cloth = run(finding_again.find_whole_cloth(before))
+    assert cloth.search is not None
+    assert cloth.search.lattice is None
+    assert run(find_layers(before.changed(cloth=cloth))).covered.sum() > 1.8 * part.covered.sum()
 
 
 def test_lattice_that_grows_is_shown_in_place_of_the_one_before(drive: OverlayDriver) -> None:

@@ -16,6 +16,7 @@ from core.files.text import begin_sentence
 from core.imaging.images import Image
 from core.notices import hear_notices
 from core.overlay import decomposition, whole_cloth
+from core.overlay.decomposition import FoundCloth
 from core.progress import Job, Progress
 from core.rasters.raster import Raster
 from tests.app.overlay.driver import PHOTO, TEXTURE, OverlayDriver
@@ -103,12 +104,15 @@ def test_whole_cloth_never_replaces_a_better_find_by_a_worse_one(
         yield Progress(0.0)
         return np.ones((image.height_px, image.width_px), bool)
 
-    def worse(document: Document) -> Job[OverlayLayers]:
+    def follow(found: FoundCloth, *_: object, **__: object) -> Job[FoundCloth]:
         yield Progress(0.0)
-        return before if document.cloth.search is search else replace(before, explained=before.explained - 1)
+        worse = replace(found)
+        worse.__dict__["explained"] = found.explained - 1
+        return worse
 
-    monkeypatch.setattr(whole_cloth, "whole_object", whole)
-    monkeypatch.setattr(finding_again, "find_layers", worse)
+    for module in (whole_cloth, finding_again):
+        monkeypatch.setattr(module, "whole_object", whole)
+    monkeypatch.setattr(decomposition, "follow", follow)
     drive.run("overlay.whole").frame()
     assert begin_sentence(whole_cloth.NO_BETTER) in drive.editor.notices[-1].text
     assert drive.cloth.search is search

@@ -9,8 +9,8 @@ from core.overlay.laying.albedo_scale import gauge_of
     [
         (2.2, 0.4, 1.0, 0.88),  # bright cloth: the light is the usual one, the texel as bright as it is seen
         (2.2, 0.8, 1.76, 1.0),  # more than white cannot be said of a texel
-        (0.5, 0.8, 0.5, 0.8),  # dim light stays dim
-        (0.5, 1.25, 0.625, 1.0),
+        (0.5, 0.8, 1.0, 0.4),  # beside something brighter, too
+        (0.9, 1.25, 1.125, 1.0),
     ],
 )
 def test_light_and_texel_share_what_is_seen(light: float, brightest: float, usual: float, white: float) -> None:
