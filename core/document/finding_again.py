@@ -6,10 +6,9 @@ import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.document.document import Document, pixels_from_places
-from core.document.overlay import OverlayLayers, find_layers, vertices_of
+from core.document.overlay import UNSOUGHT, OverlayLayers, find_layers, vertices_of
 from core.document.overlay_settings import Cloth, LatticeVertices, Mending, Search
-from core.masks.object_masks import as_bytes, whole_object
-from core.overlay.detection.corrections import lattices_of
+from core.masks.object_masks import as_bytes
 from core.overlay.mending import CELL
 from core.progress import Job, part
 from core.rasters.raster import Raster
@@ -21,27 +20,14 @@ def find_whole_cloth(document: Document) -> Job[Cloth]:
     Its layers are found then, and its region is what they cover. Raises `InputError` where there is no more cloth, or
     where that explains less.
     """
-    layers = yield from part(find_layers(document), 0.0, 0.1)
-    yield from part(whole_object(document.image, layers.covered), 0.1, 0.2)
-    search = replace(document.cloth.search or Search(), whole=True, mending=None)
-    vertices = _connected_vertices(document, layers)
-    if vertices is not None:
-        search = replace(search, region=_covered_by(layers), lattice=vertices, texel=None)
-    cloth = yield from part(find_again(document, search), 0.2, 1.0)
-    return cloth.changed(region=_covered_by((yield from find_layers(document.changed(cloth=cloth)))))
-
-
-def _covered_by(layers: OverlayLayers) -> Raster:
-    return Raster.from_array(as_bytes(layers.covered))
-
-
-def _connected_vertices(document: Document, layers: OverlayLayers) -> LatticeVertices | None:
-    """Return the vertices of what was found, None where texels are so large that none of them are neighbours."""
-    try:
-        lattices_of(layers.lattice.keys, layers.lattice.frames.points)
-    except InputError:
-        return None
-    return vertices_of(document, layers)
+    before = document.cloth.search
+    if before is None:
+        raise InputError(UNSOUGHT)
+    if before.mending is not None:
+        before = before.mending.of
+    cloth = yield from part(find_again(document, Search(seed=document.cloth.seed, whole_of=before)), 0.0, 1.0)
+    layers = yield from find_layers(document.changed(cloth=cloth))
+    return cloth.changed(region=Raster.from_array(as_bytes(layers.covered)))
 
 
 def find_again(document: Document, search: Search) -> Job[Cloth]:

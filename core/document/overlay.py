@@ -7,7 +7,7 @@ to is kept, layers or a refusal, so that undo, export and the window do not sear
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -30,7 +30,7 @@ from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 
 if TYPE_CHECKING:
-    from core.overlay.decomposition import Decomposition
+    from core.overlay.decomposition import Decomposition, FoundCloth
 
 KEPT, KEPT_BYTES = 2, 2**27
 """So many finds are kept, and more while they and their photos take no more memory than this; and so many refusals."""
@@ -38,6 +38,8 @@ FIRST_TRIAL = 0.3
 """Share of the work that growing a lattice from a marked texel takes."""
 FINDING = 0.96
 """Share of the work that is not freeing the detail of the old pattern."""
+FINDING_PART = 0.6
+"""Share of the work that finding what is followed on over the whole cloth takes, if that is to be found again."""
 MENDING = 0.5
 """Share of the work that finding again what is mended takes, if that is to be found again."""
 UNSOUGHT = "no pattern was found yet that a texture could take the place of: find the pattern first"
@@ -69,6 +71,8 @@ class OverlayLayers:
     lattice: Lattice
     explained: float = 0.0
     """What speaks for it beside another find of the same photo (`Evidence`)."""
+    found: "FoundCloth | None" = None
+    """What was split, from which a search for more of the cloth goes on; None where the layers come from files."""
 
     @cached_property
     def pattern(self) -> Image:
@@ -98,8 +102,9 @@ class OverlayLayers:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that its pixels take."""
-        return sum(part.nbytes for part in (self.uv, self.shading, self.detail, self.bare_detail, self.coverage))
+        """Bytes that its pixels take, and those of the picture that was searched."""
+        planes = sum(part.nbytes for part in (self.uv, self.shading, self.detail, self.bare_detail, self.coverage))
+        return planes + (0 if self.found is None else 2 * self.found.cloth.photo.nbytes)
 
     @cached_property
     def covered_share(self) -> float:
@@ -160,7 +165,7 @@ def find_layers(document: Document) -> Job[OverlayLayers]:
         _kept.put(document.image, search, outcome)
     elif outcome is None:
         try:
-            result = yield from part(_decompose_photo(document, search), 0.0, FINDING)
+            result = yield from part(_decompose(document, search), 0.0, FINDING)
         except NoPatternError as refusal:
             _kept.put(document.image, search, refusal)
             raise
@@ -239,29 +244,40 @@ def _mended(document: Document, layers: OverlayLayers, mending: Mending) -> Over
     )
 
 
+def _decompose(document: Document, search: Search) -> "Job[Decomposition]":
+    """Find the layers, or go on from a find over all of its cloth."""
+    # A window opens sooner without the engine.
+    from core.overlay.decomposition import decompose_object
+
+    if search.whole_of is None:
+        return (yield from _decompose_photo(document, search))
+    found = (yield from part(find_layers(document.with_cloth(search=search.whole_of)), 0.0, FINDING_PART)).found
+    if found is None:
+        # Files of layers do not have it.
+        found = (yield from part(_decompose(document, search.whole_of), 0.0, FINDING_PART)).found
+    assert found is not None
+    return (yield from part(decompose_object(document.image, found, search.seed), FINDING_PART, 1.0))
+
+
 def _decompose_photo(document: Document, search: Search) -> "Job[Decomposition]":
     """Find the layers; a marked texel from which no lattice grows says at least how large a texel is."""
-    # A window opens sooner without the engine.
-    from core.overlay.decomposition import decompose, decompose_whole_cloth
+    from core.overlay.decomposition import decompose
 
     inside = _mark(search)
-    region = searchable(document.image, inside)
-    if search.whole:
-        find = partial(decompose_whole_cloth, document.image, region=region, seed=search.seed, must_widen=True)
-    else:
-        find = partial(decompose, encode(document.image), region=region, seed=search.seed)
+    photo, region = encode(document.image), searchable(document.image, inside)
     corners = None if search.texel is None else pixels_from_places(document.size_px, np.array(search.texel))
     lattice = None if search.lattice is None else _lattices(document.size_px, search.lattice)
     start = None if corners is None else texel_between(*corners)
     try:
-        job = find(start=start, lattice=lattice)
+        job = decompose(photo, region=region, start=start, lattice=lattice, seed=search.seed)
         return (yield from part(job, 0.0, 1.0 if corners is None else FIRST_TRIAL))
     except NoPatternError:
         if corners is None:
             raise _refusal(inside) from None
     side = float(np.abs(corners[1] - corners[0]).mean())
     try:
-        return (yield from part(find(texel_px=side), FIRST_TRIAL, 1.0))
+        job = decompose(photo, region=region, texel_px=side, seed=search.seed)
+        return (yield from part(job, FIRST_TRIAL, 1.0))
     except NoPatternError:
         raise _refusal(inside) from None
 
@@ -293,6 +309,7 @@ def layers_of(result: "Decomposition") -> OverlayLayers:
         result.basis,
         result.lattice,
         result.explained,
+        result.found,
     )
 
 

@@ -80,8 +80,8 @@ class Search:
     lattice: LatticeVertices | None = None
     """A corrected lattice to go on from; there is no search then."""
     seed: int = 0
-    whole: bool = False
-    """Whether what is found is followed on over the object that stands out there."""
+    whole_of: "Search | None" = None
+    """The search whose find is followed on over the object that stands out there; there is no other one then."""
     mending: Mending | None = None
     """What was put right by hand since; all else is that of the search that is mended."""
 
@@ -89,7 +89,8 @@ class Search:
         """Return the search in a picture of another size."""
         region = self.region and self.region.resized(width_px, height_px)
         mending = self.mending and replace(self.mending, of=self.mending.of.resized(width_px, height_px))
-        return replace(self, region=region, mending=mending)
+        whole_of = self.whole_of and self.whole_of.resized(width_px, height_px)
+        return replace(self, region=region, whole_of=whole_of, mending=mending)
 
 
 @dataclass(frozen=True, eq=False)

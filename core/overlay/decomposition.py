@@ -71,6 +71,8 @@ class Decomposition:
     """What speaks for it beside another one of the same photo (`count_explained`)."""
     seconds: dict[str, float] = field(default_factory=dict)
     """Time by stage."""
+    found: "FoundCloth | None" = None
+    """What was split, at its working size: a search for more of the cloth goes on from there."""
 
     @property
     def covered(self) -> Bools:
@@ -154,30 +156,39 @@ def decompose_whole_cloth(
     *,
     region: Bools | Singles | None = None,
     texel_px: float | None = None,
-    start: Proposal | None = None,
     lattice: list[Lattice] | None = None,
     seed: int = 0,
-    must_widen: bool = False,
 ) -> Job[Decomposition]:
     """Return the decomposition of all of the cloth of which the pattern is found in `region` (H, W).
 
-    What is found is followed on over the object that stands out there; where that is no better it stays as it was, or
-    raises `InputError` if it `must_widen`. What is given and raised is as for `decompose`.
+    What is found is followed on over the object that stands out there; where that is no better it stays as it was. What
+    is given and raised is as for `decompose`.
     """
     seconds: dict[str, float] = {}
-    job = find_all(encode(image), Known(region, texel_px, start, lattice, seed))
+    job = find_all(encode(image), Known(region, texel_px, None, lattice, seed))
     finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
+    with suppress(InputError):
+        return (yield from part(decompose_object(image, finds[0], seed, seconds), 0.6, 1.0))
+    return (yield from part(split_best(finds, seconds), 0.9, 1.0))
+
+
+def decompose_object(
+    image: Image, found: FoundCloth, seed: int, seconds: dict[str, float] | None = None
+) -> Job[Decomposition]:
+    """Return the decomposition of what is found, followed on over the object that stands out there.
+
+    `found` may be one that a decomposition of the image has kept, `seconds` the time that was taken so far. Raises
+    `InputError` where that is no better.
+    """
+    seconds = {} if seconds is None else seconds
 
     def follow_on(cloth: Bools) -> Job[FoundCloth]:
-        return follow(finds[0], searchable(image, cloth), seed, is_told=False)
+        return follow(whole, searchable(image, cloth), seed, is_told=False)
 
-    try:
-        wider = yield from part(time_stages(widen(image, finds[0], follow_on), seconds), 0.6, 0.9)
-        return (yield from part(split_best([wider], seconds), 0.9, 1.0))
-    except InputError:
-        if must_widen:
-            raise
-    return (yield from part(split_best(finds, seconds), 0.9, 1.0))
+    photo = encode(image)
+    whole = replace(found, photo=photo, valid=np.ones(photo.shape[:2], bool), scale=working_scale(photo))
+    wider = yield from part(time_stages(widen(image, whole, follow_on), seconds), 0.0, 0.8)
+    return (yield from part(split_best([wider], seconds), 0.8, 1.0))
 
 
 def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
@@ -250,9 +261,14 @@ def follow(found: FoundCloth, region: Bools | Singles | None, seed: int, *, is_t
 
 def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture, int]:
     """Return the photo (h, w, 3) as it is searched, its canvas with what may be cloth, and how much smaller it is."""
-    scale = -(-max(photo.shape[:2]) // WORKING_PX)
+    scale = working_scale(photo)
     small, valid = shrunk(photo, scale), shrunk(may_be_cloth(photo, region)[..., None], scale)[..., 0] > 0.5
     return small, flat_canvas(small, np.asarray(valid, np.bool_)), scale
+
+
+def working_scale(photo: Floats | Singles) -> int:
+    """Return how much smaller a photo (H, W, 3) is searched."""
+    return -(-int(max(photo.shape[:2])) // WORKING_PX)
 
 
 def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Bools:
@@ -305,7 +321,8 @@ def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomp
         best, result = max(results, key=lambda pair: pair[1].explained)
         if result.photo is not best.photo:
             result = split(best)
-    return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started})
+    kept = replace(at_working_size(best), cloth=best.cloth.without_results)
+    return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started}, found=kept)
 
 
 def at_working_size(found: FoundCloth) -> FoundCloth:

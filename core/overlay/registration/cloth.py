@@ -1,6 +1,6 @@
 """The cloth of a photo while it is fitted: what stays the same, and what has been found of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -105,6 +105,12 @@ class FittedCloth:
     def sigma_px(self) -> float:
         """Width of the neighbourhood in which a fit is judged: lines of a large texel with what is between them."""
         return max(0.35 * max(self.step_px, self.side_px / 2), 3.0)
+
+    @property
+    def without_results(self) -> "FittedCloth":
+        """The cloth without what was worked out and kept of it, which takes memory."""
+        weight = self.canvas.valid[..., 0].astype(np.float64)
+        return replace(self, registration=Registration(self.mesh, self.photo, weight, self.basis))
 
     @property
     def can_be_coarser(self) -> bool:

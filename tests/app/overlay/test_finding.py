@@ -1,6 +1,6 @@
 """Stories of Overlay mode: the pattern is found, in a region or on the whole cloth, and its lattice mended."""
 
-from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,13 +12,14 @@ from app.tools.all import TOOLS
 from app.tools.cloth.lattice import lattice_shapes
 from core.document import finding_again
 from core.document.document import Document
-from core.document.overlay import OverlayLayers, find_layers
+from core.document.overlay import find_layers, get_layers
 from core.document.overlay_settings import Search
+from core.document.project import load_project, save_project
 from core.imaging.images import Image
 from core.masks.object_masks import as_bytes
 from core.overlay.decomposition import decompose_whole_cloth
 from core.overlay.detection.seeding import NoPatternError
-from core.progress import Job, Progress, run
+from core.progress import run
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, Later
 from tests.app.overlay.driver import PHOTO, TABLE, OverlayDriver, cloth_on_a_table
@@ -104,7 +105,7 @@ def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, fl
     drive = OverlayDriver(Document.of(photo))
     drive.tool("region").drag(*stroke)
     drive.run("overlay.find")
-    part = drive.editor.overlay.layers
+    part, first = drive.editor.overlay.layers, drive.cloth.search
     assert part is not None
     drive.run("overlay.whole").frame()
     region, search = drive.cloth.region, drive.cloth.search
@@ -112,7 +113,7 @@ def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, fl
     assert region is not None
     assert search is not None
     assert whole is not None
-    assert search.whole
+    assert search.whole_of is first
     taken = region.array > 127
     np.testing.assert_array_equal(taken, whole.covered)
     assert (taken & inside).sum() / (taken | inside).sum() > 0.95
@@ -124,38 +125,35 @@ def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, fl
     assert "No more stands out" in drive.editor.notices[-1].text
 
 
-def test_whole_cloth_is_that_of_the_command_line() -> None:
+def test_whole_cloth_is_that_of_the_command_line(tmp_path: Path) -> None:
     photo, inside = cloth_on_a_table()
     part = np.zeros(inside.shape, bool)
     part[30:150, 35:130] = True
     found = run(decompose_whole_cloth(photo, region=part))
-    search = Search(Raster.from_array(as_bytes(part)), whole=True)
-    layers = run(find_layers(Document.of(photo).with_cloth(search=search)))
-    np.testing.assert_array_equal(layers.uv, found.uv)
-    np.testing.assert_array_equal(layers.coverage, found.coverage)
-    assert layers.covered.sum() > 1.5 * part.sum()
+    before = Document.of(photo).with_cloth(search=Search(Raster.from_array(as_bytes(part))))
+    run(find_layers(before))
+    # Files of layers do not have the find, which is looked for again.
+    save_project(before, tmp_path / "a.weft")
+    for document in (before, load_project(tmp_path / "a.weft")):
+        whole = document.changed(cloth=run(finding_again.find_whole_cloth(document)))
+        layers = get_layers(whole)
+        assert layers is not None
+        np.testing.assert_array_equal(layers.uv, found.uv)
+        np.testing.assert_array_equal(layers.coverage, found.coverage)
+        assert layers.covered.sum() > 1.5 * part.sum()
 
 
-def test_whole_cloth_is_searched_where_the_vertices_that_were_found_have_no_neighbours(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_whole_cloth_is_found_again_where_its_layers_are_not_stored(tmp_path: Path) -> None:
     photo, _ = cloth_on_a_table()
     drive = OverlayDriver(Document.of(photo))
     drive.tool("region").drag(*STROKE)
-    drive.run("overlay.find")
-    part, before = drive.editor.overlay.layers, drive.document
-    assert part is not None
-    few = replace(part, lattice=part.lattice[np.array([0])])
-    monkeypatch.setattr(finding_again, "find_layers", lambda document: found(few if document is before else document))
-
-    def found(layers: OverlayLayers | Document) -> Job[OverlayLayers]:
-        yield Progress(0.0)
-        return layers if isinstance(layers, OverlayLayers) else (yield from find_layers(layers))
-
-    cloth = run(finding_again.find_whole_cloth(before))
-    assert cloth.search is not None
-    assert cloth.search.lattice is None
-    assert run(find_layers(before.changed(cloth=cloth))).covered.sum() > 1.8 * part.covered.sum()
+    drive.run("overlay.find").run("overlay.whole").frame()
+    whole = drive.editor.overlay.layers
+    assert whole is not None
+    save_project(drive.document, tmp_path / "a.weft", is_whole=False)
+    document = load_project(tmp_path / "a.weft")
+    assert get_layers(document) is None
+    np.testing.assert_array_equal(run(find_layers(document)).uv, whole.uv)
 
 
 def test_lattice_that_grows_is_shown_in_place_of_the_one_before(drive: OverlayDriver) -> None:

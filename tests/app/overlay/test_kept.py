@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.document import finding_again
 from core.document.document import Document
 from core.document.overlay import OverlayLayers, get_layers
 from core.document.overlay_texture import lay_on
@@ -110,8 +109,7 @@ def test_whole_cloth_never_replaces_a_better_find_by_a_worse_one(
         worse.__dict__["explained"] = found.explained - 1
         return worse
 
-    for module in (whole_cloth, finding_again):
-        monkeypatch.setattr(module, "whole_object", whole)
+    monkeypatch.setattr(whole_cloth, "whole_object", whole)
     monkeypatch.setattr(decomposition, "follow", follow)
     drive.run("overlay.whole").frame()
     assert begin_sentence(whole_cloth.NO_BETTER) in drive.editor.notices[-1].text
