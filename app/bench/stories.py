@@ -85,12 +85,14 @@ def _drag(tool: str, *places: tuple[float, float], frames: int) -> Callable[[Han
     def deed(hand: Hand) -> None:
         hand.editor.choose_tool(tool)
         hand.draw()
-        for _ in hand.press(hand.on_screen(places[0])):
+        stops = [
+            hand.on_screen(place) for place in places
+        ]  # of the canvas as it is now: what is dragged may be its edge
+        for _ in hand.press(stops[0]):
             hand.draw()
-        for start, end in itertools.pairwise(places):
+        for start, end in itertools.pairwise(stops):
             for share in np.linspace(0, 1, frames):
-                x, y = np.add(start, share * np.subtract(end, start))
-                hand.move(*hand.on_screen((x, y)))
+                hand.move(*np.add(start, share * np.subtract(end, start)).tolist())
                 hand.draw()
         hand.let_go()
 

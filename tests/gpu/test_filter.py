@@ -174,6 +174,18 @@ def test_thin_slivers_keep_their_area() -> None:
     assert result[..., 3].sum() / 255 == pytest.approx(0.4 * 240 * 0.0013 * 240, rel=0.1)
 
 
+def test_thin_and_slanted_cells_beside_the_outline_leave_no_holes() -> None:
+    image = Image(np.full((SIDE, SIDE, 3), 180, np.uint8))
+    rest = scenes.grid(SIDE, SIDE, cells=30)
+    row, column = np.indices(rest.shape[:2])
+    near = np.exp(-(((column - 15) / 4) ** 2))
+    thin = np.minimum(0.05 * row, 0.2) + np.clip(row - 4, 0, None) * (SIDE - 0.2) / 26 - 0.5
+    warped = rest.copy()
+    warped[..., 0] += 10 * near * np.exp(-row / 4) * (row > 0)
+    warped[..., 1] += near * (thin - rest[..., 1])
+    assert render_mesh(image, rest, warped, size=(SIDE, SIDE)).pixels[..., 3].min() > 200
+
+
 def test_cells_leave_no_seams() -> None:
     side = 229  # not a whole number of the pyramid's blocks
     image = Image(np.full((side, side, 3), 180, np.uint8))

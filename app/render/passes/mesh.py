@@ -4,7 +4,6 @@ The vertex shader reads nodes by number (shaders/mesh.vert), so that moving the 
 Quads are ordered in blocks; only blocks that meet the target are drawn.
 """
 
-import math
 from functools import cache
 
 import moderngl
@@ -19,6 +18,8 @@ from app.render.source_footprint import Read, SourceFootprint
 from app.render.sources.source import Box
 from core import tracing
 from core.arrays import Bools, Floats, Ints, Points
+from core.linalg.cubic_convolution import Complexes
+from core.mapping.jacobians import as_complex
 
 NODE_UNITS = {"rest_nodes": 0, "moved_nodes": 1, "cell_nodes": 8}
 """Texture units."""
@@ -48,8 +49,10 @@ class MeshBuffers:
         self._nodes = {name: Nodes(context, shape, split=name != "cell_nodes") for name in NODE_UNITS}
         self._nodes["cell_nodes"].inner[:] = np.stack(np.meshgrid(columns, rows), axis=-1)
         self._indices = context.buffer(_indices(shape).tobytes())
-        self._edge_indices = context.buffer(_edge_indices(shape)[0].tobytes())
-        self._edge_counts = _edge_indices(shape)[1]
+        self._edge = np.zeros((shape[0] + 1, shape[1] + 1), bool)
+        """The quads of the ring and of the grid that `_edge_indices` has."""
+        self._edge_indices = context.buffer(reserve=4 * _most_at_edge(shape))
+        self._is_edge_known = False
         self._arrays: dict[tuple[str, Names, int], moderngl.VertexArray] = {}
         self._first, self._count = _block_ranges(shape)
         self._placer = find_placer(context, shape)
@@ -97,7 +100,7 @@ class MeshBuffers:
                 if has_moved:
                     placer.take(self._unscaled)
         self._low, self._high = _block_bounds(places.at) if placer is None else placer.place(scaling, places)
-        self._thinnest = _thinnest_border(places.inner)
+        self._is_edge_known = False
         self._straight = _rectangle_of(places.inner)
 
     def blocks_in(self, box: Box) -> Bools:
@@ -130,9 +133,19 @@ class MeshBuffers:
 
     def draw_edge(self, fragment: str, defined: Names = (), /, **uniforms: object) -> None:
         """Draw the ring and the cells that may reach into the last pixel before the outline."""
-        layers = min(math.ceil(EDGE_PX / max(self._thinnest, EDGE_PX / MOST_EDGE_LAYERS)), len(self._edge_counts) - 1)
+        if not self._is_edge_known:
+            self._find_edge()
         array = self._array(fragment, defined, self._edge_indices, uniforms)
-        self._programs.render(array, int(self._edge_counts[layers]))
+        self._programs.render(array, 6 * int(self._edge.sum()))
+
+    def _find_edge(self) -> None:
+        """Find the ring and the cells that may reach into the last pixel before the outline."""
+        found = find_edge(as_complex(self._unscaled), EDGE_PX / self._scaling.scale)
+        self._is_edge_known = True
+        if not np.array_equal(found, self._edge):
+            self._edge = found
+            shape = found.shape[0] - 1, found.shape[1] - 1
+            self._edge_indices.write(_triangles(shape, *np.nonzero(found)).tobytes())
 
     def _array(
         self, fragment: str, defined: Names, indices: moderngl.Buffer, uniforms: dict[str, object]
@@ -172,15 +185,38 @@ def _indices(shape: tuple[int, int]) -> NDArray[np.uint32]:
     return np.concatenate([_triangles(shape, rows[:, None], columns[None, :]) for rows, columns in _blocks(shape)])
 
 
-@cache
-def _edge_indices(shape: tuple[int, int]) -> tuple[NDArray[np.uint32], Ints]:
-    """Return the vertex numbers of the ring and the layers of cells inside it, and how many ring and k layers have."""
-    rows, columns = np.indices((shape[0] + 1, shape[1] + 1))
-    depth = np.minimum(np.minimum(rows, shape[0] - rows), np.minimum(columns, shape[1] - columns)).ravel()
-    chosen = np.flatnonzero(depth <= MOST_EDGE_LAYERS)
-    chosen = chosen[np.argsort(depth[chosen], kind="stable")]
-    counts = 6 * np.cumsum(np.bincount(depth[chosen]))
-    return _triangles(shape, rows.ravel()[chosen], columns.ravel()[chosen]), counts
+def find_edge(z: Complexes, edge_px: float) -> Bools:
+    """Return which quads of the ring and of the grid at z (R, C) have pixels so near to the outline: (R + 1, C + 1).
+
+    Cells further inside count where those before them are thin, or they themselves: by the outline's distance in cells
+    of its own size a pixel is cut by it (`outline.glsl`).
+    """
+    found = np.zeros((z.shape[0] + 1, z.shape[1] + 1), bool)
+    found[:2] = found[-2:] = found[:, :2] = found[:, -2:] = True
+    cells = found[1:-1, 1:-1]
+    for nodes, chosen in ((z, cells), (z[::-1], cells[::-1]), (z.T, cells.T), (z.T[::-1], cells.T[::-1])):
+        before = _thickness(nodes[:2])
+        for depth in range(1, min(MOST_EDGE_LAYERS, len(chosen))):
+            own = _thickness(nodes[depth : depth + 2])
+            near = np.minimum(before, depth * own) < edge_px
+            if not near.any():
+                break
+            chosen[depth] |= near
+            before += own
+    return found
+
+
+def _thickness(nodes: Complexes) -> Floats:
+    """Return how high the triangles of a row of quads are, by its nodes (2, n), the lower of each: (n - 1,)."""
+    along, across = np.diff(nodes, axis=1), nodes[1] - nodes[0]
+    areas = np.conj(along) * (across[:-1], across[1:])
+    return np.asarray((np.abs(areas.imag) / np.maximum(np.abs(along), np.finfo(float).tiny)).min(axis=0))
+
+
+def _most_at_edge(shape: tuple[int, int]) -> int:
+    """Return how many vertices the ring and the layers of cells inside it have at most."""
+    sides = np.array(shape) + 1
+    return 6 * int(sides.prod() - np.maximum(sides - 2 * (MOST_EDGE_LAYERS + 1), 0).prod())
 
 
 def _triangles(shape: tuple[int, int], rows: Ints, columns: Ints) -> NDArray[np.uint32]:
@@ -228,10 +264,3 @@ def _over_blocks(choose: np.ufunc, nodes: Floats) -> Floats:
         firsts = range(0, len(nodes) - 1, BLOCK)
         nodes = np.stack([choose.reduce(nodes[first : first + BLOCK + 1]) for first in firsts], axis=1)
     return nodes
-
-
-def _thinnest_border(points: Points) -> float:
-    """Return the least distance between the outline and the nodes next to it."""
-    outer = np.concatenate([points[0], points[-1], points[:, 0], points[:, -1]])
-    inner = np.concatenate([points[1], points[-2], points[:, 1], points[:, -2]])
-    return float(np.hypot(*(inner - outer).T).min())

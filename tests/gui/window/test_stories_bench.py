@@ -32,7 +32,7 @@ def test_a_story_is_told_to_its_end(story: str) -> None:
     width, height = last.canvas_px
     match story:
         case "people":
-            assert width < 0.95 * height
+            assert width == pytest.approx(0.8 * height, rel=0.01)
         case "letters":
             assert (last.warp.preset, last.warp.bend) == ("flag", 60.0)
         case "wing":
@@ -42,7 +42,7 @@ def test_a_story_is_told_to_its_end(story: str) -> None:
             assert last.surface is not None
         case _:
             assert [feature.keep for feature in last.features] == ["rigid"]
-            assert width < 0.8 * first.canvas_px[0]
+            assert width == pytest.approx(0.7 * first.canvas_px[0], rel=0.01)
 
 
 def test_every_step_is_told_with_its_longest_frame() -> None:
