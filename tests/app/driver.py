@@ -117,11 +117,15 @@ class EditorDriver:
         return self.frame()
 
     def frame(self) -> "EditorDriver":
-        """Draw a frame, and one more for what jobs have ready."""
-        self.editor.update()
+        """Show a frame, and one more for what jobs have ready."""
+        self._show()
         if not self.editor.jobs.is_idle:
-            self.editor.update()
+            self._show()
         return self
+
+    def _show(self) -> None:
+        self.editor.update()
+        _ = self.editor.answer  # it is drawn
 
     def rest(self) -> "EditorDriver":
         """Let the artist's hand rest until the final answer is there."""
