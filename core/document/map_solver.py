@@ -11,7 +11,7 @@ document gives the same bits, on screen and in a file.
 
 from collections.abc import Callable
 
-from core.arrays import Points, readonly
+from core.arrays import Points
 from core.document.document import Document, pixels_from_places
 from core.document.map import bend_of, grid_of, handles_of, options_of, start_of
 from core.document.smooth_warp import SmoothWarp
@@ -81,7 +81,8 @@ class MapInputs:
             plain = in_parts(bend_of(document), self._start[1]) if is_exact else self._seen(bend_of(document))
             if document.outline is not None:
                 plain = follow_outline(plain, pixels_from_places(document.canvas_px, document.outline.ring))
-            self._plain = key, readonly(plain), is_exact
+            plain.flags.writeable = False  # it is new: nobody else has it to write to
+            self._plain = key, plain, is_exact
         return self._plain[1]
 
     def _seen(self, bend: Warp) -> Points:
