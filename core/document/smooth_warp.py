@@ -1,5 +1,6 @@
 """W at the nodes of a large grid while it moves: as on a coarser grid, refined, where that shows no difference."""
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +16,8 @@ _MISSED = 2 / 27
 """Share of the third difference of the four values that a cubic goes by, up to which it is off where the curvature of
 what it follows jumps; where that is smooth it is off by a fifth of it."""
 _OFF_PX = SEEN_PX / 2
+_BESIDE = ThreadPoolExecutor(1, "warp")
+"""Where W is worked out at the nodes that are exact, while the others are refined."""
 
 
 class SmoothWarp:
@@ -34,8 +37,9 @@ class SmoothWarp:
         if is_off.sum() > is_off.size / 2:
             return in_parts(warp, self._grid.nodes)
         exact = self._nodes_in(is_off) if is_off.any() else self._border
+        there = _BESIDE.submit(in_parts, warp, self._grid.nodes.reshape(-1, 2)[exact])
         z = self._cubic.refine(d).ravel()
-        z[exact] = as_complex(in_parts(warp, self._grid.nodes.reshape(-1, 2)[exact]))
+        z[exact] = as_complex(there.result())
         return as_positions(z.reshape(self._grid.shape))
 
     @cached_property

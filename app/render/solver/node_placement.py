@@ -22,7 +22,10 @@ class NodePlacement:
         bytes_ = 16 * self._finest.size
         self._places, self._base, self._values = (context.buffer(reserve=bytes_) for _ in range(3))
         self._coarse, self._taps, self._weights = (context.buffer(reserve=32) for _ in range(3))
-        self._folded = context.buffer(reserve=4 + 4 * self._finest.size)
+        rows, columns = self._finest.shape
+        self._quads = rows, 4 * -(-columns // 4)
+        """Bytes that say which quads are folded: of every node's, whole numbers to a row."""
+        self._folded = context.buffer(reserve=4 + self._quads[0] * self._quads[1])
         self._sent: Complexes | None = None
         """Positions that are in `base`,"""
         self._cubic: CubicConvolution | None = None
@@ -50,15 +53,15 @@ class NodePlacement:
         self._folded.write(bytes(4))
         self._places.bind_to_storage_buffer(1)
         self._folded.bind_to_storage_buffer(2)
-        self._hierarchy.run("folds", self._finest)
+        across, down = self._finest.tiles
+        self._hierarchy.run("folds", self._finest, (-(-across // 4), down))
         z = np.empty(self._finest.shape, np.complex128)
         self._places.read_into(z)
         rows, columns = z.shape
-        folded = np.zeros((rows - 1, columns - 1), bool)
-        if np.frombuffer(self._folded.read(4), np.int32)[0]:
-            each = np.frombuffer(self._folded.read(offset=4), np.int32).reshape(z.shape)
-            np.not_equal(each[:-1, :-1], 0, out=folded)
-        return z, folded
+        if not any(self._folded.read(4)):
+            return z, np.zeros((rows - 1, columns - 1), bool)
+        folded = np.frombuffer(self._folded.read(offset=4), bool).reshape(self._quads)
+        return z, folded[:-1, : columns - 1]
 
     def _send_smooth(self, onto: Onto) -> int:
         """Send the field that all nodes move by; return the columns of the grid that it is refined from, 0 for none."""
