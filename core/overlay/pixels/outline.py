@@ -17,7 +17,7 @@ from core.arrays import Bools, Floats
 from core.overlay.filters.distances import distance, within
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import from_shades
-from core.overlay.pixels.occluders.graph_cut import MOST, cut_out
+from core.overlay.pixels.graph_cut import MOST, cut_out
 from core.overlay.tolerances import NEARBY_PX, RIM_PX, SHADES, SMOOTH_PX
 
 NOTCH = 0.6

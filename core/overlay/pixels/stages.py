@@ -25,7 +25,7 @@ from core.overlay.pixels.layers import (
 )
 from core.overlay.pixels.matting import carried_past_border, matte_of
 from core.overlay.pixels.model import PixelModel
-from core.overlay.pixels.occluders.things_on_cloth import find_occluders
+from core.overlay.pixels.occluders import find_occluders
 from core.overlay.pixels.outline import beside
 from core.overlay.pixels.refinement import refine
 from core.overlay.pixels.shading.chromatic_shading import find_tint
@@ -119,9 +119,7 @@ def cut_rim(model: PixelModel) -> PixelModel:
 def cut_occluders(model: PixelModel) -> PixelModel:
     """Tell what lies on the cloth."""
     seen, texture, rho, covered = small_layers(model)
-    few = slice(None, None, model.scale)
-    uv = np.where(covered[..., None], model.uv[few, few].astype(np.float64), np.nan)
-    return hide(model, find_occluders(seen, texture, (uv, rho), model.texel, model.cloth.basis, covered))
+    return hide(model, find_occluders(seen, texture, rho, model.texel, model.cloth.side_px, covered))
 
 
 def drop_scraps(model: PixelModel) -> PixelModel:

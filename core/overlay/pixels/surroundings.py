@@ -13,7 +13,7 @@ import numpy as np
 from core.arrays import Bools, Floats
 from core.overlay.filters.k_means import find_groups
 from core.overlay.filters.smoothing import mean
-from core.overlay.pixels.occluders.graph_cut import MOST, cut_out
+from core.overlay.pixels.graph_cut import MOST, cut_out
 from core.overlay.pixels.outline import from_outside
 from core.overlay.texel import draw_sample
 

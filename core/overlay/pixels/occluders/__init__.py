@@ -1,1 +1,0 @@
-"""Segmentation of what lies on the cloth or before it."""
