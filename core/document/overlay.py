@@ -19,7 +19,7 @@ from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.imaging import color
 from core.imaging.image import Image
 from core.overlay.composition import finite, light_of
-from core.overlay.detail.residual_cleanup import without_old_pattern
+from core.overlay.detail.bare_layers import find_bare_layers
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
@@ -60,8 +60,10 @@ class OverlayLayers:
     """(H, W) or (H, W, 3)."""
     detail: Singles
     """(H, W, 3), with what it has of the old pattern."""
+    bare_shading: Singles
+    """As `shading`, without what that has of the old pattern."""
     bare_detail: Singles
-    """(H, W, 3), without."""
+    """(H, W, 3), without what the detail has of the old pattern, and what of the photo that light leaves."""
     coverage: Singles
     """(H, W)."""
     texel: Floats
@@ -93,7 +95,7 @@ class OverlayLayers:
     @cached_property
     def bare(self) -> "OverlayLayers":
         """The layers that go with a new texture."""
-        return replace(self, detail=self.bare_detail)
+        return replace(self, shading=self.bare_shading, detail=self.bare_detail)
 
     @property
     def covered(self) -> Bools:
@@ -103,7 +105,8 @@ class OverlayLayers:
     @property
     def nbytes(self) -> int:
         """Bytes that its pixels take, and those of the picture that was searched."""
-        planes = sum(part.nbytes for part in (self.uv, self.shading, self.detail, self.bare_detail, self.coverage))
+        bare = self.bare_shading, self.bare_detail
+        planes = sum(part.nbytes for part in (self.uv, self.shading, self.detail, *bare, self.coverage))
         return planes + (0 if self.found is None else 2 * self.found.cloth.photo.nbytes)
 
     @cached_property
@@ -212,9 +215,9 @@ def take_files(document: Document, read: Callable[[str], bytes]) -> None:
     uv, shading, coverage = (np.asarray(arrays[name], np.float32) for name in ("uv", "shading", "coverage"))
     texel, basis = Texel(arrays["texel"].astype(np.float64) / 255), np.asarray(arrays["basis"], np.float64)
     detail = detail_of(encode(document.image), uv, shading, texel)
-    bare = without_old_pattern(detail, uv, shading, texel, basis)
+    bare = find_bare_layers(detail, uv, shading, texel, basis)
     explained = float(arrays["explained"])
-    layers = OverlayLayers(uv, shading, detail, bare, coverage, texel.pixels, basis, lattice_of(arrays), explained)
+    layers = OverlayLayers(uv, shading, detail, *bare, coverage, texel.pixels, basis, lattice_of(arrays), explained)
     _kept.put(document.image, search, layers)
 
 
@@ -233,12 +236,14 @@ def _mended(document: Document, layers: OverlayLayers, mending: Mending) -> Over
         raise NoPatternError("what is left of the lattice")
     texel = Texel(layers.texel)
     detail = detail_of(encode(document.image), cloth.uv, cloth.shading, texel)
+    bare_shading, bare_detail = find_bare_layers(detail, cloth.uv, cloth.shading, texel, layers.basis)
     return replace(
         layers,
         uv=cloth.uv,
         shading=cloth.shading,
         detail=detail,
-        bare_detail=without_old_pattern(detail, cloth.uv, cloth.shading, texel, layers.basis),
+        bare_shading=bare_shading,
+        bare_detail=bare_detail,
         coverage=cloth.coverage,
         lattice=cloth.lattice,
     )
@@ -303,7 +308,7 @@ def layers_of(result: "Decomposition") -> OverlayLayers:
         result.uv,
         result.shading,
         result.detail,
-        without_old_pattern(result.detail, result.uv, result.shading, result.texel, result.basis),
+        *find_bare_layers(result.detail, result.uv, result.shading, result.texel, result.basis),
         result.coverage,
         result.texel.pixels,
         result.basis,

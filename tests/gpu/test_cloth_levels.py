@@ -44,6 +44,7 @@ def layers(*, folded: bool = True) -> OverlayLayers:
         uv.astype(np.float32),
         shading.astype(np.float32),
         detail.astype(np.float32),
+        (0.9 * shading + 0.05).astype(np.float32),
         (0.5 * detail).astype(np.float32),
         coverage.astype(np.float32),
         texel,

@@ -9,7 +9,7 @@ from core.arrays import Bools, Floats, Singles
 from core.imaging import color
 from core.imaging.image import Image
 from core.overlay.composition import Norm, Placement, compose_prepared, fit_samples, premultiply
-from core.overlay.detail.residual_cleanup import without_old_pattern
+from core.overlay.detail.bare_layers import find_bare_layers
 from core.overlay.filters.bands import in_bands
 from core.overlay.texel import Texel
 
@@ -39,11 +39,11 @@ class Parts:
         return uv, shading, detail, coverage
 
     def under(self, texture: Floats, placement: Placement) -> "Parts":
-        """Return the parts that go with a texture: the detail is free of the old pattern unless that is laid again."""
+        """Return the parts that go with a texture: free of the old pattern unless that is laid again."""
         if placement == Placement() and np.array_equal(texture, self.texel):
             return self
-        bare = without_old_pattern(self.detail, self.uv, self.shading, Texel(self.texel), self.basis)
-        return replace(self, detail=bare)
+        shading, detail = find_bare_layers(self.detail, self.uv, self.shading, Texel(self.texel), self.basis)
+        return replace(self, shading=shading, detail=detail)
 
 
 class Layered(Protocol):

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
+from core.overlay.detail.sparse_reflectance import mean_light
 from core.overlay.filters.distances import distance
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import DENSITY
@@ -38,8 +39,6 @@ PART = 0.08
 """Area of a part further away, over that of what is followed, up to which the cloth beside it tells how it lies."""
 SPOT = 3.5
 """Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
-WHOLE = 0.8
-"""Width of a neighbourhood that has every colour of a texel in its share, over the texel's longer side."""
 AMID = 0.6
 """Share of the border of such a spot that it has with cloth."""
 
@@ -159,18 +158,6 @@ def solid(mask: Bools, radius_px: float) -> Bools:
     side = 2 * round(radius_px) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc) > 0, np.bool_)
-
-
-def mean_light(photo: Floats | Singles, covered: Bools, texel: Texel, basis: Floats) -> Singles:
-    """Return the light (H, W) in which the texel has the brightness that the photo (H, W, 3) has around each pixel.
-
-    It is the light whatever lies where. Only `covered` pixels (H, W) count; `basis` (2, 2) is pixels of undeformed
-    cloth a texel.
-    """
-    width = WHOLE * float(np.linalg.norm(basis, axis=0).max())
-    mass = np.maximum(gaussian(covered.astype(np.float32), width), 1e-3)
-    seen = gaussian(photo.mean(-1) * covered, width) / mass
-    return np.asarray(seen / max(float(texel.pixels.mean()), 1e-3), np.float32)
 
 
 def find_coloured_as(colours: Singles, photo: Floats, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:

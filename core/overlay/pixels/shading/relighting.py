@@ -5,9 +5,10 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.detail.model_validity import trust_in
+from core.overlay.detail.sparse_reflectance import mean_light
 from core.overlay.laying.albedo_scale import BRIGHTEST
 from core.overlay.mesh import around
-from core.overlay.pixels.filling import mean_light, solid
+from core.overlay.pixels.filling import solid
 from core.overlay.pixels.semi_global_rematching import shifts_where_lost
 from core.overlay.pixels.shading.multiscale_light import estimate_light
 from core.overlay.texel import Texel

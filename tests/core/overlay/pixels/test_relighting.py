@@ -5,7 +5,7 @@ import pytest
 
 from core.arrays import Floats, Singles
 from core.overlay.detail.model_validity import estimate_trust, trust_in
-from core.overlay.pixels.filling import mean_light
+from core.overlay.detail.sparse_reflectance import mean_light
 from core.overlay.pixels.matching import NEXT, OTHER, best_before
 from core.overlay.pixels.semi_global_rematching import shifts_where_lost
 from core.overlay.pixels.shading.multiscale_light import estimate_light

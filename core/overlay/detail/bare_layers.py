@@ -1,0 +1,38 @@
+"""The layers of a cloth that go with a new texture: light and detail without the old pattern."""
+
+import numpy as np
+
+from core.arrays import Floats, Singles
+from core.overlay.composition import finite
+from core.overlay.detail.residual_cleanup import without_old_pattern
+from core.overlay.detail.sparse_reflectance import estimate_bare_light
+from core.overlay.filters.bands import in_bands
+from core.overlay.mesh import around
+from core.overlay.texel import Texel
+
+
+def find_bare_layers(
+    detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats
+) -> tuple[Singles, Singles]:
+    """Return the shading, in its own shape, and the detail (H, W, 3) of the cloth alone, to go with another texture.
+
+    `uv` (H, W, 2), `shading` (H, W) or (H, W, 3) and `detail` are NaN outside the cloth; `basis` (2, 2) is pixels of
+    undeformed cloth a texel. What the light does not explain any more of the photo is detail, freed of the old pattern.
+    """
+    covered = finite(uv)
+    if not covered.any():
+        return shading, detail
+    box = around(covered)
+    colours = shading if shading.ndim == 3 else shading[..., None]
+    own = colours.mean(-1)
+    bare, rest = np.full_like(colours, np.nan), np.full_like(detail, np.nan)
+    light = estimate_bare_light((detail[box], uv[box], own[box]), texel, basis)
+    bare[box] = colours[box] * (light / np.maximum(own[box], 1e-6))[..., None]
+
+    def move(_first: int, top: int, bottom: int, _last: int) -> None:
+        rows = slice(top, bottom)
+        shown = texel.singles(np.nan_to_num(uv[rows]).astype(np.float64))
+        rest[rows] = detail[rows] + (colours[rows] - bare[rows]) * shown
+
+    in_bands(move, detail.shape)
+    return bare.reshape(shading.shape), without_old_pattern(rest, uv, bare.reshape(shading.shape), texel, basis)
