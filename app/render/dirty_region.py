@@ -19,12 +19,34 @@ STILL_PX = 0.125
 def find_painted(scene: CanvasScene, before: CanvasScene | None) -> Box | None:
     """Return the framebuffer pixels outside which `scene` looks as `before`; None where that may be nowhere.
 
-    They are known where both differ in nothing but the mask, its colours and the folded cells.
+    They are known where both differ in nothing but the mask, its colours, the folded cells and the frame's right and
+    lower side.
     """
     if before is None or scene.mask is None or before.mask is None or not scene.shows_same_picture(before):
         return None
-    marks = _nodes_of_marks(scene, before)
-    return None if marks is None else _box_around(marks, scene)
+    framed, marks = _box_of_frames(scene, before), _nodes_of_marks(replace(scene, frame=before.frame), before)
+    if framed is None or marks is None:
+        return None
+    boxes = [box for box in (framed, _box_around(marks, scene)) if box[0] < box[2]]
+    if not boxes:
+        return 0, 0, 0, 0
+    left, top, right, bottom = zip(*boxes, strict=True)
+    return min(left), min(top), max(right), max(bottom)
+
+
+def _box_of_frames(scene: CanvasScene, before: CanvasScene) -> Box | None:
+    """Return the framebuffer pixels that are in one frame only; None where the checks in it have moved."""
+    if scene.frame == before.frame:
+        return 0, 0, 0, 0
+    if scene.frame is None or before.frame is None or scene.frame[:2] != before.frame[:2]:
+        return None
+    start, ends = np.array(scene.frame[:2]), np.array([scene.frame[2:], before.frame[2:]])
+    stays = ends[0] == ends[1]
+    first = np.where(stays, start, ends.min(axis=0)) if stays.any() else start
+    low, high = scene.in_framebuffer(np.stack([first, ends.max(axis=0)]))
+    left, top = np.floor(low - MARGIN_PX).astype(int).tolist()
+    right, bottom = np.ceil(high + MARGIN_PX).astype(int).tolist()
+    return left, top, right, bottom
 
 
 def find_moved(scene: CanvasScene, before: CanvasScene | None) -> Box | None:

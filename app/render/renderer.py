@@ -11,7 +11,7 @@ import moderngl
 from app.render.bending import find_places
 from app.render.desk import desk_uniforms
 from app.render.dirty_region import find_moved, find_painted
-from app.render.gpu import Offscreen, Rectangle, release
+from app.render.gpu import Offscreen, Rectangle, around, release
 from app.render.layers import CanvasLayers, Costs
 from app.render.passes.bent import BentCanvas
 from app.render.passes.blitter import Blitter
@@ -243,16 +243,17 @@ class Renderer:
     def _composing(self, scene: CanvasScene, layers: CanvasLayers) -> Iterator[None]:
         """Lay the picture on the desk and the marks on the picture: piece by piece, or only where they have changed."""
         touched = find_painted(scene, layers.drawn)
+        bounds = scene.bounds(layers.coming.size)
         if touched is not None:
-            self._compose(scene, layers, layers.shown, _rectangle(touched, layers.shown.size))
+            size = layers.shown.size
+            for part in (_rectangle(touched, size), *around(_rectangle(layers.bounds, size), _rectangle(bounds, size))):
+                self._compose(scene, layers, layers.shown, part)
         else:
-            bounds = scene.bounds(layers.coming.size)
             for strip in (bounds,) if self._costs.full_fits else strips(bounds, COMPOSED_PIXELS):
                 self._compose(scene, layers, layers.coming, _rectangle(strip, layers.coming.size))
                 yield
             layers.turn()
-            layers.bounds = bounds
-        layers.drawn = scene
+        layers.bounds, layers.drawn = bounds, scene
 
     def _compose(self, scene: CanvasScene, layers: CanvasLayers, canvas: Offscreen, part: Rectangle) -> None:
         """Compose a part of the canvas."""

@@ -153,6 +153,32 @@ def test_a_stroke_composes_only_where_it_is(screen: Screen, monkeypatch: pytest.
         assert part[2] * part[3] < 0.3 * WIDTH * HEIGHT
 
 
+def test_a_frame_that_is_dragged_is_composed_only_where_it_ends(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = a_scene(mask=Raster.filled(150, 110), frame=(-0.5, -0.5, 119.5, 89.5))
+    composed: list[gpu.Rectangle | None] = []
+    drawing = gpu.Offscreen.drawing
+
+    def noted(self: gpu.Offscreen, viewport: object = None, scissor: gpu.Rectangle | None = None) -> object:
+        composed.append(scissor)
+        return drawing(self, None, scissor)
+
+    screen.shot(whole)
+    for right, bottom in ((109.5, 89.5), (159.5, 89.5), (159.5, 69.5), (159.5, 125.5), (119.5, 89.5)):
+        scene = replace(whole, frame=(-0.5, -0.5, right, bottom))
+        with monkeypatch.context() as watched:
+            watched.setattr(gpu.Offscreen, "drawing", noted)
+            shown = screen.shot(scene)
+        area = sum(part[2] * part[3] for part in composed if part is not None)
+        assert area < 0.5 * WIDTH * HEIGHT or (right, bottom) == (119.5, 89.5)
+        composed.clear()
+        fresh = Screen()
+        assert np.array_equal(shown, fresh.shot(scene))
+        fresh.renderer.release()
+        fresh.framebuffer.release()
+
+
 def test_folded_cells_are_marked(screen: Screen) -> None:
     scene = a_scene(marks=MarkOptions(folds=True))
     folded = np.zeros((scene.rest.shape[0] - 1, scene.rest.shape[1] - 1), bool)
