@@ -14,17 +14,17 @@ EDGE, LEAST_BORDER = 4.0, 0.02
 """Squared difference of neighbours, over the usual one, at an edge, and what a pixel of the outline costs, over that
 without an edge, at the sharpest one."""
 MOST = 1e3
-"""Cost of what must not be."""
+"""What speaks for what must be."""
 
 
-def cut_out(photo: Floats, alike: Bools, thing: Floats, cloth: Floats) -> Bools:
-    """Return the pixels (H, W) of a thing: the ones with which the pixels' costs and the outline's are least together.
+def cut_out(photo: Floats, alike: Bools, speaks: Floats) -> Bools:
+    """Return the pixels (H, W) of a thing: those by which what `speaks` for it, less what the outline costs, is most.
 
-    `thing` and `cloth` (H, W) are what a pixel costs as part of either, 0 to `MOST`; edges in the photo (H, W, 3) are
-    measured over what neighbours usually differ by that are `alike` (H, W).
+    What `speaks` (H, W) is negative where a pixel is rather none of it, `MOST` at most either way; edges in the photo
+    (H, W, 3) are measured over what neighbours usually differ by that are `alike` (H, W).
     """
-    shape, soft = thing.shape, gaussian(photo, SMOOTH_PX)
-    nodes, costs = np.arange(thing.size).reshape(shape), list[Floats]()
+    shape, soft = speaks.shape, gaussian(photo, SMOOTH_PX)
+    nodes, costs = np.arange(speaks.size).reshape(shape), list[Floats]()
     pairs = [pair(shape, *step) for step in STEPS]
     changes = [((soft[here] - soft[there]) ** 2).sum(-1) for here, there in pairs]
     inside = [change[alike[here] & alike[there]] for change, (here, there) in zip(changes[:2], pairs[:2], strict=True)]
@@ -34,8 +34,8 @@ def cut_out(photo: Floats, alike: Bools, thing: Floats, cloth: Floats) -> Bools:
         kept = np.maximum(np.exp(-change / (2 * length**2 * max(usual, 1e-9))), LEAST_BORDER)
         costs.append(np.rint(BORDER / length * kept / LEAST_COST).ravel())
     one, other = (np.concatenate([nodes[pair[end]].ravel() for pair in pairs]) for end in (0, 1))
-    of_thing, of_cloth = (np.rint(np.clip(cost, 0, MOST) / LEAST_COST).ravel() for cost in (thing, cloth))
-    return minimum_cut(one, other, np.concatenate(costs), of_thing, of_cloth).reshape(shape)
+    against, in_favour = (np.rint(np.clip(part, 0, MOST) / LEAST_COST).ravel() for part in (-speaks, speaks))
+    return minimum_cut(one, other, np.concatenate(costs), against, in_favour).reshape(shape)
 
 
 def pair(shape: tuple[int, ...], down: int, across: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:

@@ -47,8 +47,7 @@ def find_occluders(photo: Floats, texture: Floats, rho: Floats, texel: Texel, si
     large = patch_sizes(photo, texture, rho, patch_colours(texel, side_px), covered)
     hidden = hidden_pattern(photo, texture, covered, WINDOW * side_px)
     thing = np.logaddexp(np.minimum(MISSED * missed, SURELY), LARGER * large) + np.minimum(hidden, LIKELY) - PRIOR
-    speaks = np.where(covered, EVIDENCE * thing, 0.0)
-    return cut_out(photo, covered, np.maximum(-speaks, 0), np.maximum(speaks, 0)) & covered
+    return cut_out(photo, covered, np.where(covered, EVIDENCE * thing, 0.0)) & covered
 
 
 def hidden_pattern(photo: Floats, texture: Floats, covered: Bools, sigma_px: float) -> Floats:

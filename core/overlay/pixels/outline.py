@@ -38,7 +38,7 @@ def beside(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px
     if not near.any():
         return near
     speaks = np.where(near, doubt / SURELY, np.where(covered, -MOST, MOST))
-    other = cut_out(photo, covered, np.maximum(-speaks, 0), np.maximum(speaks, 0))
+    other = cut_out(photo, covered, speaks)
     outer = covered & ~from_outside(near & other, covered)
     return covered & ~without_notches(outer, round(NOTCH * width_px))
 

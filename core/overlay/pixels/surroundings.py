@@ -65,7 +65,7 @@ def find_surroundings(photo: Floats, covered: Bools, side_px: float) -> Bools:
         return off
     speaks = EVIDENCE / width_px**2 * speaks_for_ground(photo, covered, cloth, width_px)
     speaks[~covered] = MOST
-    found = cut_out(photo, covered, np.maximum(-speaks, 0), np.maximum(speaks, 0)) & covered
+    found = cut_out(photo, covered, speaks) & covered
     return from_outside(found, covered)
 
 
