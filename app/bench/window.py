@@ -41,7 +41,7 @@ PINS = ((0.2, 0.45), (0.45, 0.4), (0.8, 0.6), (0.7, 0.25))
 PARTS = ("input", "solve", "place", "upload", "draw", "imgui")
 """What a frame is split into: what the tools do with mouse and keys, bringing the map up to date, placing the mesh,
 sending nodes and texels to the GPU, the rest of drawing the picture, and the rest of the frame, in which Dear ImGui
-lays out and draws what is around it. The map is worked out on another thread meanwhile, and counted apart."""
+lays out and draws what is around it."""
 
 Events = Iterator[None]
 
@@ -49,8 +49,8 @@ Events = Iterator[None]
 def measure(features: Sequence[int] = FEATURES, *, frames: int = FRAMES) -> list[dict[str, Any]]:
     """Return a record for each number of features, deed and way of drawing: frames, medians and 95th percentiles.
 
-    `ms` is by the clock, `busy_ms` what the window's own thread has used of the processor, `map_ms` what the thread
-    has that works out the map where one is; the parts are medians of `busy_ms`.
+    `ms` is by the clock, `busy_ms` what the window's own thread has used of the processor; the parts are medians of
+    the latter.
 
     Raises
     ------
@@ -96,10 +96,9 @@ def _played(hand: "Hand", deed: str, frames: int) -> dict[str, Any]:
     tracing.start()
     for _ in events:
         hello_imgui.manual_render.render()
-    seen: list[Mapping[str, Any]] = list(tracing.events())
+    found = split_frames(tracing.events())
     hand.let_go()
-    maps = [event["tdur"] / 1e3 for event in seen if event["name"] == "map"]
-    return {"deed": deed, **summarise(split_frames(seen)), "map_ms": _median(maps)}
+    return {"deed": deed, **summarise(found)}
 
 
 class Hand:

@@ -1,14 +1,12 @@
 """The map on the screen: follows the document by one solve a frame, and settles when the artist rests.
 
-While something moves, the answer is the linear one, which may fold. Where it fits into a frame, another thread works
-it out while the window lays out what does not show it; whoever asks for the answer waits for it. A short while after
-the last change the final answer is worked out in the background, as an export does it, and takes its place; until it is
-there, the first one without folds does. If something moves meanwhile both are dropped.
+While something moves, the answer is the linear one, which may fold. A short while after the last change the final
+answer is worked out in the background, as an export does it, and takes its place; until it is there, the first one
+without folds does. If something moves meanwhile both are dropped.
 """
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
 from app.live.answer import Answer, answer_without_handles, explain
@@ -26,14 +24,12 @@ from core.progress import Job, Progress, stepwise
 
 INLINE_NODES = 60_000
 """Up to so many nodes a solve fits into a frame; larger grids are solved beside it."""
-_IN_FRAME = ThreadPoolExecutor(1, "map")
-"""Where what fits into a frame is solved."""
 REST_S = 0.15
 """How long nothing may change, once there is an answer, before the final one is begun."""
 
 
 class LiveWarp:
-    """Keeps `answer` to the document it is shown; everything runs on the UI thread but solving."""
+    """Keeps `answer` to the document it is shown; everything runs on the UI thread but the jobs."""
 
     def __init__(
         self,
@@ -42,10 +38,9 @@ class LiveWarp:
         clock: Callable[[], float] = time.monotonic,
         gpu: Callable[[], MakeSolver | None] = lambda: None,
     ) -> None:
-        self._answer: Answer | None = None
-        self._fault: str | None = None
-        self._coming: tuple[Document, Future[tuple[Warped, float]]] | None = None
-        """The answer of this frame, while it is worked out."""
+        self.answer: Answer | None = None
+        self.fault: str | None = None
+        """Why the present document has no map of its own; the last one stays on the screen."""
         self._jobs = jobs
         self._clock = clock
         self._seen: Document | None = None
@@ -63,23 +58,6 @@ class LiveWarp:
         """The live thread's too, for what moves on larger grids, where a GPU does that."""
         self._settled: tuple[Document, Warped] | None = None
         """The last final answer."""
-
-    @property
-    def answer(self) -> Answer | None:
-        """The map on the screen."""
-        self._take_coming()
-        return self._answer
-
-    @property
-    def fault(self) -> str | None:
-        """Why the present document has no map of its own; the last one stays on the screen."""
-        self._take_coming()
-        return self._fault
-
-    @property
-    def is_coming(self) -> bool:
-        """Whether who asks for the answer waits for it."""
-        return self._coming is not None
 
     @property
     def is_settled(self) -> bool:
@@ -119,10 +97,9 @@ class LiveWarp:
         One that is not seen is not answered before it is, or everything rests. What is answered `beside` the window
         keeps no frame waiting, and comes some frames later.
         """
-        self._take_coming()
         if self._seen is None or not _maps_alike(document, self._seen):
             self._jobs.drop("settle")
-            self._seen, self._fault, self._is_behind = document, None, True
+            self._seen, self.fault, self._is_behind = document, None, True
             self._rests_since = self._clock()
         elif document is not self._seen:
             self._rename(document)
@@ -152,16 +129,15 @@ class LiveWarp:
     def _show_unfolded(self) -> None:
         """Show the newest answer without folds on the way to the final one."""
         found, self._unfolded = self._unfolded, None
-        if found is None:
+        answer = self.answer
+        if found is None or answer is None or answer.result is None or answer.settled:
             return
-        answer, (document, warped) = self.answer, found
-        if answer is None or answer.result is None or answer.settled:
-            return
+        document, warped = found
         # A slider that is held, or let go, makes documents anew that have the same map.
         if answer.document is self._seen and _maps_alike(document, answer.document):
             with tracing.span("unfolded"):
                 result = replace(answer.result, warped=warped, folds=None)
-                self._answer = replace(answer, mesh=Mesh(answer.grid, warped), result=result)
+                self.answer = replace(answer, mesh=Mesh(answer.grid, warped), result=result)
 
     def settled(self, document: Document) -> Warped | None:
         """Return the final answer to a document, where it is known."""
@@ -178,26 +154,15 @@ class LiveWarp:
         """Answer now if that fits into a frame; else show the last answer until the live thread has one."""
         try:
             if self.answer is None or self.answer.document.image is not document.image:
-                self._answer = answer_without_handles(document)
+                self.answer = answer_without_handles(document)
             if self._jobs.holds("solve"):
                 return
             if not beside and _fits_into_frame(document) and not self._solver.is_heavy(document):
-                self._coming = document, _IN_FRAME.submit(self._timed, self._solver.frame, document)
+                self._show(document, *self._timed(self._solver.frame, document))
             else:
                 self._solve_beside(document)
         except Exception as fault:  # noqa: BLE001  whatever it is, the last map stays and the artist goes on
             self._take_fault(fault)
-
-    def _take_coming(self) -> None:
-        """Wait for the answer of this frame, if there is one to come, and show it."""
-        if self._coming is None:
-            return
-        (document, found), self._coming = self._coming, None
-        try:
-            self._show(document, *found.result())
-        except Exception as fault:  # noqa: BLE001  as where it was begun
-            self._take_fault(fault)
-        self._rests_since = self._clock()
 
     def _solve_beside(self, document: Document) -> None:
         """Solve in the live slot; of what changes meanwhile only the newest is answered next, by `update`."""
@@ -207,7 +172,6 @@ class LiveWarp:
             return self._timed(self._frame_beside, document)
 
         def deliver(result: tuple[Warped, float]) -> None:
-            self._take_coming()
             if _fits_into_frame(document):  # the next frames are answered on this thread, with what has been built
                 self._solver, self._side_solver = self._side_solver, self._solver
             if self._seen is not None and document.image is self._seen.image:
@@ -232,26 +196,25 @@ class LiveWarp:
             if settled is not None and not _maps_alike(_bare(document), _bare(settled[0])):
                 settled = None
             found = self._gpu_frames.frame(document, settled)
-        return self._side_solver.frame(document) if found is None else found
+        found = self._side_solver.frame(document) if found is None else found
+        _ = found.folded  # worked out here: the window asks for it in every frame
+        return found
 
     def _timed(self, solve: Callable[[Document], Warped], document: Document) -> tuple[Warped, float]:
         """Return the map of `document` and how many milliseconds it took."""
         started = self._clock()
-        with tracing.span("map"):
-            result = solve(document)
-            _ = result.folded  # worked out here: the window asks for it in every frame
+        result = solve(document)
         return result, 1e3 * (self._clock() - started)
 
     def _show(self, document: Document, result: Warped, solve_ms: float = 0.0, *, final: bool = False) -> None:
         with tracing.span("answer", settled=final):
             grid = grid_of(document)
-            if self._answer is not None and self._answer.grid == grid:
-                grid = self._answer.grid  # its nodes are worked out
+            if self.answer is not None and self.answer.grid == grid:
+                grid = self.answer.grid  # its nodes are worked out
             mesh = Mesh(grid, result.warped)
-            self._answer = Answer(document, mesh, result, settled=final, solve_ms=solve_ms)
+            self.answer = Answer(document, mesh, result, settled=final, solve_ms=solve_ms)
 
     def _take_settled(self, result: Warped) -> None:
-        self._take_coming()
         if self._seen is None:
             return
         self._show(self._seen, result, final=True)
@@ -266,12 +229,12 @@ class LiveWarp:
             self._solver.learn(self._seen, result)
 
     def _take_fault(self, fault: Exception) -> None:
-        self._fault = explain(fault, "the map failed")
+        self.fault = explain(fault, "the map failed")
 
     def _rename(self, document: Document) -> None:
         """Keep the answer for a document that differs only in what the map does not depend on."""
         if self.answer is not None and self.answer.document is self._seen:
-            self._answer = Answer(
+            self.answer = Answer(
                 document,
                 self.answer.mesh,
                 self.answer.result,

@@ -182,11 +182,8 @@ class Workspace:
         with tracing.span("update"):
             self.barrier.run("bring the picture up to date", self.editor.update)
         self.barrier.run("choose the panels", self._show_mode)
-        self.barrier.run("draw the small pictures", self.thumbnails.begin_frame)
-
-    def fit_picture(self) -> None:
-        """Give the picture its place on the canvas, once its map is there."""
         self.barrier.run("show the picture whole", self._fit_new_picture)
+        self.barrier.run("draw the small pictures", self.thumbnails.begin_frame)
 
     def _lay_out(self) -> None:
         """Give the panels and the canvas their places."""

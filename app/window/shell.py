@@ -123,8 +123,6 @@ class Shell:
         self._motion = Motion()
         self._scene: CanvasScene | None = None
         """What was drawn last."""
-        self._awaits_map = False
-        """Whether the picture of this frame is drawn once what lies around it is laid out."""
         self._is_lost = False
         self._frame = ExitStack()  # holds the span of the frame that is being drawn
 
@@ -181,8 +179,8 @@ class Shell:
         calls.post_init_add_platform_backend_callbacks = self._listen
         calls.post_init = self._attach
         calls.post_new_frame = self._begin_frame
-        calls.before_imgui_render = self._finish_frame
-        calls.custom_background = self._begin_picture
+        calls.before_imgui_render = self.workspace.end_frame
+        calls.custom_background = self._draw_picture
         calls.after_swap = self._end_frame
         calls.confirm_exit = self.may_close
         calls.before_exit = self._detach
@@ -253,25 +251,11 @@ class Shell:
         if self.editor.is_closing:
             self.params.app_shall_exit = True
 
-    def _begin_picture(self) -> None:
-        """Draw the picture behind the panels before these are laid out, unless its map is still worked out."""
-        panel = theme.rgb(theme.PANEL)
+    def _draw_picture(self) -> None:
+        """Draw the picture behind the panels."""
+        panel, io, area = theme.rgb(theme.PANEL), imgui.get_io(), self.workspace.canvas.area
         if self._draws:
             self._context.screen.clear(panel.x, panel.y, panel.z)
-        self._awaits_map = self.editor.live.is_coming
-        if not self._awaits_map:
-            self._draw_picture()
-
-    def _finish_frame(self) -> None:
-        """Draw what belongs to this frame's map."""
-        if self._awaits_map:
-            self._draw_picture()
-        self.workspace.end_frame()
-
-    def _draw_picture(self) -> None:
-        """Draw the picture where the canvas is."""
-        self.workspace.fit_picture()
-        io, area = imgui.get_io(), self.workspace.canvas.area
         ratio = io.display_framebuffer_scale.y
         below = io.display_size.y - area.y - area.height
         left, bottom, width, height = (round(side * ratio) for side in (area.x, below, area.width, area.height))

@@ -117,15 +117,11 @@ class EditorDriver:
         return self.frame()
 
     def frame(self) -> "EditorDriver":
-        """Show a frame, and one more for what jobs have ready."""
-        self._show()
-        if not self.editor.jobs.is_idle:
-            self._show()
-        return self
-
-    def _show(self) -> None:
+        """Draw a frame, and one more for what jobs have ready."""
         self.editor.update()
-        _ = self.editor.answer  # it is drawn
+        if not self.editor.jobs.is_idle:
+            self.editor.update()
+        return self
 
     def rest(self) -> "EditorDriver":
         """Let the artist's hand rest until the final answer is there."""

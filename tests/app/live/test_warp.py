@@ -1,4 +1,3 @@
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -106,22 +105,6 @@ def test_an_answer_that_took_long_is_not_taken_for_rest(monkeypatch: pytest.Monk
     drive.frame()
     assert drive.editor.answer.document is drive.document
     assert drive.editor.live.wait_s == pytest.approx(0.15)
-
-
-def test_who_asks_for_a_map_waits_for_it_and_nobody_else(monkeypatch: pytest.MonkeyPatch) -> None:
-    drive, frame, may_go = EditorDriver(swirled()), MapSolver.frame, threading.Event()
-
-    def wait(solver: MapSolver, asked: Document) -> Warped:
-        assert may_go.wait(20)
-        return frame(solver, asked)
-
-    monkeypatch.setattr(MapSolver, "frame", wait)
-    drive.editor.slide("Bend", drive.start.with_warp(bend=60))
-    drive.editor.update()
-    assert drive.editor.live.is_coming
-    may_go.set()
-    assert drive.editor.answer.document is drive.document
-    assert not drive.editor.live.is_coming
 
 
 def test_until_the_final_answer_is_there_the_first_without_folds_is_shown() -> None:

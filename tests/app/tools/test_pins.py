@@ -180,9 +180,9 @@ def test_a_line_leads_from_a_pin_that_cannot_be_met_to_its_point() -> None:
     assert line.points[0] == pytest.approx(targets_on_screen(drive.editor)[0])
     assert line.points[1] == pytest.approx(drive.screen_of(60, 50), abs=1e-6)
     assert measure_miss_px(drive.editor, 0) > 200
-    drive.editor.live._answer = replace(found, settled=False)
+    drive.editor.live.answer = replace(found, settled=False)
     assert measure_miss_px(drive.editor, 0) == 0, "a map that is not the final one has missed nothing yet"
-    drive.editor.live._answer = found
+    drive.editor.live.answer = found
     drive.drag((400, 50), (70, 55)).rest()
     assert measure_miss_px(drive.editor, 0) == 0
     assert not faulty_lines(drive)
