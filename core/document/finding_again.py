@@ -25,7 +25,7 @@ def find_whole_cloth(document: Document) -> Job[Cloth]:
         raise InputError(UNSOUGHT)
     if before.mending is not None:
         before = before.mending.of
-    cloth = yield from part(find_again(document, Search(seed=document.cloth.seed, whole_of=before)), 0.0, 1.0)
+    cloth = yield from find_again(document, Search(seed=document.cloth.seed, whole_of=before))
     layers = yield from find_layers(document.changed(cloth=cloth))
     return cloth.changed(region=Raster.from_array(as_bytes(layers.covered)))
 

@@ -38,10 +38,8 @@ FIRST_TRIAL = 0.3
 """Share of the work that growing a lattice from a marked texel takes."""
 FINDING = 0.96
 """Share of the work that is not freeing the detail of the old pattern."""
-FINDING_PART = 0.6
-"""Share of the work that finding what is followed on over the whole cloth takes, if that is to be found again."""
-MENDING = 0.5
-"""Share of the work that finding again what is mended takes, if that is to be found again."""
+AGAIN = 0.5
+"""Share of the work that finding what is mended or followed on takes, if that is to be found again."""
 UNSOUGHT = "no pattern was found yet that a texture could take the place of: find the pattern first"
 """Why nothing can be laid on the cloth of a document in which no search was begun."""
 _PACKED: "WeakKeyDictionary[OverlayLayers, dict[str, bytes]]" = WeakKeyDictionary()
@@ -63,7 +61,7 @@ class OverlayLayers:
     bare_shading: Singles
     """As `shading`, without what that has of the old pattern."""
     bare_detail: Singles
-    """(H, W, 3), without what the detail has of the old pattern, and what of the photo that light leaves."""
+    """(H, W, 3), what `bare_shading` leaves of the photo, without what that has of the old pattern."""
     coverage: Singles
     """(H, W)."""
     texel: Floats
@@ -162,8 +160,8 @@ def find_layers(document: Document) -> Job[OverlayLayers]:
         raise InputError(UNSOUGHT)
     outcome = _kept.get(document.image, search)
     if outcome is None and search.mending is not None:
-        before = yield from part(find_layers(document.with_cloth(search=search.mending.of)), 0.0, MENDING)
-        yield Progress(MENDING, "mending the lattice")
+        before = yield from part(find_layers(document.with_cloth(search=search.mending.of)), 0.0, AGAIN)
+        yield Progress(AGAIN, "mending the lattice")
         outcome = _mended(document, before, search.mending)
         _kept.put(document.image, search, outcome)
     elif outcome is None:
@@ -256,12 +254,12 @@ def _decompose(document: Document, search: Search) -> "Job[Decomposition]":
 
     if search.whole_of is None:
         return (yield from _decompose_photo(document, search))
-    found = (yield from part(find_layers(document.with_cloth(search=search.whole_of)), 0.0, FINDING_PART)).found
+    found = (yield from part(find_layers(document.with_cloth(search=search.whole_of)), 0.0, AGAIN)).found
     if found is None:
         # Files of layers do not have it.
-        found = (yield from part(_decompose(document, search.whole_of), 0.0, FINDING_PART)).found
+        found = (yield from part(_decompose(document, search.whole_of), 0.0, AGAIN)).found
     assert found is not None
-    return (yield from part(decompose_object(document.image, found, search.seed), FINDING_PART, 1.0))
+    return (yield from part(decompose_object(document.image, found, search.seed), AGAIN, 1.0))
 
 
 def _decompose_photo(document: Document, search: Search) -> "Job[Decomposition]":

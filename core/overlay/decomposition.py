@@ -22,7 +22,7 @@ from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
-from core.overlay.filters.shrinking import shrunk, to_small
+from core.overlay.filters.shrinking import shrunk, to_small, working_scale
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.likelihood import count_explained
 from core.overlay.pixels.layers import painted, spread_mask
@@ -39,8 +39,6 @@ from core.selection.importance import importance, propose
 
 T = TypeVar("T")
 
-WORKING_PX = 1000
-"""Longest side of the picture that is searched and registered; larger ones are shrunk for that by a whole number."""
 SPLITTING = "splitting off the detail"
 OBJECTS = 0.4
 """Share of a photo that is taken for what stands out, before the object is cut out: garments fill about so much."""
@@ -185,8 +183,7 @@ def decompose_object(
     def follow_on(cloth: Bools) -> Job[FoundCloth]:
         return follow(whole, searchable(image, cloth), seed, is_told=False)
 
-    photo = encode(image)
-    whole = replace(found, photo=photo, valid=np.ones(photo.shape[:2], bool), scale=working_scale(photo))
+    whole = at_photo_size(found, image)
     wider = yield from part(time_stages(widen(image, whole, follow_on), seconds), 0.0, 0.8)
     return (yield from part(split_best([wider], seconds), 0.8, 1.0))
 
@@ -261,14 +258,9 @@ def follow(found: FoundCloth, region: Bools | Singles | None, seed: int, *, is_t
 
 def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture, int]:
     """Return the photo (h, w, 3) as it is searched, its canvas with what may be cloth, and how much smaller it is."""
-    scale = working_scale(photo)
+    scale = working_scale(photo.shape)
     small, valid = shrunk(photo, scale), shrunk(may_be_cloth(photo, region)[..., None], scale)[..., 0] > 0.5
     return small, flat_canvas(small, np.asarray(valid, np.bool_)), scale
-
-
-def working_scale(photo: Floats | Singles) -> int:
-    """Return how much smaller a photo (H, W, 3) is searched."""
-    return -(-int(max(photo.shape[:2])) // WORKING_PX)
 
 
 def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Bools:
@@ -330,6 +322,14 @@ def at_working_size(found: FoundCloth) -> FoundCloth:
     if found.scale == 1:
         return found
     return replace(found, photo=found.cloth.photo, valid=found.cloth.valid, scale=1, opacity=np.float32(1))
+
+
+def at_photo_size(found: FoundCloth, image: Image) -> FoundCloth:
+    """Return a find on all of the photo, which may be kept as it was searched."""
+    if found.photo.shape[:2] == image.pixels.shape[:2]:
+        return found
+    photo = encode(image)
+    return replace(found, photo=photo, valid=np.ones(photo.shape[:2], bool), scale=working_scale(photo.shape))
 
 
 def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:

@@ -25,14 +25,15 @@ def find_bare_layers(
     box = around(covered)
     colours = shading if shading.ndim == 3 else shading[..., None]
     own = colours.mean(-1)
-    bare, rest = np.full_like(colours, np.nan), np.full_like(detail, np.nan)
+    changed, rest = np.full_like(colours, np.nan), np.full_like(detail, np.nan)
     light = estimate_bare_light((detail[box], uv[box], own[box]), texel, basis)
-    bare[box] = colours[box] * (light / np.maximum(own[box], 1e-6))[..., None]
+    changed[box] = colours[box] * (light / np.maximum(own[box], 1e-6))[..., None]
 
     def move(_first: int, top: int, bottom: int, _last: int) -> None:
         rows = slice(top, bottom)
         shown = texel.singles(np.nan_to_num(uv[rows]).astype(np.float64))
-        rest[rows] = detail[rows] + (colours[rows] - bare[rows]) * shown
+        rest[rows] = detail[rows] + (colours[rows] - changed[rows]) * shown
 
     in_bands(move, detail.shape)
-    return bare.reshape(shading.shape), without_old_pattern(rest, uv, bare.reshape(shading.shape), texel, basis)
+    bare = changed.reshape(shading.shape)
+    return bare, without_old_pattern(rest, uv, bare, texel, basis)

@@ -6,10 +6,11 @@ several lights that is likely in which most pixels around a place do. The light 
 knows nothing of where the pattern lies. What is taken is the mean over all lights, each by how likely it is.
 """
 
-import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
+from core.overlay.filters.sampling import spread
+from core.overlay.filters.shrinking import working_scale
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import palette
 from core.overlay.texel import Texel
@@ -17,9 +18,7 @@ from core.overlay.texel import Texel
 COLOURS = 8
 """Colours that stand for those of the pattern."""
 WIDTH, MOST_PX = 0.2, 5.0
-"""Width of the neighbourhood that has one light, over the side of a texel, and in pixels of what is looked at."""
-LOOKED_PX = 1000
-"""Longest side of what is looked at of a photo."""
+"""Width of the neighbourhood that has one light, over the side of a texel, and in pixels of the working size."""
 LEAST_SPREAD, LEAST = 0.03, 1e-3
 """Spread, of a channel, of a colour that is one of the pattern's, at least, and of a light."""
 OTHER, NONE = 2.0, 4.0
@@ -41,7 +40,7 @@ def estimate_bare_light(layers: tuple[Singles, Singles, Singles], texel: Texel, 
     undeformed cloth a texel.
     """
     shape, side = layers[2].shape, float(np.sqrt(abs(np.linalg.det(basis))))
-    scale = -(-max(shape) // LOOKED_PX)
+    scale = working_scale(shape)
     width = min(WIDTH * side, MOST_PX * scale)
     every = max(scale, int(width / 2))
     few = slice(None, None, every), slice(None, None, every)
@@ -50,21 +49,18 @@ def estimate_bare_light(layers: tuple[Singles, Singles, Singles], texel: Texel, 
     shown = texel.singles(np.nan_to_num(uv).astype(np.float64))
     photo = np.nan_to_num(detail + own[..., None] * shown)
     whole = np.log(np.maximum(mean_light(photo, covered, texel, basis / every), LEAST))
-    spread = max(2 * float(np.median(np.abs(detail[covered]))), LEAST_SPREAD)
+    off = max(2 * float(np.median(np.abs(detail[covered]))), LEAST_SPREAD)
     change = np.zeros_like(whole)
     for lights in LIGHTS:
-        costs = costs_of(photo, shown, palette(texel, COLOURS), whole + change, lights, spread)
+        costs = costs_of(photo, shown, palette(texel, COLOURS), whole + change, lights, off)
         change += choose(costs, lights, change, covered, width / every)
-    wide = cv2.resize(whole + change, shape[::-1], interpolation=cv2.INTER_LINEAR)
-    return np.where(np.isfinite(layers[2]), np.exp(wide), np.float32(np.nan))
+    return np.where(np.isfinite(layers[2]), np.exp(spread(whole + change, shape, every)), np.float32(np.nan))
 
 
-def costs_of(
-    photo: Singles, shown: Singles, colours: Singles, light: Singles, lights: Floats, spread: float
-) -> Singles:
+def costs_of(photo: Singles, shown: Singles, colours: Singles, light: Singles, lights: Floats, off: float) -> Singles:
     """Return how unlikely a photo (H, W, 3) is, nats, in each of several lights (n, H, W) over a `light` (H, W).
 
-    A pixel has the colour that is `shown` (H, W, 3), another one of the `colours` (k, 3), or none, within a `spread`.
+    A pixel has the colour that is `shown` (H, W, 3), another one of the `colours` (k, 3), or none, `off` by about that.
     Lights are logarithms.
     """
     squares, level = np.einsum("hwc,hwc->hw", photo, photo), np.exp(light)
@@ -73,10 +69,10 @@ def costs_of(
     out = np.empty((len(lights), *light.shape), np.float32)
     for cost, factor in zip(out, np.exp(lights).astype(np.float32), strict=True):
         np.min(factor**2 * others[1] - 2 * factor * others[0], axis=0, out=cost)
-        cost += np.float32(2 * OTHER * spread**2)
+        cost += np.float32(2 * OTHER * off**2)
         np.minimum(cost, factor**2 * model[1] - 2 * factor * model[0], out=cost)
         cost += squares
-    return np.minimum(out / np.float32(2 * spread**2), np.float32(NONE))
+    return np.minimum(out / np.float32(2 * off**2), np.float32(NONE))
 
 
 def choose(costs: Singles, lights: Floats, change: Singles, covered: Bools, width_px: float) -> Singles:

@@ -22,3 +22,11 @@ def look_up(image: Singles, at: Points | Singles) -> Singles:
         found = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         out[first : first + len(part)] = found.reshape(-1, image.shape[-1])[: len(part)]
     return out
+
+
+def spread(plane: Singles, shape: tuple[int, ...], every: int) -> Singles:
+    """Return a plane (h, w) or (h, w, C) of every so many pixels at all of a `shape` (H, W)."""
+    at = np.diag([1 / every, 1 / every, 1.0])[:2]
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    wide = cv2.warpAffine(plane, at, shape[1::-1], flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(wide, np.float32)

@@ -4,6 +4,14 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
 
+WORKING_PX = 1000
+"""Longest side of the picture that is searched and registered; larger ones are shrunk for that by a whole number."""
+
+
+def working_scale(shape: tuple[int, ...]) -> int:
+    """Return how much smaller a picture of a shape (H, W, ...) is searched."""
+    return -(-max(shape[:2]) // WORKING_PX)
+
 
 def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
     """Return the means (h, w, C) of squares of `scale` pixels; past the picture's edge its last pixels are repeated."""

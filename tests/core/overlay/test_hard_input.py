@@ -116,7 +116,7 @@ def test_a_button_keeps_its_pixels_and_does_not_bend_the_mesh() -> None:
 
 
 def test_a_photo_larger_than_the_working_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("core.overlay.decomposition.WORKING_PX", 120)
+    monkeypatch.setattr("core.overlay.filters.shrinking.WORKING_PX", 120)
     scene = make_scene(motif(), size=(231, 239), basis=np.array([[34.0, 3.0], [-2.0, 33.0]]))
     found = found_in(scene.photo)
     assert_true_lattice(found, scene, rms_px=0.6)

@@ -1,11 +1,11 @@
 """Cloth on which the model cannot be trusted: its light is the photo's, its pattern is looked for again."""
 
-import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.detail.model_validity import trust_in
 from core.overlay.detail.sparse_reflectance import mean_light
+from core.overlay.filters.sampling import spread
 from core.overlay.laying.albedo_scale import BRIGHTEST
 from core.overlay.mesh import around
 from core.overlay.pixels.filling import solid
@@ -70,11 +70,3 @@ def move(seen: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats, lo
     shift = np.zeros((*lost.shape, 2), np.float32)
     shift[box] = shifts_where_lost(photo[box], uv[::every, ::every][box], light[box], texel, basis, lost[box])
     return uv + spread(shift, uv.shape, every)
-
-
-def spread(plane: Singles, shape: tuple[int, ...], every: int) -> Singles:
-    """Return a plane (h, w) or (h, w, C) of every so many pixels at all of a `shape` (H, W)."""
-    at = np.diag([1 / every, 1 / every, 1.0])[:2]
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    wide = cv2.warpAffine(plane, at, shape[1::-1], flags=flags, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(wide, np.float32)

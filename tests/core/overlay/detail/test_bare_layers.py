@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.detail import sparse_reflectance
 from core.overlay.detail.bare_layers import find_bare_layers
+from core.overlay.filters import shrinking
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.texel import estimate_texel
 from tests.core.overlay.overlay_scenes import make_scene, motif
@@ -106,6 +106,6 @@ def test_beyond_the_cloth_is_nothing() -> None:
 def test_a_large_photo_is_looked_at_at_fewer_places_to_the_same_light(monkeypatch: pytest.MonkeyPatch) -> None:
     uv = half_beside()
     detail, at, light = layers(SCENE.photo, uv, light_that_follows(SCENE.photo, uv))
-    monkeypatch.setattr(sparse_reflectance, "LOOKED_PX", 95)
+    monkeypatch.setattr(shrinking, "WORKING_PX", 95)
     bare, _ = find_bare_layers(detail, at, light, TEXEL, SCENE.basis)
     assert off(bare, DEEP) < 0.03

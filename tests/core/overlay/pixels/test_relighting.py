@@ -6,10 +6,11 @@ import pytest
 from core.arrays import Floats, Singles
 from core.overlay.detail.model_validity import estimate_trust, trust_in
 from core.overlay.detail.sparse_reflectance import mean_light
+from core.overlay.filters.sampling import spread
 from core.overlay.pixels.matching import NEXT, OTHER, best_before
 from core.overlay.pixels.semi_global_rematching import shifts_where_lost
 from core.overlay.pixels.shading.multiscale_light import estimate_light
-from core.overlay.pixels.shading.relighting import recover, spread
+from core.overlay.pixels.shading.relighting import recover
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
 TEXEL = motif()
