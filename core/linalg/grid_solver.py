@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-
 from core.arrays import Bools, Floats, Ints
 from core.linalg.cubic_convolution import Complexes, Smooth
 
@@ -35,9 +33,9 @@ class Onto:
     at: Complexes
     """Where these nodes are (n,)."""
 
-    def moved(self, v: Floats) -> Complexes:
-        """Return where all nodes (R, C) are, given the solution v (N, 2)."""
-        z = np.ascontiguousarray(v).view(np.complex128).reshape(self.base.shape) + self.base
+    def moved(self, v: Complexes) -> Complexes:
+        """Return where all nodes (R, C) are, given the solution v (N,)."""
+        z = v.reshape(self.base.shape) + self.base
         if self.smooth is not None:
             z += self.smooth.whole
         z.ravel()[self.nodes] = self.at

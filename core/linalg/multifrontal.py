@@ -176,6 +176,11 @@ class GridFactor:
         self._values = new.copy()
         return self
 
+    @property
+    def diagonal(self) -> Floats:
+        """The matrix's (N,)."""
+        return self._values[::3]
+
     def _with_wholes(self, boxes: Ints) -> Bools:
         """Mark boxes, -1 for none, and all that hold them."""
         touched = np.zeros(len(self._whole) + 1, bool)
@@ -294,7 +299,7 @@ class GridFactor:
 
     def place(self, y: Floats, onto: Onto) -> tuple[Complexes, None]:
         """Return where `backward` takes all nodes (R, C); what that folds is not known."""
-        return onto.moved(self.backward(y)), None
+        return onto.moved(self.backward(y).view(np.complex128)[:, 0]), None
 
     def __repr__(self) -> str:
         return f"GridFactor({self.size} unknowns, {len(self._whole)} boxes)"

@@ -14,3 +14,5 @@ LEAST_SHARE = 0.25
 """Share of its bilinear weight that a point needs on nodes that are to hold it: one corner's, in the mean of four."""
 LITTLE = 0.1
 """Share of a whole that is little: of a size, of a step of a cell, of the room that a corner or what glides had."""
+UNSEEN_PX = SEEN_PX / 40
+"""Pixels that a part of what moves may be off to save time: of all that adds up, less than a tenth of that is seen."""

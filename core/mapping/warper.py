@@ -49,6 +49,11 @@ class LastAnswer:
     handles: HandleSolver | None = None
     """How handles moved it."""
 
+    def wait(self) -> None:
+        """Return once nothing is worked out beside."""
+        if self.handles is not None:
+            self.handles.wait()
+
     def is_of(self, mask: Prepared | None, plain: Points) -> bool:
         """Return whether the picture without handles was for this mask and W."""
         return self.reference is not None and self.mask is mask and self.plain is plain
@@ -90,6 +95,7 @@ class Warper:
 
     def use(self, features: Features, options: MappingOptions) -> None:
         """Prepare for the given features and options; cheap when they are the same objects as before."""
+        self._last.wait()
         if options.keep != "none":
             self._prepare(features, options)
         self._features, self._options = features, options
@@ -116,6 +122,7 @@ class Warper:
 
     def frame(self, plain: Points, handles: Handles | None = None) -> Warped:
         """Return the linear answer, which may fold, for W at the nodes (R, C, 2)."""
+        self._last.wait()
         if plain is not self._last.plain:
             _check_finite(plain)
         self._prepare_handles(handles)
@@ -176,6 +183,7 @@ class Warper:
     def settle(self, plain: Points, handles: Handles | None = None, *, near: Solution | None = None) -> Job[Warped]:
         """Return the answer without folds where W has none; of several, the one that is `near` another's reference."""
         _check_finite(plain)
+        self._last.wait()
         started = time.perf_counter()
         self._prepare_handles(handles)
         reference = yield from on_one_thread(self._unfolded(plain, near))
@@ -192,6 +200,7 @@ class Warper:
         mask = self._keeping
         if mask is None or find_folded_quads(as_complex(plain)).any():
             return False
+        self._last.wait()
         self._last.stroke.forget()
         found, _ = mask.refine(mask.answer(plain, self._last.stroke), plain)
         return bool(find_folded_quads(found.z).any())

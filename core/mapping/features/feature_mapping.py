@@ -20,6 +20,7 @@ from core.mapping.features.near_load import NearLoad
 from core.mapping.features.per_quad import load_per_quad
 from core.mapping.features.pose import Approach, HeldNodes, HeldPoints, Pose, Solution, Start
 from core.mapping.features.quad_weights import assign_roles, weigh_free
+from core.mapping.features.recycled import Recycled
 from core.mapping.features.reduced_system import ReducedSystem, as_one, as_two, spread
 from core.mapping.features.similarity import Bodies, Body, bodies_of, body_index
 from core.mapping.features.sizes import smaller_scales
@@ -170,24 +171,47 @@ class FeatureMapping:
             inverse = np.linalg.pinv(M @ (half.T @ half) @ M.conj().T, rcond=SINGULAR, hermitian=True)
             return HeldPoints(nodes, weights, M, half, inverse)
 
-    def approach(self, w: Smooth, alpha: Complexes, t: Complexes, points: HeldPoints, to: Complexes) -> Approach:
+    def approach(
+        self,
+        w: Smooth,
+        alpha: Complexes,
+        t: Complexes,
+        points: HeldPoints,
+        to: Complexes,
+        known: Recycled | None = None,
+    ) -> Approach:
         """Return where bodies at (α, t), with the outline as W has it, leave `points` that are to be at `to` (k,)."""
         start, c = self._start(w, alpha, t), self._of_joint(alpha, t)
         with one_thread(), self.clock.measure("solve"):
-            y = self.factor.forward_again(*self._load(start, c))
+            load, nodes = self._load(start, c)
             z, place = start.read(points.nodes), self._held.place.ravel()[points.nodes]
             is_joint = (place >= 0) & (place < len(self._held.bodies) - len(self._apart.nodes))
             z[is_joint] = self._joint_at(c, place[is_joint])
-            return Approach(w, y, to - points.read(z) - points.moved_by(y))
+            missed = to - points.read(z)
+            if known is not None:
+                return Approach(w, load, known.miss(load, nodes, missed))
+            y = self.factor.forward_again(load, nodes)
+            return Approach(w, y, missed - points.moved_by(y))
 
-    def hold(self, found: Approach, points: HeldPoints, base: Complexes, alpha: Complexes, t: Complexes) -> Solution:
+    def hold(
+        self,
+        found: Approach,
+        points: HeldPoints,
+        base: Complexes,
+        alpha: Complexes,
+        t: Complexes,
+        known: Recycled | None = None,
+    ) -> Solution:
         """Return where nodes end with points held (FAT eq. 8): by forces λ on them, K_ff v = r_f + Cᵀ M* λ.
 
-        All moves from `base` (R, C) on; with that, the similarities of bodies are (α, t).
+        All moves from `base` (R, C) on; with that, the similarities of bodies are (α, t). What is `known` of answers to
+        much the same must have been given to `approach` too: free nodes are then off by what nobody sees.
         """
         at = [self._joint_at(self._of_joint(alpha, t)), self._apart_at(alpha, t)]
         onto = Onto(base, found.w, self._held.bodies, np.concatenate(at))
         with one_thread(), self.clock.measure("solve"):
+            if known is not None:
+                return Solution(onto.moved(known.answer(found.load, found.missed)), alpha, t)
             z, folded = self.factor.place(found.load + points.pull(found.missed), onto)
         return Solution(z, alpha, t, folded)
 

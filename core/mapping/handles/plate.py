@@ -37,13 +37,14 @@ from core.grid import Grid
 from core.linalg.blas import one_thread
 from core.linalg.cubic_convolution import Smooth
 from core.linalg.laplacian import edge_weights, laplacian
+from core.linalg.reduced_basis import ReducedBasis
 from core.mapping.handles.dirichlet_plate import HeldForces, HeldPlate
 from core.mapping.handles.free_plate import FreeForces, FreePlate
 from core.mapping.handles.probes import Probes
 from core.mapping.handles.rods import Found, Rods, RodSystem, Slides
 from core.mapping.handles.turned import Base, Turned
 from core.mapping.jacobians import Complexes, as_complex
-from core.mapping.tolerances import SINGULAR
+from core.mapping.tolerances import SINGULAR, UNSEEN_PX
 from core.tracing import span
 
 Frame = Literal["held", "free"]
@@ -140,6 +141,8 @@ class HandleField:
             self._S, self._inverse = S, _inverse(S)
             self._on_bodies = np.asarray(self._bodies.conj().T @ self._inverse[:n, :n])
             self._between_bodies = np.asarray(self._on_bodies @ self._bodies)
+            off = UNSEEN_PX / np.concatenate([np.ones(n), np.abs(np.diag(within))])
+            self._basis = ReducedBasis(self._spread, off)
             if len(self.rods):
                 self._system = RodSystem(self.rods, self._inverse, across, within)
                 self._slides = self._prepare_slides(slides)
@@ -158,16 +161,25 @@ class HandleField:
         system = (T.conj().T @ self._between_bodies @ T).real
         return _solve(system, -(T.conj().T @ (self._on_bodies @ known)).real)
 
-    def displace(self, asked: Complexes, turned: Turned | None = None) -> Complexes:
-        """Return the nodes' displacements d (r, c) that have the points' ones (n,), beside what is `turned`."""
+    def displace(self, asked: Complexes, turned: Turned | None = None, *, recycles: bool = False) -> Complexes:
+        """Return the nodes' displacements d (r, c) that have the points' ones (n,), beside what is `turned`.
+
+        One that `recycles` earlier answers is off by what nobody sees.
+        """
         if self._forces is None:
             return np.zeros(self.grid.shape, np.complex128)
         if self._system is None or turned is None:
-            return self._answer(asked).reshape(self.grid.shape)
+            return self._answer(asked, recycles=recycles).reshape(self.grid.shape)
         none, slides = np.empty((len(asked), 0), np.complex128), self._slides.where(turned.slides)
         found = self._push(asked, none, turned)
-        d = slides.fields @ found.slid + self._answer(asked - slides.at_points @ found.slid, found.forces)
+        d = slides.fields @ found.slid
+        d = d + self._answer(asked - slides.at_points @ found.slid, found.forces, recycles=recycles)
         return np.asarray(d).reshape(self.grid.shape)
+
+    def learn(self) -> None:
+        """Let the next answers that recycle what is known be nearer to the exact ones."""
+        if self._forces is not None:
+            self._basis.learn()
 
     def sample(self, z: Complexes) -> Complexes:
         """Return what z at the picture's nodes (R, C) is at the plate's (r, c)."""
@@ -220,11 +232,17 @@ class HandleField:
         with one_thread():
             return self._system.find(known, Q, self._slides.where(turned.slides), turned.normals, turned.bends)
 
-    def _answer(self, asked: Complexes, pushes: Complexes | None = None) -> Complexes:
+    def _answer(self, asked: Complexes, pushes: Complexes | None = None, *, recycles: bool) -> Complexes:
         """Return d (N,) for what is asked of the points (n,), where rods push by forces (k,)."""
-        assert self._forces is not None
-        n, load = len(asked), np.concatenate([asked, np.zeros(self._spare)])
         pushed = np.zeros(len(self.rods), np.complex128) if pushes is None else pushes
+        x = np.concatenate([asked, pushed])
+        return self._basis.answer(x) if recycles else self._spread(x)
+
+    def _spread(self, x: Complexes) -> Complexes:
+        """Return the same for both, one after the other (n + k,)."""
+        assert self._forces is not None
+        asked, pushed = np.split(x, [len(x) - len(self.rods)])
+        n, load = len(asked), np.concatenate([asked, np.zeros(self._spare)])
         if self._system is not None:
             load = load - self._system.across @ pushed
         found = times(self._inverse, load)

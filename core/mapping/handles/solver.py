@@ -11,13 +11,15 @@ The picture without handles, z⁰ with features at (α⁰, t⁰), costs nothing;
 Whatever does not move at all is therefore left as it is to the last bit.
 """
 
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
 import numpy as np
 
 from core.linalg.cubic_convolution import Smooth
+from core.linalg.multifrontal import GridFactor
 from core.mapping.features.pose import Approach, Solution
+from core.mapping.features.recycled import Recycled
 from core.mapping.handles.constraints import SCALE, Constraints
 from core.mapping.handles.frame_glide import Knots, glide_beside
 from core.mapping.handles.motions import Poses
@@ -38,7 +40,7 @@ _PATIENCE = 3
 _SAMPLED = 16
 """One of so many rows and columns of nodes is looked at first."""
 _BESIDE = ThreadPoolExecutor(1, "rotation")
-"""Where the next answer's rotation is taken while this one is drawn."""
+"""Where the next answer's rotation is taken, and something is learnt for it, while this one is drawn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +75,13 @@ class HandleSolver:
         """where it has the plate's nodes,"""
         self._d: Complexes | None = None if before is None else before._d
         """and their last displacement (r, c)."""
+        factor = structure.mapping.factor
+        self._recycled = Recycled(factor, structure.held) if isinstance(factor, GridFactor) else None
+        """What answers while something moves tell of the next one."""
         self._next: Future[Turned] | None = None
         """What that turns the background into, which the next answer to the same picture begins with."""
+        self._learning: Future[None] | None = None
+        """What is worked out beside last."""
 
     def solve(self, reference: Solution, asked: Complexes, *, rounds: int) -> Moved:
         """Return where handles that ask for `asked` (k,) move the `reference`.
@@ -95,20 +102,35 @@ class HandleSolver:
             poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
             sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
             turned = self._first_turned(s, reference, poses, goal, sides, slides=is_straight)
+        is_live = rounds < _ROUNDS_PER_TURN
+        known = self._recycled if is_live else None
         for _ in range(max(rounds // _ROUNDS_PER_TURN, 1)):
-            found = self._converge(s, reference, poses, goal, turned, sides, rounds)
-            if rounds < _ROUNDS_PER_TURN:
+            found = self._converge(s, reference, poses, goal, turned, sides, rounds, known)
+            if is_live:
                 break
             again = s.field.turn(base, found.d, sides, slides=is_straight)
             if again.differs_px(turned) < MET_PX:
                 break
             turned = again
         last, self._d = self._d, found.d
-        if stays and sides is None and rounds < _ROUNDS_PER_TURN:
+        if stays and sides is None and is_live:
             self._next = _BESIDE.submit(s.field.turn, base, found.d, None, slides=is_straight)
         moves = last is None or _has_moved(found.d, last, SEEN_PX / 2)
-        solution = mapping.hold(found.approach, s.held, reference.z, found.alpha, found.t)
+        solution = mapping.hold(found.approach, s.held, reference.z, found.alpha, found.t, known)
+        if is_live:
+            self._learning = _BESIDE.submit(self._learn)
         return Moved(solution, found.D, goal, is_final=not moves)
+
+    def wait(self) -> None:
+        """Return once nothing is worked out beside: nobody else uses the factor meanwhile."""
+        if self._learning is not None:
+            wait([self._learning])
+
+    def _learn(self) -> None:
+        """Learn from what was asked for."""
+        self.structure.field.learn()
+        if self._recycled is not None:
+            self._recycled.learn()
 
     def _first_turned(
         self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, sides: Complexes | None, *, slides: bool
@@ -120,7 +142,7 @@ class HandleSolver:
             return ahead.result()
         d = self._d
         if d is None:
-            d = self._displace(s, reference, poses, goal, s.field.still(self._base, slides=slides))
+            d = self._displace(s, reference, poses, goal, s.field.still(self._base, slides=slides), recycles=False)
         return s.field.turn(self._base, d, sides, slides=slides)
 
     def _converge(
@@ -132,6 +154,7 @@ class HandleSolver:
         turned: Turned,
         sides: Complexes | None,
         rounds: int,
+        known: Recycled | None,
     ) -> "_Found":
         """Return the displacement of the background for which the plate alone holds handles, as nearly as it comes."""
         close_px = MET_PX if rounds >= _ROUNDS_PER_TURN else SEEN_PX / 2
@@ -141,14 +164,14 @@ class HandleSolver:
         best: _Found | None = None
         vain = 0
         for number in range(rounds + 1):
-            d = self._displace(s, reference, poses, asked, turned)
+            d = self._displace(s, reference, poses, asked, turned, recycles=rounds < _ROUNDS_PER_TURN)
             D = s.field.refine(d, sides)
             self._pose_small(s, reference, poses, D)
             alpha, t = poses.alpha - reference.alpha, poses.t - reference.t
             to_rows = np.where(s.owners < 0, goal, 0)
             for hold in s.holds.values():
                 to_rows[hold.points] = alpha[hold.body] * hold.arms + t[hold.body]
-            approach = s.mapping.approach(D, alpha, t, s.held, to_rows[s.rows])
+            approach = s.mapping.approach(D, alpha, t, s.held, to_rows[s.rows], known)
             misses = approach.missed[s.alone]
             missed = float(np.abs(misses).max(initial=0))
             vain = 0 if best is None or missed < (1 - LITTLE) * best.missed else vain + 1
@@ -170,13 +193,15 @@ class HandleSolver:
         goal[np.abs(goal) < MET_PX] = 0
         return np.asarray(goal)
 
-    def _displace(self, s: Structure, reference: Solution, poses: Poses, asked: Complexes, turned: Turned) -> Complexes:
+    def _displace(
+        self, s: Structure, reference: Solution, poses: Poses, asked: Complexes, turned: Turned, *, recycles: bool
+    ) -> Complexes:
         """Return d (r, c) for the displacements `asked` of handles (k,), beside `turned`; place the plate's bodies."""
         already = s.field.at_points(turned.y)
         for _ in range(_POSE_STEPS):
             known = self._know(s, reference, poses, asked) - already
             s.motions.move(poses, s.field.find_motions(known, s.motions.directions(poses.alpha), turned))
-        return turned.y + s.field.displace(self._know(s, reference, poses, asked) - already, turned)
+        return turned.y + s.field.displace(self._know(s, reference, poses, asked) - already, turned, recycles=recycles)
 
     def constrain(self, reference: Solution, moved: Moved) -> Constraints:
         """Return the constraints that the handles of the last answer, `moved`, and the frame are.

@@ -45,7 +45,7 @@ def test_load_is_that_of_all_nodes(*, glides: bool) -> None:
     load = np.zeros(GRID.size, np.complex128)
     load[nodes] = as_one(values)
     np.testing.assert_allclose(load, np.where(found.free, expected, 0).ravel(), atol=1e-12 * np.abs(r).max())
-    np.testing.assert_array_equal(start.onto.moved(np.zeros((GRID.size, 2))), z)
+    np.testing.assert_array_equal(start.onto.moved(np.zeros(GRID.size, np.complex128)), z)
     for field in fields:
         weighed = field.phi.conj().reshape(2, -1) @ (r + TIE * w)[field.window].ravel()
         weighed[0] += np.vdot(field.halo, z[field.window])

@@ -14,6 +14,7 @@ from core.mapping.handles.probes import Probes
 from core.mapping.jacobians import Complexes, as_complex, as_positions
 from core.mapping.options import Keep, MappingOptions
 from core.mapping.result import Warped
+from core.mapping.tolerances import UNSEEN_PX
 from core.mapping.warper import Warper
 from core.mapping.warping import warp_grid
 from core.progress import run
@@ -178,7 +179,7 @@ def test_what_is_shown_while_a_ring_is_turned_is_what_stays() -> None:
         handles = Handles(BOTH, BOTH, rings=rings(turn(degrees), None, None, turn(-degrees)))
         shown = live.frame(GRID.nodes, handles)
         assert not shown.folded.any()
-        assert max(pin.worst_px for pin in shown.pin_reports) < 1e-3
+        assert max(pin.worst_px for pin in shown.pin_reports) < UNSEEN_PX
     assert np.abs(run(live.settle(GRID.nodes, handles)).warped - shown.warped).max() < 0.1 * GRID.cell[0]
 
 

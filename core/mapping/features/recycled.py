@@ -1,0 +1,58 @@
+"""How free nodes follow loads, and hold points, in frames that are much like those before."""
+
+import numpy as np
+
+from core.arrays import Floats, Ints
+from core.linalg.multifrontal import GridFactor
+from core.linalg.reduced_basis import ReducedBasis
+from core.mapping.features.pose import HeldPoints
+from core.mapping.features.reduced_system import as_one, as_two
+from core.mapping.jacobians import Complexes
+from core.mapping.tolerances import SEEN_PX, UNSEEN_PX
+
+
+class Recycled:
+    """What answers to earlier loads tell of the next one, for one factor and the same points held.
+
+    K_ff⁻¹ has no negative entries. So a load r moves no node further than max |r / g| times as far as the load g > 0
+    moves the one that it moves furthest: that tells how far what is left of a load would move any at most, in drags 2
+    to 8 times what it does. With G = K_ff⁻¹ Cᵀ, what points miss is known exactly.
+    """
+
+    def __init__(self, factor: GridFactor, points: HeldPoints) -> None:
+        self._factor, self._points = factor, points
+        self._nodes = np.empty(0, np.int64)
+        self._G = np.empty((0, 0))
+        """At these nodes, transposed (m', m)."""
+        self._basis: ReducedBasis | None = None
+
+    def miss(self, load: Floats, nodes: Ints, missed: Complexes) -> Complexes:
+        """Return what the points miss (k,) under a load (m, 2) at `nodes`, given what they miss without."""
+        if self._basis is None or nodes is not self._nodes:
+            self._begin(nodes, len(missed))
+        return np.asarray(missed - self._points.M @ as_one(self._G @ load))
+
+    def answer(self, load: Floats, missed: Complexes) -> Complexes:
+        """Return how far all nodes (N,) move under the last load, with points held that miss so much under it."""
+        assert self._basis is not None
+        return self._basis.answer(np.concatenate([as_one(load), missed]))
+
+    def learn(self) -> None:
+        """Let the next answers be nearer to the exact ones."""
+        if self._basis is not None:
+            self._basis.learn()
+
+    def _begin(self, nodes: Ints, points: int) -> None:
+        g = np.zeros((self._factor.size, 1))
+        g[nodes, 0] = self._factor.diagonal[nodes]
+        furthest = self._factor.solve(g).max(initial=1)
+        C = self._points.half @ np.eye(len(self._points.nodes))
+        self._nodes, self._G = nodes, self._factor.backward(C)[nodes].T.copy()
+        self._basis = ReducedBasis(
+            self._evaluate, np.append(SEEN_PX / 2 / furthest * g[nodes], np.full(points, UNSEEN_PX))
+        )
+
+    def _evaluate(self, x: Complexes) -> Complexes:
+        load, missed = np.split(x, [len(self._nodes)])
+        y = self._factor.forward_again(as_two(load), self._nodes)
+        return as_one(self._factor.backward(y + self._points.pull(missed)))
