@@ -61,7 +61,7 @@ def _records(grid: Grid) -> list[dict[str, Any]]:
     plains = [_swirled(grid, number) for number in range(_REPEATS + 1)]
     deeds: dict[str, Callable[[Warper, int], Warped]] = {
         "preset": lambda live, number: live.frame(plains[number]),
-        "pins": lambda live, number: live.frame(plains[0], Handles(pins, pins + 1.0 + number)),
+        "pins": lambda live, number: _dragged(live, plains[0], Handles(pins, pins + 1.0 + number)),
     }
     found = []
     for deed, answer in deeds.items():
@@ -83,6 +83,12 @@ def _records(grid: Grid) -> list[dict[str, Any]]:
             }
         )
     solver.release()
+    return found
+
+
+def _dragged(live: Warper, plain: Points, handles: Handles) -> Warped:
+    found = live.frame(plain, handles)
+    live.look_ahead()
     return found
 
 

@@ -155,7 +155,9 @@ def _shown(live: Warper, plain: Points) -> Points:
 
 def _dragged(live: Warper, handles: Handles) -> Points:
     """Drag pins, one of them in a feature."""
-    return live.frame(live.grid.nodes, handles).warped.astype(np.float32)
+    found = live.frame(live.grid.nodes, handles)
+    live.look_ahead()
+    return found.warped.astype(np.float32)
 
 
 def _unfold_ms(grid: Grid, features: Features) -> float | None:

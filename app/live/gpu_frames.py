@@ -39,7 +39,9 @@ class GpuFrames:
             if settled is not None and settled[1] is not self._learnt:
                 self._solver.learn(*settled)
                 self._learnt = settled[1]
-            return self._solver.frame(document)
+            found = self._solver.frame(document)
+            self._solver.look_ahead()
+            return found
         except WeftError:
             raise  # what is wrong is the document
         except Exception as fault:

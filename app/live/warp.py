@@ -116,6 +116,10 @@ class LiveWarp:
             self._solve(document, beside=beside)
         self._show_unfolded()
 
+    def look_ahead(self) -> None:
+        """Begin beside what the next frame of a drag needs: once this one is drawn, since it would take longer else."""
+        self._solver.look_ahead()
+
     def _settling(self, document: Document) -> Job[Warped]:
         """Work out the final answer, and put the first one without folds where `update` finds it."""
 
@@ -196,7 +200,9 @@ class LiveWarp:
             if settled is not None and not _maps_alike(_bare(document), _bare(settled[0])):
                 settled = None
             found = self._gpu_frames.frame(document, settled)
-        found = self._side_solver.frame(document) if found is None else found
+        if found is None:
+            found = self._side_solver.frame(document)
+            self._side_solver.look_ahead()
         _ = found.folded  # worked out here: the window asks for it in every frame
         return found
 

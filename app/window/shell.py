@@ -262,6 +262,7 @@ class Shell:
         place = left, bottom, width, height
         with tracing.span("canvas"):
             self._draw_behind(ratio, place)
+        self.editor.live.look_ahead()
 
     def _draw_behind(self, ratio: float, place: gpu.Rectangle) -> None:
         """Draw the present picture, or the last one where that fails."""

@@ -124,6 +124,11 @@ class MapSolver:
         inputs, warper = self._prepare(document)
         return warper.frame(inputs.plain(document, seen=True), handles_of(document))
 
+    def look_ahead(self) -> None:
+        """Begin beside what the next frame of a drag needs of this one, once nothing more is done for this one."""
+        if self._kept is not None:
+            self._kept[1].look_ahead()
+
     def settle(self, document: Document, *, near: Warped | None = None) -> Job[Warped]:
         """Return the answer without folds where W has none; the same bits, whatever was answered before.
 

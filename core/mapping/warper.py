@@ -131,6 +131,11 @@ class Warper:
         found = self._result(plain, reference, moved, handles, self._seconds())
         return found if moved is None or moved.is_final else replace(found, is_rough=True)
 
+    def look_ahead(self) -> None:
+        """Begin beside what the next frame of a drag needs of this one, once nothing more is done for this one."""
+        if self._last.handles is not None:
+            self._last.handles.look_ahead()
+
     def learn(self, plain: Points, reference: Solution) -> None:
         """Take it that W at the nodes (R, C, 2) leads to the `reference` at rest, without handles."""
         mask = self._keeping

@@ -10,26 +10,32 @@ from core.mapping.features.reduced_system import as_one, as_two
 from core.mapping.jacobians import Complexes
 from core.mapping.tolerances import SEEN_PX, UNSEEN_PX
 
+_FEW = 16
+"""So many points have paid for what they take after as many frames: a quarter of a second."""
+
 
 class Recycled:
     """What answers to earlier loads tell of the next one, for one factor and the same points held.
 
     K_ff⁻¹ has no negative entries. So a load r moves no node further than max |r / g| times as far as the load g > 0
     moves the one that it moves furthest: that tells how far what is left of a load would move any at most, in drags 2
-    to 8 times what it does. With G = K_ff⁻¹ Cᵀ, what points miss is known exactly.
+    to 8 times what it does. What points miss is known exactly: that of a few by G = K_ff⁻¹ Cᵀ, that of many by half a
+    solve, since G takes as many.
     """
 
     def __init__(self, factor: GridFactor, points: HeldPoints) -> None:
         self._factor, self._points = factor, points
         self._nodes = np.empty(0, np.int64)
-        self._G = np.empty((0, 0))
-        """At these nodes, transposed (m', m)."""
+        self._G: Floats | None = None
+        """At these nodes, transposed (m', m); None for many points."""
         self._basis: ReducedBasis | None = None
 
     def miss(self, load: Floats, nodes: Ints, missed: Complexes) -> Complexes:
         """Return what the points miss (k,) under a load (m, 2) at `nodes`, given what they miss without."""
         if self._basis is None or nodes is not self._nodes:
             self._begin(nodes, len(missed))
+        if self._G is None:
+            return missed - self._points.moved_by(self._factor.forward_again(load, nodes))
         return np.asarray(missed - self._points.M @ as_one(self._G @ load))
 
     def answer(self, load: Floats, missed: Complexes) -> Complexes:
@@ -46,8 +52,8 @@ class Recycled:
         g = np.zeros((self._factor.size, 1))
         g[nodes, 0] = self._factor.diagonal[nodes]
         furthest = self._factor.solve(g).max(initial=1)
-        C = self._points.half @ np.eye(len(self._points.nodes))
-        self._nodes, self._G = nodes, self._factor.backward(C)[nodes].T.copy()
+        self._nodes, count = nodes, len(self._points.nodes)
+        self._G = None if count > _FEW else self._factor.backward(self._points.half @ np.eye(count))[nodes].T.copy()
         self._basis = ReducedBasis(
             self._evaluate, np.append(SEEN_PX / 2 / furthest * g[nodes], np.full(points, UNSEEN_PX))
         )

@@ -11,11 +11,14 @@ The picture without handles, z⁰ with features at (α⁰, t⁰), costs nothing;
 Whatever does not move at all is therefore left as it is to the last bit.
 """
 
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from core.grid import DEFAULT_NODES_AT_MOST
 from core.linalg.cubic_convolution import Smooth
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.pose import Approach, Solution
@@ -75,13 +78,15 @@ class HandleSolver:
         """where it has the plate's nodes,"""
         self._d: Complexes | None = None if before is None else before._d
         """and their last displacement (r, c)."""
-        factor = structure.mapping.factor
-        self._recycled = Recycled(factor, structure.held) if isinstance(factor, GridFactor) else None
-        """What answers while something moves tell of the next one."""
+        factor, is_small = structure.mapping.factor, structure.mapping.grid.size <= DEFAULT_NODES_AT_MOST
+        self._recycled = Recycled(factor, structure.held) if isinstance(factor, GridFactor) and is_small else None
+        """What answers while something moves tell of the next one, on a grid of which a table has many rows."""
+        self._is_new = True
+        """Whether it has not answered yet: what pays off with the next answer is not begun with the first."""
+        self._ahead: Callable[[], Turned] | None = None
+        """Finds what that turns the background into, which the next answer to the same picture begins with,"""
         self._next: Future[Turned] | None = None
-        """What that turns the background into, which the next answer to the same picture begins with."""
-        self._learning: Future[None] | None = None
-        """What is worked out beside last."""
+        """and where that has begun beside, its result."""
 
     def solve(self, reference: Solution, asked: Complexes, *, rounds: int) -> Moved:
         """Return where handles that ask for `asked` (k,) move the `reference`.
@@ -103,9 +108,10 @@ class HandleSolver:
             sides = self._move_frame(s, reference, poses, goal, is_straight=is_straight)
             turned = self._first_turned(s, reference, poses, goal, sides, slides=is_straight)
         is_live = rounds < _ROUNDS_PER_TURN
-        known = self._recycled if is_live else None
+        recycles, self._is_new = is_live and not self._is_new, False
+        known = self._recycled if recycles else None
         for _ in range(max(rounds // _ROUNDS_PER_TURN, 1)):
-            found = self._converge(s, reference, poses, goal, turned, sides, rounds, known)
+            found = self._converge(s, reference, poses, goal, turned, sides, rounds, recycles=recycles)
             if is_live:
                 break
             again = s.field.turn(base, found.d, sides, slides=is_straight)
@@ -113,31 +119,36 @@ class HandleSolver:
                 break
             turned = again
         last, self._d = self._d, found.d
-        if stays and sides is None and is_live:
-            self._next = _BESIDE.submit(s.field.turn, base, found.d, None, slides=is_straight)
         moves = last is None or _has_moved(found.d, last, SEEN_PX / 2)
         solution = mapping.hold(found.approach, s.held, reference.z, found.alpha, found.t, known)
-        if is_live:
-            self._learning = _BESIDE.submit(self._learn)
+        if stays and sides is None and is_live:
+            self._ahead = partial(s.field.turn, base, found.d, None, slides=is_straight)
         return Moved(solution, found.D, goal, is_final=not moves)
 
     def wait(self) -> None:
         """Return once nothing is worked out beside: nobody else uses the factor meanwhile."""
-        if self._learning is not None:
-            wait([self._learning])
+        if self._next is not None:
+            wait([self._next])
 
-    def _learn(self) -> None:
-        """Learn from what was asked for."""
+    def look_ahead(self) -> None:
+        """Begin beside what the next answer needs of this one, once nothing more is done for this one."""
+        if self._ahead is not None:
+            self._next, self._ahead = _BESIDE.submit(self._prepare, self._ahead), None
+
+    def _prepare(self, turn: Callable[[], Turned]) -> Turned:
+        """Return what the picture is turned into, and learn from what was asked for."""
+        turned = turn()
         self.structure.field.learn()
         if self._recycled is not None:
             self._recycled.learn()
+        return turned
 
     def _first_turned(
         self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, sides: Complexes | None, *, slides: bool
     ) -> Turned:
         """Return what turning does to the background: as in the last frame, or as if nothing turned far."""
         assert self._base is not None
-        ahead, self._next = self._next, None
+        ahead, self._next, self._ahead = self._next, None, None
         if ahead is not None and sides is None:
             return ahead.result()
         d = self._d
@@ -154,17 +165,18 @@ class HandleSolver:
         turned: Turned,
         sides: Complexes | None,
         rounds: int,
-        known: Recycled | None,
+        *,
+        recycles: bool,
     ) -> "_Found":
         """Return the displacement of the background for which the plate alone holds handles, as nearly as it comes."""
         close_px = MET_PX if rounds >= _ROUNDS_PER_TURN else SEEN_PX / 2
-        pins = s.rows[s.alone]
+        pins, known = s.rows[s.alone], self._recycled if recycles else None
         asked = goal.copy()
         asked[pins] = self._secants.begin(goal[pins], SEEN_PX / 2)
         best: _Found | None = None
         vain = 0
         for number in range(rounds + 1):
-            d = self._displace(s, reference, poses, asked, turned, recycles=rounds < _ROUNDS_PER_TURN)
+            d = self._displace(s, reference, poses, asked, turned, recycles=recycles)
             D = s.field.refine(d, sides)
             self._pose_small(s, reference, poses, D)
             alpha, t = poses.alpha - reference.alpha, poses.t - reference.t

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Bytes, Floats, Points
+from core.curves.bezier import Curve
 from core.grid import Grid, find_features
 from core.linalg.multifrontal import GridFactor
 from core.linalg.reduced_basis import ReducedBasis
@@ -195,7 +196,11 @@ def test_a_drag_takes_its_rotation_beside_the_frames_and_another_w_takes_it_anew
     def drag() -> list[Points]:
         live = Warper(GRID)
         live.use(features, MappingOptions())
-        return [live.frame(plain, Handles(at, to)).warped for plain, to in frames]
+        found = []
+        for plain, to in frames:
+            found.append(live.frame(plain, Handles(at, to)).warped)
+            live.look_ahead()
+        return found
 
     on_this = []
     turn = HandleField.turn
@@ -213,12 +218,12 @@ def test_a_drag_takes_its_rotation_beside_the_frames_and_another_w_takes_it_anew
 
 
 @pytest.mark.parametrize("frame", ["held", "free"])
-@pytest.mark.parametrize("lines", [False, True])
+@pytest.mark.parametrize("kind", ["pins", "pins and a line", "curve"])
 def test_a_drag_solves_for_what_is_new_alone_and_shows_what_solving_for_all_does(
-    frame: Frame, monkeypatch: pytest.MonkeyPatch, *, lines: bool
+    frame: Frame, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     at, features = np.array([[60.0, 120.0], [200.0, 40.0]]), find_features(GRID, three_discs())
-    straight = Lines(np.array([[[120.0, 20.0], [180.0, 100.0]]])) if lines else None
+    straight = Lines(np.array([[[120.0, 20.0], [180.0, 100.0]]])) if kind == "pins and a line" else None
     options = MappingOptions(frame=frame, lines=straight)
     solved: list[int] = []
 
@@ -227,9 +232,12 @@ def test_a_drag_solves_for_what_is_new_alone_and_shows_what_solving_for_all_does
         live.use(features, options)
         found = []
         for angle in np.linspace(0.1, np.pi, 40):
-            to = at + [[24 * np.sin(angle), 16 * (1 - np.cos(angle))], [0, 0]]
+            by = np.array([24 * np.sin(angle), 16 * (1 - np.cos(angle))])
             solved.append(0)
-            found.append(live.frame(GRID.nodes, Handles(at, to)).warped)
+            found.append(
+                live.frame(GRID.nodes, curved(by) if kind == "curve" else Handles(at, at + [by, [0, 0]])).warped
+            )
+            live.look_ahead()
         return found
 
     backward = GridFactor.backward
@@ -245,6 +253,26 @@ def test_a_drag_solves_for_what_is_new_alone_and_shows_what_solving_for_all_does
     monkeypatch.setattr(ReducedBasis, "answer", lambda self, x: self._evaluate(x))
     np.testing.assert_allclose(found, drag(), atol=LITTLE * SEEN_PX)
     assert sum(solved[-20:]) >= 20
+
+
+def curved(by: Floats, *, source: Floats | None = None) -> Handles:
+    """Return a curve between the features whose middle is displaced; many points of it are held."""
+    corners = np.array([[20.0, 120.0], [80.0, 110.0], [140.0, 125.0], [200.0, 115.0]])
+    middle = np.array([[0.0], [1.0], [1.0], [0.0]])
+    start = corners if source is None else corners + middle * source
+    return Handles(np.empty((0, 2)), np.empty((0, 2)), [(Curve(start), Curve(start + middle * by))])
+
+
+def test_handles_at_other_places_in_every_frame_prepare_nothing_for_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(self: ReducedBasis, x: Complexes) -> Complexes:
+        raise AssertionError("nothing is asked for again")
+
+    monkeypatch.setattr(ReducedBasis, "answer", never)
+    live = Warper(GRID)
+    live.use(find_features(GRID, three_discs()), MappingOptions())
+    for x in range(5):
+        live.frame(GRID.nodes, curved(np.array([0.0, 10.0]), source=np.array([float(x), 0.0])))
+        live.look_ahead()
 
 
 def test_the_factor_is_left_to_what_is_learnt_beside_until_that_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
