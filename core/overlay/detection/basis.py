@@ -1,8 +1,15 @@
 """Bases of a plane lattice: reduction, canonical order, sublattices."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from core.arrays import Floats, Ints
+
+LEAST_SINE = 0.35
+"""Of the angle between the vectors of a basis."""
+APART = 0.2
+"""Steps from which two lattices are distinct."""
 
 
 def reduce(basis: Floats) -> Floats:
@@ -26,6 +33,21 @@ def canonical(basis: Floats) -> Floats:
     a = a if a[0] >= 0 else -a
     b = b if a[0] * b[1] - a[1] * b[0] >= 0 else -b
     return np.stack([a, b], -1)
+
+
+def spans(basis: Floats) -> bool:
+    """Return whether the vectors of a basis (2, 2) are far enough from being parallel."""
+    return bool(abs(np.linalg.det(basis)) >= LEAST_SINE * np.prod(np.linalg.norm(basis, axis=0)))
+
+
+def keep_distinct(bases: Iterable[Floats]) -> list[Floats]:
+    """Return the reduced bases (2, 2) without those of which one before is nearly the same."""
+    kept: list[Floats] = []
+    for basis in bases:
+        others = np.array(kept).reshape(-1, 2, 2)
+        if not (np.abs(np.linalg.solve(others, basis) - np.eye(2)).max((1, 2)) < APART).any():
+            kept.append(basis)
+    return kept
 
 
 def sublattices(index: int) -> list[Ints]:

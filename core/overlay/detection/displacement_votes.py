@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.overlay.detection.basis import reduce
+from core.overlay.detection.basis import keep_distinct, reduce, spans
 from core.overlay.detection.sift import detect_keypoints
 from core.overlay.neighbours import STEPS
 
@@ -29,10 +29,6 @@ BIN = 0.02
 WIDTH, AROUND = 0.05, 0.3
 """Widths of the Gaussian windows in which votes are counted, and over which their usual number is taken."""
 PEAKS = 30
-LEAST_SINE = 0.35
-"""Of the angle between two vectors."""
-APART = 0.2
-"""Steps from which two lattices are distinct."""
 LIKELY, SURE = 12.0, 20.0
 """Standard deviations by which the votes for a lattice surpass the usual number, for it to be tried, and to be certain;
 for either of its directions half of the former, since neighbouring votes are of the same motif. Large prints and
@@ -147,19 +143,16 @@ def find_bases(votes: Votes) -> list[tuple[float, Floats]]:
     likely: list[tuple[float, Floats]] = []
     for a, b in combinations(find_peaks(votes), 2):
         basis = np.stack([a, b], -1)
-        if abs(np.linalg.det(basis)) < LEAST_SINE * np.prod(np.linalg.norm(basis, axis=0)):
+        if not spans(basis):
             continue
         basis = reduce(basis)
         counts = np.array([votes.near(basis @ step) for step in STEPS], np.float32)
         whole, *each = (surplus(*counts[used].sum(0)) for used in (STEPS.any(1), STEPS[:, 0] != 0, STEPS[:, 1] != 0))
         if whole > LIKELY and min(each) > LIKELY / 2:
             likely.append((float(whole), basis))
-    kept: list[tuple[float, Floats]] = []
-    for sure, basis in sorted(likely, key=itemgetter(0), reverse=True):
-        others = np.array([other for _, other in kept]).reshape(-1, 2, 2)
-        if not (np.abs(np.linalg.solve(others, basis) - np.eye(2)).max((1, 2)) < APART).any():
-            kept.append((sure, basis))
-    return kept
+    likely.sort(key=itemgetter(0), reverse=True)
+    kept = {id(basis) for basis in keep_distinct(basis for _, basis in likely)}
+    return [(sure, basis) for sure, basis in likely if id(basis) in kept]
 
 
 def find_peaks(votes: Votes) -> list[Points]:

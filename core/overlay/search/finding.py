@@ -27,10 +27,11 @@ from core.overlay.detection.seeding import (
 from core.overlay.detection.stages import Stage
 from core.overlay.filters.magnifying import TIMES, can_be_magnified
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.registration.evidence import Evidence, weigh
+from core.overlay.registration.evidence import CREDIBLE, Evidence, weigh
 from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
+from core.overlay.search.crumpled_cloth import find_crumpled
 from core.overlay.search.large_periods import find_large
 from core.overlay.search.magnified import MOST_PX, magnified, restrict
 from core.progress import Job, Progress, part
@@ -150,7 +151,12 @@ def find_cloth(
     if not is_any_clear(finds):
         with suppress(NoPatternError):
             finds.append(Find(*(yield from part(find_large(photo, canvas), 0.5, 0.6)), repeats=True))
-    best = yield from part(best_completed(finds, seed), 0.6, 1.0)
+    ends = yield from part(complete_best(finds, seed), 0.6, 0.9)
+    if not any(find.takes_away > CREDIBLE for find in ends) and not canvas.valid.all():
+        # The user says that there is cloth.
+        with suppress(NoPatternError):
+            ends.append(Find(*(yield from part(find_crumpled(photo, canvas, seed), 0.9, 1.0))))
+    best = best_of(ends)
     if best.scale == 1:
         return best
     cloth, found = restrict(best.cloth, best.followed, photo, canvas, best.scale)
@@ -163,7 +169,7 @@ def find_print(photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
     Raises `NoPatternError` if there is none that shows enough of them.
     """
     large = yield from part(find_large(photo, canvas, least=LEAST_UNTOLD), 0.0, 0.5)
-    return (yield from part(best_completed([Find(*large, repeats=True)], seed), 0.5, 1.0))
+    return best_of((yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0)))
 
 
 def follow_within(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
@@ -251,19 +257,23 @@ def register(photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int) ->
     return Find(cloth, found, weigh(cloth, found))
 
 
-def best_completed(finds: list[Find], seed: int) -> Job[Find]:
-    """Return the find that proves best once it is completed; raise `NoPatternError` where none is one.
+def best_of(finds: list[Find]) -> Find:
+    """Return the find that takes away most of the squared error; raise `NoPatternError` where there is none.
 
-    What keypoints have told is completed beside what a lattice has, and of the two that is kept that takes away more of
-    the squared error: few texels explain what is near to them very well, and may lie beside the pattern elsewhere.
+    Few texels explain what is near to them very well, and may lie beside the pattern elsewhere.
     """
+    if not finds:
+        raise NoPatternError
+    return max(finds, key=lambda find: find.takes_away)
+
+
+def complete_best(finds: list[Find], seed: int) -> Job[list[Find]]:
+    """Return what proves best once it is completed: of what a lattice has told, and of what keypoints have."""
     ends: list[Find] = []
     for repeats in (False, True):
         own = [find for find in finds if find.is_credible and find.repeats == repeats]
         ends += yield from completed(sorted(own, key=lambda find: -find.explained), seed)
-    if not ends:
-        raise NoPatternError
-    return max(ends, key=lambda find: find.takes_away)
+    return ends
 
 
 def completed(finds: list[Find], seed: int) -> Job[list[Find]]:

@@ -115,7 +115,6 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_p
     The plate through them is told on every second node: between nodes so close to one another it hardly bends. Raises
     `NoPatternError` where no more than `least_px` pixels of cloth lie near the pairs.
     """
-    side = float(np.sqrt(abs(np.linalg.det(basis))))
     kept = draw_sample(np.ones(len(pairs.first), np.bool_), MOST_PAIRS)
     pairs = replace(pairs, first=pairs.first[kept], second=pairs.second[kept])
     middle = np.median(pairs.points, axis=0)
@@ -126,10 +125,16 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_p
     near, cells = cloth.near_points(pairs.points[np.unique([pairs.first[kept], pairs.second[kept]])])
     if near.sum() <= least_px or not cells.any():
         raise NoPatternError
-    state = ClothState(at_finer_nodes(plate, cloth.mesh.nodes), cloth.brightness, cells)
+    return cloth, register_coarsely(cloth, at_finer_nodes(plate, cloth.mesh.nodes), cells)
+
+
+def register_coarsely(cloth: FittedCloth, uv: Floats, cells: Bools) -> Fit:
+    """Return the cells of a cloth registered from rough coordinates (R, C, 2), texels, under one blur after another."""
+    state = ClothState(uv, cloth.brightness, cells)
     found = measure(cloth, estimate(cloth, (state,)), (state,))
-    blurs_px = BLUR * side / 2.0 ** np.arange(np.log2(BLUR * side / SMOOTH_PX))
-    return cloth, refit(cloth, found, rounds=3, blurs_px=[*blurs_px.tolist(), SMOOTH_PX])
+    widest = BLUR * cloth.side_px
+    blurs_px = widest / 2.0 ** np.arange(max(np.log2(widest / SMOOTH_PX), 0))
+    return refit(cloth, found, rounds=3, blurs_px=[*blurs_px.tolist(), SMOOTH_PX])
 
 
 def fit_plate(mesh: ClothMesh, pairs: Pairs, uv: Floats) -> tuple[Floats, Bools]:

@@ -6,7 +6,10 @@ import numpy as np
 from core.arrays import Floats
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import flat_canvas
+from core.overlay.registration.cloth import FittedCloth
+from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
+from tests.core.overlay.overlay_scenes import Scene
 
 LARGE = np.array([[62.0, 6.0], [-5.0, 62.0]])
 PRINT = np.array([[118.0, 10.0], [-12.0, 124.0]])
@@ -57,6 +60,20 @@ def canvas_of(photo: Floats) -> FlatPicture:
 def painted(photo: Floats) -> FlatPicture:
     """Return the canvas of a photo that is cloth but for its outermost pixels."""
     return flat_canvas(photo, np.pad(np.ones((photo.shape[0] - 4, photo.shape[1] - 4), bool), 2))
+
+
+def displaced_px(scene: Scene, cloth: FittedCloth, piece: ClothState) -> Floats:
+    """Return how far (n,) the pixels of a piece are laid from where they are in a scene.
+
+    What moves all copies alike cannot be told from the texel: places are compared with the same ones of other texels.
+    """
+    inside = cloth.mesh.pixels_of(piece.cells)
+    steps = np.rint(np.linalg.solve(scene.basis, cloth.basis))
+    off = cloth.mesh.to_pixels(piece.uv, piece.cells)[inside] @ steps.T - scene.uv[inside]
+    place = np.floor(12 * (scene.uv[inside] % 1)).astype(int) @ [1, 12]
+    count = np.bincount(place)
+    off -= np.stack([np.bincount(place, column) / count for column in off.T], -1)[place]
+    return np.asarray(np.linalg.norm(off @ scene.basis.T, axis=-1), np.float64)
 
 
 def strokes(n: int = 150) -> Texel:

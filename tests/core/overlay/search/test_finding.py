@@ -13,7 +13,7 @@ from core.overlay.detection.seeding import NoPatternError, find_lattices
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
 from core.overlay.search import finding
-from core.overlay.search.finding import Find, best_completed, find_cloth, find_print
+from core.overlay.search.finding import Find, best_of, complete_best, find_cloth, find_print
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
 from tests.core.overlay.prints import LARGE, canvas_of, painted, sett
@@ -31,6 +31,7 @@ def test_large_texels_are_looked_for_where_no_lattice_is_found(
         yield Progress(0.0, "")
         return (*followed, Evidence(-1.0, -0.1))
 
+    monkeypatch.setattr(finding, "find_crumpled", none)
     monkeypatch.setattr(finding, "find_lattices", none)
     monkeypatch.setattr(finding, "find_large", found_large)
     monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(-1.0, -0.1))
@@ -52,7 +53,7 @@ def test_of_what_keypoints_and_a_lattice_tell_what_takes_away_more_of_the_error_
     monkeypatch.setattr(finding, "complete", leave)
     monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, next(share_of)))
     finds = [Find(*followed, Evidence(1.0, 0.3)), Find(*followed, Evidence(2.0, -0.1), repeats=True)]
-    assert run(best_completed(finds, 0)).repeats == finds[kept].repeats
+    assert best_of(run(complete_best(finds, 0))).repeats == finds[kept].repeats
 
 
 @pytest.mark.parametrize(("share", "ends", "kept"), [(0.4, (2.0, 1.0, 3.0, 9.0), 3.0), (0.6, (2.0, 9.0), 2.0)])
@@ -63,7 +64,7 @@ def test_where_the_likeliest_find_leaves_doubts_others_may_explain_more_in_the_e
     monkeypatch.setattr(finding, "complete", leave)
     monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(next(explained), 0.3))
     finds = [Find(*followed, Evidence(9.0 - k, share)) for k in range(4)]
-    assert run(best_completed(finds[::-1], 0)).explained == kept
+    assert best_of(run(complete_best(finds[::-1], 0))).explained == kept
 
 
 @pytest.mark.parametrize(("explained", "completed"), [(1.0, 1), (3.0, 2)])
@@ -83,7 +84,7 @@ def test_a_find_is_completed_only_if_it_could_explain_more_than_another_one_does
     cells[len(cells) // 4 :] = False
     quarter = replace(fit, pieces=(replace(fit.pieces[0], cells=cells),))
     finds = [Find(cloth, fit, Evidence(8.0, 0.3)), Find(cloth, quarter, Evidence(explained, 0.3))]
-    assert run(best_completed(finds, 0)).explained == 9.0
+    assert best_of(run(complete_best(finds, 0))).explained == 9.0
     assert len(seen) == completed
 
 
@@ -118,7 +119,7 @@ def test_a_find_that_completing_makes_incredible_stays_as_it_was(
 ) -> None:
     monkeypatch.setattr(finding, "complete", leave)
     monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(2.0, share))
-    assert run(best_completed([Find(*followed, Evidence(9.0, 0.4))], 0)).explained == kept
+    assert best_of(run(complete_best([Find(*followed, Evidence(9.0, 0.4))], 0))).explained == kept
 
 
 @pytest.mark.parametrize(("least", "is_found"), [(4.0, True), (20.0, False)])
@@ -156,6 +157,31 @@ def test_large_texels_are_looked_for_where_a_lattice_explains_little_and_what_ex
             run(job)
     else:
         assert run(job).followed.cells.mean() > 0.9
+    assert len(looked) == tried
+
+
+@pytest.mark.parametrize(
+    ("share", "in_region", "tried"), [(0.9, True, 0), (0.4, True, 0), (0.02, True, 1), (0.02, False, 0)]
+)
+def test_crumpled_cloth_is_looked_for_where_the_user_says_that_there_is_some_and_nothing_else_explains_it(
+    small: Scene, monkeypatch: pytest.MonkeyPatch, share: float, tried: int, *, in_region: bool
+) -> None:
+    looked: list[Floats] = []
+
+    def find_crumpled(photo: Floats, *_: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+        looked.append(photo)
+        yield Progress(0.0, "")
+        raise NoPatternError
+
+    def none(*_: object, **__: object) -> None:
+        raise NoPatternError
+
+    monkeypatch.setattr(finding, "find_crumpled", find_crumpled)
+    monkeypatch.setattr(finding, "find_large", none)
+    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, share))
+    photo = small.photo[:110, :120]
+    with nullcontext() if share > 0.05 else pytest.raises(NoPatternError):
+        run(find_cloth(photo, painted(photo) if in_region else canvas_of(photo), 0))
     assert len(looked) == tried
 
 

@@ -17,21 +17,14 @@ from core.overlay.search import large_periods
 from core.overlay.search.large_periods import find_large, find_likely, fit_plate, lay
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
-from tests.core.overlay.prints import PRINT, canvas_of, painted, sett, tartan
+from tests.core.overlay.prints import PRINT, canvas_of, displaced_px, painted, sett, tartan
 
 
 def test_a_few_large_texels_are_laid_where_they_are(printed: Scene, followed: tuple[FittedCloth, Fit]) -> None:
     cloth, found = followed
     cells = found.pieces[0].cells
     assert cells.mean() > 0.9
-    uv, inside = cloth.mesh.to_pixels(found.pieces[0].uv, cells), cloth.mesh.pixels_of(cells)
-    steps = np.rint(np.linalg.solve(printed.basis, cloth.basis))
-    off = uv[inside] @ steps.T - printed.uv[inside]
-    # What moves all copies alike cannot be told from the texel: places are compared with the same ones of other texels.
-    place = np.floor(12 * (printed.uv[inside] % 1)).astype(int) @ [1, 12]
-    count = np.bincount(place)
-    off -= np.stack([np.bincount(place, column) / count for column in off.T], -1)[place]
-    assert np.percentile(np.linalg.norm(off @ printed.basis.T, axis=-1), 90) < 1.0
+    assert np.percentile(displaced_px(printed, cloth, found.pieces[0]), 90) < 1.0
 
 
 def test_thin_lines_on_even_ground_are_laid_on_one_another() -> None:

@@ -1,0 +1,45 @@
+"""Cloth on which no lattice grows and no keypoints are alike: even steps are laid on all of it."""
+
+import numpy as np
+import pytest
+
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.search import finding
+from core.overlay.search.crumpled_cloth import find_crumpled
+from core.overlay.search.finding import find_cloth
+from core.progress import Job, Progress, run
+from tests.core.overlay.overlay_scenes import Scene, make_scene
+from tests.core.overlay.prints import canvas_of, displaced_px, painted, sett
+
+BASIS = np.array([[44.0, 3.0], [-2.0, 40.0]])
+
+
+@pytest.fixture(scope="module")
+def crumpled() -> Scene:
+    return make_scene(sett(), size=(260, 240), basis=BASIS, bend=5.0)
+
+
+def none(*_: object, **__: object) -> Job[list[Lattice]]:
+    yield Progress(0.0, "")
+    raise NoPatternError
+
+
+def test_even_steps_are_pulled_to_where_the_cloth_lies(crumpled: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(finding, "find_lattices", none)
+    monkeypatch.setattr(finding, "find_large", none)
+    found = run(find_cloth(crumpled.photo, painted(crumpled.photo), 0))
+    piece = found.followed.pieces[0]
+    assert piece.cells.mean() > 0.8
+    assert np.percentile(displaced_px(crumpled, found.cloth, piece), 90) < 1.0
+    with pytest.raises(NoPatternError):
+        run(find_cloth(crumpled.photo, canvas_of(crumpled.photo), 0))
+
+
+def test_nothing_is_found_in_noise_and_stripes() -> None:
+    rng = np.random.default_rng(0)
+    y, x = np.indices((220, 240))
+    stripes = 0.5 + 0.3 * np.sin(0.2 * x + 0.08 * y)[..., None] * [1, 0.8, 0.6] + rng.normal(0, 0.01, (220, 240, 3))
+    for picture in (rng.random((220, 240, 3)), stripes):
+        with pytest.raises(NoPatternError):
+            run(find_crumpled(picture, painted(picture), 0))
