@@ -16,6 +16,11 @@ def within(mask: Bools, most_px: float) -> Bools:
     return np.asarray(distance(mask) <= most_px, np.bool_) if mask.any() else np.zeros(mask.shape, bool)
 
 
+def open_by_disc(mask: Bools, radius_px: float) -> Bools:
+    """Return what discs of that radius cover of a mask (H, W); beyond the picture's edge all is in the mask."""
+    return within(distance(~mask) > radius_px, radius_px) if not mask.all() else mask
+
+
 def nearest_of(mask: Bools) -> tuple[Singles, Ints]:
     """Return how far (H, W) pixels are from a mask, and the number (H, W) of the nearest pixel of it."""
     away, labels = cv2.distanceTransformWithLabels(

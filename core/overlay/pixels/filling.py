@@ -14,7 +14,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.detail.sparse_reflectance import mean_light
-from core.overlay.filters.distances import distance
+from core.overlay.filters.distances import distance, open_by_disc
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import DENSITY
 from core.overlay.mesh import ClothMesh, around
@@ -86,7 +86,7 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
         own = find_coloured_as(palette(found.texel), cloth.photo, found, light, SHADES)
         alike |= open_to & own & ~colours_of(cloth.photo, found, light)[1]
         coloured |= open_to & find_coloured_as(palette(found.texel), cloth.photo, found, light, (SHADES[0], GLARING))
-        further = solid(covered | alike, SOLID * cloth.step_px) & ~whole
+        further = open_by_disc(covered | alike, SOLID * cloth.step_px) & ~whole
         whole |= small_parts(further, PART * float(covered.sum()))
     whole = clean(whole, cloth.sigma_px / 2)
     # What is left amid cloth, and no larger than this, is no belt.
@@ -153,13 +153,6 @@ def amid(mask: Bools, covered: Bools, most: float) -> Bools:
     return np.asarray(mask & ((stats[:, cv2.CC_STAT_AREA] <= most) & (share >= AMID))[labels], np.bool_)
 
 
-def solid(mask: Bools, radius_px: float) -> Bools:
-    """Return what discs of that radius cover of a mask (H, W)."""
-    side = 2 * round(radius_px) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc) > 0, np.bool_)
-
-
 def find_coloured_as(colours: Singles, photo: Floats, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:
     """Return which pixels (H, W) of a photo (H, W, 3) have one of the colours (k, 3) in a shade of light (H, W, 1)."""
     off = np.min([from_shades(photo, light * colour, shades) for colour in colours], axis=0)
@@ -186,7 +179,7 @@ def colours_of(photo: Floats, found: Fit, light: Floats) -> tuple[Bools, Bools]:
     least, nearest = off.min(0), off.argmin(0)
     wide = np.zeros(least.shape, bool)
     for number, radius in enumerate(radii(found.texel, colours)):
-        wide |= solid(np.asarray((least < 2 * limit) & (nearest == number), np.bool_), int(WIDER * radius + 1))
+        wide |= open_by_disc(np.asarray((least < 2 * limit) & (nearest == number), np.bool_), int(WIDER * radius + 1))
     return mostly(least < limit), wide
 
 

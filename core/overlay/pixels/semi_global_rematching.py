@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
+from core.overlay.filters.distances import open_by_disc
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import from_shades
-from core.overlay.pixels.filling import solid
 from core.overlay.pixels.matching import best_shift, sum_along_paths
 from core.overlay.texel import Texel
 from core.overlay.tolerances import MOTIF, SHADES, STRETCH
@@ -85,7 +85,7 @@ def leaps(
     out = np.zeros(shift.shape)
     for label in 1 + np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] > SHEET * side**2):
         closed = cv2.morphologyEx((labels == label).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-        mine = solid(np.asarray(closed > 0, np.bool_), THIN * side) & lost
+        mine = open_by_disc(np.asarray(closed > 0, np.bool_), THIN * side) & lost
         if mine.sum() > SHEET * side**2 and after[mine].mean() < SURE * before[mine].mean():
             own = unwrap(shift, mine, (~mine, ~mine))
             out[mine] = mean_where(mine, own[mine], 2 * MOTIF * side)[mine]

@@ -15,10 +15,9 @@ from core.arrays import Bools, Floats, Ints, Singles
 from core.overlay.composition import finite
 from core.overlay.detail.model_validity import trust_in
 from core.overlay.filters.bands import bands
-from core.overlay.filters.distances import distance, nearest_of, within
+from core.overlay.filters.distances import distance, nearest_of, open_by_disc, within
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import steepness
-from core.overlay.pixels.filling import solid
 from core.overlay.pixels.gaps.sheet_translation import find_translations
 from core.overlay.pixels.gaps.unwrapping import unwrap
 from core.overlay.pixels.gaps.weak_plate import Plate
@@ -97,7 +96,7 @@ def sure_cloth(
     trust, carried = (
         trust_in(photo, uv.astype(np.float32), light, texel, held, side) for held in (followed & covered, covered)
     )
-    wide = solid(np.asarray(sound & (carried > SURE), np.bool_), THIN * step_px)
+    wide = open_by_disc(np.asarray(sound & (carried > SURE), np.bool_), THIN * step_px)
     return np.asarray((sound & followed & (trust > SURE)) | wide, np.bool_)
 
 

@@ -5,10 +5,10 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.overlay.detail.model_validity import trust_in
 from core.overlay.detail.sparse_reflectance import mean_light
+from core.overlay.filters.distances import open_by_disc
 from core.overlay.filters.sampling import spread
 from core.overlay.laying.albedo_scale import BRIGHTEST
 from core.overlay.mesh import around
-from core.overlay.pixels.filling import solid
 from core.overlay.pixels.semi_global_rematching import shifts_where_lost
 from core.overlay.pixels.shading.multiscale_light import estimate_light
 from core.overlay.texel import Texel
@@ -48,7 +48,7 @@ def recover(
     own = mean_light(seen, covered, texel, basis)
     most = np.float32(np.percentile(light[covered & held], BRIGHTEST) if (covered & held).any() else np.inf)
     own = np.minimum(own, most)
-    lost = solid(np.asarray(covered & (~held | (trust < HALF)), np.bool_), LEAST * side)
+    lost = open_by_disc(np.asarray(covered & (~held | (trust < HALF)), np.bool_), LEAST * side)
     light = trust * light + (1 - trust) * own
     uv = move((seen, uv, light), texel, basis, lost, every)
     small = uv[few, few]

@@ -7,7 +7,7 @@ from core.arrays import Bools, Floats
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import flat_canvas
-from core.overlay.pixels.filling import Filling, amid, carried_on, filled, small_parts, solid
+from core.overlay.pixels.filling import Filling, amid, carried_on, filled, small_parts
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure
 from core.overlay.registration.registration import ClothState
 from tests.core.overlay.overlay_scenes import COLOURS, make_scene, motif
@@ -151,14 +151,6 @@ def test_spot_in_much_more_light_amid_the_cloth_of_a_region_is_filled() -> None:
     photo[HOLE] *= 1.9
     assert in_region(photo, in_hole())[in_hole()].mean() > 0.9
     assert fill(photo, in_hole())[1][in_hole()].mean() < 0.5
-
-
-def test_what_is_solid_has_room_for_a_disc() -> None:
-    mask = np.zeros((30, 40), bool)
-    mask[10:21, 4:20] = mask[14:17, 20:36] = True
-    kept = solid(mask, 3.0)
-    assert kept[14:17, 6:18].all()
-    assert not kept[:, 22:].any()
 
 
 def test_cloth_is_not_carried_on_where_it_would_be_crushed() -> None:
