@@ -249,11 +249,15 @@ def find(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 def follow(found: FoundCloth, region: Bools | Singles | None, seed: int, *, is_told: bool = True) -> Job[FoundCloth]:
     """Return a cloth restricted to a `region` (H, W) and followed there; raise `NoPatternError` where nothing is left.
 
-    `region` and `seed` are as for `decompose`; `is_told` says whether the user gave the region.
+    `region` and `seed` are as for `decompose`; `is_told` says whether the user gave the region. Else where it ends is a
+    guess, beyond which the outline is looked for too.
     """
     small, canvas, scale = working_picture(found.photo, region)
     job = follow_within(found.cloth, found.fit, small, canvas, seed)
-    return replace(found_on(found.photo, region, scale, (yield from on_one_thread(job))), is_told=is_told)
+    followed = found_on(found.photo, region, scale, (yield from on_one_thread(job)))
+    if is_told:
+        return followed
+    return replace(followed, is_told=False, valid=found.valid, opacity=found.opacity)
 
 
 def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture, int]:
@@ -268,9 +272,14 @@ def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Boo
     return np.ones(photo.shape[:2], bool) if region is None else np.asarray(region > 0, np.bool_)
 
 
+def opacity_of(region: Bools | Singles | None) -> Singles | np.float32:
+    """Return the opacity (H, W), or one number, of what is laid."""
+    return np.float32(1) if region is None else region.astype(np.float32)
+
+
 def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
     """Return what was found on the working picture as that of the photo (H, W, 3)."""
-    opacity, valid = np.float32(1) if region is None else region.astype(np.float32), may_be_cloth(photo, region)
+    valid, opacity = may_be_cloth(photo, region), opacity_of(region)
     sure, is_told = (found.is_sure, found.stands_alone), region is not None
     return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, *sure, is_told)
 
@@ -321,15 +330,15 @@ def at_working_size(found: FoundCloth) -> FoundCloth:
     """Return a find on the photo as it was searched."""
     if found.scale == 1:
         return found
-    return replace(found, photo=found.cloth.photo, valid=found.cloth.valid, scale=1, opacity=np.float32(1))
+    few = slice(None, None, found.scale)
+    return replace(found, photo=found.cloth.photo, valid=found.valid[few, few], scale=1, opacity=np.float32(1))
 
 
 def at_photo_size(found: FoundCloth, image: Image) -> FoundCloth:
-    """Return a find on all of the photo, which may be kept as it was searched."""
-    if found.photo.shape[:2] == image.pixels.shape[:2]:
-        return found
-    photo = encode(image)
-    return replace(found, photo=photo, valid=np.ones(photo.shape[:2], bool), scale=working_scale(photo.shape))
+    """Return a find, which may be kept as it was searched, on all of the image that is opaque."""
+    photo = found.photo if found.photo.shape[:2] == image.pixels.shape[:2] else encode(image)
+    opaque, scale = searchable(image, None), working_scale(photo.shape)
+    return replace(found, photo=photo, valid=may_be_cloth(photo, opaque), scale=scale, opacity=opacity_of(opaque))
 
 
 def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:

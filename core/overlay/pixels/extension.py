@@ -1,87 +1,42 @@
-"""Cloth carried straight on into a gap in which the mesh would be crushed or torn.
+"""Cloth carried straight on: into a gap in which the mesh would be crushed or torn, and past the cloth's border.
 
 Beside a fold the pattern jumps: what is hidden leaves its two sides with coordinates that do not meet. A place there
 belongs to the nearest cloth, whose coordinates go on with the slope that they have around it.
 """
 
-from dataclasses import dataclass
-
-import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, Ints, Points
-from core.overlay.filters.smoothing import gaussian
-from core.overlay.mesh import around
-from core.overlay.tolerances import RIM_PX, STRETCH
+from core.arrays import Bools, Singles
+from core.overlay.filters.distances import nearest_of
+from core.overlay.filters.smoothing import mean
+from core.overlay.filters.texture_filter import steepness
+from core.overlay.tolerances import STRETCH
+
+Layers = tuple[Singles, Singles]
+"""Texture coordinates (H, W, 2) and shading (H, W), NaN where there are none."""
 
 
-@dataclass(frozen=True)
-class Extension:
-    """Which cloth a place belongs to, and what it shows there."""
+def extend(layers: Layers, wanted: Bools, texel_px: float, sigma_px: float, scale: int = 1) -> Layers:
+    """Return layers that also have what goes straight on at the `wanted` pixels (H, W) that had nothing.
 
-    places: Points
-    """(n, 2), pixels of the cloth at which it begins."""
-    nearest: Ints
-    """(H, W), the number of the place that is nearest."""
-    uv: Floats
-    """(n, 2), texels."""
-    slopes: Floats
-    """(n, 2, 2), texels a pixel."""
-    rho: Floats
-    """(n,)."""
-
-    def at(self, points: Points) -> tuple[Floats, Floats]:
-        """Return coordinates (m, 2) and shading (m,) at places (m, 2) of the picture."""
-        size = np.array(self.nearest.shape[::-1])
-        x, y = np.clip(np.rint(points).astype(np.int64), 0, size - 1).T
-        number = self.nearest[y, x]
-        away = points - self.places[number]
-        return self.uv[number] + np.einsum("nij,nj->ni", self.slopes[number], away), self.rho[number]
-
-
-def extension_of(uv: Floats, rho: Floats, owner: Ints, texel_area: float, sigma_px: float) -> Extension | None:
-    """Return how pieces of cloth go on beyond their ends, None if nothing of them is sound.
-
-    `uv` (H, W, 2) and `rho` (H, W) are NaN, and the number (H, W) of a pixel's piece is -1, where there is none;
-    `texel_area` is in pixels, `sigma_px` the width of the neighbourhood that gives slope and shading.
+    Cloth goes on from where it is sound: neither crushed nor blown up beyond a texel's area `texel_px` of cloth that
+    lies flat. Slopes and light are means over `sigma_px`. Both lengths are in `scale` pixels; every `scale`-th pixel
+    is looked at.
     """
-    covered = np.isfinite(rho)
-    slopes = np.zeros((*rho.shape, 2, 2))
-    for piece in np.unique(owner[owner >= 0]):
-        mine: Bools = np.asarray(owner == piece, np.bool_)
-        box = around(mine)
-        slopes[box][mine[box]] = mean_slopes(uv[box], mine[box], sigma_px)[mine[box]]
-    area = np.abs(slopes[..., 0, 0] * slopes[..., 1, 1] - slopes[..., 0, 1] * slopes[..., 1, 0]) * texel_area
-    sound = covered & (area > 1 / STRETCH) & (area < STRETCH)
-    kernel = np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8)
-    source = (cv2.erode(covered.astype(np.uint8), kernel, borderValue=1) > 0) & sound
-    if not source.any():
-        return None
-    _, labels = cv2.distanceTransformWithLabels(
-        (~source).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    rows, columns = np.nonzero(source)
-    number = np.empty(int(labels.max()) + 1, np.int64)
-    number[labels[rows, columns]] = np.arange(len(rows))
-    light = gaussian(np.nan_to_num(rho), sigma_px) / np.maximum(gaussian(covered.astype(float), sigma_px), 1e-6)
-    return Extension(
-        np.stack([columns, rows], -1).astype(np.float64),
-        number[labels],
-        uv[rows, columns],
-        slopes[rows, columns],
-        np.asarray(light[rows, columns], np.float64),
-    )
-
-
-def mean_slopes(uv: Floats, inside: Bools, sigma_px: float) -> Floats:
-    """Return the mean slopes (H, W, 2, 2) of `uv` by x and y in the neighbourhood of each pixel, inside a piece."""
-    columns: list[Floats] = []
-    for axis in (1, 0):
-        here, there = (np.moveaxis(uv, axis, 0)[k] for k in (slice(None, -1), slice(1, None)))
-        both = np.moveaxis(inside, axis, 0)[:-1] & np.moveaxis(inside, axis, 0)[1:]
-        steps, weight = np.zeros(uv.shape), np.zeros(inside.shape)
-        np.moveaxis(steps, axis, 0)[:-1][both] = (there - here)[both]
-        np.moveaxis(weight, axis, 0)[:-1] = both
-        mass = np.maximum(gaussian(weight, sigma_px), 1e-6)
-        columns.append(gaussian(steps, sigma_px) / mass[..., None])
-    return np.asarray(np.stack(columns, -1), np.float64)
+    few = slice(None, None, scale), slice(None, None, scale)
+    uv, light = layers[0][few].astype(np.float64), layers[1][few]
+    slopes = np.concatenate([steepness(uv, axis) for axis in (0, 1)], -1)
+    area = np.abs(slopes[..., 0] * slopes[..., 3] - slopes[..., 1] * slopes[..., 2]) * texel_px
+    sound = np.asarray(np.isfinite(light) & (area > 1 / STRETCH) & (area < STRETCH), np.bool_)
+    rows, columns = np.nonzero(wanted & np.isnan(layers[1]))
+    if not sound.any() or not len(rows):
+        return layers
+    planes = np.where(sound[..., None], np.concatenate([slopes, light[..., None]], -1), 0).astype(np.float32)
+    planes = mean(planes, sound[..., None].astype(np.float32), sigma_px)
+    down, across = np.divmod(nearest_of(sound)[1][rows // scale, columns // scale], light.shape[1])
+    usual = planes[down, across].astype(np.float64)
+    away = np.stack([rows / scale - down, columns / scale - across], -1)
+    out = layers[0].copy(), layers[1].copy()
+    out[0][rows, columns] = uv[down, across] + np.einsum("nij,ni->nj", usual[:, :4].reshape(-1, 2, 2), away)
+    out[1][rows, columns] = usual[:, 4]
+    return out

@@ -15,10 +15,8 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.composition import finite
 from core.overlay.filters.bands import bands
-from core.overlay.filters.distances import distance, nearest_of
-from core.overlay.filters.texture_filter import steepness_at
+from core.overlay.filters.distances import distance
 from core.overlay.texel import draw_sample
 from core.overlay.tolerances import LEAST_NOISE, NEARBY_PX, RIM_PX, TYPICAL
 
@@ -26,24 +24,6 @@ DOUBT = 0.25
 """How far the share of cloth in a pixel is from what the outline alone tells."""
 LEAST_SEEN = 0.01
 """Least share of the neighbourhood that is surroundings."""
-
-
-def carried_past_border(uv: Singles, shading: Singles, allowed: Bools) -> tuple[Singles, Singles]:
-    """Return coordinates (H, W, 2) and shading (H, W) carried `RIM_PX` on, in straight lines, where it is `allowed`.
-
-    NaN elsewhere outside.
-    """
-    inside = finite(uv)
-    if inside.all() or not inside.any():
-        return uv, shading
-    away, nearest = nearest_of(inside)
-    rows, columns = np.nonzero((away > 0) & (away <= RIM_PX) & allowed)
-    there = np.divmod(nearest[rows, columns], uv.shape[1])
-    out, light = uv.copy(), shading.copy()
-    down, across = (steepness_at(uv, *there, axis) for axis in (0, 1))
-    moved = down * (rows - there[0])[:, None] + across * (columns - there[1])[:, None]
-    out[rows, columns], light[rows, columns] = uv[there] + moved, shading[there]
-    return out, light
 
 
 def matte_of(
@@ -77,5 +57,8 @@ def matte_of(
     known = np.clip(0.5 + (depth[near] - 0.5 * np.sign(depth[near])) / RIM_PX, 0, 1)
     cloth = modelled_at(near) - ground
     seen = ((photo[near] - ground) * cloth).sum(-1) / variance + known / DOUBT**2
-    share[near] = np.clip(seen / ((cloth**2).sum(-1) / variance + 1 / DOUBT**2), 0, 1)
+    certain = (cloth**2).sum(-1) / variance + 1 / DOUBT**2
+    found = np.clip(seen / certain, 0, 1)
+    # What is less than its own error is none.
+    share[near] = np.where(found > 1 / np.sqrt(certain), found, 0)
     return share

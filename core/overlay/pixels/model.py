@@ -7,7 +7,6 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.mesh import ClothMesh
-from core.overlay.pixels.extension import Extension
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
@@ -42,8 +41,6 @@ class PixelModel:
     hidden: Bools
     """(h, w), which of every `scale`-th pixel shows another thing than the cloth."""
     texel: Texel
-    extension: Extension | None
-    """How cloth goes on beside its pieces; None where it covers all it may, or none of it is sound."""
     outline: Bools
     """(H, W), the cloth without the soft pixels at its border."""
     light: Singles
@@ -97,7 +94,6 @@ def begin(
         followed=np.broadcast_to(nowhere, shape),
         hidden=np.broadcast_to(nowhere, cloth.valid.shape),
         texel=found.texel,
-        extension=None,
         outline=np.broadcast_to(nowhere, shape),
         light=np.broadcast_to(unknown, (*shape, 1)),
         texture=np.broadcast_to(np.float32(0), (*shape, 3)),

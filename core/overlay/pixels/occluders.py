@@ -17,7 +17,7 @@ from core.arrays import Bools, Floats
 from core.overlay.filters.distances import distance
 from core.overlay.filters.smoothing import mean
 from core.overlay.palette import GROUPS, from_shades, palette
-from core.overlay.pixels.graph_cut import cut_out
+from core.overlay.pixels.graph_cut import EVIDENCE, SURELY, cut_out
 from core.overlay.texel import Texel
 from core.overlay.tolerances import LEAST_LIGHT, LEAST_NOISE, MOTIF, MOTIF_PX, RIM_PX, SHADES
 
@@ -28,12 +28,10 @@ COLOURS = 8
 MISSED, LARGER, PRIOR = 0.6, 2.5, 4.25
 """How much speaks for a thing for each time that shades are missed, or patches large, as is usual, and for cloth before
 that."""
-SURELY, LIKELY = 8.0, 1.75
-"""What missed shades say at most, which may be the light's, and a hidden pattern, which may lie elsewhere."""
+LIKELY = 1.75
+"""What a hidden pattern says at most, which may lie elsewhere."""
 USUAL, STEP = (0.8, 0.95), 1.2
 """Share of a colour in patches whose radius is usual, and area; and the ratio of radii that are told apart."""
-EVIDENCE = 0.1
-"""How much a pixel counts over one of an outline where the photo has no edge."""
 
 
 def find_occluders(photo: Floats, texture: Floats, rho: Floats, texel: Texel, side_px: float, covered: Bools) -> Bools:

@@ -1,13 +1,15 @@
 """The outline of the cloth, to the pixel.
 
-What the registered texture explains is judged over neighbourhoods, and a region is painted by hand: both end a few
-pixels beside the cloth. There a pixel belongs to the cloth if the photo is rather a shade of the model than like what
-surrounds the cloth, by the likelihood of both:
+What the registered texture explains is judged over neighbourhoods, an object is cut out by what its ground looks like
+anywhere, and a region is painted by hand: all of them end a few pixels beside the cloth. There a pixel belongs to the
+cloth if the photo is rather a shade of one of the pattern's colours than of what surrounds the cloth nearby, by the
+likelihood of both:
 
-    |I - s ρ T(uv)|² / σ² + 3 log σ²  <  Σ (I - μ)² / τ² + log τ²,
+    min |I - s ρ c|² / 2 σ² + 3 log σ  <  |I - s μ|² / 2 τ² + 3 log τ,
 
-with ρ as it is further inside, s the best of a few shades, μ and τ the mean and spread of the surroundings nearby.
-Where a motif has the colour of the surroundings that tells little: the outline is the cheapest one, along edges.
+with ρ as it is further inside, s the best of a few shades, c the pattern's colours, μ the mean of the surroundings, and
+σ and τ the usual errors of both. Where the colours are the same that tells little: the outline is the cheapest one,
+along edges in the photo.
 """
 
 import cv2
@@ -16,79 +18,64 @@ import numpy as np
 from core.arrays import Bools, Floats
 from core.overlay.filters.distances import distance, within
 from core.overlay.filters.smoothing import gaussian
-from core.overlay.palette import from_shades
-from core.overlay.pixels.graph_cut import MOST, cut_out
-from core.overlay.tolerances import NEARBY_PX, RIM_PX, SHADES, SMOOTH_PX
+from core.overlay.palette import GROUPS, from_shades, palette
+from core.overlay.pixels.filling import parts_with
+from core.overlay.pixels.graph_cut import EVIDENCE, MOST, SURELY, cut_out
+from core.overlay.texel import Texel
+from core.overlay.tolerances import RIM_PX, SHADES
 
-NOTCH = 0.6
-"""Radius of notches in the outline that are closed, over the width of the rim."""
-LEAST_SPREAD = 0.03
-CLEARLY = 1.0
-"""How much likelier a pixel beyond the rim must be cloth."""
-SURELY = 12.0
-"""Most that one pixel counts."""
+REACH = 2.0
+"""Width of the band beyond what is covered in which cloth is looked for, over that of the neighbourhood."""
+PRIOR = 2.0
+"""What speaks for cloth where it is covered, and against it beyond, as a natural logarithm."""
+LEAST_SPREAD = 0.02
+"""Least error of a colour."""
 
 
-def beside(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px: float) -> Bools:
-    """Return which covered pixels (H, W), at most `width_px` from the border, show the surroundings and not the cloth.
+def reach(covered: Bools, width_px: float) -> Bools:
+    """Return the pixels (H, W) beside those that are covered in which the outline of the cloth may be."""
+    return within(covered, REACH * width_px) & ~covered
 
-    `photo` and `texture`, which is T(uv), are (H, W, 3), `rho` (H, W).
+
+def find_outline(photo: Floats, texel: Texel, rho: Floats, covered: Bools, further: Bools, width_px: float) -> Bools:
+    """Return which covered and further pixels (H, W) show the cloth, up to its outline.
+
+    `photo` is (H, W, 3), `rho` (H, W) the light where it is covered. At most `width_px` are taken off what is covered;
+    that is also the width of the neighbourhood that tells the light and the surroundings of a pixel.
     """
-    near, doubt = doubts(photo, texture, rho, covered, width_px)
-    if not near.any():
-        return near
-    speaks = np.where(near, doubt / SURELY, np.where(covered, -MOST, MOST))
-    other = cut_out(photo, covered, speaks)
-    outer = covered & ~from_outside(near & other, covered)
-    return covered & ~without_notches(outer, round(NOTCH * width_px))
+    whole, core = covered | further, covered & (distance(~covered) > width_px)
+    around = ~whole & (distance(whole) > RIM_PX)
+    band = whole & ~core
+    for sides in (core, around):
+        band &= within(sides, (REACH + 1.5) * width_px)
+    if not band.any():
+        return covered
+    speaks = np.where(covered, -MOST, MOST)
+    light = nearby(rho, core, width_px)[..., None]
+    unlike = misfit(photo, [light * colour for colour in palette(texel, GROUPS)], core, width_px)
+    other = misfit(photo, [nearby(photo, around, width_px)], around, width_px)
+    odds = (unlike - other)[band] + np.where(covered[band], -PRIOR, PRIOR)
+    speaks[band] = EVIDENCE * np.clip(odds, -SURELY, SURELY)
+    outside = from_outside(cut_out(photo, covered, speaks) & whole, whole)
+    # What is cut off from the cloth is none of it.
+    return parts_with(covered & ~outside, whole & ~outside)
 
 
-def beyond(
-    photo: Floats, texture: Floats, rho: Floats, covered: Bools, further: Bools, width_px: float, rim_px: float
-) -> Bools:
-    """Return which further pixels (H, W), at most `width_px` beyond those that are covered, show the cloth.
+def misfit(photo: Floats, colours: list[Floats], where: Bools, width_px: float) -> Floats:
+    """Return how unlikely (H, W), as a logarithm, pixels are a shade of one of the colours, each (H, W, 3).
 
-    `texture` and `rho` are those of the cloth carried on; the outermost `rim_px` of what is covered need not be cloth.
+    What is usual `where` (H, W) something surely is a shade of them tells, within `width_px`.
     """
-    near, doubt = doubts(photo, texture, rho, covered | further, width_px + rim_px)
-    cloth = further & near & ~from_outside(near & (doubt > -CLEARLY), covered | further)
-    joined = gaussian((covered | cloth).astype(np.float64), SMOOTH_PX) > 0.5
-    _, labels = cv2.connectedComponents((covered | (joined & cloth)).astype(np.uint8), connectivity=4)
-    return np.asarray(joined & cloth & np.isin(labels, np.unique(labels[covered])), np.bool_)
-
-
-def doubts(photo: Floats, texture: Floats, rho: Floats, covered: Bools, width_px: float) -> tuple[Bools, Floats]:
-    """Return which pixels (H, W) of the rim can be judged, and how much likelier they are surroundings than cloth."""
-    depth = distance(~covered)
-    band, core = covered & (depth <= width_px), covered & (depth > width_px)
-    around = ~covered & (distance(covered) > RIM_PX)
-    near = band & within(core, 3 * width_px) & within(around, max(4 * NEARBY_PX, 1.5 * width_px))
-    if not near.any():
-        return near, np.zeros(covered.shape)
-    model = nearby(rho, core, width_px)[near][:, None] * texture[near]
-    spread = max(float(np.median(np.abs(photo[core] - (rho[..., None] * texture)[core]))) * 1.5, LEAST_SPREAD)
-    unlike = from_shades(photo[near], model, SHADES) ** 2 / spread**2 + 6 * np.log(spread)
-    middle = nearby(photo, around, 2 * NEARBY_PX)
-    away = (photo - middle) ** 2
-    variance = nearby(away, around, 2 * NEARBY_PX)[near] + LEAST_SPREAD**2
-    other = (away[near] / variance + np.log(variance)).sum(-1)
-    doubt = np.zeros(covered.shape)
-    doubt[near] = np.clip(unlike - other, -SURELY, SURELY)
-    doubt[~covered] = SURELY
-    return near, np.asarray(gaussian(doubt, SMOOTH_PX), np.float64)
+    off = np.min([from_shades(photo, colour, SHADES) ** 2 for colour in colours], axis=0)
+    # Shades leave two of three channels.
+    variance = nearby(off, where, width_px) / 2 + LEAST_SPREAD**2
+    return np.asarray(off / (2 * variance) + 1.5 * np.log(variance), np.float64)
 
 
 def from_outside(candidates: Bools, covered: Bools) -> Bools:
     """Return the candidates (H, W) that are connected with what is not covered."""
     _, labels = cv2.connectedComponents((candidates | ~covered).astype(np.uint8), connectivity=4)
     return np.asarray(candidates & np.isin(labels, np.unique(labels[~covered])), np.bool_)
-
-
-def without_notches(mask: Bools, radius_px: int) -> Bools:
-    """Return a mask (H, W) with the notches filled that no disc of that radius fits into: motifs that an edge cuts."""
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius_px + 1, 2 * radius_px + 1))
-    closed = cv2.morphologyEx(np.pad(mask, radius_px).astype(np.uint8), cv2.MORPH_CLOSE, disc)
-    return np.asarray(closed[radius_px:-radius_px, radius_px:-radius_px] > 0, np.bool_)
 
 
 def nearby(values: Floats, where: Bools, sigma_px: float) -> Floats:

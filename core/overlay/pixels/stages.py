@@ -10,23 +10,17 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
+from core.overlay.filters.distances import within
 from core.overlay.filters.texture_filter import filter_large
 from core.overlay.laying.albedo_scale import gauge_of
+from core.overlay.pixels.extension import extend
 from core.overlay.pixels.filling import filled
 from core.overlay.pixels.gaps.gap_completion import sew
-from core.overlay.pixels.layers import (
-    carry_on,
-    carry_to_outline,
-    explained,
-    extension_from,
-    paint,
-    scraps,
-    spread_mask,
-)
-from core.overlay.pixels.matting import carried_past_border, matte_of
+from core.overlay.pixels.layers import explained, paint, spread_mask
+from core.overlay.pixels.matting import matte_of
 from core.overlay.pixels.model import PixelModel
 from core.overlay.pixels.occluders import find_occluders
-from core.overlay.pixels.outline import beside
+from core.overlay.pixels.outline import find_outline, reach
 from core.overlay.pixels.refinement import refine
 from core.overlay.pixels.shading.chromatic_shading import find_tint
 from core.overlay.pixels.shading.multiscale_light import estimate_light
@@ -35,7 +29,7 @@ from core.overlay.pixels.surroundings import find_surroundings
 from core.overlay.registration.constrained_registration import settle
 from core.overlay.registration.integer_translation import in_phase
 from core.overlay.texel import Texel, draw_sample, estimate_texel
-from core.overlay.tolerances import DRAWN, NEARBY_PX
+from core.overlay.tolerances import DRAWN, NEARBY_PX, RIM_PX
 
 PixelStage = Callable[[PixelModel], PixelModel]
 
@@ -64,13 +58,6 @@ def paint_pieces(model: PixelModel) -> PixelModel:
     return painted if model.scale == 1 else estimate_finer_texel(painted)
 
 
-def find_extension(model: PixelModel) -> PixelModel:
-    """Tell how the pieces go on in straight lines, where there may be cloth that they do not explain."""
-    if not (model.cloth.valid & ~np.any(model.masks, axis=0)).any():
-        return model
-    return replace(model, extension=extension_from(model.cloth, list(model.pieces), list(model.masks)))
-
-
 def fill_gaps(model: PixelModel) -> PixelModel:
     """Carry the pieces on to cloth that is seen but was not followed."""
     cloth, masks = model.cloth, list(model.masks)
@@ -80,26 +67,18 @@ def fill_gaps(model: PixelModel) -> PixelModel:
     more = filled(cloth, model.found, list(model.pieces), masks)
     covered = np.asarray(np.any(masks, axis=0), np.bool_)
     carried = [settle(cloth, model.found, *filling, covered) for filling in zip(more.pieces, more.masks, strict=True)]
-    valid = spread_mask(cloth.valid, model.valid.shape)
-    paint(layers, model.mesh, carried, more.masks, valid)
-    if model.extension is not None:
-        carry_on(layers, model.extension, spread_mask(more.apart, valid.shape) & valid, model.scale)
-    return replace(model, uv=layers[0], shading=layers[1])
+    paint(layers, model.mesh, carried, more.masks, model.valid)
+    return extend_to(replace(model, uv=layers[0], shading=layers[1]), spread_mask(more.apart, model.valid.shape))
 
 
-def reach_outline(model: PixelModel) -> PixelModel:
-    """Carry the cloth on to where its outline is seen."""
-    if model.extension is None:
-        return model
-    layers = model.uv.copy(), model.shading.copy()
-    pieces, masks = list(model.pieces), list(model.masks)
-    carry_to_outline(layers, model.cloth, model.found, model.mesh, pieces, masks, model.extension, model.photo)
-    return replace(model, uv=layers[0], shading=layers[1])
-
-
-def keep_valid(model: PixelModel) -> PixelModel:
-    """Take off what lies where there may be no cloth, which a smaller picture does not tell to the pixel."""
-    return without_pixels(model, ~model.valid)
+def find_border(model: PixelModel) -> PixelModel:
+    """Carry the cloth on to where its outline is seen, and take away what lies beyond that."""
+    seen, _, rho, covered = small_layers(model)
+    few, width_px = slice(None, None, model.scale), max(NEARBY_PX, model.cloth.sigma_px)
+    further = reach(covered, width_px) & model.valid[few, few] & ~model.hidden
+    inside = find_outline(seen, model.texel, rho, covered, further, width_px)
+    wider = extend_to(model, spread_mask(further & inside, model.valid.shape))
+    return without_pixels(wider, spread_mask(covered & ~inside, model.valid.shape))
 
 
 def cut_surroundings(model: PixelModel) -> PixelModel:
@@ -110,23 +89,10 @@ def cut_surroundings(model: PixelModel) -> PixelModel:
     return hide(model, find_surroundings(seen, covered, model.cloth.side_px))
 
 
-def cut_rim(model: PixelModel) -> PixelModel:
-    """Take pixels beside the border for the surroundings where they are rather like those."""
-    seen, texture, rho, covered = small_layers(model)
-    return hide(model, beside(seen, texture, rho, covered, max(NEARBY_PX, model.cloth.sigma_px)))
-
-
 def cut_occluders(model: PixelModel) -> PixelModel:
     """Tell what lies on the cloth."""
     seen, texture, rho, covered = small_layers(model)
     return hide(model, find_occluders(seen, texture, rho, model.texel, model.cloth.side_px, covered))
-
-
-def drop_scraps(model: PixelModel) -> PixelModel:
-    """Take small parts away from the rest for no cloth."""
-    few = slice(None, None, model.scale)
-    covered = np.isfinite(model.shading[few, few]) & ~model.hidden
-    return hide(model, scraps(covered, abs(float(np.linalg.det(model.cloth.basis)))))
 
 
 def complete_gaps(model: PixelModel) -> PixelModel:
@@ -171,9 +137,7 @@ def scale_albedo(model: PixelModel) -> PixelModel:
 
 def soften_border(model: PixelModel) -> PixelModel:
     """Carry the cloth a few pixels past its outline, where the border may be soft."""
-    allowed = model.valid & ~spread_mask(model.hidden, model.valid.shape)
-    uv, shading = carried_past_border(model.uv, model.shading, allowed)
-    return replace(model, uv=uv, shading=shading)
+    return extend_to(model, within(model.outline, RIM_PX) & ~spread_mask(model.hidden, model.valid.shape))
 
 
 def draw_model(model: PixelModel) -> PixelModel:
@@ -198,23 +162,21 @@ def tint_light(model: PixelModel) -> PixelModel:
 
 
 def matte_border(model: PixelModel) -> PixelModel:
-    """Tell what share of a pixel is cloth, where the border is soft."""
+    """Tell what share of a pixel is cloth, where the border is soft; nothing is laid where none is."""
     inside = np.asarray(np.isfinite(model.shading), np.bool_)
-    return replace(model, coverage=matte_of(model.photo, model.modelled_at, model.outline, inside))
+    coverage = matte_of(model.photo, model.modelled_at, model.outline, inside)
+    seen, off = without_pixels(model, coverage == 0), (coverage == 0)[..., None]
+    return replace(seen, coverage=coverage, light=np.where(off, np.float32(np.nan), model.light))
 
 
 STAGES: tuple[PixelStage, ...] = (
     translate_pieces,
     explain_pixels,
     paint_pieces,
-    find_extension,
     fill_gaps,
-    reach_outline,
-    keep_valid,
     cut_surroundings,
-    cut_rim,
+    find_border,
     cut_occluders,
-    drop_scraps,
     complete_gaps,
     uncover_hidden,
     relight,
@@ -226,7 +188,7 @@ STAGES: tuple[PixelStage, ...] = (
     tint_light,
     matte_border,
 )
-NEEDED = frozenset((paint_pieces, keep_valid, uncover_hidden, draw_model))
+NEEDED = frozenset((paint_pieces, uncover_hidden, draw_model))
 """Stages without which there is no result, or one with pixels where there may be none."""
 OPTIONAL = tuple(stage.__name__ for stage in STAGES if stage not in NEEDED)
 """The names of those that can be left out, to see what they are worth."""
@@ -248,6 +210,14 @@ def leave_out(model: PixelModel, names: Collection[str]) -> Iterator[tuple[str, 
             yield stage.__name__, go_through(model, STAGES[number + 1 :])
         model = stage(model)
     yield WHOLE, model
+
+
+def extend_to(model: PixelModel, wanted: Bools) -> PixelModel:
+    """Return the model with the cloth carried straight on to the wanted pixels (H, W) where it may be."""
+    texel_px = abs(float(np.linalg.det(model.cloth.basis)))
+    layers = (model.uv, model.shading), wanted & model.valid
+    uv, shading = extend(*layers, texel_px, model.cloth.sigma_px, model.scale)
+    return replace(model, uv=uv, shading=shading)
 
 
 def small_layers(model: PixelModel) -> tuple[Floats, Floats, Floats, Bools]:

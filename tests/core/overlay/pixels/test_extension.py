@@ -1,9 +1,10 @@
-"""Cloth carried straight on into a gap."""
+"""Cloth carried straight on, into a gap and past its border."""
 
 import numpy as np
+import pytest
 
-from core.arrays import Floats, Ints
-from core.overlay.pixels.extension import extension_of
+from core.arrays import Bools, Floats
+from core.overlay.pixels.extension import Layers, extend
 
 SIZE = (60, 90)
 Y, X = np.indices(SIZE).astype(float)
@@ -11,48 +12,51 @@ SLOPES = np.array([[0.05, 0.01], [-0.01, 0.06]])
 AREA = 1 / abs(float(np.linalg.det(SLOPES)))
 LEFT, RIGHT = X < 40, X > 52
 """Two sides of a gap."""
+EVERYWHERE = np.ones(SIZE, bool)
 
 
-def sides(jump: float) -> Floats:
-    """Return coordinates on both sides, those of the right one moved by `jump` texels."""
-    uv = np.asarray(np.stack([X, Y], -1) @ SLOPES.T, np.float64)
-    uv[RIGHT, 0] += jump
-    uv[~(LEFT | RIGHT)] = np.nan
-    return uv
+def flat() -> Floats:
+    return np.asarray(np.stack([X, Y], -1) @ SLOPES.T, np.float64)
 
 
-def owners() -> Ints:
-    """Return the number of each side, -1 in the gap."""
-    return np.where(LEFT, 0, np.where(RIGHT, 1, -1))
+def layers(uv: Floats, covered: Bools, rho: Floats | float = 1.0) -> Layers:
+    return (
+        np.where(covered[..., None], uv, np.nan).astype(np.float32),
+        np.where(covered, rho, np.nan).astype(np.float32),
+    )
 
 
 def test_gap_goes_on_from_the_side_that_is_nearer() -> None:
-    rho = np.where(LEFT, 0.8, np.where(RIGHT, 1.2, np.nan))
-    found = extension_of(sides(-1.3), rho, owners(), AREA, 4.0)
-    assert found is not None
-    places = np.array([[42.0, 20.0], [44.0, 31.0], [49.0, 20.0], [51.0, 40.0]])
-    uv, light = found.at(places)
-    expected = places @ SLOPES.T + np.array([[0, 0], [0, 0], [-1.3, 0], [-1.3, 0]])
-    assert np.allclose(uv, expected, atol=1e-6)
-    assert np.allclose(light, [0.8, 0.8, 1.2, 1.2], atol=0.01)
+    jump = np.where(RIGHT[..., None], [-1.3, 0.0], 0.0)
+    uv, light = extend(layers(flat() + jump, LEFT | RIGHT, np.where(LEFT, 0.8, 1.2)), EVERYWHERE, AREA, 2.0)
+    gap = ~(LEFT | RIGHT)
+    nearer = np.where((X < 46)[..., None], 0.0, [-1.3, 0.0])
+    away = np.abs(X - 46) > 1
+    np.testing.assert_allclose(uv[gap & away], (flat() + nearer)[gap & away], atol=1e-4)
+    np.testing.assert_allclose(light[gap & away], np.where(X < 46, 0.8, 1.2)[gap & away], atol=0.01)
 
 
 def test_crushed_cloth_is_not_carried_on() -> None:
-    uv = sides(0.0)
-    crushed = RIGHT & (X < 62)
+    uv, crushed = flat(), RIGHT & (X < 62)
     uv[crushed, 0] *= 6
-    owner = np.where(crushed, 2, owners())
-    found = extension_of(uv, np.where(owner >= 0, 1.0, np.nan), owner, AREA, 2.0)
-    assert found is not None
-    assert not crushed[found.places[:, 1].astype(int), found.places[:, 0].astype(int)].all()
-    assert np.allclose(found.at(np.array([[51.0, 30.0]]))[0], np.array([51.0, 30.0]) @ SLOPES.T, atol=1e-6)
+    out, _ = extend(layers(uv, LEFT | RIGHT), EVERYWHERE, AREA, 2.0)
+    np.testing.assert_allclose(out[30, 51], flat()[30, 51], atol=1e-3)
+    np.testing.assert_array_equal(out[crushed], uv.astype(np.float32)[crushed])
 
 
 def test_nothing_goes_on_from_no_cloth() -> None:
-    none = np.full(SIZE, np.nan)
-    assert extension_of(np.stack([none, none], -1), none, np.full(SIZE, -1), AREA, 4.0) is None
+    none = layers(flat(), ~EVERYWHERE)
+    uv, light = extend(none, EVERYWHERE, AREA, 4.0)
+    assert np.isnan(uv).all()
+    assert np.isnan(light).all()
 
 
-def test_a_piece_that_explains_no_pixel_does_not_go_on() -> None:
-    owner = np.where(RIGHT, 2, np.where(LEFT, 0, -1))
-    assert extension_of(sides(0.0), np.where(owner >= 0, 1.0, np.nan), owner, AREA, 4.0) is not None
+@pytest.mark.parametrize("scale", [1, 2, 3])
+def test_cloth_goes_on_past_its_border_where_it_is_wanted(scale: int) -> None:
+    wanted = (X < 44) & (Y < 50)
+    before = layers(flat(), LEFT)
+    uv, light = extend(before, wanted, AREA / scale**2, 3.0, scale)
+    np.testing.assert_allclose(uv[wanted & ~LEFT], flat()[wanted & ~LEFT], atol=1e-4)
+    np.testing.assert_allclose(light[wanted & ~LEFT], 1.0, atol=1e-5)
+    np.testing.assert_array_equal(np.isfinite(light), LEFT | wanted)
+    np.testing.assert_array_equal(uv[LEFT], before[0][LEFT])

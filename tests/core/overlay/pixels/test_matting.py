@@ -1,11 +1,10 @@
 """The border of the cloth: what share of a pixel is cloth, so that a new texture leaves no rim of the old one."""
 
-import cv2
 import numpy as np
 import pytest
 
 from core.arrays import Floats, Singles
-from core.overlay.pixels.matting import carried_past_border, matte_of
+from core.overlay.pixels.matting import matte_of
 from core.overlay.tolerances import RIM_PX
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
@@ -53,15 +52,8 @@ def test_at_the_border_of_the_picture_cloth_is_whole() -> None:
     assert (matte_of(SCENE.photo, MODEL.__getitem__, whole, whole) == 1).all()
 
 
-def test_layers_go_on_past_the_border_in_straight_lines_where_they_may() -> None:
-    inside = soft_disc(60, 1.0) > 0.5
-    allowed = np.ones_like(inside)
-    allowed[:, 95:] = False
-    uv = np.where(inside[..., None], SCENE.uv, np.nan).astype(np.float32)
-    shading = np.where(inside, SCENE.shading, np.nan).astype(np.float32)
-    wider, light = carried_past_border(uv, shading, allowed)
-    near = cv2.dilate(inside.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & ~inside & allowed
-    assert np.isfinite(light[near]).all()
-    assert np.abs(wider - SCENE.uv)[near].max() < 0.02
-    np.testing.assert_array_equal(np.isfinite(light) & ~inside & ~allowed, False)
-    np.testing.assert_array_equal(wider[inside], uv[inside])
+def test_no_share_is_told_where_the_outline_is_too_wide() -> None:
+    share = soft_disc(60, 1.0)
+    matte = matte_of(on_ground(share, MODEL), MODEL.__getitem__, soft_disc(62, 1.0) > 0.5, np.ones_like(share, bool))
+    beside = (share == 0) & (soft_disc(63, 1.0) > 0)
+    assert (matte[beside] == 0).mean() > 0.8
