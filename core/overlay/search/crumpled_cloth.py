@@ -17,7 +17,7 @@ from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.shrinking import shrunk
 from core.overlay.registration.cloth import Fit, FittedCloth, make_divided_cloth
 from core.overlay.registration.evidence import Evidence, weigh
-from core.overlay.registration.fitting import complete
+from core.overlay.registration.fitting import LEAST_EVENNESS, complete, evenness
 from core.overlay.search.large_periods import NOTE, TRIED, register_coarsely
 from core.progress import Job, Progress
 
@@ -28,12 +28,14 @@ TIMES = (2, 4, 8)
 def find_crumpled(photo: Floats, canvas: FlatPicture, seed: int) -> Job[tuple[FittedCloth, Fit, Evidence]]:
     """Return the cloth registered from even steps over all that may be cloth, and followed to its end.
 
-    Raises `NoPatternError` where none of the likeliest steps leads to a credible fit.
+    Raises `NoPatternError` where none of the likeliest steps leads to a credible fit, and where there are stripes only.
     """
     yield Progress(0.0, NOTE)
     laid = [lay_evenly(photo, canvas, basis) for basis in find_likely_steps(photo, canvas)]
     for number, start in enumerate(sorted(laid, key=lambda one: weigh(*one).explained, reverse=True)):
         yield Progress((number + 1) / (TRIED + 1), NOTE)
+        if evenness(*start) < LEAST_EVENNESS:
+            break
         with suppress(NoPatternError):
             cloth, found = yield from complete(*start, [], seed)
             weight = weigh(cloth, found)

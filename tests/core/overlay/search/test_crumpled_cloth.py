@@ -1,13 +1,16 @@
 """Cloth on which no lattice grows and no keypoints are alike: even steps are laid on all of it."""
 
+import cv2
 import numpy as np
 import pytest
 
+from core.arrays import Floats
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.search import finding
+from core.overlay.search import crumpled_cloth, finding
 from core.overlay.search.crumpled_cloth import find_crumpled
 from core.overlay.search.finding import find_cloth
+from core.overlay.texel import Texel
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
 from tests.core.overlay.prints import canvas_of, displaced_px, painted, sett
@@ -36,10 +39,21 @@ def test_even_steps_are_pulled_to_where_the_cloth_lies(crumpled: Scene, monkeypa
         run(find_cloth(crumpled.photo, canvas_of(crumpled.photo), 0))
 
 
-def test_nothing_is_found_in_noise_and_stripes() -> None:
-    rng = np.random.default_rng(0)
-    y, x = np.indices((220, 240))
-    stripes = 0.5 + 0.3 * np.sin(0.2 * x + 0.08 * y)[..., None] * [1, 0.8, 0.6] + rng.normal(0, 0.01, (220, 240, 3))
-    for picture in (rng.random((220, 240, 3)), stripes):
+@pytest.mark.parametrize("steps", [None, [BASIS]])
+def test_nothing_is_found_in_noise_and_spots(monkeypatch: pytest.MonkeyPatch, steps: list[Floats] | None) -> None:
+    if steps is not None:
+        monkeypatch.setattr(crumpled_cloth, "find_likely_steps", lambda *_: steps)
+    noise = np.random.default_rng(0).random((220, 240, 3))
+    spots = cv2.GaussianBlur(noise, (0, 0), 4)
+    for picture in (noise, 0.5 + 0.15 * (spots - spots.mean()) / spots.std()):
         with pytest.raises(NoPatternError):
             run(find_crumpled(picture, painted(picture), 0))
+
+
+def test_stripes_are_no_cloth_that_repeats_both_ways(crumpled: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    stripes = Texel(np.tile(sett().pixels[:, :1], (1, 96, 1)))
+    scene = make_scene(stripes, size=(260, 240), basis=BASIS, bend=5.0)
+    monkeypatch.setattr(crumpled_cloth, "find_likely_steps", lambda *_: [BASIS])
+    assert run(find_crumpled(crumpled.photo, painted(crumpled.photo), 0))[2].is_clear
+    with pytest.raises(NoPatternError):
+        run(find_crumpled(scene.photo, painted(scene.photo), 0))
