@@ -27,7 +27,7 @@ from core.overlay.detection.seeding import (
 from core.overlay.detection.stages import Stage
 from core.overlay.filters.magnifying import TIMES, can_be_magnified
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.registration.evidence import CREDIBLE, Evidence, weigh
+from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
@@ -152,7 +152,7 @@ def find_cloth(
         with suppress(NoPatternError):
             finds.append(Find(*(yield from part(find_large(photo, canvas), 0.5, 0.6)), repeats=True))
     ends = yield from part(complete_best(finds, seed), 0.6, 0.9)
-    if not any(find.takes_away > CREDIBLE for find in ends) and not canvas.valid.all():
+    if not ends and not canvas.valid.all():
         # The user says that there is cloth.
         with suppress(NoPatternError):
             ends.append(Find(*(yield from part(find_crumpled(photo, canvas, seed), 0.9, 1.0))))
