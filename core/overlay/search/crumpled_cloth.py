@@ -6,6 +6,7 @@ followed.
 """
 
 from contextlib import suppress
+from operator import itemgetter
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from core.overlay.registration.cloth import Fit, FittedCloth, make_divided_cloth
 from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import LEAST_EVENNESS, complete, evenness
 from core.overlay.search.large_periods import NOTE, TRIED, register_coarsely
-from core.progress import Job, Progress
+from core.progress import Job, Progress, part
 
 TIMES = (2, 4, 8)
 """Times that the picture is shrunk: octaves of the side of a texel."""
@@ -30,38 +31,51 @@ def find_crumpled(photo: Floats, canvas: FlatPicture, seed: int) -> Job[tuple[Fi
 
     Raises `NoPatternError` where none of the likeliest steps leads to a credible fit, and where there are stripes only.
     """
-    yield Progress(0.0, NOTE)
-    laid = [lay_evenly(photo, canvas, basis) for basis in find_likely_steps(photo, canvas)]
-    for number, start in enumerate(sorted(laid, key=lambda one: weigh(*one).explained, reverse=True)):
-        yield Progress((number + 1) / (TRIED + 1), NOTE)
-        if evenness(*start) < LEAST_EVENNESS:
+    likely = yield from part(find_likely_steps(photo, canvas), 0.0, 0.3)
+    laid = yield from part(lay_each(photo, canvas, likely), 0.3, 0.4)
+    for _, cloth, start in laid:
+        if evenness(cloth, start) < LEAST_EVENNESS:
             break
         with suppress(NoPatternError):
-            cloth, found = yield from complete(*start, [], seed)
+            _, found = yield from part(complete(cloth, start, [], seed), 0.4, 1.0)
             weight = weigh(cloth, found)
             if weight.is_credible:
                 return cloth, found, weight
     raise NoPatternError
 
 
-def find_likely_steps(photo: Floats, canvas: FlatPicture) -> list[Floats]:
+def find_likely_steps(photo: Floats, canvas: FlatPicture) -> Job[list[Floats]]:
     """Return the vectors (2, 2), columns, pixels, that explain most of the shrunk photo (H, W, 3), `TRIED` at most."""
     told: list[tuple[float, Floats]] = []
-    for times in TIMES:
-        inside = shrunk(canvas.valid, times) > 0.5
-        small = FlatPicture(shrunk(canvas.image, times).astype(np.float32), inside.astype(np.float32))
-        for basis in propose_bases(small.image, np.asarray(inside[..., 0], np.bool_)):
-            explained = weigh(*lay_evenly(shrunk(photo, times), small, basis)).explained
-            told.append((explained * times**2, basis * times))
-    likely = sorted((one for one in told if one[0] > 0), key=lambda one: -one[0])
-    return [basis for _, basis in likely[:TRIED]]
+    for number, times in enumerate(TIMES):
+        small, inside = shrunk(photo, times), shrunk(canvas.valid, times) > 0.5
+        flat = FlatPicture(shrunk(canvas.image, times).astype(np.float32), inside.astype(np.float32))
+        bases = propose_bases(flat.image, np.asarray(inside[..., 0], np.bool_))
+        laid = yield from part(lay_each(small, flat, bases), number / len(TIMES), (number + 1) / len(TIMES))
+        told += [(explained * times**2, cloth.basis * times) for explained, cloth, _ in laid if explained > 0]
+    return [basis for _, basis in sorted(told, key=itemgetter(0), reverse=True)[:TRIED]]
+
+
+def lay_each(photo: Floats, canvas: FlatPicture, bases: list[Floats]) -> Job[list[tuple[float, FittedCloth, Fit]]]:
+    """Return what speaks for the cloth that is laid from each of the bases (2, 2), and that; the likeliest first."""
+    laid: list[tuple[float, FittedCloth, Fit]] = []
+    for number, basis in enumerate(bases):
+        yield Progress(number / len(bases), NOTE)
+        with suppress(NoPatternError):
+            cloth, found = lay_evenly(photo, canvas, basis)
+            laid.append((weigh(cloth, found).explained, cloth, found))
+    return sorted(laid, key=itemgetter(0), reverse=True)
 
 
 def lay_evenly(photo: Floats, canvas: FlatPicture, basis: Floats) -> tuple[FittedCloth, Fit]:
-    """Return the cloth of a photo (H, W, 3) registered from even steps of a `basis` (2, 2), pixels, on all of it."""
+    """Return the cloth of a photo (H, W, 3) registered from even steps of a `basis` (2, 2), pixels, on all of it.
+
+    Raises `NoPatternError` where what may be cloth fills no cell of the mesh.
+    """
     middle = np.median(np.argwhere(canvas.valid[..., 0] > 0)[:, ::-1], axis=0)
-    cloth = make_divided_cloth(
-        photo, canvas, Lattice(np.zeros((1, 2), np.int64), PatchFrames(middle[None], basis[None], np.ones(1)))
-    )
-    uv = (cloth.mesh.positions() - middle) @ np.linalg.inv(basis).T
-    return cloth, register_coarsely(cloth, uv, np.asarray(cloth.valid_shares > 0.5, np.bool_))
+    lattice = Lattice(np.zeros((1, 2), np.int64), PatchFrames(middle[None], basis[None], np.ones(1)))
+    cloth = make_divided_cloth(photo, canvas, lattice)
+    uv, cells = (cloth.mesh.positions() - middle) @ np.linalg.inv(basis).T, cloth.valid_shares > 0.5
+    if not cells.any():
+        raise NoPatternError
+    return cloth, register_coarsely(cloth, uv, np.asarray(cells, np.bool_))
