@@ -299,7 +299,7 @@ class GridFactor:
 
     def place(self, y: Floats, onto: Onto) -> tuple[Complexes, None]:
         """Return where `backward` takes all nodes (R, C); what that folds is not known."""
-        return onto.moved(self.backward(y).view(np.complex128)[:, 0]), None
+        return onto.moved(np.ascontiguousarray(self.backward(y)).view(np.complex128)[:, 0]), None
 
     def __repr__(self) -> str:
         return f"GridFactor({self.size} unknowns, {len(self._whole)} boxes)"
