@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points, Singles
-from core.overlay.detection.basis import reduce
+from core.overlay.detection.basis import reduce, spans
 
 SIDES_PX = (20, 32, 48, 72, 108)
 """Sides of the exemplar patches."""
@@ -128,12 +128,8 @@ def vertex_of_parabola(surface: Singles, x: Ints, y: Ints) -> Points:
 def shortest_pair(vectors: Points) -> Floats | None:
     """Return the two shortest vectors that span the plane as columns, reduced, or None."""
     ordered = vectors[np.argsort(np.linalg.norm(vectors, axis=1))]
-    for second in ordered[1:]:
-        first = ordered[0]
-        sine = abs(first[0] * second[1] - first[1] * second[0]) / (np.linalg.norm(first) * np.linalg.norm(second))
-        if sine > 0.35:
-            return reduce(np.stack([first, second], -1))
-    return None
+    pairs = (np.stack([ordered[0], second], -1) for second in ordered[1:])
+    return next((reduce(pair) for pair in pairs if spans(pair)), None)
 
 
 def neighbour_support(surface: Singles, middle: Points, basis: Floats) -> float:
