@@ -1,11 +1,12 @@
 """What the real window takes for a frame while someone works in it: the `window` list of `weft bench`.
 
-A script of mouse events is played to the window, one for every frame: a pin is dragged, a stroke painted, the wheel
-turned, and then nothing is done. Each is played twice: as the window draws, and with the draw calls left out, which
-leaves the processor's part. Every frame is split by the spans that the program records anyway.
+A script of mouse events is played to the window, one for every frame, at a display's rate: a pin is dragged, a stroke
+painted, the wheel turned, and then nothing is done. Each is played twice: as the window draws, and with the draw calls
+left out, which leaves the processor's part. Every frame is split by the spans that the program records anyway.
 """
 
 import statistics
+import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -21,7 +22,7 @@ from app.model.jobs import Jobs
 from app.model.spaces import screen_from_canvas
 from app.render.picture_file import exporting
 from app.tools.all import TOOLS
-from app.window.shell import Shell, has_display, wake
+from app.window.shell import SWITCH_S, Shell, has_display, wake
 from core import tracing
 from core.arrays import Bytes, InputError
 from core.document.document import Document, Pin, pixels_from_places
@@ -33,6 +34,8 @@ SIZE_PX = (1920, 1080)
 FEATURES = (4, 200)
 FRAMES = 60
 """Of each of the things that are done."""
+FRAME_S = 1 / 60
+"""From the beginning of a frame to that of the next one, as a display has it, where it is not late."""
 SETTLING_S = 60.0
 """How long the window may take at most to come to rest."""
 BEND = 20.0
@@ -79,11 +82,13 @@ def open_window(document: Document, *, draws: bool = True) -> Iterator["Hand"]:
     jobs = Jobs(wake=wake)
     shell = Shell(Editor(document, TOOLS, jobs=jobs, exporter=exporting), keeps_settings=False, draws=draws)
     shell.params.app_window_params.window_geometry.size = SIZE_PX
-    render = hello_imgui.manual_render
+    render, switch_before = hello_imgui.manual_render, sys.getswitchinterval()
     render.setup_from_runner_params(shell.params)
+    sys.setswitchinterval(SWITCH_S)
     try:
         yield Hand(shell)
     finally:
+        sys.setswitchinterval(switch_before)
         jobs.close()
         render.tear_down()
 
@@ -95,7 +100,9 @@ def _played(hand: "Hand", deed: str, frames: int) -> dict[str, Any]:
     next(events)
     tracing.start()
     for _ in events:
-        hello_imgui.manual_render.render()
+        begun = time.perf_counter()
+        hand.draw()
+        time.sleep(max(begun + FRAME_S - time.perf_counter(), 0.0))
     found = split_frames(tracing.events())
     hand.let_go()
     return {"deed": deed, **summarise(found)}

@@ -39,22 +39,34 @@ class ReducedBasis:
         """Of the basis."""
         self._duals = np.empty((0, len(off)), np.complex128)
         """The qᵢ, conjugate, in units of what may be off."""
+        self._peaks = np.empty(0)
+        """The largest number in each."""
         self._given = np.empty((0, 0), np.complex64)
         """F qᵢ."""
+        self._shares = np.empty(0, np.complex128)
+        """Those that they have of the last x,"""
         self._rest = np.zeros(len(off), np.complex128)
-        """What they leave of the last x."""
+        """and what they leave."""
+        self._has_grown = False
+        """Whether any of it was taken in."""
+
+    @property
+    def is_new(self) -> bool:
+        """Whether the last x had anything beyond what was known before it."""
+        return self._has_grown or self._is_left(_WORTH_LEARNING)
 
     def answer(self, x: Complexes) -> Complexes:
         """Return F x (N,)."""
-        shares, self._rest = self._split(x / self._off)
+        self._shares, self._rest = self._split(x / self._off)
+        self._has_grown = False
         if self._is_left(1) or not self.count:
-            shares = self._take(shares)
-        return np.asarray(shares.astype(np.complex64) @ self._given[: self.count], np.complex128)
+            self._take()
+        return np.asarray(self._shares.astype(np.complex64) @ self._given[: self.count], np.complex128)
 
     def learn(self) -> None:
-        """Take in what the last x had beyond what was known, where there is room."""
-        if self.count < len(self._given) and self._is_left(_WORTH_LEARNING):
-            self._take(np.empty(self.count, np.complex128))
+        """Take in what the last x had beyond what was known."""
+        if self._is_left(_WORTH_LEARNING):
+            self._take()
 
     def _is_left(self, share: float) -> bool:
         return bool(np.abs(self._rest).max(initial=0) > share)
@@ -65,19 +77,22 @@ class ReducedBasis:
         shares = duals @ x
         return shares, x - (shares.conj() @ duals).conj()
 
-    def _take(self, shares: Complexes) -> Complexes:
-        """Take in what is left of an x with these shares; return its shares of all. Without room, begin anew."""
+    def _take(self) -> None:
+        """Take in what is left of the last x, without room in the place of what that has least of."""
         if self.count and self.count == len(self._given):
-            self._rest = self._rest + (shares.conj() @ self._duals).conj()
-            self.count, shares = 0, shares[:0]
+            place = int((np.abs(self._shares) * self._peaks).argmin())
+            self._rest = self._rest + self._shares[place] * self._duals[place].conj()
+            self._duals[place] = 0
+        else:
+            place, self._shares = self.count, np.append(self._shares, 0)
         _, rest = self._split(self._rest)  # again: rounding had left some of what is known
         length = float(np.linalg.norm(rest)) or 1.0
         given = self._evaluate(rest / length * self._off)
         if not len(self._given):
             most = max(_MOST_NUMBERS // max(len(given), 1), 1)
             self._given = np.empty((most, len(given)), np.complex64)
-            self._duals = np.empty((most, len(rest)), np.complex128)
-        self._duals[self.count], self._given[self.count] = rest.conj() / length, given
+            self._duals, self._peaks = np.empty((most, len(rest)), np.complex128), np.empty(most)
+        self._duals[place], self._given[place] = rest.conj() / length, given
+        self._peaks[place], self._shares[place] = np.abs(rest).max(initial=0) / length, length
         self._rest = np.zeros_like(rest)
-        self.count += 1
-        return np.append(shares, complex(length))
+        self.count, self._has_grown = len(self._shares), True

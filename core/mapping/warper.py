@@ -133,8 +133,8 @@ class Warper:
 
     def look_ahead(self) -> None:
         """Begin beside what the next frame of a drag needs of this one, once nothing more is done for this one."""
-        if self._last.handles is not None:
-            self._last.handles.look_ahead()
+        if self._last.handles is not None and self._last.reference is not None:
+            self._last.handles.look_ahead(self._last.reference)
 
     def learn(self, plain: Points, reference: Solution) -> None:
         """Take it that W at the nodes (R, C, 2) leads to the `reference` at rest, without handles."""

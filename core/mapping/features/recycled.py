@@ -43,6 +43,11 @@ class Recycled:
         assert self._basis is not None
         return self._basis.answer(np.concatenate([as_one(load), missed]))
 
+    @property
+    def is_new(self) -> bool:
+        """Whether the last load had anything that those before it had not."""
+        return self._basis is not None and self._basis.is_new
+
     def learn(self) -> None:
         """Let the next answers be nearer to the exact ones."""
         if self._basis is not None:

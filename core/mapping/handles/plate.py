@@ -176,6 +176,11 @@ class HandleField:
         d = d + self._answer(asked - slides.at_points @ found.slid, found.forces, recycles=recycles)
         return np.asarray(d).reshape(self.grid.shape)
 
+    @property
+    def is_new(self) -> bool:
+        """Whether the last answer that recycled what is known had anything new."""
+        return self._forces is not None and self._basis.is_new
+
     def learn(self) -> None:
         """Let the next answers that recycle what is known be nearer to the exact ones."""
         if self._forces is not None:

@@ -11,14 +11,16 @@ The picture without handles, z⁰ with features at (α⁰, t⁰), costs nothing;
 Whatever does not move at all is therefore left as it is to the last bit.
 """
 
+import copy
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from core.grid import DEFAULT_NODES_AT_MOST
+from core.linalg.blas import one_thread
 from core.linalg.cubic_convolution import Smooth
 from core.linalg.multifrontal import GridFactor
 from core.mapping.features.pose import Approach, Solution
@@ -43,7 +45,7 @@ _PATIENCE = 3
 _SAMPLED = 16
 """One of so many rows and columns of nodes is looked at first."""
 _BESIDE = ThreadPoolExecutor(1, "rotation")
-"""Where the next answer's rotation is taken, and something is learnt for it, while this one is drawn."""
+"""Where the next answer's rotation is taken, and what it will ask for is learnt, while this one is drawn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,10 +85,24 @@ class HandleSolver:
         """What answers while something moves tell of the next one, on a grid of which a table has many rows."""
         self._is_new = True
         """Whether it has not answered yet: what pays off with the next answer is not begun with the first."""
+        self._asked: Complexes | None = None
+        """What handles were asked for last,"""
+        self._expected: Complexes | None = None
+        """and what they will be asked for next, if all goes on as it does."""
+        self._explores = False
+        """Whether what was expected of the last answer had anything new."""
+        self._is_asked = False
+        """Whether anything was asked for since the last look ahead."""
+        self._begun: Solution | None = None
+        """The picture for which all that a drag begins with was got ready at rest."""
         self._ahead: Callable[[], Turned] | None = None
-        """Finds what that turns the background into, which the next answer to the same picture begins with,"""
-        self._next: Future[Turned] | None = None
-        """and where that has begun beside, its result."""
+        """Finds what the last answer turns the background into, which the next one to the same picture begins with,"""
+        self._turned: Turned | None = None
+        """and what it has found."""
+        self._beside: Future[None] | None = None
+        """What is worked out beside,"""
+        self._is_awaited = False
+        """and whether the next answer waits for it: then nothing is imagined."""
 
     def solve(self, reference: Solution, asked: Complexes, *, rounds: int) -> Moved:
         """Return where handles that ask for `asked` (k,) move the `reference`.
@@ -96,12 +112,14 @@ class HandleSolver:
         """
         s, mapping = self.structure, self.structure.mapping
         goal = self._find_goal(s, reference, asked)
-        if not goal.any():
-            return Moved(reference, Smooth(np.zeros_like(reference.z)), goal)
+        self._expected = None if self._asked is None else 2 * asked - self._asked
+        self._asked, self._is_asked = asked, True
         base, stays = self._base, self._reference is reference
         if base is None or not stays:
             base = Base.of(s.field.sample(reference.z))
-            self._reference, self._base, self._next = reference, base, None
+            self._reference, self._base, self._turned = reference, base, None
+        if not goal.any():
+            return Moved(reference, Smooth(np.zeros_like(reference.z)), goal)
         is_straight = _is_straight(reference.z, s.field)
         with mapping.clock.measure("rhs"):
             poses = self._pose_held(s, reference, goal, asked, is_straight=is_straight)
@@ -127,30 +145,76 @@ class HandleSolver:
 
     def wait(self) -> None:
         """Return once nothing is worked out beside: nobody else uses the factor meanwhile."""
-        if self._next is not None:
-            wait([self._next])
+        beside, self._beside = self._beside, None
+        if beside is not None:
+            self._is_awaited = True
+            try:
+                beside.result()
+            finally:
+                self._is_awaited = False
 
-    def look_ahead(self) -> None:
-        """Begin beside what the next answer needs of this one, once nothing more is done for this one."""
+    def look_ahead(self, reference: Solution) -> None:
+        """Begin beside what the next answer needs of this one, once nothing more is done for this one.
+
+        Once nothing is asked for, that is what a drag of the `reference` begins with.
+        """
+        turn, self._ahead = self._ahead, None
+        rests, self._is_asked = not self._is_asked, False
+        if turn is not None:
+            self._beside = _BESIDE.submit(self._prepare, turn)
+        elif rests and self._asked is not None and self._begun is not reference and self._recycled is not None:
+            self._begun, self._is_new = reference, False
+            self._beside = _BESIDE.submit(self._begin, reference, self._asked)
+
+    def _prepare(self, turn: Callable[[], Turned]) -> None:
+        """Find what the picture is turned into, and learn from what was asked for, and from what will be."""
+        self._turned = turn()
+        explores, self._explores = self._explores or self._is_new_in_part, False
+        self._learn()
+        if explores and self._recycled is not None and self._expected is not None and not self._is_awaited:
+            self._imagine(self._expected)
+            self._explores = self._is_new_in_part
+            if not self._is_awaited:
+                self._learn()
+
+    def _begin(self, reference: Solution, asked: Complexes) -> None:
+        """Answer as handles are, and from that answer on once more, and as if they were a little elsewhere."""
+        for _ in range(2):
+            with one_thread():
+                self.solve(reference, asked, rounds=1)
         if self._ahead is not None:
-            self._next, self._ahead = _BESIDE.submit(self._prepare, self._ahead), None
+            self._turned, self._ahead = self._ahead(), None
+        self._imagine(np.where(self.structure.probes.are_rings, asked, asked + SEEN_PX))
+        self._learn()
 
-    def _prepare(self, turn: Callable[[], Turned]) -> Turned:
-        """Return what the picture is turned into, and learn from what was asked for."""
-        turned = turn()
+    @property
+    def _is_new_in_part(self) -> bool:
+        """Whether the last answer had anything that those before it had not."""
+        return self.structure.field.is_new or (self._recycled is not None and self._recycled.is_new)
+
+    def _learn(self) -> None:
+        """Let the next answers be nearer to the exact ones."""
         self.structure.field.learn()
         if self._recycled is not None:
             self._recycled.learn()
-        return turned
+
+    def _imagine(self, asked: Complexes) -> None:
+        """Answer as if handles were asked for that, for what is learnt by it."""
+        assert self._reference is not None
+        other = copy.copy(self)
+        other._secants = copy.copy(self._secants)
+        with one_thread():
+            other.solve(self._reference, asked, rounds=1)
+        self.structure.mapping.clock.take()
 
     def _first_turned(
         self, s: Structure, reference: Solution, poses: Poses, goal: Complexes, sides: Complexes | None, *, slides: bool
     ) -> Turned:
         """Return what turning does to the background: as in the last frame, or as if nothing turned far."""
         assert self._base is not None
-        ahead, self._next, self._ahead = self._next, None, None
-        if ahead is not None and sides is None:
-            return ahead.result()
+        turned, self._turned, self._ahead = self._turned, None, None
+        if turned is not None and sides is None:
+            return turned
         d = self._d
         if d is None:
             d = self._displace(s, reference, poses, goal, s.field.still(self._base, slides=slides), recycles=False)

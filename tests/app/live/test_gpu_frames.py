@@ -1,6 +1,8 @@
 """Frames on large grids come from the solver that is found for them, final answers never do."""
 
 import logging
+import threading
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from core.arrays import Floats
 from core.document.document import Document, Pin
 from core.document.map_solver import MapSolver, settle_map
 from core.linalg.multifrontal import GridFactor
+from core.mapping.handles.plate import HandleField
 from core.progress import run
 from core.rasters.raster import Raster
 from tests.app.driver import Clock, document
@@ -91,6 +94,25 @@ def test_handles_move_the_picture_as_it_has_settled() -> None:
     assert answer.result is not None
     assert settled.result is not None
     assert answer.result.reference is settled.result.reference
+
+
+@pytest.mark.parametrize("make", [Counted, None])
+def test_the_live_thread_takes_the_rotation_of_the_next_frame_once_it_has_given_this_one(
+    make: MakeSolver | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    live, _, jobs = live_with(make)
+    are_beside: list[bool] = []
+    turn = HandleField.turn
+
+    def noted(self: HandleField, *arguments: Any, **named: Any) -> Any:
+        are_beside.append(threading.current_thread().name.startswith("rotation"))
+        return turn(self, *arguments, **named)
+
+    monkeypatch.setattr(HandleField, "turn", noted)
+    for x in range(6):
+        frame(live, jobs, masked().changed(pins=(Pin((0.8, 0.8), (0.82 + 0.01 * x, 0.83)),)))
+    # The first frame has none before it, and the second one begins to go on from it.
+    assert are_beside[:6] == [False] * 2 + [True] * 4
 
 
 def test_a_solver_that_fails_is_not_asked_again(caplog: pytest.LogCaptureFixture) -> None:

@@ -61,16 +61,41 @@ def test_numbers_may_be_off_by_their_own() -> None:
     assert evaluate.count == 2
 
 
-def test_without_room_it_begins_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_room_what_is_new_takes_the_place_of_what_is_asked_for_least(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reduced_basis, "_MOST_NUMBERS", 4 * 30)
+    evaluate, each = Map(), np.eye(40, dtype=np.complex128)
+    basis = ReducedBasis(evaluate, np.full(40, OFF))
+    mixtures = np.random.default_rng(0).uniform(1, 5, (37, 3)) @ each[:3]
+    for x in [*each[:3], *(mixtures + 0.1 * each[3:])]:
+        assert np.abs(basis.answer(x) - F @ x).max() < OFF * GAIN
+    assert basis.count == 4
+    assert evaluate.count == 40
+    for mixture in mixtures:
+        basis.answer(mixture + 0.1 * each[-1])
+    assert evaluate.count == 40
+
+
+def test_a_path_that_is_too_long_for_the_table_is_answered_as_nearly(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reduced_basis, "_MOST_NUMBERS", 4 * 30)
     basis = ReducedBasis(Map(), np.full(40, OFF))
-    counts = []
     for t in np.linspace(0, 6, 100):
         assert np.abs(basis.answer(path(t)) - F @ path(t)).max() < OFF * GAIN
         basis.learn()
-        counts.append(basis.count)
-    assert max(counts) == 4
-    assert np.diff(counts).min() == -3
+    assert basis.count == 4
+
+
+def test_it_tells_whether_what_it_was_asked_for_last_was_new() -> None:
+    basis = ReducedBasis(Map(), np.full(40, OFF))
+    found = []
+    for t in (1, 1, 2, 2):
+        basis.answer(path(t))
+        found.append(basis.is_new)
+    basis.answer(path(1) + OFF / 2 * np.eye(40)[3])
+    found.append(basis.is_new)
+    basis.learn()
+    basis.answer(path(1) + OFF / 2 * np.eye(40)[3])
+    found.append(basis.is_new)
+    assert found == [True, False, True, False, True, False]
 
 
 def test_nothing_gives_nothing() -> None:

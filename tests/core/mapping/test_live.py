@@ -13,11 +13,14 @@ from core.grid import Grid, find_features
 from core.linalg.multifrontal import GridFactor
 from core.linalg.reduced_basis import ReducedBasis
 from core.mapping.features.feature_mapping import FeatureMapping, Keep
+from core.mapping.features.recycled import Recycled
 from core.mapping.features.straight_lines import Lines
 from core.mapping.handles import solver
 from core.mapping.handles.curved_frame import cuts_of, fit_cuts
 from core.mapping.handles.handles import Handles
 from core.mapping.handles.plate import Frame, HandleField
+from core.mapping.handles.solver import HandleSolver
+from core.mapping.handles.turned import Base
 from core.mapping.jacobians import Complexes, as_complex
 from core.mapping.options import MappingOptions
 from core.mapping.tolerances import LITTLE, SEEN_PX
@@ -253,6 +256,110 @@ def test_a_drag_solves_for_what_is_new_alone_and_shows_what_solving_for_all_does
     monkeypatch.setattr(ReducedBasis, "answer", lambda self, x: self._evaluate(x))
     np.testing.assert_allclose(found, drag(), atol=LITTLE * SEEN_PX)
     assert sum(solved[-20:]) >= 20
+
+
+@pytest.mark.parametrize("kind", ["pins", "curve"])
+def test_what_a_drag_goes_on_to_ask_for_is_learnt_before_it_does(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    live, waited = started(monkeypatch)
+    for step in range(24):
+        waited.append(0)
+        live.frame(GRID.nodes, dragged(kind, np.array([3.0 * step + 1, 0.1 * step**2])))
+        live.look_ahead()
+        end_beside(live)
+    assert sum(waited[:4]) > 0
+    assert sum(waited[4:]) == 0
+
+
+def test_nothing_is_imagined_where_the_next_frame_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    live, _ = started(monkeypatch)
+    imagined: list[bool] = []
+    imagine, turn = HandleSolver._imagine, HandleField.turn
+
+    def noted(self: HandleSolver, asked: Complexes) -> None:
+        imagined.append(self._is_awaited)
+        imagine(self, asked)
+
+    def slow(self: HandleField, *arguments: Any, **named: Any) -> Any:
+        handles = live._last.handles
+        while threading.current_thread() is not threading.main_thread() and not is_over.wait(0.001):
+            if handles is not None and handles._is_awaited:
+                break
+        return turn(self, *arguments, **named)
+
+    monkeypatch.setattr(HandleSolver, "_imagine", noted)
+    monkeypatch.setattr(HandleField, "turn", slow)
+    is_over = threading.Event()
+    try:
+        for step in range(6):
+            live.frame(GRID.nodes, dragged("pins", np.array([8.0 * step, 0.0])))
+            live.look_ahead()
+        assert not imagined
+    finally:
+        is_over.set()
+    end_beside(live)
+    assert imagined == [False]
+
+
+@pytest.mark.parametrize("by", [5.0, 0.0])
+def test_what_a_drag_begins_with_is_got_ready_at_rest(by: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    live, _ = started(monkeypatch)
+    on_this: list[str] = []
+
+    def note(kind: type, name: str) -> None:
+        before = getattr(kind, name)
+
+        def noted(*arguments: Any, **named: Any) -> Any:
+            if threading.current_thread() is threading.main_thread():
+                on_this.append(name)
+            return before(*arguments, **named)
+
+        monkeypatch.setattr(kind, name, noted)
+
+    live.frame(GRID.nodes, dragged("pins", np.array([by, 0.0])))
+    settled = run(_used(Warper(GRID)).settle(GRID.nodes)).reference
+    assert settled is not None
+    live.look_ahead()
+    live._last.wait()
+    live.learn(GRID.nodes, settled)
+    live.look_ahead()
+    end_beside(live)
+    live.look_ahead()
+    note(Recycled, "_begin")
+    note(HandleField, "turn")
+    note(Base, "of")
+    live.frame(GRID.nodes, dragged("pins", np.array([by + 1, 0.0])))
+    assert on_this == ([] if by else ["turn"])  # nothing had turned yet
+
+
+def started(monkeypatch: pytest.MonkeyPatch) -> tuple[Warper, list[int]]:
+    """Return a drag that is about to begin, and how often each of its frames waits for something to be solved."""
+    live, waited = _used(Warper(GRID)), [0]
+    take = ReducedBasis._take
+
+    def counted(self: ReducedBasis) -> None:
+        waited[-1] += threading.current_thread() is threading.main_thread()
+        take(self)
+
+    monkeypatch.setattr(ReducedBasis, "_take", counted)
+    return live, waited
+
+
+def _used(live: Warper) -> Warper:
+    live.use(find_features(GRID, three_discs()), MappingOptions())
+    return live
+
+
+def dragged(kind: str, by: Floats) -> Handles:
+    """Return two pins, one of them displaced, or a curve."""
+    at = np.array([[60.0, 120.0], [200.0, 40.0]])
+    return curved(by) if kind == "curve" else Handles(at, at + [by, [0, 0]])
+
+
+def end_beside(live: Warper) -> None:
+    """Return when nothing is worked out beside the frames any more, though none of them waits for it."""
+    handles = live._last.handles
+    if handles is not None and handles._beside is not None:
+        handles._beside.result()
 
 
 def curved(by: Floats, *, source: Floats | None = None) -> Handles:
