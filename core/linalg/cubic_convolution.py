@@ -13,6 +13,8 @@ from core.arrays import Floats, Ints
 Complexes = NDArray[np.complex128]
 _KEPT = 8
 """So many lists of nodes that are read again and again have their weights kept."""
+_STRIP = 16
+"""Rows of a thousand complex numbers that the processor has at hand at once, with those that they are made of."""
 
 
 class CubicConvolution:
@@ -25,8 +27,8 @@ class CubicConvolution:
 
     def refine(self, d: Complexes) -> Complexes:
         """Return at the fine grid's nodes (R, C) what d (r, c) is at the coarse one's."""
-        rows = np.ascontiguousarray((self.across @ d.T).T)
-        return np.asarray(self.down @ rows.view(np.float64)).view(np.complex128)
+        by_row, by_column = self._strips
+        return _apply(by_row, np.ascontiguousarray(_apply(by_column, np.ascontiguousarray(d.T)).T))
 
     def read(self, d: Complexes, nodes: Ints) -> Complexes:
         """Return the same at some nodes of the fine grid (...)."""
@@ -57,9 +59,44 @@ class CubicConvolution:
         return scipy.sparse.csr_array((weights.ravel(), places.ravel(), ends), (len(nodes), size))
 
     @cached_property
+    def _strips(self) -> tuple[list["_Strip"], list["_Strip"]]:
+        """Those of the rows and of the columns."""
+        return _strips_of(self.down), _strips_of(self.across)
+
+    @cached_property
     def taps(self) -> tuple[tuple[Ints, Floats], tuple[Ints, Floats]]:
         """The coarse rows, and the coarse columns, that each fine one is read from, four each, and their weights."""
         return _taps(self.down), _taps(self.across)
+
+
+@dataclass(frozen=True, eq=False)
+class _Strip:
+    """Some rows of a matrix that has few numbers, close together, in each."""
+
+    rows: slice
+    columns: slice
+    """Those in which these rows have all of theirs."""
+    values: Floats
+    """What is there."""
+
+
+def _strips_of(matrix: "scipy.sparse.csr_array") -> list[_Strip]:
+    """Cut a matrix into strips of rows."""
+    found = []
+    for first in range(0, matrix.shape[0], _STRIP):
+        part = matrix[first : first + _STRIP].tocsr()
+        columns = slice(int(part.indices.min()), int(part.indices.max()) + 1)
+        found.append(_Strip(slice(first, first + part.shape[0]), columns, part[:, columns].toarray()))
+    return found
+
+
+def _apply(strips: list[_Strip], z: Complexes) -> Complexes:
+    """Return the strips' matrix (n, m) times z (m, k): as dense products, which write each number once."""
+    found = np.empty((strips[-1].rows.stop, z.shape[1]), np.complex128)
+    there, real = found.view(np.float64), z.view(np.float64)
+    for strip in strips:
+        np.matmul(strip.values, real[strip.columns], out=there[strip.rows])
+    return found
 
 
 @dataclass(frozen=True, eq=False)
