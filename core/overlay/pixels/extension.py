@@ -6,7 +6,7 @@ belongs to the nearest cloth, whose coordinates go on with the slope that they h
 
 import numpy as np
 
-from core.arrays import Bools, Singles
+from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.distances import nearest_of
 from core.overlay.filters.smoothing import mean
 from core.overlay.filters.texture_filter import steepness
@@ -25,9 +25,8 @@ def extend(layers: Layers, wanted: Bools, texel_px: float, sigma_px: float, scal
     """
     few = slice(None, None, scale), slice(None, None, scale)
     uv, light = layers[0][few].astype(np.float64), layers[1][few]
-    slopes = np.concatenate([steepness(uv, axis) for axis in (0, 1)], -1)
-    area = np.abs(slopes[..., 0] * slopes[..., 3] - slopes[..., 1] * slopes[..., 2]) * texel_px
-    sound = np.asarray(np.isfinite(light) & (area > 1 / STRETCH) & (area < STRETCH), np.bool_)
+    slopes = slopes_of(uv)
+    sound = np.asarray(np.isfinite(light) & find_sound(slopes, texel_px), np.bool_)
     rows, columns = np.nonzero(wanted & np.isnan(layers[1]))
     if not sound.any() or not len(rows):
         return layers
@@ -40,3 +39,14 @@ def extend(layers: Layers, wanted: Bools, texel_px: float, sigma_px: float, scal
     out[0][rows, columns] = uv[down, across] + np.einsum("nij,ni->nj", usual[:, :4].reshape(-1, 2, 2), away)
     out[1][rows, columns] = usual[:, 4]
     return out
+
+
+def slopes_of(uv: Floats) -> Floats:
+    """Return the slopes (H, W, 4) of coordinates (H, W, 2): of both by row, then by column."""
+    return np.concatenate([steepness(uv, axis) for axis in (0, 1)], -1)
+
+
+def find_sound(slopes: Floats, texel_px: float) -> Bools:
+    """Return where (H, W) slopes (H, W, 4) neither crush the cloth nor blow it up, beyond so many pixels a texel."""
+    area = np.abs(slopes[..., 0] * slopes[..., 3] - slopes[..., 1] * slopes[..., 2]) * texel_px
+    return np.asarray((area > 1 / STRETCH) & (area < STRETCH), np.bool_)

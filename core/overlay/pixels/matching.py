@@ -2,24 +2,23 @@
 
 Minimised is, along paths from four sides that are added up,
 
-    Σ C(x, s_x) + Σ (P1 where a shift is next to the one beside it, P2 where it is another).
+    Σ C(x, s_x) + Σ (P1 where a shift is not the one beside it, but next to it).
 
-Shifts are parts of a period: after the last one comes the first.
+No other shift may be beside one: P2 is infinite. Shifts are parts of a period: after the last one comes the first.
 """
 
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 
-NEXT, OTHER = 0.6, 1e4
-"""P1, and P2 where no other shift than the next one is to come."""
+NEXT = 0.6
+"""P1."""
 
 
-def sum_along_paths(costs: Singles, covered: Bools, cuts: tuple[Bools, Bools], other: float = OTHER) -> Singles:
+def sum_along_paths(costs: Singles, covered: Bools, cuts: tuple[Bools, Bools]) -> Singles:
     """Return the least costs (rows, columns, H, W) of paths to each place, one from every side, added up.
 
-    A path begins anew where the cloth is not `covered` (H, W), and at the cuts from the place above and to the left;
-    `other` is P2.
+    A path begins anew where the cloth is not `covered` (H, W), and at the cuts from the place above and to the left.
     """
     total = np.zeros_like(costs)
     for axis, cut in enumerate(cuts):
@@ -30,21 +29,21 @@ def sum_along_paths(costs: Singles, covered: Bools, cuts: tuple[Bools, Bools], o
         for order, edge in ((range(len(own)), 0), (range(len(own) - 1, -1, -1), 1)):
             path = np.zeros_like(own[0])
             for k in order:
-                before = np.where(apart[min(k + edge, len(own) - 1)], 0.0, best_before(path, other))
+                before = np.where(apart[min(k + edge, len(own) - 1)], 0.0, best_before(path))
                 path = np.where(inside[k], own[k] + before, 0.0)
                 sums[k] += path
         total += np.moveaxis(sums, 0, axis + 2)
     return total
 
 
-def best_before(path: Singles, other: float = OTHER) -> Singles:
+def best_before(path: Singles) -> Singles:
     """Return what the cheapest shift (rows, columns, n) at the place before adds, over the least there."""
     near, least = np.full_like(path, np.inf), path.min((0, 1))
     for axis, count in enumerate(path.shape[:2]):
         for step in (1, -1):
             np.minimum(near, path.take((np.arange(count) + step) % count, axis), out=near)
     near += np.float32(NEXT)
-    return np.asarray(np.minimum(np.minimum(path, near), least + other) - least, np.float32)
+    return np.asarray(np.minimum(path, near) - least, np.float32)
 
 
 def best_shift(sums: Singles) -> Floats:

@@ -3,15 +3,14 @@
 By which part is one of a few shifts at every place. It costs how far the photo is from any shade of the texture so
 shifted, over a neighbourhood, and a little more than none does. Cloth that has been followed is not shifted, and holds
 the rest: a shift is the next one to that beside it, but where a fold hides some of the pattern, so that the coordinates
-jump there, or a large sheet surely lies elsewhere. Other jumps are chance. The shifts are evened, held back where they
-would stretch the cloth, and dropped where the photo is hardly nearer than before.
+jump there. Other jumps are chance. The shifts are evened, held back where they would stretch the cloth, and dropped
+where the photo is hardly nearer than before.
 """
 
 import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.filters.distances import open_by_disc
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import from_shades
 from core.overlay.pixels.matching import best_shift, sum_along_paths
@@ -22,12 +21,6 @@ STEP_PX, FEWEST, MOST = 1.75, 3, 10
 """Pixels between two shifts, and how many there are along a side of the texel."""
 FURTHEST = 1.5
 """Most that a pixel counts, over the spread of the texel's colours, as the costs of changes do."""
-LEAP = 6.0
-"""P2 where sheets are looked for that lie elsewhere by a jump."""
-SHEET, THIN = 2.0, 0.2
-"""Least area of such a sheet, in texels, and radius of a disc that fits into it, over the side of one."""
-SURE = 0.2
-"""How far such a sheet is from the photo, over what it was, up to which it is believed."""
 HABIT = 0.12
 """What any shift costs at every place: the cloth lies as it is carried on unless the photo says otherwise."""
 INSIDE = (0.6, 1.6)
@@ -50,55 +43,13 @@ def shifts_where_lost(
     covered, side = np.isfinite(shading), float(np.sqrt(abs(np.linalg.det(basis))))
     seen, cuts = (photo[lost], uv[lost].astype(np.float64), shading[lost]), cuts_in(uv, basis)
     costs = costs_of(seen, texel, basis, lost, covered)
-    leap = leaps(costs, seen, texel, basis, lost, cuts)
-    if leap.any():
-        moved = np.asarray(uv + leap, np.float32)
-        seen, cuts = (photo[lost], moved[lost].astype(np.float64), shading[lost]), cuts_in(moved, basis)
-        costs = costs_of(seen, texel, basis, lost, covered)
     costs[1:] += HABIT
     sums = sum_along_paths(by_sides(costs, basis), covered, cuts)
     shift = even_out(unwrap(best_shift(sums), lost, cuts), lost, covered, 2 * MOTIF * side)
     shift *= hold_back(shift, cuts, covered, basis, 2 * MOTIF * side)[..., None]
     before, after = (mean_where(lost, unlike(seen, by, texel), AROUND * side) for by in (np.zeros(2), shift[lost]))
     worth = (WORTH[1] - after / np.maximum(before, 1e-3)) / (WORTH[1] - WORTH[0])
-    return leap + shift * np.clip(worth, 0, 1)[..., None]
-
-
-def leaps(
-    costs: Singles,
-    seen: tuple[Singles, Floats, Singles],
-    texel: Texel,
-    basis: Floats,
-    lost: Bools,
-    cuts: tuple[Bools, Bools],
-) -> Floats:
-    """Return the shifts (H, W, 2) of sheets amid what is `lost` (H, W) that surely lie elsewhere, 0 for others.
-
-    `seen` are the photo (n, 3), coordinates (n, 2) and shading (n,) there, the `costs` those of `costs_of`.
-    """
-    side = float(np.sqrt(abs(np.linalg.det(basis))))
-    shift = best_shift(sum_along_paths(by_sides(costs, basis), lost, cuts, LEAP))
-    before, after = np.zeros(lost.shape), np.zeros(lost.shape)
-    before[lost], after[lost] = unlike(seen, np.zeros(2), texel), unlike(seen, shift[lost], texel)
-    whole = (lost & ~torn(shift, basis)).astype(np.uint8)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(whole, connectivity=4)
-    out = np.zeros(shift.shape)
-    for label in 1 + np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] > SHEET * side**2):
-        closed = cv2.morphologyEx((labels == label).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-        mine = open_by_disc(np.asarray(closed > 0, np.bool_), THIN * side) & lost
-        if mine.sum() > SHEET * side**2 and after[mine].mean() < SURE * before[mine].mean():
-            own = unwrap(shift, mine, (~mine, ~mine))
-            out[mine] = mean_where(mine, own[mine], 2 * MOTIF * side)[mine]
-    return out
-
-
-def torn(shift: Floats, basis: Floats) -> Bools:
-    """Return the places (H, W) whose shift (H, W, 2), but for whole texels, is far from that above or to the left."""
-    out = np.zeros(shift.shape[:2], bool)
-    for axis in (0, 1):
-        change = np.diff(shift, axis=axis, prepend=shift[:1] if axis == 0 else shift[:, :1])
-        out |= np.linalg.norm(((change + 0.5) % 1 - 0.5) @ basis.T, axis=-1) > STRETCH
-    return out
+    return shift * np.clip(worth, 0, 1)[..., None]
 
 
 def by_sides(costs: Singles, basis: Floats) -> Singles:
@@ -130,12 +81,12 @@ def costs_of(
     return costs
 
 
-def mean_where(lost: Bools, values: Singles | Floats, sigma_px: float) -> Singles:
-    """Return the mean (H, W) around each place of values (n,) or (n, C) at the `lost` ones (H, W)."""
-    plane = np.zeros((*lost.shape, *values.shape[1:]), np.float32)
+def mean_where(lost: Bools, values: Singles, sigma_px: float) -> Singles:
+    """Return the mean (H, W) around each place of values (n,) at the `lost` ones (H, W)."""
+    plane = np.zeros(lost.shape, np.float32)
     plane[lost] = values
     share = np.maximum(gaussian(lost.astype(np.float32), sigma_px), 1e-3)
-    return np.asarray(gaussian(plane, sigma_px) / share.reshape(*lost.shape, *(1,) * (values.ndim - 1)), np.float32)
+    return np.asarray(gaussian(plane, sigma_px) / share, np.float32)
 
 
 def unlike(seen: tuple[Singles, Floats, Singles], step: Floats, texel: Texel) -> Singles:

@@ -27,7 +27,6 @@ from core.overlay.pixels.shading.multiscale_light import estimate_light
 from core.overlay.pixels.shading.relighting import recover
 from core.overlay.pixels.surroundings import find_surroundings
 from core.overlay.registration.constrained_registration import settle
-from core.overlay.registration.integer_translation import in_phase
 from core.overlay.texel import Texel, draw_sample, estimate_texel
 from core.overlay.tolerances import DRAWN, NEARBY_PX, RIM_PX
 
@@ -37,12 +36,6 @@ TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
 TINT_SAMPLES = 12
 """Samples to that width."""
-
-
-def translate_pieces(model: PixelModel) -> PixelModel:
-    """Move the pieces by whole texels, so that the pattern goes on from each to the next."""
-    moved = in_phase(model.cloth.mesh, model.pieces, model.cloth.step_px)
-    return replace(model, pieces=tuple(moved))
 
 
 def explain_pixels(model: PixelModel) -> PixelModel:
@@ -99,7 +92,7 @@ def complete_gaps(model: PixelModel) -> PixelModel:
     """Sew together what was surely followed; cloth goes on under what lies on it."""
     lengths = model.cloth.basis, model.cloth.step_px, model.scale
     layers, hidden = (model.uv, model.shading), spread_mask(model.hidden, model.valid.shape)
-    uv, other = sew(model.photo, layers, model.followed, model.texel, *lengths, hidden=hidden)
+    uv, other = sew(model.photo, layers, model.texel, *lengths, hidden=hidden)
     return replace(model, uv=uv, followed=model.followed & ~other)
 
 
@@ -170,7 +163,6 @@ def matte_border(model: PixelModel) -> PixelModel:
 
 
 STAGES: tuple[PixelStage, ...] = (
-    translate_pieces,
     explain_pixels,
     paint_pieces,
     fill_gaps,

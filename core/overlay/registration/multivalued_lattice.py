@@ -8,14 +8,18 @@ sheets, each a lattice of its own.
 from collections import deque
 
 import numpy as np
+import scipy
 
+from core.arrays import Ints
 from core.overlay.detection.lattice import NEIGHBOURS, Lattice
-from core.overlay.registration.integer_translation import free_shift
 
 Key = tuple[int, int]
 
 FURTHEST = 0.5
 """Texels between two places from which they are not the same, or not a step away from each other."""
+
+FURTHEST_SHIFT = 12
+"""Texels by which a sheet may be moved, before it is put beyond all others."""
 
 LEAST_AREA = 1e-3
 """Area of a texel, square pixels, under which vectors say nothing: those of two places may be opposite."""
@@ -26,8 +30,20 @@ def lay_apart(found: Lattice) -> Lattice:
     kept = split_sheets(found)
     keys = [found.keys[kept[0]]] if kept else [found.keys]
     for rows in kept[1:]:
-        keys.append(found.keys[rows] + free_shift(found.keys[rows], np.concatenate(keys), np.zeros(2, np.int64), gap=1))
+        keys.append(found.keys[rows] + free_shift(found.keys[rows], np.concatenate(keys)))
     return Lattice(np.concatenate(keys), found[np.concatenate(kept)].frames if kept else found.frames)
+
+
+def free_shift(keys: Ints, taken: Ints) -> Ints:
+    """Return the least shift (2,) that leaves vertices (n, 2) none next to those taken: they would be one sheet."""
+    t = np.arange(-FURTHEST_SHIFT, FURTHEST_SHIFT + 1)
+    around = np.stack(np.meshgrid(t, t), -1).reshape(-1, 2)
+    tree = scipy.spatial.cKDTree(taken)
+    for shift in around[np.argsort(np.linalg.norm(around, axis=1), kind="stable")]:
+        distance, _ = tree.query(keys + shift, p=np.inf, distance_upper_bound=1.5)
+        if not np.isfinite(distance).any():
+            return np.asarray(shift, np.int64)
+    return np.array([taken[:, 0].max() + 2 - keys[:, 0].min(), 0])
 
 
 def split_sheets(found: Lattice) -> list[list[int]]:

@@ -10,8 +10,8 @@ import numpy as np
 from core.arrays import Floats, Ints
 from core.overlay.filters.distances import nearest_of
 
-REACH, BESIDE = 2.0, 0.25
-"""Lattice steps up to which sheets are beside each other, and up to which they are as near as can be."""
+BESIDE = 0.25
+"""Lattice steps up to which sheets are as near as can be."""
 MISSED = 0.5
 """Lattice steps by which two sheets miss each other at most, as far as that counts."""
 
@@ -52,7 +52,7 @@ def beside(
     and weights (n,).
     """
     away, nearest = nearest_of(sheet == number)
-    there = np.flatnonzero((sheet > number) & (away < REACH * step_px))
+    there = np.flatnonzero(sheet > number)
     here, owner, length = nearest.ravel()[there], sheet.ravel()[there], away.ravel()[there]
     # Of the places of a sheet that have the same one nearest, the nearest counts.
     order = np.lexsort((length, owner, here))

@@ -52,15 +52,15 @@ class Plate:
             ends.append(np.stack([here, there], -1))
             side = slopes[..., axis].reshape(-1, 2)
             wanted.append((side[here] + side[there]) / 2)
-        self.ends: Ints = np.concatenate(ends)
-        """(n, 2), the pixels, by number, between which each step leads."""
+        # The pixels, by number, between which each step leads.
+        between = np.concatenate(ends)
         self._wanted = np.concatenate(wanted)
-        self._steps = differences(self.ends, np.ones(len(self.ends)), used.size)
+        self._steps = differences(between, np.ones(len(between)), used.size)
         pairs, weights, around = bends(at[0].reshape(fixed.shape), at[1].reshape(fixed.shape))
-        bending = scipy.sparse.csr_array(differences(pairs, weights, len(self.ends)) @ self._steps)
+        bending = scipy.sparse.csr_array(differences(pairs, weights, len(between)) @ self._steps)
         moves = abs(bending) @ free.ravel().astype(np.float64) > 0
         self._around = around[moves]
-        self._moving: Bools = np.asarray(free.ravel()[self.ends].any(1), np.bool_)
+        self._moving: Bools = np.asarray(free.ravel()[between].any(1), np.bool_)
         rows = scipy.sparse.csr_array(
             scipy.sparse.vstack([bending[np.flatnonzero(moves)], self._steps[np.flatnonzero(self._moving)]])
         )
@@ -69,15 +69,15 @@ class Plate:
         self._rows = scipy.sparse.csr_array(rows[:, self._free])
         self._factor: Factor | None = None
 
-    def torn(self, most: float) -> tuple[Floats, Floats]:
-        """Return the places (n, 2) of the free pixels and the strain (m,) of every step; t is `most`."""
-        weight = np.ones(len(self.ends))
+    def weakened(self, most: float) -> Floats:
+        """Return the places (n, 2) of the free pixels; t is `most`."""
+        weight = np.ones(len(self._wanted))
         for number in range(ROUNDS + LAST):
             m = self._solved(weight)
             strain = np.linalg.norm(self._steps @ m - self._wanted, axis=-1)
             t = most * FIRST ** (2 * max(0.0, 1 - number / ROUNDS))
             weight = np.maximum(1 / (1 + strain**2 / t) ** 2, LEAST)
-        return m[self._free], np.where(self._moving, strain, 0.0)
+        return np.asarray(m[self._free], np.float64)
 
     def _solved(self, weight: Floats) -> Floats:
         """Return the places (H W, 2) for weights (m,) of the steps."""

@@ -14,11 +14,12 @@ SLOPES = np.broadcast_to(np.array([[0.1, 1.1], [0.9, -0.2]]), (*SIZE, 2, 2)).cop
 
 def laid(places: Floats, free: Bools, most: float = 2.0) -> tuple[Floats, Bools]:
     """Return the places with those of the free pixels found, and which pixels are beside a tear."""
-    plate = Plate(places, ~free, free, SLOPES)
-    found, strain = plate.torn(most)
     out, torn = places.copy(), np.zeros(SIZE, bool)
-    out[free] = found
-    torn.ravel()[plate.ends[strain > 1.5].ravel()] = True
+    out[free] = Plate(places, ~free, free, SLOPES).weakened(most)
+    for here, there, slope in ((np.s_[:-1], np.s_[1:], (0.1, 0.9)), (np.s_[:, :-1], np.s_[:, 1:], (1.1, -0.2))):
+        strained = np.linalg.norm(out[there] - out[here] - slope, axis=-1) > 1.5
+        torn[here] |= strained
+        torn[there] |= strained
     return out, torn
 
 
