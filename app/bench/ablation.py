@@ -16,7 +16,7 @@ from app.bench.search_stages import SEARCH_STAGES, replaced, watched
 from core.arrays import Bools, InputError
 from core.imaging.images import Image, load
 from core.linalg.blas import one_thread
-from core.overlay.decomposition import Decomposition, Known, find, split, split_without
+from core.overlay.decomposition import Decomposition, Known, choose, find, split, split_without
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.pixels.stages import OPTIONAL, WHOLE
@@ -68,7 +68,7 @@ def _records(file: Path, half: int, names: Collection[str]) -> list[Record]:
     image, cloth = load(file), cloth_of(file)
     try:
         with watched() as reached:
-            found = run(find(encode(image), Known(searchable(image, cloth))))
+            found = choose(run(find(encode(image), Known(searchable(image, cloth)))))
     except NoPatternError:
         return []
     with one_thread():
@@ -86,7 +86,7 @@ def _records(file: Path, half: int, names: Collection[str]) -> list[Record]:
 def _score_anew(image: Image, cloth: Bools | None) -> Record:
     """Return the scores of a photo whose cloth is found as the search now is."""
     try:
-        found = run(find(encode(image), Known(searchable(image, cloth))))
+        found = choose(run(find(encode(image), Known(searchable(image, cloth)))))
         with one_thread():
             return _score(image, cloth, split(found))
     except NoPatternError:

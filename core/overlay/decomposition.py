@@ -122,6 +122,10 @@ class Known:
     lattice: list[Lattice] | None = None
     seed: int = 0
 
+    def side_px(self, scale: int) -> float | None:
+        """Return about the side of a texel, pixels of a photo 1 / `scale` of the size, if that is known."""
+        return None if self.texel_px is None else self.texel_px / scale
+
 
 def decompose(
     photo: Floats | Singles,
@@ -165,9 +169,10 @@ def decompose_whole_cloth(
     seconds: dict[str, float] = {}
     job = find_all(encode(image), Known(region, texel_px, None, lattice, seed))
     finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
+    best = choose(finds)
     with suppress(InputError):
-        return (yield from part(decompose_object(image, finds[0], seed, seconds), 0.6, 1.0))
-    return (yield from part(split_best(finds, seconds), 0.9, 1.0))
+        return (yield from part(decompose_object(image, best, seed, seconds), 0.6, 1.0))
+    return (yield from part(split_best([best], seconds), 0.9, 1.0))
 
 
 def decompose_object(
@@ -189,14 +194,14 @@ def decompose_object(
 
 
 def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
-    """Return the finds that are compared, the one that explains most first; raise `NoPatternError` if there is none.
+    """Return the finds that are compared; raise `NoPatternError` if there is none.
 
     Where a find leaves doubts it is looked for elsewhere too: where it was found within a region in all of the photo,
     else on the object that stands out.
     """
     finds: list[FoundCloth] = []
     with suppress(NoPatternError):
-        finds.append((yield from part(find(photo, known), 0.0, 0.5)))
+        finds += yield from part(find(photo, known), 0.0, 0.5)
     is_given = known.start is not None or known.lattice is not None
     if not is_given and not any(found.stands_alone if known.region is None else found.is_sure for found in finds):
         elsewhere = find_on_object(photo, known) if known.region is None else find_in_all(photo, known)
@@ -204,13 +209,13 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
             finds.append((yield from part(elsewhere, 0.5, 1.0)))
     if not finds:
         raise NoPatternError
-    return finds if len(finds) == 1 else sorted(finds, key=attrgetter("explained"), reverse=True)
+    return finds
 
 
 def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     """Return the cloth of all of a photo, restricted to the region; raise `NoPatternError` if there is none there."""
     bare = yield from part(find(photo, replace(known, region=None)), 0.0, 0.8)
-    return (yield from part(follow(bare, known.region, known.seed), 0.8, 1.0))
+    return (yield from part(follow(max(bare, key=attrgetter("explained")), known.region, known.seed), 0.8, 1.0))
 
 
 def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
@@ -226,24 +231,23 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     except InputError as error:
         raise NoPatternError from error
     small, canvas, scale = working_picture(photo, inside)
-    job = on_one_thread(find_print(small, canvas, known.seed))
+    job = on_one_thread(find_print(small, canvas, known.seed, texel_px=known.side_px(scale)))
     found = found_on(photo, inside, scale, (yield from part(job, 0.1, 1.0)))
     if not found.stands_alone:
         raise NoPatternError
     return replace(found, is_told=False)
 
 
-def find(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
-    """Return the cloth of a photo, registered; raise `NoPatternError` if there is none."""
+def find(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return what may be the cloth of a photo, registered; raise `NoPatternError` if there is none."""
     small, canvas, scale = working_picture(photo, known.region)
     if known.lattice is None:
-        side = None if known.texel_px is None else known.texel_px / scale
         start = known.start
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
-        job = find_cloth(small, canvas, known.seed, texel_px=side, start=marked)
+        job = find_cloth(small, canvas, known.seed, texel_px=known.side_px(scale), start=marked)
     else:
         job = register_lattice(small, canvas, [piece.shrunk(scale) for piece in known.lattice], known.seed)
-    return found_on(photo, known.region, scale, (yield from on_one_thread(job)))
+    return [found_on(photo, known.region, scale, found) for found in (yield from on_one_thread(job))]
 
 
 def follow(found: FoundCloth, region: Bools | Singles | None, seed: int, *, is_told: bool = True) -> Job[FoundCloth]:
@@ -312,18 +316,34 @@ def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomp
     """
     yield Progress(0.0, SPLITTING)
     started = time.perf_counter()
-    results: list[tuple[FoundCloth, Decomposition]] = []
     with one_thread():
-        for found in finds:
-            with suppress(NoPatternError):
-                results.append((found, split(found if len(finds) == 1 else at_working_size(found))))
-        if not results:
-            raise NoPatternError
-        best, result = max(results, key=lambda pair: pair[1].explained)
-        if result.photo is not best.photo:
-            result = split(best)
+        if len(finds) == 1:
+            best, result = finds[0], split(finds[0])
+        else:
+            best, result = compare(finds)
+            if result.photo is not best.photo:
+                result = split(best)
     kept = replace(at_working_size(best), cloth=best.cloth.without_results)
     return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started}, found=kept)
+
+
+def choose(finds: list[FoundCloth]) -> FoundCloth:
+    """Return that find which explains most; raise `NoPatternError` where none of several explains a pixel."""
+    return finds[0] if len(finds) == 1 else compare(finds)[0]
+
+
+def compare(finds: list[FoundCloth]) -> tuple[FoundCloth, Decomposition]:
+    """Return that find which explains most of the photo as it was searched, and the parts it leads to there.
+
+    Raises `NoPatternError` where none explains a pixel.
+    """
+    results: list[tuple[FoundCloth, Decomposition]] = []
+    for found in finds:
+        with suppress(NoPatternError), one_thread():
+            results.append((found, split(at_working_size(found))))
+    if not results:
+        raise NoPatternError
+    return max(results, key=lambda pair: pair[1].explained)
 
 
 def at_working_size(found: FoundCloth) -> FoundCloth:

@@ -10,6 +10,8 @@ LEAST_SINE = 0.35
 """Of the angle between the vectors of a basis."""
 APART = 0.2
 """Steps from which two lattices are distinct."""
+ABOUT = 1.5
+"""Times by which the side of a texel is larger or smaller at most than what a user says of it."""
 
 
 def reduce(basis: Floats) -> Floats:
@@ -38,6 +40,11 @@ def canonical(basis: Floats) -> Floats:
 def spans(basis: Floats) -> bool:
     """Return whether the vectors of a basis (2, 2) are far enough from being parallel."""
     return bool(abs(np.linalg.det(basis)) >= LEAST_SINE * np.prod(np.linalg.norm(basis, axis=0)))
+
+
+def is_about(basis: Floats, side_px: float | None) -> bool:
+    """Return whether a texel of vectors (2, 2) has about that side, pixels, if one is known."""
+    return side_px is None or 1 / ABOUT < float(np.sqrt(abs(np.linalg.det(basis)))) / side_px < ABOUT
 
 
 def keep_distinct(bases: Iterable[Floats]) -> list[Floats]:

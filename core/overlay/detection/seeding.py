@@ -4,6 +4,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Points
 from core.overlay.detection.alignment import FlatPicture, PatchFrames, Template, align, correlate
+from core.overlay.detection.basis import is_about
 from core.overlay.detection.correlation import Proposal, propose, snap
 from core.overlay.detection.keypoints import alike_keypoints, propose_from_keypoints
 from core.overlay.detection.lattice import (
@@ -184,11 +185,8 @@ def part_of(small: Lattice, grown: Lattice) -> bool:
 
 def of_size(proposals: list[Proposal], texel_px: float | None) -> list[Proposal]:
     """Return the proposals, best first, of about the wanted size if one is given."""
-    ordered = sorted(proposals, key=lambda proposal: -proposal.support)
-    if texel_px is None:
-        return ordered
-    sides = [float(np.sqrt(abs(np.linalg.det(proposal.basis)))) for proposal in ordered]
-    return [proposal for proposal, side in zip(ordered, sides, strict=True) if 1 / 1.5 < side / texel_px < 1.5]
+    alike = [proposal for proposal in proposals if is_about(proposal.basis, texel_px)]
+    return sorted(alike, key=lambda proposal: -proposal.support)
 
 
 def in_turn(proposals: list[Proposal]) -> list[Proposal]:

@@ -13,6 +13,7 @@ import numpy as np
 from core.arrays import Floats
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.autocorrelation import propose_bases
+from core.overlay.detection.basis import is_about
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.shrinking import shrunk
@@ -26,12 +27,15 @@ TIMES = (2, 4, 8)
 """Times that the picture is shrunk: octaves of the side of a texel."""
 
 
-def find_crumpled(photo: Floats, canvas: FlatPicture, seed: int) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+def find_crumpled(
+    photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None
+) -> Job[tuple[FittedCloth, Fit, Evidence]]:
     """Return the cloth registered from even steps over all that may be cloth, and followed to its end.
 
-    Raises `NoPatternError` where none of the likeliest steps leads to a credible fit, and where there are stripes only.
+    `texel_px` is about the side of a texel where that is known. Raises `NoPatternError` where none of the likeliest
+    steps leads to a credible fit, and where there are stripes only.
     """
-    likely = yield from part(find_likely_steps(photo, canvas), 0.0, 0.3)
+    likely = yield from part(find_likely_steps(photo, canvas, texel_px), 0.0, 0.3)
     laid = yield from part(lay_each(photo, canvas, likely), 0.3, 0.4)
     for _, cloth, start in laid:
         if evenness(cloth, start) < LEAST_EVENNESS:
@@ -44,13 +48,14 @@ def find_crumpled(photo: Floats, canvas: FlatPicture, seed: int) -> Job[tuple[Fi
     raise NoPatternError
 
 
-def find_likely_steps(photo: Floats, canvas: FlatPicture) -> Job[list[Floats]]:
+def find_likely_steps(photo: Floats, canvas: FlatPicture, texel_px: float | None = None) -> Job[list[Floats]]:
     """Return the vectors (2, 2), columns, pixels, that explain most of the shrunk photo (H, W, 3), `TRIED` at most."""
     told: list[tuple[float, Floats]] = []
     for number, times in enumerate(TIMES):
         small, inside = shrunk(photo, times), shrunk(canvas.valid, times) > 0.5
         flat = FlatPicture(shrunk(canvas.image, times).astype(np.float32), inside.astype(np.float32))
-        bases = propose_bases(flat.image, np.asarray(inside[..., 0], np.bool_))
+        proposed = propose_bases(flat.image, np.asarray(inside[..., 0], np.bool_))
+        bases = [basis for basis in proposed if is_about(times * basis, texel_px)]
         laid = yield from part(lay_each(small, flat, bases), number / len(TIMES), (number + 1) / len(TIMES))
         told += [(explained * times**2, cloth.basis * times) for explained, cloth, _ in laid if explained > 0]
     return [basis for _, basis in sorted(told, key=itemgetter(0), reverse=True)[:TRIED]]

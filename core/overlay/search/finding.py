@@ -1,9 +1,9 @@
-"""The cloth of a photo: several proposals are registered, and the one that explains most of the photo is kept.
+"""The cloth of a photo: several proposals are registered, and the likeliest are completed.
 
 Stripes of a tartan repeat more often than its sett, and a lattice of them may be found that is none of the cloth's.
 Where there is reason to doubt a find, the pattern is looked for among large texels too. What is likeliest near where it
 was found need not be so in the end: some finds are completed, and compared then. A lattice that lies where another one
-of the same steps was followed tells nothing more.
+of the same steps was followed tells nothing more; one of other steps that leads to the same cloth confirms it.
 """
 
 from collections.abc import Iterator
@@ -31,6 +31,7 @@ from core.overlay.registration.evidence import Evidence, weigh
 from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
+from core.overlay.search.agreement import agreement
 from core.overlay.search.crumpled_cloth import find_crumpled
 from core.overlay.search.large_periods import find_large
 from core.overlay.search.magnified import MOST_PX, magnified, restrict
@@ -41,6 +42,10 @@ AS_MUCH = 0.9
 
 COMPLETED = 3
 """Finds that are completed where the first one leaves doubts: what is explained at first is only what lies near it."""
+
+MOST = 0.5
+"""Share of what may be cloth that either of two finds covers, and of the smaller one that lies as the other does, where
+they confirm one another."""
 
 LEAST_UNTOLD = 5.0
 """Texels, large ones, that are seen at least where nobody said that there is cloth: a leopard's spots show four."""
@@ -63,6 +68,9 @@ class Find:
     repeats: bool = False
     """Whether keypoints have told that it repeats: of few texels one tells little about another."""
 
+    confirmed: bool = False
+    """Whether another lattice has led to the same cloth."""
+
     @property
     def explained(self) -> float:
         """What speaks for it, as if each pixel of the photo spoke once, however large the photo is registered."""
@@ -79,11 +87,6 @@ class Find:
         return self.area_px / max(int(self.cloth.valid.sum()), 1)
 
     @property
-    def takes_away(self) -> float:
-        """Share of the squared error over all that may be cloth that it predicts away."""
-        return self.weight.share * self.covers
-
-    @property
     def is_credible(self) -> bool:
         """Whether the pattern repeats, over enough of what may be cloth."""
         return (self.repeats or self.weight.is_credible) and self.covers > LEAST_PART
@@ -91,7 +94,7 @@ class Find:
     @property
     def is_clear(self) -> bool:
         """Whether no doubt is left about it."""
-        return self.weight.is_clear and self.is_credible
+        return (self.weight.is_clear or self.confirmed) and self.is_credible
 
     @property
     def is_sure(self) -> bool:
@@ -109,6 +112,18 @@ class Find:
         """The lattice as it was followed."""
         piece = self.followed.pieces[-1]
         return vertices(self.cloth.mesh, replace(piece, uv=piece.uv @ self.cloth.M.T))
+
+    def carried_to(self, photo: Floats, canvas: FlatPicture) -> "Find":
+        """Return the find on the photo (H, W, 3) that was enlarged, and on its canvas."""
+        cloth, found = restrict(self.cloth, self.followed, photo, canvas, self.scale)
+        return replace(self, cloth=cloth, followed=found, weight=weigh(cloth, found), scale=1)
+
+    def agrees_with(self, other: "Find") -> bool:
+        """Return whether two credible finds that cover most of what may be cloth lie alike."""
+        if not (self.is_credible and other.is_credible and min(self.covers, other.covers) > MOST):
+            return False
+        both = (self.cloth, self.followed), (other.cloth, other.followed)
+        return agreement(*both, other.scale / self.scale) > MOST
 
     def has_followed(self, lattice: Lattice, scale: int) -> bool:
         """Return whether a lattice of the photo `scale` times enlarged is a part of this find's own."""
@@ -129,8 +144,8 @@ class Find:
 
 def find_cloth(
     photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None, start: Proposal | None = None
-) -> Job[Find]:
-    """Return the registered cloth of a photo (H, W, 3), at its size.
+) -> Job[list[Find]]:
+    """Return what may be the registered cloth of a photo (H, W, 3), at its size, one or more.
 
     `texel_px` is the side of a texel where the user knows it; the search begins at `start` alone if it is given.
     Raises `NoPatternError` if there is no pattern.
@@ -140,7 +155,7 @@ def find_cloth(
         lattice = (yield from part(marked, 0.0, 0.4))[0]
         first = yield from part(begun(photo, canvas, lattice, seed), 0.4, 0.45)
         cloth, found = yield from part(complete(*first, [], seed), 0.45, 1.0)
-        return Find(cloth, found, weigh(cloth, found))
+        return [Find(cloth, found, weigh(cloth, found))]
     search = find_lattices(canvas, np.random.default_rng(seed), texel_px=texel_px)
     finds = yield from part(register_each(photo, canvas, search, [], seed), 0.0, 0.3)
     if not any(find.is_credible for find in finds) and can_be_magnified(canvas.shape):
@@ -150,26 +165,27 @@ def find_cloth(
         finds += yield from part(register_each(large, place, search, finds, seed, scale=TIMES), 0.4, 0.5)
     if not is_any_clear(finds):
         with suppress(NoPatternError):
-            finds.append(Find(*(yield from part(find_large(photo, canvas), 0.5, 0.6)), repeats=True))
+            finds.append(Find(*(yield from part(find_large(photo, canvas, texel_px=texel_px), 0.5, 0.6)), repeats=True))
     ends = yield from part(complete_best(finds, seed), 0.6, 0.9)
     if not ends and not canvas.valid.all():
         # The user says that there is cloth.
         with suppress(NoPatternError):
-            ends.append(Find(*(yield from part(find_crumpled(photo, canvas, seed), 0.9, 1.0))))
-    best = best_of(ends)
-    if best.scale == 1:
-        return best
-    cloth, found = restrict(best.cloth, best.followed, photo, canvas, best.scale)
-    return Find(cloth, found, weigh(cloth, found))
+            ends.append(Find(*(yield from part(find_crumpled(photo, canvas, seed, texel_px=texel_px), 0.9, 1.0))))
+    if not ends:
+        raise NoPatternError
+    return [end if end.scale == 1 else end.carried_to(photo, canvas) for end in ends]
 
 
-def find_print(photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
+def find_print(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None) -> Job[Find]:
     """Return the registered cloth of a photo (H, W, 3) whose texels are large, where nobody said that there is cloth.
 
     Raises `NoPatternError` if there is none that shows enough of them.
     """
-    large = yield from part(find_large(photo, canvas, least=LEAST_UNTOLD), 0.0, 0.5)
-    return best_of((yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0)))
+    large = yield from part(find_large(photo, canvas, least=LEAST_UNTOLD, texel_px=texel_px), 0.0, 0.5)
+    ends = yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0)
+    if not ends:
+        raise NoPatternError
+    return ends[0]
 
 
 def follow_within(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
@@ -181,10 +197,10 @@ def follow_within(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPic
     return Find(cloth, found, weigh(cloth, found))
 
 
-def register_lattice(photo: Floats, canvas: FlatPicture, lattices: list[Lattice], seed: int) -> Job[Find]:
+def register_lattice(photo: Floats, canvas: FlatPicture, lattices: list[Lattice], seed: int) -> Job[list[Find]]:
     """Return the registered cloth of a photo (H, W, 3) whose lattice the user knows, in connected parts."""
     cloth, found = yield from fit(photo, canvas, lattices, seed, trusted=True)
-    return Find(cloth, found, weigh(cloth, found))
+    return [Find(cloth, found, weigh(cloth, found))]
 
 
 def is_any_clear(finds: list[Find]) -> bool:
@@ -213,12 +229,19 @@ def register_each(
         except NoPatternError:
             continue
         registered[number] = replace(found, scale=scale)
-        finds.append(registered[number])
+        finds = confirm(finds, registered[number])
         if finds[-1].is_clear:
             finer = ((other, registered.get(k)) for k, other in enumerate(lattices) if divides(other, lattice))
             finds[-1] = yield from least_texel(photo, canvas, finds[-1], finer, seed)
             break
     return finds
+
+
+def confirm(finds: list[Find], new: Find) -> list[Find]:
+    """Return the finds with a new one, those confirmed that lie as it does, and it if there are."""
+    alike = [new.agrees_with(find) for find in finds]
+    known = [replace(find, confirmed=find.confirmed or same) for find, same in zip(finds, alike, strict=True)]
+    return [*known, replace(new, confirmed=any(alike))]
 
 
 def least_texel(
@@ -255,16 +278,6 @@ def register(photo: Floats, canvas: FlatPicture, lattice: Lattice, seed: int) ->
     if not found.cells.any():
         raise NoPatternError
     return Find(cloth, found, weigh(cloth, found))
-
-
-def best_of(finds: list[Find]) -> Find:
-    """Return the find that takes away most of the squared error; raise `NoPatternError` where there is none.
-
-    Few texels explain what is near to them very well, and may lie beside the pattern elsewhere.
-    """
-    if not finds:
-        raise NoPatternError
-    return max(finds, key=lambda find: find.takes_away)
 
 
 def complete_best(finds: list[Find], seed: int) -> Job[list[Find]]:

@@ -13,6 +13,7 @@ import scipy
 from core.arrays import Bools, Floats
 from core.linalg.factor import Factor
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
+from core.overlay.detection.basis import is_about
 from core.overlay.detection.displacement_votes import SURE, Pairs, count_votes, find_alike, find_bases
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
@@ -50,14 +51,15 @@ BLUR = 0.16
 
 
 def find_large(
-    photo: Floats, canvas: FlatPicture, *, least: float | None = None
+    photo: Floats, canvas: FlatPicture, *, least: float | None = None, texel_px: float | None = None
 ) -> Job[tuple[FittedCloth, Fit, Evidence]]:
     """Return the cloth registered and followed from pairs of keypoints that lie whole large texels apart.
 
     Of lattices that are nearly as sure as the surest one that is followed of which the texel takes away most of the
     error where it is laid. More has to speak for it than against it; what the votes are certain of needs nothing else
     where the user says that there is cloth, which is so in a region unless `least` tells how many texels have to be
-    seen. Raises `NoPatternError` where there is none, or too little of it.
+    seen. `texel_px` is about the side of a texel where that is known. Raises `NoPatternError` where there is none, or
+    too little of it.
     """
     yield Progress(0.0, NOTE)
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
@@ -65,17 +67,18 @@ def find_large(
     least = least or (LEAST_TEXELS if is_told else 2 * LEAST_TEXELS)
     laid: list[tuple[float, Evidence, FittedCloth, Fit]] = []
     pairs, likely = find_likely(canvas)
+    likely = [(sure, basis) for sure, basis in likely if is_about(basis, texel_px)]
     for number, (sure, basis) in enumerate(likely[:TRIED]):
-        texel_px = float(np.linalg.det(basis))
-        if LEAST_TEXELS * texel_px > valid.sum():
+        area_px = float(np.linalg.det(basis))
+        if LEAST_TEXELS * area_px > valid.sum():
             continue
         # What the votes are less sure of are other steps of what has just been told.
-        if least * texel_px > valid.sum():
+        if least * area_px > valid.sum():
             break
         yield Progress(0.5 * number / TRIED, NOTE)
         with suppress(NoPatternError):
             # Of what the user says is cloth all is seen, however much of it can be followed.
-            cloth, found = lay(photo, canvas, pairs, basis, 0.0 if is_told else least * texel_px)
+            cloth, found = lay(photo, canvas, pairs, basis, 0.0 if is_told else least * area_px)
             laid.append((sure, weigh(cloth, found), cloth, found))
     step = Progress(0.5, NOTE)
     as_sure = NEARLY * max((sure for sure, *_ in laid), default=0.0)

@@ -11,7 +11,7 @@ import pytest
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.overlay import decomposition, whole_cloth
-from core.overlay.decomposition import Decomposition, FoundCloth, Known, decompose, find
+from core.overlay.decomposition import Decomposition, FoundCloth, Known, decompose, decompose_whole_cloth, find
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.smoothing import gaussian
@@ -58,16 +58,22 @@ def test_whole_cloth_takes_no_ground_that_explains_little(
         assert run(whole_cloth.widen(Image(np.zeros((*SIZE, 3), np.uint8)), found, find_on)).explained == explains
 
 
-def find_wrongly(photo: Floats, known: Known) -> Job[FoundCloth]:
+def find_wrongly(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
     """Return what is found: in a region, with doubts, and coordinates off by a part of a texel that changes."""
-    found = yield from find(photo, known)
+    finds = yield from find(photo, known)
     if known.region is None:
-        return found
-    moved = [replace(piece, uv=piece.uv + 0.4 * np.sin(9 * piece.uv[..., ::-1])) for piece in found.fit.pieces]
-    return replace(found, fit=replace(found.fit, pieces=tuple(moved)), is_sure=False)
+        return finds
+    found = finds[0]
+    return [replace(bent(found, 0.4, 9.0), is_sure=False)]
 
 
-def find_none(photo: Floats, known: Known) -> Job[FoundCloth]:
+def bent(found: FoundCloth, texels: float, turns: float) -> FoundCloth:
+    """Return a find whose coordinates are off by up to so many texels, in waves of so many radians a texel."""
+    moved = [replace(piece, uv=piece.uv + texels * np.sin(turns * piece.uv[..., ::-1])) for piece in found.fit.pieces]
+    return replace(found, fit=replace(found.fit, pieces=tuple(moved)))
+
+
+def find_none(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
     """Return what is found without a region."""
     if known.region is None:
         return (yield from find(photo, known))
@@ -85,17 +91,39 @@ def test_where_the_search_in_a_region_fails_the_find_without_it_is_kept(
     assert found.explained > 0.97 * usual.explained > 0
 
 
+@pytest.mark.parametrize("is_right_first", [True, False])
+def test_of_several_finds_that_is_kept_which_explains_most_once_it_is_split(
+    monkeypatch: pytest.MonkeyPatch, *, is_right_first: bool
+) -> None:
+    def find_both(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
+        (right,) = yield from find(photo, known)
+        both = [right, bent(right, 0.1, 1.0)]
+        return both if is_right_first else both[::-1]
+
+    def find_no_more(*_: Any) -> Job[Decomposition]:
+        yield Progress(0.0)
+        raise InputError("")
+
+    (right,) = run(find(SCENE.photo, Known(HALF)))
+    explained = decomposition.split(right).explained
+    monkeypatch.setattr(decomposition, "find", find_both)
+    assert run(decompose(SCENE.photo, region=HALF)).explained == explained
+    monkeypatch.setattr(decomposition, "decompose_object", find_no_more)
+    image = Image(np.rint(255 * SCENE.photo).astype(np.uint8))
+    assert run(decompose_whole_cloth(image, region=HALF)).explained > 0.97 * explained
+
+
 @pytest.mark.parametrize("is_sure", [True, False])
 def test_all_of_the_photo_is_searched_only_where_the_find_in_a_region_leaves_doubts(
     monkeypatch: pytest.MonkeyPatch, is_sure: bool
 ) -> None:
     searched: list[bool] = []
 
-    def find_in(photo: Floats, known: Known) -> Job[FoundCloth]:
+    def find_in(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
         searched.append(known.region is not None)
-        found = yield from find(photo, known)
+        (found,) = yield from find(photo, known)
         assert found.is_sure
-        return replace(found, is_sure=is_sure)
+        return [replace(found, is_sure=is_sure)]
 
     monkeypatch.setattr(decomposition, "find", find_in)
     assert run(decompose(SCENE.photo, region=HALF)).covered.any()
@@ -109,14 +137,15 @@ def test_what_is_found_only_on_the_object_that_stands_out_has_to_stand_alone(
     searched: list[bool] = []
     own = decomposition.found_on
 
-    def find_none(_photo: Floats, known: Known) -> Job[FoundCloth]:
+    def find_none(_photo: Floats, known: Known) -> Job[list[FoundCloth]]:
         searched.append(known.region is not None)
         yield Progress(0.0, "")
         raise NoPatternError
 
-    def find_print_on(photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
+    def find_print_on(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float) -> Job[Find]:
+        assert texel_px == 20
         searched.append(bool((canvas.valid == 0).any()))
-        return (yield from find_cloth(photo, canvas, seed))
+        return (yield from find_cloth(photo, canvas, seed))[0]
 
     def found_so(*given: Any) -> FoundCloth:
         return replace(own(*given), stands_alone=stands_alone)
@@ -126,7 +155,7 @@ def test_what_is_found_only_on_the_object_that_stands_out_has_to_stand_alone(
     cloth = np.pad(EVERYWHERE, 50)
     photo = np.where(cloth[..., None], np.pad(SCENE.photo, ((50, 50), (50, 50), (0, 0))), [0.1, 0.25, 0.5])
     with nullcontext() if stands_alone else pytest.raises(NoPatternError):
-        covered = run(decompose(photo)).covered
+        covered = run(decompose(photo, texel_px=20)).covered
         assert (covered & cloth).sum() > 0.9 * cloth.sum() > 10 * (covered & ~cloth).sum()
     assert searched == [False, True]
 
@@ -134,7 +163,7 @@ def test_what_is_found_only_on_the_object_that_stands_out_has_to_stand_alone(
 def test_a_find_that_stands_alone_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
     searched: list[bool] = []
 
-    def find_in(photo: Floats, known: Known) -> Job[FoundCloth]:
+    def find_in(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
         searched.append(known.region is not None)
         return (yield from find(photo, known))
 

@@ -10,7 +10,7 @@ from core.arrays import Floats
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.search import crumpled_cloth, finding
-from core.overlay.search.crumpled_cloth import find_crumpled, lay_evenly
+from core.overlay.search.crumpled_cloth import find_crumpled, find_likely_steps, lay_evenly
 from core.overlay.search.finding import find_cloth
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, run
@@ -43,12 +43,21 @@ def told(steps: list[Floats]) -> Callable[..., Job[list[Floats]]]:
 def test_even_steps_are_pulled_to_where_the_cloth_lies(crumpled: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(finding, "find_lattices", none)
     monkeypatch.setattr(finding, "find_large", none)
-    found = run(find_cloth(crumpled.photo, painted(crumpled.photo), 0))
+    (found,) = run(find_cloth(crumpled.photo, painted(crumpled.photo), 0))
     piece = found.followed.pieces[0]
     assert piece.cells.mean() > 0.8
     assert np.percentile(displaced_px(crumpled, found.cloth, piece), 90) < 1.0
     with pytest.raises(NoPatternError):
         run(find_cloth(crumpled.photo, canvas_of(crumpled.photo), 0))
+
+
+def test_texels_are_about_as_large_as_the_user_says(crumpled: Scene) -> None:
+    canvas = painted(crumpled.photo)
+    assert len(run(find_likely_steps(crumpled.photo, canvas, 40.0)))
+    larger = run(find_likely_steps(crumpled.photo, canvas, 80.0))
+    assert all(np.sqrt(np.linalg.det(basis)) > 53 for basis in larger)
+    with pytest.raises(NoPatternError):
+        run(find_crumpled(crumpled.photo, canvas, 0, texel_px=15.0))
 
 
 @pytest.mark.parametrize("steps", [None, [BASIS]])

@@ -71,6 +71,14 @@ def test_without_a_region_more_texels_are_asked_for(printed: Scene) -> None:
         run(find_large(printed.photo, canvas_of(printed.photo)))
 
 
+def test_texels_are_about_as_large_as_the_user_says(printed: Scene) -> None:
+    canvas, side = painted(printed.photo), float(np.sqrt(np.linalg.det(printed.basis)))
+    cloth, *_ = run(find_large(printed.photo, canvas, texel_px=1.2 * side))
+    assert cloth.side_px == pytest.approx(side, rel=0.1)
+    with pytest.raises(NoPatternError):
+        run(find_large(printed.photo, canvas, texel_px=3 * side))
+
+
 def test_of_lattices_that_are_as_likely_that_is_kept_whose_texel_explains_most(
     printed: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -27,7 +27,7 @@ def test_what_is_found_enlarged_lies_on_the_photos_pixels(monkeypatch: pytest.Mo
         return (yield from find_lattices(canvas, rng, texel_px=texel_px, most_px=most_px))
 
     monkeypatch.setattr(finding, "find_lattices", find_enlarged)
-    best = run(find_cloth(SCENE.photo, flat_canvas(SCENE.photo, EVERYWHERE), 0))
+    (best,) = run(find_cloth(SCENE.photo, flat_canvas(SCENE.photo, EVERYWHERE), 0))
     cloth, found = best.cloth, best.followed
     assert list(cloth.mesh.shape) == list(EVERYWHERE.shape)
     steps = np.linalg.solve(SCENE.basis, cloth.basis)
