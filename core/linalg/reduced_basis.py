@@ -55,11 +55,6 @@ class ReducedBasis:
         """Whether the last x had anything beyond what was known before it."""
         return self._has_grown or self._is_left(_WORTH_LEARNING)
 
-    @property
-    def is_full(self) -> bool:
-        """Whether more can be taken in only in the place of what is known."""
-        return self.count > 0 and self.count == len(self._given)
-
     def answer(self, x: Complexes) -> Complexes:
         """Return F x (N,)."""
         self._shares, self._rest = self._split(x / self._off)
@@ -84,7 +79,7 @@ class ReducedBasis:
 
     def _take(self) -> None:
         """Take in what is left of the last x, without room in the place of what that has least of."""
-        if self.is_full:
+        if self.count and self.count == len(self._given):
             place = int((np.abs(self._shares) * self._peaks).argmin())
             self._rest = self._rest + self._shares[place] * self._duals[place].conj()
             self._duals[place] = 0

@@ -48,11 +48,6 @@ class Recycled:
         """Whether the last load had anything that those before it had not."""
         return self._basis is not None and self._basis.is_new
 
-    @property
-    def is_full(self) -> bool:
-        """Whether the table of answers to loads is."""
-        return self._basis is not None and self._basis.is_full
-
     def learn(self) -> None:
         """Let the next answers be nearer to the exact ones."""
         if self._basis is not None:

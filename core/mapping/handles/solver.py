@@ -46,8 +46,6 @@ _SAMPLED = 16
 """One of so many rows and columns of nodes is looked at first."""
 _BESIDE = ThreadPoolExecutor(1, "rotation")
 """Where the next answer's rotation is taken, and what it will ask for is learnt, while this one is drawn."""
-_STEPS = 1.0, 1.0 + 0.5j
-"""Where a drag may go next, in units of its last step: on, and half as far aside; the other side follows from both."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,10 +87,10 @@ class HandleSolver:
         """Whether it has not answered yet: what pays off with the next answer is not begun with the first."""
         self._asked: Complexes | None = None
         """What handles were asked for last,"""
-        self._moved: Complexes | float = 0.0
-        """and by how much that differs from what they were asked for before it."""
+        self._expected: Complexes | None = None
+        """and what they will be asked for next, if all goes on as it does."""
         self._explores = False
-        """Whether what was imagined last had anything new."""
+        """Whether what was expected of the last answer had anything new."""
         self._is_asked = False
         """Whether anything was asked for since the last look ahead."""
         self._begun: Solution | None = None
@@ -114,7 +112,7 @@ class HandleSolver:
         """
         s, mapping = self.structure, self.structure.mapping
         goal = self._find_goal(s, reference, asked)
-        self._moved = 0.0 if self._asked is None else asked - self._asked
+        self._expected = None if self._asked is None else 2 * asked - self._asked
         self._asked, self._is_asked = asked, True
         base, stays = self._base, self._reference is reference
         if base is None or not stays:
@@ -173,15 +171,11 @@ class HandleSolver:
         self._turned = turn()
         explores, self._explores = self._explores or self._is_new_in_part, False
         self._learn()
-        if self._recycled is None or self._asked is None:
-            return
-        for step in _STEPS[:1] if self._recycled.is_full else _STEPS:
-            if explores and not self._is_awaited:
-                self._imagine(self._asked + step * self._moved)
-                explores = self._is_new_in_part
-                self._explores |= explores
-                if not self._is_awaited:
-                    self._learn()
+        if explores and self._recycled is not None and self._expected is not None and not self._is_awaited:
+            self._imagine(self._expected)
+            self._explores = self._is_new_in_part
+            if not self._is_awaited:
+                self._learn()
 
     def _begin(self, reference: Solution, asked: Complexes) -> None:
         """Answer as handles are, and from that answer on once more, and as if they were a little elsewhere."""

@@ -78,11 +78,9 @@ def test_without_room_what_is_new_takes_the_place_of_what_is_asked_for_least(mon
 def test_a_path_that_is_too_long_for_the_table_is_answered_as_nearly(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reduced_basis, "_MOST_NUMBERS", 4 * 30)
     basis = ReducedBasis(Map(), np.full(40, OFF))
-    assert not basis.is_full
     for t in np.linspace(0, 6, 100):
         assert np.abs(basis.answer(path(t)) - F @ path(t)).max() < OFF * GAIN
         basis.learn()
-        assert basis.is_full == (basis.count == 4)
     assert basis.count == 4
 
 
