@@ -114,7 +114,12 @@ class Find:
         return vertices(self.cloth.mesh, replace(piece, uv=piece.uv @ self.cloth.M.T))
 
     def carried_to(self, photo: Floats, canvas: FlatPicture) -> "Find":
-        """Return the find on the photo (H, W, 3) that was enlarged, and on its canvas."""
+        """Return the find on the photo (H, W, 3), and on its canvas, where it was found in that enlarged.
+
+        Raises `NoPatternError` where nothing remains.
+        """
+        if self.scale == 1:
+            return self
         cloth, found = restrict(self.cloth, self.followed, photo, canvas, self.scale)
         return replace(self, cloth=cloth, followed=found, weight=weigh(cloth, found), scale=1)
 
@@ -171,9 +176,13 @@ def find_cloth(
         # The user says that there is cloth.
         with suppress(NoPatternError):
             ends.append(Find(*(yield from part(find_crumpled(photo, canvas, seed, texel_px=texel_px), 0.9, 1.0))))
-    if not ends:
+    carried: list[Find] = []
+    for end in ends:
+        with suppress(NoPatternError):
+            carried.append(end.carried_to(photo, canvas))
+    if not carried:
         raise NoPatternError
-    return [end if end.scale == 1 else end.carried_to(photo, canvas) for end in ends]
+    return carried
 
 
 def find_print(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None) -> Job[Find]:
