@@ -232,10 +232,7 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
         raise NoPatternError from error
     small, canvas, scale = working_picture(photo, inside)
     job = on_one_thread(find_print(small, canvas, known.seed, texel_px=known.side_px(scale)))
-    found = found_on(photo, inside, scale, (yield from part(job, 0.1, 1.0)))
-    if not found.stands_alone:
-        raise NoPatternError
-    return replace(found, is_told=False)
+    return replace(found_on(photo, inside, scale, (yield from part(job, 0.1, 1.0))), is_told=False)
 
 
 def find(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:

@@ -97,7 +97,10 @@ def complete(cloth: FittedCloth, found: Fit, others: list[Lattice], seed: int) -
 
 
 def with_the_rest(cloth: FittedCloth, found: Fit, seed: int) -> Job[Fit]:
-    """Return the cloth with its further pieces, the first one followed anew where it proves to lie wrong."""
+    """Return the cloth with its further pieces, the first one followed anew where it proves to lie wrong.
+
+    Raises `NoPatternError` where following gives up all of it.
+    """
     rng = np.random.default_rng(seed)
     for fraction in (0.4, 0.6):
         found = yield from with_more_pieces(cloth, found, rng, fraction)
@@ -106,7 +109,10 @@ def with_the_rest(cloth: FittedCloth, found: Fit, seed: int) -> Job[Fit]:
     # What is wrong shows now that the texel is sharp; the rest of the cloth may lead there another way.
     found = prune(cloth, replace(found, pieces=(*found.pieces[1:], found.pieces[0])))
     found = yield from followed(cloth, found, Progress(0.85, "following the cloth"))
-    return replace(found, pieces=(found.pieces[-1], *found.pieces[:-1]))
+    pieces = tuple(piece for piece in (found.pieces[-1], *found.pieces[:-1]) if piece.cells.any())
+    if not pieces:
+        raise NoPatternError
+    return replace(found, pieces=pieces)
 
 
 def evenness(cloth: FittedCloth, found: Fit) -> float:

@@ -104,8 +104,12 @@ class Find:
     @property
     def stands_alone(self) -> bool:
         """Whether it needs nobody's word that there is cloth."""
-        texels = self.area_px / abs(float(np.linalg.det(self.cloth.basis)))
-        return self.is_clear or (self.repeats and self.explained > 0 and texels > LEAST_UNTOLD)
+        return self.is_clear or (self.repeats and self.explained > 0 and self.texels > LEAST_UNTOLD)
+
+    @property
+    def texels(self) -> float:
+        """Texels that it covers."""
+        return self.area_px / abs(float(np.linalg.det(self.cloth.basis)))
 
     @cached_property
     def steps(self) -> Lattice:
@@ -192,7 +196,7 @@ def find_print(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float
     """
     large = yield from part(find_large(photo, canvas, least=LEAST_UNTOLD, texel_px=texel_px), 0.0, 0.5)
     ends = yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0)
-    if not ends:
+    if not ends or ends[0].texels <= LEAST_UNTOLD:
         raise NoPatternError
     return ends[0]
 

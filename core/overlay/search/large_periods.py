@@ -56,14 +56,15 @@ def find_large(
     """Return the cloth registered and followed from pairs of keypoints that lie whole large texels apart.
 
     Of lattices that are nearly as sure as the surest one that is followed of which the texel takes away most of the
-    error where it is laid. More has to speak for it than against it; what the votes are certain of needs nothing else
-    where the user says that there is cloth, which is so in a region unless `least` tells how many texels have to be
-    seen. `texel_px` is about the side of a texel where that is known. Raises `NoPatternError` where there is none, or
-    too little of it.
+    error where it is laid. More has to speak for it than against it, unless the votes are certain of it in a region.
+    `least` tells how many texels have to be seen; without it those of a region count, which the user says is cloth.
+    `texel_px` is about the side of a texel where that is known. Raises `NoPatternError` where there is none, or too
+    little of it.
     """
     yield Progress(0.0, NOTE)
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
-    is_told = least is None and not valid.all()
+    is_bounded = not valid.all()
+    is_told = least is None and is_bounded
     least = least or (LEAST_TEXELS if is_told else 2 * LEAST_TEXELS)
     laid: list[tuple[float, Evidence, FittedCloth, Fit]] = []
     pairs, likely = find_likely(canvas)
@@ -83,13 +84,14 @@ def find_large(
     step = Progress(0.5, NOTE)
     as_sure = NEARLY * max((sure for sure, *_ in laid), default=0.0)
     for sure, before, cloth, found in sorted(laid, key=lambda one: (one[0] < as_sure, -max(one[1].share, 0.0))):
-        if not is_told and before.explained <= 0:
+        is_certain = is_bounded and sure > SURE
+        if not (is_told or is_certain or before.explained > 0):
             continue
         yield step
         found = refit(cloth, (yield from followed(cloth, prune(cloth, found), step)), rounds=3)
         texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / cloth.side_px**2
         weight = weigh(cloth, found)
-        if (weight.explained > 0 or (is_told and sure > SURE)) and (is_told or texels > least):
+        if (is_certain or weight.explained > 0) and (is_told or texels > least):
             return cloth, found, weight
     raise NoPatternError
 

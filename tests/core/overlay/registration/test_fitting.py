@@ -8,11 +8,13 @@ import pytest
 from core.overlay.decomposition import decompose
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
-from core.overlay.detection.seeding import flat_canvas
+from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.registration import cloth as cloth_module
-from core.overlay.registration.fitting import begun
+from core.overlay.registration import fitting
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.fitting import begun, complete
 from core.overlay.registration.pieces import join_by
-from core.progress import Progress, run
+from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
 from tests.core.overlay.prints import print_of_blots
 
@@ -61,3 +63,40 @@ def test_a_lattice_of_large_texels_in_two_parts_leads_to_both(scene: Scene) -> N
     both = run(join_by(cloth, found, other, Progress(0.5, "")))
     assert not cloth.mesh.pixels_of(found.cells)[:, 215:].any()
     assert cloth.mesh.pixels_of(both.cells)[10:-10, 225:-10].mean() > 0.9
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_a_piece_that_following_gives_up_is_gone_and_so_is_the_cloth_without_another(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, both: bool
+) -> None:
+    left = np.indices(SIZE)[1] < SIZE[1] // 2
+    lattice = lattice_of(scene, slice(0, SIZE[1]))
+    cloth, found = run(begun(scene.photo, flat_canvas(scene.photo, np.ones(SIZE, bool)), lattice, 0, trusted=True))
+    cells = left[:: cloth.mesh.cell, :: cloth.mesh.cell][tuple(map(slice, found.cells.shape))] & found.cells
+    halves = (replace(found.pieces[0], cells=found.cells & ~cells), replace(found.pieces[0], cells=cells))
+    pieces = halves if both else found.pieces
+    times = 0
+
+    def give_up(cloth: FittedCloth, found: Fit, step: Progress) -> Job[Fit]:
+        nonlocal times
+        times += 1
+        yield step
+        last = found.pieces[-1]
+        return (
+            found
+            if times == 1
+            else replace(found, pieces=(*found.pieces[:-1], replace(last, cells=last.cells & False)))
+        )
+
+    def leave(cloth: FittedCloth, found: Fit, *_: object) -> Job[Fit]:
+        yield Progress(0.5, "")
+        return found
+
+    monkeypatch.setattr(fitting, "followed", give_up)
+    monkeypatch.setattr(fitting, "with_more_pieces", leave)
+    job = complete(cloth, replace(found, pieces=pieces), [], 0)
+    if both:
+        assert [piece.cells.any() for piece in run(job)[1].pieces] == [True]
+    else:
+        with pytest.raises(NoPatternError):
+            run(job)

@@ -132,6 +132,23 @@ def test_a_print_has_to_show_enough_texels_where_nobody_said_that_there_is_cloth
         assert found.stands_alone
 
 
+def test_a_print_of_which_completing_leaves_too_few_texels_is_none(
+    followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def large(*_: object, **__: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+        yield Progress(0.0, "")
+        return *followed, Evidence(-1.0, -1.0)
+
+    whole = Find(*followed, Evidence(-1.0, -1.0), repeats=True)
+    monkeypatch.setattr(finding, "find_large", large)
+    monkeypatch.setattr(finding, "complete", leave)
+    photo = followed[0].photo
+    assert run(find_print(photo, canvas_of(photo), 0)).texels == whole.texels
+    monkeypatch.setattr(finding, "LEAST_UNTOLD", whole.texels)
+    with pytest.raises(NoPatternError):
+        run(find_print(photo, canvas_of(photo), 0))
+
+
 @pytest.fixture(scope="module")
 def small() -> Scene:
     return make_scene(motif(), basis=24.0 * np.eye(2), bend=0.0)

@@ -175,14 +175,14 @@ def test_what_nobody_said_is_cloth_is_followed_only_where_more_speaks_for_it_tha
     assert len(grown) == (explained > 0)
 
 
-@pytest.mark.parametrize("in_region", [True, False])
-def test_what_votes_are_certain_of_needs_nothing_else_where_the_user_says_that_there_is_cloth(
-    printed: Scene, monkeypatch: pytest.MonkeyPatch, in_region: bool
+@pytest.mark.parametrize(("in_region", "least"), [(True, None), (True, 2.0), (True, 20.0), (False, 2.0)])
+def test_what_votes_are_certain_of_in_a_region_needs_nothing_else_but_texels_if_nobody_said_that_it_is_cloth(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch, in_region: bool, least: float | None
 ) -> None:
     monkeypatch.setattr(large_periods, "weigh", lambda *_: Evidence(-1.0, 0.9))
     monkeypatch.setattr(large_periods, "LEAST_TEXELS", 2.0)
-    if in_region:
-        assert run(find_large(printed.photo, painted(printed.photo)))[1].cells.mean() > 0.9
+    if in_region and least != 20.0:
+        assert run(find_large(printed.photo, painted(printed.photo), least=least))[1].cells.mean() > 0.9
     else:
         with pytest.raises(NoPatternError):
-            run(find_large(printed.photo, canvas_of(printed.photo)))
+            run(find_large(printed.photo, (painted if in_region else canvas_of)(printed.photo), least=least))
