@@ -30,7 +30,7 @@ from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.vertices import whole_lattice
-from core.overlay.search.finding import Find, find_cloth, find_print, follow_within, register_lattice
+from core.overlay.search.finding import Find, find_by_patches, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.texel import Texel
 from core.overlay.whole_cloth import widen
 from core.progress import Job, Progress, part
@@ -143,9 +143,9 @@ def decompose(
     `start` alone if it is given, and is left out if the `lattice` is, in connected parts. Raises `NoPatternError`
     where no lattice is found, and where one explains no pixel of the photo.
 
-    Where the find within a region leaves doubts the pattern is looked for in all of the photo too, and of both finds
-    that is kept that explains the region better: a region can only help. Where the find without a region does, it is
-    looked for on the object that stands out.
+    Where the find within a region leaves doubts alike patches of the region are asked too, and if they tell nothing all
+    of the photo is searched; of both finds that is kept that explains the region better. Where a find without a region
+    leaves doubts, it is looked for on the object that stands out.
     """
     seconds: dict[str, float] = {}
     job = find_all(photo, Known(region, texel_px, start, lattice, seed))
@@ -196,20 +196,30 @@ def decompose_object(
 def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     """Return the finds that are compared; raise `NoPatternError` if there is none.
 
-    Where a find leaves doubts it is looked for elsewhere too: where it was found within a region in all of the photo,
-    else on the object that stands out.
+    Where a find leaves doubts it is looked for otherwise too: within a region by alike patches, or else in all of the
+    photo; without one on the object that stands out.
     """
     finds: list[FoundCloth] = []
     with suppress(NoPatternError):
         finds += yield from part(find(photo, known), 0.0, 0.5)
     is_given = known.start is not None or known.lattice is not None
-    if not is_given and not any(found.stands_alone if known.region is None else found.is_sure for found in finds):
-        elsewhere = find_on_object(photo, known) if known.region is None else find_in_all(photo, known)
+    is_enough = any(found.stands_alone if known.region is None else found.is_sure for found in finds)
+    if not is_given and not is_enough:
+        more = find_on_object(photo, known) if known.region is None else find_again(photo, known)
         with suppress(NoPatternError):
-            finds.append((yield from part(elsewhere, 0.5, 1.0)))
+            finds.append((yield from part(more, 0.5, 1.0)))
     if not finds:
         raise NoPatternError
     return finds
+
+
+def find_again(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the cloth of a region told by alike patches, else of all of the photo; raise `NoPatternError` if none."""
+    small, canvas, scale = working_picture(photo, known.region)
+    job = find_by_patches(small, canvas, known.seed, texel_px=known.side_px(scale))
+    with suppress(NoPatternError):
+        return found_on(photo, known.region, scale, (yield from part(on_one_thread(job), 0.0, 0.5)))
+    return (yield from part(find_in_all(photo, known), 0.5, 1.0))
 
 
 def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:

@@ -201,6 +201,15 @@ def find_print(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float
     return ends[0]
 
 
+def find_by_patches(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None) -> Job[Find]:
+    """Return the registered cloth of a photo (H, W, 3) in a region that `canvas` bounds, told by alike patches.
+
+    Raises `NoPatternError` if there is none.
+    """
+    large = yield from part(find_large(photo, canvas, alike="patches", texel_px=texel_px), 0.0, 0.5)
+    return (yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0))[0]
+
+
 def follow_within(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
     """Return the cloth of a photo (H, W, 3) restricted to what the `canvas` bounds, and followed there.
 

@@ -1,11 +1,12 @@
-"""Texels so large that the cloth shows few of them: no lattice grows there, but alike keypoints lie a texel apart.
+"""Texels so large that the cloth shows few of them: no lattice grows there, but alike places lie a texel apart.
 
-Votes of pairs of keypoints tell the lattice (`displacement_votes`). The same pairs then lay the mesh: a thin plate
-whose coordinates differ by whole numbers between the keypoints of a pair.
+Votes of pairs of them, keypoints or patches, tell the lattice (`displacement_votes`). The same pairs then lay the mesh:
+a thin plate whose coordinates differ by whole numbers between the two places of a pair.
 """
 
 from contextlib import suppress
 from dataclasses import replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 import scipy
@@ -13,6 +14,7 @@ import scipy
 from core.arrays import Bools, Floats
 from core.linalg.factor import Factor
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
+from core.overlay.detection.alike_patches import find_alike_patches
 from core.overlay.detection.basis import is_about
 from core.overlay.detection.displacement_votes import SURE, Pairs, count_votes, find_alike, find_bases
 from core.overlay.detection.lattice import Lattice
@@ -30,6 +32,8 @@ from core.overlay.registration.thin_plate import interpolation
 from core.overlay.texel import draw_sample
 from core.overlay.tolerances import SMOOTH_PX
 from core.progress import Job, Progress
+
+Places: TypeAlias = Literal["keypoints", "patches"]
 
 NOTE = "looking for large texels"
 STEP_PX = 30.0
@@ -51,9 +55,14 @@ BLUR = 0.16
 
 
 def find_large(
-    photo: Floats, canvas: FlatPicture, *, least: float | None = None, texel_px: float | None = None
+    photo: Floats,
+    canvas: FlatPicture,
+    *,
+    alike: Places = "keypoints",
+    least: float | None = None,
+    texel_px: float | None = None,
 ) -> Job[tuple[FittedCloth, Fit, Evidence]]:
-    """Return the cloth registered and followed from pairs of keypoints that lie whole large texels apart.
+    """Return the cloth registered and followed from pairs of alike places that lie whole large texels apart.
 
     Of lattices that are nearly as sure as the surest one that is followed of which the texel takes away most of the
     error where it is laid. More has to speak for it than against it, unless the votes are certain of it in a region.
@@ -67,7 +76,7 @@ def find_large(
     is_told = least is None and is_bounded
     least = least or (LEAST_TEXELS if is_told else 2 * LEAST_TEXELS)
     laid: list[tuple[float, Evidence, FittedCloth, Fit]] = []
-    pairs, likely = find_likely(canvas)
+    pairs, likely = find_likely(canvas) if alike == "keypoints" else find_likely_of_patches(canvas)
     likely = [(sure, basis) for sure, basis in likely if is_about(basis, texel_px)]
     for number, (sure, basis) in enumerate(likely[:TRIED]):
         area_px = float(np.linalg.det(basis))
@@ -111,6 +120,12 @@ def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]
         if certain:
             return replace(pairs, points=to_small(pairs.points, TIMES)), certain
     pairs = find_alike(canvas.image, valid, STEP_PX)
+    return pairs, find_bases(count_votes(pairs, STEP_PX))
+
+
+def find_likely_of_patches(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]:
+    """Return the pairs of alike patches, `STEP_PX` or more apart, and what `find_bases` makes of their votes."""
+    pairs = find_alike_patches(canvas.image, np.asarray(canvas.valid[..., 0] > 0, np.bool_), STEP_PX)
     return pairs, find_bases(count_votes(pairs, STEP_PX))
 
 

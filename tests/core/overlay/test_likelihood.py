@@ -119,21 +119,33 @@ def test_of_several_finds_that_is_kept_which_explains_most_once_it_is_split(
     assert run(decompose_whole_cloth(image, region=HALF)).explained > 0.97 * explained
 
 
-@pytest.mark.parametrize("is_sure", [True, False])
-def test_all_of_the_photo_is_searched_only_where_the_find_in_a_region_leaves_doubts(
-    monkeypatch: pytest.MonkeyPatch, is_sure: bool
+@pytest.mark.parametrize(
+    ("is_sure", "is_alike", "ways"),
+    [(True, True, ["region"]), (False, True, ["region", "patches"]), (False, False, ["region", "patches", "all"])],
+)
+def test_where_the_find_in_a_region_leaves_doubts_alike_patches_are_asked_and_if_they_tell_nothing_all_of_the_photo(
+    monkeypatch: pytest.MonkeyPatch, *, is_sure: bool, is_alike: bool, ways: list[str]
 ) -> None:
-    searched: list[bool] = []
+    searched: list[str] = []
 
     def find_in(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
-        searched.append(known.region is not None)
+        searched.append("all" if known.region is None else "region")
         (found,) = yield from find(photo, known)
         assert found.is_sure
         return [replace(found, is_sure=is_sure)]
 
-    monkeypatch.setattr(decomposition, "find", find_in)
-    assert run(decompose(SCENE.photo, region=HALF)).covered.any()
-    assert searched == ([True] if is_sure else [True, False])
+    def find_by_patches(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float) -> Job[Find]:
+        assert texel_px == 20
+        assert np.array_equal(canvas.valid[..., 0] > 0, HALF)
+        searched.append("patches")
+        if not is_alike:
+            raise NoPatternError
+        return (yield from find_cloth(photo, canvas, seed))[0]
+
+    for name, other in (("find", find_in), ("find_by_patches", find_by_patches)):
+        monkeypatch.setattr(decomposition, name, other)
+    assert run(decompose(SCENE.photo, region=HALF, texel_px=20)).covered.any()
+    assert searched == ways
 
 
 def test_what_nobody_painted_is_looked_for_on_the_object_that_stands_out_too(monkeypatch: pytest.MonkeyPatch) -> None:
