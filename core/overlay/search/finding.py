@@ -207,7 +207,10 @@ def find_by_patches(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: 
     Raises `NoPatternError` if there is none.
     """
     large = yield from part(find_large(photo, canvas, alike="patches", texel_px=texel_px), 0.0, 0.5)
-    return (yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0))[0]
+    ends = yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0)
+    if not ends:
+        raise NoPatternError
+    return ends[0]
 
 
 def follow_within(cloth: FittedCloth, found: Fit, photo: Floats, canvas: FlatPicture, seed: int) -> Job[Find]:
