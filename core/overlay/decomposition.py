@@ -30,7 +30,7 @@ from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.vertices import whole_lattice
-from core.overlay.search.finding import Find, find_by_patches, find_cloth, find_print, follow_within, register_lattice
+from core.overlay.search.finding import LEAST_UNTOLD, Find, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.texel import Texel
 from core.overlay.whole_cloth import widen
 from core.progress import Job, Progress, part
@@ -216,7 +216,7 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
 def find_again(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     """Return the cloth of a region told by alike patches, else of all of the photo; raise `NoPatternError` if none."""
     small, canvas, scale = working_picture(photo, known.region)
-    job = find_by_patches(small, canvas, known.seed, texel_px=known.side_px(scale))
+    job = find_print(small, canvas, known.seed, alike="patches", texel_px=known.side_px(scale))
     with suppress(NoPatternError):
         return found_on(photo, known.region, scale, (yield from part(on_one_thread(job), 0.0, 0.5)))
     return (yield from part(find_in_all(photo, known), 0.5, 1.0))
@@ -241,8 +241,8 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     except InputError as error:
         raise NoPatternError from error
     small, canvas, scale = working_picture(photo, inside)
-    job = on_one_thread(find_print(small, canvas, known.seed, texel_px=known.side_px(scale)))
-    return replace(found_on(photo, inside, scale, (yield from part(job, 0.1, 1.0))), is_told=False)
+    job = find_print(small, canvas, known.seed, least=LEAST_UNTOLD, texel_px=known.side_px(scale))
+    return replace(found_on(photo, inside, scale, (yield from part(on_one_thread(job), 0.1, 1.0))), is_told=False)
 
 
 def find(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:

@@ -33,7 +33,7 @@ from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
 from core.overlay.search.agreement import agreement
 from core.overlay.search.crumpled_cloth import find_crumpled
-from core.overlay.search.large_periods import find_large
+from core.overlay.search.large_periods import Places, find_large
 from core.overlay.search.magnified import MOST_PX, magnified, restrict
 from core.progress import Job, Progress, part
 
@@ -189,26 +189,22 @@ def find_cloth(
     return carried
 
 
-def find_print(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None) -> Job[Find]:
-    """Return the registered cloth of a photo (H, W, 3) whose texels are large, where nobody said that there is cloth.
+def find_print(
+    photo: Floats,
+    canvas: FlatPicture,
+    seed: int,
+    *,
+    alike: Places = "keypoints",
+    least: float | None = None,
+    texel_px: float | None = None,
+) -> Job[Find]:
+    """Return the registered cloth of a photo (H, W, 3) whose texels are large, told by alike keypoints or patches.
 
-    Raises `NoPatternError` if there is none that shows enough of them.
+    What is given is as for `find_large`. Raises `NoPatternError` if there is none, or none that shows enough texels.
     """
-    large = yield from part(find_large(photo, canvas, least=LEAST_UNTOLD, texel_px=texel_px), 0.0, 0.5)
+    large = yield from part(find_large(photo, canvas, alike=alike, least=least, texel_px=texel_px), 0.0, 0.5)
     ends = yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0)
-    if not ends or ends[0].texels <= LEAST_UNTOLD:
-        raise NoPatternError
-    return ends[0]
-
-
-def find_by_patches(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None) -> Job[Find]:
-    """Return the registered cloth of a photo (H, W, 3) in a region that `canvas` bounds, told by alike patches.
-
-    Raises `NoPatternError` if there is none.
-    """
-    large = yield from part(find_large(photo, canvas, alike="patches", texel_px=texel_px), 0.0, 0.5)
-    ends = yield from part(complete_best([Find(*large, repeats=True)], seed), 0.5, 1.0)
-    if not ends:
+    if not ends or ends[0].texels <= (least or 0):
         raise NoPatternError
     return ends[0]
 

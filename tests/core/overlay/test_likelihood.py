@@ -16,7 +16,7 @@ from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.likelihood import count_explained
-from core.overlay.search.finding import Find, find_cloth
+from core.overlay.search.finding import LEAST_UNTOLD, Find, find_cloth
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
@@ -134,15 +134,15 @@ def test_where_the_find_in_a_region_leaves_doubts_alike_patches_are_asked_and_if
         assert found.is_sure
         return [replace(found, is_sure=is_sure)]
 
-    def find_by_patches(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float) -> Job[Find]:
-        assert texel_px == 20
+    def find_by_patches(photo: Floats, canvas: FlatPicture, seed: int, *, alike: str, texel_px: float) -> Job[Find]:
+        assert (alike, texel_px) == ("patches", 20)
         assert np.array_equal(canvas.valid[..., 0] > 0, HALF)
         searched.append("patches")
         if not is_alike:
             raise NoPatternError
         return (yield from find_cloth(photo, canvas, seed))[0]
 
-    for name, other in (("find", find_in), ("find_by_patches", find_by_patches)):
+    for name, other in (("find", find_in), ("find_print", find_by_patches)):
         monkeypatch.setattr(decomposition, name, other)
     assert run(decompose(SCENE.photo, region=HALF, texel_px=20)).covered.any()
     assert searched == ways
@@ -156,8 +156,8 @@ def test_what_nobody_painted_is_looked_for_on_the_object_that_stands_out_too(mon
         yield Progress(0.0, "")
         raise NoPatternError
 
-    def find_print_on(photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float) -> Job[Find]:
-        assert texel_px == 20
+    def find_print_on(photo: Floats, canvas: FlatPicture, seed: int, *, least: float, texel_px: float) -> Job[Find]:
+        assert (least, texel_px) == (LEAST_UNTOLD, 20)
         searched.append(bool((canvas.valid == 0).any()))
         return (yield from find_cloth(photo, canvas, seed))[0]
 

@@ -13,7 +13,7 @@ from core.overlay.detection.seeding import NoPatternError, find_lattices
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
 from core.overlay.search import finding
-from core.overlay.search.finding import Find, complete_best, find_by_patches, find_cloth, find_print
+from core.overlay.search.finding import Find, complete_best, find_cloth, find_print
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
 from tests.core.overlay.prints import LARGE, canvas_of, painted, sett
@@ -127,7 +127,7 @@ def test_a_print_has_to_show_enough_texels_where_nobody_said_that_there_is_cloth
 ) -> None:
     monkeypatch.setattr(finding, "LEAST_UNTOLD", least)
     with nullcontext() if is_found else pytest.raises(NoPatternError):
-        found = run(find_print(printed.photo, painted(printed.photo), 0))
+        found = run(find_print(printed.photo, painted(printed.photo), 0, least=least))
         assert found.repeats
         assert found.stands_alone
 
@@ -143,18 +143,17 @@ def test_a_print_of_which_completing_leaves_too_few_texels_is_none(
     monkeypatch.setattr(finding, "find_large", large)
     monkeypatch.setattr(finding, "complete", leave)
     photo = followed[0].photo
-    assert run(find_print(photo, canvas_of(photo), 0)).texels == whole.texels
-    monkeypatch.setattr(finding, "LEAST_UNTOLD", whole.texels)
+    assert run(find_print(photo, canvas_of(photo), 0, least=0.9 * whole.texels)).texels == whole.texels
     with pytest.raises(NoPatternError):
-        run(find_print(photo, canvas_of(photo), 0))
+        run(find_print(photo, canvas_of(photo), 0, least=whole.texels))
 
 
 @pytest.mark.parametrize("is_left", [True, False])
 def test_what_patches_tell_is_refused_where_completing_leaves_nothing(
     followed: tuple[FittedCloth, Fit], monkeypatch: pytest.MonkeyPatch, *, is_left: bool
 ) -> None:
-    def large(*_: object, alike: str, texel_px: float) -> Job[tuple[FittedCloth, Fit, Evidence]]:
-        assert (alike, texel_px) == ("patches", 120)
+    def large(*_: object, **known: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
+        assert known == {"alike": "patches", "least": None, "texel_px": 120}
         yield Progress(0.0, "")
         return *followed, Evidence(-1.0, -1.0)
 
@@ -166,7 +165,7 @@ def test_what_patches_tell_is_refused_where_completing_leaves_nothing(
     monkeypatch.setattr(finding, "complete", leave if is_left else lose)
     photo = followed[0].photo
     with nullcontext() if is_left else pytest.raises(NoPatternError):
-        assert run(find_by_patches(photo, painted(photo), 0, texel_px=120)).repeats
+        assert run(find_print(photo, painted(photo), 0, alike="patches", texel_px=120)).repeats
 
 
 @pytest.fixture(scope="module")
