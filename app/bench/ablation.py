@@ -16,7 +16,8 @@ from app.bench.search_stages import SEARCH_STAGES, replaced, watched
 from core.arrays import Bools, InputError
 from core.imaging.images import Image, load
 from core.linalg.blas import one_thread
-from core.overlay.decomposition import Decomposition, Known, choose, find, split, split_without
+from core.overlay.cloth_search import Known, find
+from core.overlay.decomposition import Decomposition, choose, split, split_without
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.pixels.stages import OPTIONAL, WHOLE

@@ -9,7 +9,7 @@ import pytest
 from app.bench import photographs, search_stages
 from app.cli import main
 from core.imaging.images import load, save
-from core.overlay.decomposition import Known, find
+from core.overlay.cloth_search import Known, find
 from core.overlay.laying.compositing import encode
 from core.overlay.registration import fitting
 from core.progress import run

@@ -10,8 +10,9 @@ import pytest
 
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
-from core.overlay import decomposition, whole_cloth
-from core.overlay.decomposition import Decomposition, FoundCloth, Known, decompose, decompose_whole_cloth, find
+from core.overlay import cloth_search, decomposition, whole_cloth
+from core.overlay.cloth_search import FoundCloth, Known, find
+from core.overlay.decomposition import Decomposition, decompose, decompose_whole_cloth
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.smoothing import gaussian
@@ -91,7 +92,7 @@ def test_where_the_search_in_a_region_fails_the_find_without_it_is_kept(
     monkeypatch: pytest.MonkeyPatch, instead: Any
 ) -> None:
     usual: Decomposition = run(decompose(SCENE.photo, region=HALF))
-    monkeypatch.setattr(decomposition, "find", instead)
+    monkeypatch.setattr(cloth_search, "find", instead)
     found = run(decompose(SCENE.photo, region=HALF))
     assert not found.covered[~HALF].any()
     assert found.explained > 0.97 * usual.explained > 0
@@ -112,7 +113,7 @@ def test_of_several_finds_that_is_kept_which_explains_most_once_it_is_split(
 
     (right,) = run(find(SCENE.photo, Known(HALF)))
     explained = decomposition.split(right).explained
-    monkeypatch.setattr(decomposition, "find", find_both)
+    monkeypatch.setattr(cloth_search, "find", find_both)
     assert run(decompose(SCENE.photo, region=HALF)).explained == explained
     monkeypatch.setattr(decomposition, "decompose_object", find_no_more)
     image = Image(np.rint(255 * SCENE.photo).astype(np.uint8))
@@ -143,7 +144,7 @@ def test_where_the_find_in_a_region_leaves_doubts_alike_patches_are_asked_and_if
         return (yield from find_cloth(photo, canvas, seed))[0]
 
     for name, other in (("find", find_in), ("find_print", find_by_patches)):
-        monkeypatch.setattr(decomposition, name, other)
+        monkeypatch.setattr(cloth_search, name, other)
     assert run(decompose(SCENE.photo, region=HALF, texel_px=20)).covered.any()
     assert searched == ways
 
@@ -162,7 +163,7 @@ def test_what_nobody_painted_is_looked_for_on_the_object_that_stands_out_too(mon
         return (yield from find_cloth(photo, canvas, seed))[0]
 
     for name, other in (("find", find_none), ("find_print", find_print_on)):
-        monkeypatch.setattr(decomposition, name, other)
+        monkeypatch.setattr(cloth_search, name, other)
     cloth = np.pad(EVERYWHERE, 50)
     photo = np.where(cloth[..., None], np.pad(SCENE.photo, ((50, 50), (50, 50), (0, 0))), [0.1, 0.25, 0.5])
     covered = run(decompose(photo, texel_px=20)).covered
@@ -177,13 +178,13 @@ def test_a_find_that_stands_alone_is_looked_for_once(monkeypatch: pytest.MonkeyP
         searched.append(known.region is not None)
         return (yield from find(photo, known))
 
-    monkeypatch.setattr(decomposition, "find", find_in)
+    monkeypatch.setattr(cloth_search, "find", find_in)
     assert run(decompose(SCENE.photo)).covered.any()
     assert searched == [False]
 
 
 def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decomposition, "find", find_wrongly)
+    monkeypatch.setattr(cloth_search, "find", find_wrongly)
     small = make_scene(motif(), size=(100, 110))
     large, right = (np.repeat(np.repeat(plane, 10, 0), 10, 1) for plane in (small.photo, HALF[:100, :110]))
     found = run(decompose(large, region=right))

@@ -10,7 +10,8 @@ from app.bench.overlay import cloth
 from core.arrays import Bools, Floats
 from core.imaging.image import Image
 from core.overlay import decomposition, whole_cloth
-from core.overlay.decomposition import FoundCloth, decompose, decompose_whole_cloth
+from core.overlay.cloth_search import FoundCloth
+from core.overlay.decomposition import decompose, decompose_whole_cloth
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas

@@ -1,0 +1,196 @@
+"""The search for a patterned cloth on a photo: within a region, in all of the photo, on the object that stands out."""
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from operator import attrgetter
+
+import numpy as np
+
+from core.arrays import Bools, Floats, InputError, Singles
+from core.imaging.image import Image
+from core.linalg.blas import on_one_thread
+from core.masks.object_masks import object_under
+from core.overlay.composition import finite
+from core.overlay.detection.alignment import FlatPicture
+from core.overlay.detection.correlation import Proposal
+from core.overlay.detection.lattice import Lattice
+from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.filters.shrinking import shrunk, to_small, working_scale
+from core.overlay.laying.compositing import encode, searchable
+from core.overlay.likelihood import count_explained
+from core.overlay.pixels.layers import painted, spread_mask
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.search.finding import LEAST_UNTOLD, Find, find_cloth, find_print, follow_within, register_lattice
+from core.progress import Job, part
+from core.selection.features import MARKED
+from core.selection.importance import importance, propose
+
+OBJECTS = 0.4
+"""Share of a photo that is taken for what stands out, before the object is cut out: garments fill about so much."""
+
+
+@dataclass(frozen=True)
+class FoundCloth:
+    """A cloth that was found and registered on a photo 1 / `scale` of the size."""
+
+    cloth: FittedCloth
+    fit: Fit
+    photo: Floats | Singles
+    """(H, W, 3), 0 to 1."""
+    valid: Bools
+    """(H, W), where cloth may be."""
+    scale: int
+    opacity: Singles | np.float32
+    """(H, W), or one number: of what is laid there."""
+    is_sure: bool
+    """Whether no doubt is left about it (`Find`)."""
+    stands_alone: bool
+    """Whether it needs nobody's word that there is cloth (`Find`)."""
+    is_told: bool
+    """Whether somebody said where the cloth is."""
+
+    @property
+    def covered(self) -> Bools:
+        """Pixels (H, W) of the photo in which it is registered."""
+        return spread_mask(self.cloth.valid & self.cloth.mesh.pixels_of(self.fit.cells), self.valid.shape)
+
+    @cached_property
+    def explained(self) -> float:
+        """What speaks for it as it is registered, before single pixels are looked at (`count_explained`)."""
+        masks = [self.cloth.mesh.pixels_of(piece.cells) for piece in self.fit.pieces]
+        uv, light = painted(self.cloth.mesh, list(self.fit.pieces), masks, self.cloth.valid)
+        modelled = np.nan_to_num(light)[..., None] * self.fit.texel.singles(np.nan_to_num(uv))
+        return count_explained(self.cloth.photo, modelled, finite(uv))
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of a cloth before it is looked for, as `decompose` takes it."""
+
+    region: Bools | Singles | None = None
+    texel_px: float | None = None
+    start: Proposal | None = None
+    lattice: list[Lattice] | None = None
+    seed: int = 0
+
+    def side_px(self, scale: int) -> float | None:
+        """Return about the side of a texel, pixels of a photo 1 / `scale` of the size, if that is known."""
+        return None if self.texel_px is None else self.texel_px / scale
+
+
+def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return the finds that are compared; raise `NoPatternError` if there is none.
+
+    Where a find leaves doubts it is looked for otherwise too: within a region by alike patches, or else in all of the
+    photo; without one on the object that stands out.
+    """
+    finds: list[FoundCloth] = []
+    with suppress(NoPatternError):
+        finds += yield from part(find(photo, known), 0.0, 0.5)
+    is_given = known.start is not None or known.lattice is not None
+    is_enough = any(found.stands_alone if known.region is None else found.is_sure for found in finds)
+    if not is_given and not is_enough:
+        more = find_on_object(photo, known) if known.region is None else find_again(photo, known)
+        with suppress(NoPatternError):
+            finds.append((yield from part(more, 0.5, 1.0)))
+    if not finds:
+        raise NoPatternError
+    return finds
+
+
+def find_again(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the cloth of a region told by alike patches, else of all of the photo; raise `NoPatternError` if none."""
+    small, canvas, scale = working_picture(photo, known.region)
+    job = find_print(small, canvas, known.seed, alike="patches", texel_px=known.side_px(scale))
+    with suppress(NoPatternError):
+        return found_on(photo, known.region, scale, (yield from part(on_one_thread(job), 0.0, 0.5)))
+    return (yield from part(find_in_all(photo, known), 0.5, 1.0))
+
+
+def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the cloth of all of a photo, restricted to the region; raise `NoPatternError` if there is none there."""
+    bare = yield from part(find(photo, replace(known, region=None)), 0.0, 0.8)
+    return (yield from part(follow(max(bare, key=attrgetter("explained")), known.region, known.seed), 0.8, 1.0))
+
+
+def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the print on the object that stands out in a photo; raise `NoPatternError` if there is none.
+
+    Nobody said that there is cloth. Large texels alone are looked for: of them the object tells more than all of the
+    photo does, in which fewer of the alike keypoints are theirs. A lattice begins wherever its texels are alike.
+    """
+    image = Image(photo.astype(np.float32))
+    try:
+        rough = propose((yield from part(importance(image), 0.0, 0.05)), OBJECTS, image.size_px)
+        inside = (yield from part(object_under(image, rough), 0.05, 0.1)) > MARKED
+    except InputError as error:
+        raise NoPatternError from error
+    small, canvas, scale = working_picture(photo, inside)
+    job = find_print(small, canvas, known.seed, least=LEAST_UNTOLD, texel_px=known.side_px(scale))
+    return replace(found_on(photo, inside, scale, (yield from part(on_one_thread(job), 0.1, 1.0))), is_told=False)
+
+
+def find(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return what may be the cloth of a photo, registered; raise `NoPatternError` if there is none."""
+    small, canvas, scale = working_picture(photo, known.region)
+    if known.lattice is None:
+        start = known.start
+        marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
+        job = find_cloth(small, canvas, known.seed, texel_px=known.side_px(scale), start=marked)
+    else:
+        job = register_lattice(small, canvas, [piece.shrunk(scale) for piece in known.lattice], known.seed)
+    return [found_on(photo, known.region, scale, found) for found in (yield from on_one_thread(job))]
+
+
+def follow(found: FoundCloth, region: Bools | Singles | None, seed: int, *, is_told: bool = True) -> Job[FoundCloth]:
+    """Return a cloth restricted to a `region` (H, W) and followed there; raise `NoPatternError` where nothing is left.
+
+    `region` and `seed` are as for `decompose`; `is_told` says whether the user gave the region. Else where it ends is a
+    guess, beyond which the outline is looked for too.
+    """
+    small, canvas, scale = working_picture(found.photo, region)
+    job = follow_within(found.cloth, found.fit, small, canvas, seed)
+    followed = found_on(found.photo, region, scale, (yield from on_one_thread(job)))
+    if is_told:
+        return followed
+    return replace(followed, is_told=False, valid=found.valid, opacity=found.opacity)
+
+
+def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture, int]:
+    """Return the photo (h, w, 3) as it is searched, its canvas with what may be cloth, and how much smaller it is."""
+    scale = working_scale(photo.shape)
+    small, valid = shrunk(photo, scale), shrunk(may_be_cloth(photo, region)[..., None], scale)[..., 0] > 0.5
+    return small, flat_canvas(small, np.asarray(valid, np.bool_)), scale
+
+
+def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Bools:
+    """Return where (H, W) cloth may be."""
+    return np.ones(photo.shape[:2], bool) if region is None else np.asarray(region > 0, np.bool_)
+
+
+def opacity_of(region: Bools | Singles | None) -> Singles | np.float32:
+    """Return the opacity (H, W), or one number, of what is laid."""
+    return np.float32(1) if region is None else region.astype(np.float32)
+
+
+def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
+    """Return what was found on the working picture as that of the photo (H, W, 3)."""
+    valid, opacity = may_be_cloth(photo, region), opacity_of(region)
+    sure, is_told = (found.is_sure, found.stands_alone), region is not None
+    return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, *sure, is_told)
+
+
+def at_working_size(found: FoundCloth) -> FoundCloth:
+    """Return a find on the photo as it was searched."""
+    if found.scale == 1:
+        return found
+    few = slice(None, None, found.scale)
+    return replace(found, photo=found.cloth.photo, valid=found.valid[few, few], scale=1, opacity=np.float32(1))
+
+
+def at_photo_size(found: FoundCloth, image: Image) -> FoundCloth:
+    """Return a find, which may be kept as it was searched, on all of the image that is opaque."""
+    photo = found.photo if found.photo.shape[:2] == image.pixels.shape[:2] else encode(image)
+    opaque, scale = searchable(image, None), working_scale(photo.shape)
+    return replace(found, photo=photo, valid=may_be_cloth(photo, opaque), scale=scale, opacity=opacity_of(opaque))
