@@ -174,7 +174,8 @@ class KeysSheet:
             with colors(text=theme.TARGET if asked else theme.ACCENT):
                 if name:
                     room, text = em(KEY_EM - 0.5), "…" if asked else key or "–"
-                    shown, flags = shorten(text, room), imgui.SelectableFlags_.no_auto_close_popups
+                    shown = "\n".join(shorten(line, room) for line in text.split("\n"))
+                    flags = imgui.SelectableFlags_.no_auto_close_popups
                     if imgui.selectable(f"{shown}##{name}", asked, flags, ImVec2(room, 0))[0]:
                         self._asked, self._held = name, Modifiers()
                     tip("Press to set another key" if shown == text else f"{text}: press to set another key")
@@ -186,8 +187,8 @@ class KeysSheet:
 
 
 def _row(action: Action) -> Row:
-    """Return every key of an action, what it does and its name."""
-    return ", ".join(chord for chord in (action.chord, *action.more_chords) if chord), action.label, action.name
+    """Return every key of an action, one to a line, what it does and its name."""
+    return ",\n".join(chord for chord in (action.chord, *action.more_chords) if chord), action.label, action.name
 
 
 def balance(groups: Sequence[Group], count: int) -> list[list[Group]]:
