@@ -8,8 +8,9 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Ints, Singles
+from core.arrays import Bools, Ints, Points, Singles
 from core.overlay.detection.displacement_votes import Pairs
+from core.overlay.detection.subpixel import find_vertices
 from core.overlay.filters.shrinking import shrunk
 
 LONGEST_PX = 300
@@ -35,23 +36,26 @@ AT_ONCE = 256
 def find_alike_patches(image: Singles, valid: Bools, least_px: float) -> Pairs:
     """Return the middles of alike patches of a flattened `image` (H, W, 3) in `valid`, `least_px` apart or more.
 
-    They are not so far apart that the cloth could not show the vector between them twice.
+    They are not so far apart that the cloth could not show the vector between them twice. The second of each pair is a
+    place of its own, between the pixels of the picture that is compared.
     """
     times = -(-max(valid.shape) // LONGEST_PX)
     small, inside = shrunk(image, times).astype(np.float32), shrunk(valid[..., None], times)[..., 0] > 0.5
     y, x, patches = normalised_patches(small, np.asarray(inside, np.bool_))
     asked = np.flatnonzero((y % EVERY == 0) & (x % EVERY == 0))
     most_px = float(np.linalg.norm(np.ptp(np.nonzero(valid), axis=1))) / 2 if valid.any() else 0.0
-    first, second = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+    middles = np.stack([x, y], -1).astype(np.float64)
+    first, second = [np.empty(0, np.int64)], [np.empty((0, 2))]
     for one, alike in correlate(patches, asked):
-        places = find_peaks(alike, y, x, inside.shape)
-        away = times * np.hypot(y[places] - y[one], x[places] - x[one])
-        kept = places[(away > least_px) & (away < most_px)]
-        kept = kept[np.argsort(-alike[kept], kind="stable")[:MOST]]
+        places, found = find_peaks(alike, y, x, inside.shape)
+        away = times * np.linalg.norm(found - middles[one], axis=1)
+        kept = np.flatnonzero((away > least_px) & (away < most_px))
+        kept = kept[np.argsort(-alike[places[kept]], kind="stable")[:MOST]]
         first.append(np.full(len(kept), one))
-        second.append(kept)
-    points = times * (np.stack([x, y], -1) + 0.5) - 0.5
-    return Pairs(points, np.concatenate(first), np.concatenate(second))
+        second.append(found[kept])
+    seconds = np.concatenate(second)
+    points = times * (np.concatenate([middles, seconds]) + 0.5) - 0.5
+    return Pairs(points, np.concatenate(first), len(middles) + np.arange(len(seconds)))
 
 
 def normalised_patches(image: Singles, inside: Bools) -> tuple[Ints, Ints, Singles]:
@@ -78,9 +82,14 @@ def correlate(patches: Singles, asked: Ints) -> Iterator[tuple[int, Singles]]:
         yield from zip(rows.tolist(), patches[rows] @ patches.T, strict=True)
 
 
-def find_peaks(alike: Singles, y: Ints, x: Ints, shape: tuple[int, ...]) -> Ints:
-    """Return which of the places (n,) at rows `y` and columns `x` are more alike than all around, and alike at all."""
-    plane = np.zeros(shape, np.float32)
+def find_peaks(alike: Singles, y: Ints, x: Ints, shape: tuple[int, ...]) -> tuple[Ints, Points]:
+    """Return which places (n,) at rows `y` and columns `x` are more alike than all around, and alike at all.
+
+    With them comes where (n, 2) between the pixels they are most alike.
+    """
+    plane = np.full(shape, np.nan, np.float32)
     plane[y, x] = alike
-    highest = cv2.dilate(plane, np.ones((APART, APART), np.uint8))[y, x]
-    return np.flatnonzero((alike > ALIKE) & (alike == highest))
+    highest = cv2.dilate(np.nan_to_num(plane), np.ones((APART, APART), np.uint8))[y, x]
+    places = np.flatnonzero((alike > ALIKE) & (alike == highest))
+    at = x[places], y[places]
+    return places, np.stack(at, -1) + find_vertices(plane, *at)

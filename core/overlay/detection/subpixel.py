@@ -1,0 +1,26 @@
+"""Where between pixels a surface is highest: the vertex of the paraboloid that fits a maximum and its neighbours."""
+
+import numpy as np
+
+from core.arrays import Ints, Points, Singles
+
+NEAR = np.array([(i, j) for j in (-1, 0, 1) for i in (-1, 0, 1)])
+"""Columns and rows (9, 2) from a pixel to its neighbours, and to itself."""
+PARABOLOID = np.linalg.pinv(np.stack([*(NEAR**2).T, NEAR.prod(1), *NEAR.T, np.ones(9)], -1).astype(float))
+"""The coefficients (6, 9) of x**2, y**2, x y, x, y and 1 that fit nine values by least squares."""
+
+
+def find_vertices(surface: Singles, x: Ints, y: Ints) -> Points:
+    """Return how far (n, 2), pixels, from maxima of a surface (H, W) at columns `x` and rows `y` its vertices lie.
+
+    That is 0 at the surface's edge or beside a value that is not finite, and where the paraboloid has no maximum within
+    a pixel.
+    """
+    around = np.pad(surface, 1, constant_values=np.nan)
+    values = np.stack([around[y + 1 + j, x + 1 + i] for i, j in NEAR.tolist()], -1)
+    xx, yy, xy, along_x, along_y, _ = PARABOLOID @ values.T
+    bend = 4 * xx * yy - xy**2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        vertices = np.stack([xy * along_y - 2 * yy * along_x, xy * along_x - 2 * xx * along_y], -1) / bend[:, None]
+        is_maximum = (xx < 0) & (bend > 0) & (np.abs(vertices) <= 1).all(1)
+    return np.where(is_maximum[:, None], vertices, 0.0)
