@@ -22,6 +22,7 @@ from core.overlay.likelihood import count_explained
 from core.overlay.pixels.layers import painted, spread_mask
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.search.finding import LEAST_UNTOLD, Find, find_cloth, find_print, follow_within, register_lattice
+from core.overlay.search.large_periods import Places
 from core.progress import Job, part
 from core.selection.features import MARKED
 from core.selection.importance import importance, propose
@@ -127,8 +128,13 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     except InputError as error:
         raise NoPatternError from error
     small, canvas, scale = working_picture(photo, inside)
-    job = find_print(small, canvas, known.seed, least=LEAST_UNTOLD, texel_px=known.side_px(scale))
-    return replace(found_on(photo, inside, scale, (yield from part(on_one_thread(job), 0.1, 1.0))), is_told=False)
+    ways: tuple[tuple[Places, float], ...] = ("keypoints", 0.1), ("patches", 0.55)
+    for alike, done in ways:
+        job = find_print(small, canvas, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.side_px(scale))
+        with suppress(NoPatternError):
+            found = yield from part(on_one_thread(job), done, done + 0.45)
+            return replace(found_on(photo, inside, scale, found), is_told=False)
+    raise NoPatternError
 
 
 def find(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:

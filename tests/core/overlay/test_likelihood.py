@@ -149,17 +149,26 @@ def test_where_the_find_in_a_region_leaves_doubts_alike_patches_are_asked_and_if
     assert searched == ways
 
 
-def test_what_nobody_painted_is_looked_for_on_the_object_that_stands_out_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    searched: list[bool] = []
+@pytest.mark.parametrize("places", [["keypoints"], ["keypoints", "patches"]])
+def test_what_nobody_painted_is_looked_for_on_the_object_that_stands_out_too(
+    monkeypatch: pytest.MonkeyPatch, places: list[str]
+) -> None:
+    searched: list[str] = []
 
     def find_none(_photo: Floats, known: Known) -> Job[list[FoundCloth]]:
-        searched.append(known.region is not None)
+        assert known.region is None
+        searched.append("photo")
         yield Progress(0.0, "")
         raise NoPatternError
 
-    def find_print_on(photo: Floats, canvas: FlatPicture, seed: int, *, least: float, texel_px: float) -> Job[Find]:
+    def find_print_on(
+        photo: Floats, canvas: FlatPicture, seed: int, *, alike: str, least: float, texel_px: float
+    ) -> Job[Find]:
         assert (least, texel_px) == (LEAST_UNTOLD, 20)
-        searched.append(bool((canvas.valid == 0).any()))
+        assert (canvas.valid == 0).any()
+        searched.append(alike)
+        if alike != places[-1]:
+            raise NoPatternError
         return (yield from find_cloth(photo, canvas, seed))[0]
 
     for name, other in (("find", find_none), ("find_print", find_print_on)):
@@ -168,7 +177,7 @@ def test_what_nobody_painted_is_looked_for_on_the_object_that_stands_out_too(mon
     photo = np.where(cloth[..., None], np.pad(SCENE.photo, ((50, 50), (50, 50), (0, 0))), [0.1, 0.25, 0.5])
     covered = run(decompose(photo, texel_px=20)).covered
     assert (covered & cloth).sum() > 0.9 * cloth.sum() > 10 * (covered & ~cloth).sum()
-    assert searched == [False, True]
+    assert searched == ["photo", *places]
 
 
 def test_a_find_that_stands_alone_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,14 @@ from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence
 from core.overlay.search import large_periods
-from core.overlay.search.large_periods import find_large, find_likely, fit_plate, lay
+from core.overlay.search.large_periods import (
+    UNTOLD,
+    find_large,
+    find_likely,
+    find_likely_of_patches,
+    fit_plate,
+    lay,
+)
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
 from tests.core.overlay.prints import PRINT, canvas_of, displaced_px, painted, sett, tartan
@@ -186,3 +193,16 @@ def test_what_votes_are_certain_of_in_a_region_needs_nothing_else_but_texels_if_
     else:
         with pytest.raises(NoPatternError):
             run(find_large(printed.photo, (painted if in_region else canvas_of)(printed.photo), least=least))
+
+
+def test_patches_are_more_often_alike_by_chance_than_keypoints_where_nobody_said_that_there_is_cloth(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    canvas = painted(printed.photo)
+    (sure, _), *_ = find_likely_of_patches(canvas)[1]
+    assert sure > UNTOLD["patches"] > UNTOLD["keypoints"]
+    for certain, surplus in ((True, sure - 1), (False, sure + 1)):
+        monkeypatch.setitem(UNTOLD, "patches", surplus)
+        with nullcontext() if certain else pytest.raises(NoPatternError):
+            run(find_large(printed.photo, canvas, alike="patches", least=2.0))
+        assert run(find_large(printed.photo, canvas, alike="patches"))[1].cells.any()
