@@ -8,9 +8,11 @@ import pytest
 from imgui_bundle import imgui
 
 from app.editor.editor import Editor
+from app.ui.dialogs import keys_sheet
 from app.ui.dialogs.keys_sheet import balance
 from app.ui.dialogs.palette import matches
 from app.ui.menus import menu_tree
+from app.ui.widgets import controls
 from core.imaging.images import Image, save
 from tests.gui.window_driver import WindowDriver, drive
 
@@ -172,3 +174,19 @@ def test_columns_of_keys_are_of_about_the_same_height() -> None:
     groups = [(str(n), [("k", "name", "")] * n) for n in (6, 5, 4, 3, 3, 3)]
     heights = [sum(len(rows) for _, rows in column) for column in balance(groups, 3)]
     assert max(heights) - min(heights) <= 3
+
+
+def test_no_key_is_cut_on_the_sheet_of_keys(editor: Editor, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[str] = []
+
+    def shorten(text: str, room: float) -> str:
+        shown.append(controls.shorten(text, room))
+        assert shown[-1] == text
+        return text
+
+    def script(window: WindowDriver) -> None:
+        monkeypatch.setattr(keys_sheet, "shorten", shorten)
+        window.key(imgui.Key.f1).wait(3)
+        assert {"Ctrl+Shift+Z,", "Ctrl+Y"} <= set(shown)
+
+    drive(editor, script)
