@@ -42,7 +42,6 @@ SEARCH_STAGES = {
     "alike_keypoints": Place(seeding, propose_none),
     "can_be_magnified": Place(finding, lambda _: False),
     "confirm": Place(finding, lambda finds, new: [*finds, new]),
-    "find_crumpled": Place(finding, find_none),
     "find_large": Place(finding, find_none),
     "find_starts": Place(pieces, propose_none),
     "least_texel": Place(finding, lambda _photo, _canvas, found, *_: keep(found)),

@@ -32,7 +32,6 @@ from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
 from core.overlay.search.agreement import agreement
-from core.overlay.search.crumpled_cloth import find_crumpled
 from core.overlay.search.large_periods import Places, find_large
 from core.overlay.search.magnified import MOST_PX, magnified, restrict
 from core.progress import Job, Progress, part
@@ -175,13 +174,8 @@ def find_cloth(
     if not is_any_clear(finds):
         with suppress(NoPatternError):
             finds.append(Find(*(yield from part(find_large(photo, canvas, texel_px=texel_px), 0.5, 0.6)), repeats=True))
-    ends = yield from part(complete_best(finds, seed), 0.6, 0.9)
-    if not ends and not canvas.valid.all():
-        # The user says that there is cloth.
-        with suppress(NoPatternError):
-            ends.append(Find(*(yield from part(find_crumpled(photo, canvas, seed, texel_px=texel_px), 0.9, 1.0))))
     carried: list[Find] = []
-    for end in ends:
+    for end in (yield from part(complete_best(finds, seed), 0.6, 1.0)):
         with suppress(NoPatternError):
             carried.append(end.carried_to(photo, canvas))
     if not carried:

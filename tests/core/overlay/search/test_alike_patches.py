@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 import scipy
 
+from core.overlay.decomposition import decompose
 from core.overlay.detection import alike_patches
 from core.overlay.detection.alike_patches import find_alike_patches
 from core.overlay.detection.displacement_votes import Pairs, count_votes, find_bases
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.search.finding import find_print
 from core.overlay.search.large_periods import STEP_PX, find_large, find_likely, find_likely_of_patches
 from core.progress import run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
@@ -50,6 +53,21 @@ def test_a_plaid_is_laid_by_its_patches(plaid: Scene) -> None:
     cloth, found, _ = run(find_large(plaid.photo, painted(plaid.photo), alike="patches"))
     assert found.cells.mean() > 0.9
     assert np.percentile(displaced_px(plaid, cloth, found.pieces[0]), 90) < 2.0
+
+
+def test_crumpled_cloth_of_smaller_texels_is_laid_by_its_patches() -> None:
+    scene = make_scene(sett(), size=(260, 240), basis=np.array([[44.0, 3.0], [-2.0, 40.0]]), bend=5.0)
+    found = run(find_print(scene.photo, painted(scene.photo), 0, alike="patches"))
+    piece = found.followed.pieces[0]
+    assert piece.cells.mean() > 0.8
+    assert np.percentile(displaced_px(scene, found.cloth, piece), 90) < 1.0
+
+
+def test_nothing_is_found_in_thin_lines_that_are_painted(plaid: Scene) -> None:
+    lines = np.zeros(plaid.photo.shape[:2], bool)
+    lines[::7] = lines[1::7] = True
+    with pytest.raises(NoPatternError):
+        run(decompose(plaid.photo, region=lines))
 
 
 def test_a_larger_photo_is_compared_when_it_is_shrunk(plaid: Scene) -> None:

@@ -31,7 +31,6 @@ def test_large_texels_are_looked_for_where_no_lattice_is_found(
         yield Progress(0.0, "")
         return (*followed, Evidence(-1.0, -0.1))
 
-    monkeypatch.setattr(finding, "find_crumpled", none)
     monkeypatch.setattr(finding, "find_lattices", none)
     monkeypatch.setattr(finding, "find_large", found_large)
     monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(-1.0, -0.1))
@@ -193,31 +192,6 @@ def test_large_texels_are_looked_for_where_a_lattice_explains_little_and_what_ex
             run(job)
     else:
         assert run(job)[0].followed.cells.mean() > 0.9
-    assert len(looked) == tried
-
-
-@pytest.mark.parametrize(
-    ("share", "in_region", "tried"), [(0.9, True, 0), (0.4, True, 0), (0.02, True, 1), (0.02, False, 0)]
-)
-def test_crumpled_cloth_is_looked_for_where_the_user_says_that_there_is_some_and_nothing_else_explains_it(
-    small: Scene, monkeypatch: pytest.MonkeyPatch, share: float, tried: int, *, in_region: bool
-) -> None:
-    looked: list[Floats] = []
-
-    def find_crumpled(photo: Floats, *_: object, **__: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
-        looked.append(photo)
-        yield Progress(0.0, "")
-        raise NoPatternError
-
-    def none(*_: object, **__: object) -> None:
-        raise NoPatternError
-
-    monkeypatch.setattr(finding, "find_crumpled", find_crumpled)
-    monkeypatch.setattr(finding, "find_large", none)
-    monkeypatch.setattr(finding, "weigh", lambda *_: Evidence(1.0, share))
-    photo = small.photo[:110, :120]
-    with nullcontext() if share > 0.05 else pytest.raises(NoPatternError):
-        run(find_cloth(photo, painted(photo) if in_region else canvas_of(photo), 0))
     assert len(looked) == tried
 
 
