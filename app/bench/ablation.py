@@ -16,7 +16,7 @@ from app.bench.search_stages import SEARCH_STAGES, replaced, watched
 from core.arrays import Bools, InputError
 from core.imaging.images import Image, load
 from core.linalg.blas import one_thread
-from core.overlay.cloth_search import Known, find
+from core.overlay.cloth_search import Known, find_all
 from core.overlay.decomposition import Decomposition, choose, split, split_without
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import encode, searchable
@@ -69,7 +69,7 @@ def _records(file: Path, half: int, names: Collection[str]) -> list[Record]:
     image, cloth = load(file), cloth_of(file)
     try:
         with watched() as reached:
-            found = choose(run(find(encode(image), Known(searchable(image, cloth)))))
+            found = choose(run(find_all(encode(image), Known(searchable(image, cloth)))))
     except NoPatternError:
         return []
     with one_thread():
@@ -87,7 +87,7 @@ def _records(file: Path, half: int, names: Collection[str]) -> list[Record]:
 def _score_anew(image: Image, cloth: Bools | None) -> Record:
     """Return the scores of a photo whose cloth is found as the search now is."""
     try:
-        found = choose(run(find(encode(image), Known(searchable(image, cloth)))))
+        found = choose(run(find_all(encode(image), Known(searchable(image, cloth)))))
         with one_thread():
             return _score(image, cloth, split(found))
     except NoPatternError:

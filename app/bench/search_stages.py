@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from core.overlay import cloth_search
 from core.overlay.detection import seeding
 from core.overlay.registration import fitting, pieces
 from core.overlay.search import finding
@@ -42,7 +43,9 @@ SEARCH_STAGES = {
     "alike_keypoints": Place(seeding, propose_none),
     "can_be_magnified": Place(finding, lambda _: False),
     "confirm": Place(finding, lambda finds, new: [*finds, new]),
+    "find_in_all": Place(cloth_search, find_none),
     "find_large": Place(finding, find_none),
+    "find_print": Place(cloth_search, find_none),
     "find_starts": Place(pieces, propose_none),
     "least_texel": Place(finding, lambda _photo, _canvas, found, *_: keep(found)),
     "true_period": Place(fitting, lambda *_: np.eye(2)),
