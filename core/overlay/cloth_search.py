@@ -118,8 +118,9 @@ def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     """Return the print on the object that stands out in a photo; raise `NoPatternError` if there is none.
 
-    Nobody said that there is cloth. Large texels alone are looked for: of them the object tells more than all of the
-    photo does, in which fewer of the alike keypoints are theirs. A lattice begins wherever its texels are alike.
+    Nobody said that there is cloth. Large texels alone are looked for, by alike keypoints or, where these tell nothing,
+    by patches: of them the object tells more than all of the photo does, in which less of what is alike is theirs. A
+    lattice begins wherever its texels are alike.
     """
     image = Image(photo.astype(np.float32))
     try:
