@@ -3,6 +3,7 @@
 Keypoints of a crumpled tartan are where folds and thin lines are, and hardly alike; its patches are.
 """
 
+import math
 from collections.abc import Iterator
 
 import cv2
@@ -18,7 +19,10 @@ LONGEST_PX = 300
 SIDE = 15
 """Pixels of it to the side of a patch,"""
 EVERY = 3
-"""and from one patch that is looked for to the next; it is looked for at every pixel."""
+"""and from one patch that is looked for to the next at least; it is looked for at every pixel."""
+MOST_ASKED = 3000
+"""Patches that are looked for at most: a garment that fills such a picture has fewer, a picture of nothing but cloth
+three times as many, and the work is with their square."""
 INSIDE = 0.97
 """Share of a patch that lies in the region at least: its border is ragged."""
 ALIKE = 0.6
@@ -42,7 +46,8 @@ def find_alike_patches(image: Singles, valid: Bools, least_px: float) -> Pairs:
     times = -(-max(valid.shape) // LONGEST_PX)
     small, inside = shrunk(image, times).astype(np.float32), shrunk(valid[..., None], times)[..., 0] > 0.5
     y, x, patches = normalised_patches(small, np.asarray(inside, np.bool_))
-    asked = np.flatnonzero((y % EVERY == 0) & (x % EVERY == 0))
+    every = max(EVERY, math.ceil(math.sqrt(len(y) / MOST_ASKED)))
+    asked = np.flatnonzero((y % every == 0) & (x % every == 0))
     most_px = float(np.linalg.norm(np.ptp(np.nonzero(valid), axis=1))) / 2 if valid.any() else 0.0
     middles = np.stack([x, y], -1).astype(np.float64)
     first, second = [np.empty(0, np.int64)], [np.empty((0, 2))]

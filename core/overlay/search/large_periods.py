@@ -5,7 +5,7 @@ a thin plate whose coordinates differ by whole numbers between the two places of
 """
 
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -57,6 +57,17 @@ BLUR = 0.16
 """Blur, over the side of a texel, under which the mesh is registered first; then under half of it, and so on."""
 
 
+@dataclass(frozen=True)
+class Laid:
+    """A lattice laid on the cloth by its pairs of alike places."""
+
+    sure: float
+    """Surplus of its votes."""
+    cloth: FittedCloth
+    fit: Fit
+    weight: Evidence
+
+
 def find_large(
     photo: Floats,
     canvas: FlatPicture,
@@ -74,39 +85,54 @@ def find_large(
     little of it.
     """
     yield Progress(0.0, NOTE)
-    valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
-    is_bounded = not valid.all()
-    is_told = least is None and is_bounded
-    least = least or (LEAST_TEXELS if is_told else 2 * LEAST_TEXELS)
-    laid: list[tuple[float, Evidence, FittedCloth, Fit]] = []
+    is_bounded = not (canvas.valid > 0).all()
+    is_cloth = least is None and is_bounded
+    least = least or (LEAST_TEXELS if is_cloth else 2 * LEAST_TEXELS)
+    laid = yield from lay_likely(photo, canvas, alike, least, is_cloth=is_cloth, texel_px=texel_px)
+    step = Progress(0.5, NOTE)
+    for one in in_turn(laid):
+        is_certain = is_bounded and one.sure > SURE
+        if not (is_cloth or is_certain or one.weight.explained > 0):
+            continue
+        yield step
+        found = yield from followed(one.cloth, prune(one.cloth, one.fit), step)
+        if not found.cells.any():
+            continue
+        found = refit(one.cloth, found, rounds=3)
+        texels = float((one.cloth.valid & one.cloth.mesh.pixels_of(found.cells)).sum()) / one.cloth.side_px**2
+        weight = weigh(one.cloth, found)
+        if (is_certain or weight.explained > 0) and (is_cloth or texels > least):
+            return one.cloth, found, weight
+    raise NoPatternError
+
+
+def lay_likely(
+    photo: Floats, canvas: FlatPicture, alike: Places, least: float, *, is_cloth: bool, texel_px: float | None
+) -> Job[list[Laid]]:
+    """Return the likeliest lattices, of which `least` texels may be seen, laid on what may be, or `is_cloth`."""
     pairs, likely = find_likely(canvas) if alike == "keypoints" else find_likely_of_patches(canvas)
-    least_sure = LIKELY if is_told else UNTOLD[alike]
+    least_sure, room_px = LIKELY if is_cloth else UNTOLD[alike], int((canvas.valid > 0).sum())
     likely = [(sure, basis) for sure, basis in likely if sure > least_sure and is_about(basis, texel_px)]
+    laid: list[Laid] = []
     for number, (sure, basis) in enumerate(likely[:TRIED]):
         area_px = float(np.linalg.det(basis))
-        if LEAST_TEXELS * area_px > valid.sum():
+        if LEAST_TEXELS * area_px > room_px:
             continue
         # What the votes are less sure of are other steps of what has just been told.
-        if least * area_px > valid.sum():
+        if least * area_px > room_px:
             break
         yield Progress(0.5 * number / TRIED, NOTE)
         with suppress(NoPatternError):
             # Of what the user says is cloth all is seen, however much of it can be followed.
-            cloth, found = lay(photo, canvas, pairs, basis, 0.0 if is_told else least * area_px)
-            laid.append((sure, weigh(cloth, found), cloth, found))
-    step = Progress(0.5, NOTE)
-    as_sure = NEARLY * max((sure for sure, *_ in laid), default=0.0)
-    for sure, before, cloth, found in sorted(laid, key=lambda one: (one[0] < as_sure, -max(one[1].share, 0.0))):
-        is_certain = is_bounded and sure > SURE
-        if not (is_told or is_certain or before.explained > 0):
-            continue
-        yield step
-        found = refit(cloth, (yield from followed(cloth, prune(cloth, found), step)), rounds=3)
-        texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / cloth.side_px**2
-        weight = weigh(cloth, found)
-        if (is_certain or weight.explained > 0) and (is_told or texels > least):
-            return cloth, found, weight
-    raise NoPatternError
+            cloth, fit = lay(photo, canvas, pairs, basis, 0.0 if is_cloth else least * area_px)
+            laid.append(Laid(sure, cloth, fit, weigh(cloth, fit)))
+    return laid
+
+
+def in_turn(laid: list[Laid]) -> list[Laid]:
+    """Return what is nearly as sure as the surest first, and what explains most of that and of the rest first."""
+    as_sure = NEARLY * max((one.sure for one in laid), default=0.0)
+    return sorted(laid, key=lambda one: (one.sure < as_sure, -max(one.weight.share, 0.0)))
 
 
 def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]:

@@ -80,6 +80,18 @@ def test_a_larger_photo_is_compared_when_it_is_shrunk(plaid: Scene) -> None:
     assert np.abs(steps - np.rint(steps)).max() < 0.1
 
 
+@pytest.mark.parametrize("most", [100, 500])
+def test_of_much_cloth_evenly_spaced_patches_are_looked_for_and_they_tell_it(
+    plaid: Scene, monkeypatch: pytest.MonkeyPatch, most: int
+) -> None:
+    monkeypatch.setattr(alike_patches, "MOST_ASKED", most)
+    pairs = pairs_of(plaid)
+    assert most / 2 < len(np.unique(pairs.first)) <= most
+    (_, basis), *_ = find_bases(count_votes(pairs, STEP_PX))
+    steps = np.linalg.solve(BASIS, basis)
+    assert np.abs(steps - np.rint(steps)).max() < 0.1
+
+
 def test_only_patches_in_the_region_are_compared(plaid: Scene) -> None:
     valid = np.zeros(plaid.photo.shape[:2], bool)
     valid[60:300, 40:280] = True

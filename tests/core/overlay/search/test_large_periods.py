@@ -1,6 +1,7 @@
 """Texels of which a photo shows a few only: how they are laid, and what is refused."""
 
 from contextlib import nullcontext
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -44,6 +45,19 @@ def test_thin_lines_on_even_ground_are_laid_on_one_another() -> None:
     assert np.abs(steps - np.rint(steps)).max() < 0.1
     assert weight.explained > 0
     assert cloth.mesh.pixels_of(found.cells)[inside].mean() > 0.4
+
+
+def test_of_what_is_laid_but_cannot_be_followed_nothing_is_found(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def give_all_up(_: FittedCloth, found: Fit, __: Progress) -> Job[Fit]:
+        yield Progress(0.5)
+        none = np.zeros_like(found.cells)
+        return replace(found, pieces=tuple(replace(piece, cells=none) for piece in found.pieces))
+
+    monkeypatch.setattr(large_periods, "followed", give_all_up)
+    with pytest.raises(NoPatternError):
+        run(find_large(printed.photo, painted(printed.photo)))
 
 
 def test_pairs_of_chance_do_not_bend_the_plate() -> None:
