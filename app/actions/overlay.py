@@ -64,6 +64,14 @@ def take_whole(editor: Editor) -> None:
     _take_search(editor, "Whole cloth", lambda: find_whole_cloth(document))
 
 
+def can_take_whole(editor: Editor) -> bool:
+    """Return whether there is a find to follow on, or nothing is found or painted and what stands out can be taken."""
+    if has_layers(editor):
+        return editor.overlay.is_final
+    region = editor.document.cloth.region
+    return in_mode(editor) and not editor.overlay.is_running and (region is None or region.is_empty)
+
+
 def _take_search(editor: Editor, name: str, steps: Callable[[], Job[Cloth]]) -> None:
     """Make the search that a job returns the document's, and its region what is painted, unless others are by then."""
     image, cloth = editor.document.image, editor.document.cloth
@@ -227,9 +235,10 @@ OVERLAY = (
         "Whole cloth",
         take_whole,
         "wand-magic-sparkles",
-        "Take in all of the cloth on which the pattern was found, as far as its colours tell",
+        "Take in all of the cloth on which the pattern was found, as far as its colours tell; "
+        "where none is found and nothing painted, look for it on what stands out",
         "Ctrl+Shift+R",
-        enabled=lambda editor: has_layers(editor) and editor.overlay.is_final,
+        enabled=can_take_whole,
     ),
     _OVERLAY.action(
         "forget",

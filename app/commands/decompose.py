@@ -36,7 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--whole-cloth",
         action="store_true",
-        help="look again in all of the cloth that stands out where the pattern was found",
+        help="look again in all of the cloth that stands out where the pattern was found; "
+        "where none was, on what stands out in the photo",
     )
     parser.add_argument("--texel-size", type=float, metavar="PX", help="about the side of one texel")
     parser.add_argument("--lattice", type=Path, metavar="LATTICE.json", help="a corrected lattice to go on from")

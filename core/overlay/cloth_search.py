@@ -74,6 +74,8 @@ class Known:
     start: Proposal | None = None
     lattice: list[Lattice] | None = None
     seed: int = 0
+    is_object: bool = False
+    """Whether somebody said that what stands out is cloth: who asks for the whole cloth and paints nothing does."""
 
     def side_px(self, scale: int) -> float | None:
         """Return about the side of a texel, pixels of a photo 1 / `scale` of the size, if that is known."""
@@ -94,19 +96,24 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     if not is_given and not is_enough:
         more = find_on_object(photo, known) if known.region is None else find_again(photo, known)
         with suppress(NoPatternError):
-            finds.append((yield from part(more, 0.5, 1.0)))
+            finds += yield from part(more, 0.5, 1.0)
     if not finds:
         raise NoPatternError
     return finds
 
 
-def find_again(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+def find_again(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     """Return the cloth of a region told by alike patches, else of all of the photo; raise `NoPatternError` if none."""
+    with suppress(NoPatternError):
+        return [(yield from part(find_alike(photo, known), 0.0, 0.5))]
+    return [(yield from part(find_in_all(photo, known), 0.5, 1.0))]
+
+
+def find_alike(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the cloth of a region told by alike patches; raise `NoPatternError` if there is none."""
     small, canvas, scale = working_picture(photo, known.region)
     job = find_print(small, canvas, known.seed, alike="patches", texel_px=known.side_px(scale))
-    with suppress(NoPatternError):
-        return found_on(photo, known.region, scale, (yield from part(on_one_thread(job), 0.0, 0.5)))
-    return (yield from part(find_in_all(photo, known), 0.5, 1.0))
+    return found_on(photo, known.region, scale, (yield from on_one_thread(job)))
 
 
 def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
@@ -115,26 +122,49 @@ def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     return (yield from part(follow(max(bare, key=attrgetter("explained")), known.region, known.seed), 0.8, 1.0))
 
 
-def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
-    """Return the print on the object that stands out in a photo; raise `NoPatternError` if there is none.
+def find_on_object(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return what is found on the object that stands out in a photo; raise `NoPatternError` if nothing is.
 
-    Nobody said that there is cloth. Large texels alone are looked for, by alike keypoints or, where these tell nothing,
-    by patches: of them the object tells more than all of the photo does, in which less of what is alike is theirs. A
-    lattice begins wherever its texels are alike.
+    Where somebody said that it is cloth it is searched as a region is.
     """
+    within = replace(known, region=(yield from part(find_object(photo), 0.0, 0.1)))
+    if not known.is_object:
+        found = yield from part(find_untold(photo, within), 0.1, 1.0)
+        return [replace(found, is_told=False)]
+    finds: list[FoundCloth] = []
+    with suppress(NoPatternError):
+        finds += yield from part(find(photo, within), 0.1, 0.6)
+    if not any(found.is_sure for found in finds):
+        with suppress(NoPatternError):
+            finds.append((yield from part(find_alike(photo, within), 0.6, 1.0)))
+    if not finds:
+        raise NoPatternError
+    return finds
+
+
+def find_object(photo: Floats | Singles) -> Job[Bools]:
+    """Return where (H, W) the object is that stands out in a photo; raise `NoPatternError` where none does."""
     image = Image(photo.astype(np.float32))
     try:
-        rough = propose((yield from part(importance(image), 0.0, 0.05)), OBJECTS, image.size_px)
-        inside = (yield from part(object_under(image, rough), 0.05, 0.1)) > MARKED
+        rough = propose((yield from part(importance(image), 0.0, 0.5)), OBJECTS, image.size_px)
+        return np.asarray((yield from part(object_under(image, rough), 0.5, 1.0)) > MARKED, np.bool_)
     except InputError as error:
         raise NoPatternError from error
-    small, canvas, scale = working_picture(photo, inside)
-    ways: tuple[tuple[Places, float], ...] = ("keypoints", 0.1), ("patches", 0.55)
+
+
+def find_untold(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the print in a region of which nobody said that it is cloth; raise `NoPatternError` if there is none.
+
+    Large texels alone are looked for, by alike keypoints or, where these tell nothing, by patches: of them a region
+    tells more than all of the photo does, in which less of what is alike is theirs. A lattice begins wherever its
+    texels are alike.
+    """
+    small, canvas, scale = working_picture(photo, known.region)
+    ways: tuple[tuple[Places, float], ...] = ("keypoints", 0.0), ("patches", 0.5)
     for alike, done in ways:
         job = find_print(small, canvas, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.side_px(scale))
         with suppress(NoPatternError):
-            found = yield from part(on_one_thread(job), done, done + 0.45)
-            return replace(found_on(photo, inside, scale, found), is_told=False)
+            return found_on(photo, known.region, scale, (yield from part(on_one_thread(job), done, done + 0.5)))
     raise NoPatternError
 
 

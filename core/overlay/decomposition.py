@@ -108,7 +108,7 @@ def decompose_whole_cloth(
     is given and raised is as for `decompose`.
     """
     seconds: dict[str, float] = {}
-    job = find_all(encode(image), Known(region, texel_px, None, lattice, seed))
+    job = find_all(encode(image), Known(region, texel_px, None, lattice, seed, is_object=True))
     finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
     best = choose(finds)
     with suppress(InputError):

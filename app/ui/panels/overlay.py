@@ -60,12 +60,13 @@ BLEND = (
     OverlayRow("Shading", "shading", 0, 200, "How strong the folds' light and shade are, per cent", 0, 100),
 )
 ADVICE = "Paint the cloth (B) or drag a rectangle around it (R) and look again, or mark one repeat of it (I)."
+ADVICE_UNPAINTED = f"If all that stands out is cloth, take the whole cloth. {ADVICE}"
 UNSOUGHT = "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
 STOPPED = "The search was stopped. Go on with it, or find the pattern anew."
 FOUND = "{} repeats found on {:.0f} % of the picture. {}"
 MORE = "For more, take the whole cloth, paint it (B) or mend the lattice (L)."
 EARLIER = "That was before the last change."
-STATES = (UNSOUGHT, STOPPED, f"{FOUND} {MORE}", f"A fault that is said in a line.\n{ADVICE}")
+STATES = (UNSOUGHT, STOPPED, f"{FOUND} {MORE}", f"A fault that is said in a line.\n{ADVICE_UNPAINTED}")
 """What can be said of the search: its place on the panel has room for any of them."""
 NO_TEXTURE = "The old pattern is shown. Choose a picture, or drop a file on the window."
 WHEREABOUTS = ("Drag it on the cloth (T).", "Waits for the pattern.", "Find the pattern.")
@@ -118,7 +119,7 @@ class OverlayPanel:
             if work.fault is not None:
                 fault(work.fault)
             faint(self._state())
-        more = "overlay.go_on" if work.is_stopped else "overlay.whole"
+        more = "overlay.go_on" if work.is_stopped and work.fault is None else "overlay.whole"
         action_buttons(self._editor, [self._table.by_name[name] for name in (more, "overlay.clear_region")])
         held = slider("Seed", self._cloth.seed, 0, 99, default=0, hint="Another number, another search")
         self._take("Seed", held, lambda new: self._cloth.changed(seed=round(new)))
@@ -130,7 +131,7 @@ class OverlayPanel:
             note = work.ticket.progress.note
             return f"{note.capitalize()} …" if note else "Waiting …"
         if work.fault is not None:
-            return ADVICE
+            return ADVICE_UNPAINTED if self._table.by_name["overlay.whole"].enabled(self._editor) else ADVICE
         if work.is_stopped and layers is None:
             return STOPPED
         if layers is None or self._cloth.search is None:

@@ -23,6 +23,7 @@ from core.progress import run
 from core.rasters.raster import Raster
 from tests.app.driver import EditorDriver, Later
 from tests.app.overlay.driver import PHOTO, TABLE, OverlayDriver, cloth_on_a_table
+from tests.core.overlay.prints import print_on_a_table
 
 
 def test_pattern_is_found_and_undone(drive: OverlayDriver) -> None:
@@ -154,6 +155,23 @@ def test_whole_cloth_is_found_again_where_its_layers_are_not_stored(tmp_path: Pa
     document = load_project(tmp_path / "a.weft")
     assert get_layers(document) is None
     np.testing.assert_array_equal(run(find_layers(document)).uv, whole.uv)
+
+
+def test_where_nothing_is_found_what_stands_out_is_taken_for_the_whole_cloth() -> None:
+    photo, inside = print_on_a_table()
+    drive = OverlayDriver(Document.of(photo)).run("overlay.find")
+    assert drive.editor.fault is not None
+    assert drive.editor.overlay.layers is None
+    drive.run("overlay.whole").frame()
+    layers, region = drive.editor.overlay.layers, drive.cloth.region
+    assert layers is not None
+    assert region is not None
+    assert layers.covered[inside].mean() > 0.95
+    np.testing.assert_array_equal(region.array > 127, layers.covered)
+    drive.undo()
+    assert drive.cloth.region is None
+    drive.tool("region").drag((100, 100), (120, 120), (140, 140))
+    assert not TABLE.run("overlay.whole", drive.editor), "what is painted says where the cloth is"
 
 
 def test_lattice_that_grows_is_shown_in_place_of_the_one_before(drive: OverlayDriver) -> None:

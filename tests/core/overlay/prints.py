@@ -3,13 +3,15 @@
 import cv2
 import numpy as np
 
-from core.arrays import Floats
+from core.arrays import Bools, Floats
+from core.imaging import color
+from core.imaging.image import Image
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import flat_canvas
 from core.overlay.registration.cloth import FittedCloth
 from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
-from tests.core.overlay.overlay_scenes import Scene
+from tests.core.overlay.overlay_scenes import Scene, make_scene
 
 LARGE = np.array([[62.0, 6.0], [-5.0, 62.0]])
 PRINT = np.array([[118.0, 10.0], [-12.0, 124.0]])
@@ -36,6 +38,16 @@ def print_of_blots(seed: int, n: int = 180) -> Texel:
             for down in (-n, 0, n):
                 cv2.fillPoly(pixels, [np.rint(corners + [across, down]).astype(np.int32)], colour)
     return Texel(pixels)
+
+
+def print_on_a_table() -> tuple[Image, Bools]:
+    """Return a photo of a print of which four texels are seen, and where (H, W) it is."""
+    scene = make_scene(print_of_blots(0), size=(240, 250), basis=PRINT, bend=3.0)
+    photo = np.random.default_rng(2).normal((0.2, 0.3, 0.35), 0.01, (350, 370, 3))
+    inside = np.zeros(photo.shape[:2], np.bool_)
+    inside[50:290, 60:310] = True
+    photo[inside] = scene.photo.reshape(-1, 3)
+    return Image(color.quantise(np.clip(photo, 0, 1).astype(np.float32), np.uint8)), inside
 
 
 def tartan(n: int = 120) -> Texel:

@@ -10,9 +10,11 @@ from core.overlay.decomposition import Decomposition, decompose, decompose_whole
 from core.overlay.detection.basis import reduce
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.shrinking import shrunk
+from core.overlay.laying.compositing import encode
 from core.overlay.pixels import layers, stages
 from core.progress import Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, marked_checks, motif
+from tests.core.overlay.prints import PRINT, print_on_a_table
 
 
 @pytest.fixture(scope="module")
@@ -179,3 +181,13 @@ def test_a_large_photo_is_shrunk_to_the_means_of_squares(scale: int) -> None:
     edge = np.pad(photo, ((0, -23 % scale), (0, -41 % scale), (0, 0)), mode="edge")
     np.testing.assert_allclose(found[-1, -1], edge[-scale:, -scale:].mean((0, 1)), rtol=1e-6)
     np.testing.assert_array_equal(shrunk(photo > 0.5, scale) > 0.5, shrunk((photo > 0.5).astype(float), scale) > 0.5)
+
+
+def test_who_asks_for_the_whole_cloth_says_that_what_stands_out_is_cloth() -> None:
+    photo, inside = print_on_a_table()
+    with pytest.raises(NoPatternError):
+        run(decompose(encode(photo)))
+    found = run(decompose_whole_cloth(photo))
+    assert found.covered[inside].mean() > 0.95
+    assert found.covered[~inside].mean() < 0.02
+    np.testing.assert_allclose(found.basis, PRINT, atol=3.0)
