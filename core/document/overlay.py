@@ -113,6 +113,11 @@ class OverlayLayers:
         """How much of the picture has texture coordinates, 0 to 1."""
         return float(self.covered.mean())
 
+    @cached_property
+    def repeats(self) -> int:
+        """How many repeats of the old pattern fill as much of the picture as is covered."""
+        return max(round(float(self.covered.sum()) / abs(float(np.linalg.det(self.basis)))), 1)
+
 
 @dataclass
 class _Kept:

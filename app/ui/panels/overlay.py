@@ -60,10 +60,13 @@ BLEND = (
     OverlayRow("Shading", "shading", 0, 200, "How strong the folds' light and shade are, per cent", 0, 100),
 )
 ADVICE = "Paint the cloth (B) or drag a rectangle around it (R) and look again, or mark one repeat of it (I)."
-ADVICE_UNPAINTED = f"If all that stands out is cloth, take the whole cloth. {ADVICE}"
+ADVICE_UNPAINTED = (
+    "Take what stands out as the whole cloth, paint it (B), "
+    "drag a rectangle around it (R) or mark one repeat of it (I)."
+)
 UNSOUGHT = "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
 STOPPED = "The search was stopped. Go on with it, or find the pattern anew."
-FOUND = "{} repeats found on {:.0f} % of the picture. {}"
+FOUND = "{} repeat{} found on {:.0f} % of the picture. {}"
 MORE = "For more, take the whole cloth, paint it (B) or mend the lattice (L)."
 EARLIER = "That was before the last change."
 STATES = (UNSOUGHT, STOPPED, f"{FOUND} {MORE}", f"A fault that is said in a line.\n{ADVICE_UNPAINTED}")
@@ -136,7 +139,8 @@ class OverlayPanel:
             return STOPPED
         if layers is None or self._cloth.search is None:
             return UNSOUGHT
-        return FOUND.format(len(layers.lattice), 100 * layers.covered_share, MORE if work.is_final else EARLIER)
+        repeats, more = layers.repeats, MORE if work.is_final else EARLIER
+        return FOUND.format(repeats, "" if repeats == 1 else "s", 100 * layers.covered_share, more)
 
     def _draw_texture(self) -> None:
         """Draw the choice of a texture and how it lies."""

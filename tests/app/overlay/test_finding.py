@@ -167,6 +167,7 @@ def test_where_nothing_is_found_what_stands_out_is_taken_for_the_whole_cloth() -
     assert layers is not None
     assert region is not None
     assert layers.covered[inside].mean() > 0.95
+    assert layers.repeats == 4
     np.testing.assert_array_equal(region.array > 127, layers.covered)
     drive.undo()
     assert drive.cloth.region is None
