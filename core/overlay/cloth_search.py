@@ -74,8 +74,6 @@ class Known:
     start: Proposal | None = None
     lattice: list[Lattice] | None = None
     seed: int = 0
-    is_object: bool = False
-    """Whether somebody said that what stands out is cloth: who asks for the whole cloth and paints nothing does."""
 
     def side_px(self, scale: int) -> float | None:
         """Return about the side of a texel, pixels of a photo 1 / `scale` of the size, if that is known."""
@@ -88,25 +86,60 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     Where a find leaves doubts it is looked for otherwise too: within a region by alike patches, or else in all of the
     photo; without one on the object that stands out.
     """
-    finds: list[FoundCloth] = []
-    with suppress(NoPatternError):
-        finds += yield from part(find(photo, known), 0.0, 0.5)
+    finds = yield from part(find_if_any(photo, known), 0.0, 0.5)
     is_given = known.start is not None or known.lattice is not None
     is_enough = any(found.stands_alone if known.region is None else found.is_sure for found in finds)
     if not is_given and not is_enough:
         more = find_on_object(photo, known) if known.region is None else find_again(photo, known)
         with suppress(NoPatternError):
-            finds += yield from part(more, 0.5, 1.0)
+            finds.append((yield from part(more, 0.5, 1.0)))
     if not finds:
         raise NoPatternError
     return finds
 
 
-def find_again(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+def find_whole(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return what `find_all` does where the whole cloth is asked for: then what stands out is said to be cloth.
+
+    So where nothing is painted, and no find that stands alone lies on that, it is searched as a region is. What lies
+    elsewhere counts only where nothing is found there.
+    """
+    if known.region is not None or known.lattice is not None:
+        return (yield from find_all(photo, known))
+    everywhere = yield from part(find_if_any(photo, known), 0.0, 0.3)
+    finds: list[FoundCloth] = []
+    with suppress(NoPatternError):
+        inside = yield from part(find_object(photo), 0.3, 0.4)
+        finds = [found for found in everywhere if lies_on(found.covered, inside)]
+        if not any(found.stands_alone for found in finds):
+            within = replace(known, region=inside)
+            more = yield from part(find_if_any(photo, within), 0.4, 0.7)
+            finds += more
+            if not any(found.is_sure for found in more):
+                finds.append((yield from part(find_alike(photo, within), 0.7, 1.0)))
+    if not finds and not everywhere:
+        raise NoPatternError
+    return finds or everywhere
+
+
+def lies_on(covered: Bools, inside: Bools) -> bool:
+    """Return whether two places (H, W) have most of the smaller one in common."""
+    return int((covered & inside).sum()) > 0.5 * min(int(covered.sum()), int(inside.sum()))
+
+
+def find_if_any(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+    """Return what `find` does; nothing where there is none."""
+    try:
+        return (yield from find(photo, known))
+    except NoPatternError:
+        return []
+
+
+def find_again(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     """Return the cloth of a region told by alike patches, else of all of the photo; raise `NoPatternError` if none."""
     with suppress(NoPatternError):
-        return [(yield from part(find_alike(photo, known), 0.0, 0.5))]
-    return [(yield from part(find_in_all(photo, known), 0.5, 1.0))]
+        return (yield from part(find_alike(photo, known), 0.0, 0.5))
+    return (yield from part(find_in_all(photo, known), 0.5, 1.0))
 
 
 def find_alike(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
@@ -122,24 +155,22 @@ def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     return (yield from part(follow(max(bare, key=attrgetter("explained")), known.region, known.seed), 0.8, 1.0))
 
 
-def find_on_object(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
-    """Return what is found on the object that stands out in a photo; raise `NoPatternError` if nothing is.
+def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
+    """Return the print on the object that stands out in a photo; raise `NoPatternError` if there is none.
 
-    Where somebody said that it is cloth it is searched as a region is.
+    Nobody said that there is cloth. Large texels alone are looked for, by alike keypoints or, where these tell nothing,
+    by patches: of them the object tells more than all of the photo does, in which less of what is alike is theirs. A
+    lattice begins wherever its texels are alike.
     """
-    within = replace(known, region=(yield from part(find_object(photo), 0.0, 0.1)))
-    if not known.is_object:
-        found = yield from part(find_untold(photo, within), 0.1, 1.0)
-        return [replace(found, is_told=False)]
-    finds: list[FoundCloth] = []
-    with suppress(NoPatternError):
-        finds += yield from part(find(photo, within), 0.1, 0.6)
-    if not any(found.is_sure for found in finds):
+    inside = yield from part(find_object(photo), 0.0, 0.1)
+    small, canvas, scale = working_picture(photo, inside)
+    ways: tuple[tuple[Places, float], ...] = ("keypoints", 0.1), ("patches", 0.55)
+    for alike, done in ways:
+        job = find_print(small, canvas, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.side_px(scale))
         with suppress(NoPatternError):
-            finds.append((yield from part(find_alike(photo, within), 0.6, 1.0)))
-    if not finds:
-        raise NoPatternError
-    return finds
+            found = yield from part(on_one_thread(job), done, done + 0.45)
+            return replace(found_on(photo, inside, scale, found), is_told=False)
+    raise NoPatternError
 
 
 def find_object(photo: Floats | Singles) -> Job[Bools]:
@@ -150,22 +181,6 @@ def find_object(photo: Floats | Singles) -> Job[Bools]:
         return np.asarray((yield from part(object_under(image, rough), 0.5, 1.0)) > MARKED, np.bool_)
     except InputError as error:
         raise NoPatternError from error
-
-
-def find_untold(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
-    """Return the print in a region of which nobody said that it is cloth; raise `NoPatternError` if there is none.
-
-    Large texels alone are looked for, by alike keypoints or, where these tell nothing, by patches: of them a region
-    tells more than all of the photo does, in which less of what is alike is theirs. A lattice begins wherever its
-    texels are alike.
-    """
-    small, canvas, scale = working_picture(photo, known.region)
-    ways: tuple[tuple[Places, float], ...] = ("keypoints", 0.0), ("patches", 0.5)
-    for alike, done in ways:
-        job = find_print(small, canvas, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.side_px(scale))
-        with suppress(NoPatternError):
-            return found_on(photo, known.region, scale, (yield from part(on_one_thread(job), done, done + 0.5)))
-    raise NoPatternError
 
 
 def find(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:

@@ -14,7 +14,7 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.linalg.blas import one_thread
-from core.overlay.cloth_search import FoundCloth, Known, at_photo_size, at_working_size, find_all, follow
+from core.overlay.cloth_search import FoundCloth, Known, at_photo_size, at_working_size, find_all, find_whole, follow
 from core.overlay.composition import difference, finite
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.correlation import Proposal
@@ -104,11 +104,12 @@ def decompose_whole_cloth(
 ) -> Job[Decomposition]:
     """Return the decomposition of all of the cloth of which the pattern is found in `region` (H, W).
 
+    Without one, what stands out in the photo is said to be cloth.
     What is found is followed on over the object that stands out there; where that is no better it stays as it was. What
     is given and raised is as for `decompose`.
     """
     seconds: dict[str, float] = {}
-    job = find_all(encode(image), Known(region, texel_px, None, lattice, seed, is_object=True))
+    job = find_whole(encode(image), Known(region, texel_px, None, lattice, seed))
     finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
     best = choose(finds)
     with suppress(InputError):

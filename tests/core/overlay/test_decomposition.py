@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from core.arrays import Floats
+from core.arrays import Bools, Floats
 from core.imaging.image import Image
 from core.overlay import decomposition
 from core.overlay.decomposition import Decomposition, decompose, decompose_whole_cloth
@@ -187,6 +187,20 @@ def test_who_asks_for_the_whole_cloth_says_that_what_stands_out_is_cloth() -> No
     photo, inside = print_on_a_table()
     with pytest.raises(NoPatternError):
         run(decompose(encode(photo)))
+    assert_print_alone_is_found(photo, inside)
+
+
+def test_what_stands_out_is_the_cloth_and_not_the_ground_that_repeats_too() -> None:
+    photo, inside = print_on_a_table()
+    ground = make_scene(motif(), size=inside.shape).photo * [0.35, 0.5, 0.6]
+    photo = Image(np.where(inside[..., None], photo.pixels, np.rint(255 * ground)).astype(np.uint8))
+    found = run(decompose(encode(photo)))
+    assert found.covered[~inside].mean() > 0.95
+    assert found.covered[inside].mean() < 0.05
+    assert_print_alone_is_found(photo, inside)
+
+
+def assert_print_alone_is_found(photo: Image, inside: Bools) -> None:
     found = run(decompose_whole_cloth(photo))
     assert found.covered[inside].mean() > 0.95
     assert found.covered[~inside].mean() < 0.02
