@@ -58,7 +58,7 @@ BLUR = 0.16
 
 
 @dataclass(frozen=True)
-class Laid:
+class LaidLattice:
     """A lattice laid on the cloth by its pairs of alike places."""
 
     sure: float
@@ -108,12 +108,12 @@ def find_large(
 
 def lay_likely(
     photo: Floats, canvas: FlatPicture, alike: Places, least: float, *, is_cloth: bool, texel_px: float | None
-) -> Job[list[Laid]]:
+) -> Job[list[LaidLattice]]:
     """Return the likeliest lattices, of which `least` texels may be seen, laid on what may be, or `is_cloth`."""
     pairs, likely = find_likely(canvas) if alike == "keypoints" else find_likely_of_patches(canvas)
     least_sure, room_px = LIKELY if is_cloth else UNTOLD[alike], int((canvas.valid > 0).sum())
     likely = [(sure, basis) for sure, basis in likely if sure > least_sure and is_about(basis, texel_px)]
-    laid: list[Laid] = []
+    laid: list[LaidLattice] = []
     for number, (sure, basis) in enumerate(likely[:TRIED]):
         area_px = float(np.linalg.det(basis))
         if LEAST_TEXELS * area_px > room_px:
@@ -125,11 +125,11 @@ def lay_likely(
         with suppress(NoPatternError):
             # Of what the user says is cloth all is seen, however much of it can be followed.
             cloth, fit = lay(photo, canvas, pairs, basis, 0.0 if is_cloth else least * area_px)
-            laid.append(Laid(sure, cloth, fit, weigh(cloth, fit)))
+            laid.append(LaidLattice(sure, cloth, fit, weigh(cloth, fit)))
     return laid
 
 
-def in_turn(laid: list[Laid]) -> list[Laid]:
+def in_turn(laid: list[LaidLattice]) -> list[LaidLattice]:
     """Return what is nearly as sure as the surest first, and what explains most of that and of the rest first."""
     as_sure = NEARLY * max((one.sure for one in laid), default=0.0)
     return sorted(laid, key=lambda one: (one.sure < as_sure, -max(one.weight.share, 0.0)))
