@@ -225,7 +225,7 @@ def lattice_shapes(editor: Editor) -> list[Shape]:
     """
     lattice, search = vertices(editor), editor.document.cloth.search
     grows = search is not None and search.lattice is None and editor.overlay.stage_lattice is not None
-    if lattice is None or len(lattice.keys) < 2 or (grows and not editor.overlay.is_final):
+    if lattice is None or (grows and not editor.overlay.is_final):
         return _stage_shapes(editor)
     web, points = web_of(lattice, editor.document.size_px), on_screen(editor, lattice)
     lines: list[Shape] = [Polyline(points[rows], "lattice") for rows in web.chains]

@@ -22,11 +22,11 @@ class Web:
 
     @cached_property
     def step(self) -> float:
-        """The median length of the lattice's steps."""
+        """The median length of the lattice's steps; infinite where no vertices lie a step apart."""
         near = self._near[:, :2]
         rows, sides = np.nonzero(near >= 0)
         if not len(rows):
-            return 0.0
+            return np.inf
         return float(np.median(np.hypot(*(self.points[near[rows, sides]] - self.points[rows]).T)))
 
     @cached_property

@@ -1,10 +1,13 @@
 import numpy as np
 import pytest
 
+from app.model.shapes import Circle
+from app.tools.cloth import lattice
 from app.tools.cloth.lattice_web import Web, web_of
 from core.arrays import Ints
 from core.document.overlay_settings import LatticeVertices
 from core.overlay.detection.lattice import neighbour_rows
+from tests.app.overlay.driver import OverlayDriver
 
 
 def keys(columns: int, rows: int) -> Ints:
@@ -16,6 +19,21 @@ def test_vertices_in_a_row_or_a_column_make_a_chain() -> None:
     web = Web(keys(4, 3), keys(4, 3).astype(np.float64) * 10)
     assert web.step == pytest.approx(10.0)
     assert sorted(len(chain) for chain in web.chains) == [3, 3, 3, 3, 4, 4, 4]
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_vertices_without_neighbours_are_drawn_and_nothing_between_them(
+    drive: OverlayDriver, monkeypatch: pytest.MonkeyPatch, count: int
+) -> None:
+    apart = 2.0 * np.arange(count)[:, None] * [1, 1]
+    alone = LatticeVertices(apart, 0.2 + 0.1 * apart)
+    web = web_of(alone, (400, 200))
+    assert web.step == np.inf
+    assert not len(web.quads(np.ones(count, np.bool_)))
+    monkeypatch.setattr(lattice, "vertices", lambda _: alone)
+    drive.tool("lattice").frame()
+    shapes = lattice.overlay(drive.editor)
+    assert [type(shape) for shape in shapes] == [Circle] * count
 
 
 def test_between_two_pieces_of_cloth_is_neither_chain_nor_quad() -> None:
@@ -39,10 +57,10 @@ def test_neighbours_are_found_wherever_the_lattice_lies() -> None:
 
 
 def test_the_web_stays_while_lattice_and_picture_do() -> None:
-    lattice = LatticeVertices(keys(3, 3).astype(float), keys(3, 3) / 4)
-    web = web_of(lattice, (400, 200))
-    assert web_of(lattice, (400, 200)) is web
+    laid = LatticeVertices(keys(3, 3).astype(float), keys(3, 3) / 4)
+    web = web_of(laid, (400, 200))
+    assert web_of(laid, (400, 200)) is web
     assert web.step == pytest.approx(75.0)
-    assert web_of(lattice, (800, 400)).step == pytest.approx(150.0)
-    moved = LatticeVertices(lattice.keys, lattice.places + 0.01)
+    assert web_of(laid, (800, 400)).step == pytest.approx(150.0)
+    moved = LatticeVertices(laid.keys, laid.places + 0.01)
     assert web_of(moved, (400, 200)) is not web
