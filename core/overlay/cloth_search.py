@@ -101,25 +101,22 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
 def find_whole(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     """Return what `find_all` does where the whole cloth is asked for: then what stands out is said to be cloth.
 
-    So where nothing is painted, and no find that stands alone lies on that, it is searched as a region is. What lies
-    elsewhere counts only where nothing is found there.
+    So where nothing is painted, and no find that stands alone lies on that, it is searched as a region is.
     """
     if known.region is not None or known.lattice is not None:
         return (yield from find_all(photo, known))
-    everywhere = yield from part(find_if_any(photo, known), 0.0, 0.3)
-    finds: list[FoundCloth] = []
+    finds = yield from part(find_if_any(photo, known), 0.0, 0.3)
     with suppress(NoPatternError):
         inside = yield from part(find_object(photo), 0.3, 0.4)
-        finds = [found for found in everywhere if lies_on(found.covered, inside)]
-        if not any(found.stands_alone for found in finds):
+        if not any(found.stands_alone and lies_on(found.covered, inside) for found in finds):
             within = replace(known, region=inside)
             more = yield from part(find_if_any(photo, within), 0.4, 0.7)
             finds += more
             if not any(found.is_sure for found in more):
                 finds.append((yield from part(find_alike(photo, within), 0.7, 1.0)))
-    if not finds and not everywhere:
+    if not finds:
         raise NoPatternError
-    return finds or everywhere
+    return finds
 
 
 def lies_on(covered: Bools, inside: Bools) -> bool:
