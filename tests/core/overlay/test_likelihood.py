@@ -192,6 +192,43 @@ def test_a_find_that_stands_alone_is_looked_for_once(monkeypatch: pytest.MonkeyP
     assert searched == [False]
 
 
+@pytest.mark.parametrize(
+    ("region", "is_on_it", "is_sure", "ways"),
+    [
+        (None, True, True, ["photo"]),
+        (None, False, True, ["photo", "object"]),
+        (None, False, False, ["photo", "object", "patches"]),
+        (HALF, False, True, ["region"]),
+    ],
+)
+def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_that_stands_alone_lies_there(
+    monkeypatch: pytest.MonkeyPatch, region: Bools | None, *, is_on_it: bool, is_sure: bool, ways: list[str]
+) -> None:
+    (found,) = run(find(SCENE.photo, Known()))
+    inside = EVERYWHERE if is_on_it else ~found.covered
+    searched: list[str] = []
+
+    def find_on(way: str) -> Job[FoundCloth]:
+        searched.append(way)
+        yield Progress(0.0)
+        return replace(found, is_sure=is_sure, stands_alone=True)
+
+    def find_in(_photo: Floats, known: Known) -> Job[list[FoundCloth]]:
+        way = "region" if known.region is HALF else "photo" if known.region is None else "object"
+        return [(yield from find_on(way))]
+
+    def cut_out(_photo: Floats) -> Job[Bools]:
+        yield Progress(0.0)
+        return inside
+
+    monkeypatch.setattr(cloth_search, "find", find_in)
+    monkeypatch.setattr(cloth_search, "find_object", cut_out)
+    monkeypatch.setattr(cloth_search, "find_alike", lambda _photo, _known: find_on("patches"))
+    finds = run(cloth_search.find_whole(SCENE.photo, Known(region)))
+    assert searched == ways
+    assert len(finds) == len(ways)
+
+
 def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cloth_search, "find", find_wrongly)
     small = make_scene(motif(), size=(100, 110))
