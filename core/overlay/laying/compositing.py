@@ -128,4 +128,6 @@ def searchable(image: Image, region: Bools | Singles | None) -> Bools | Singles 
     if not image.has_alpha:
         return region
     opaque = np.asarray(image.pixels[..., -1] > 0.5 * (1 if image.linear else np.iinfo(image.pixels.dtype).max))
-    return opaque if region is None else np.asarray(region * opaque.astype(np.float32), np.float32)
+    if region is None:
+        return None if opaque.all() else opaque
+    return np.asarray(region * opaque.astype(np.float32), np.float32)

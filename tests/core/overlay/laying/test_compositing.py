@@ -7,7 +7,7 @@ from core.imaging.color import quantise
 from core.imaging.image import Image
 from core.overlay.composition import Placement, compose
 from core.overlay.filters import bands
-from core.overlay.laying.compositing import Parts, encode, lay_over, texture_colours
+from core.overlay.laying.compositing import Parts, encode, lay_over, searchable, texture_colours
 from core.overlay.registration.region import feather
 from tests.core.overlay.overlay_scenes import grid
 
@@ -106,3 +106,13 @@ def test_coverage_falls_over_the_last_pixel_before_the_border() -> None:
     row = feather(inside)[4]
     assert np.allclose(row[7:12], [0.0, 1 / 2, 1.0, 1.0, 1.0], atol=0.05)
     assert row[-1] == 1.0
+
+
+@pytest.mark.parametrize(("dtype", "most"), [(np.uint8, 255), (np.uint16, 65535), (np.float32, 1)])
+def test_of_a_photo_with_alpha_what_is_opaque_is_searched_and_all_of_it_is_no_region(dtype: type, most: int) -> None:
+    alpha = np.ones((4, 5, 4), np.bool_)
+    assert searchable(Image((most * alpha).astype(dtype), linear=most == 1), None) is None
+    alpha[1, 2:, 3] = False
+    opaque = searchable(Image((most * alpha).astype(dtype), linear=most == 1), None)
+    assert opaque is not None
+    assert np.array_equal(opaque, alpha[..., 3])
