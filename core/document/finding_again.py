@@ -7,7 +7,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Ints, Points
 from core.document.document import Document, pixels_from_places
-from core.document.overlay import OverlayLayers, find_layers, vertices_of
+from core.document.overlay import OverlayLayers, find_layers, get_layers, vertices_of
 from core.document.overlay_settings import Cloth, LatticeVertices, Mending, Search
 from core.masks.object_masks import as_bytes
 from core.overlay.detection.seeding import NoPatternError
@@ -21,10 +21,10 @@ def find_whole_cloth(document: Document) -> Job[Cloth]:
     """Return the document's cloth with a search that follows what is found over all of the cloth on which it lies.
 
     Where nothing is found, and nothing painted, what stands out is searched as if it were painted. Its layers are found
-    then, and its region is what they cover. Raises `InputError` where there is no more cloth, or where that explains
-    less, and `NoPatternError` where there is none.
+    then, and its region is what they cover. Raises `InputError` where there is no more cloth than was known, or where
+    that explains less, and `NoPatternError` where there is none.
     """
-    region, seed = document.cloth.region, document.cloth.seed
+    region, seed, is_known = document.cloth.region, document.cloth.seed, get_layers(document) is not None
     before = document.cloth.search or Search(region, seed=seed)
     if before.mending is not None:
         before = before.mending.of
@@ -34,6 +34,10 @@ def find_whole_cloth(document: Document) -> Job[Cloth]:
         if region is not None and not region.is_empty:
             raise
         cloth = yield from _find_on_object(document)
+    except InputError:
+        if is_known:
+            raise
+        cloth = yield from find_again(document, before)
     layers = yield from find_layers(document.changed(cloth=cloth))
     return cloth.changed(region=Raster.from_array(as_bytes(layers.covered)))
 

@@ -126,6 +126,17 @@ def test_whole_cloth_is_taken_in_and_undone_at_once(stroke: list[tuple[float, fl
     assert "No more stands out" in drive.editor.notices[-1].text
 
 
+def test_whole_cloth_asked_for_at_once_is_what_is_found_where_there_is_no_more() -> None:
+    fresh = OverlayDriver(Document.of(PHOTO)).run("overlay.whole")
+    layers = fresh.frame().editor.overlay.layers
+    assert not fresh.editor.notices
+    assert layers is not None
+    found = OverlayDriver(Document.of(PHOTO)).run("overlay.find").editor.overlay.layers
+    assert found is not None
+    np.testing.assert_array_equal(layers.uv, found.uv)
+    assert fresh.labels == ("Whole cloth",)
+
+
 def test_whole_cloth_is_that_of_the_command_line(tmp_path: Path) -> None:
     photo, inside = cloth_on_a_table()
     part = np.zeros(inside.shape, bool)
