@@ -104,9 +104,8 @@ def decompose_whole_cloth(
 ) -> Job[Decomposition]:
     """Return the decomposition of all of the cloth of which the pattern is found in `region` (H, W).
 
-    Without one, what stands out in the photo is said to be cloth.
-    What is found is followed on over the object that stands out there; where that is no better it stays as it was. What
-    is given and raised is as for `decompose`.
+    Without one, what stands out in the photo is said to be cloth. What is found is followed on over the object that
+    stands out there; where that is no better it stays as it was. What is given and raised is as for `decompose`.
     """
     seconds: dict[str, float] = {}
     job = find_whole(encode(image), Known(region, texel_px, None, lattice, seed))
