@@ -1,6 +1,5 @@
 """A pattern found again on the same photo, anew or on the whole cloth; what was put right by hand is carried over."""
 
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +9,6 @@ from core.document.document import Document, pixels_from_places
 from core.document.overlay import OverlayLayers, find_layers, get_layers, vertices_of
 from core.document.overlay_settings import Cloth, LatticeVertices, Mending, Search
 from core.masks.object_masks import as_bytes
-from core.overlay.detection.seeding import NoPatternError
-from core.overlay.laying.compositing import encode
 from core.overlay.mending import CELL
 from core.progress import Job, part
 from core.rasters.raster import Raster
@@ -20,9 +17,9 @@ from core.rasters.raster import Raster
 def find_whole_cloth(document: Document) -> Job[Cloth]:
     """Return the document's cloth with a search that follows what is found over all of the cloth on which it lies.
 
-    Where nothing is found, and nothing painted, what stands out is searched as if it were painted. Its layers are found
-    then, and its region is what they cover. Raises `InputError` where there is no more cloth than was known, or where
-    that explains less, and `NoPatternError` where there is none.
+    Where nothing is painted, what stands out is said to be cloth. The layers are found then, and the region is what
+    they cover. Raises `InputError` where there is no more cloth than was known, or where that explains less, and
+    `NoPatternError` where there is none.
     """
     region, seed, is_known = document.cloth.region, document.cloth.seed, get_layers(document) is not None
     before = document.cloth.search or Search(region, seed=seed)
@@ -30,29 +27,12 @@ def find_whole_cloth(document: Document) -> Job[Cloth]:
         before = before.mending.of
     try:
         cloth = yield from find_again(document, Search(seed=seed, whole_of=before))
-    except NoPatternError:
-        if region is not None and not region.is_empty:
-            raise
-        cloth = yield from _find_on_object(document)
     except InputError:
         if is_known:
             raise
         cloth = yield from find_again(document, before)
     layers = yield from find_layers(document.changed(cloth=cloth))
     return cloth.changed(region=Raster.from_array(as_bytes(layers.covered)))
-
-
-def _find_on_object(document: Document) -> Job[Cloth]:
-    """Return the document's cloth with what is found on the object that stands out, followed on if that is better."""
-    # A window opens sooner without the engine.
-    from core.overlay.cloth_search import find_object
-
-    inside = yield from part(find_object(encode(document.image)), 0.0, 0.05)
-    search = Search(Raster.from_array(as_bytes(inside)), seed=document.cloth.seed)
-    cloth = yield from part(find_again(document, search), 0.05, 0.7)
-    with suppress(InputError):
-        cloth = yield from part(find_again(document, Search(seed=search.seed, whole_of=search)), 0.7, 1.0)
-    return cloth
 
 
 def find_again(document: Document, search: Search) -> Job[Cloth]:

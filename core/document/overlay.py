@@ -6,6 +6,7 @@ to is kept, layers or a refusal, so that undo, export and the window do not sear
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ from core.imaging.image import Image
 from core.overlay.composition import finite, light_of
 from core.overlay.detail.bare_layers import find_bare_layers
 from core.overlay.detection.corrections import lattices_of, texel_between
+from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import encode, searchable
@@ -254,45 +256,51 @@ def _mended(document: Document, layers: OverlayLayers, mending: Mending) -> Over
 
 
 def _decompose(document: Document, search: Search) -> "Job[Decomposition]":
-    """Find the layers, or go on from a find over all of its cloth."""
-    # A window opens sooner without the engine.
-    from core.overlay.decomposition import decompose_object
+    """Find the layers, of a part of the cloth or of all of it."""
+    before = search.whole_of
+    inside = _mark(search if before is None else before)
+    try:
+        if before is None:
+            return (yield from _decompose_photo(document, search))
+        return (yield from _decompose_whole_cloth(document, before, search.seed))
+    except NoPatternError:
+        raise NoPatternError("the picture" if inside is None else "the painted region") from None
 
-    if search.whole_of is None:
-        return (yield from _decompose_photo(document, search))
-    found = (yield from part(find_layers(document.with_cloth(search=search.whole_of)), 0.0, AGAIN)).found
-    if found is None:
-        # Files of layers do not have it.
-        found = (yield from part(_decompose(document, search.whole_of), 0.0, AGAIN)).found
-    assert found is not None
-    return (yield from part(decompose_object(document.image, found, search.seed), AGAIN, 1.0))
+
+def _decompose_whole_cloth(document: Document, before: Search, seed: int) -> "Job[Decomposition]":
+    """Go on from what the search `before` has found over all of the cloth."""
+    # A window opens sooner without the engine.
+    from core.overlay.decomposition import decompose_whole_cloth
+
+    finds: list[FoundCloth] = []
+    with suppress(NoPatternError):
+        found = (yield from part(find_layers(document.with_cloth(search=before)), 0.0, AGAIN / 2)).found
+        if found is None:
+            # Files of layers do not have it.
+            found = (yield from part(_decompose(document, before), AGAIN / 2, AGAIN)).found
+        assert found is not None
+        finds.append(found)
+    start, lattice = _texel_of(document, before), _lattices_of(document, before)
+    region = searchable(document.image, _mark(before))
+    job = decompose_whole_cloth(document.image, region=region, start=start, lattice=lattice, seed=seed, finds=finds)
+    return (yield from part(job, AGAIN, 1.0))
 
 
 def _decompose_photo(document: Document, search: Search) -> "Job[Decomposition]":
     """Find the layers; a marked texel from which no lattice grows says at least how large a texel is."""
     from core.overlay.decomposition import decompose
 
-    inside = _mark(search)
-    photo, region = encode(document.image), searchable(document.image, inside)
-    corners = None if search.texel is None else pixels_from_places(document.size_px, np.array(search.texel))
-    lattice = None if search.lattice is None else _lattices(document.size_px, search.lattice)
-    start = None if corners is None else texel_between(*corners)
+    photo, region = encode(document.image), searchable(document.image, _mark(search))
+    start, lattice = _texel_of(document, search), _lattices_of(document, search)
     try:
         job = decompose(photo, region=region, start=start, lattice=lattice, seed=search.seed)
-        return (yield from part(job, 0.0, 1.0 if corners is None else FIRST_TRIAL))
+        return (yield from part(job, 0.0, 1.0 if start is None else FIRST_TRIAL))
     except NoPatternError:
-        if corners is None:
-            raise _refusal(inside) from None
-    side = float(np.abs(corners[1] - corners[0]).mean())
-    try:
-        job = decompose(photo, region=region, texel_px=side, seed=search.seed)
-        return (yield from part(job, FIRST_TRIAL, 1.0))
-    except NoPatternError:
-        raise _refusal(inside) from None
-
-
-def _refusal(inside: Singles | None) -> NoPatternError:
-    return NoPatternError("the picture" if inside is None else "the painted region")
+        if start is None:
+            raise
+    side_px = float(np.abs(start.basis).sum()) / 2
+    job = decompose(photo, region=region, texel_px=side_px, seed=search.seed)
+    return (yield from part(job, FIRST_TRIAL, 1.0))
 
 
 def _mark(search: Search) -> Singles | None:
@@ -302,8 +310,19 @@ def _mark(search: Search) -> Singles | None:
     return color.unit(search.region.array)
 
 
-def _lattices(size_px: tuple[int, int], vertices: LatticeVertices) -> list[Lattice]:
-    return lattices_of(np.rint(vertices.keys).astype(np.int64), pixels_from_places(size_px, vertices.places))
+def _texel_of(document: Document, search: Search) -> Proposal | None:
+    """Return the texel that the artist has marked, in pixels."""
+    if search.texel is None:
+        return None
+    return texel_between(*pixels_from_places(document.size_px, np.array(search.texel)))
+
+
+def _lattices_of(document: Document, search: Search) -> list[Lattice] | None:
+    """Return the lattice that the artist has corrected, in connected parts and in pixels."""
+    if search.lattice is None:
+        return None
+    places = pixels_from_places(document.size_px, search.lattice.places)
+    return lattices_of(np.rint(search.lattice.keys).astype(np.int64), places)
 
 
 def layers_of(result: "Decomposition") -> OverlayLayers:

@@ -17,7 +17,6 @@ from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.filters.shrinking import shrunk, to_small, working_scale
-from core.overlay.laying.compositing import encode, searchable
 from core.overlay.likelihood import count_explained
 from core.overlay.pixels.layers import painted, spread_mask
 from core.overlay.registration.cloth import Fit, FittedCloth
@@ -75,6 +74,11 @@ class Known:
     lattice: list[Lattice] | None = None
     seed: int = 0
 
+    @property
+    def is_told(self) -> bool:
+        """Whether somebody said where the cloth is."""
+        return self.region is not None or self.start is not None or self.lattice is not None
+
     def side_px(self, scale: int) -> float | None:
         """Return about the side of a texel, pixels of a photo 1 / `scale` of the size, if that is known."""
         return None if self.texel_px is None else self.texel_px / scale
@@ -98,25 +102,36 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     return finds
 
 
-def find_whole(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+def find_whole(photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None = None) -> Job[list[FoundCloth]]:
     """Return what `find_all` does where the whole cloth is asked for: then what stands out is said to be cloth.
 
-    So where nothing is painted, and no find that stands alone lies on that, it is searched as a region is.
+    So where nothing is painted, and no find that stands alone lies on that, it is searched as a region is. `finds` may
+    be what was found already, none if there is none.
     """
-    if known.region is not None or known.lattice is not None:
-        return (yield from find_all(photo, known))
-    finds = yield from part(find_if_any(photo, known), 0.0, 0.3)
-    with suppress(NoPatternError):
-        inside = yield from part(find_object(photo), 0.3, 0.4)
-        if not any(found.stands_alone and lies_on(found.covered, inside) for found in finds):
-            within = replace(known, region=inside)
-            more = yield from part(find_if_any(photo, within), 0.4, 0.7)
-            finds += more
-            if not any(found.is_sure for found in more):
-                finds.append((yield from part(find_alike(photo, within), 0.7, 1.0)))
+    if known.is_told:
+        finds = (yield from find_all(photo, known)) if finds is None else finds
+    else:
+        finds = (yield from part(find_if_any(photo, known), 0.0, 0.3)) if finds is None else finds
+        finds = finds + (yield from part(find_on_whole_object(photo, known, finds), 0.3, 1.0))
     if not finds:
         raise NoPatternError
     return finds
+
+
+def find_on_whole_object(photo: Floats | Singles, known: Known, finds: list[FoundCloth]) -> Job[list[FoundCloth]]:
+    """Return what is found on the object that stands out, searched as a region; nothing if a find tells it already."""
+    try:
+        inside = yield from part(find_object(photo), 0.0, 0.1)
+    except NoPatternError:
+        return []
+    if any(found.stands_alone and lies_on(found.covered, inside) for found in finds):
+        return []
+    within = replace(known, region=inside)
+    more = yield from part(find_if_any(photo, within), 0.1, 0.6)
+    if not any(found.is_sure for found in more):
+        with suppress(NoPatternError):
+            more.append((yield from part(find_alike(photo, within), 0.6, 1.0)))
+    return more
 
 
 def lies_on(covered: Bools, inside: Bools) -> bool:
@@ -238,8 +253,7 @@ def at_working_size(found: FoundCloth) -> FoundCloth:
     return replace(found, photo=found.cloth.photo, valid=found.valid[few, few], scale=1, opacity=np.float32(1))
 
 
-def at_photo_size(found: FoundCloth, image: Image) -> FoundCloth:
-    """Return a find, which may be kept as it was searched, on all of the image that is opaque."""
-    photo = found.photo if found.photo.shape[:2] == image.pixels.shape[:2] else encode(image)
-    opaque, scale = searchable(image, None), working_scale(photo.shape)
-    return replace(found, photo=photo, valid=may_be_cloth(photo, opaque), scale=scale, opacity=opacity_of(opaque))
+def at_photo_size(found: FoundCloth, photo: Floats | Singles, region: Bools | Singles | None) -> FoundCloth:
+    """Return a find, which may be kept as it was searched, on a region (H, W) of the photo (H, W, 3)."""
+    scale = working_scale(photo.shape)
+    return replace(found, photo=photo, valid=may_be_cloth(photo, region), scale=scale, opacity=opacity_of(region))

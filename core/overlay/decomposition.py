@@ -16,15 +16,14 @@ from core.imaging.image import Image
 from core.linalg.blas import one_thread
 from core.overlay.cloth_search import FoundCloth, Known, at_photo_size, at_working_size, find_all, find_whole, follow
 from core.overlay.composition import difference, finite
-from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.likelihood import count_explained
+from core.overlay.pixels.laid_lattice import read_lattice
 from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
-from core.overlay.registration.vertices import whole_lattice
 from core.overlay.texel import Texel
 from core.overlay.whole_cloth import widen
 from core.progress import Job, Progress, part
@@ -99,39 +98,35 @@ def decompose_whole_cloth(
     *,
     region: Bools | Singles | None = None,
     texel_px: float | None = None,
+    start: Proposal | None = None,
     lattice: list[Lattice] | None = None,
     seed: int = 0,
+    finds: list[FoundCloth] | None = None,
 ) -> Job[Decomposition]:
     """Return the decomposition of all of the cloth of which the pattern is found in `region` (H, W).
 
     Without one, what stands out in the photo is said to be cloth. What is found is followed on over the object that
     stands out there; where that is no better it stays as it was. What is given and raised is as for `decompose`.
+    `finds` may be what decompositions of the image have kept, none if they found none: then it is not looked for again,
+    and `InputError` is raised where nothing better is found than one of them.
     """
     seconds: dict[str, float] = {}
-    job = find_whole(encode(image), Known(region, texel_px, None, lattice, seed))
-    finds = yield from part(time_stages(job, seconds), 0.0, 0.6)
-    best = choose(finds)
-    with suppress(InputError):
-        return (yield from part(decompose_object(image, best, seed, seconds), 0.6, 1.0))
-    return (yield from part(split_best([best], seconds), 0.9, 1.0))
-
-
-def decompose_object(
-    image: Image, found: FoundCloth, seed: int, seconds: dict[str, float] | None = None
-) -> Job[Decomposition]:
-    """Return the decomposition of what is found, followed on over the object that stands out there.
-
-    `found` may be one that a decomposition of the image has kept, `seconds` the time that was taken so far. Raises
-    `InputError` where that is no better.
-    """
-    seconds = {} if seconds is None else seconds
+    photo = encode(image)
+    opaque = searchable(image, None)
+    had = None if finds is None else [at_photo_size(found, photo, opaque) for found in finds]
+    job = find_whole(photo, Known(region, texel_px, start, lattice, seed), had)
+    best = choose((yield from part(time_stages(job, seconds), 0.0, 0.6)))
+    whole = at_photo_size(best, photo, opaque)
 
     def follow_on(cloth: Bools) -> Job[FoundCloth]:
         return follow(whole, searchable(image, cloth), seed, is_told=False)
 
-    whole = at_photo_size(found, image)
-    wider = yield from part(time_stages(widen(image, whole, follow_on), seconds), 0.0, 0.8)
-    return (yield from part(split_best([wider], seconds), 0.8, 1.0))
+    try:
+        best = yield from part(time_stages(widen(image, whole, follow_on), seconds), 0.6, 0.9)
+    except InputError:
+        if had is not None and any(best is found for found in had):
+            raise
+    return (yield from part(split_best([best], seconds), 0.9, 1.0))
 
 
 def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
@@ -208,10 +203,7 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
     cloth, scale = found.cloth, found.scale
     if not np.isfinite(model.shading).any():
         raise NoPatternError
-    lattice = whole_lattice(cloth, list(model.pieces), found.fit)
-    frames = PatchFrames(
-        scale * lattice.frames.points + (scale - 1) / 2, scale * lattice.frames.bases, lattice.frames.scores
-    )
+    lattice = read_lattice(model)
     modelled, inside = model.modelled, np.asarray(np.isfinite(model.shading), np.bool_)
     uv, texel, light, coverage = model.uv, model.texel, model.light, model.coverage * found.opacity
     # What the rest of the model takes, its texture above all, would be the most memory of a large photo here.
@@ -224,7 +216,7 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
         detail=difference(found.photo, modelled, inside),
         reconstruction=modelled,
         coverage=coverage,
-        lattice=replace(lattice, frames=frames),
+        lattice=lattice,
         basis=cloth.basis * scale,
         explained=count_explained(found.photo, modelled, inside, scale),
     )

@@ -150,14 +150,20 @@ def test_ground_in_more_light_than_there_can_be_is_not_cloth(scene: Scene, monke
     assert result.covered[light > 0.82].mean() < 0.02
 
 
-def test_a_corner_whose_pattern_jumps_is_covered_too() -> None:
+@pytest.mark.parametrize(("side", "is_explained"), [(40, False), (60, True)])
+def test_a_corner_whose_pattern_jumps_is_covered_and_explained_if_it_shows_a_few_texels(
+    side: int, *, is_explained: bool
+) -> None:
     scene = make_scene(motif())
-    photo, corner = scene.photo.copy(), (slice(-40, None), slice(-40, None))
+    photo, corner = scene.photo.copy(), (slice(-side, None), slice(-side, None))
     photo[corner] = np.roll(scene.photo, (11, 12), (0, 1))[corner]
     region = np.ones(photo.shape[:2], bool)
     region[:3] = False
     found = run(decompose(photo, region=region))
-    assert found.covered[-36:, -36:].all()
+    inside = (slice(4 - side, None), slice(4 - side, None))
+    assert found.covered[inside].all()
+    if is_explained:
+        assert np.sqrt((found.detail[inside] ** 2).mean()) < 0.02
 
 
 def test_whole_cloth_ends_where_it_does_and_not_where_its_object_was_cut_out(

@@ -107,7 +107,7 @@ def test_of_several_finds_that_is_kept_which_explains_most_once_it_is_split(
         both = [right, bent(right, 0.1, 1.0)]
         return both if is_right_first else both[::-1]
 
-    def find_no_more(*_: Any) -> Job[Decomposition]:
+    def find_no_more(*_: Any) -> Job[FoundCloth]:
         yield Progress(0.0)
         raise InputError("")
 
@@ -115,7 +115,7 @@ def test_of_several_finds_that_is_kept_which_explains_most_once_it_is_split(
     explained = decomposition.split(right).explained
     monkeypatch.setattr(cloth_search, "find", find_both)
     assert run(decompose(SCENE.photo, region=HALF)).explained == explained
-    monkeypatch.setattr(decomposition, "decompose_object", find_no_more)
+    monkeypatch.setattr(decomposition, "widen", find_no_more)
     image = Image(np.rint(255 * SCENE.photo).astype(np.uint8))
     assert run(decompose_whole_cloth(image, region=HALF)).explained > 0.97 * explained
 
@@ -227,6 +227,12 @@ def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_that_sta
     finds = run(cloth_search.find_whole(SCENE.photo, Known(region)))
     assert searched == ways
     assert len(finds) == len(ways)
+    # What was found already is not looked for again, but what stands out is.
+    searched.clear()
+    again = run(cloth_search.find_whole(SCENE.photo, Known(region), finds[:1]))
+    assert searched == ways[1:]
+    assert again[0] is finds[0]
+    assert len(again) == len(ways)
 
 
 def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:

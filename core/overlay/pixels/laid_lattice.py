@@ -1,0 +1,70 @@
+"""The lattice of the cloth as it is laid, pixel by pixel: where its coordinates are whole numbers."""
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Ints
+from core.overlay.composition import finite
+from core.overlay.detection.alignment import PatchFrames
+from core.overlay.detection.lattice import Lattice
+from core.overlay.filters.smoothing import gaussian, mean
+from core.overlay.pixels.extension import find_sound, slopes_of
+from core.overlay.pixels.jacobian_validity import jumps
+from core.overlay.pixels.model import PixelModel
+from core.overlay.registration.multivalued_lattice import lay_apart
+from core.overlay.registration.region import misfit
+from core.overlay.registration.vertices import find_whole
+from core.overlay.tolerances import MOTIF, SMOOTH_PX, STRETCH
+
+TRIANGLES = np.array([((0, 0), (1, 0), (1, 1)), ((0, 0), (1, 1), (0, 1))])
+"""Corners of two triangles between four pixels, steps to the right and down."""
+
+
+def read_lattice(model: PixelModel) -> Lattice:
+    """Return the vertices of a finished model, at the photo's size, scored by what is explained of the quads.
+
+    The score is the mean share, 0 to 1, of the variance that is explained around the middle of the quad to the lower
+    right, over a spread that is a texel's. Vectors are means beside a vertex. Where cloth is crushed, blown up or torn
+    there is no vertex.
+    """
+    few = np.s_[:: model.scale, :: model.scale]
+    uv, basis = model.uv[few].astype(np.float64), model.cloth.basis
+    covered = finite(uv)
+    weight = covered[..., None].astype(np.float32)
+    slopes = mean(np.nan_to_num(slopes_of(uv)).astype(np.float32), weight, max(2 * MOTIF * model.cloth.side_px, 1.0))
+    keys, points = find_vertices(uv, covered & (jumps(uv, basis) <= STRETCH))
+    x, y = np.rint(points).astype(int).T
+    own = slopes[y, x].astype(np.float64)
+    sound = find_sound(own, abs(float(np.linalg.det(basis))))
+    keys, points, own = keys[sound], points[sound], own[sound]
+    vectors = np.linalg.inv(own.reshape(-1, 2, 2)[:, ::-1].transpose(0, 2, 1))
+    middles = np.rint(points + vectors.sum(-1) / 2).astype(int)
+    x, y = np.clip(middles, 0, np.array(covered.shape[::-1]) - 1).T
+    scores = explained_shares(model, covered)[y, x]
+    return lay_apart(Lattice(keys, PatchFrames(points * model.scale, vectors * model.scale, scores)))
+
+
+def find_vertices(uv: Floats, whole: Bools) -> tuple[Ints, Floats]:
+    """Return the whole coordinates (n, 2) that are met, and where (n, 2), pixels; only where the cloth is `whole`.
+
+    Between four pixels coordinates (H, W, 2) are linear on two triangles, of which none is as large as a texel.
+    """
+    y, x = np.nonzero(whole[:-1, :-1] & whole[1:, :-1] & whole[:-1, 1:] & whole[1:, 1:])
+    corners = np.stack([uv[y + down, x + right] for right in (0, 1) for down in (0, 1)])
+    meets = (np.ceil(corners.min(0)) <= corners.max(0)).all(-1)
+    pixels = np.stack([x, y], -1)[meets, None, None] + TRIANGLES
+    keys, points, _ = find_whole(uv[pixels[..., 1], pixels[..., 0]].reshape(-1, 3, 2), pixels.reshape(-1, 3, 2))
+    return keys.astype(np.int64), points
+
+
+def explained_shares(model: PixelModel, covered: Bools) -> Floats:
+    """Return the mean share (h, w) of the variance of every `scale`-th pixel that is explained, over texels.
+
+    `covered` (h, w) has coordinates.
+    """
+    few = np.s_[:: model.scale, :: model.scale]
+    seen, modelled = (np.asarray(plane, np.float64) for plane in (model.photo[few], model.modelled_at(few)))
+    light = np.nan_to_num(model.light[few].mean(-1))
+    strict, _ = misfit(seen, modelled, light, covered, model.found.tolerance, SMOOTH_PX)
+    share = np.where(covered, 1 - np.clip(strict, 0, 1), 0)
+    total, mass = (gaussian(plane, model.cloth.side_px / np.sqrt(12)) for plane in (share, covered.astype(np.float64)))
+    return np.asarray(total / np.maximum(mass, 1e-4), np.float64)
