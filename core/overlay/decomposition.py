@@ -21,7 +21,7 @@ from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.likelihood import count_explained
-from core.overlay.pixels.laid_lattice import read_lattice
+from core.overlay.pixels.laid_lattice import measure_basis, read_lattice
 from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import go_through, leave_out
 from core.overlay.texel import Texel
@@ -53,7 +53,7 @@ class Decomposition:
     lattice: Lattice
     """Its scores are the confidence of the quad to the lower right of each vertex, 0 to 1."""
     basis: Floats
-    """S (2, 2), pixels of the undeformed cloth a texel."""
+    """S (2, 2), pixels of the undeformed cloth a texel, by the median slopes of `uv`."""
     explained: float = 0.0
     """What speaks for it beside another one of the same photo (`count_explained`)."""
     seconds: dict[str, float] = field(default_factory=dict)
@@ -200,10 +200,9 @@ def begun_model(found: FoundCloth) -> PixelModel:
 
 def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
     """Return the parts that a model tells, at the photo's size; raise `NoPatternError` where it has no cloth."""
-    cloth, scale = found.cloth, found.scale
     if not np.isfinite(model.shading).any():
         raise NoPatternError
-    lattice = read_lattice(model)
+    lattice, basis = read_lattice(model), measure_basis(model)
     modelled, inside = model.modelled, np.asarray(np.isfinite(model.shading), np.bool_)
     uv, texel, light, coverage = model.uv, model.texel, model.light, model.coverage * found.opacity
     # What the rest of the model takes, its texture above all, would be the most memory of a large photo here.
@@ -217,6 +216,6 @@ def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
         reconstruction=modelled,
         coverage=coverage,
         lattice=lattice,
-        basis=cloth.basis * scale,
-        explained=count_explained(found.photo, modelled, inside, scale),
+        basis=basis,
+        explained=count_explained(found.photo, modelled, inside, found.scale),
     )

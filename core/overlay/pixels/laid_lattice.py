@@ -1,5 +1,7 @@
 """The lattice of the cloth as it is laid, pixel by pixel: where its coordinates are whole numbers."""
 
+from typing import Any
+
 import numpy as np
 
 from core.arrays import Bools, Floats, Ints
@@ -7,7 +9,7 @@ from core.overlay.composition import finite
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.filters.smoothing import gaussian, mean
-from core.overlay.pixels.extension import find_sound, slopes_of
+from core.overlay.pixels.extension import find_sound
 from core.overlay.pixels.jacobian_validity import jumps
 from core.overlay.pixels.model import PixelModel
 from core.overlay.registration.multivalued_lattice import lay_apart
@@ -29,14 +31,17 @@ def read_lattice(model: PixelModel) -> Lattice:
     few = np.s_[:: model.scale, :: model.scale]
     uv, basis = model.uv[few].astype(np.float64), model.cloth.basis
     covered = finite(uv)
-    weight = covered[..., None].astype(np.float32)
-    slopes = mean(np.nan_to_num(slopes_of(uv)).astype(np.float32), weight, max(2 * MOTIF * model.cloth.side_px, 1.0))
-    keys, points = find_vertices(uv, covered & (jumps(uv, basis) <= STRETCH))
+    whole = find_untorn(uv, basis)
+    keys, points = find_vertices(uv, whole)
     x, y = np.rint(points).astype(int).T
-    own = slopes[y, x].astype(np.float64)
-    sound = find_sound(own, abs(float(np.linalg.det(basis))))
-    keys, points, own = keys[sound], points[sound], own[sound]
-    vectors = np.linalg.inv(own.reshape(-1, 2, 2)[:, ::-1].transpose(0, 2, 1))
+    sigma_px = max(2 * MOTIF * model.cloth.side_px, 1.0)
+    steps, inside = (planes.astype(np.float32) for planes in slopes_right_and_down(uv, whole))
+    weights = np.repeat(inside[..., None], 2, -1)
+    means = [mean(slope, weight, sigma_px)[y, x] for slope, weight in zip(steps, weights, strict=True)]
+    slopes = np.concatenate(means, -1).astype(np.float64)
+    sound = find_sound(slopes, abs(float(np.linalg.det(basis))))
+    keys, points = keys[sound], points[sound]
+    vectors = np.asarray(np.linalg.inv(slopes[sound].reshape(-1, 2, 2).transpose(0, 2, 1)), np.float64)
     middles = np.rint(points + vectors.sum(-1) / 2).astype(int)
     x, y = np.clip(middles, 0, np.array(covered.shape[::-1]) - 1).T
     scores = explained_shares(model, covered)[y, x]
@@ -54,6 +59,37 @@ def find_vertices(uv: Floats, whole: Bools) -> tuple[Ints, Floats]:
     pixels = np.stack([x, y], -1)[meets, None, None] + TRIANGLES
     keys, points, _ = find_whole(uv[pixels[..., 1], pixels[..., 0]].reshape(-1, 3, 2), pixels.reshape(-1, 3, 2))
     return keys.astype(np.int64), points
+
+
+def measure_basis(model: PixelModel) -> Floats:
+    """Return the usual vectors (2, 2) of a texel as it is laid, pixels, from the median slopes of its coordinates.
+
+    Where cloth is crushed, torn or turned over everywhere, they are those of the registration.
+    """
+    few = np.s_[:: model.scale, :: model.scale]
+    uv = model.uv[few].astype(np.float64)
+    steps, inside = slopes_right_and_down(uv, find_untorn(uv, model.cloth.basis))
+    if not inside.any((1, 2)).all():
+        return model.basis
+    usual = np.array([np.median(slope[there], axis=0) for slope, there in zip(steps, inside, strict=True)])
+    if np.linalg.det(usual) <= 0 or not find_sound(usual.ravel(), abs(float(np.linalg.det(model.cloth.basis)))):
+        return model.basis
+    return np.asarray(np.linalg.inv(usual.T) * model.scale, np.float64)
+
+
+def find_untorn(uv: Floats, basis: Floats) -> Bools:
+    """Return where (H, W) coordinates (H, W, 2) do not jump; `basis` (2, 2) is pixels of undeformed cloth a texel."""
+    return np.asarray(finite(uv) & (jumps(uv, basis) <= STRETCH), np.bool_)
+
+
+def slopes_right_and_down(uv: Floats, whole: Bools) -> tuple[Floats, Bools]:
+    """Return how coordinates (H, W, 2) change to the next pixel, (2, H, W, 2), and where (2, H, W) that is known."""
+    slopes, inside = np.zeros((2, *uv.shape)), np.zeros((2, *whole.shape), np.bool_)
+    ways: list[tuple[Any, Any]] = [(np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])]
+    for number, (here, there) in enumerate(ways):
+        inside[number][here] = whole[here] & whole[there]
+        slopes[number][here] = np.where(inside[number][here][..., None], uv[there] - uv[here], 0)
+    return slopes, inside
 
 
 def explained_shares(model: PixelModel, covered: Bools) -> Floats:

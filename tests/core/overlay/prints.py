@@ -40,13 +40,23 @@ def print_of_blots(seed: int, n: int = 180) -> Texel:
     return Texel(pixels)
 
 
+def bent_print() -> Scene:
+    """Return four texels of a print, bent, so that the usual one is not quite `PRINT`."""
+    return make_scene(print_of_blots(0), size=(240, 250), basis=PRINT, bend=3.0)
+
+
+def usual_vectors(scene: Scene) -> Floats:
+    """Return the mean vectors (2, 2) of a texel, pixels, over the scene."""
+    slopes = [np.diff(scene.uv, axis=axis).mean((0, 1)) for axis in (1, 0)]
+    return np.asarray(np.linalg.inv(np.stack(slopes, -1)), np.float64)
+
+
 def print_on_a_table() -> tuple[Image, Bools]:
     """Return a photo of a print of which four texels are seen, and where (H, W) it is."""
-    scene = make_scene(print_of_blots(0), size=(240, 250), basis=PRINT, bend=3.0)
     photo = np.random.default_rng(2).normal((0.2, 0.3, 0.35), 0.01, (350, 370, 3))
     inside = np.zeros(photo.shape[:2], np.bool_)
     inside[50:290, 60:310] = True
-    photo[inside] = scene.photo.reshape(-1, 3)
+    photo[inside] = bent_print().photo.reshape(-1, 3)
     return Image(color.quantise(np.clip(photo, 0, 1).astype(np.float32), np.uint8)), inside
 
 

@@ -14,7 +14,7 @@ from core.overlay.laying.compositing import encode
 from core.overlay.pixels import layers, stages
 from core.progress import Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, marked_checks, motif
-from tests.core.overlay.prints import PRINT, print_on_a_table
+from tests.core.overlay.prints import bent_print, print_on_a_table, usual_vectors
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +78,10 @@ def test_steps_never_run_backwards_and_show_the_lattice_and_the_mesh(scene: Scen
     shown = [step.preview for step in steps if step.preview is not None]
     assert any(stage.lattice is not None and len(stage.lattice) > 9 for stage in shown)
     assert any(stage.uv is not None and np.isfinite(stage.uv).any() for stage in shown)
+
+
+def test_the_usual_texel_is_the_mean_one_of_all_of_the_cloth(found: Decomposition, scene: Scene) -> None:
+    np.testing.assert_allclose(found.basis, usual_vectors(scene), atol=0.5)
 
 
 @pytest.mark.parametrize(("mark", "area"), [(True, 32.0**2), (False, 32.0**2 / 2)])
@@ -210,4 +214,4 @@ def assert_print_alone_is_found(photo: Image, inside: Bools) -> None:
     found = run(decompose_whole_cloth(photo))
     assert found.covered[inside].mean() > 0.95
     assert found.covered[~inside].mean() < 0.02
-    np.testing.assert_allclose(found.basis, PRINT, atol=3.0)
+    np.testing.assert_allclose(found.basis, usual_vectors(bent_print()), atol=3.0)

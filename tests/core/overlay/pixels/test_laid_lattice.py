@@ -1,11 +1,14 @@
 """The lattice of the cloth as it is laid."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats
 from core.overlay.decomposition import Decomposition, decompose
-from core.overlay.pixels.laid_lattice import find_vertices
+from core.overlay.pixels.laid_lattice import find_vertices, measure_basis
 from core.progress import run
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
@@ -56,11 +59,27 @@ def test_what_was_filled_between_followed_cloth_has_vertices_too(found: Decompos
 def test_vertices_lie_where_the_coordinates_say_with_the_vectors_there(found: Decomposition) -> None:
     points, bases = found.lattice.frames.points, found.lattice.frames.bases
     x, y = np.rint(points).astype(int).T
-    off = found.uv[y, x] - found.lattice.keys
-    shift = np.median(np.rint(off), axis=0)
-    assert np.linalg.norm((off - shift) @ found.basis.T, axis=1).max() < 1.5
-    area = np.linalg.det(bases) / np.linalg.det(found.basis)
+    # A sheet that would meet another one has its keys moved by whole texels.
+    off = found.uv[y, x] - np.rint(found.uv[y, x])
+    assert np.linalg.norm(off @ found.basis.T, axis=1).max() < 1.0
+    assert (np.rint(found.uv[y, x]) == found.lattice.keys).all(1).mean() > 0.9
+    is_followed = ((points < (50, 50)) | (points > (120, 105))).any(1)
+    area = np.linalg.det(bases[is_followed]) / np.linalg.det(found.basis)
+    assert is_followed.sum() > 15
     assert ((area > 0.7) & (area < 1.4)).all()
+
+
+@pytest.mark.parametrize(("is_turned_over", "scale"), [(False, 1), (False, 2), (True, 1)])
+def test_the_usual_texel_is_measured_where_the_cloth_is_not_turned_over(*, is_turned_over: bool, scale: int) -> None:
+    uv = np.repeat(np.repeat(slanted(), scale, 0), scale, 1)
+    model: Any = SimpleNamespace(
+        uv=uv[:, ::-1] if is_turned_over else uv,
+        scale=scale,
+        basis=1.5 * STEP * scale,
+        cloth=SimpleNamespace(basis=1.5 * STEP),
+    )
+    measured = measure_basis(model)
+    np.testing.assert_allclose(measured, (1.5 if is_turned_over else 1) * STEP * scale, rtol=1e-6)
 
 
 def test_a_quad_that_shows_another_thing_is_less_explained_than_any_other(found: Decomposition) -> None:
