@@ -14,7 +14,7 @@ from core.overlay.pixels.jacobian_validity import jumps
 from core.overlay.pixels.model import PixelModel
 from core.overlay.registration.multivalued_lattice import lay_apart
 from core.overlay.registration.region import misfit
-from core.overlay.registration.vertices import find_whole
+from core.overlay.registration.vertices import find_whole_coordinates
 from core.overlay.tolerances import MOTIF, SMOOTH_PX, STRETCH
 
 TRIANGLES = np.array([((0, 0), (1, 0), (1, 1)), ((0, 0), (1, 1), (0, 1))])
@@ -57,7 +57,9 @@ def find_vertices(uv: Floats, whole: Bools) -> tuple[Ints, Floats]:
     corners = np.stack([uv[y + down, x + right] for right in (0, 1) for down in (0, 1)])
     meets = (np.ceil(corners.min(0)) <= corners.max(0)).all(-1)
     pixels = np.stack([x, y], -1)[meets, None, None] + TRIANGLES
-    keys, points, _ = find_whole(uv[pixels[..., 1], pixels[..., 0]].reshape(-1, 3, 2), pixels.reshape(-1, 3, 2))
+    keys, points, _ = find_whole_coordinates(
+        uv[pixels[..., 1], pixels[..., 0]].reshape(-1, 3, 2), pixels.reshape(-1, 3, 2)
+    )
     return keys.astype(np.int64), points
 
 

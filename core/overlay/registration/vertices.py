@@ -16,12 +16,12 @@ def vertices(mesh: ClothMesh, state: ClothState) -> Lattice:
     """Return the vertices of the lattice inside the cells in use, with the vectors that the mesh has there."""
     rows = mesh.corners[state.cells][:, TRIANGLES].reshape(-1, 3)
     uv, places = state.uv.reshape(-1, 2)[rows], mesh.positions().reshape(-1, 2)[rows]
-    keys, points, hit = find_whole(uv, places)
+    keys, points, hit = find_whole_coordinates(uv, places)
     sides, steps = (np.diff(corners[hit], axis=1).transpose(0, 2, 1) for corners in (places, uv))
     return Lattice(keys.astype(np.int64), PatchFrames(points, sides @ np.linalg.inv(steps), np.ones(len(keys))))
 
 
-def find_whole(uv: Floats, places: Floats) -> tuple[Floats, Floats, Bools]:
+def find_whole_coordinates(uv: Floats, places: Floats) -> tuple[Floats, Floats, Bools]:
     """Return whole coordinates (n, 2) that triangles hold, their places (n, 2), and which triangles (m,) those are.
 
     `uv` and `places` (m, 3, 2) are of the corners. A triangle with an edge much shorter than a texel holds at most one

@@ -45,9 +45,10 @@ def bent_print() -> Scene:
     return make_scene(print_of_blots(0), size=(240, 250), basis=PRINT, bend=3.0)
 
 
-def usual_vectors(scene: Scene) -> Floats:
-    """Return the mean vectors (2, 2) of a texel, pixels, over the scene."""
-    slopes = [np.diff(scene.uv, axis=axis).mean((0, 1)) for axis in (1, 0)]
+def usual_vectors(scene: Scene, inside: Bools | None = None) -> Floats:
+    """Return the mean vectors (2, 2) of a texel, pixels, over the scene or what is `inside` (H, W) of it."""
+    uv = np.where(True if inside is None else inside[..., None], scene.uv, np.nan)
+    slopes = [np.nanmean(np.diff(uv, axis=axis), (0, 1)) for axis in (1, 0)]
     return np.asarray(np.linalg.inv(np.stack(slopes, -1)), np.float64)
 
 
