@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, Points, Singles
+from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.basis import reduce, spans
-from core.overlay.detection.subpixel import locate_maxima
 
 SIDES_PX = (20, 32, 48, 72, 108)
 """Sides of the exemplar patches."""
@@ -111,9 +110,19 @@ def find_peaks(surface: Singles, middle: Points, side: int) -> tuple[Points, Flo
     inner = np.zeros(surface.shape, bool)
     inner[1:-1, 1:-1] = True
     y, x = (a.astype(np.int64) for a in np.nonzero((smooth == highest) & (smooth > 0.25) & inner))
-    offsets = np.stack([x, y], -1) + locate_maxima(smooth, x, y) - middle
+    offsets = np.stack([x, y], -1) + vertex_of_parabola(smooth, x, y) - middle
     away = np.linalg.norm(offsets, axis=1) > max(3.0, radius / 2)
     return offsets[away], smooth[y, x][away].astype(float)
+
+
+def vertex_of_parabola(surface: Singles, x: Ints, y: Ints) -> Points:
+    """Return the subpixel offsets (n, 2) of maxima at columns x and rows y."""
+    out = []
+    for dx, dy in ((1, 0), (0, 1)):
+        before, here, after = (surface[y + k * dy, x + k * dx].astype(float) for k in (-1, 0, 1))
+        bend = np.minimum(before - 2 * here + after, -1e-6)
+        out.append(np.clip((before - after) / (2 * bend), -0.5, 0.5))
+    return np.stack(out, -1)
 
 
 def shortest_pair(vectors: Points) -> Floats | None:
