@@ -108,11 +108,11 @@ def find_whole(photo: Floats | Singles, known: Known, finds: list[FoundCloth] | 
     So where nothing is painted, and no find that stands alone lies on that, it is searched as a region is. `finds` may
     be what was found already, none if there is none.
     """
-    if known.is_told:
-        finds = (yield from find_all(photo, known)) if finds is None else finds
-    else:
-        finds = (yield from part(find_if_any(photo, known), 0.0, 0.3)) if finds is None else finds
-        finds = finds + (yield from part(find_on_whole_object(photo, known, finds), 0.3, 1.0))
+    if finds is None:
+        first, done = (find_all, 1.0) if known.is_told else (find_if_any, 0.3)
+        finds = yield from part(first(photo, known), 0.0, done)
+    if not known.is_told:
+        finds = [*finds, *(yield from part(find_on_whole_object(photo, known, finds), 0.3, 1.0))]
     if not finds:
         raise NoPatternError
     return finds

@@ -214,4 +214,4 @@ def assert_print_alone_is_found(photo: Image, inside: Bools) -> None:
     found = run(decompose_whole_cloth(photo))
     assert found.covered[inside].mean() > 0.95
     assert found.covered[~inside].mean() < 0.02
-    np.testing.assert_allclose(found.basis, usual_vectors(bent_print()), atol=3.0)
+    np.testing.assert_allclose(found.basis, usual_vectors(bent_print()), atol=2.0)
