@@ -13,11 +13,11 @@ SEED := 0
 run: install
 	@$(BIN)/weft
 
-# What has no window and no GPU runs on all cores; windows stand still where others take their time, and are alone.
-ALONE := tests/gui tests/gpu tests/benchmarks
+# Tests run on all cores, each process with a display of its own; what compares timings is alone.
+ALONE := tests/benchmarks
 
 test: install check
-	$(BIN)/python -m pytest --numprocesses logical --dist worksteal --benchmark-disable $(addprefix --ignore=,$(ALONE))
+	$(BIN)/python -m pytest --numprocesses logical --dist worksteal --benchmark-disable --ignore=$(ALONE)
 	$(BIN)/python -m pytest $(ALONE)
 
 check: .venv/installed

@@ -114,9 +114,8 @@ class Warped:
     @cached_property
     def outline_moved_px(self) -> float:
         """How far frame nodes outside features are from the side that W draws: 0 unless nothing else avoids folds."""
-        return max(
-            distance_to_line(self.warped[side][self.marked.labels[side] == 0], self.plain[side]) for side in SIDES
-        )
+        moved = (self.warped != self.plain).any(axis=-1) & (self.marked.labels == 0)
+        return max(distance_to_line(self.warped[side][moved[side]], self.plain[side]) for side in SIDES)
 
     @cached_property
     def features(self) -> list[FeatureReport]:

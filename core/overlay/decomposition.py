@@ -5,7 +5,6 @@ I(x) = Wp(x) T(Wg(x)) + HF(x)
 
 import time
 from collections.abc import Collection, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
@@ -161,9 +160,8 @@ def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomp
         if len(finds) == 1:
             best, result = finds[0], split(finds[0])
         else:
-            best, result = compare(finds)
-            if result.photo is not best.photo:
-                result = split(best)
+            best, model = compare(finds)
+            result = finish(best, model) if model.photo is best.photo else split(best)
     kept = replace(at_working_size(best), cloth=best.cloth.without_results)
     return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started}, found=kept)
 
@@ -173,24 +171,33 @@ def choose(finds: list[FoundCloth]) -> FoundCloth:
     return finds[0] if len(finds) == 1 else compare(finds)[0]
 
 
-def compare(finds: list[FoundCloth]) -> tuple[FoundCloth, Decomposition]:
-    """Return that find which explains most of the photo as it was searched, and the parts it leads to there.
+def compare(finds: list[FoundCloth]) -> tuple[FoundCloth, PixelModel]:
+    """Return that find which explains most of the photo as it was searched, and the model it leads to there.
 
     Raises `NoPatternError` where none explains a pixel.
     """
-    results: list[tuple[FoundCloth, Decomposition]] = []
-    for found in finds:
-        with suppress(NoPatternError), one_thread():
-            results.append((found, split(at_working_size(found))))
-    if not results:
+    with one_thread():
+        models = [(found, go_through(begun_model(at_working_size(found)))) for found in finds]
+    seen = [pair for pair in models if has_cloth(pair[1])]
+    if not seen:
         raise NoPatternError
-    return max(results, key=lambda pair: pair[1].explained)
+    return max(seen, key=lambda pair: explained_by(pair[1]))
+
+
+def has_cloth(model: PixelModel) -> bool:
+    """Return whether a model explains any pixel."""
+    return bool(np.isfinite(model.shading).any())
+
+
+def explained_by(model: PixelModel) -> float:
+    """Return what speaks for a finished model beside another one of the same photo."""
+    return count_explained(model.photo, model.modelled, np.asarray(np.isfinite(model.shading), np.bool_), model.scale)
 
 
 def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:
     """Yield what comes of leaving out each stage of these names by turns, then of all stages; None for no cloth."""
     for name, model in leave_out(begun_model(found), names):
-        yield name, finish(found, model) if np.isfinite(model.shading).any() else None
+        yield name, finish(found, model) if has_cloth(model) else None
 
 
 def begun_model(found: FoundCloth) -> PixelModel:
@@ -200,7 +207,7 @@ def begun_model(found: FoundCloth) -> PixelModel:
 
 def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
     """Return the parts that a model tells, at the photo's size; raise `NoPatternError` where it has no cloth."""
-    if not np.isfinite(model.shading).any():
+    if not has_cloth(model):
         raise NoPatternError
     lattice, basis = read_lattice(model), measure_basis(model)
     modelled, inside = model.modelled, np.asarray(np.isfinite(model.shading), np.bool_)

@@ -15,6 +15,7 @@ from core.overlay.cloth_search import FoundCloth, Known, find
 from core.overlay.decomposition import Decomposition, decompose, decompose_whole_cloth
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import NoPatternError
+from core.overlay.filters import shrinking
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.likelihood import count_explained
 from core.overlay.search.finding import LEAST_UNTOLD, Find, find_cloth
@@ -237,8 +238,9 @@ def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_that_sta
 
 def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cloth_search, "find", find_wrongly)
+    monkeypatch.setattr(shrinking, "WORKING_PX", 200)
     small = make_scene(motif(), size=(100, 110))
-    large, right = (np.repeat(np.repeat(plane, 10, 0), 10, 1) for plane in (small.photo, HALF[:100, :110]))
+    large, right = (np.repeat(np.repeat(plane, 3, 0), 3, 1) for plane in (small.photo, HALF[:100, :110]))
     found = run(decompose(large, region=right))
     assert found.covered.shape == right.shape
-    assert found.covered[:, 600:].mean() > 0.9
+    assert found.covered[:, 180:].mean() > 0.9
