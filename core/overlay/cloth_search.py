@@ -21,7 +21,7 @@ from core.overlay.likelihood import count_explained
 from core.overlay.pixels.layers import painted, spread_mask
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.search.finding import LEAST_UNTOLD, Find, find_cloth, find_print, follow_within, register_lattice
-from core.overlay.search.large_periods import Places
+from core.overlay.search.large_periods import Correspondences
 from core.progress import Job, part
 from core.selection.features import MARKED
 from core.selection.importance import importance, propose
@@ -176,7 +176,7 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     """
     inside = yield from part(find_object(photo), 0.0, 0.1)
     small, canvas, scale = working_picture(photo, inside)
-    ways: tuple[tuple[Places, float], ...] = ("keypoints", 0.1), ("patches", 0.55)
+    ways: tuple[tuple[Correspondences, float], ...] = ("keypoints", 0.1), ("patches", 0.55)
     for alike, done in ways:
         job = find_print(small, canvas, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.side_px(scale))
         with suppress(NoPatternError):

@@ -59,7 +59,7 @@ BLEND = (
     ),
     OverlayRow("Shading", "shading", 0, 200, "How strong the folds' light and shade are, per cent", 0, 100),
 )
-ADVICE = "Paint the cloth (B) or drag a rectangle around it (R) and look again, or mark one repeat of it (I)."
+ADVICE_PAINTED = "Paint more of the cloth, or less (B), and look again, or mark one repeat of it (I)."
 ADVICE_UNPAINTED = (
     "Take what stands out as the whole cloth, paint it (B), "
     "drag a rectangle around it (R) or mark one repeat of it (I)."
@@ -134,7 +134,7 @@ class OverlayPanel:
             note = work.ticket.progress.note
             return f"{note.capitalize()} …" if note else "Waiting …"
         if work.fault is not None:
-            return ADVICE_UNPAINTED if self._table.by_name["overlay.whole"].enabled(self._editor) else ADVICE
+            return ADVICE_UNPAINTED if self._table.by_name["overlay.whole"].enabled(self._editor) else ADVICE_PAINTED
         if work.is_stopped and layers is None:
             return STOPPED
         if layers is None or self._cloth.search is None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from core.arrays import Bools, Ints, Points, Singles
 from core.overlay.detection.displacement_votes import Pairs
-from core.overlay.detection.subpixel import find_vertices
+from core.overlay.detection.subpixel import refine_maxima
 from core.overlay.filters.shrinking import shrunk
 
 LONGEST_PX = 300
@@ -97,4 +97,4 @@ def find_peaks(alike: Singles, y: Ints, x: Ints, shape: tuple[int, ...]) -> tupl
     highest = cv2.dilate(np.nan_to_num(plane), np.ones((APART, APART), np.uint8))[y, x]
     places = np.flatnonzero((alike > ALIKE) & (alike == highest))
     at = x[places], y[places]
-    return places, np.stack(at, -1) + find_vertices(plane, *at)
+    return places, np.stack(at, -1) + refine_maxima(plane, *at)

@@ -10,7 +10,7 @@ PARABOLOID = np.linalg.pinv(np.stack([*(NEAR**2).T, NEAR.prod(1), *NEAR.T, np.on
 """The coefficients (6, 9) of x**2, y**2, x y, x, y and 1 that fit nine values by least squares."""
 
 
-def find_vertices(surface: Singles, x: Ints, y: Ints) -> Points:
+def refine_maxima(surface: Singles, x: Ints, y: Ints) -> Points:
     """Return how far (n, 2), pixels, from maxima of a surface (H, W) at columns `x` and rows `y` its vertices lie.
 
     That is 0 at the surface's edge or beside a value that is not finite, and where the paraboloid has no maximum within

@@ -32,7 +32,7 @@ from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
 from core.overlay.search.agreement import agreement
-from core.overlay.search.large_periods import Places, find_large
+from core.overlay.search.large_periods import Correspondences, find_large
 from core.overlay.search.magnified import MOST_PX, magnified, restrict
 from core.progress import Job, Progress, part
 
@@ -188,7 +188,7 @@ def find_print(
     canvas: FlatPicture,
     seed: int,
     *,
-    alike: Places = "keypoints",
+    alike: Correspondences = "keypoints",
     least: float | None = None,
     texel_px: float | None = None,
 ) -> Job[Find]:

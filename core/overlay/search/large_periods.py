@@ -33,7 +33,7 @@ from core.overlay.texel import draw_sample
 from core.overlay.tolerances import SMOOTH_PX
 from core.progress import Job, Progress
 
-Places: TypeAlias = Literal["keypoints", "patches"]
+Correspondences: TypeAlias = Literal["keypoints", "patches"]
 
 NOTE = "looking for large texels"
 STEP_PX = 30.0
@@ -42,7 +42,7 @@ LEAST_TEXELS = 3.0
 """Area, in texels, that has to be seen: one, and its neighbour along either vector; twice that without a region."""
 TRIED = 3
 """Lattices that are laid: votes propose, what the texel explains decides."""
-UNTOLD: dict[Places, float] = {"keypoints": LIKELY, "patches": 35.0}
+UNTOLD: dict[Correspondences, float] = {"keypoints": LIKELY, "patches": 35.0}
 """Surplus of votes from which a lattice is likely where nobody said that there is cloth. Patches along stripes are
 alike, with 33 at most; prints and plaids have 38 to 88 (of 160 clothes drawn by chance)."""
 NEARLY = 0.8
@@ -72,7 +72,7 @@ def find_large(
     photo: Floats,
     canvas: FlatPicture,
     *,
-    alike: Places = "keypoints",
+    alike: Correspondences = "keypoints",
     least: float | None = None,
     texel_px: float | None = None,
 ) -> Job[tuple[FittedCloth, Fit, Evidence]]:
@@ -107,7 +107,7 @@ def find_large(
 
 
 def lay_likely(
-    photo: Floats, canvas: FlatPicture, alike: Places, least: float, *, is_cloth: bool, texel_px: float | None
+    photo: Floats, canvas: FlatPicture, alike: Correspondences, least: float, *, is_cloth: bool, texel_px: float | None
 ) -> Job[list[LaidLattice]]:
     """Return the likeliest lattices, of which `least` texels may be seen, laid on what may be, or `is_cloth`."""
     pairs, likely = find_likely(canvas) if alike == "keypoints" else find_likely_of_patches(canvas)
