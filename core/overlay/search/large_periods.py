@@ -36,7 +36,7 @@ from core.progress import Job, Progress
 Correspondences: TypeAlias = Literal["keypoints", "patches"]
 
 NOTE = "looking for large texels"
-STEP_PX = 30.0
+LARGE_PX = 30.0
 """Side of a large texel at least."""
 LEAST_TEXELS = 3.0
 """Area, in texels, that has to be seen: one, and its neighbour along either vector; twice that without a region."""
@@ -136,7 +136,7 @@ def in_turn(laid: list[LaidLattice]) -> list[LaidLattice]:
 
 
 def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]:
-    """Return the pairs of alike keypoints, `STEP_PX` or more apart, and what `find_bases` makes of their votes.
+    """Return the pairs of alike keypoints, `LARGE_PX` or more apart, and what `find_bases` makes of their votes.
 
     A small photo is enlarged to tell them. There are three times as many keypoints then, which surpass chance by more:
     only what is certain is likely, and where nothing is, the photo's own pixels tell.
@@ -144,19 +144,19 @@ def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]
     valid = np.asarray(canvas.valid[..., 0] > 0, np.bool_)
     if can_be_magnified(canvas.shape):
         large, inside = enlarged(canvas.image), enlarged_mask(valid)
-        pairs = find_alike(large, inside, TIMES * STEP_PX, least_size_px=TIMES * LEAST_SIZE_PX)
-        likely = find_bases(count_votes(pairs, TIMES * STEP_PX))
+        pairs = find_alike(large, inside, TIMES * LARGE_PX, least_size_px=TIMES * LEAST_SIZE_PX)
+        likely = find_bases(count_votes(pairs, TIMES * LARGE_PX))
         certain = [(sure, basis / TIMES) for sure, basis in likely if sure > SURE]
         if certain:
             return replace(pairs, points=to_small(pairs.points, TIMES)), certain
-    pairs = find_alike(canvas.image, valid, STEP_PX)
-    return pairs, find_bases(count_votes(pairs, STEP_PX))
+    pairs = find_alike(canvas.image, valid, LARGE_PX)
+    return pairs, find_bases(count_votes(pairs, LARGE_PX))
 
 
 def find_likely_of_patches(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]:
-    """Return the pairs of alike patches, `STEP_PX` or more apart, and what `find_bases` makes of their votes."""
-    pairs = find_alike_patches(canvas.image, np.asarray(canvas.valid[..., 0] > 0, np.bool_), STEP_PX)
-    return pairs, find_bases(count_votes(pairs, STEP_PX))
+    """Return the pairs of alike patches, `LARGE_PX` or more apart, and what `find_bases` makes of their votes."""
+    pairs = find_alike_patches(canvas.image, np.asarray(canvas.valid[..., 0] > 0, np.bool_), LARGE_PX)
+    return pairs, find_bases(count_votes(pairs, LARGE_PX))
 
 
 def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_px: float) -> tuple[FittedCloth, Fit]:

@@ -10,7 +10,7 @@ from core.overlay.detection.alike_patches import find_alike_patches
 from core.overlay.detection.displacement_votes import Pairs, count_votes, find_bases
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.search.finding import find_print
-from core.overlay.search.large_periods import STEP_PX, find_large, find_likely, find_likely_of_patches
+from core.overlay.search.large_periods import LARGE_PX, find_large, find_likely, find_likely_of_patches
 from core.progress import run
 from tests.core.overlay.overlay_scenes import Scene, make_scene
 from tests.core.overlay.prints import canvas_of, displaced_px, painted, sett
@@ -24,7 +24,7 @@ def plaid() -> Scene:
 
 
 def pairs_of(scene: Scene) -> Pairs:
-    return find_alike_patches(canvas_of(scene.photo).image, np.ones(scene.photo.shape[:2], bool), STEP_PX)
+    return find_alike_patches(canvas_of(scene.photo).image, np.ones(scene.photo.shape[:2], bool), LARGE_PX)
 
 
 def texels_off(scene: Scene, pairs: Pairs) -> np.ndarray:
@@ -39,7 +39,7 @@ def test_patches_of_a_bent_plaid_are_alike_where_they_lie_whole_texels_apart(pla
     pairs = pairs_of(plaid)
     assert len(pairs.first) > 2000
     assert np.median(texels_off(plaid, pairs)) < 0.011
-    assert np.linalg.norm(pairs.vectors, axis=1).min() > STEP_PX
+    assert np.linalg.norm(pairs.vectors, axis=1).min() > LARGE_PX
 
 
 def test_votes_of_patches_tell_a_plaid_that_those_of_keypoints_are_less_sure_of(plaid: Scene) -> None:
@@ -73,9 +73,9 @@ def test_nothing_is_found_in_thin_lines_that_are_painted(plaid: Scene) -> None:
 def test_a_larger_photo_is_compared_when_it_is_shrunk(plaid: Scene) -> None:
     times = 4
     large = np.repeat(np.repeat(canvas_of(plaid.photo).image, times, 0), times, 1)
-    pairs = find_alike_patches(large, np.ones(large.shape[:2], bool), times * STEP_PX)
+    pairs = find_alike_patches(large, np.ones(large.shape[:2], bool), times * LARGE_PX)
     assert len(np.unique(pairs.first)) < plaid.shading.size
-    (_, basis), *_ = find_bases(count_votes(pairs, times * STEP_PX))
+    (_, basis), *_ = find_bases(count_votes(pairs, times * LARGE_PX))
     steps = np.linalg.solve(times * BASIS, basis)
     assert np.abs(steps - np.rint(steps)).max() < 0.1
 
@@ -87,7 +87,7 @@ def test_of_much_cloth_evenly_spaced_patches_are_looked_for_and_they_tell_it(
     monkeypatch.setattr(alike_patches, "MOST_ASKED", most)
     pairs = pairs_of(plaid)
     assert most / 2 < len(np.unique(pairs.first)) <= most
-    (_, basis), *_ = find_bases(count_votes(pairs, STEP_PX))
+    (_, basis), *_ = find_bases(count_votes(pairs, LARGE_PX))
     steps = np.linalg.solve(BASIS, basis)
     assert np.abs(steps - np.rint(steps)).max() < 0.1
 
@@ -95,7 +95,7 @@ def test_of_much_cloth_evenly_spaced_patches_are_looked_for_and_they_tell_it(
 def test_only_patches_in_the_region_are_compared(plaid: Scene) -> None:
     valid = np.zeros(plaid.photo.shape[:2], bool)
     valid[60:300, 40:280] = True
-    pairs = find_alike_patches(canvas_of(plaid.photo).image, valid, STEP_PX)
+    pairs = find_alike_patches(canvas_of(plaid.photo).image, valid, LARGE_PX)
     half = 2 * (alike_patches.SIDE // 2)
     seen = pairs.points[np.concatenate([pairs.first, pairs.second])]
     assert len(seen)
@@ -106,5 +106,5 @@ def test_only_patches_in_the_region_are_compared(plaid: Scene) -> None:
 @pytest.mark.parametrize("deviation", [0.0, 0.005, 0.1])
 def test_even_cloth_and_noise_have_no_alike_patches(deviation: float) -> None:
     image = 0.5 + deviation * np.random.default_rng(0).standard_normal((220, 200, 3)).astype(np.float32)
-    assert not len(find_alike_patches(image.astype(np.float32), np.ones((220, 200), bool), STEP_PX).first)
-    assert not len(find_alike_patches(image.astype(np.float32), np.zeros((220, 200), bool), STEP_PX).first)
+    assert not len(find_alike_patches(image.astype(np.float32), np.ones((220, 200), bool), LARGE_PX).first)
+    assert not len(find_alike_patches(image.astype(np.float32), np.zeros((220, 200), bool), LARGE_PX).first)

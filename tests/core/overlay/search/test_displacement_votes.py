@@ -13,7 +13,7 @@ from core.overlay.detection.displacement_votes import (
 )
 from core.overlay.filters import magnifying
 from core.overlay.search import large_periods
-from core.overlay.search.large_periods import STEP_PX, find_likely
+from core.overlay.search.large_periods import LARGE_PX, find_likely
 from tests.core.overlay.overlay_scenes import Scene, make_scene
 from tests.core.overlay.prints import PRINT, canvas_of, print_of_blots, strokes
 
@@ -46,13 +46,13 @@ def test_where_the_enlarged_photo_is_certain_of_nothing_its_own_pixels_tell(
 
 
 def pairs_of(photo: Floats) -> Pairs:
-    return find_alike(canvas_of(photo).image, np.ones(photo.shape[:2], bool), STEP_PX)
+    return find_alike(canvas_of(photo).image, np.ones(photo.shape[:2], bool), LARGE_PX)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_votes_of_alike_keypoints_tell_vectors_that_fit_into_a_photo_twice(seed: int) -> None:
     scene = make_scene(print_of_blots(seed), size=(300, 280), basis=PRINT, bend=4.0)
-    steps = np.linalg.solve(scene.basis, find_bases(count_votes(pairs_of(scene.photo), STEP_PX))[0][1])
+    steps = np.linalg.solve(scene.basis, find_bases(count_votes(pairs_of(scene.photo), LARGE_PX))[0][1])
     assert np.abs(steps - np.rint(steps)).max() < 0.1
     assert abs(np.linalg.det(np.rint(steps))) == 1
 
