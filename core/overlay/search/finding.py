@@ -32,7 +32,7 @@ from core.overlay.registration.fitting import begun, complete, fit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.vertices import vertices
 from core.overlay.search.agreement import agreement
-from core.overlay.search.large_periods import LARGE_PX, Correspondences, find_large
+from core.overlay.search.large_periods import Correspondences, find_large
 from core.overlay.search.magnified import MOST_PX, magnified, restrict
 from core.progress import Job, Progress, part
 
@@ -97,11 +97,8 @@ class Find:
 
     @property
     def is_sure(self) -> bool:
-        """Whether no doubt is left about it, and alike places would tell no more.
-
-        Hardly anything that may be cloth is left, or the texels are smaller than those that these tell of.
-        """
-        return self.is_clear and (self.covers > AS_MUCH or self.cloth.side_px < LARGE_PX)
+        """Whether no doubt is left about it, and hardly anything that may be cloth."""
+        return self.is_clear and self.covers > AS_MUCH
 
     @property
     def stands_alone(self) -> bool:

@@ -111,24 +111,14 @@ def test_where_nobody_says_that_there_is_cloth_a_find_is_clear_or_shows_enough_l
     assert Find(cloth, fit, Evidence(explained, share), repeats=repeats).stands_alone == alone
 
 
-@pytest.mark.parametrize(
-    ("share", "is_whole", "wider_px", "is_sure"),
-    [(0.7, True, -1, True), (0.7, False, -1, False), (0.7, False, 1, True), (0.3, False, 1, False)],
-)
-def test_a_clear_find_is_sure_where_it_covers_all_or_its_texels_are_too_small_for_alike_places(
-    followed: tuple[FittedCloth, Fit],
-    monkeypatch: pytest.MonkeyPatch,
-    share: float,
-    wider_px: float,
-    *,
-    is_whole: bool,
-    is_sure: bool,
+@pytest.mark.parametrize(("share", "is_whole", "is_sure"), [(0.7, True, True), (0.7, False, False), (0.3, True, False)])
+def test_a_clear_find_is_sure_where_it_covers_nearly_all_that_may_be_cloth(
+    followed: tuple[FittedCloth, Fit], share: float, *, is_whole: bool, is_sure: bool
 ) -> None:
     cloth, fit = followed
     cells = fit.pieces[0].cells.copy()
     cells[len(cells) if is_whole else len(cells) // 2 :] = False
     fit = replace(fit, pieces=(replace(fit.pieces[0], cells=cells),))
-    monkeypatch.setattr(finding, "LARGE_PX", cloth.side_px + wider_px)
     assert Find(cloth, fit, Evidence(1.0, share)).is_sure == is_sure
 
 
