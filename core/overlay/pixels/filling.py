@@ -2,9 +2,8 @@
 
 It has the colours of the texel, in patches that are no wider. Cloth that is followed is carried on there: by the mesh,
 or from the nearest cloth alone where the mesh would be crushed. A button or a belt has others and keeps the photo's
-pixels. In a region that the user gave it may be however far from cloth that is followed, if it is as solid as cloth is
-and no large sheet of its own; where nobody said where the cloth is, only what cloth encloses is filled, and within a
-lattice step.
+pixels. In a region that the user gave it may be however far from cloth that is followed, and however large, if it is as
+solid as cloth is; where nobody said where the cloth is, only what cloth encloses is filled, and within a lattice step.
 """
 
 from dataclasses import dataclass, replace
@@ -35,8 +34,6 @@ STRAIGHT = 0.5
 """Lattice steps by which the nearest cloth alone is carried on, but in a region that the user gave."""
 SOLID = 0.2
 """Lattice steps of the radius of a disc that fits into cloth further away."""
-PART = 0.08
-"""Area of a part further away, over that of what is followed, up to which the cloth beside it tells how it lies."""
 SPOT = 3.5
 """Area, in lattice steps, up to which a spot amid cloth is cloth however wide its patch is."""
 AMID = 0.6
@@ -86,8 +83,7 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
         own = find_coloured_as(palette(found.texel), cloth.photo, found, light, SHADES)
         alike |= open_to & own & ~colours_of(cloth.photo, found, light)[1]
         coloured |= open_to & find_coloured_as(palette(found.texel), cloth.photo, found, light, (SHADES[0], GLARING))
-        further = open_by_disc(covered | alike, SOLID * cloth.step_px) & ~whole
-        whole |= small_parts(further, PART * float(covered.sum()))
+        whole |= open_by_disc(covered | alike, SOLID * cloth.step_px)
     whole = clean(whole, cloth.sigma_px / 2)
     # What is left amid cloth, and no larger than this, is no belt.
     spots = amid(cloth.valid & ~whole, whole, SPOT * cloth.step_px**2) & open_to & coloured
@@ -125,12 +121,6 @@ def carried_on(mesh: ClothMesh, piece: ClothState, wanted: Bools, texel_area: fl
     sound = cells.copy()
     sound[cells] = (areas.min(1) > 1 / STRETCH) & (areas.max(1) < STRETCH)
     return replace(further, cells=piece.cells), np.asarray(sound | piece.cells, np.bool_)
-
-
-def small_parts(mask: Bools, most: float) -> Bools:
-    """Return those connected parts of a mask (H, W) that have at most so many pixels."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
-    return np.asarray(mask & (stats[:, cv2.CC_STAT_AREA] <= most)[labels], np.bool_)
 
 
 def parts_with(marks: Bools, mask: Bools) -> Bools:
