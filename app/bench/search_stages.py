@@ -8,7 +8,7 @@ import numpy as np
 
 from core.overlay import cloth_search
 from core.overlay.detection import seeding
-from core.overlay.registration import fitting, pieces
+from core.overlay.registration import evidence, fitting, pieces
 from core.overlay.search import finding
 from core.progress import Job, Progress
 
@@ -48,6 +48,7 @@ SEARCH_STAGES = {
     "find_print": Place(cloth_search, find_none),
     "find_starts": Place(pieces, propose_none),
     "least_texel": Place(finding, lambda _photo, _canvas, found, *_: keep(found)),
+    "may_be_plaid": Place(evidence, lambda *_: False),
     "true_period": Place(fitting, lambda *_: np.eye(2)),
     "with_more_pieces": Place(fitting, lambda _cloth, found, *_, **__: keep(found)),
 }

@@ -123,17 +123,46 @@ class Texel:
 
         Stripes stay as they are; of any other texel a part goes.
         """
+        return self._with_directions([int(self._directions[1].argmax())])
+
+    def woven(self, scale: Floats) -> "Texel":
+        """Return the texel with those of its harmonics alone that change along the warp, or along the weft.
+
+        A thread has one colour, and what is seen of a plain weave is the mean of both threads that cross there: so a
+        plaid is f(u) + g(v), and stays as it is; of any other texel a part goes. The first direction is that of most
+        power, the other one that of most power times the sine of its angle to the first; `scale` is pixels a texel
+        (2, 2).
+        """
+        directions, power, _ = self._directions
+        x, y = (directions @ np.linalg.inv(scale)).T
+        first = int(power.argmax())
+        across = power * np.abs(x * y[first] - y * x[first]) / np.maximum(np.hypot(x, y), 1e-12)
+        return self._with_directions([first, int(across.argmax())])
+
+    @cached_property
+    def _directions(self) -> tuple[Floats, Floats, Ints]:
+        """Directions (k, 2) in which a harmonic changes, their power (k,), and the direction of each harmonic (h, w).
+
+        The mean, which changes in none, has the direction 0 and no power.
+        """
         h, w = self.shape
-        spectrum = np.fft.fft2(self.pixels, axes=(0, 1))
         u, v = np.meshgrid(*((np.fft.fftfreq(n) * n).astype(np.int64) for n in (w, h)))
         steps = np.maximum(np.gcd(u, v), 1) * np.where((u < 0) | ((u == 0) & (v < 0)), -1, 1)
-        direction = np.stack([u // steps, v // steps], -1).reshape(-1, 2)
-        _, group = np.unique(direction, axis=0, return_inverse=True)
-        power = np.bincount(group, (np.abs(spectrum) ** 2).sum(-1).ravel())
-        mean = group[0]
-        power[mean] = 0
-        kept = ((group == power.argmax()) | (group == mean)).reshape(h, w, 1)
-        return Texel(np.fft.ifft2(spectrum * kept, axes=(0, 1)).real)
+        of_each = np.stack([u // steps, v // steps], -1).reshape(-1, 2)
+        directions, group = np.unique(of_each, axis=0, return_inverse=True)
+        power = np.bincount(group.ravel(), (np.abs(self._spectrum) ** 2).sum(-1).ravel()).astype(np.float64)
+        power[group.ravel()[0]] = 0
+        return directions.astype(np.float64), power, group.reshape(h, w).astype(np.int64)
+
+    @cached_property
+    def _spectrum(self) -> "np.typing.NDArray[np.complex128]":
+        return np.asarray(np.fft.fft2(self.pixels, axes=(0, 1)))
+
+    def _with_directions(self, kept: list[int]) -> "Texel":
+        """Return the texel with its mean and the harmonics of some directions, by their numbers."""
+        group = self._directions[2]
+        spectrum = self._spectrum * np.isin(group, [group[0, 0], *kept])[..., None]
+        return Texel(np.fft.ifft2(spectrum, axes=(0, 1)).real)
 
     def evenness(self, scale: Floats) -> float:
         """Return how much the colours change along the direction of least change over that of most, 0 to 1.

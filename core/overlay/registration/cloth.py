@@ -44,6 +44,8 @@ class FittedCloth:
     """(2, 2), columns are the texel's sides in steps of the lattice."""
     mesh: ClothMesh
     registration: Registration
+    is_woven: bool = False
+    """Whether the texel is taken for that of a plaid, which changes along the warp and along the weft alone."""
 
     @property
     def basis(self) -> Floats:
@@ -124,7 +126,7 @@ class FittedCloth:
         canvas = FlatPicture(flat.astype(np.float32), (valid > 0.5).astype(np.float32))
         mesh, lattice = ClothMesh(photo.shape[:2], self.mesh.cell), self.lattice.shrunk(2)
         registration = Registration(mesh, photo, valid[..., 0], lattice.basis @ self.M)
-        return FittedCloth(photo, canvas, lattice, self.M, mesh, registration)
+        return replace(self, photo=photo, canvas=canvas, lattice=lattice, mesh=mesh, registration=registration)
 
     def near_points(self, points: Points) -> tuple[Bools, Bools]:
         """Return the pixels (H, W) that may be cloth within `NEAR` of points (n, 2), and the cells that lie there."""
@@ -192,7 +194,8 @@ def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...]) -> Texel:
 
 def estimate_from(cloth: FittedCloth, seen: SeenCells, weight: Singles) -> Texel:
     """Return the texel that cells show under weights (K, n)."""
-    return estimate_texel(seen.photo, seen.at[..., :2], seen.at[..., 2], weight, cloth.texel_samples)
+    texel = estimate_texel(seen.photo, seen.at[..., :2], seen.at[..., 2], weight, cloth.texel_samples)
+    return texel.woven(cloth.basis) if cloth.is_woven else texel
 
 
 def measure(cloth: FittedCloth, texel: Texel, pieces: tuple[ClothState, ...]) -> Fit:

@@ -23,6 +23,7 @@ from core.overlay.registration.cloth import (
     starting_state,
 )
 from core.overlay.registration.coarse_mesh import coarsen, correct
+from core.overlay.registration.evidence import choose_weave
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.pieces import join_by, with_more_pieces
 from core.overlay.registration.region import look_at
@@ -75,10 +76,8 @@ def begun(
     found = measure(cloth, estimate(cloth, (start,)), (start,))
     if evenness(cloth, found) < LEAST_EVENNESS:
         raise NoPatternError
-    for number, blur_px in enumerate((1.5, 0.7)):
-        yield Progress(0.05 + 0.1 * number, "registering", stage(cloth, found))
-        found = refit(cloth, found, rounds=5, blurs_px=(blur_px,))
-    return cloth, found
+    yield Progress(0.05, "registering", stage(cloth, found))
+    return choose_weave(cloth, (start,), lambda cloth, found: refit(cloth, found, rounds=5, blurs_px=(1.5, 0.7)))[:2]
 
 
 def complete(cloth: FittedCloth, found: Fit, others: list[Lattice], seed: int) -> Job[tuple[FittedCloth, Fit]]:

@@ -22,9 +22,9 @@ from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnified, enlarged, enlarged_mask
 from core.overlay.filters.shrinking import to_small
 from core.overlay.mesh import ClothMesh
-from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_divided_cloth, measure
+from core.overlay.registration.cloth import Fit, FittedCloth, make_divided_cloth
 from core.overlay.registration.coarse_mesh import at_finer_nodes
-from core.overlay.registration.evidence import Evidence, weigh
+from core.overlay.registration.evidence import Evidence, choose_weave, weigh
 from core.overlay.registration.fitting import refit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
@@ -124,8 +124,7 @@ def lay_likely(
         yield Progress(0.5 * number / TRIED, NOTE)
         with suppress(NoPatternError):
             # Of what the user says is cloth all is seen, however much of it can be followed.
-            cloth, fit = lay(photo, canvas, pairs, basis, 0.0 if is_cloth else least * area_px)
-            laid.append(LaidLattice(sure, cloth, fit, weigh(cloth, fit)))
+            laid.append(LaidLattice(sure, *lay(photo, canvas, pairs, basis, 0.0 if is_cloth else least * area_px)))
     return laid
 
 
@@ -159,7 +158,9 @@ def find_likely_of_patches(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float
     return pairs, find_bases(count_votes(pairs, LARGE_PX))
 
 
-def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_px: float) -> tuple[FittedCloth, Fit]:
+def lay(
+    photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_px: float
+) -> tuple[FittedCloth, Fit, Evidence]:
     """Return the cloth registered around the pairs that lie whole texels of a `basis` (2, 2), pixels, apart.
 
     The plate through them is told on every second node: between nodes so close to one another it hardly bends. Raises
@@ -175,13 +176,12 @@ def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_p
     near, cells = cloth.near_points(pairs.points[np.unique([pairs.first[kept], pairs.second[kept]])])
     if near.sum() <= least_px or not cells.any():
         raise NoPatternError
-    return cloth, register_coarsely(cloth, at_finer_nodes(plate, cloth.mesh.nodes), cells)
+    rough = ClothState(at_finer_nodes(plate, cloth.mesh.nodes), cloth.brightness, cells)
+    return choose_weave(cloth, (rough,), register_coarsely)
 
 
-def register_coarsely(cloth: FittedCloth, uv: Floats, cells: Bools) -> Fit:
-    """Return the cells of a cloth registered from rough coordinates (R, C, 2), texels, under one blur after another."""
-    state = ClothState(uv, cloth.brightness, cells)
-    found = measure(cloth, estimate(cloth, (state,)), (state,))
+def register_coarsely(cloth: FittedCloth, found: Fit) -> Fit:
+    """Return a fit whose coordinates are rough registered under one blur after another."""
     widest = BLUR * cloth.side_px
     blurs_px = widest / 2.0 ** np.arange(max(np.log2(widest / SMOOTH_PX), 0))
     return refit(cloth, found, rounds=3, blurs_px=[*blurs_px.tolist(), SMOOTH_PX])

@@ -36,7 +36,7 @@ def restrict(
     mesh = ClothMesh(photo.shape[:2], cloth.mesh.cell // times)
     lattice = cloth.lattice.shrunk(times)
     registration = Registration(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice.basis @ cloth.M)
-    small = FittedCloth(photo, canvas, lattice, cloth.M, mesh, registration)
+    small = replace(cloth, photo=photo, canvas=canvas, lattice=lattice, mesh=mesh, registration=registration)
     pieces = [replace(piece, cells=np.asarray(piece.cells & small.allowed, np.bool_)) for piece in found.pieces]
     # The last piece is the one that is followed on.
     kept = tuple(sorted((piece for piece in pieces if piece.cells.any()), key=lambda piece: int(piece.cells.sum())))

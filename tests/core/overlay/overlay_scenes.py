@@ -46,6 +46,15 @@ def marked_checks(n: int = 64, *, mark: bool = True) -> Texel:
     return Texel(pixels)
 
 
+def plaid(n: int = 60) -> Texel:
+    """Return a texel of two stripes along the warp and two along the weft."""
+    t = (np.arange(n) + 0.5) / n
+    warp, weft = np.zeros((n, 3)), np.zeros((n, 3))
+    warp[(t > 0.1) & (t < 0.35)], warp[(t > 0.6) & (t < 0.66)] = (0.4, 0.1, 0.1), (0.4, 0.4, 0.3)
+    weft[(t > 0.2) & (t < 0.5)], weft[(t > 0.8) & (t < 0.85)] = (0.1, 0.1, 0.35), (0.4, 0.35, 0.4)
+    return Texel(0.15 + warp[None] + weft[:, None])
+
+
 def make_scene(
     texel: Texel,
     *,

@@ -20,8 +20,9 @@ from core.overlay.registration.evidence import Evidence, count_repeated, piece_p
 from core.overlay.registration.fitting import begun
 from core.overlay.search import finding
 from core.overlay.search.finding import Find, find_cloth, register, register_each
+from core.overlay.texel import Texel
 from core.progress import Job, Progress, run
-from tests.core.overlay.overlay_scenes import Scene, make_scene, motif
+from tests.core.overlay.overlay_scenes import Scene, make_scene, motif, plaid
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +83,48 @@ def test_texel_that_columns_do_not_foretell_is_none() -> None:
     assert not weighed(np.clip(photo, 0, 1), 42.0, 17.0).is_credible
     again = np.tile(photo[:, :42], (1, 5, 1)) + rng.normal(0, 0.01, (170, 210, 3))
     assert weighed(np.clip(again, 0, 1), 42.0, 17.0).is_clear
+
+
+def with_folds(scene: Scene, seed: int) -> Floats:
+    """Return a scene's photo with narrow dark folds, most of them upright."""
+    rng, (y, x) = np.random.default_rng(seed), np.indices(scene.photo.shape[:2])
+    light = np.ones(scene.photo.shape[:2])
+    for _ in range(30):
+        turn = rng.uniform(-0.5, 0.5)
+        off = (x - rng.uniform(0, 190)) * np.cos(turn) + (y - 85) * np.sin(turn)
+        light *= 1 - 0.6 * np.exp(-(off**2) / (2 * 2.5**2))
+    return scene.photo * light[..., None]
+
+
+def error_px(cloth: FittedCloth, found: Fit, scene: Scene) -> float:
+    """Return how far a registered piece is off on average, but for a shift of all of it."""
+    state, inside = found.pieces[0], np.zeros(scene.photo.shape[:2], bool)
+    inside[25:-25, 25:-25] = True
+    inside &= cloth.mesh.pixels_of(state.cells)
+    off = ((cloth.mesh.to_pixels(state.uv, state.cells) - scene.uv) @ scene.basis.T)[inside]
+    return float(np.sqrt(((off - np.median(off, 0)) ** 2).sum(1).mean()))
+
+
+def test_folds_are_no_part_of_a_plaid(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = make_scene(plaid(), basis=30.0 * np.eye(2))
+    cloth, found = begun_with(with_folds(scene, 1), 30.0)
+    assert cloth.is_woven
+    threads = found.texel.pixels
+    assert np.allclose(threads - threads.mean(0) - threads.mean(1)[:, None] + threads.mean((0, 1)), 0)
+    monkeypatch.setattr(Texel, "woven", lambda texel, _: texel)
+    any_texel = begun_with(with_folds(scene, 1), 30.0)
+    assert error_px(cloth, found, scene) < 0.9 * error_px(*any_texel, scene)
+
+
+def test_a_print_with_folds_is_no_plaid() -> None:
+    cloth, found = begun_with(with_folds(make_scene(motif(), basis=30.0 * np.eye(2)), 1), 30.0)
+    assert not weigh(cloth, found).is_clear
+    assert not cloth.is_woven
+
+
+def test_where_a_print_leaves_no_doubt_no_plaid_is_tried(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Texel, "woven", lambda *_: pytest.fail("tried"))
+    assert not begun_with(scene.photo, 24.0)[0].is_woven
 
 
 def test_light_in_folds_is_no_evidence() -> None:

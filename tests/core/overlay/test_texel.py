@@ -1,0 +1,37 @@
+"""What is left of a texel that changes along warp and weft alone."""
+
+import numpy as np
+import pytest
+
+from core.arrays import Floats
+from core.overlay.texel import Texel
+from tests.core.overlay.overlay_scenes import motif, plaid
+
+SQUARE = 40.0 * np.eye(2)
+
+
+@pytest.mark.parametrize("scale", [SQUARE, np.array([[30.0, 4.0], [-6.0, 50.0]])])
+def test_a_plaid_stays_as_it_is(scale: Floats) -> None:
+    assert np.allclose(plaid().woven(scale).pixels, plaid().pixels)
+
+
+def test_what_lies_across_the_threads_goes() -> None:
+    t = (np.arange(60) + 0.5) / 60
+    u, v = np.meshgrid(t, t)
+    fold = 0.1 * np.sin(2 * np.pi * (2 * u + v))[..., None] + 0.1 * np.cos(2 * np.pi * (u - 3 * v))[..., None]
+    assert np.allclose(Texel(plaid().pixels + fold).woven(SQUARE).pixels, plaid().pixels)
+
+
+def test_threads_run_along_diagonals_too() -> None:
+    t = (np.arange(60) + 0.5) / 60
+    u, v = np.meshgrid(t, t)
+    waves = np.sin(2 * np.pi * (u + v)) + 0.6 * np.sin(2 * np.pi * (u - v))
+    pixels = 0.5 + 0.1 * waves[..., None] * np.ones(3)
+    beside = 0.07 * np.cos(2 * np.pi * (2 * u + v))[..., None]
+    assert np.allclose(Texel(pixels + beside).woven(SQUARE).pixels, pixels)
+
+
+def test_a_print_loses_most() -> None:
+    pixels, left = motif().pixels, motif().woven(SQUARE).pixels
+    assert left.var(axis=(0, 1)).sum() < 0.7 * pixels.var(axis=(0, 1)).sum()
+    assert np.allclose(left.mean((0, 1)), pixels.mean((0, 1)))
