@@ -132,4 +132,4 @@ class LiveOverlay:
 
     def _take_fault(self, fault: Exception) -> None:
         self.fault = explain(fault, "finding the pattern failed")
-        self._layers = None
+        self._layers = self.stage_lattice = None

@@ -40,6 +40,20 @@ def test_pattern_is_found_and_undone(drive: OverlayDriver) -> None:
     assert fresh.editor.overlay.layers is layers
 
 
+def test_lattice_that_grew_goes_with_a_refusal() -> None:
+    later, plain = Later(), Document.of(Image(np.full((90, 120, 3), 128, np.uint8))).changed(mode="overlay")
+    editor = Editor(plain, TOOLS, jobs=Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    editor.edit("Find pattern", editor.document.with_cloth(search=Search(seed=1)))
+    editor.update()
+    keys = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+    editor.overlay.stage_lattice = keys, 20.0 * keys + 30
+    assert len(lattice_shapes(editor)) == 4
+    later.run()
+    editor.update()
+    assert editor.overlay.fault == str(NoPatternError("the picture"))
+    assert not lattice_shapes(editor)
+
+
 def test_picture_without_pattern_is_refused_in_words() -> None:
     noise = np.random.default_rng(0).integers(0, 255, (60, 70, 3)).astype(np.uint8)
     drive = OverlayDriver(Document.of(Image(noise))).run("overlay.find")
