@@ -16,10 +16,11 @@ from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.registration.evidence import Evidence, count_repeated, piece_parts, weigh
+from core.overlay.registration.evidence import Evidence, count_repeated, may_be_plaid, piece_parts, weigh
 from core.overlay.registration.fitting import begun
 from core.overlay.search import finding
 from core.overlay.search.finding import Find, find_cloth, register, register_each
+from core.overlay.search.magnified import restrict
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, motif, plaid
@@ -120,6 +121,21 @@ def test_a_print_with_folds_is_no_plaid() -> None:
     cloth, found = begun_with(with_folds(make_scene(motif(), basis=30.0 * np.eye(2)), 1), 30.0)
     assert not weigh(cloth, found).is_clear
     assert not cloth.is_woven
+
+
+def test_what_changes_in_all_directions_may_be_no_plaid(scene: Scene) -> None:
+    cloth, _ = begun_with(scene.photo, 24.0)
+    anything = np.random.default_rng(0).random((60, 60, 3)) - 0.5
+    assert not may_be_plaid(cloth, Texel(0.5 + anything))
+    assert may_be_plaid(cloth, Texel(plaid().pixels + 0.5 * anything))
+
+
+def test_a_plaid_stays_one_on_a_coarser_photo_and_on_another(scene: Scene) -> None:
+    cloth, found = begun_with(scene.photo, 24.0)
+    woven = replace(cloth, is_woven=True)
+    assert woven.coarser.is_woven
+    assert restrict(woven, found, scene.photo, cloth.canvas)[0].is_woven
+    assert not restrict(cloth, found, scene.photo, cloth.canvas)[0].is_woven
 
 
 def test_where_a_print_leaves_no_doubt_no_plaid_is_tried(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
