@@ -119,7 +119,8 @@ def estimate_finer_texel(model: PixelModel) -> PixelModel:
     """Estimate the texel at the photo's own resolution, from what is followed."""
     covered = draw_sample(model.followed, DRAWN)
     size = tuple(samples * model.scale for samples in model.cloth.texel_samples)
-    return replace(model, texel=estimate_texel(model.photo, model.uv, model.shading, covered, (size[0], size[1])))
+    texel = estimate_texel(model.photo, model.uv, model.shading, covered, (size[0], size[1]))
+    return replace(model, texel=model.cloth.as_woven(texel))
 
 
 def scale_albedo(model: PixelModel) -> PixelModel:

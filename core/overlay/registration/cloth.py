@@ -136,6 +136,10 @@ class FittedCloth:
         near = within(told, NEAR * self.side_px) & self.valid
         return near, np.asarray(self.mesh.cell_means(near.astype(float)) > 0.5, np.bool_)
 
+    def as_woven(self, texel: Texel) -> Texel:
+        """Return a texel, of a plaid what changes along warp and weft alone."""
+        return texel.woven(self.basis) if self.is_woven else texel
+
     def steps_of(self, cells: Bools) -> float:
         """Return the area of cells in lattice steps."""
         return float(cells.sum()) * self.mesh.cell**2 / self.step_px**2
@@ -194,8 +198,8 @@ def estimate(cloth: FittedCloth, pieces: tuple[ClothState, ...]) -> Texel:
 
 def estimate_from(cloth: FittedCloth, seen: SeenCells, weight: Singles) -> Texel:
     """Return the texel that cells show under weights (K, n)."""
-    texel = estimate_texel(seen.photo, seen.at[..., :2], seen.at[..., 2], weight, cloth.texel_samples)
-    return texel.woven(cloth.basis) if cloth.is_woven else texel
+    at, light = seen.at[..., :2], seen.at[..., 2]
+    return cloth.as_woven(estimate_texel(seen.photo, at, light, weight, cloth.texel_samples))
 
 
 def measure(cloth: FittedCloth, texel: Texel, pieces: tuple[ClothState, ...]) -> Fit:

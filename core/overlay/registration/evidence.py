@@ -18,7 +18,7 @@ import scipy
 
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
-from core.overlay.registration.cloth import Fit, FittedCloth, estimate, estimate_from, measure
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate_from, measure
 from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import LEAST_NOISE, SeenCells, look_at
 from core.overlay.registration.registration import LEAST_SHADING, ClothState, huber
@@ -27,8 +27,8 @@ from core.overlay.texel import Texel
 CLEAR, CREDIBLE = 0.5, 0.05
 """Share of the error that is predicted away from which a find is not to be doubted, and from which it is one at all."""
 LEAST_WOVEN = 0.25
-"""Share of a texel's variance along warp and weft from which it may be a plaid's with folds in it: it is less than 0.2
-of prints, and from 0.3 to 0.99 of plaids."""
+"""Share of a texel's variance along warp and weft from which it may be a plaid's with folds in it: large prints have
+less than 0.2, plaids 0.3 to 0.99. Plain motifs lie between: which of both explains more tells them."""
 PARTS = 3
 """Parts of a texel's side in which it is looked at whether they are seen again."""
 ROUNDS = 3
@@ -67,31 +67,32 @@ def weigh(cloth: FittedCloth, found: Fit) -> Evidence:
 
 
 def choose_weave(
-    cloth: FittedCloth, pieces: tuple[ClothState, ...], register: Callable[[FittedCloth, Fit], Fit]
+    cloth: FittedCloth, start: Fit, register: Callable[[FittedCloth, Fit], Fit]
 ) -> tuple[FittedCloth, Fit, Evidence]:
-    """Return pieces registered with any texel or, where that leaves doubts, with a plaid's, if that explains more.
+    """Return a fit registered with any texel or, where that leaves doubts, with a plaid's, if that explains more.
 
     Of few texels of a plaid, folds that lie alike are else taken for a part of the pattern.
     """
-    first = register_as(cloth, pieces, register)
+    first = register_as(cloth, start, register)
     if first[2].is_clear or not may_be_plaid(cloth, first[1].texel):
         return first
-    second = register_as(replace(cloth, is_woven=True), pieces, register)
+    woven = replace(cloth, is_woven=True)
+    second = register_as(woven, measure(woven, woven.as_woven(start.texel), start.pieces), register)
     return max(first, second, key=lambda end: end[2].explained)
 
 
 def register_as(
-    cloth: FittedCloth, pieces: tuple[ClothState, ...], register: Callable[[FittedCloth, Fit], Fit]
+    cloth: FittedCloth, start: Fit, register: Callable[[FittedCloth, Fit], Fit]
 ) -> tuple[FittedCloth, Fit, Evidence]:
-    """Return a cloth, its pieces registered from the texel that they show, and what speaks for that."""
-    found = register(cloth, measure(cloth, estimate(cloth, pieces), pieces))
+    """Return a cloth, a fit registered as that, and what speaks for it."""
+    found = register(cloth, start)
     return cloth, found, weigh(cloth, found)
 
 
 def may_be_plaid(cloth: FittedCloth, texel: Texel) -> bool:
     """Return whether enough of a texel changes along warp and weft alone."""
-    woven, all_of_it = (one.pixels.var(axis=(0, 1)).sum() for one in (texel.woven(cloth.basis), texel))
-    return bool(woven > LEAST_WOVEN * all_of_it)
+    woven, whole = (one.pixels.var(axis=(0, 1)).sum() for one in (texel.woven(cloth.basis), texel))
+    return bool(woven > LEAST_WOVEN * whole)
 
 
 def along(cloth: FittedCloth, found: Fit, seen: SeenCells, axis: int, before: Floats, count: Floats) -> Evidence:

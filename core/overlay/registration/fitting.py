@@ -77,7 +77,7 @@ def begun(
     if evenness(cloth, found) < LEAST_EVENNESS:
         raise NoPatternError
     yield Progress(0.05, "registering", stage(cloth, found))
-    return choose_weave(cloth, (start,), lambda cloth, found: refit(cloth, found, rounds=5, blurs_px=(1.5, 0.7)))[:2]
+    return choose_weave(cloth, found, lambda cloth, found: refit(cloth, found, rounds=5, blurs_px=(1.5, 0.7)))[:2]
 
 
 def complete(cloth: FittedCloth, found: Fit, others: list[Lattice], seed: int) -> Job[tuple[FittedCloth, Fit]]:

@@ -22,7 +22,7 @@ from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.magnifying import LEAST_SIZE_PX, TIMES, can_be_magnified, enlarged, enlarged_mask
 from core.overlay.filters.shrinking import to_small
 from core.overlay.mesh import ClothMesh
-from core.overlay.registration.cloth import Fit, FittedCloth, make_divided_cloth
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_divided_cloth, measure
 from core.overlay.registration.coarse_mesh import at_finer_nodes
 from core.overlay.registration.evidence import Evidence, choose_weave, weigh
 from core.overlay.registration.fitting import refit
@@ -177,7 +177,7 @@ def lay(
     if near.sum() <= least_px or not cells.any():
         raise NoPatternError
     rough = ClothState(at_finer_nodes(plate, cloth.mesh.nodes), cloth.brightness, cells)
-    return choose_weave(cloth, (rough,), register_coarsely)
+    return choose_weave(cloth, measure(cloth, estimate(cloth, (rough,)), (rough,)), register_coarsely)
 
 
 def register_coarsely(cloth: FittedCloth, found: Fit) -> Fit:

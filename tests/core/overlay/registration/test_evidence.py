@@ -15,6 +15,8 @@ from core.overlay.decomposition import decompose, decompose_whole_cloth
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.pixels.model import begin
+from core.overlay.pixels.stages import explain_pixels, paint_pieces
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, count_repeated, may_be_plaid, piece_parts, weigh
 from core.overlay.registration.fitting import begun
@@ -106,12 +108,27 @@ def error_px(cloth: FittedCloth, found: Fit, scene: Scene) -> float:
     return float(np.sqrt(((off - np.median(off, 0)) ** 2).sum(1).mean()))
 
 
+def across_threads(texel: Texel) -> Floats:
+    """Return what is left of a texel (h, w, 3) without what changes along its rows, or along its columns, alone."""
+    pixels = texel.pixels
+    return np.asarray(pixels - pixels.mean(0) - pixels.mean(1)[:, None] + pixels.mean((0, 1)), np.float64)
+
+
+@pytest.mark.parametrize("is_woven", [True, False])
+def test_the_texel_of_a_large_photo_is_a_plaid_too(is_woven: bool) -> None:
+    cloth, found = begun_with(with_folds(make_scene(plaid(), basis=30.0 * np.eye(2)), 1), 30.0)
+    large = np.repeat(np.repeat(cloth.photo, 2, 0), 2, 1).astype(np.float32)
+    known = replace(cloth, is_woven=is_woven)
+    model = paint_pieces(explain_pixels(begin(known, found, large, np.ones(large.shape[:2], bool), 2, is_told=True)))
+    assert model.texel.shape == tuple(2 * samples for samples in cloth.texel_samples)
+    assert np.allclose(across_threads(model.texel), 0) == is_woven
+
+
 def test_folds_are_no_part_of_a_plaid(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = make_scene(plaid(), basis=30.0 * np.eye(2))
     cloth, found = begun_with(with_folds(scene, 1), 30.0)
     assert cloth.is_woven
-    threads = found.texel.pixels
-    assert np.allclose(threads - threads.mean(0) - threads.mean(1)[:, None] + threads.mean((0, 1)), 0)
+    assert np.allclose(across_threads(found.texel), 0)
     monkeypatch.setattr(Texel, "woven", lambda texel, _: texel)
     any_texel = begun_with(with_folds(scene, 1), 30.0)
     assert error_px(cloth, found, scene) < 0.9 * error_px(*any_texel, scene)
