@@ -11,7 +11,7 @@ import numpy as np
 
 from core.arrays import Bools, Ints, Points, Singles
 from core.overlay.detection.displacement_votes import Pairs
-from core.overlay.detection.subpixel import refine_maxima
+from core.overlay.detection.subpixel import find_vertices
 from core.overlay.filters.shrinking import shrunk
 
 LONGEST_PX = 300
@@ -50,9 +50,11 @@ def find_alike_patches(image: Singles, valid: Bools, least_px: float) -> Pairs:
     asked = np.flatnonzero((y % every == 0) & (x % every == 0))
     most_px = float(np.linalg.norm(np.ptp(np.nonzero(valid), axis=1))) / 2 if valid.any() else 0.0
     middles = np.stack([x, y], -1).astype(np.float64)
+    around = find_neighbours(y, x, inside.shape)
     first, second = [np.empty(0, np.int64)], [np.empty((0, 2))]
     for one, alike in correlate(patches, asked):
-        places, found = find_peaks(alike, y, x, inside.shape)
+        places, between = find_peaks(alike, around)
+        found = middles[places] + between
         away = times * np.linalg.norm(found - middles[one], axis=1)
         kept = np.flatnonzero((away > least_px) & (away < most_px))
         kept = kept[np.argsort(-alike[places[kept]], kind="stable")[:MOST]]
@@ -87,14 +89,21 @@ def correlate(patches: Singles, asked: Ints) -> Iterator[tuple[int, Singles]]:
         yield from zip(rows.tolist(), patches[rows] @ patches.T, strict=True)
 
 
-def find_peaks(alike: Singles, y: Ints, x: Ints, shape: tuple[int, ...]) -> tuple[Ints, Points]:
-    """Return which places (n,) at rows `y` and columns `x` are more alike than all around, and alike at all.
+def find_neighbours(y: Ints, x: Ints, shape: tuple[int, ...]) -> Ints:
+    """Return which places (n, APART, APART) lie around each of the n at rows `y` and columns `x`: -1 where none is."""
+    half = APART // 2
+    numbers = np.full((shape[0] + 2 * half, shape[1] + 2 * half), -1)
+    numbers[y + half, x + half] = np.arange(len(y))
+    return np.lib.stride_tricks.sliding_window_view(numbers, (APART, APART))[y, x]
 
-    With them comes where (n, 2) between the pixels they are most alike.
+
+def find_peaks(alike: Singles, around: Ints) -> tuple[Ints, Points]:
+    """Return which places (n,) are more alike than all `around` (n, APART, APART), and alike at all.
+
+    With them comes how far (n, 2) from there, between the pixels, they are most alike.
     """
-    plane = np.full(shape, np.nan, np.float32)
-    plane[y, x] = alike
-    highest = cv2.dilate(np.nan_to_num(plane), np.ones((APART, APART), np.uint8))[y, x]
-    places = np.flatnonzero((alike > ALIKE) & (alike == highest))
-    at = x[places], y[places]
-    return places, np.stack(at, -1) + refine_maxima(plane, *at)
+    places = np.flatnonzero(alike > ALIKE)
+    values = np.append(alike, np.float32(np.nan))[around[places]]
+    highest = alike[places] == np.fmax.reduce(values, axis=(1, 2))
+    inner = slice(APART // 2 - 1, APART // 2 + 2)
+    return places[highest], find_vertices(values[highest][:, inner, inner].reshape(-1, 9))

@@ -13,11 +13,17 @@ PARABOLOID = np.linalg.pinv(np.stack([*(NEAR**2).T, NEAR.prod(1), *NEAR.T, np.on
 def refine_maxima(surface: Singles, x: Ints, y: Ints) -> Points:
     """Return how far (n, 2), pixels, from maxima of a surface (H, W) at columns `x` and rows `y` its vertices lie.
 
-    That is 0 at the surface's edge or beside a value that is not finite, and where the paraboloid has no maximum within
-    a pixel.
+    That is 0 at the surface's edge, and as `find_vertices` says.
     """
     around = np.pad(surface, 1, constant_values=np.nan)
-    values = np.stack([around[y + 1 + j, x + 1 + i] for i, j in NEAR.tolist()], -1)
+    return find_vertices(np.stack([around[y + 1 + j, x + 1 + i] for i, j in NEAR.tolist()], -1))
+
+
+def find_vertices(values: Singles) -> Points:
+    """Return where (n, 2), in pixels from the middle one, is the vertex of what fits each 3 x 3 `values` (n, 9).
+
+    That is 0 where a value is not finite, and where the paraboloid has no maximum within a pixel.
+    """
     xx, yy, xy, along_x, along_y, _ = PARABOLOID @ values.T
     bend = 4 * xx * yy - xy**2
     with np.errstate(invalid="ignore", divide="ignore"):

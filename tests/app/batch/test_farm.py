@@ -80,17 +80,21 @@ def test_after_the_scheduler_is_killed_resume_finishes_and_does_nothing_twice(tm
     assert len(bytes_of(output.parent)) == 40
 
 
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tcp://nowhere.invalid:8786", "http://127.0.0.1:1", "farm"])
-def test_an_address_where_nobody_answers_is_one_line(tmp_path: Path, recipe: Path, address: str) -> None:
-    done = weft(recipe, "-o", tmp_path / "f.####.png", "--cluster", address, folder=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr == f"weft: error: --cluster {address}: no Dask scheduler answers there\n"
-
-
-def test_a_cluster_without_workers_is_one_line(tmp_path: Path, recipe: Path) -> None:
-    with cluster(0) as address:
-        done = weft(recipe, "-o", tmp_path / "f.####.png", "--cluster", address, folder=tmp_path)
-    assert (done.returncode, done.stderr) == (2, f"weft: error: --cluster {address}: has no workers\n")
+def test_who_waits_for_a_cluster_in_vain_is_told_in_one_line(tmp_path: Path, recipe: Path) -> None:
+    """All wait at once: each waits for as long as a scheduler has to answer."""
+    nobody = "tcp://127.0.0.1:1", "tcp://nowhere.invalid:8786", "http://127.0.0.1:1", "farm"
+    said = dict.fromkeys(nobody, "no Dask scheduler answers there")
+    with cluster(0) as idle:
+        said[idle] = "has no workers"
+        words = ["batch", recipe, "-o", tmp_path / "f.####.png", "--cluster"]
+        asked = {
+            address: subprocess.Popen(
+                [sys.executable, "-m", "app", *map(str, words), address], cwd=ROOT, stderr=subprocess.PIPE, text=True
+            )
+            for address in said
+        }
+        found = {address: (running.communicate()[1], running.returncode) for address, running in asked.items()}
+    assert found == {address: (f"weft: error: --cluster {address}: {fault}\n", 2) for address, fault in said.items()}
 
 
 def test_openjd_runs_the_template(tmp_path: Path, recipe: Path) -> None:
