@@ -91,7 +91,8 @@ def test_a_find_is_completed_only_if_it_could_explain_more_than_another_one_does
     [
         (1.0, 0.3, True, -1, True),
         (1.0, 0.3, True, 1, False),
-        (-1.0, -0.3, True, -1, False),
+        (-1.0, 0.3, True, -1, False),
+        (1.0, -0.3, True, -1, False),
         (1.0, 0.3, False, -1, False),
         (1.0, 0.7, False, 1, True),
     ],
@@ -109,6 +110,16 @@ def test_where_nobody_says_that_there_is_cloth_a_find_is_clear_or_shows_enough_l
     shown = (cloth.valid & cloth.mesh.pixels_of(fit.cells)).sum() / np.linalg.det(cloth.basis)
     monkeypatch.setattr(finding, "LEAST_UNTOLD", shown + texels)
     assert Find(cloth, fit, Evidence(explained, share), repeats=repeats).stands_alone == alone
+
+
+@pytest.mark.parametrize(
+    ("share", "repeats", "is_credible"),
+    [(0.1, False, True), (0.01, False, False), (-0.9, True, True), (-1.1, True, False)],
+)
+def test_what_colours_that_have_nothing_to_do_with_it_would_foretell_as_well_is_none(
+    followed: tuple[FittedCloth, Fit], share: float, *, repeats: bool, is_credible: bool
+) -> None:
+    assert Find(*followed, Evidence(1.0, share), repeats=repeats).is_credible == is_credible
 
 
 @pytest.mark.parametrize(("share", "is_whole", "is_sure"), [(0.7, True, True), (0.7, False, False), (0.3, True, False)])
@@ -147,9 +158,9 @@ def test_a_print_of_which_completing_leaves_too_few_texels_is_none(
 ) -> None:
     def large(*_: object, **__: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
         yield Progress(0.0, "")
-        return *followed, Evidence(-1.0, -1.0)
+        return *followed, Evidence(-1.0, -0.5)
 
-    whole = Find(*followed, Evidence(-1.0, -1.0), repeats=True)
+    whole = Find(*followed, Evidence(-1.0, -0.5), repeats=True)
     monkeypatch.setattr(finding, "find_large", large)
     monkeypatch.setattr(finding, "complete", leave)
     photo = followed[0].photo
@@ -165,7 +176,7 @@ def test_what_patches_tell_is_refused_where_completing_leaves_nothing(
     def large(*_: object, **known: object) -> Job[tuple[FittedCloth, Fit, Evidence]]:
         assert known == {"alike": "patches", "least": None, "texel_px": 120}
         yield Progress(0.0, "")
-        return *followed, Evidence(-1.0, -1.0)
+        return *followed, Evidence(-1.0, -0.5)
 
     def lose(*_: object) -> Job[tuple[FittedCloth, Fit]]:
         yield Progress(0.0, "")
