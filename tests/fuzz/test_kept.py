@@ -8,9 +8,9 @@ import pytest
 from tests.fuzz.readers import READERS, answers, scratch
 
 KEPT = json.loads(Path(__file__).with_name("kept.json").read_text())
-FRESH = 4_000
-"""So many more files of each kind, the first of their numbers; `make fuzz` makes more."""
-FEWER = {"project": 400, "folder": 1300}
+FRESH = 12_000
+"""So many more files of each kind, the first of their numbers."""
+FEWER = {"project": 1200, "folder": 4000}
 """Of kinds that take longer to make and read."""
 
 

@@ -2,21 +2,12 @@
 
 import numpy as np
 
-from core.arrays import Ints, Points, Singles
+from core.arrays import Points, Singles
 
 NEAR = np.array([(i, j) for j in (-1, 0, 1) for i in (-1, 0, 1)])
 """Columns and rows (9, 2) from a pixel to its neighbours, and to itself."""
 PARABOLOID = np.linalg.pinv(np.stack([*(NEAR**2).T, NEAR.prod(1), *NEAR.T, np.ones(9)], -1).astype(float))
 """The coefficients (6, 9) of x**2, y**2, x y, x, y and 1 that fit nine values by least squares."""
-
-
-def refine_maxima(surface: Singles, x: Ints, y: Ints) -> Points:
-    """Return how far (n, 2), pixels, from maxima of a surface (H, W) at columns `x` and rows `y` its vertices lie.
-
-    That is 0 at the surface's edge, and as `find_vertices` says.
-    """
-    around = np.pad(surface, 1, constant_values=np.nan)
-    return find_vertices(np.stack([around[y + 1 + j, x + 1 + i] for i, j in NEAR.tolist()], -1))
 
 
 def find_vertices(values: Singles) -> Points:

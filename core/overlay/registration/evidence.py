@@ -45,6 +45,19 @@ class Evidence:
     """Share of the squared error over stripes that the texel takes away: 1 is all of it."""
 
     @property
+    def is_related(self) -> bool:
+        """Whether more is predicted than by colours that have nothing to do with those seen, but are as various.
+
+        Their difference has twice the variance: they would take away -1.
+        """
+        return self.share > -1
+
+    @property
+    def is_foretold(self) -> bool:
+        """Whether anything is predicted at all, in likelihood and in squares."""
+        return min(self.explained, self.share) > 0
+
+    @property
     def is_credible(self) -> bool:
         """Whether the pattern repeats at all."""
         return self.share > CREDIBLE

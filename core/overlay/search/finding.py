@@ -49,10 +49,6 @@ they confirm one another."""
 LEAST_UNTOLD = 5.0
 """Texels, large ones, that are seen at least where nobody said that there is cloth: a leopard's spots show four."""
 
-UNRELATED = -1.0
-"""Share of the error that colours foretell which have nothing to do with those that are seen, but are as various: their
-difference has twice the variance. What foretells less is none, whatever correspondences have told."""
-
 LEAST_PART = 0.05
 """Share of what may be cloth that a find covers at least: what repeats in a corner is not the photo's."""
 
@@ -92,7 +88,7 @@ class Find:
     @property
     def is_credible(self) -> bool:
         """Whether the pattern repeats, over enough of what may be cloth."""
-        repeats = self.weight.share > UNRELATED if self.repeats else self.weight.is_credible
+        repeats = self.weight.is_related if self.repeats else self.weight.is_credible
         return repeats and self.covers > LEAST_PART
 
     @property
@@ -108,9 +104,7 @@ class Find:
     @property
     def stands_alone(self) -> bool:
         """Whether it needs nobody's word that there is cloth: it is clear, or many texels tell of one another."""
-        return self.is_clear or (
-            self.repeats and min(self.explained, self.weight.share) > 0 and self.texels > LEAST_UNTOLD
-        )
+        return self.is_clear or (self.repeats and self.weight.is_foretold and self.texels > LEAST_UNTOLD)
 
     @property
     def texels(self) -> float:
