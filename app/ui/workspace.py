@@ -34,6 +34,7 @@ from app.ui.panels.space import SpacePanel
 from app.ui.panels.thumbnails import Thumbnails
 from app.ui.panels.timeline import TimelinePanel
 from app.ui.panels.warp import WarpPanel
+from app.ui.round_robin import RoundRobin
 from app.ui.status_bar import StatusBar
 from app.ui.toolbar import WIDTH_EM, draw_toolbar
 from app.ui.widgets import theme
@@ -65,6 +66,7 @@ class Workspace:
         """Seconds until the window wants a frame without an event; None for never."""
         self.barrier = FaultBarrier(editor)
         """Where faults end."""
+        self.round_robin = RoundRobin(editor)
         self.table = table = ActionTable(editor.tools)
         self.picture = PictureTexture()
         self.canvas = CanvasWidget(editor, table, self.picture)
@@ -118,8 +120,13 @@ class Workspace:
         inside = self.barrier.drawing
         calls.show_menus = inside("draw the menus", self.menus.draw)
         calls.show_status = inside("draw the status bar", self.status_bar.draw)
-        add_bar(calls, "left", inside("draw the toolbar", lambda: draw_toolbar(self.editor, self.table)), WIDTH_EM)
-        add_bar(calls, "top", inside("draw the options", self.options_bar.draw), HEIGHT_EM)
+        bars = (
+            ("left", "toolbar", lambda: draw_toolbar(self.editor, self.table), WIDTH_EM),
+            ("top", "options", self.options_bar.draw, HEIGHT_EM),
+        )
+        for side, name, draw, size_em in bars:
+            part = f"draw the {name}"
+            add_bar(calls, side, self.round_robin.drawing(part, inside(part, draw), is_bar=True), size_em)
         self._dock(params.docking_params)
 
     def _dock(self, docking: hello_imgui.DockingParams) -> None:
@@ -142,12 +149,15 @@ class Workspace:
             ("Features", LOWER_SIDE, self.features_panel.draw),
             ("History", LOWER_SIDE, self.history_panel.draw),
             ("Timeline", BELOW, self.timeline_panel.draw),
-            ("In space", BEFORE, self.space_panel.draw_views),
         )
-        docking.dockable_windows = [
-            hello_imgui.DockableWindow(name, side, self.barrier.drawing(f"draw the panel {name}", draw))
+        windows = [
+            hello_imgui.DockableWindow(
+                name, side, self.round_robin.drawing(name, self.barrier.drawing(f"draw the panel {name}", draw))
+            )
             for name, side, draw in panels
         ]
+        views = self.barrier.drawing("draw the panel In space", self.space_panel.draw_views)
+        docking.dockable_windows = [*windows, hello_imgui.DockableWindow("In space", BEFORE, views)]
         for panel in docking.dockable_windows:
             panel.can_be_closed = False
             if panel.label == "In space":
@@ -184,6 +194,7 @@ class Workspace:
         self.barrier.run("choose the panels", self._show_mode)
         self.barrier.run("show the picture whole", self._fit_new_picture)
         self.barrier.run("draw the small pictures", self.thumbnails.begin_frame)
+        self.barrier.run("choose whose turn it is", self.round_robin.begin_frame)
 
     def _lay_out(self) -> None:
         """Give the panels and the canvas their places."""

@@ -96,6 +96,11 @@ class WindowDriver:
         return np.asarray(pixels[..., ::-1])
 
 
+def inside(panel: str) -> imgui.internal.Window:
+    """Return the window that holds a panel's widgets and scrolls them."""
+    return imgui.internal.find_window_by_name(panel).dc.child_windows[0]
+
+
 def _be_patient() -> None:
     """Let a script take as long as a busy machine needs: frames follow one another by a clock of their own."""
     limits = imgui.test_engine.get_io(hello_imgui.get_imgui_test_engine())

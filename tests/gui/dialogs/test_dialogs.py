@@ -15,7 +15,7 @@ from core.document.project import load_project, save_project
 from core.imaging.images import Image, save
 from core.progress import Job, Progress
 from tests.gui.window.test_small_windows import item
-from tests.gui.window_driver import WindowDriver, drive
+from tests.gui.window_driver import WindowDriver, drive, inside
 
 pytestmark = pytest.mark.gui
 
@@ -313,7 +313,7 @@ def test_the_history_scrolls_to_its_present_step(editor: Editor) -> None:
         assert place(window.wait(4)) < 60
 
     def place(window: WindowDriver) -> float:
-        return float(imgui.internal.find_window_by_name("History").scroll.y)
+        return float(inside("History").scroll.y)
 
     drive(editor, script)
 

@@ -20,7 +20,7 @@ from core.imaging.images import Image
 from core.rasters.raster import Raster
 from tests.app.driver import picture
 from tests.gui.tools.test_select_tools import on_screen
-from tests.gui.window_driver import WindowDriver, drive
+from tests.gui.window_driver import WindowDriver, drive, inside
 
 pytestmark = pytest.mark.gui
 
@@ -216,7 +216,7 @@ def test_the_settings_of_a_chosen_feature_are_in_sight_at_once(
         show_list(window)
         window.item("//Features/**/feature 2/##row").wait(3)
         window.screenshot(tmp_path / "chosen.png")
-        panel = imgui.internal.find_window_by_name("Features")
+        panel = inside("Features")
         assert panel.scroll.y == 0
         for name in ("Lines##keep one", "Upright", "Protection/##number", "Size from/##number", "Size to/##number"):
             rect = window.context.item_info(f"//Features/{name}").rect_full

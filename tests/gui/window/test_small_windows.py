@@ -15,7 +15,7 @@ from core.progress import Job
 from tests.app.driver import document
 from tests.gui.conftest import endless
 from tests.gui.panels.test_ids import ids_in, windows_shown
-from tests.gui.window_driver import WindowDriver, drive
+from tests.gui.window_driver import WindowDriver, drive, inside
 
 pytestmark = pytest.mark.gui
 
@@ -26,7 +26,7 @@ NO_FAULT = int(imgui.test_engine.TestOpFlags_.no_error)
 
 def bar(beginning: str) -> str:
     """Return the name of the bar at a side of the window: "##Top" or "##Left"."""
-    return next(name for name in windows_shown() if name.startswith(beginning))
+    return next(name for name in windows_shown() if name.startswith(beginning) and "/" not in name)
 
 
 def item(window: WindowDriver, path: str) -> imgui.test_engine.TestItemInfo | None:
@@ -138,7 +138,7 @@ def test_panels_keep_room_for_their_controls(editor: Editor, size: tuple[int, in
 
     def script(window: WindowDriver) -> None:
         window.wait(4)
-        panel = imgui.internal.find_window_by_name("Warp")
+        panel = inside("Warp")
         room, em = imgui.get_io().display_size.x, imgui.get_font_size()
         assert min(18.5 * em, 0.44 * room) <= panel.size.x <= max(0.46 * room, 340)
         for control in ("##track", "##number"):
