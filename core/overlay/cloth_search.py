@@ -20,7 +20,7 @@ from core.overlay.filters.shrinking import shrunk, to_small, working_scale
 from core.overlay.likelihood import count_explained
 from core.overlay.pixels.layers import painted, spread_mask
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.search.finding import LEAST_UNTOLD, Find, find_cloth, find_print, follow_within, register_lattice
+from core.overlay.search.finding import Find, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.search.large_periods import Correspondences
 from core.progress import Job, part
 from core.selection.features import MARKED
@@ -28,6 +28,8 @@ from core.selection.importance import importance, propose
 
 OBJECTS = 0.4
 """Share of a photo that is taken for what stands out, before the object is cut out: garments fill about so much."""
+LEAST_UNTOLD = 5.0
+"""Texels, large ones, that are seen at least where nobody said that there is cloth: a leopard's spots show four."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +47,8 @@ class FoundCloth:
     """(H, W), or one number: of what is laid there."""
     is_sure: bool
     """Whether no doubt is left about it (`Find`)."""
-    stands_alone: bool
-    """Whether it needs nobody's word that there is cloth (`Find`)."""
+    is_clear: bool
+    """Whether no doubt is left about what it covers (`Find`)."""
     is_told: bool
     """Whether somebody said where the cloth is."""
 
@@ -92,7 +94,7 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     """
     finds = yield from part(find_if_any(photo, known), 0.0, 0.5)
     is_given = known.start is not None or known.lattice is not None
-    is_enough = any(found.stands_alone if known.region is None else found.is_sure for found in finds)
+    is_enough = any(found.is_clear if known.region is None else found.is_sure for found in finds)
     if not is_given and not is_enough:
         more = find_on_object(photo, known) if known.region is None else find_again(photo, known)
         with suppress(NoPatternError):
@@ -105,8 +107,8 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
 def find_whole(photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None = None) -> Job[list[FoundCloth]]:
     """Return what `find_all` does where the whole cloth is asked for: then what stands out is said to be cloth.
 
-    So where nothing is painted, and no find that stands alone lies on that, it is searched as a region is. `finds` may
-    be what was found already, none if there is none.
+    So where nothing is painted, and no find lies on that without doubt, it is searched as a region is. `finds` may be
+    what was found already, none if there is none.
     """
     if finds is None:
         first, done = (find_all, 1.0) if known.is_told else (find_if_any, 0.3)
@@ -119,12 +121,12 @@ def find_whole(photo: Floats | Singles, known: Known, finds: list[FoundCloth] | 
 
 
 def find_on_whole_object(photo: Floats | Singles, known: Known, finds: list[FoundCloth]) -> Job[list[FoundCloth]]:
-    """Return what is found on the object that stands out, searched as a region; nothing if a find tells it already."""
+    """Return what is found on the object that stands out, searched as a region; nothing if a find is clear there."""
     try:
         inside = yield from part(find_object(photo), 0.0, 0.1)
     except NoPatternError:
         return []
-    if any(found.stands_alone and lies_on(found.covered, inside) for found in finds):
+    if any(found.is_clear and lies_on(found.covered, inside) for found in finds):
         return []
     within = replace(known, region=inside)
     more = yield from part(find_if_any(photo, within), 0.1, 0.6)
@@ -241,7 +243,7 @@ def opacity_of(region: Bools | Singles | None) -> Singles | np.float32:
 def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
     """Return what was found on the working picture as that of the photo (H, W, 3)."""
     valid, opacity = may_be_cloth(photo, region), opacity_of(region)
-    sure, is_told = (found.is_sure, found.stands_alone), region is not None
+    sure, is_told = (found.is_sure, found.is_clear), region is not None
     return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, *sure, is_told)
 
 

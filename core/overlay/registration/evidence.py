@@ -53,11 +53,6 @@ class Evidence:
         return self.share > -1
 
     @property
-    def is_foretold(self) -> bool:
-        """Whether anything is predicted at all, in likelihood and in squares."""
-        return min(self.explained, self.share) > 0
-
-    @property
     def is_credible(self) -> bool:
         """Whether the pattern repeats at all."""
         return self.share > CREDIBLE

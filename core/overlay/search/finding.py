@@ -46,9 +46,6 @@ MOST = 0.5
 """Share of what may be cloth that either of two finds covers, and of the smaller one that lies as the other does, where
 they confirm one another."""
 
-LEAST_UNTOLD = 5.0
-"""Texels, large ones, that are seen at least where nobody said that there is cloth: a leopard's spots show four."""
-
 LEAST_PART = 0.05
 """Share of what may be cloth that a find covers at least: what repeats in a corner is not the photo's."""
 
@@ -100,11 +97,6 @@ class Find:
     def is_sure(self) -> bool:
         """Whether no doubt is left about it, and hardly anything that may be cloth."""
         return self.is_clear and self.covers > AS_MUCH
-
-    @property
-    def stands_alone(self) -> bool:
-        """Whether it needs nobody's word that there is cloth: it is clear, or many texels tell of one another."""
-        return self.is_clear or (self.repeats and self.weight.is_foretold and self.texels > LEAST_UNTOLD)
 
     @property
     def texels(self) -> float:

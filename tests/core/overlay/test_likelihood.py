@@ -18,7 +18,7 @@ from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters import shrinking
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.likelihood import count_explained
-from core.overlay.search.finding import LEAST_UNTOLD, Find, find_cloth
+from core.overlay.search.finding import Find, find_cloth
 from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
@@ -165,7 +165,7 @@ def test_what_nobody_painted_is_looked_for_on_the_object_that_stands_out_too(
     def find_print_on(
         photo: Floats, canvas: FlatPicture, seed: int, *, alike: str, least: float, texel_px: float
     ) -> Job[Find]:
-        assert (least, texel_px) == (LEAST_UNTOLD, 20)
+        assert (least, texel_px) == (cloth_search.LEAST_UNTOLD, 20)
         assert (canvas.valid == 0).any()
         searched.append(alike)
         if alike != places[-1]:
@@ -181,29 +181,48 @@ def test_what_nobody_painted_is_looked_for_on_the_object_that_stands_out_too(
     assert searched == ["photo", *places]
 
 
-def test_a_find_that_stands_alone_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    searched: list[bool] = []
+@pytest.mark.parametrize(("is_clear", "ways"), [(True, ["photo"]), (False, ["photo", "object"])])
+def test_what_leaves_doubts_where_nothing_is_painted_is_looked_for_on_what_stands_out_too(
+    monkeypatch: pytest.MonkeyPatch, *, is_clear: bool, ways: list[str]
+) -> None:
+    searched: list[str] = []
 
     def find_in(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
-        searched.append(known.region is not None)
-        return (yield from find(photo, known))
+        assert known.region is None
+        searched.append("photo")
+        (found,) = yield from find(photo, known)
+        assert found.is_clear
+        return [replace(found, is_clear=is_clear)]
+
+    def find_on_object(_photo: Floats, _known: Known) -> Job[FoundCloth]:
+        searched.append("object")
+        yield Progress(0.0)
+        raise NoPatternError
 
     monkeypatch.setattr(cloth_search, "find", find_in)
+    monkeypatch.setattr(cloth_search, "find_on_object", find_on_object)
     assert run(decompose(SCENE.photo)).covered.any()
-    assert searched == [False]
+    assert searched == ways
 
 
 @pytest.mark.parametrize(
-    ("region", "is_on_it", "is_sure", "ways"),
+    ("region", "is_on_it", "is_clear", "is_sure", "ways"),
     [
-        (None, True, True, ["photo"]),
-        (None, False, True, ["photo", "object"]),
-        (None, False, False, ["photo", "object", "patches"]),
-        (HALF, False, True, ["region"]),
+        (None, True, True, True, ["photo"]),
+        (None, True, False, True, ["photo", "object"]),
+        (None, False, True, True, ["photo", "object"]),
+        (None, False, True, False, ["photo", "object", "patches"]),
+        (HALF, False, True, True, ["region"]),
     ],
 )
-def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_that_stands_alone_lies_there(
-    monkeypatch: pytest.MonkeyPatch, region: Bools | None, *, is_on_it: bool, is_sure: bool, ways: list[str]
+def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_lies_there_without_doubt(
+    monkeypatch: pytest.MonkeyPatch,
+    region: Bools | None,
+    *,
+    is_on_it: bool,
+    is_clear: bool,
+    is_sure: bool,
+    ways: list[str],
 ) -> None:
     (found,) = run(find(SCENE.photo, Known()))
     inside = EVERYWHERE if is_on_it else ~found.covered
@@ -212,7 +231,7 @@ def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_that_sta
     def find_on(way: str) -> Job[FoundCloth]:
         searched.append(way)
         yield Progress(0.0)
-        return replace(found, is_sure=is_sure, stands_alone=True)
+        return replace(found, is_sure=is_sure, is_clear=is_clear)
 
     def find_in(_photo: Floats, known: Known) -> Job[list[FoundCloth]]:
         way = "region" if known.region is HALF else "photo" if known.region is None else "object"
