@@ -1,6 +1,7 @@
 """What the renderer draws: plain data, compared by identity where it is large."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -108,7 +109,7 @@ class CanvasScene:
         """The picture and its nodes, without what was regrown."""
         return self.beneath or Beneath(self.image, self.rest)
 
-    @property
+    @cached_property
     def scaling(self) -> Scaling:
         """How canvas positions become framebuffer pixels, centres at integers.
 

@@ -32,6 +32,11 @@ class RoundRobin:
         self._textures: tuple[Image | None, int] = None, 0
         """What is drawn with: the picture, whose textures are freed when another is opened, and the one of the text."""
 
+    @property
+    def keeps_any(self) -> bool:
+        """Whether parts of this frame are shown as they were."""
+        return self._due is not None
+
     def begin_frame(self) -> None:
         """Choose whose turn it is: all parts' at once unless a button was held in the last frame too."""
         self._frame += 1

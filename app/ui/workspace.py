@@ -259,7 +259,8 @@ class Workspace:
         draw("draw the palette", self.palette.draw, failed=_close_popups)
         draw("draw the sheet", self.sheets.draw, failed=self._close_sheet)
         dialog = draw("draw the dialog", self.dialogs.draw, failed=self._close_dialog)
-        draw("look for fonts", self.fonts.look)
+        if not self.round_robin.keeps_any:
+            draw("look for fonts", self.fonts.look)
         draw("draw the message of a fault", lambda: self.fault_message.draw(area))
         waits = [dialog, draw("draw the messages", lambda: self.toasts.draw(area)), self.editor.wait_s]
         waits.append(None if self.thumbnails.is_complete else 0.0)

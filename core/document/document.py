@@ -6,6 +6,7 @@ Every edit is a function `Document -> Document`. Places are stored normalised, (
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
@@ -195,7 +196,7 @@ class Document:
         """Return the document that holds nothing but `image`."""
         return cls(image, Raster.filled(*image.size_px))
 
-    @property
+    @cached_property
     def canvas_px(self) -> tuple[int, int]:
         """Width and height of the result: the picture's, times `WarpSettings.aspect`; on a surface, its chart's."""
         if self.surface is not None:

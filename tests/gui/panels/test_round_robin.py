@@ -11,6 +11,7 @@ from app.editor.editor import Editor
 from app.ui.options_bar import OptionsBar
 from app.ui.panels.handles import HandlesPanel
 from app.ui.panels.warp import WarpPanel
+from app.ui.widgets.fallback_fonts import FallbackFonts
 from core.document.document import Pin
 from tests.gui.window_driver import WindowDriver, drive
 
@@ -52,15 +53,22 @@ def middle(window: WindowDriver) -> tuple[float, float]:
 
 
 def test_each_panel_waits_for_its_turn_in_a_drag_and_shows_what_it_did(
-    editor: Editor, drawn: Counter[Parts], tmp_path: Path
+    editor: Editor, drawn: Counter[Parts], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with_pin(editor)
+    looked: list[FallbackFonts] = []
+
+    def look(fonts: FallbackFonts) -> None:
+        looked.append(fonts)
+
+    monkeypatch.setattr(FallbackFonts, "look", look)
 
     def script(window: WindowDriver) -> None:
         x, y = middle(window.wait(40))  # until the small pictures of the presets are drawn
         before = window.screenshot(tmp_path / "before.png")
         window.press(x, y).wait(3)
         drawn.clear()
+        looked.clear()
         frame = window.shell.frames
         for step in range(6):
             window.move(x + 4 * step, y)
@@ -68,6 +76,7 @@ def test_each_panel_waits_for_its_turn_in_a_drag_and_shows_what_it_did(
         assert frames >= 2 * TURNS
         for part in PARTS:
             assert abs(drawn[part] - frames / TURNS) <= 1, part
+        assert not looked
         during = window.screenshot(tmp_path / "during.png")
         area = window.shell.workspace.canvas.area
         panel = slice(0, int(area.height / 2)), slice(int(area.x + area.width) + 8, None)
@@ -78,6 +87,7 @@ def test_each_panel_waits_for_its_turn_in_a_drag_and_shows_what_it_did(
         window.release().wait(4)
         for part in PARTS:
             assert drawn[part] >= window.shell.frames - frame - 1
+        assert looked
 
     drive(editor, script)
 
