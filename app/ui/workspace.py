@@ -243,7 +243,7 @@ class Workspace:
     def _keep_tabs(self, panels: frozenset[str]) -> None:
         """Let panels that come back have their places among the tabs, and the one in front that was."""
         if panels != self._panels:
-            self._tabs_left = 0 if self._panels is None else FITTING_FRAMES
+            self._tabs_left = FITTING_FRAMES
             self._panels, self._front = panels, find_front("History") or self._front
         elif self._tabs_left:
             self._tabs_left -= 1

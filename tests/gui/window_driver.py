@@ -114,12 +114,13 @@ def drive(
     *,
     size: tuple[int, int] = (1440, 900),
     faults: Sequence[str] = (),
+    keeps_settings: bool = False,
 ) -> Shell:
     """Open a window of `size` on `editor`, run `script` in it and close it again.
 
     Fails unless exactly the `faults` came up in it, which the window has caught.
     """
-    shell = Shell(editor, keeps_settings=False)
+    shell = Shell(editor, keeps_settings=keeps_settings)
     shell.params.app_window_params.window_geometry.size = size
     shell.params.callbacks.register_tests = _be_patient
     try:

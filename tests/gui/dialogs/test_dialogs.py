@@ -238,12 +238,35 @@ def test_a_picture_seen_whole_is_as_large_as_the_window_allows_though_fewer_hand
     drive(editor, script)
 
 
-def test_panels_come_back_in_their_order_with_the_same_one_in_front(editor: Editor) -> None:
-    def tabs() -> list[str]:
-        node = imgui.internal.find_window_by_name("History").dock_node
-        names = [tab.window.name for tab in node.tab_bar.tabs]
-        return [f"[{name}]" if name == node.visible_window.name else name for name in names]
+def tabs() -> list[str]:
+    """Return the names of the lower panels in their order, the one in front in brackets."""
+    node = imgui.internal.find_window_by_name("History").dock_node
+    names = [tab.window.name for tab in node.tab_bar.tabs]
+    return [f"[{name}]" if name == node.visible_window.name else name for name in names]
 
+
+def test_panels_are_in_their_order_where_the_window_was_closed_while_some_were_away(
+    editor: Editor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    names = ["Handles", "Features", "History"]
+
+    def leave_in_overlay(window: WindowDriver) -> None:
+        assert [name.strip("[]") for name in tabs()] == names
+        editor.choose_mode("overlay")
+        window.wait(10)
+
+    def come_back(window: WindowDriver) -> None:
+        window.wait(10)
+        assert [name.strip("[]") for name in tabs()] == names
+
+    drive(editor, leave_in_overlay, keeps_settings=True)
+    editor.choose_mode("warp")
+    drive(editor, come_back, keeps_settings=True)
+    assert (tmp_path / "weft" / "window.ini").exists()
+
+
+def test_panels_come_back_in_their_order_with_the_same_one_in_front(editor: Editor) -> None:
     def script(window: WindowDriver) -> None:
         window.wait(4)
         for front in ("Handles", "Features", "History"):
