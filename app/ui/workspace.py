@@ -156,6 +156,7 @@ class Workspace:
             )
             for name, side, draw in panels
         ]
+        # The views show the map, so they have no turn: each frame draws them.
         views = self.barrier.drawing("draw the panel In space", self.space_panel.draw_views)
         docking.dockable_windows = [*windows, hello_imgui.DockableWindow("In space", BEFORE, views)]
         for panel in docking.dockable_windows:

@@ -46,7 +46,7 @@ class FoundCloth:
     opacity: Singles | np.float32
     """(H, W), or one number: of what is laid there."""
     is_sure: bool
-    """Whether no doubt is left about it (`Find`)."""
+    """Whether it is clear, and covers nearly all that may be cloth (`Find`)."""
     is_clear: bool
     """Whether no doubt is left about what it covers (`Find`)."""
     is_told: bool
@@ -243,8 +243,8 @@ def opacity_of(region: Bools | Singles | None) -> Singles | np.float32:
 def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
     """Return what was found on the working picture as that of the photo (H, W, 3)."""
     valid, opacity = may_be_cloth(photo, region), opacity_of(region)
-    sure, is_told = (found.is_sure, found.is_clear), region is not None
-    return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, *sure, is_told)
+    doubts = found.is_sure, found.is_clear
+    return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, *doubts, is_told=region is not None)
 
 
 def at_working_size(found: FoundCloth) -> FoundCloth:
