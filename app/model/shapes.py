@@ -47,6 +47,7 @@ class Circle:
     radius_px: float
     role: Role
     filled: bool = False
+    dashed: bool = False
 
 
 @dataclass(frozen=True)

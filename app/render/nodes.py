@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from app.render.gpu import COMPUTE, is_software, release
 from app.render.programs import programs_of
@@ -48,25 +49,29 @@ class Nodes:
 
     def send(self) -> None:
         """Send all places."""
-        self._convert(np.s_[:], np.s_[:])
+        self._convert(self.at, self._sent)
         self.texture.write(self._sent)
 
     def send_ring(self) -> None:
         """Send the places of the ring, since the others are there."""
-        rows, columns = self.at.shape[:2]
-        for top, bottom, left, right in (
-            (0, 1, 0, columns),
-            (rows - 1, rows, 0, columns),
-            (1, rows - 1, 0, 1),
-            (1, rows - 1, columns - 1, columns),
+        (rows, columns), at = self.at.shape[:2], self.at
+        ring = np.concatenate([at[0], at[-1], at[1:-1, 0], at[1:-1, -1]])
+        sent = np.empty((len(ring), self._sent.shape[-1]), np.float32)
+        self._convert(ring, sent)
+        first = 0
+        for left, top, width, height in (
+            (0, 0, columns, 1),
+            (0, rows - 1, columns, 1),
+            (0, 1, 1, rows - 2),
+            (columns - 1, 1, 1, rows - 2),
         ):
-            self._convert(slice(top, bottom), slice(left, right))
-            strip = np.ascontiguousarray(self._sent[top:bottom, left:right])
-            self.texture.write(strip, viewport=(left, top, right - left, bottom - top))
+            last = first + width * height
+            self.texture.write(sent[first:last], viewport=(left, top, width, height))
+            first = last
 
-    def _convert(self, rows: slice, columns: slice) -> None:
-        at = self.at[rows, columns]
-        pairs = self._sent[rows, columns].view(np.complex64)
+    def _convert(self, at: Points, sent: NDArray[np.float32]) -> None:
+        """Write places (..., 2) as the texture has them."""
+        pairs = sent.view(np.complex64)
         for number, part in enumerate((at - (whole := np.floor(at)), whole) if self._split else (at,)):
             pairs[..., number] = np.ascontiguousarray(part).view(np.complex128)[..., 0]
 

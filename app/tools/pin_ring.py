@@ -90,11 +90,10 @@ def shapes(editor: Editor, number: int, place: Points) -> Sequence[Shape]:
     """Return the ring of a pin at `place` on the screen and its knob, to draw."""
     ring, holds = find_ring(editor, number), editor.document.pins[number].ring is not None
     role: Role = "box" if holds else "link"
-    around = np.exp(2j * np.pi * np.arange(72) / 72)
-    line = place + _radius(ring) * np.stack([around.real, around.imag], axis=-1)
     knob = _knob(ring, place)
+    line = Circle((float(place[0]), float(place[1])), _radius(ring), role, dashed=not holds)
     spoke = Polyline(np.stack([place, knob]), role, dashed=not holds)
-    return [Polyline(line, role, closed=True, dashed=not holds), spoke, Circle(knob, 4.5, role, filled=True)]
+    return [line, spoke, Circle(knob, 4.5, role, filled=True)]
 
 
 def _radius(ring: Ring) -> float:

@@ -47,8 +47,8 @@ class RoundRobin:
         self._is_held, self._textures, self._present = is_held, textures, []
 
     def drawing(self, name: str, draw: Callable[[], None], *, is_bar: bool = False) -> Callable[[], None]:
-        """Return what draws a part, by `draw` when it is its turn; a bar has no padding and never scrolls."""
-        flags = (0, BARE) if is_bar else (imgui.ChildFlags_.always_use_window_padding, 0)
+        """Return what draws a part, by `draw` when it is its turn; a bar never scrolls."""
+        flags = imgui.ChildFlags_.always_use_window_padding, BARE if is_bar else 0
 
         def draw_or_keep() -> None:
             owner = imgui.internal.get_current_window()
@@ -59,7 +59,10 @@ class RoundRobin:
                 imgui.internal.set_next_window_refresh_policy(imgui.internal.WindowRefreshFlags_.try_to_avoid_refresh)
             inner = owner.inner_rect
             imgui.set_cursor_screen_pos(inner.min)
-            if imgui.begin_child("laid out in turn", inner.get_size(), *flags):
+            imgui.push_style_var(imgui.StyleVar_.window_padding, owner.window_padding)
+            is_shown = imgui.begin_child("laid out in turn", inner.get_size(), *flags)
+            imgui.pop_style_var()
+            if is_shown:
                 imgui.internal.push_override_id(owner.id_)  # widgets are called as they are in the window itself
                 draw()
                 imgui.pop_id()

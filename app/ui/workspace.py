@@ -119,7 +119,8 @@ class Workspace:
         calls.setup_imgui_style = theme.apply_style
         inside = self.barrier.drawing
         calls.show_menus = inside("draw the menus", self.menus.draw)
-        calls.show_status = inside("draw the status bar", self.status_bar.draw)
+        status = inside("draw the status bar", self.status_bar.draw)
+        calls.show_status = self.round_robin.drawing("draw the status bar", status, is_bar=True)
         bars = (
             ("left", "toolbar", lambda: draw_toolbar(self.editor, self.table), WIDTH_EM),
             ("top", "options", self.options_bar.draw, HEIGHT_EM),

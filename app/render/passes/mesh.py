@@ -194,23 +194,35 @@ def find_edge(z: Complexes, edge_px: float) -> Bools:
     found = np.zeros((z.shape[0] + 1, z.shape[1] + 1), bool)
     found[:2] = found[-2:] = found[:, :2] = found[:, -2:] = True
     cells = found[1:-1, 1:-1]
-    for nodes, chosen in ((z, cells), (z[::-1], cells[::-1]), (z.T, cells.T), (z.T[::-1], cells.T[::-1])):
-        before = _thickness(nodes[:2])
-        for depth in range(1, min(MOST_EDGE_LAYERS, len(chosen))):
-            own = _thickness(nodes[depth : depth + 2])
-            near = np.minimum(before, depth * own) < edge_px
-            if not near.any():
-                break
-            chosen[depth] |= near
-            before += own
+    before = _thickness(_inside(z, 0), _inside(z, 1))
+    for depth in range(1, min(MOST_EDGE_LAYERS, max(cells.shape))):
+        own = _thickness(_inside(z, depth), _inside(z, depth + 1))
+        near = np.minimum(before, depth * own) < edge_px
+        if not near.any():
+            break
+        row, column = min(depth, len(cells) - 1), min(depth, cells.shape[1] - 1)
+        start = 0
+        for side in (cells[row], cells[-1 - row], cells[:, column], cells[:, -1 - column]):
+            side |= near[start : start + len(side)]
+            start += len(side) + 1
+        before += own
     return found
 
 
-def _thickness(nodes: Complexes) -> Floats:
-    """Return how high the triangles of a row of quads are, by its nodes (2, n), the lower of each: (n - 1,)."""
-    along, across = np.diff(nodes, axis=1), nodes[1] - nodes[0]
-    areas = np.conj(along) * (across[:-1], across[1:])
-    return np.asarray((np.abs(areas.imag) / np.maximum(np.abs(along), np.finfo(float).tiny)).min(axis=0))
+def _inside(z: Complexes, depth: int) -> Complexes:
+    """Return the rows and columns of nodes (R, C) so far inside the four sides, as one (2 R + 2 C,)."""
+    row, column = min(depth, z.shape[0] - 1), min(depth, z.shape[1] - 1)
+    return np.concatenate([z[row], z[-1 - row], z[:, column], z[:, -1 - column]])
+
+
+def _thickness(nodes: Complexes, next_nodes: Complexes) -> Floats:
+    """Return how high the triangles of a row of quads are, by its rows of nodes (n,), the lower of each: (n - 1,)."""
+    across = next_nodes - nodes
+    heights = np.empty((2, len(nodes) - 1))
+    for row, side, out in ((nodes, across[:-1], heights[0]), (next_nodes, across[1:], heights[1])):
+        along = np.diff(row)
+        np.divide(np.abs((along.conj() * side).imag), np.maximum(np.abs(along), np.finfo(float).tiny), out=out)
+    return np.asarray(heights.min(axis=0))
 
 
 def _most_at_edge(shape: tuple[int, int]) -> int:

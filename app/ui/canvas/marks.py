@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from imgui_bundle import ImVec2, ImVec2Like, imgui
@@ -100,8 +101,13 @@ class MarkPainter:
             return
         if pen.fill:
             self._sheet.add_circle_filled(centre, radius, theme.color(pen.code, pen.fill))
+        dashes = _arcs(radius, self._scale) if shape.dashed else []
         for code, width in self._strokes(pen):
-            self._sheet.add_circle(centre, radius, code, 0, width)
+            if not dashes:
+                self._sheet.add_circle(centre, radius, code, 0, width)
+            for start, end in dashes:
+                self._sheet.path_arc_to(centre, radius, start, end)
+                self._sheet.path_stroke(code, width)
 
     def _square(self, shape: Square) -> None:
         pen, half = PENS[shape.role], shape.half_px
@@ -139,6 +145,15 @@ class MarkPainter:
             for first in range(0, len(corners) - 3, 3):
                 a, b, c, d = corners[first : first + 4]
                 self._sheet.add_bezier_cubic(a, b, c, d, code, width)
+
+
+@lru_cache(maxsize=8)
+def _arcs(radius: float, scale: float) -> list[tuple[float, float]]:
+    """Return from where to where the dashes of a circle are, in radians; none of them is cut short."""
+    step = scale * theme.TEXT_PX * (DASH_EM + GAP_EM)
+    starts = np.linspace(0, 2 * np.pi, max(round(2 * np.pi * radius / step), 1), endpoint=False)
+    length = 2 * np.pi / len(starts) * DASH_EM / (DASH_EM + GAP_EM)
+    return [(start, start + length) for start in starts.tolist()]
 
 
 def _dashes(points: Points, scale: float) -> list[list[ImVec2Like]]:

@@ -6,6 +6,7 @@ by B c, B with two columns, p and 1, for each body, and c = (α - α⁰, t - t�
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -56,16 +57,22 @@ class Motions:
         changes = (poses.alpha - alpha)[self.bodies], (poses.t - t)[self.bodies]
         return np.asarray(self.points @ np.concatenate(changes), np.complex128)
 
-    def directions(self, alpha: Complexes) -> Complexes:
-        """Return what the unknown motions make of c (2 k, m + 2 l) where all bodies are turned by `alpha`."""
+    @cached_property
+    def unknown(self) -> "scipy.sparse.csr_array":
+        """How the points move (n, m + 2 l) by what is unknown, each up to a factor (`directions`)."""
         k, m, l = len(self.bodies), len(self.turning), len(self.moving)
-        T = np.zeros((2 * k, m + 2 * l), np.complex128)
+        moved = np.tile(k + self.moving, 2)
+        rows = np.concatenate([self.turning, k + self.turning, moved])
+        columns = np.concatenate([np.arange(m), np.arange(m), np.arange(m, m + 2 * l)])
+        values = np.concatenate([np.ones(m), -self.about[self.turning], np.ones(2 * l)])
+        return scipy.sparse.csr_array(
+            self.points @ scipy.sparse.csr_array((values, (rows, columns)), (2 * k, m + 2 * l))
+        )
+
+    def directions(self, alpha: Complexes) -> Complexes:
+        """Return the factors (m + 2 l,) where all bodies are turned by `alpha`: iα of those that turn, 1, and i."""
         turned = 1j * alpha[self.bodies[self.turning]]
-        T[self.turning, np.arange(m)] = turned
-        T[k + self.turning, np.arange(m)] = -turned * self.about[self.turning]
-        T[k + self.moving, m + np.arange(l)] = 1
-        T[k + self.moving, m + l + np.arange(l)] = 1j
-        return T
+        return np.concatenate([turned, np.ones(len(self.moving)), np.full(len(self.moving), 1j)])
 
     def move(self, poses: Poses, motions: Floats) -> None:
         """Turn and move bodies by their unknown `motions` (m + 2 l,); their sizes stay."""

@@ -87,7 +87,7 @@ class HandleField:
     rods
         Lines that stay straight.
     bodies
-        B (n, 2 k) of `motions`: how bodies move the points; by default the points are of no body.
+        B (n, u): how unknown motions of bodies move the points; by default the points are of no body.
     slides
         Directions and shapes (R, C) by which a straight frame slides with rods that end on it.
     known
@@ -152,14 +152,17 @@ class HandleField:
         """Whether the frame is."""
         return isinstance(self._plate, FreePlate)
 
-    def find_motions(self, known: Complexes, T: Complexes, turned: Turned | None = None) -> Floats:
-        """Return the motions c (u,) of bodies: they move the points by B T c (n,) beyond what is known of them (n,)."""
-        if self._forces is None or not T.size:
-            return np.zeros(T.shape[1])
+    def find_motions(self, known: Complexes, along: Complexes, turned: Turned | None = None) -> Floats:
+        """Return the motions c (u,) of bodies.
+
+        They move the points by Σ Bᵢ aᵢ cᵢ (n,), a being `along` (u,), beyond what is `known` of them (n,).
+        """
+        if self._forces is None or not len(along):
+            return np.zeros(len(along))
         if self._system is not None and turned is not None:
-            return self._push(known, np.asarray(self._bodies @ T), turned).motions
-        system = (T.conj().T @ self._between_bodies @ T).real
-        return _solve(system, -(T.conj().T @ (self._on_bodies @ known)).real)
+            return self._push(known, self._bodies.toarray() * along, turned).motions
+        system = (along.conj()[:, None] * self._between_bodies * along).real
+        return _solve(system, -(along.conj() * (self._on_bodies @ known)).real)
 
     def displace(self, asked: Complexes, turned: Turned | None = None, *, recycles: bool = False) -> Complexes:
         """Return the nodes' displacements d (r, c) that have the points' ones (n,), beside what is `turned`.

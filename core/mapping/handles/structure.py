@@ -138,7 +138,7 @@ def prepare(
             spare=whole,
             rods=rods,
             slides=slides_with(rods, mapping, probes.at[at_frame]) if frame_is_held else (),
-            bodies=motions.points,
+            bodies=motions.unknown,
             known=before,
         ),
         (pins & (owners < 0))[rows],

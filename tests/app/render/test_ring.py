@@ -51,3 +51,13 @@ def test_nodes_on_one_spot_have_a_ring_without_holes_in_the_numbers() -> None:
     ring, carried = with_ring(np.zeros((3, 3, 2)), np.ones((3, 3, 2)))
     assert np.isfinite(ring).all()
     assert np.array_equal(carried, np.ones((5, 5, 2)))
+
+
+def test_a_corner_of_the_ring_lies_beyond_both_of_its_sides() -> None:
+    moved = a_grid() + np.random.default_rng(0).uniform(-2, 2, (ROWS, COLUMNS, 2))
+    for ring, nodes in zip(with_ring(moved, a_grid()), (moved, a_grid()), strict=True):
+        for down in (0, -1):
+            for across in (0, -1):
+                corner = nodes[down, across]
+                beside = ring[down, 1 if across == 0 else -2] - corner, ring[1 if down == 0 else -2, across] - corner
+                assert ring[down, across] - corner == pytest.approx(beside[0] + beside[1])

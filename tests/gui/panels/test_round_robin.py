@@ -11,15 +11,16 @@ from app.editor.editor import Editor
 from app.ui.options_bar import OptionsBar
 from app.ui.panels.handles import HandlesPanel
 from app.ui.panels.warp import WarpPanel
+from app.ui.status_bar import StatusBar
 from app.ui.widgets.fallback_fonts import FallbackFonts
 from core.document.document import Pin
 from tests.gui.window_driver import WindowDriver, drive
 
 pytestmark = pytest.mark.gui
 
-Parts = type[WarpPanel] | type[HandlesPanel] | type[OptionsBar]
-PARTS: tuple[Parts, ...] = (WarpPanel, HandlesPanel, OptionsBar)
-TURNS = 4
+Parts = type[WarpPanel] | type[HandlesPanel] | type[OptionsBar] | type[StatusBar]
+PARTS: tuple[Parts, ...] = (WarpPanel, HandlesPanel, OptionsBar, StatusBar)
+TURNS = 5
 """The parts, and the toolbar."""
 
 
