@@ -16,7 +16,7 @@ from core.overlay.laying.albedo_scale import gauge_of
 from core.overlay.pixels.extension import extend
 from core.overlay.pixels.filling import filled
 from core.overlay.pixels.gaps.gap_completion import sew
-from core.overlay.pixels.layers import explained, paint, spread_mask
+from core.overlay.pixels.layers import paint, spread_mask
 from core.overlay.pixels.matting import matte_of
 from core.overlay.pixels.model import PixelModel
 from core.overlay.pixels.occluders import find_occluders
@@ -36,15 +36,12 @@ TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
 TINT_SAMPLES = 12
 """Samples to that width."""
-
-
-def explain_pixels(model: PixelModel) -> PixelModel:
-    """Tell pixel by pixel what each piece explains."""
-    return replace(model, masks=tuple(explained(model.cloth, model.found, list(model.pieces))))
+REFINED = 2
+"""Times that pixels are moved: a third time changes little."""
 
 
 def paint_pieces(model: PixelModel) -> PixelModel:
-    """Take coordinates and shading from the mesh where the pieces explain the photo, and the texel from there."""
+    """Take coordinates and shading from the mesh where the pieces lie, and the texel from there."""
     layers = model.uv.copy(), model.shading.copy()
     paint(layers, model.mesh, list(model.pieces), list(model.masks), model.valid)
     painted = replace(model, uv=layers[0], shading=layers[1], followed=np.isfinite(layers[1]))
@@ -110,9 +107,15 @@ def relight(model: PixelModel) -> PixelModel:
 
 
 def refine_pixels(model: PixelModel) -> PixelModel:
-    """Move single pixels, where the mesh is too coarse."""
-    layers, every = (model.photo, model.uv, model.shading), max(1, model.scale - 1)
-    return replace(model, uv=refine(*layers, model.texel, model.basis, every=every))
+    """Move single pixels, where the mesh is too coarse, and estimate the texel from where they lie then, in turn.
+
+    Each time they are moved from where the mesh has them: both lower the error under the same hold.
+    """
+    refined, every = model, max(1, model.scale - 1)
+    for _ in range(REFINED):
+        uv = refine(model.photo, model.uv, model.shading, refined.texel, model.basis, every=every)
+        refined = estimate_finer_texel(replace(model, uv=uv))
+    return refined
 
 
 def estimate_finer_texel(model: PixelModel) -> PixelModel:
@@ -164,7 +167,6 @@ def matte_border(model: PixelModel) -> PixelModel:
 
 
 STAGES: tuple[PixelStage, ...] = (
-    explain_pixels,
     paint_pieces,
     fill_gaps,
     cut_surroundings,
