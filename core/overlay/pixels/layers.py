@@ -7,7 +7,41 @@ from core.arrays import Bools
 from core.overlay.filters.bands import in_bands
 from core.overlay.mesh import ClothMesh, around
 from core.overlay.pixels.extension import Layers
+from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.region import LIMIT, clean, misfit, ring, without_specks
 from core.overlay.registration.registration import LEAST_SHADING, ClothState
+
+LENIENCE = 1.6
+"""Times the limit that a misfit may have in the middle of a piece."""
+GLARE = 1.8
+"""Brightness that the texel's brightest colour may have, over the photo's white: plain ground in more light than that
+is not this cloth's."""
+LEAST_PART = (2.0, 0.5)
+"""Least area of a part of a piece, in lattice steps; the second where the cloth shows few texels."""
+
+
+def explained(cloth: FittedCloth, found: Fit, pieces: list[ClothState]) -> list[Bools]:
+    """Return the pixels (H, W) that each piece explains, as seen by the fit; they do not overlap.
+
+    Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
+    """
+    mesh, best, owner = cloth.mesh, np.full(cloth.valid.shape, LIMIT), np.full(cloth.valid.shape, -1)
+    brightest = float(np.percentile(found.texel.pixels, 99.5))
+    for number, piece in enumerate(pieces):
+        box = mesh.box_of(piece.cells, 1 + round(2 * cloth.sigma_px / mesh.cell))
+        at, valid = mesh.smooth_to_pixels(piece.values, box), cloth.valid[box]
+        rho = np.maximum(at[..., 2], LEAST_SHADING)
+        modelled = rho[..., None] * found.texel(at[..., :2])
+        strict, mild = misfit(cloth.photo[box], modelled, rho, valid, found.tolerance, cloth.sigma_px / 2)
+        # At the border a pattern that correlates may lie on half of a neighbourhood only; amid cloth is cloth.
+        whole = without_specks(piece.cells, round(LEAST_PART[cloth.few] * (cloth.step_px / mesh.cell) ** 2))
+        core = cv2.erode(np.pad(whole, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
+        bad = np.where(mesh.pixels_of(core > 0)[box], mild / LENIENCE, strict)
+        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1))[box] & valid
+        near &= rho * brightest < GLARE
+        better = clean(near & (bad < best[box]), cloth.sigma_px) & near
+        owner[box][better], best[box][better] = number, bad[better]
+    return [np.asarray(owner == number, np.bool_) for number in range(len(pieces))]
 
 
 def painted(mesh: ClothMesh, pieces: list[ClothState], masks: list[Bools], valid: Bools) -> Layers:

@@ -8,7 +8,6 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.registration.region import ring
 from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
 
@@ -32,7 +31,7 @@ class PixelModel:
     scale: int
     pieces: tuple[ClothState, ...]
     masks: tuple[Bools, ...]
-    """The pixels (h, w) on which each piece lies, at the size of the fit."""
+    """The pixels that each piece explains, at the size of the fit."""
     uv: Singles
     """(H, W, 2), texels."""
     shading: Singles
@@ -77,12 +76,8 @@ class PixelModel:
 def begin(
     cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools, scale: int, *, is_told: bool
 ) -> PixelModel:
-    """Return what the registration alone tells: each piece has its own cells, and one around them that no other has.
-
-    No pixel is laid yet.
-    """
-    shape, beside = photo.shape[:2], ~np.any([piece.cells for piece in found.pieces], axis=0)
-    near = [piece.cells | ring(piece.cells, beside, 1) for piece in found.pieces]
+    """Return what the registration alone tells: each piece has its own cells, and no pixel is laid yet."""
+    shape = photo.shape[:2]
     unknown, nowhere = np.float32(np.nan), np.False_
     return PixelModel(
         cloth=cloth,
@@ -92,7 +87,7 @@ def begin(
         is_told=is_told,
         scale=scale,
         pieces=found.pieces,
-        masks=tuple(cloth.mesh.pixels_of(cells) & cloth.valid for cells in near),
+        masks=tuple(cloth.mesh.pixels_of(piece.cells) & cloth.valid for piece in found.pieces),
         # Views of one number: nothing is kept for what is not known.
         uv=np.broadcast_to(unknown, (*shape, 2)),
         shading=np.broadcast_to(unknown, shape),

@@ -16,7 +16,7 @@ from core.overlay.laying.albedo_scale import gauge_of
 from core.overlay.pixels.extension import extend
 from core.overlay.pixels.filling import filled
 from core.overlay.pixels.gaps.gap_completion import sew
-from core.overlay.pixels.layers import paint, spread_mask
+from core.overlay.pixels.layers import explained, paint, spread_mask
 from core.overlay.pixels.matting import matte_of
 from core.overlay.pixels.model import PixelModel
 from core.overlay.pixels.occluders import find_occluders
@@ -40,8 +40,13 @@ REFINED = 2
 """Times that pixels are moved: a third time changes little."""
 
 
+def explain_pixels(model: PixelModel) -> PixelModel:
+    """Tell pixel by pixel what each piece explains."""
+    return replace(model, masks=tuple(explained(model.cloth, model.found, list(model.pieces))))
+
+
 def paint_pieces(model: PixelModel) -> PixelModel:
-    """Take coordinates and shading from the mesh where the pieces lie, and the texel from there."""
+    """Take coordinates and shading from the mesh where the pieces explain the photo, and the texel from there."""
     layers = model.uv.copy(), model.shading.copy()
     paint(layers, model.mesh, list(model.pieces), list(model.masks), model.valid)
     painted = replace(model, uv=layers[0], shading=layers[1], followed=np.isfinite(layers[1]))
@@ -167,6 +172,7 @@ def matte_border(model: PixelModel) -> PixelModel:
 
 
 STAGES: tuple[PixelStage, ...] = (
+    explain_pixels,
     paint_pieces,
     fill_gaps,
     cut_surroundings,

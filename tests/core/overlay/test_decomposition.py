@@ -12,7 +12,7 @@ from core.overlay.detection.basis import reduce
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.shrinking import shrunk
 from core.overlay.laying.compositing import encode
-from core.overlay.pixels import stages
+from core.overlay.pixels import layers, stages
 from core.progress import Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, marked_checks, motif
 from tests.core.overlay.prints import bent_print, print_on_a_table, usual_vectors
@@ -145,6 +145,14 @@ def test_reduced_basis_spans_the_same_lattice() -> None:
     assert np.allclose(change, np.rint(change))
     assert np.linalg.det(short) == pytest.approx(abs(np.linalg.det(basis)))
     assert np.linalg.norm(short, axis=0).max() <= np.linalg.norm(basis, axis=0).max()
+
+
+def test_ground_in_more_light_than_there_can_be_is_not_cloth(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(layers, "GLARE", 0.7)
+    result = run(decompose(scene.photo))
+    light = 0.75 * scene.shading
+    assert result.covered[light < 0.65].mean() > 0.9
+    assert result.covered[light > 0.82].mean() < 0.02
 
 
 def test_the_texel_is_told_from_where_single_pixels_lie(monkeypatch: pytest.MonkeyPatch) -> None:
