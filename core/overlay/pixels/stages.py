@@ -36,8 +36,6 @@ TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
 TINT_SAMPLES = 12
 """Samples to that width."""
-REFINED = 2
-"""Times that pixels are moved: a third time changes little."""
 
 
 def explain_pixels(model: PixelModel) -> PixelModel:
@@ -112,15 +110,17 @@ def relight(model: PixelModel) -> PixelModel:
 
 
 def refine_pixels(model: PixelModel) -> PixelModel:
-    """Move single pixels, where the mesh is too coarse, and estimate the texel from where they lie then, in turn.
+    """Move single pixels, where the mesh is too coarse, and once more by the texel that is told from where they lie.
 
-    Each time they are moved from where the mesh has them: both lower the error under the same hold.
+    Both times they are moved from where the mesh has them: further on, the cloth would bend. A third changes little.
     """
-    refined, every = model, max(1, model.scale - 1)
-    for _ in range(REFINED):
-        uv = refine(model.photo, model.uv, model.shading, refined.texel, model.basis, every=every)
-        refined = estimate_finer_texel(replace(model, uv=uv))
-    return refined
+    return refine_by(model, refine_by(model, model.texel).texel)
+
+
+def refine_by(model: PixelModel, texel: Texel) -> PixelModel:
+    """Return the model with single pixels moved to where a texel explains them best, and the texel told from there."""
+    layers, every = (model.photo, model.uv, model.shading), max(1, model.scale - 1)
+    return estimate_finer_texel(replace(model, uv=refine(*layers, texel, model.basis, every=every)))
 
 
 def estimate_finer_texel(model: PixelModel) -> PixelModel:
