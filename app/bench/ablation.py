@@ -17,8 +17,9 @@ from core.arrays import Bools, InputError
 from core.imaging.images import Image, load
 from core.linalg.blas import one_thread
 from core.overlay.cloth_search import Known, find_all
-from core.overlay.decomposition import Decomposition, choose, split, split_without
+from core.overlay.decomposition import Decomposition, split, split_without
 from core.overlay.detection.seeding import NoPatternError
+from core.overlay.found_cloth import choose
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.pixels.stages import OPTIONAL, WHOLE
 from core.progress import run

@@ -32,8 +32,8 @@ from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
 
 if TYPE_CHECKING:
-    from core.overlay.cloth_search import FoundCloth
     from core.overlay.decomposition import Decomposition
+    from core.overlay.found_cloth import FoundCloth
 
 KEPT, KEPT_BYTES = 2, 2**27
 """So many finds are kept, and more while they and their photos take no more memory than this; and so many refusals."""

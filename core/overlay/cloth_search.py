@@ -2,8 +2,6 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
-from operator import attrgetter
 
 import numpy as np
 
@@ -11,15 +9,12 @@ from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.linalg.blas import on_one_thread
 from core.masks.object_masks import object_under
-from core.overlay.composition import finite
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.filters.shrinking import shrunk, to_small, working_scale
-from core.overlay.likelihood import count_explained
-from core.overlay.pixels.layers import painted, spread_mask
-from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.found_cloth import FoundCloth, choose, may_be_cloth, opacity_of
 from core.overlay.search.finding import Find, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.search.large_periods import Correspondences
 from core.progress import Job, part
@@ -30,40 +25,6 @@ OBJECTS = 0.4
 """Share of a photo that is taken for what stands out, before the object is cut out: garments fill about so much."""
 LEAST_UNTOLD = 5.0
 """Texels, large ones, that are seen at least where nobody said that there is cloth: a leopard's spots show four."""
-
-
-@dataclass(frozen=True)
-class FoundCloth:
-    """A cloth that was found and registered on a photo 1 / `scale` of the size."""
-
-    cloth: FittedCloth
-    fit: Fit
-    photo: Floats | Singles
-    """(H, W, 3), 0 to 1."""
-    valid: Bools
-    """(H, W), where cloth may be."""
-    scale: int
-    opacity: Singles | np.float32
-    """(H, W), or one number: of what is laid there."""
-    is_sure: bool
-    """Whether it is clear, and covers nearly all that may be cloth (`Find`)."""
-    is_clear: bool
-    """Whether no doubt is left about what it covers (`Find`)."""
-    is_told: bool
-    """Whether somebody said where the cloth is."""
-
-    @property
-    def covered(self) -> Bools:
-        """Pixels (H, W) of the photo in which it is registered."""
-        return spread_mask(self.cloth.valid & self.cloth.mesh.pixels_of(self.fit.cells), self.valid.shape)
-
-    @cached_property
-    def explained(self) -> float:
-        """What speaks for it as it is registered, before single pixels are looked at (`count_explained`)."""
-        masks = [self.cloth.mesh.pixels_of(piece.cells) for piece in self.fit.pieces]
-        uv, light = painted(self.cloth.mesh, list(self.fit.pieces), masks, self.cloth.valid)
-        modelled = np.nan_to_num(light)[..., None] * self.fit.texel.singles(np.nan_to_num(uv))
-        return count_explained(self.cloth.photo, modelled, finite(uv))
 
 
 @dataclass(frozen=True)
@@ -90,7 +51,8 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     """Return the finds that are compared; raise `NoPatternError` if there is none.
 
     Where a find leaves doubts it is looked for otherwise too: within a region by alike patches, or else in all of the
-    photo; without one on the object that stands out.
+    photo; without one on the object that stands out. Where doubts are left in a region still, the best find is followed
+    there once more, with the texel as it is known by then.
     """
     finds = yield from part(find_if_any(photo, known), 0.0, 0.5)
     is_given = known.start is not None or known.lattice is not None
@@ -98,9 +60,12 @@ def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     if not is_given and not is_enough:
         more = find_on_object(photo, known) if known.region is None else find_again(photo, known)
         with suppress(NoPatternError):
-            finds.append((yield from part(more, 0.5, 1.0)))
+            finds.append((yield from part(more, 0.5, 0.9)))
     if not finds:
         raise NoPatternError
+    if not is_given and known.region is not None and not any(found.is_clear for found in finds):
+        with suppress(NoPatternError):
+            finds.append((yield from part(follow(choose(finds), known.region, known.seed), 0.9, 1.0)))
     return finds
 
 
@@ -166,7 +131,7 @@ def find_alike(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     """Return the cloth of all of a photo, restricted to the region; raise `NoPatternError` if there is none there."""
     bare = yield from part(find(photo, replace(known, region=None)), 0.0, 0.8)
-    return (yield from part(follow(max(bare, key=attrgetter("explained")), known.region, known.seed), 0.8, 1.0))
+    return (yield from part(follow(choose(bare), known.region, known.seed), 0.8, 1.0))
 
 
 def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
@@ -230,32 +195,8 @@ def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> 
     return small, flat_canvas(small, np.asarray(valid, np.bool_)), scale
 
 
-def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Bools:
-    """Return where (H, W) cloth may be."""
-    return np.ones(photo.shape[:2], bool) if region is None else np.asarray(region > 0, np.bool_)
-
-
-def opacity_of(region: Bools | Singles | None) -> Singles | np.float32:
-    """Return the opacity (H, W), or one number, of what is laid."""
-    return np.float32(1) if region is None else region.astype(np.float32)
-
-
 def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
     """Return what was found on the working picture as that of the photo (H, W, 3)."""
     valid, opacity = may_be_cloth(photo, region), opacity_of(region)
     doubts = found.is_sure, found.is_clear
     return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, *doubts, is_told=region is not None)
-
-
-def at_working_size(found: FoundCloth) -> FoundCloth:
-    """Return a find on the photo as it was searched."""
-    if found.scale == 1:
-        return found
-    few = slice(None, None, found.scale)
-    return replace(found, photo=found.cloth.photo, valid=found.valid[few, few], scale=1, opacity=np.float32(1))
-
-
-def at_photo_size(found: FoundCloth, photo: Floats | Singles, region: Bools | Singles | None) -> FoundCloth:
-    """Return a find, which may be kept as it was searched, on a region (H, W) of the photo (H, W, 3)."""
-    scale = working_scale(photo.shape)
-    return replace(found, photo=photo, valid=may_be_cloth(photo, region), scale=scale, opacity=opacity_of(region))

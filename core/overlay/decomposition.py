@@ -8,21 +8,19 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-import numpy as np
-
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
-from core.linalg.blas import one_thread
-from core.overlay.cloth_search import FoundCloth, Known, at_photo_size, at_working_size, find_all, find_whole, follow
+from core.overlay.cloth_search import Known, find_all, find_whole, follow
 from core.overlay.composition import difference, finite
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
+from core.overlay.found_cloth import FoundCloth, at_photo_size, begun_model, choose, within
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.likelihood import count_explained
 from core.overlay.pixels.laid_lattice import measure_basis, read_lattice
-from core.overlay.pixels.model import PixelModel, begin
-from core.overlay.pixels.stages import go_through, leave_out
+from core.overlay.pixels.model import PixelModel
+from core.overlay.pixels.stages import leave_out
 from core.overlay.texel import Texel
 from core.overlay.whole_cloth import widen
 from core.progress import Job, Progress, part
@@ -112,16 +110,16 @@ def decompose_whole_cloth(
     seconds: dict[str, float] = {}
     photo = encode(image)
     opaque = searchable(image, None)
-    had = None if finds is None else [at_photo_size(found, photo, opaque) for found in finds]
+    had = None if finds is None else [at_photo_size(found, photo) for found in finds]
     job = find_whole(photo, Known(region, texel_px, start, lattice, seed), had)
     best = choose((yield from part(time_stages(job, seconds), 0.0, 0.6)))
-    whole = at_photo_size(best, photo, opaque)
+    whole = within(best, opaque)
 
     def follow_on(cloth: Bools) -> Job[FoundCloth]:
         return follow(whole, searchable(image, cloth), seed, is_told=False)
 
     try:
-        best = yield from part(time_stages(widen(image, whole, follow_on), seconds), 0.6, 0.9)
+        best = yield from part(time_stages(widen(image, best, follow_on), seconds), 0.6, 0.9)
     except InputError:
         if had is not None and any(best is found for found in had):
             raise
@@ -146,71 +144,34 @@ def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
 
 def split(found: FoundCloth) -> Decomposition:
     """Return the parts at every pixel of a photo whose cloth was found."""
-    return finish(found, go_through(begun_model(found)))
+    return finish(found, found.model)
 
 
 def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomposition]:
     """Return the parts of that find that explains most, with the `seconds` that stages took.
 
-    Several of a large photo are compared at its working size. Raises `NoPatternError` where no find explains a pixel.
+    Raises `NoPatternError` where no find explains a pixel.
     """
     yield Progress(0.0, SPLITTING)
     started = time.perf_counter()
-    with one_thread():
-        if len(finds) == 1:
-            best, result = finds[0], split(finds[0])
-        else:
-            best, model = compare(finds)
-            result = finish(best, model) if model.photo is best.photo else split(best)
-    kept = replace(at_working_size(best), cloth=best.cloth.without_results)
+    best = choose(finds)
+    result = split(best)
+    kept = replace(best.searched, cloth=best.cloth.without_results)
     return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started}, found=kept)
-
-
-def choose(finds: list[FoundCloth]) -> FoundCloth:
-    """Return that find which explains most; raise `NoPatternError` where none of several explains a pixel."""
-    return finds[0] if len(finds) == 1 else compare(finds)[0]
-
-
-def compare(finds: list[FoundCloth]) -> tuple[FoundCloth, PixelModel]:
-    """Return that find which explains most of the photo as it was searched, and the model it leads to there.
-
-    Raises `NoPatternError` where none explains a pixel.
-    """
-    with one_thread():
-        models = [(found, go_through(begun_model(at_working_size(found)))) for found in finds]
-    seen = [pair for pair in models if has_cloth(pair[1])]
-    if not seen:
-        raise NoPatternError
-    return max(seen, key=lambda pair: explained_by(pair[1]))
-
-
-def has_cloth(model: PixelModel) -> bool:
-    """Return whether a model explains any pixel."""
-    return bool(np.isfinite(model.shading).any())
-
-
-def explained_by(model: PixelModel) -> float:
-    """Return what speaks for a finished model beside another one of the same photo."""
-    return count_explained(model.photo, model.modelled, np.asarray(np.isfinite(model.shading), np.bool_), model.scale)
 
 
 def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:
     """Yield what comes of leaving out each stage of these names by turns, then of all stages; None for no cloth."""
     for name, model in leave_out(begun_model(found), names):
-        yield name, finish(found, model) if has_cloth(model) else None
-
-
-def begun_model(found: FoundCloth) -> PixelModel:
-    """Return what is known before any stage."""
-    return begin(found.cloth, found.fit, found.photo, found.valid, found.scale, is_told=found.is_told)
+        yield name, finish(found, model) if model.has_cloth else None
 
 
 def finish(found: FoundCloth, model: PixelModel) -> Decomposition:
     """Return the parts that a model tells, at the photo's size; raise `NoPatternError` where it has no cloth."""
-    if not has_cloth(model):
+    if not model.has_cloth:
         raise NoPatternError
     lattice, basis = read_lattice(model), measure_basis(model)
-    modelled, inside = model.modelled, np.asarray(np.isfinite(model.shading), np.bool_)
+    modelled, inside = model.modelled, model.inside
     uv, texel, light, coverage = model.uv, model.texel, model.light, model.coverage * found.opacity
     # What the rest of the model takes, its texture above all, would be the most memory of a large photo here.
     del model

@@ -21,8 +21,12 @@ class Explanation(Protocol):
         """Pixels (H, W) of cloth."""
 
     @property
+    def area_px(self) -> int:
+        """Pixels that it covers in the end, of the photo as it was searched."""
+
+    @property
     def explained(self) -> float:
-        """What speaks for it (`Evidence`)."""
+        """What speaks for it beside another one of the same photo."""
 
 
 F = TypeVar("F", bound=Explanation)
@@ -35,7 +39,7 @@ def widen(image: Image, found: F, find_on: Callable[[Bools], Job[F]]) -> Job[F]:
     """
     cloth = yield from part(whole_object(image, found.covered), 0.0, 0.1)
     wider = yield from part(find_on(cloth), 0.1, 1.0)
-    area, wider_area = (max(int(find.covered.sum()), 1) for find in (found, wider))
-    if wider.explained < found.explained * (1 + WORTH * max(wider_area / area - 1, 0)):
+    growth = wider.area_px / max(found.area_px, 1) - 1
+    if wider.explained < found.explained * (1 + WORTH * max(growth, 0)):
         raise InputError(NO_BETTER)
     return wider

@@ -63,6 +63,16 @@ class PixelModel:
         return modelled
 
     @property
+    def inside(self) -> Bools:
+        """Pixels (H, W) that are cloth so far."""
+        return np.asarray(np.isfinite(self.shading), np.bool_)
+
+    @property
+    def has_cloth(self) -> bool:
+        """Whether any pixel is."""
+        return bool(self.inside.any())
+
+    @property
     def mesh(self) -> ClothMesh:
         """The mesh of the cloth over the photo."""
         return ClothMesh(self.photo.shape[:2], self.cloth.mesh.cell * self.scale)

@@ -165,7 +165,7 @@ def tint_light(model: PixelModel) -> PixelModel:
 
 def matte_border(model: PixelModel) -> PixelModel:
     """Tell what share of a pixel is cloth, where the border is soft; nothing is laid where none is."""
-    inside = np.asarray(np.isfinite(model.shading), np.bool_)
+    inside = model.inside
     coverage = matte_of(model.photo, model.modelled_at, model.outline, inside)
     seen, off = without_pixels(model, coverage == 0), (coverage == 0)[..., None]
     return replace(seen, coverage=coverage, light=np.where(off, np.float32(np.nan), model.light))

@@ -15,7 +15,7 @@ from core.files.text import begin_sentence
 from core.imaging.images import Image
 from core.notices import hear_notices
 from core.overlay import decomposition, whole_cloth
-from core.overlay.cloth_search import FoundCloth
+from core.overlay.found_cloth import FoundCloth
 from core.progress import Job, Progress
 from core.rasters.raster import Raster
 from tests.app.overlay.driver import PHOTO, TEXTURE, OverlayDriver

@@ -11,12 +11,13 @@ import pytest
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.overlay import cloth_search, decomposition, whole_cloth
-from core.overlay.cloth_search import FoundCloth, Known, find
+from core.overlay.cloth_search import Known, find, follow
 from core.overlay.decomposition import Decomposition, decompose, decompose_whole_cloth
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters import shrinking
 from core.overlay.filters.smoothing import gaussian
+from core.overlay.found_cloth import FoundCloth
 from core.overlay.likelihood import count_explained
 from core.overlay.search.finding import Find, find_cloth
 from core.progress import Job, Progress, run
@@ -54,14 +55,15 @@ def test_whole_cloth_takes_no_ground_that_explains_little(
 ) -> None:
     def find_on(cloth: Bools) -> Job[SimpleNamespace]:
         yield Progress(0.0)
-        return SimpleNamespace(covered=cloth, explained=explains)
+        return SimpleNamespace(covered=cloth, explained=explains, area_px=cloth.sum())
 
     def whole(*_: Any) -> Job[Bools]:
         yield Progress(0.0)
         return EVERYWHERE
 
     monkeypatch.setattr(whole_cloth, "whole_object", whole)
-    found = SimpleNamespace(covered=np.arange(SIZE[1]) < SIZE[1] // 2 * EVERYWHERE, explained=1.0)
+    half = np.arange(SIZE[1]) < SIZE[1] // 2 * EVERYWHERE
+    found = SimpleNamespace(covered=half, explained=1.0, area_px=half.sum())
     with nullcontext() if is_taken else pytest.raises(InputError, match="no more"):
         assert run(whole_cloth.widen(Image(np.zeros((*SIZE, 3), np.uint8)), found, find_on)).explained == explains
 
@@ -114,11 +116,37 @@ def test_of_several_finds_that_is_kept_which_explains_most_once_it_is_split(
 
     (right,) = run(find(SCENE.photo, Known(HALF)))
     explained = decomposition.split(right).explained
+    assert right.explained == explained
     monkeypatch.setattr(cloth_search, "find", find_both)
     assert run(decompose(SCENE.photo, region=HALF)).explained == explained
     monkeypatch.setattr(decomposition, "widen", find_no_more)
     image = Image(np.rint(255 * SCENE.photo).astype(np.uint8))
     assert run(decompose_whole_cloth(image, region=HALF)).explained > 0.97 * explained
+
+
+@pytest.mark.parametrize("is_clear", [True, False])
+@pytest.mark.parametrize("is_better", [True, False])
+def test_a_find_in_a_region_that_leaves_doubts_is_followed_once_more_and_the_better_one_kept(
+    monkeypatch: pytest.MonkeyPatch, *, is_clear: bool, is_better: bool
+) -> None:
+    def find_doubtful(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
+        (found,) = yield from find(photo, known)
+        return [replace(bent(found, 0.1, 1.0) if is_better else found, is_sure=True, is_clear=is_clear)]
+
+    def follow_badly(*asked: Any) -> Job[FoundCloth]:
+        return bent((yield from follow(*asked)), 0.1, 1.0)
+
+    def find_no_more(*_: Any) -> Job[FoundCloth]:
+        yield Progress(0.0)
+        raise NoPatternError
+
+    (right,) = run(find(SCENE.photo, Known(HALF)))
+    monkeypatch.setattr(cloth_search, "find", find_doubtful)
+    monkeypatch.setattr(cloth_search, "find_again", find_no_more)
+    if not is_better:
+        monkeypatch.setattr(cloth_search, "follow", follow_badly)
+    explained = run(decompose(SCENE.photo, region=HALF)).explained
+    assert (explained > 0.97 * right.explained) == (not (is_clear and is_better))
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,11 @@ from app.bench.overlay import cloth
 from core.arrays import Bools, Floats
 from core.imaging.image import Image
 from core.overlay import decomposition, whole_cloth
-from core.overlay.cloth_search import FoundCloth
 from core.overlay.decomposition import decompose, decompose_whole_cloth
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
+from core.overlay.found_cloth import FoundCloth
 from core.overlay.pixels.model import begin
 from core.overlay.pixels.stages import explain_pixels, paint_pieces
 from core.overlay.registration.cloth import Fit, FittedCloth

@@ -1,0 +1,109 @@
+"""A cloth that was found and registered on a photo: it is compared with others by what comes of it in the end."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from operator import attrgetter
+
+import numpy as np
+
+from core.arrays import Bools, Floats, Singles
+from core.linalg.blas import one_thread
+from core.overlay.detection.seeding import NoPatternError
+from core.overlay.filters.shrinking import working_scale
+from core.overlay.likelihood import count_explained
+from core.overlay.pixels.layers import spread_mask
+from core.overlay.pixels.model import PixelModel, begin
+from core.overlay.pixels.stages import go_through
+from core.overlay.registration.cloth import Fit, FittedCloth
+
+
+@dataclass(frozen=True)
+class FoundCloth:
+    """A cloth that was found and registered on a photo 1 / `scale` of the size."""
+
+    cloth: FittedCloth
+    fit: Fit
+    photo: Floats | Singles
+    """(H, W, 3), 0 to 1."""
+    valid: Bools
+    """(H, W), where cloth may be."""
+    scale: int
+    opacity: Singles | np.float32
+    """(H, W), or one number: of what is laid there."""
+    is_sure: bool
+    """Whether it is clear, and covers nearly all that may be cloth (`Find`)."""
+    is_clear: bool
+    """Whether no doubt is left about what it covers (`Find`)."""
+    is_told: bool
+    """Whether somebody said where the cloth is."""
+
+    @property
+    def covered(self) -> Bools:
+        """Pixels (H, W) of the photo in which it is registered."""
+        return spread_mask(self.cloth.valid & self.cloth.mesh.pixels_of(self.fit.cells), self.valid.shape)
+
+    @cached_property
+    def model(self) -> PixelModel:
+        """What all stages tell at every pixel of the photo."""
+        with one_thread():
+            return go_through(begun_model(self))
+
+    @cached_property
+    def explained(self) -> float:
+        """What speaks for it beside another find, as it comes out on the photo as it was searched (`count_explained`).
+
+        -inf where no pixel of the photo is explained.
+        """
+        model = self.searched.model
+        return count_explained(model.photo, model.modelled, model.inside) if model.has_cloth else -math.inf
+
+    @property
+    def area_px(self) -> int:
+        """Pixels of the photo, as it was searched, that it covers in the end."""
+        return int(self.searched.model.inside.sum())
+
+    @cached_property
+    def searched(self) -> "FoundCloth":
+        """The find on the photo as it was searched."""
+        if self.scale == 1:
+            return self
+        few = slice(None, None, self.scale)
+        return replace(self, photo=self.cloth.photo, valid=self.valid[few, few], scale=1, opacity=np.float32(1))
+
+
+def choose(finds: list[FoundCloth]) -> FoundCloth:
+    """Return that find which explains most; raise `NoPatternError` where none of several explains a pixel."""
+    if len(finds) == 1:
+        return finds[0]
+    best = max(finds, key=attrgetter("explained"))
+    if best.explained == -math.inf:
+        raise NoPatternError
+    return best
+
+
+def begun_model(found: FoundCloth) -> PixelModel:
+    """Return what is known of a find before any stage."""
+    return begin(found.cloth, found.fit, found.photo, found.valid, found.scale, is_told=found.is_told)
+
+
+def at_photo_size(found: FoundCloth, photo: Floats | Singles) -> FoundCloth:
+    """Return a find that is kept as it was searched on the photo (H, W, 3)."""
+    return replace(
+        found, photo=photo, valid=spread_mask(found.valid, photo.shape[:2]), scale=working_scale(photo.shape)
+    )
+
+
+def within(found: FoundCloth, region: Bools | Singles | None) -> FoundCloth:
+    """Return a find of which what lies in a region (H, W) of the photo may be cloth."""
+    return replace(found, valid=may_be_cloth(found.photo, region), opacity=opacity_of(region))
+
+
+def may_be_cloth(photo: Floats | Singles, region: Bools | Singles | None) -> Bools:
+    """Return where (H, W) cloth may be."""
+    return np.ones(photo.shape[:2], bool) if region is None else np.asarray(region > 0, np.bool_)
+
+
+def opacity_of(region: Bools | Singles | None) -> Singles | np.float32:
+    """Return the opacity (H, W), or one number, of what is laid."""
+    return np.float32(1) if region is None else region.astype(np.float32)
