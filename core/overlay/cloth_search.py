@@ -36,6 +36,8 @@ class Known:
     start: Proposal | None = None
     lattice: list[Lattice] | None = None
     seed: int = 0
+    may_be_large: bool = True
+    """Whether texels so large that no lattice grows are looked for too."""
 
     @property
     def is_told(self) -> bool:
@@ -75,30 +77,36 @@ def find_whole(photo: Floats | Singles, known: Known, finds: list[FoundCloth] | 
     So where nothing is painted, and no find lies on that without doubt, it is searched as a region is. `finds` may be
     what was found already, none if there is none.
     """
-    if finds is None:
-        first, done = (find_all, 1.0) if known.is_told else (find_if_any, 0.3)
-        finds = yield from part(first(photo, known), 0.0, done)
     if not known.is_told:
-        finds = [*finds, *(yield from part(find_on_whole_object(photo, known, finds), 0.3, 1.0))]
+        finds = yield from find_on_whole_object(photo, known, finds)
+    elif finds is None:
+        finds = yield from find_all(photo, known)
     if not finds:
         raise NoPatternError
     return finds
 
 
-def find_on_whole_object(photo: Floats | Singles, known: Known, finds: list[FoundCloth]) -> Job[list[FoundCloth]]:
-    """Return what is found on the object that stands out, searched as a region; nothing if a find is clear there."""
+def find_on_whole_object(
+    photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None
+) -> Job[list[FoundCloth]]:
+    """Return what is found in all of the photo, or given, and, if none of it is clear there, on what stands out.
+
+    What stands out is searched as a region is. Large texels are looked for in all of the photo only where nothing does.
+    """
     try:
         inside = yield from part(find_object(photo), 0.0, 0.1)
     except NoPatternError:
-        return []
+        return (yield from find_if_any(photo, known)) if finds is None else finds
+    if finds is None:
+        finds = yield from part(find_if_any(photo, replace(known, may_be_large=False)), 0.1, 0.3)
     if any(found.is_clear and lies_on(found.covered, inside) for found in finds):
-        return []
+        return finds
     within = replace(known, region=inside)
-    more = yield from part(find_if_any(photo, within), 0.1, 0.6)
+    more = yield from part(find_if_any(photo, within), 0.3, 0.7)
     if not any(found.is_sure for found in more):
         with suppress(NoPatternError):
-            more.append((yield from part(find_alike(photo, within), 0.6, 1.0)))
-    return more
+            more.append((yield from part(find_alike(photo, within), 0.7, 1.0)))
+    return [*finds, *more]
 
 
 def lies_on(covered: Bools, inside: Bools) -> bool:
@@ -168,7 +176,9 @@ def find(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     if known.lattice is None:
         start = known.start
         marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
-        job = find_cloth(small, canvas, known.seed, texel_px=known.side_px(scale), start=marked)
+        job = find_cloth(
+            small, canvas, known.seed, texel_px=known.side_px(scale), start=marked, with_large=known.may_be_large
+        )
     else:
         job = register_lattice(small, canvas, [piece.shrunk(scale) for piece in known.lattice], known.seed)
     return [found_on(photo, known.region, scale, found) for found in (yield from on_one_thread(job))]

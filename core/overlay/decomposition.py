@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
+from core.masks.object_masks import whole_object
 from core.overlay.cloth_search import Known, find_all, find_whole, follow
 from core.overlay.composition import difference, finite
 from core.overlay.detection.correlation import Proposal
@@ -22,12 +23,12 @@ from core.overlay.pixels.laid_lattice import measure_basis, read_lattice
 from core.overlay.pixels.model import PixelModel
 from core.overlay.pixels.stages import leave_out
 from core.overlay.texel import Texel
-from core.overlay.whole_cloth import widen
 from core.progress import Job, Progress, part
 
 T = TypeVar("T")
 
 SPLITTING = "splitting off the detail"
+NO_BETTER = "no more of the pattern is found on the whole cloth"
 
 
 @dataclass(frozen=True)
@@ -109,21 +110,28 @@ def decompose_whole_cloth(
     """
     seconds: dict[str, float] = {}
     photo = encode(image)
-    opaque = searchable(image, None)
     had = None if finds is None else [at_photo_size(found, photo) for found in finds]
     job = find_whole(photo, Known(region, texel_px, start, lattice, seed), had)
     best = choose((yield from part(time_stages(job, seconds), 0.0, 0.6)))
-    whole = within(best, opaque)
-
-    def follow_on(cloth: Bools) -> Job[FoundCloth]:
-        return follow(whole, searchable(image, cloth), seed, is_told=False)
-
+    fault = InputError(NO_BETTER)
     try:
-        best = yield from part(time_stages(widen(image, best, follow_on), seconds), 0.6, 0.9)
-    except InputError:
-        if had is not None and any(best is found for found in had):
-            raise
+        wider = yield from part(time_stages(follow_on(image, best, seed), seconds), 0.6, 0.9)
+        best = choose([best, wider])
+    except InputError as reason:
+        fault = reason
+    if had is not None and any(best is found for found in had):
+        raise fault
     return (yield from part(split_best([best], seconds), 0.9, 1.0))
+
+
+def follow_on(image: Image, found: FoundCloth, seed: int) -> Job[FoundCloth]:
+    """Return a find followed on over the object that is cut out of the `image` around it.
+
+    Raises `InputError` where it is all of the object.
+    """
+    cloth = yield from part(whole_object(image, found.covered), 0.0, 0.1)
+    whole = within(found, searchable(image, None))
+    return (yield from part(follow(whole, searchable(image, cloth), seed, is_told=False), 0.1, 1.0))
 
 
 def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:

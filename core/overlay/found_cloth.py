@@ -58,11 +58,6 @@ class FoundCloth:
         model = self.searched.model
         return count_explained(model.photo, model.modelled, model.inside) if model.has_cloth else -math.inf
 
-    @property
-    def area_px(self) -> int:
-        """Pixels of the photo, as it was searched, that it covers in the end."""
-        return int(self.searched.model.inside.sum())
-
     @cached_property
     def searched(self) -> "FoundCloth":
         """The find on the photo as it was searched."""

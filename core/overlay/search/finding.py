@@ -144,12 +144,18 @@ class Find:
 
 
 def find_cloth(
-    photo: Floats, canvas: FlatPicture, seed: int, *, texel_px: float | None = None, start: Proposal | None = None
+    photo: Floats,
+    canvas: FlatPicture,
+    seed: int,
+    *,
+    texel_px: float | None = None,
+    start: Proposal | None = None,
+    with_large: bool = True,
 ) -> Job[list[Find]]:
     """Return what may be the registered cloth of a photo (H, W, 3), at its size, one or more.
 
-    `texel_px` is the side of a texel where the user knows it; the search begins at `start` alone if it is given.
-    Raises `NoPatternError` if there is no pattern.
+    `texel_px` is the side of a texel where the user knows it; the search begins at `start` alone if it is given. Large
+    texels of which no lattice grows are left out unless `with_large`. Raises `NoPatternError` if there is no pattern.
     """
     if start is not None:
         marked = find_lattices(canvas, np.random.default_rng(seed), start=start)
@@ -164,7 +170,7 @@ def find_cloth(
         side = None if texel_px is None else TIMES * texel_px
         search = find_lattices(place, np.random.default_rng(seed), texel_px=side, most_px=MOST_PX)
         finds += yield from part(register_each(large, place, search, finds, seed, scale=TIMES), 0.4, 0.5)
-    if not is_any_clear(finds):
+    if with_large and not is_any_clear(finds):
         with suppress(NoPatternError):
             finds.append(Find(*(yield from part(find_large(photo, canvas, texel_px=texel_px), 0.5, 0.6)), repeats=True))
     carried: list[Find] = []

@@ -14,7 +14,7 @@ from core.document.project import load_project, save_project
 from core.files.text import begin_sentence
 from core.imaging.images import Image
 from core.notices import hear_notices
-from core.overlay import decomposition, whole_cloth
+from core.overlay import decomposition
 from core.overlay.found_cloth import FoundCloth
 from core.progress import Job, Progress
 from core.rasters.raster import Raster
@@ -109,9 +109,9 @@ def test_whole_cloth_never_replaces_a_better_find_by_a_worse_one(
         worse.__dict__["explained"] = found.explained - 1
         return worse
 
-    monkeypatch.setattr(whole_cloth, "whole_object", whole)
+    monkeypatch.setattr(decomposition, "whole_object", whole)
     monkeypatch.setattr(decomposition, "follow", follow)
     drive.run("overlay.whole").frame()
-    assert begin_sentence(whole_cloth.NO_BETTER) in drive.editor.notices[-1].text
+    assert begin_sentence(decomposition.NO_BETTER) in drive.editor.notices[-1].text
     assert drive.cloth.search is search
     assert drive.editor.overlay.layers is before

@@ -1,8 +1,6 @@
 """Finished finds are compared by how well they explain a photo: a region can only help."""
 
-from contextlib import nullcontext
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,7 +8,7 @@ import pytest
 
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
-from core.overlay import cloth_search, decomposition, whole_cloth
+from core.overlay import cloth_search, decomposition
 from core.overlay.cloth_search import Known, find, follow
 from core.overlay.decomposition import Decomposition, decompose, decompose_whole_cloth
 from core.overlay.detection.alignment import FlatPicture
@@ -47,25 +45,6 @@ def test_how_the_cloth_stands_out_from_what_is_beside_it_explains_nothing() -> N
     photo = np.where(HALF[..., None], SCENE.photo, 1.0)
     flat = np.broadcast_to(SCENE.photo[HALF].mean(0), MODEL.shape).astype(np.float32)
     assert abs(count_explained(photo, flat, HALF)) < 0.05 * count_explained(photo, MODEL, HALF)
-
-
-@pytest.mark.parametrize(("explains", "is_taken"), [(1.2, False), (1.7, True), (0.9, False)])
-def test_whole_cloth_takes_no_ground_that_explains_little(
-    monkeypatch: pytest.MonkeyPatch, explains: float, is_taken: bool
-) -> None:
-    def find_on(cloth: Bools) -> Job[SimpleNamespace]:
-        yield Progress(0.0)
-        return SimpleNamespace(covered=cloth, explained=explains, area_px=cloth.sum())
-
-    def whole(*_: Any) -> Job[Bools]:
-        yield Progress(0.0)
-        return EVERYWHERE
-
-    monkeypatch.setattr(whole_cloth, "whole_object", whole)
-    half = np.arange(SIZE[1]) < SIZE[1] // 2 * EVERYWHERE
-    found = SimpleNamespace(covered=half, explained=1.0, area_px=half.sum())
-    with nullcontext() if is_taken else pytest.raises(InputError, match="no more"):
-        assert run(whole_cloth.widen(Image(np.zeros((*SIZE, 3), np.uint8)), found, find_on)).explained == explains
 
 
 def find_wrongly(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
@@ -110,7 +89,7 @@ def test_of_several_finds_that_is_kept_which_explains_most_once_it_is_split(
         both = [right, bent(right, 0.1, 1.0)]
         return both if is_right_first else both[::-1]
 
-    def find_no_more(*_: Any) -> Job[FoundCloth]:
+    def find_no_more(*_: Any, **__: Any) -> Job[FoundCloth]:
         yield Progress(0.0)
         raise InputError("")
 
@@ -119,7 +98,7 @@ def test_of_several_finds_that_is_kept_which_explains_most_once_it_is_split(
     assert right.explained == explained
     monkeypatch.setattr(cloth_search, "find", find_both)
     assert run(decompose(SCENE.photo, region=HALF)).explained == explained
-    monkeypatch.setattr(decomposition, "widen", find_no_more)
+    monkeypatch.setattr(decomposition, "follow", find_no_more)
     image = Image(np.rint(255 * SCENE.photo).astype(np.uint8))
     assert run(decompose_whole_cloth(image, region=HALF)).explained > 0.97 * explained
 
@@ -263,6 +242,7 @@ def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_lies_the
 
     def find_in(_photo: Floats, known: Known) -> Job[list[FoundCloth]]:
         way = "region" if known.region is HALF else "photo" if known.region is None else "object"
+        assert known.may_be_large == (way != "photo")
         return [(yield from find_on(way))]
 
     def cut_out(_photo: Floats) -> Job[Bools]:
@@ -281,6 +261,22 @@ def test_the_whole_cloth_is_looked_for_on_what_stands_out_unless_a_find_lies_the
     assert searched == ways[1:]
     assert again[0] is finds[0]
     assert len(again) == len(ways)
+
+
+def test_where_nothing_stands_out_large_texels_are_looked_for_in_all_of_the_photo(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def find_in(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
+        assert known.may_be_large
+        return (yield from find(photo, known))
+
+    def cut_out(_photo: Floats) -> Job[Bools]:
+        yield Progress(0.0)
+        raise NoPatternError
+
+    monkeypatch.setattr(cloth_search, "find", find_in)
+    monkeypatch.setattr(cloth_search, "find_object", cut_out)
+    assert len(run(cloth_search.find_whole(SCENE.photo, Known()))) == 1
 
 
 def test_of_a_large_photo_finds_are_compared_at_the_size_that_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import pytest
 from app.bench.overlay import cloth
 from core.arrays import Bools, Floats
 from core.imaging.image import Image
-from core.overlay import decomposition, whole_cloth
+from core.overlay import decomposition
 from core.overlay.decomposition import decompose, decompose_whole_cloth
 from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.lattice import Lattice
@@ -306,7 +306,7 @@ def test_whole_cloth_keeps_the_better_find(
         yield Progress(0.0)
         return known
 
-    monkeypatch.setattr(whole_cloth, "whole_object", whole)
+    monkeypatch.setattr(decomposition, "whole_object", whole)
     monkeypatch.setattr(decomposition, "follow", follow)
     photo = Image(np.rint(255 * scene.photo).astype(np.uint8))
     found = run(decompose_whole_cloth(photo))

@@ -37,6 +37,8 @@ def test_large_texels_are_looked_for_where_no_lattice_is_found(
     (found,) = run(find_cloth(printed.photo, painted(printed.photo), 0))
     assert found.followed.cells.mean() > 0.9
     assert abs(np.linalg.det(found.cloth.basis)) == pytest.approx(np.linalg.det(printed.basis), rel=0.1)
+    with pytest.raises(NoPatternError):
+        run(find_cloth(printed.photo, painted(printed.photo), 0, with_large=False))
 
 
 def leave(cloth: FittedCloth, found: Fit, *_: object) -> Job[tuple[FittedCloth, Fit]]:
