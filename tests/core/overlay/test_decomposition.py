@@ -13,7 +13,7 @@ from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.shrinking import shrunk
 from core.overlay.laying.compositing import encode
 from core.overlay.pixels import layers, stages
-from core.progress import Progress, run
+from core.progress import Job, Progress, run
 from tests.core.overlay.overlay_scenes import Scene, make_scene, marked_checks, motif
 from tests.core.overlay.prints import bent_print, print_on_a_table, usual_vectors
 
@@ -101,6 +101,17 @@ def test_region_limits_the_cloth(scene: Scene) -> None:
     assert found.covered[:, :115].mean() > 0.9
 
 
+def follow_over(monkeypatch: pytest.MonkeyPatch, region: Bools) -> None:
+    """Let *Whole cloth* follow a find over a region, as the object around it, and keep that."""
+
+    def cut_out(*_: object) -> Job[Bools]:
+        yield Progress(0.0)
+        return region
+
+    monkeypatch.setattr(decomposition, "whole_object", cut_out)
+    monkeypatch.setattr(decomposition, "choose", lambda finds: finds[-1])
+
+
 @pytest.mark.parametrize("is_told", [True, False])
 def test_ground_is_cut_off_where_nobody_said_that_there_is_cloth(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, is_told: bool
@@ -112,7 +123,7 @@ def test_ground_is_cut_off_where_nobody_said_that_there_is_cloth(
         found = run(decompose(scene.photo, region=region))
     else:
         photo = Image(scene.photo.astype(np.float32))
-        monkeypatch.setattr(decomposition, "widen", lambda _image, _found, follow_on: follow_on(region))
+        follow_over(monkeypatch, region)
         found = run(decompose_whole_cloth(photo))
     assert found.covered[:, :110].mean() > 0.9
     assert found.covered[:, 125:].mean() == pytest.approx(float(is_told), abs=0.1)
@@ -190,7 +201,7 @@ def test_whole_cloth_ends_where_it_does_and_not_where_its_object_was_cut_out(
     y, x = np.indices(scene.shading.shape)
     away = np.hypot(y - 85, x - 95)
     photo = np.where((away < 70)[..., None], scene.photo, [0.1, 0.3, 0.1]).astype(np.float32)
-    monkeypatch.setattr(decomposition, "widen", lambda _image, _found, follow_on: follow_on(away < 64))
+    follow_over(monkeypatch, away < 64)
     coverage = run(decompose_whole_cloth(Image(photo))).coverage
     assert coverage[away < 69].mean() > 0.98
     assert coverage[away > 71].mean() < 0.01
