@@ -16,7 +16,7 @@ from core.overlay.composition import difference, finite
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.found_cloth import FoundCloth, at_photo_size, begun_model, choose, within
+from core.overlay.found_cloth import FoundCloth, at_photo_size, begun_model, choose, finished_model, within
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.likelihood import count_explained
 from core.overlay.pixels.laid_lattice import measure_basis, read_lattice
@@ -152,7 +152,7 @@ def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
 
 def split(found: FoundCloth) -> Decomposition:
     """Return the parts at every pixel of a photo whose cloth was found."""
-    return finish(found, found.model)
+    return finish(found, found.model if found.scale == 1 else finished_model(found))
 
 
 def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomposition]:

@@ -45,9 +45,8 @@ class FoundCloth:
 
     @cached_property
     def model(self) -> PixelModel:
-        """What all stages tell at every pixel of the photo."""
-        with one_thread():
-            return go_through(begun_model(self))
+        """What all stages tell at every pixel of the photo, kept: that of a large photo is much memory."""
+        return finished_model(self)
 
     @cached_property
     def explained(self) -> float:
@@ -58,7 +57,7 @@ class FoundCloth:
         model = self.searched.model
         return count_explained(model.photo, model.modelled, model.inside) if model.has_cloth else -math.inf
 
-    @cached_property
+    @property
     def searched(self) -> "FoundCloth":
         """The find on the photo as it was searched."""
         if self.scale == 1:
@@ -80,6 +79,12 @@ def choose(finds: list[FoundCloth]) -> FoundCloth:
 def begun_model(found: FoundCloth) -> PixelModel:
     """Return what is known of a find before any stage."""
     return begin(found.cloth, found.fit, found.photo, found.valid, found.scale, is_told=found.is_told)
+
+
+def finished_model(found: FoundCloth) -> PixelModel:
+    """Return what all stages tell of a find."""
+    with one_thread():
+        return go_through(begun_model(found))
 
 
 def at_photo_size(found: FoundCloth, photo: Floats | Singles) -> FoundCloth:
