@@ -1,7 +1,8 @@
 // Resampling of the picture: cubic convolution (Keys 1981, a = -1/2), stretched to the footprint where it shrinks.
 // Where DRAFT is defined, a blend of four texels of the level: a renderer in software runs every branch that is compiled.
-// Where INTERPOLATED or AVERAGED is, every footprint is known to be of that kind. Where ENCODED is, level 0 are the
-// picture's bytes, and no other is read unless COARSER is defined too.
+// Where INTERPOLATED or AVERAGED is, every footprint is known to be of that kind; where NARROW is, to span
+// five texels of level 0 at most along a row. Where ENCODED is, level 0 are the picture's bytes, and no other is read
+// unless COARSER is defined too.
 
 #ifdef ENCODED
 #include "decode_bytes.glsl"
@@ -10,7 +11,11 @@ uniform sampler2D picture_bytes;   // level 0, encoded and straight
 
 // Texels that are read at once: more where they cost less than a turn.
 #if defined(ENCODED) && !defined(COARSER)
+#ifdef NARROW
+const int TURN = 5;
+#else
 const int TURN = 6;
+#endif
 #else
 const int TURN = 2;
 #endif

@@ -14,7 +14,7 @@ from app.batch.plan import Batch, Chunk, Item
 from app.batch.records import Row
 from app.batch.steady import SteadySolver
 from app.batch.video_in import read_frames
-from app.render.export import rendering
+from app.render.export import render_mesh
 from app.render.picture_file import Drawing, at_depth, draw_warped, drawing_file
 from core.arrays import InputError, WeftError
 from core.document import overlay_texture
@@ -213,7 +213,7 @@ class _VideoMaker(_Maker):
         drawing = self.drawing(item, picture)
         if drawing.is_finished:
             return drawing.image
-        return run(rendering(drawing.image, drawing.rest, drawing.moved, size=drawing.size, scale=drawing.scale))
+        return render_mesh(drawing.image, drawing.rest, drawing.moved, size=drawing.size, scale=drawing.scale)
 
 
 def with_alpha(image: Image) -> Image:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.console import run_shown
-from app.render.export import rendering
+from app.render.export import COMMAND_TILE_PX, rendering
 from app.render.picture_file import scale_size
 from core.arrays import InputError
 from core.files.atomic import check_outputs
@@ -86,4 +86,5 @@ def resize(image: Image, scale: float) -> Image:
     if scale == 1:
         return image
     nodes = Grid(*image.size_px).nodes
-    return run_shown(rendering(image, nodes, nodes, size=scale_size(image.size_px, scale), scale=scale))
+    size = scale_size(image.size_px, scale)
+    return run_shown(rendering(image, nodes, nodes, size=size, scale=scale, tile_px=COMMAND_TILE_PX))

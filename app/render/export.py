@@ -39,7 +39,7 @@ def render_mesh(
     scale: float = 1.0,
 ) -> Image:
     """Return `image` drawn as the deformed grid, at its own depth; see `rendering`."""
-    return run(rendering(image, rest, warped, size=size, origin=origin, scale=scale))
+    return run(rendering(image, rest, warped, size=size, origin=origin, scale=scale, tile_px=COMMAND_TILE_PX))
 
 
 def rendering(

@@ -14,6 +14,8 @@ MOST_ANISOTROPY = 16.0
 """As in mesh.vert."""
 LEAST_AREA = 1e-3
 """Triangles of a smaller area, in square output pixels, hit no pixel worth the pixels they would read."""
+SUPPORT, NARROW_TEXELS = 4, 5
+"""Of the kernel in texels where it does not shrink, and what a row of a narrow one has at most; as in filter.glsl."""
 BLOCK = 16
 """Quads along the side of a block; triangles are looked for in blocks first."""
 ROUNDING = 1.001
@@ -29,7 +31,7 @@ class Read(NamedTuple):
     top: int | None
     """The coarsest; None where it is not known."""
     filters: Names
-    """The one filter of resample.frag that is needed, or none where it must choose."""
+    """Names that may be defined in filter.glsl: the one filter that is needed, whether its rows are short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,10 +121,12 @@ class SourceFootprint:
         return Read(source, finest, None if self.has_slivers else coarsest, self._filters_of(major))
 
     def _filters_of(self, major: Floats) -> Names:
-        """Return which of the two filters is the only one of triangles with these values; neither if both are."""
-        if major.min() > ROUNDING:
-            return ("AVERAGED",)
-        return ("INTERPOLATED",) if major.max() <= 1 and not self.has_slivers else ()
+        """Return what filter.glsl may count on for triangles with these values: one filter, short rows of texels."""
+        most = np.inf if self.has_slivers else major.max()
+        if most <= 1:
+            return ("INTERPOLATED",)
+        averaged = ("AVERAGED",) if major.min() > ROUNDING else ()
+        return (*averaged, "NARROW") if SUPPORT * most * ROUNDING < NARROW_TEXELS else averaged
 
     def _in_blocks(self, first: Ints, last: Ints) -> Ints:
         """Return the triangles of all blocks that meet a rectangle of the output."""

@@ -78,6 +78,15 @@ def test_it_knows_where_all_is_shrunk_or_enlarged() -> None:
     assert filters == [("AVERAGED",), (), ("INTERPOLATED",)]
 
 
+def test_it_knows_where_rows_are_short() -> None:
+    rest = Grid(400, 300, cell_px=10).nodes
+    found = [
+        SourceFootprint.of(rest, rest / shrunk).read_for((20, 20, 60, 60), least_stretch=STRETCH)
+        for shrunk in (1.2, 1.3)
+    ]
+    assert [read and read.filters for read in found] == [("AVERAGED", "NARROW"), ("AVERAGED",)]
+
+
 def test_it_knows_the_finest_and_the_coarsest_level() -> None:
     rest = Grid(800, 800, cell_px=10).nodes
     moved = rest / 8
