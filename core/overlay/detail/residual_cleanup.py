@@ -17,17 +17,17 @@ import cv2
 import numpy as np
 import scipy
 
-from core.arrays import Bools, Floats, Ints, Singles
+from core.arrays import Bools, Floats, Singles
 from core.overlay.composition import finite
 from core.overlay.detail.contrast import contrast_of
 from core.overlay.detail.grain import even_out, grain_of
 from core.overlay.detail.misplaced import find_misplaced
 from core.overlay.detail.model_validity import estimate_trust
-from core.overlay.filters.bands import in_bands
+from core.overlay.filters.bands import PIXELS, in_bands
 from core.overlay.filters.sampling import look_up
 from core.overlay.filters.smoothing import gaussian, mean
 from core.overlay.mesh import around
-from core.overlay.texel import Texel, splat
+from core.overlay.texel import Texel, draw_sample, splat
 from core.overlay.tolerances import DRAWN, LEAST_NOISE, MOTIF_PX, NEARBY_PX
 
 AROUND = 1.5
@@ -57,18 +57,9 @@ def without_old_pattern(detail: Singles, uv: Singles, shading: Singles, texel: T
 def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats) -> Singles:
     """Do what `without_old_pattern` does for a picture that has cloth up to all of its edges."""
     covered = finite(uv)
-    rest, cloth = np.nan_to_num(detail), np.flatnonzero(covered)
-    some = rest.reshape(-1, 3).take(cloth[:: max(1, len(cloth) // DRAWN)], 0)
-    noise = max(float(np.median(np.abs(some, out=some), overwrite_input=True)), LEAST_NOISE)
-    recurring = find_recurring(rest.reshape(-1, 3), uv.reshape(-1, 2), cloth, texel.shape, noise)
-    del cloth, some
-
-    def subtract(_first: int, top: int, bottom: int, _last: int) -> None:
-        there = np.flatnonzero(covered[top:bottom])
-        places = rest[top:bottom].reshape(-1, 3)
-        places[there] -= recurring.at(uv[top:bottom].reshape(-1, 2).take(there, 0))
-
-    in_bands(subtract, rest.shape)
+    rest, drawn = np.nan_to_num(detail), draw_sample(covered, DRAWN)
+    noise = max(float(np.median(np.abs(rest[drawn]), overwrite_input=True)), LEAST_NOISE)
+    find_recurring(rest, uv, drawn, texel.shape, noise).take_out(rest, uv, covered)
     rest, other = without_errors(detail, rest, (uv, shading), texel, basis, noise)
     clear = covered & (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
     side = float(np.sqrt(abs(np.linalg.det(basis))))
@@ -121,23 +112,38 @@ class Recurring:
         """Return it (n, C) at coordinates (n, 2)."""
         return look_up(self.means, (uv - self.low) * self.density - np.float32(0.5))
 
+    def take_out(self, values: Singles, uv: Singles, covered: Bools) -> None:
+        """Subtract it from values (H, W, C) at coordinates (H, W, 2) where cloth (H, W) is, in place."""
 
-def find_recurring(detail: Singles, uv: Singles, cloth: Ints, shape: tuple[int, int], noise: float) -> Recurring:
-    """Return what of the detail (N, C) at uv (N, 2) recurs, from those rows (n,) of both that are cloth.
+        def subtract(_first: int, top: int, bottom: int, _last: int) -> None:
+            there = np.flatnonzero(covered[top:bottom])
+            places = values[top:bottom].reshape(-1, values.shape[-1])
+            places[there] -= self.at(uv[top:bottom].reshape(-1, 2).take(there, 0))
 
-    `shape` (h, w) is that of the texel, `noise` how large a detail usually is.
+        in_bands(subtract, values.shape)
+
+
+def find_recurring(values: Singles, uv: Singles, drawn: Bools, shape: tuple[int, int], usual: float) -> Recurring:
+    """Return what of values (H, W, C) on cloth at uv (H, W, 2), NaN elsewhere, recurs, from those that are `drawn`.
+
+    `shape` (h, w) is that of the texel, `usual` how large a value usually is.
     """
-    low, high = (np.floor(end(uv, axis=0)).astype(np.float32) for end in (np.nanmin, np.nanmax))
+    # By columns, which takes a fifth of the time.
+    ends = uv.reshape(-1, 2).T
+    low, high = (np.floor([end(axis) for axis in ends]).astype(np.float32) for end in (np.nanmin, np.nanmax))
     texels = (high - low).astype(np.int64)[::-1] + 1
     share = min(1.0, float(np.sqrt(DRAWN / (np.prod(texels) * np.prod(shape)))))
     h, w = (max(1, round(share * n)) for n in shape)
     rows, columns = int(texels[0]) * h, int(texels[1]) * w
-    some = cloth[np.random.default_rng(0).random(len(cloth), np.float32) < DRAWN / len(cloth)]
-    index, shares = splat((uv.take(some, 0).astype(np.float64) - low) / texels[::-1], (rows, columns))
     # A stain recurs nowhere: it must not be seen in its neighbours.
-    values = (*np.clip(detail.take(some, 0), -4 * noise, 4 * noise).T[..., None], 1.0)
-    planes = [np.bincount(index.ravel(), (shares * value).ravel(), rows * columns) for value in values]
-    by_texel: Singles = np.stack(planes, -1).astype(np.float32).reshape(int(texels[0]), h, int(texels[1]), -1)
+    at, seen = uv[drawn], np.clip(values[drawn], -4 * usual, 4 * usual)
+    planes = np.zeros((values.shape[-1] + 1, rows * columns))
+    for first in range(0, len(at), PIXELS):
+        part = slice(first, first + PIXELS)
+        index, shares = splat((at[part].astype(np.float64) - low) / texels[::-1], (rows, columns))
+        for plane, value in zip(planes, (*seen[part].T[..., None], 1.0), strict=True):
+            plane += np.bincount(index.ravel(), (shares * value).ravel(), rows * columns)
+    by_texel = planes.T.astype(np.float32).reshape(int(texels[0]), h, int(texels[1]), -1)
     for axis in (0, 2):
         by_texel = scipy.ndimage.gaussian_filter1d(by_texel, AROUND, axis, mode="constant") * (
             AROUND * np.sqrt(2 * np.pi)
@@ -145,7 +151,7 @@ def find_recurring(detail: Singles, uv: Singles, cloth: Ints, shape: tuple[int, 
     sums = by_texel.reshape(rows, columns, -1)
     # A pixel of the photo is several samples.
     mass = sums[..., -1:]
-    means = sums[..., :-1] / (mass + DOUBT * len(some) / max(int((mass > 0.1).sum()), 1))
+    means = sums[..., :-1] / (mass + DOUBT * len(at) / max(int((mass > 0.1).sum()), 1))
     return Recurring(means, low, np.array([w, h], np.float32))
 
 

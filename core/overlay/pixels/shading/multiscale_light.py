@@ -17,8 +17,8 @@ from core.overlay.detail.residual_cleanup import find_recurring
 from core.overlay.filters.bands import in_bands
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.registration.region import LEAST_NOISE
-from core.overlay.texel import Texel
-from core.overlay.tolerances import MOTIF
+from core.overlay.texel import Texel, draw_sample
+from core.overlay.tolerances import DRAWN, MOTIF
 
 WIDTHS, WEIGHTS = 2.0 ** np.arange(4), 0.15 ** np.arange(4)
 """Widths of the neighbourhoods, over the least, and how much each counts."""
@@ -59,27 +59,36 @@ def estimate_light(
     seen, bright, usual = mean_shades(photo, texture, light, covered, every)
     if usual == 0:
         return np.ones((*covered.shape, 1), np.float32)
-    total, mass = (sum_of_means(plane, usual, least / every) for plane in (seen, bright))
-    smooth = np.log(np.clip(total / mass, *RANGE))
+    smooth = log_light(*(sum_of_means(plane, usual, least / every) for plane in (seen, bright)))
     middles = np.ix_(*(np.minimum(np.arange(0, n, every) + every // 2, n - 1) for n in covered.shape))
-    inside, places = covered[middles], uv[middles]
+    inside, places = (covered, uv) if every == 1 else (covered[middles], uv[middles])
+    drawn = draw_sample(inside, DRAWN)
 
-    def leave_out_recurring(change: Singles) -> Singles:
+    def leave_out_recurring(change: Singles) -> None:
         """Take out of a change (h, w) of the light what recurs at the same place of the texels."""
-        values = change.reshape(-1, 1), places.reshape(-1, 2), np.flatnonzero(inside)
-        change[inside] -= find_recurring(*values, texel.shape, CHANCE).at(places[inside])[:, 0]
-        return change
+        values = change[..., None]
+        find_recurring(values, places, drawn, texel.shape, CHANCE).take_out(values, places, inside)
 
     width = least / every / SAMPLES
     fine, mass = (gaussian(plane, width) for plane in (seen, bright))
-    more = leave_out_recurring(
-        np.where(mass > 0, np.log(np.clip(fine / np.maximum(mass, 1e-6), *RANGE)) - smooth, np.float32(0))
-    )
-    change = leave_out_recurring(smooth) + keep_sure_part(more, mass, width)
-    wide = cv2.resize(change, covered.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    del seen, bright
+    more = log_light(fine, np.maximum(mass, 1e-6))
+    more -= smooth
+    more[mass <= 0] = 0
+    leave_out_recurring(more)
+    leave_out_recurring(smooth)
+    smooth += keep_sure_part(more, mass, width)
+    wide = smooth if every == 1 else cv2.resize(smooth, covered.shape[::-1], interpolation=cv2.INTER_LINEAR)
     np.exp(wide, out=wide)
     wide[~covered] = 1
     return np.asarray(wide[..., None], np.float32)
+
+
+def log_light(seen: Singles, bright: Singles) -> Singles:
+    """Return the logarithm of the light (H, W) by means of I M and M², in the place of the former."""
+    np.divide(seen, bright, out=seen)
+    np.clip(seen, *RANGE, out=seen)
+    return np.asarray(np.log(seen, out=seen))
 
 
 def keep_sure_part(more: Singles, bright: Singles, width_px: float) -> Singles:
@@ -87,15 +96,23 @@ def keep_sure_part(more: Singles, bright: Singles, width_px: float) -> Singles:
 
     It is a logarithm; the model's square is `bright` (H, W), 0 where nothing counts.
     """
-    counts = bright > 0
-    level = np.log(np.where(counts, bright, bright[counts].mean())) / 2
-    slopes = np.gradient(level)
-    noise = width_px**2 * (slopes[0] ** 2 + slopes[1] ** 2) + LEAST_NOISE / np.maximum(bright, 1e-6)
-    surplus, share = (
-        gaussian(plane, SAMPLES * width_px) for plane in (counts * (more**2 - noise), counts.astype(np.float32))
-    )
-    power = np.maximum(surplus / np.maximum(share, 1e-3), 0)
-    return np.asarray(counts * more * power / (power + noise), np.float32)
+    usual, sure = bright.mean(where=bright > 0), np.empty_like(more)
+
+    def keep(first: int, top: int, bottom: int, last: int) -> None:
+        rows, own = slice(first, last), slice(top - first, bottom - first)
+        counts = bright[rows] > 0
+        level = np.log(np.where(counts, bright[rows], usual)) / 2
+        slopes = np.gradient(level)
+        noise = width_px**2 * (slopes[0] ** 2 + slopes[1] ** 2) + LEAST_NOISE / np.maximum(bright[rows], 1e-6)
+        surplus, share = (
+            gaussian(plane, SAMPLES * width_px)
+            for plane in (counts * (more[rows] ** 2 - noise), counts.astype(np.float32))
+        )
+        power = np.maximum(surplus / np.maximum(share, 1e-3), 0)
+        sure[top:bottom] = (counts * more[rows] * power / (power + noise))[own]
+
+    in_bands(keep, more.shape, margin=int(3 * SAMPLES * width_px) + 1)
+    return sure
 
 
 def mean_shades(
