@@ -13,7 +13,7 @@ from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
-from core.overlay.filters.shrinking import shrunk, to_small, working_scale
+from core.overlay.filters.shrinking import shrunk, shrunk_mask, to_small, working_scale
 from core.overlay.found_cloth import FoundCloth, choose, may_be_cloth, opacity_of
 from core.overlay.search.finding import Find, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.search.large_periods import Correspondences
@@ -201,8 +201,8 @@ def follow(found: FoundCloth, region: Bools | Singles | None, seed: int, *, is_t
 def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture, int]:
     """Return the photo (h, w, 3) as it is searched, its canvas with what may be cloth, and how much smaller it is."""
     scale = working_scale(photo.shape)
-    small, valid = shrunk(photo, scale), shrunk(may_be_cloth(photo, region)[..., None], scale)[..., 0] > 0.5
-    return small, flat_canvas(small, np.asarray(valid, np.bool_)), scale
+    small = shrunk(photo, scale)
+    return small, flat_canvas(small, shrunk_mask(may_be_cloth(photo, region), scale)), scale
 
 
 def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:

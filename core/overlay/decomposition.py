@@ -152,7 +152,7 @@ def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
 
 def split(found: FoundCloth) -> Decomposition:
     """Return the parts at every pixel of a photo whose cloth was found."""
-    return finish(found, found.model if found.scale == 1 else finished_model(found))
+    return finish(found, found.model if found.scale == 1 else finished_model(found.laid))
 
 
 def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomposition]:

@@ -10,11 +10,11 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.linalg.blas import one_thread
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.filters.shrinking import working_scale
+from core.overlay.filters.shrinking import shrunk_mask, working_scale
 from core.overlay.likelihood import count_explained
 from core.overlay.pixels.layers import spread_mask
 from core.overlay.pixels.model import PixelModel, begin
-from core.overlay.pixels.stages import go_through
+from core.overlay.pixels.stages import FINISHING, LAYING, go_through
 from core.overlay.registration.cloth import Fit, FittedCloth
 
 
@@ -44,9 +44,15 @@ class FoundCloth:
         return spread_mask(self.cloth.valid & self.cloth.mesh.pixels_of(self.fit.cells), self.valid.shape)
 
     @cached_property
+    def laid(self) -> PixelModel:
+        """What is told at every pixel of the photo as it was searched."""
+        with one_thread():
+            return go_through(begun_model(self), LAYING)
+
+    @cached_property
     def model(self) -> PixelModel:
         """What all stages tell at every pixel of the photo, kept: that of a large photo is much memory."""
-        return finished_model(self)
+        return finished_model(self.laid)
 
     @cached_property
     def explained(self) -> float:
@@ -54,7 +60,7 @@ class FoundCloth:
 
         -inf where no pixel of the photo is explained.
         """
-        model = self.searched.model
+        model = self.model if self.scale == 1 else finished_model(self.laid.as_searched)
         return count_explained(model.photo, model.modelled, model.inside) if model.has_cloth else -math.inf
 
     @property
@@ -62,8 +68,8 @@ class FoundCloth:
         """The find on the photo as it was searched."""
         if self.scale == 1:
             return self
-        few = slice(None, None, self.scale)
-        return replace(self, photo=self.cloth.photo, valid=self.valid[few, few], scale=1, opacity=np.float32(1))
+        valid = shrunk_mask(self.valid, self.scale)
+        return replace(self, photo=self.cloth.photo, valid=valid, scale=1, opacity=np.float32(1))
 
 
 def choose(finds: list[FoundCloth]) -> FoundCloth:
@@ -78,13 +84,13 @@ def choose(finds: list[FoundCloth]) -> FoundCloth:
 
 def begun_model(found: FoundCloth) -> PixelModel:
     """Return what is known of a find before any stage."""
-    return begin(found.cloth, found.fit, found.photo, found.valid, found.scale, is_told=found.is_told)
+    return begin(found.cloth, found.fit, found.photo, found.valid, is_told=found.is_told)
 
 
-def finished_model(found: FoundCloth) -> PixelModel:
-    """Return what all stages tell of a find."""
+def finished_model(laid: PixelModel) -> PixelModel:
+    """Return what all stages tell of cloth that was laid on the photo as it was searched."""
     with one_thread():
-        return go_through(begun_model(found))
+        return go_through(laid, FINISHING)
 
 
 def at_photo_size(found: FoundCloth, photo: Floats | Singles) -> FoundCloth:

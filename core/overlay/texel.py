@@ -12,7 +12,7 @@ import scipy
 
 from core.arrays import Bools, Floats, Ints, Singles
 from core.overlay.filters.bands import PIXELS
-from core.overlay.filters.sampling import look_up
+from core.overlay.filters.sampling import look_up, remap
 from core.overlay.tolerances import TYPICAL
 
 BORDER = 3
@@ -65,7 +65,7 @@ class Texel:
     def singles(self, uv: Floats) -> Singles:
         """Return T(uv) (H, W, 3) in single precision."""
         x, y = self.places(uv)
-        return np.asarray(cv2.remap(self._padded, x, y, cv2.INTER_LINEAR), np.float32)
+        return remap(self._padded, x, y)
 
     def at(self, uv: Floats) -> Floats:
         """Return T(uv) (n, 3) for a list uv (n, 2)."""
@@ -79,13 +79,13 @@ class Texel:
     def singles_with_gradient(self, uv: Floats) -> tuple[Singles, Singles, Singles]:
         """Return what `with_gradient` does in single precision."""
         x, y = self.places(uv)
-        value, du, dv = (cv2.remap(f, x, y, cv2.INTER_LINEAR) for f in (self._padded, *self._slopes))
-        return np.asarray(value, np.float32), np.asarray(du, np.float32), np.asarray(dv, np.float32)
+        value, du, dv = (remap(field, x, y) for field in (self._padded, *self._slopes))
+        return value, du, dv
 
     def planes(self, uv: Floats, count: int = 1) -> list[Singles]:
         """Return the first `count` of what `with_gradient` does, plane by plane (3, H, W)."""
         x, y = self.places(uv)
-        seen = (cv2.remap(field, x, y, cv2.INTER_LINEAR).reshape(-1, 4) for field in self._planes[:count])
+        seen = (remap(field, x, y).reshape(-1, 4) for field in self._planes[:count])
         return [np.ascontiguousarray(field.T, np.float32).reshape(4, *x.shape)[:3] for field in seen]
 
     def blurred(self, sigma_px: float, scale: Floats) -> "Texel":

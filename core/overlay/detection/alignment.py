@@ -17,6 +17,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.normalised_correlation import Forms, Windows
 from core.overlay.detection.sift import Keypoints, detect_fine_keypoints
+from core.overlay.filters.sampling import remap
 
 DAMPING = 1e-3
 """Of the Gauss-Newton matrix's own diagonal: keeps weakly textured templates from jumping."""
@@ -116,17 +117,6 @@ def steps_of(values: Singles, reach: float) -> Singles:
     return np.asarray(steps, np.float32).reshape(6, n * n, channels)
 
 
-def sample(image: Singles, x: Singles, y: Singles) -> Singles:
-    """Return `image` (H, W, C) at columns x (K, M) and rows y (K, M) as (K, M, C), bilinear; zero outside."""
-    step = 30000  # cv2.remap takes at most 32767 rows
-    rows = [
-        cv2.remap(image, x[k : k + step], y[k : k + step], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
-        for k in range(0, len(x), step)
-    ]
-    out = np.concatenate(rows) if rows else np.empty(0, np.float32)
-    return np.asarray(out, np.float32).reshape(*x.shape, image.shape[2])
-
-
 @dataclass(frozen=True)
 class FlatPicture:
     """A flattened picture and where it may be looked at."""
@@ -168,12 +158,12 @@ class FlatPicture:
         """
         across = np.concatenate([places.T, np.ones((1, len(places)))]).astype(np.float32)
         x, y = (np.concatenate([bases[:, k], points[:, k, None]], 1).astype(np.float32) @ across for k in (0, 1))
-        values = sample(self._centred, x, y)
+        values = remap(self._centred, x, y)
         cut = np.flatnonzero(~self._whole(points, bases, float(np.abs(places).max(initial=0))))
         if not len(cut):
             return values, None
         weights = np.ones(x.shape, np.float32)
-        weights[cut] = sample(self.valid, x[cut], y[cut])[..., 0] > 0.5
+        weights[cut] = remap(self.valid, x[cut], y[cut])[..., 0] > 0.5
         return values, weights
 
     def _whole(self, points: Points, bases: Floats, reach: float) -> Bools:

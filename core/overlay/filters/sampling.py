@@ -6,9 +6,11 @@ import numpy as np
 from core.arrays import Points, Singles
 
 WIDTH = 4096
-"""A list is looked up in rows of this length: remap takes at most 32767 rows or columns."""
+"""A list is looked up in rows of this length."""
+MOST_ROWS = 32_766
+"""That OpenCV takes at a time."""
 ROWS = 64
-"""So many of them at a time."""
+"""So many of them are looked up at a time."""
 
 
 def look_up(image: Singles, at: Points | Singles) -> Singles:
@@ -22,6 +24,14 @@ def look_up(image: Singles, at: Points | Singles) -> Singles:
         found = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         out[first : first + len(part)] = found.reshape(-1, image.shape[-1])[: len(part)]
     return out
+
+
+def remap(image: Singles, x: Singles, y: Singles) -> Singles:
+    """Return an image (H, W, C) at columns x (K, M) and rows y (K, M), bilinear, zero outside: (K, M, C)."""
+    parts = [np.s_[first : first + MOST_ROWS] for first in range(0, len(x), MOST_ROWS)]
+    found = [cv2.remap(image, x[part], y[part], cv2.INTER_LINEAR) for part in parts] or [np.empty(0, np.float32)]
+    out = found[0] if len(found) == 1 else np.concatenate(found)
+    return np.asarray(out, np.float32).reshape(*x.shape, image.shape[2])
 
 
 def spread(plane: Singles, shape: tuple[int, ...], every: int) -> Singles:

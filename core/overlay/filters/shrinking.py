@@ -25,6 +25,11 @@ def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
     return total / scale**2
 
 
+def shrunk_mask(mask: Bools, scale: int) -> Bools:
+    """Return which squares of `scale` pixels of a mask (H, W) are marked for the most part: (h, w)."""
+    return mask if scale == 1 else np.asarray(shrunk(mask[..., None], scale)[..., 0] > 0.5, np.bool_)
+
+
 def to_small(points: Points, scale: int) -> Points:
     """Return where points of a picture lie in the picture that `shrunk` makes."""
     return (points - (scale - 1) / 2) / scale

@@ -6,7 +6,7 @@ from core.arrays import Bools, Floats
 from core.overlay.composition import finite
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import steepness
-from core.overlay.tolerances import MOTIF
+from core.overlay.tolerances import MOTIF, STRETCH
 
 SIZES = (0.36, 2.2)
 """Pixels of undeformed cloth to a place, over its distance from the next one, that cloth may have in any direction."""
@@ -50,3 +50,8 @@ def jumps(uv: Floats, basis: Floats) -> Floats:
         for side in (here, there):
             out[side] = np.maximum(out[side], length)
     return out
+
+
+def find_untorn(uv: Floats, basis: Floats) -> Bools:
+    """Return where (H, W) coordinates (H, W, 2) do not jump; `basis` (2, 2) is pixels of undeformed cloth a texel."""
+    return np.asarray(finite(uv) & (jumps(uv, basis) <= STRETCH), np.bool_)

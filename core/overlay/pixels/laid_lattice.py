@@ -10,12 +10,12 @@ from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.filters.smoothing import gaussian, mean
 from core.overlay.pixels.extension import find_sound
-from core.overlay.pixels.jacobian_validity import jumps
+from core.overlay.pixels.jacobian_validity import find_untorn
 from core.overlay.pixels.model import PixelModel
 from core.overlay.registration.multivalued_lattice import lay_apart
 from core.overlay.registration.region import misfit
 from core.overlay.registration.vertices import find_whole_coordinates
-from core.overlay.tolerances import MOTIF, SMOOTH_PX, STRETCH
+from core.overlay.tolerances import MOTIF, SMOOTH_PX
 
 TRIANGLES = np.array([((0, 0), (1, 0), (1, 1)), ((0, 0), (1, 1), (0, 1))])
 """Corners of two triangles between four pixels, steps to the right and down."""
@@ -77,11 +77,6 @@ def measure_basis(model: PixelModel) -> Floats:
     if np.linalg.det(usual) <= 0 or not find_sound(usual.ravel(), abs(float(np.linalg.det(model.cloth.basis)))):
         return model.basis
     return np.asarray(np.linalg.inv(usual.T) * model.scale, np.float64)
-
-
-def find_untorn(uv: Floats, basis: Floats) -> Bools:
-    """Return where (H, W) coordinates (H, W, 2) do not jump; `basis` (2, 2) is pixels of undeformed cloth a texel."""
-    return np.asarray(finite(uv) & (jumps(uv, basis) <= STRETCH), np.bool_)
 
 
 def slopes_right_and_down(uv: Floats, whole: Bools) -> tuple[Floats, Bools]:

@@ -45,10 +45,7 @@ def explained(cloth: FittedCloth, found: Fit, pieces: list[ClothState]) -> list[
 
 
 def painted(mesh: ClothMesh, pieces: list[ClothState], masks: list[Bools], valid: Bools) -> Layers:
-    """Return coordinates (H, W, 2) and shading (H, W) of the pieces' pixels, NaN elsewhere.
-
-    `masks` may be of a smaller picture than `mesh` and `valid` are.
-    """
+    """Return coordinates (H, W, 2) and shading (H, W) of the pieces' pixels, NaN elsewhere."""
     layers = np.full((*valid.shape, 2), np.nan, np.float32), np.full(valid.shape, np.nan, np.float32)
     paint(layers, mesh, pieces, masks, valid)
     return layers
@@ -57,7 +54,7 @@ def painted(mesh: ClothMesh, pieces: list[ClothState], masks: list[Bools], valid
 def paint(layers: Layers, mesh: ClothMesh, pieces: list[ClothState], masks: list[Bools], valid: Bools) -> None:
     """Put what `painted` returns where the layers have nothing yet."""
     for piece, mask in zip(pieces, masks, strict=True):
-        inside = (mask if mask.shape == valid.shape else spread_mask(mask, valid.shape)) & valid & np.isnan(layers[1])
+        inside = mask & valid & np.isnan(layers[1])
         box = around(inside)
         paint_piece((layers[0][box], layers[1][box]), mesh, piece, inside[box], box)
 

@@ -1,12 +1,12 @@
 """What is known of a cloth at every pixel of its photo, from the registered mesh to the finished parts."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.mesh import ClothMesh
+from core.overlay.filters.shrinking import shrunk_mask
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
@@ -20,18 +20,21 @@ class PixelModel:
     """
 
     cloth: FittedCloth
-    """The cloth as it was fitted, on a photo 1 / `scale` of the size."""
+    """The cloth as it was fitted."""
     found: Fit
+    own_photo: Floats | Singles
+    """The photo at its own size, 0 to 1."""
+    own_valid: Bools
+    """Where cloth may be, at that size."""
     photo: Floats | Singles
-    """(H, W, 3), 0 to 1."""
+    """(H, W, 3), the photo as it was searched, up to the stage that takes the cloth to its own size."""
     valid: Bools
     """(H, W), where cloth may be."""
     is_told: bool
     """Whether somebody said that there is cloth."""
-    scale: int
     pieces: tuple[ClothState, ...]
     masks: tuple[Bools, ...]
-    """The pixels that each piece explains, at the size of the fit."""
+    """The pixels that each piece explains, of the searched photo."""
     uv: Singles
     """(H, W, 2), texels."""
     shading: Singles
@@ -39,7 +42,7 @@ class PixelModel:
     followed: Bools
     """(H, W), what was registered; the rest was carried on from there."""
     hidden: Bools
-    """(h, w), which of every `scale`-th pixel shows another thing than the cloth."""
+    """(h, w), which pixels of the searched photo show another thing than the cloth."""
     texel: Texel
     outline: Bools
     """(H, W), the cloth without the soft pixels at its border."""
@@ -73,9 +76,14 @@ class PixelModel:
         return bool(self.inside.any())
 
     @property
-    def mesh(self) -> ClothMesh:
-        """The mesh of the cloth over the photo."""
-        return ClothMesh(self.photo.shape[:2], self.cloth.mesh.cell * self.scale)
+    def scale(self) -> int:
+        """How much larger the photo is than the one that was searched."""
+        return -(-len(self.valid) // len(self.cloth.valid))
+
+    @property
+    def as_searched(self) -> "PixelModel":
+        """The model, not yet at the photo's own size, as one of the photo that was searched."""
+        return replace(self, own_photo=self.photo, own_valid=self.valid)
 
     @property
     def basis(self) -> Floats:
@@ -83,26 +91,29 @@ class PixelModel:
         return np.asarray(self.cloth.basis * self.scale, np.float64)
 
 
-def begin(
-    cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools, scale: int, *, is_told: bool
-) -> PixelModel:
-    """Return what the registration alone tells: each piece has its own cells, and no pixel is laid yet."""
-    shape = photo.shape[:2]
+def begin(cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools, *, is_told: bool) -> PixelModel:
+    """Return what the registration alone tells: each piece has its own cells, and no pixel is laid yet.
+
+    `photo` and `valid` are of the photo's own size, (H, W) or larger.
+    """
+    shape = cloth.valid.shape
+    scale = -(-len(valid) // len(cloth.valid))
     unknown, nowhere = np.float32(np.nan), np.False_
     return PixelModel(
         cloth=cloth,
         found=found,
-        photo=photo,
-        valid=valid,
+        own_photo=photo,
+        own_valid=valid,
+        photo=photo if scale == 1 else cloth.photo,
+        valid=shrunk_mask(valid, scale),
         is_told=is_told,
-        scale=scale,
         pieces=found.pieces,
         masks=tuple(cloth.mesh.pixels_of(piece.cells) & cloth.valid for piece in found.pieces),
         # Views of one number: nothing is kept for what is not known.
         uv=np.broadcast_to(unknown, (*shape, 2)),
         shading=np.broadcast_to(unknown, shape),
         followed=np.broadcast_to(nowhere, shape),
-        hidden=np.broadcast_to(nowhere, cloth.valid.shape),
+        hidden=np.broadcast_to(nowhere, shape),
         texel=found.texel,
         outline=np.broadcast_to(nowhere, shape),
         light=np.broadcast_to(unknown, (*shape, 1)),

@@ -13,9 +13,11 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.distances import within
 from core.overlay.filters.texture_filter import filter_large
 from core.overlay.laying.albedo_scale import gauge_of
+from core.overlay.mesh import around
 from core.overlay.pixels.extension import extend
 from core.overlay.pixels.filling import filled
 from core.overlay.pixels.gaps.gap_completion import sew
+from core.overlay.pixels.jacobian_validity import find_untorn
 from core.overlay.pixels.layers import explained, paint, spread_mask
 from core.overlay.pixels.matting import matte_of
 from core.overlay.pixels.model import PixelModel
@@ -46,9 +48,8 @@ def explain_pixels(model: PixelModel) -> PixelModel:
 def paint_pieces(model: PixelModel) -> PixelModel:
     """Take coordinates and shading from the mesh where the pieces explain the photo, and the texel from there."""
     layers = model.uv.copy(), model.shading.copy()
-    paint(layers, model.mesh, list(model.pieces), list(model.masks), model.valid)
-    painted = replace(model, uv=layers[0], shading=layers[1], followed=np.isfinite(layers[1]))
-    return painted if model.scale == 1 else estimate_finer_texel(painted)
+    paint(layers, model.cloth.mesh, list(model.pieces), list(model.masks), model.valid)
+    return replace(model, uv=layers[0], shading=layers[1], followed=np.isfinite(layers[1]))
 
 
 def fill_gaps(model: PixelModel) -> PixelModel:
@@ -60,52 +61,50 @@ def fill_gaps(model: PixelModel) -> PixelModel:
     more = filled(cloth, model.found, list(model.pieces), masks)
     covered = np.asarray(np.any(masks, axis=0), np.bool_)
     carried = [settle(cloth, model.found, *filling, covered) for filling in zip(more.pieces, more.masks, strict=True)]
-    paint(layers, model.mesh, carried, more.masks, model.valid)
-    return extend_to(replace(model, uv=layers[0], shading=layers[1]), spread_mask(more.apart, model.valid.shape))
+    paint(layers, cloth.mesh, carried, more.masks, model.valid)
+    return extend_to(replace(model, uv=layers[0], shading=layers[1]), more.apart)
 
 
 def find_border(model: PixelModel) -> PixelModel:
     """Carry the cloth on to where its outline is seen, and take away what lies beyond that."""
-    seen, _, rho, covered = small_layers(model)
-    few, width_px = slice(None, None, model.scale), max(NEARBY_PX, model.cloth.sigma_px)
-    further = reach(covered, width_px) & model.valid[few, few] & ~model.hidden
+    seen, _, rho, covered = layers_of(model)
+    width_px = max(NEARBY_PX, model.cloth.sigma_px)
+    further = reach(covered, width_px) & model.valid & ~model.hidden
     inside = find_outline(seen, model.texel, rho, covered, further, width_px)
-    wider = extend_to(model, spread_mask(further & inside, model.valid.shape))
-    return without_pixels(wider, spread_mask(covered & ~inside, model.valid.shape))
+    return without_pixels(extend_to(model, further & inside), covered & ~inside)
 
 
 def cut_surroundings(model: PixelModel) -> PixelModel:
     """Take ground that the mesh has gone on over for the surroundings, where nobody said that there is cloth."""
     if model.is_told:
         return model
-    seen, _, _, covered = small_layers(model)
+    seen, _, _, covered = layers_of(model)
     return hide(model, find_surroundings(seen, covered, model.cloth.side_px))
 
 
 def cut_occluders(model: PixelModel) -> PixelModel:
     """Tell what lies on the cloth."""
-    seen, texture, rho, covered = small_layers(model)
+    seen, texture, rho, covered = layers_of(model)
     return hide(model, find_occluders(seen, texture, rho, model.texel, model.cloth.side_px, covered))
 
 
 def complete_gaps(model: PixelModel) -> PixelModel:
     """Sew together what was surely followed; cloth goes on under what lies on it."""
-    lengths = model.cloth.basis, model.cloth.step_px, model.scale
-    layers, hidden = (model.uv, model.shading), spread_mask(model.hidden, model.valid.shape)
-    uv, other = sew(model.photo, layers, model.texel, *lengths, hidden=hidden)
+    layers, lengths = (model.uv, model.shading), (model.cloth.basis, model.cloth.step_px)
+    uv, other = sew(model.photo, layers, model.texel, *lengths, hidden=model.hidden)
     return replace(model, uv=uv, followed=model.followed & ~other)
 
 
 def uncover_hidden(model: PixelModel) -> PixelModel:
     """Leave to the photo what shows another thing; the outline is that of what remains."""
-    seen = without_pixels(model, spread_mask(model.hidden, model.valid.shape))
+    seen = without_pixels(model, model.hidden)
     return replace(seen, outline=np.isfinite(seen.shading))
 
 
 def relight(model: PixelModel) -> PixelModel:
     """Find light and pattern anew where the model cannot be trusted."""
     layers = model.uv, model.shading
-    uv, shading = recover(model.photo, layers, model.texel, model.basis, model.followed, scale=model.scale)
+    uv, shading = recover(model.photo, layers, model.texel, model.basis, model.followed)
     return replace(model, uv=uv, shading=shading)
 
 
@@ -123,8 +122,34 @@ def refine_by(model: PixelModel, texel: Texel) -> PixelModel:
     return estimate_finer_texel(replace(model, uv=refine(*layers, texel, model.basis, every=every)))
 
 
+def enlarge(model: PixelModel) -> PixelModel:
+    """Take what was laid on the photo as it was searched to the photo's own size.
+
+    Between pixels coordinates and light are linear; beside a jump and at the border the cloth goes straight on. Then
+    the texel is told, and single pixels are moved, from all that the photo shows.
+    """
+    if model.own_valid.shape == model.valid.shape:
+        return model
+    own, shape = model.own_valid, model.own_valid.shape
+    near = cv2.dilate(model.outline.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    # Cloth that fills all that may be cloth ends where that does, and not with a pixel of the searched photo.
+    inside = own & spread_mask(model.outline | (~model.valid & near), shape)
+    torn = np.where(find_untorn(model.uv.astype(np.float64), model.basis), np.float32(0), np.float32(np.nan))
+    large = replace(
+        model,
+        photo=model.own_photo,
+        valid=own,
+        uv=spread_plane(model.uv + torn[..., None], shape),
+        shading=spread_plane(model.shading + torn, shape),
+        followed=spread_mask(model.followed, shape),
+        outline=inside,
+    )
+    laid = estimate_finer_texel(extend_to(without_pixels(large, ~(inside & spread_mask(model.outline, shape))), inside))
+    return refine_by(laid, laid.texel)
+
+
 def estimate_finer_texel(model: PixelModel) -> PixelModel:
-    """Estimate the texel at the photo's own resolution, from what is followed."""
+    """Estimate the texel at the resolution of the photo, from what is followed."""
     covered = draw_sample(model.followed, DRAWN)
     size = tuple(samples * model.scale for samples in model.cloth.texel_samples)
     texel = estimate_texel(model.photo, model.uv, model.shading, covered, (size[0], size[1]))
@@ -151,9 +176,10 @@ def draw_model(model: PixelModel) -> PixelModel:
 
 def light_folds(model: PixelModel) -> PixelModel:
     """Find the light in folds that are finer than the mesh."""
-    layers, lengths = (model.texture, model.light, model.uv), (model.texel, model.basis)
-    folds = estimate_light(model.photo, *layers, *lengths, scale=model.scale)
-    return replace(model, light=model.light * folds)
+    box, light = around(model.inside), model.light.copy()
+    layers = model.texture[box], light[box], model.uv[box]
+    light[box] *= estimate_light(model.photo[box], *layers, model.texel, model.basis, scale=model.scale)
+    return replace(model, light=light)
 
 
 def tint_light(model: PixelModel) -> PixelModel:
@@ -171,7 +197,7 @@ def matte_border(model: PixelModel) -> PixelModel:
     return replace(seen, coverage=coverage, light=np.where(off, np.float32(np.nan), model.light))
 
 
-STAGES: tuple[PixelStage, ...] = (
+LAYING: tuple[PixelStage, ...] = (
     explain_pixels,
     paint_pieces,
     fill_gaps,
@@ -182,6 +208,10 @@ STAGES: tuple[PixelStage, ...] = (
     uncover_hidden,
     relight,
     refine_pixels,
+)
+"""On the photo as it was searched."""
+FINISHING: tuple[PixelStage, ...] = (
+    enlarge,
     scale_albedo,
     soften_border,
     draw_model,
@@ -189,7 +219,9 @@ STAGES: tuple[PixelStage, ...] = (
     tint_light,
     matte_border,
 )
-NEEDED = frozenset((paint_pieces, uncover_hidden, draw_model))
+"""On the photo at its own size."""
+STAGES = LAYING + FINISHING
+NEEDED = frozenset((paint_pieces, uncover_hidden, enlarge, draw_model))
 """Stages without which there is no result, or one with pixels where there may be none."""
 OPTIONAL = tuple(stage.__name__ for stage in STAGES if stage not in NEEDED)
 """The names of those that can be left out, to see what they are worth."""
@@ -213,6 +245,13 @@ def leave_out(model: PixelModel, names: Collection[str]) -> Iterator[tuple[str, 
     yield WHOLE, model
 
 
+def spread_plane(plane: Singles, shape: tuple[int, ...]) -> Singles:
+    """Return a plane (h, w) or (h, w, C) of a smaller picture at the `shape` (H, W), linear between its pixels."""
+    scale = -(-shape[0] // plane.shape[0])
+    size = plane.shape[1] * scale, plane.shape[0] * scale
+    return np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR)[: shape[0], : shape[1]], np.float32)
+
+
 def extend_to(model: PixelModel, wanted: Bools) -> PixelModel:
     """Return the model with the cloth carried straight on to the wanted pixels (H, W) where it may be."""
     texel_px = abs(float(np.linalg.det(model.cloth.basis)))
@@ -221,16 +260,11 @@ def extend_to(model: PixelModel, wanted: Bools) -> PixelModel:
     return replace(model, uv=uv, shading=shading)
 
 
-def small_layers(model: PixelModel) -> tuple[Floats, Floats, Floats, Bools]:
-    """Return photo, T(uv) (h, w, 3) and shading (h, w) of every `scale`-th pixel, and which of them show cloth so far.
-
-    The shading is 0 where there is none.
-    """
-    few = slice(None, None, model.scale)
-    shading = model.shading[few, few]
-    texture = model.texel(np.nan_to_num(model.uv[few, few].astype(np.float64)))
-    covered = np.asarray(np.isfinite(shading) & ~model.hidden, np.bool_)
-    return model.photo[few, few].astype(np.float64), texture, np.nan_to_num(shading.astype(np.float64)), covered
+def layers_of(model: PixelModel) -> tuple[Floats, Floats, Floats, Bools]:
+    """Return photo, T(uv) (H, W, 3) and shading (H, W), 0 where there is none, and which pixels show cloth so far."""
+    texture = model.texel(np.nan_to_num(model.uv.astype(np.float64)))
+    covered = np.asarray(np.isfinite(model.shading) & ~model.hidden, np.bool_)
+    return model.photo.astype(np.float64), texture, np.nan_to_num(model.shading.astype(np.float64)), covered
 
 
 def hide(model: PixelModel, off: Bools) -> PixelModel:
@@ -251,7 +285,7 @@ def without_pixels(model: PixelModel, off: Bools) -> PixelModel:
 def estimate_coloured_light(model: PixelModel, sigma_px: float) -> Singles | None:
     """Return each channel's own factor (H, W, 3), or None where light has one colour.
 
-    `sigma_px` is over every `scale`-th pixel; as few are looked at as that allows.
+    `sigma_px` is of the searched photo; as few pixels are looked at as that allows.
     """
     every = max(1, int(sigma_px / TINT_SAMPLES))
     few = (slice(None, None, model.scale * every),) * 2

@@ -1,9 +1,11 @@
 """What is left of a texel that changes along warp and weft alone."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
-from core.arrays import Floats
+from core.arrays import Floats, Singles
 from core.overlay.texel import Texel
 from tests.core.overlay.overlay_scenes import motif, plaid
 
@@ -35,3 +37,14 @@ def test_a_print_loses_most() -> None:
     pixels, left = motif().pixels, motif().woven(SQUARE).pixels
     assert left.var(axis=(0, 1)).sum() < 0.7 * pixels.var(axis=(0, 1)).sum()
     assert np.allclose(left.mean((0, 1)), pixels.mean((0, 1)))
+
+
+@pytest.mark.parametrize("look_up", [lambda uv: [motif().singles(uv)], motif().with_gradient])
+def test_more_rows_than_opencv_takes_are_looked_up(look_up: Callable[[Floats], list[Singles]]) -> None:
+    uv = np.random.default_rng(0).random((70_000, 2, 2))
+    for all_of_it, some in zip(look_up(uv), look_up(uv[-9:]), strict=True):
+        np.testing.assert_array_equal(all_of_it[-9:], some)
+
+
+def test_nothing_is_looked_up_at_no_places() -> None:
+    assert motif().singles(np.empty((0, 5, 2))).shape == (0, 5, 3)

@@ -54,25 +54,24 @@ def sew(
     texel: Texel,
     basis: Floats,
     step_px: float,
-    scale: int = 1,
     *,
     hidden: Bools | None = None,
 ) -> tuple[Singles, Bools]:
     """Return coordinates (H, W, 2) that are those of cloth, and which pixels (H, W) were laid anew.
 
     `layers` are the coordinates and the shading (H, W) on the photo (H, W, 3), NaN outside the cloth; what is `hidden`
-    (H, W) lies under another thing. Lengths are in `scale` pixels: `basis` (2, 2), pixels of undeformed cloth a texel,
-    and `step_px`, the side of a lattice step.
+    (H, W) lies under another thing. `basis` (2, 2) is pixels of undeformed cloth a texel, `step_px` the side of a
+    lattice step.
     """
     every = int(np.clip(round(float(np.sqrt(abs(np.linalg.det(basis)))) / SAMPLES), *EVERY))
-    few = slice(None, None, scale * every), slice(None, None, scale * every)
+    few = slice(None, None, every), slice(None, None, every)
     small = photo[few].astype(np.float32), layers[0][few].astype(np.float64), layers[1][few]
     under = np.zeros(small[2].shape, bool) if hidden is None else hidden[few]
     sure = sure_cloth(*small, texel, basis / every) & ~under
     sewn = between_sheets(small[1], sure, basis / every, step_px / every)
     if sewn is None:
         return layers[0], np.zeros(layers[1].shape, bool)
-    return finer(layers[0], sewn, basis / every, NEARBY_PX / every, scale * every)
+    return finer(layers[0], sewn, basis / every, NEARBY_PX / every, every)
 
 
 def sure_cloth(photo: Singles, uv: Floats, light: Singles, texel: Texel, basis: Floats) -> Bools:

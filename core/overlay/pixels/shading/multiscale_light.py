@@ -153,5 +153,7 @@ def sum_of_means(plane: Singles, usual: float, least_px: float) -> Singles:
     """Return a plane's means (H, W) over the widths, each by what it counts, and what is `usual`."""
     total = np.full_like(plane, usual)
     for width, weight in zip(WIDTHS, WEIGHTS, strict=True):
-        total += np.float32(weight) * gaussian(plane, width * least_px)
+        soft = gaussian(plane, width * least_px)
+        soft *= np.float32(weight)
+        total += soft
     return total

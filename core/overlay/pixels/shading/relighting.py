@@ -29,15 +29,13 @@ def recover(
     texel: Texel,
     basis: Floats,
     followed: Bools,
-    *,
-    scale: int = 1,
 ) -> tuple[Singles, Singles]:
     """Return coordinates (H, W, 2) and shading (H, W) that suit the photo (H, W, 3) also where the model does not.
 
     `layers` are the model's, NaN outside the cloth; `followed` (H, W) has been registered; `basis` (2, 2) is pixels of
-    undeformed cloth a texel. `scale` is 2 for a photo of twice the size.
+    undeformed cloth a texel.
     """
-    every = scale * max(EVERY, round(float(np.sqrt(abs(np.linalg.det(basis)))) / (scale * SAMPLES)))
+    every = max(EVERY, round(float(np.sqrt(abs(np.linalg.det(basis)))) / SAMPLES))
     few, (uv, shading) = slice(None, None, every), layers
     seen, basis = photo[few, few].astype(np.float32), basis / every
     small, light, held = uv[few, few], shading[few, few], followed[few, few]

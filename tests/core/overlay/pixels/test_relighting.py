@@ -92,13 +92,6 @@ def test_cloth_that_fits_everywhere_stays_as_it_is() -> None:
     np.testing.assert_allclose(light, LIGHT, atol=0.02)
 
 
-def test_a_large_photo_is_recovered_from_a_share_of_its_pixels() -> None:
-    twice = [np.repeat(np.repeat(plane, 2, 0), 2, 1) for plane in (SCENE.photo, slipped(), LIGHT, ~RIGHT)]
-    uv, light = recover(twice[0], (twice[1], twice[2]), TEXEL, 2 * SCENE.basis, twice[3], scale=2)
-    assert light.shape == twice[2].shape
-    assert np.median(off_px(uv[::2, ::2])[:, 150:]) < 2
-
-
 def test_beyond_the_cloth_is_nothing() -> None:
     uv, light = slipped(), LIGHT.copy()
     uv[:30], light[:30] = np.nan, np.nan

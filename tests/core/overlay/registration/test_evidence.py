@@ -16,7 +16,7 @@ from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.found_cloth import FoundCloth
 from core.overlay.pixels.model import begin
-from core.overlay.pixels.stages import explain_pixels, paint_pieces
+from core.overlay.pixels.stages import enlarge, explain_pixels, paint_pieces, uncover_hidden
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.evidence import Evidence, count_repeated, may_be_plaid, piece_parts, weigh
 from core.overlay.registration.fitting import begun
@@ -119,7 +119,8 @@ def test_the_texel_of_a_large_photo_is_a_plaid_too(is_woven: bool) -> None:
     cloth, found = begun_with(with_folds(make_scene(plaid(), basis=30.0 * np.eye(2)), 1), 30.0)
     large = np.repeat(np.repeat(cloth.photo, 2, 0), 2, 1).astype(np.float32)
     known = replace(cloth, is_woven=is_woven)
-    model = paint_pieces(explain_pixels(begin(known, found, large, np.ones(large.shape[:2], bool), 2, is_told=True)))
+    begun = begin(known, found, large, np.ones(large.shape[:2], bool), is_told=True)
+    model = enlarge(uncover_hidden(paint_pieces(explain_pixels(begun))))
     assert model.texel.shape == tuple(2 * samples for samples in cloth.texel_samples)
     assert np.allclose(across_threads(model.texel), 0) == is_woven
 

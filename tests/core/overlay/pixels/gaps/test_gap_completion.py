@@ -20,12 +20,11 @@ PHOTO = TEXEL(UV)
 def laid(
     uv: Floats | Singles,
     photo: Floats = PHOTO,
-    scale: int = 1,
     hidden: Bools | None = None,
 ) -> tuple[Singles, Bools]:
     """Sew coordinates (H, W, 2) under even light."""
     light = np.where(np.isfinite(uv[..., 0]), 1.0, np.nan).astype(np.float32)
-    return sew(photo, (uv.astype(np.float32), light), TEXEL, BASIS, STEP, scale, hidden=hidden)
+    return sew(photo, (uv.astype(np.float32), light), TEXEL, BASIS, STEP, hidden=hidden)
 
 
 def swirled(turn: float) -> Floats:
@@ -144,10 +143,3 @@ def test_beyond_the_cloth_is_nothing_and_scattered_cloth_stays() -> None:
     same, none = laid(chaos)
     np.testing.assert_array_equal(same, chaos)
     assert not none.any()
-
-
-def test_a_photo_of_twice_the_size_is_sewn_alike() -> None:
-    uv = swirled(5.0).astype(np.float32)
-    double = np.repeat(np.repeat(uv, 2, 0), 2, 1)
-    found: list[Bools] = [laid(uv)[1], laid(double, np.repeat(np.repeat(PHOTO, 2, 0), 2, 1), scale=2)[1]]
-    assert (found[1][::2, ::2] != found[0]).mean() < 0.02
