@@ -4,7 +4,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Points, Singles
 
-WORKING_PX = 1000
+WORKING_PX = 800
 """Longest side of the picture that is searched and registered; larger ones are shrunk for that by a whole number."""
 
 
