@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.arrays import Bools, Floats, InputError, Ints, Points
+from core.arrays import Bools, Floats, Ints, Points
 from core.document.document import Document, pixels_from_places
-from core.document.overlay import OverlayLayers, find_layers, get_layers, vertices_of
+from core.document.overlay import OverlayLayers, find_layers, vertices_of
 from core.document.overlay_settings import Cloth, LatticeVertices, Mending, Search
 from core.masks.object_masks import as_bytes
 from core.overlay.mending import CELL
@@ -21,16 +21,11 @@ def find_whole_cloth(document: Document) -> Job[Cloth]:
     they cover. Raises `InputError` where there is no more cloth than was known, or where that explains less, and
     `NoPatternError` where there is none.
     """
-    region, seed, is_known = document.cloth.region, document.cloth.seed, get_layers(document) is not None
+    region, seed = document.cloth.region, document.cloth.seed
     before = document.cloth.search or Search(region, seed=seed)
     if before.mending is not None:
         before = before.mending.of
-    try:
-        cloth = yield from find_again(document, Search(seed=seed, whole_of=before))
-    except InputError:
-        if is_known:
-            raise
-        cloth = yield from find_again(document, before)
+    cloth = yield from find_again(document, Search(seed=seed, whole_of=before))
     layers = yield from find_layers(document.changed(cloth=cloth))
     return cloth.changed(region=Raster.from_array(as_bytes(layers.covered)))
 

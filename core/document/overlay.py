@@ -6,7 +6,6 @@ to is kept, layers or a refusal, so that undo, export and the window do not sear
 
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -268,22 +267,30 @@ def _decompose(document: Document, search: Search) -> "Job[Decomposition]":
 
 
 def _decompose_whole_cloth(document: Document, before: Search, seed: int) -> "Job[Decomposition]":
-    """Go on from what the search `before` has found over all of the cloth."""
+    """Go on from what the search `before` has found, or finds now, over all of the cloth."""
     # A window opens sooner without the engine.
     from core.overlay.decomposition import decompose_whole_cloth
 
-    finds: list[FoundCloth] = []
-    with suppress(NoPatternError):
-        found = (yield from part(find_layers(document.with_cloth(search=before)), 0.0, AGAIN / 2)).found
-        if found is None:
-            # Files of layers do not have it.
-            found = (yield from part(_decompose(document, before), AGAIN / 2, AGAIN)).found
-        assert found is not None
-        finds.append(found)
+    # A marked texel may be tried twice.
+    is_known = _kept.get(document.image, before) is not None or before.texel is not None
+    finds = (yield from part(_finds_of(document, before), 0.0, AGAIN)) if is_known else None
     start, lattice = _texel_of(document, before), _lattices_of(document, before)
     region = searchable(document.image, _mark(before))
     job = decompose_whole_cloth(document.image, region=region, start=start, lattice=lattice, seed=seed, finds=finds)
-    return (yield from part(job, AGAIN, 1.0))
+    return (yield from part(job, AGAIN if is_known else 0.0, 1.0))
+
+
+def _finds_of(document: Document, search: Search) -> "Job[list[FoundCloth]]":
+    """Return what a search has found; none where that is no pattern."""
+    try:
+        found = (yield from part(find_layers(document.with_cloth(search=search)), 0.0, 0.5)).found
+    except NoPatternError:
+        return []
+    if found is None:
+        # Files of layers do not have it.
+        found = (yield from part(_decompose(document, search), 0.5, 1.0)).found
+    assert found is not None
+    return [found]
 
 
 def _decompose_photo(document: Document, search: Search) -> "Job[Decomposition]":
