@@ -6,7 +6,7 @@ belongs to the nearest cloth, whose coordinates go on with the slope that they h
 
 import numpy as np
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Floats, Ints, Singles
 from core.overlay.filters.distances import nearest_of
 from core.overlay.filters.smoothing import mean
 from core.overlay.filters.texture_filter import steepness
@@ -32,13 +32,30 @@ def extend(layers: Layers, wanted: Bools, texel_px: float, sigma_px: float, scal
         return layers
     planes = np.where(sound[..., None], np.concatenate([slopes, light[..., None]], -1), 0).astype(np.float32)
     planes = mean(planes, sound[..., None].astype(np.float32), sigma_px)
-    down, across = np.divmod(nearest_of(sound)[1][rows // scale, columns // scale], light.shape[1])
+    places = np.stack([rows, columns], -1) / scale
+    down, across = nearest_to(places, nearest_of(sound)[1])
     usual = planes[down, across].astype(np.float64)
-    away = np.stack([rows / scale - down, columns / scale - across], -1)
+    away = places - np.stack([down, across], -1)
     out = layers[0].copy(), layers[1].copy()
     out[0][rows, columns] = uv[down, across] + np.einsum("nij,ni->nj", usual[:, :4].reshape(-1, 2, 2), away)
     out[1][rows, columns] = usual[:, 4]
     return out
+
+
+def nearest_to(places: Floats, nearest: Ints) -> tuple[Ints, Ints]:
+    """Return row and column (n,) of the pixel nearest to places (n, 2) between pixels, of those of the four around.
+
+    `nearest` (H, W) has the number of the one nearest to each pixel.
+    """
+    low = places.astype(np.int64)
+    found, least = np.zeros_like(low), np.full(len(low), np.inf)
+    for step in np.ndindex(2, 2) if (low != places).any() else [(0, 0)]:
+        row, column = np.minimum(low + step, np.array(nearest.shape) - 1).T
+        pixel = np.stack(np.divmod(nearest[row, column], nearest.shape[1]), -1)
+        off = ((pixel - places) ** 2).sum(-1)
+        nearer = off < least
+        found[nearer], least[nearer] = pixel[nearer], off[nearer]
+    return found[:, 0], found[:, 1]
 
 
 def slopes_of(uv: Floats) -> Floats:

@@ -79,3 +79,13 @@ def test_cloth_ends_where_it_did_and_in_a_region_where_that_does(found: FoundClo
 def test_a_photo_of_the_searched_size_stays_as_it_is(found: FoundCloth) -> None:
     begun = begin(found.cloth, found.fit, found.photo, EVERYWHERE, is_told=True)
     assert enlarge(begun) is begun
+
+
+def test_a_slanting_jump_has_no_steps_of_pixels_that_were_searched(found: FoundCloth) -> None:
+    jump = np.array([3.0, 0.0])
+    model = enlarged(found, lying(X, Y) + jump * (X > 0.7 * Y + 40)[..., None])
+    over = off_px(model.uv, lying(LARGE_X, LARGE_Y)) > 36
+    # Where the cloth goes over is a row's first column; it should be as far from that of the row before everywhere.
+    first = over[30:-30].argmax(1) / TIMES
+    off = first - np.polynomial.Polynomial.fit(np.arange(len(first)), first, 1)(np.arange(len(first)))
+    assert np.abs(off).max() < 0.55
