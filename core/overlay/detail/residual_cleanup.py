@@ -116,9 +116,8 @@ class Recurring:
         """Subtract it from values (H, W, C) at coordinates (H, W, 2) where cloth (H, W) is, in place."""
 
         def subtract(_first: int, top: int, bottom: int, _last: int) -> None:
-            there = np.flatnonzero(covered[top:bottom])
-            places = values[top:bottom].reshape(-1, values.shape[-1])
-            places[there] -= self.at(uv[top:bottom].reshape(-1, 2).take(there, 0))
+            there = covered[top:bottom]
+            values[top:bottom][there] -= self.at(uv[top:bottom][there])
 
         in_bands(subtract, values.shape)
 

@@ -176,7 +176,7 @@ def draw_model(model: PixelModel) -> PixelModel:
 
 def light_folds(model: PixelModel) -> PixelModel:
     """Find the light in folds that are finer than the mesh."""
-    box, light = around(model.inside), model.light.copy()
+    box, light = around(model.inside, 1), model.light.copy()
     layers = model.texture[box], light[box], model.uv[box]
     light[box] *= estimate_light(model.photo[box], *layers, model.texel, model.basis, scale=model.scale)
     return replace(model, light=light)

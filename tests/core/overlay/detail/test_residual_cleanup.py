@@ -5,7 +5,7 @@ import pytest
 
 from core.arrays import Floats, Singles
 from core.overlay.composition import Placement
-from core.overlay.detail.residual_cleanup import without_old_pattern
+from core.overlay.detail.residual_cleanup import find_recurring, without_old_pattern
 from core.overlay.filters import bands
 from core.overlay.laying.compositing import Parts, lay_over
 from core.overlay.texel import estimate_texel
@@ -145,3 +145,14 @@ def test_motif_where_the_model_has_none_goes() -> None:
 def test_shadow_and_what_has_a_colour_of_its_own_stay() -> None:
     assert left_of_spot(0.5 * COLOURS[0]) > 0.8
     assert left_of_spot(np.array([0.2, 0.75, 0.15])) > 0.8
+
+
+def test_what_recurs_is_taken_out_of_a_part_of_an_array_too() -> None:
+    y, x = np.indices((96, 120))
+    uv = (np.stack([x, y], -1) / 12).astype(np.float32)
+    wide = np.zeros((96, 130, 1), np.float32)
+    part, cloth = wide[:, :120], x < 100
+    part[..., 0] = 0.1 * np.sin(np.pi * x / 6) * np.cos(np.pi * y / 6)
+    find_recurring(part, uv, cloth, (12, 12), 0.1).take_out(part, uv, cloth)
+    assert part[cloth].std() < 0.02
+    assert part[~cloth].std() > 0.04

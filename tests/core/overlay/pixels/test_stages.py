@@ -1,4 +1,4 @@
-"""Cloth that was laid on a photo as it was searched, taken to the photo's own size."""
+"""Stages that take cloth laid on a photo, as it was searched, to its own size and to the finished model."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from core.arrays import Bools, Floats, Singles
 from core.overlay.decomposition import decompose
 from core.overlay.found_cloth import FoundCloth
 from core.overlay.pixels.model import PixelModel, begin
-from core.overlay.pixels.stages import enlarge
+from core.overlay.pixels.stages import draw_model, enlarge, light_folds
 from core.progress import run
 from tests.core.overlay.overlay_scenes import make_scene, motif
 
@@ -89,3 +89,13 @@ def test_a_slanting_jump_has_no_steps_of_pixels_that_were_searched(found: FoundC
     first = over[30:-30].argmax(1) / TIMES
     off = first - np.polynomial.Polynomial.fit(np.arange(len(first)), first, 1)(np.arange(len(first)))
     assert np.abs(off).max() < 0.55
+
+
+@pytest.mark.parametrize("rows", [0, 1])
+def test_cloth_of_a_row_or_of_nothing_has_light(found: FoundCloth, rows: int) -> None:
+    cloth = np.isin(Y, np.arange(80, 80 + rows))
+    begun = begin(found.cloth, found.fit, found.photo, EVERYWHERE, is_told=True)
+    shading = np.where(cloth, 0.8, np.nan).astype(np.float32)
+    uv = np.where(cloth[..., None], lying(X, Y), np.nan).astype(np.float32)
+    light = light_folds(draw_model(replace(begun, uv=uv, shading=shading, outline=cloth))).light
+    np.testing.assert_array_equal(np.isfinite(light[..., 0]), cloth)
