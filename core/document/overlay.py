@@ -271,7 +271,7 @@ def _decompose_whole_cloth(document: Document, before: Search, seed: int) -> "Jo
     # A window opens sooner without the engine.
     from core.overlay.decomposition import decompose_whole_cloth
 
-    # A marked texel may be tried twice.
+    # What begins at a marked texel is not found as whole cloth is: it may only tell how large a texel is.
     is_known = _kept.get(document.image, before) is not None or before.texel is not None
     finds = (yield from part(_finds_of(document, before), 0.0, AGAIN)) if is_known else None
     start, lattice = _texel_of(document, before), _lattices_of(document, before)

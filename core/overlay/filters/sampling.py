@@ -7,7 +7,7 @@ from core.arrays import Points, Singles
 
 WIDTH = 4096
 """A list is looked up in rows of this length."""
-MOST_ROWS = 32_766
+MOST_ROWS = int(np.iinfo(np.int16).max) - 1
 """That OpenCV takes at a time."""
 ROWS = 64
 """So many of them are looked up at a time."""

@@ -13,6 +13,11 @@ def working_scale(shape: tuple[int, ...]) -> int:
     return -(-max(shape[:2]) // WORKING_PX)
 
 
+def scale_between(rows: int, small_rows: int) -> int:
+    """Return how much smaller a picture of so many rows was made, by the rows that it has now."""
+    return -(-rows // small_rows)
+
+
 def shrunk(image: Floats | Singles | Bools, scale: int) -> Floats:
     """Return the means (h, w, C) of squares of `scale` pixels; past the picture's edge its last pixels are repeated."""
     if scale == 1:

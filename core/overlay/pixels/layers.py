@@ -3,8 +3,9 @@
 import cv2
 import numpy as np
 
-from core.arrays import Bools
+from core.arrays import Bools, Singles
 from core.overlay.filters.bands import in_bands
+from core.overlay.filters.shrinking import scale_between
 from core.overlay.mesh import ClothMesh, around
 from core.overlay.pixels.extension import Layers
 from core.overlay.registration.cloth import Fit, FittedCloth
@@ -74,7 +75,11 @@ def paint_piece(layers: Layers, mesh: ClothMesh, piece: ClothState, inside: Bool
 
 def spread_mask(mask: Bools, shape: tuple[int, ...]) -> Bools:
     """Return a mask of a smaller picture at the `shape` (H, W) of a larger one, its outline smooth."""
-    scale = -(-shape[0] // mask.shape[0])
-    wide = (mask.shape[1] * scale, mask.shape[0] * scale)
-    soft = cv2.resize(mask.astype(np.float32), wide, interpolation=cv2.INTER_LINEAR)
-    return np.asarray(soft[: shape[0], : shape[1]] > 0.5, np.bool_)
+    return np.asarray(spread_plane(mask.astype(np.float32), shape) > 0.5, np.bool_)
+
+
+def spread_plane(plane: Singles, shape: tuple[int, ...]) -> Singles:
+    """Return a plane (h, w) or (h, w, C) of a smaller picture at the `shape` (H, W), linear between its pixels."""
+    scale = scale_between(shape[0], len(plane))
+    size = plane.shape[1] * scale, plane.shape[0] * scale
+    return np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR)[: shape[0], : shape[1]], np.float32)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.filters.shrinking import shrunk_mask
+from core.overlay.filters.shrinking import scale_between, shrunk_mask
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.registration import ClothState
 from core.overlay.texel import Texel
@@ -78,7 +78,7 @@ class PixelModel:
     @property
     def scale(self) -> int:
         """How much larger the photo is than the one that was searched."""
-        return -(-len(self.valid) // len(self.cloth.valid))
+        return scale_between(len(self.valid), len(self.cloth.valid))
 
     @property
     def as_searched(self) -> "PixelModel":
@@ -97,7 +97,7 @@ def begin(cloth: FittedCloth, found: Fit, photo: Floats | Singles, valid: Bools,
     `photo` and `valid` are of the photo's own size, (H, W) or larger.
     """
     shape = cloth.valid.shape
-    scale = -(-len(valid) // len(cloth.valid))
+    scale = scale_between(len(valid), len(cloth.valid))
     unknown, nowhere = np.float32(np.nan), np.False_
     return PixelModel(
         cloth=cloth,

@@ -18,7 +18,7 @@ from core.overlay.pixels.extension import extend
 from core.overlay.pixels.filling import filled
 from core.overlay.pixels.gaps.gap_completion import sew
 from core.overlay.pixels.jacobian_validity import find_untorn
-from core.overlay.pixels.layers import explained, paint, spread_mask
+from core.overlay.pixels.layers import explained, paint, spread_mask, spread_plane
 from core.overlay.pixels.matting import matte_of
 from core.overlay.pixels.model import PixelModel
 from core.overlay.pixels.occluders import find_occluders
@@ -46,7 +46,7 @@ def explain_pixels(model: PixelModel) -> PixelModel:
 
 
 def paint_pieces(model: PixelModel) -> PixelModel:
-    """Take coordinates and shading from the mesh where the pieces explain the photo, and the texel from there."""
+    """Take coordinates and shading from the mesh where the pieces explain the photo."""
     layers = model.uv.copy(), model.shading.copy()
     paint(layers, model.cloth.mesh, list(model.pieces), list(model.masks), model.valid)
     return replace(model, uv=layers[0], shading=layers[1], followed=np.isfinite(layers[1]))
@@ -243,13 +243,6 @@ def leave_out(model: PixelModel, names: Collection[str]) -> Iterator[tuple[str, 
             yield stage.__name__, go_through(model, STAGES[number + 1 :])
         model = stage(model)
     yield WHOLE, model
-
-
-def spread_plane(plane: Singles, shape: tuple[int, ...]) -> Singles:
-    """Return a plane (h, w) or (h, w, C) of a smaller picture at the `shape` (H, W), linear between its pixels."""
-    scale = -(-shape[0] // plane.shape[0])
-    size = plane.shape[1] * scale, plane.shape[0] * scale
-    return np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_LINEAR)[: shape[0], : shape[1]], np.float32)
 
 
 def extend_to(model: PixelModel, wanted: Bools) -> PixelModel:
