@@ -33,12 +33,14 @@ Task: TypeAlias = Literal["painted", "whole_cloth", "refused"]
 
 LEAST_COVERED, MOST_SPILT, LEAST_LIKENESS = 0.6, 0.1, 0.75
 """Share of the cloth that counts as decomposed, share beside it that whole cloth may cover, and least likeness."""
-SCORES = ("covers", "spills", "likeness", "explains", "jumbled")
+SCORES = ("covers", "spills", "likeness", "explains", "jumbled", "remains")
 SLOW_PX = 12.0
 """Changes slower than this are no evidence of a pattern: shading alone gives them."""
 BESIDE_PX = 4
 """A matte is right to so many pixels."""
 LEAST_PIXELS = 500
+EVEN = np.full((8, 8, 3), 0.5)
+"""A texture that shows what a new one is laid in: folds, and what is left of the old one."""
 
 
 def measure(folder: Path) -> list[Record]:
@@ -102,18 +104,20 @@ def _try_out(image: Image, cloth: Bools | None, task: Task, texture: Floats) -> 
     region = searchable(image, cloth if task == "painted" else None)
     whole = task == "whole_cloth"
     job = decompose_whole_cloth(image, region=region) if whole else decompose(encode(image), region=region)
-    scores = dict.fromkeys(SCORES, 0.0)
+    found = None
     began = time.process_time()
     try:
-        found = run(job)
-        lay(image, found, texture)
-        outcome, scores = "found", score(image, cloth, found)
+        result = run(job)
+        lay(image, result, texture)
+        outcome, found = "found", result
     except NoPatternError:
         outcome = "refused"
     except Exception:  # noqa: BLE001  a fault is counted, and the other photos are looked at
         traceback.print_exc()
         outcome = "fault"
-    return {"outcome": outcome, **scores, "holds": _holds(task, outcome, scores), "cpu_s": time.process_time() - began}
+    elapsed = time.process_time() - began
+    scores = score(image, cloth, found) if found is not None else dict.fromkeys(SCORES, 0.0)
+    return {"outcome": outcome, **scores, "holds": _holds(task, outcome, scores), "cpu_s": elapsed}
 
 
 def _holds(task: Task, outcome: str, scores: dict[str, float]) -> bool:
@@ -136,7 +140,9 @@ def score(image: Image, cloth: Bools | None, found: Decomposition) -> dict[str, 
     lattice blurs the texel, and only the shading is left to agree. `explains` is the share of the photo's quick changes
     on all of the cloth, in colour and squared, that is missing in the detail; cloth that is not covered is not
     explained. `jumbled` is the share of the covered cloth where coordinates jump, or are folded over, blown up or
-    crushed: small pieces may explain the photo so, and show as soon as another texture is laid.
+    crushed: small pieces may explain the photo so, and show as soon as another texture is laid. `remains` is the share
+    of the covered photo's quick changes of grey, squared, that an even texture in its place shows: folds, and what is
+    left of the old pattern.
     """
     cloth = np.ones(found.covered.shape, np.bool_) if cloth is None else cloth
     near = cv2.dilate(cloth.astype(np.uint8), np.ones((2 * BESIDE_PX + 1, 2 * BESIDE_PX + 1), np.uint8)) > 0
@@ -149,12 +155,14 @@ def score(image: Image, cloth: Bools | None, found: Decomposition) -> dict[str, 
     likeness = np.corrcoef(seen, model)[0, 1] if min(seen.std(), model.std()) > 1e-3 else 0.0
     changes, missed = _without_slow(photo, cloth), _without_slow(photo - found.reconstruction, covered)
     left = np.where(covered[..., None], missed, changes)[cloth]
+    even = _without_slow(_grey(encode(lay(image, found, EVEN))), covered)[covered]
     return {
         "covers": float(covered.sum() / cloth.sum()),
         "spills": spills,
         "likeness": float(likeness),
         "explains": 1 - float((left**2).sum()) / max(float((changes[cloth] ** 2).sum()), 1e-9),
         "jumbled": float(_jumbled(found)[covered].mean()),
+        "remains": float((even**2).sum()) / max(float((seen**2).sum()), 1e-9),
     }
 
 

@@ -99,13 +99,9 @@ def wiener(grain: Floats, seen: Floats) -> Floats:
     return np.asarray(root @ kept @ inverse, np.float64)
 
 
-def even_out(detail: Singles, uv: Singles, clear: Bools, held: Singles, grain: Grain) -> Singles:
-    """Return the detail (H, W, 3) with the grain alone in its fine part.
-
-    There is no fine part where the cloth is not `clear` (H, W), and no coarse one where the model is not trusted, of
-    which `held` (H, W) is how far it is.
-    """
-    inside, at = clear.astype(np.float32)[..., None], np.nan_to_num(uv).astype(np.float64)
+def even_out(detail: Singles, uv: Singles, covered: Bools, grain: Grain) -> Singles:
+    """Return the detail (H, W, 3) with the grain alone in its fine part; there is none where it is not `covered`."""
+    inside, at = covered.astype(np.float32)[..., None], np.nan_to_num(uv).astype(np.float64)
     excess = grain.excess(at).astype(np.float32)
     fine = detail - mean(detail, inside, NEARBY_PX)
     here = gaussian(fine**2 * inside, MOTIF_PX) / grain.usual
@@ -116,7 +112,7 @@ def even_out(detail: Singles, uv: Singles, clear: Bools, held: Singles, grain: G
     # Where a place has errors, and more of them here than over all texels.
     more = np.clip(excess / 2 - 1, 0, 1) * here / np.maximum(excess, 1)
     fine = np.asarray(fine / np.sqrt(np.maximum(more, 1)), np.float32)
-    return np.asarray(held[..., None] * without_tint(coarse) + grain.within(fine, at), np.float32)
+    return np.asarray(without_tint(coarse) + grain.within(fine, at), np.float32)
 
 
 def without_tint(coarse: Singles) -> Singles:

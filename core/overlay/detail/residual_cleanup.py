@@ -13,16 +13,12 @@ stronger than usual. Where a motif lies that the model does not have, there is n
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import scipy
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.composition import finite
-from core.overlay.detail.contrast import contrast_of
 from core.overlay.detail.grain import even_out, grain_of
-from core.overlay.detail.misplaced import find_misplaced
-from core.overlay.detail.model_validity import estimate_trust
 from core.overlay.filters.bands import PIXELS, in_bands
 from core.overlay.filters.sampling import look_up
 from core.overlay.filters.smoothing import gaussian, mean
@@ -60,15 +56,12 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
     rest, drawn = np.nan_to_num(detail), draw_sample(covered, DRAWN)
     noise = max(float(np.median(np.abs(rest[drawn]), overwrite_input=True)), LEAST_NOISE)
     find_recurring(rest, uv, drawn, texel.shape, noise).take_out(rest, uv, covered)
-    rest, other = without_errors(detail, rest, (uv, shading), texel, basis, noise)
-    clear = covered & (cv2.dilate(other.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
-    side = float(np.sqrt(abs(np.linalg.det(basis))))
-    held = estimate_trust(other, covered, side)
-    grain, out = grain_of(rest, uv, clear, texel.shape, basis), np.empty_like(rest)
+    rest = without_errors(rest, (uv, shading), texel, basis, noise)
+    grain, out = grain_of(rest, uv, covered, texel.shape, basis), np.empty_like(rest)
 
     def keep_grain(first: int, top: int, bottom: int, last: int) -> None:
         part, own = slice(first, last), slice(top - first, bottom - first)
-        out[top:bottom] = even_out(rest[part], uv[part], clear[part], held[part], grain)[own]
+        out[top:bottom] = even_out(rest[part], uv[part], covered[part], grain)[own]
 
     in_bands(keep_grain, rest.shape, margin=int(3 * (NEARBY_PX + MOTIF_PX)))
     out[~covered] = np.nan
@@ -76,25 +69,22 @@ def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis
 
 
 def without_errors(
-    detail: Singles, before: Singles, layers: tuple[Singles, Singles], texel: Texel, basis: Floats, noise: float
-) -> tuple[Singles, Bools]:
-    """Return the detail (H, W, 3) without what small errors of the model leave, and where (H, W) it lies elsewhere.
+    before: Singles, layers: tuple[Singles, Singles], texel: Texel, basis: Floats, noise: float
+) -> Singles:
+    """Return the detail (H, W, 3) without what small errors of the model leave in it.
 
     `before` is the detail without what recurs, `layers` are the coordinates and the shading.
     """
     (uv, shading), covered = layers, finite(layers[0])
-    faded = contrast_of(before, uv, shading, texel, basis, noise)
-    soft, rest, other = texel.blurred(1.0, basis), np.empty_like(before), np.zeros(covered.shape, bool)
+    soft, rest = texel.blurred(1.0, basis), np.empty_like(before)
 
     def correct(first: int, top: int, bottom: int, last: int) -> None:
         part, own = slice(first, last), slice(top - first, bottom - first)
-        light, model, effects = modelled(uv[part], shading[part], texel, soft, basis)
-        seen = before[part] - faded.within(model, covered[part], first)
-        rest[top:bottom] = (seen - explain(seen, effects, covered[part], noise))[own]
-        other[top:bottom] = find_misplaced(np.nan_to_num(detail[part]), model, light, texel, noise)[own]
+        effects = effects_of_errors(uv[part], shading[part], texel, soft, basis)
+        rest[top:bottom] = (before[part] - explain(before[part], effects, covered[part], noise))[own]
 
     in_bands(correct, rest.shape, margin=int(6 * NEARBY_PX))
-    return rest, other
+    return rest
 
 
 @dataclass(frozen=True)
@@ -154,17 +144,15 @@ def find_recurring(values: Singles, uv: Singles, drawn: Bools, shape: tuple[int,
     return Recurring(means, low, np.array([w, h], np.float32))
 
 
-def modelled(
-    uv: Singles, shading: Singles, texel: Texel, soft: Texel, basis: Floats
-) -> tuple[Singles, Singles, list[Singles]]:
-    """Return ρ (H, W, 1 or 3), ρ T and what a shift right, a shift down and blur do to that, (H, W, 3) each."""
+def effects_of_errors(uv: Singles, shading: Singles, texel: Texel, soft: Texel, basis: Floats) -> list[Singles]:
+    """Return what a shift right, a shift down and blur do to that."""
     at, to_uv = np.nan_to_num(uv).astype(np.float64), np.linalg.inv(basis).astype(np.float32)
     light = np.nan_to_num(shading)
     light = light if light.ndim == 3 else light[..., None]
     value, du, dv = texel.singles_with_gradient(at)
     right, down = (du * to_uv[0, k] + dv * to_uv[1, k] for k in (0, 1))
     softer = soft(at).astype(np.float32) - value
-    return light, light * value, [light * effect for effect in (right, down, softer)]
+    return [light * effect for effect in (right, down, softer)]
 
 
 def explain(detail: Singles, effects: list[Singles], covered: Bools, noise: float) -> Singles:

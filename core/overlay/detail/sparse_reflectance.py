@@ -3,7 +3,8 @@
 Where the mesh lies beside the pattern, the photo over T(uv) is the old pattern and no light, and so is the edge of a
 thin line a pixel off. So each pixel may show the model's colour or, less likely, any other one of the pattern's, and of
 several lights that is likely in which most pixels around a place do. The light is about its mean over a texel, which
-knows nothing of where the pattern lies. What is taken is the mean over all lights, each by how likely it is.
+knows nothing of where the pattern lies. What is taken is the mean over all lights, each by how likely it is. In that
+light the colour of each pixel is told in the same way, for a fold may be narrower than what has one light.
 """
 
 import numpy as np
@@ -19,14 +20,14 @@ COLOURS = 8
 """Colours that stand for those of the pattern."""
 WIDTH, MOST_PX = 0.2, 5.0
 """Width of the neighbourhood that has one light, over the side of a texel, and in pixels of the working size."""
-LEAST_SPREAD, LEAST = 0.03, 1e-3
-"""Spread, of a channel, of a colour that is one of the pattern's, at least, and of a light."""
+LEAST_SPREAD, LEAST = 0.015, 1e-3
+"""Spread, of a channel, of a colour that is one of the pattern's, at least, and the least light."""
 OTHER, NONE = 2.0, 4.0
 """How much less likely another colour of the pattern is than the model's, and a colour that is none: nats."""
 SPEAK = 3.0
 """Pixels of a neighbourhood that speak for themselves: others follow from those."""
-SPREAD = 0.3
-"""Spread of the light around its mean over a texel, as its logarithm."""
+SPREAD = 0.15
+"""Spread of the light around its mean over a texel, as its logarithm; and of what a neighbourhood has one of."""
 LIGHTS = np.linspace(-0.9, 0.6, 13), np.linspace(-0.15, 0.15, 7)
 """Logarithms of the lights that are tried, over the mean over a texel, and then around what that tells."""
 WHOLE = 0.8
@@ -49,12 +50,35 @@ def estimate_bare_light(layers: tuple[Singles, Singles, Singles], texel: Texel, 
     shown = texel.singles(np.nan_to_num(uv).astype(np.float64))
     photo = np.nan_to_num(detail + own[..., None] * shown)
     whole = np.log(np.maximum(mean_light(photo, covered, texel, basis / every), LEAST))
-    off = max(2 * float(np.median(np.abs(detail[covered]))), LEAST_SPREAD)
+    off = 2 * spread_of(detail, covered)
     change = np.zeros_like(whole)
     for lights in LIGHTS:
         costs = costs_of(photo, shown, palette(texel, COLOURS), whole + change, lights, off)
         change += choose(costs, lights, change, covered, width / every)
     return np.where(np.isfinite(layers[2]), np.exp(spread(whole + change, shape, every)), np.float32(np.nan))
+
+
+def spread_of(detail: Singles, covered: Bools) -> float:
+    """Return by how much a channel of a photo usually misses the colour that it shows; `detail` is (H, W, 3)."""
+    return max(float(np.median(np.abs(detail[covered]))), LEAST_SPREAD)
+
+
+def find_reflectance(photo: Singles, light: Singles, shown: Singles, colours: Singles, off: float) -> Singles:
+    """Return the mean (H, W, 3) of the colours that a photo (H, W, 3) may show, each by how likely it is.
+
+    That is in equal shares the model's, `shown` (H, W, 3), and one of the pattern's `colours` (k, 3), wherever it lies.
+    In a `light` ρ (H, W, 1 or 3) that varies by `SPREAD` a colour c is seen as ρc, with covariance off² 1 + SPREAD² ρc
+    (ρc)ᵀ, which is what cloth is off by and what a fold makes of it.
+    """
+    lit, level = photo * light, np.broadcast_to(light, photo.shape) ** 2
+    # (I - ρc)·ρc is made of I·ρc and |ρc|², one plane for each colour.
+    along = np.stack([np.einsum("hwc,hwc->hw", lit, shown), *np.einsum("kc,hwc->khw", colours, lit)])
+    square = np.stack([np.einsum("hwc,hwc->hw", level, shown**2), *np.einsum("kc,hwc->khw", colours**2, level)])
+    costs = (square - 2 * along - (along - square) ** 2 / (square + np.float32(off / SPREAD) ** 2)) / (2 * off**2)
+    share = np.exp(costs.min(0) - costs)
+    share[1:] /= len(colours)
+    seen = share[0][..., None] * shown + np.einsum("khw,kc->hwc", share[1:], colours)
+    return np.asarray(seen / share.sum(0)[..., None], np.float32)
 
 
 def costs_of(photo: Singles, shown: Singles, colours: Singles, light: Singles, lights: Floats, off: float) -> Singles:

@@ -41,6 +41,7 @@ def test_photographs_are_judged_by_halves(folder: Path, capsys: pytest.CaptureFi
     first = printed["photographs"][0]
     assert first["covers"] > 0.9
     assert first["likeness"] > 0.9
+    assert 0 < first["remains"] < 0.05
     halves = [[row[task] for task in ("painted", "whole_cloth", "refused")] for row in printed["photographs_by_half"]]
     assert halves == [[1.0, 1.0, 1.0], [0.0, None, None], [0.5, 1.0, 1.0]]
 

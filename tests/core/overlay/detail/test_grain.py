@@ -1,10 +1,9 @@
 """The grain of the cloth in a detail, at the places of the texel where the model makes errors."""
 
 import numpy as np
-import pytest
 
 from core.arrays import Singles
-from core.overlay.detail.grain import even_out, grain_of, without_tint
+from core.overlay.detail.grain import grain_of, without_tint
 from core.overlay.filters.smoothing import gaussian, mean
 from core.overlay.tolerances import NEARBY_PX
 from tests.core.overlay.overlay_scenes import make_scene, motif
@@ -38,15 +37,6 @@ def test_errors_of_one_channel_go_and_the_grain_under_them_stays() -> None:
     assert likeness(kept[EDGE], GREY[EDGE]) > 0.75
     assert kept[EDGE][:, 0].std() < 1.3 * GREY[EDGE][:, 0].std()
     assert likeness(kept[PLAIN], GREY[PLAIN]) > 0.95
-
-
-def test_what_is_not_trusted_keeps_no_coarse_part() -> None:
-    detail = (GREY + 0.1).astype(np.float32)
-    grain = grain_of(detail, UV, CLEAR, TEXEL.shape, SCENE.basis)
-    held = np.where(np.indices(SIZE)[1] < 90, 1.0, 0.0).astype(np.float32)
-    kept = even_out(detail, UV, CLEAR, held, grain)
-    assert kept[:, :90].mean() == pytest.approx(0.1, abs=0.01)
-    assert kept[:, 90:].mean() == pytest.approx(0.0, abs=0.01)
 
 
 def test_faint_tint_goes_and_a_strong_colour_stays() -> None:
