@@ -5,11 +5,12 @@ import numpy as np
 from core.arrays import Floats, Singles
 from core.overlay.composition import finite
 from core.overlay.detail.residual_cleanup import without_old_pattern
-from core.overlay.detail.sparse_reflectance import COLOURS, estimate_bare_light, find_reflectance, spread_of
+from core.overlay.detail.sparse_reflectance import COLOURS, estimate_bare_light, find_reflectance, find_shade, spread_of
 from core.overlay.filters.bands import in_bands
 from core.overlay.mesh import around
 from core.overlay.palette import palette
 from core.overlay.texel import Texel
+from core.overlay.tolerances import MOTIF_PX
 
 
 def find_bare_layers(
@@ -19,7 +20,8 @@ def find_bare_layers(
 
     `uv` (H, W, 2), `shading` (H, W) or (H, W, 3) and `detail` are NaN outside the cloth; `basis` (2, 2) is pixels of
     undeformed cloth a texel. What the photo has over the colours of the pattern in that light, wherever these lie, is
-    detail, freed of what the texel does not tell of the pattern.
+    detail, freed of what the texel does not tell of the pattern. Where that is a shade of the cloth's colour it is a
+    fold, and light: so a shadow on red cloth is grey on a grey texture, and as deep on a bright one as on a dark one.
     """
     covered = finite(uv)
     if not covered.any():
@@ -32,12 +34,24 @@ def find_bare_layers(
     changed[box] = colours[box] * (light / np.maximum(own[box], 1e-6))[..., None]
     known, off = palette(texel, COLOURS), spread_of(detail, covered)
 
-    def move(_first: int, top: int, bottom: int, _last: int) -> None:
-        rows = slice(top, bottom)
+    def photo_of(rows: slice) -> tuple[Singles, Singles]:
         shown = texel.singles(np.nan_to_num(uv[rows]).astype(np.float64))
-        photo = detail[rows] + colours[rows] * shown
+        return shown, detail[rows] + colours[rows] * shown
+
+    def take_out_colours(_first: int, top: int, bottom: int, _last: int) -> None:
+        rows = slice(top, bottom)
+        shown, photo = photo_of(rows)
         rest[rows] = photo - changed[rows] * find_reflectance(photo, changed[rows], shown, known, off)
 
-    in_bands(move, detail.shape)
-    bare = changed.reshape(shading.shape)
-    return bare, without_old_pattern(rest, uv, bare, texel, basis)
+    in_bands(take_out_colours, detail.shape)
+    clean = without_old_pattern(rest, uv, changed, texel, basis)
+    shaded, kept = np.empty_like(changed), np.empty_like(clean)
+
+    def turn_to_light(first: int, top: int, bottom: int, last: int) -> None:
+        part, rows, own = slice(first, last), slice(top, bottom), slice(top - first, bottom - first)
+        seen = np.nan_to_num(photo_of(part)[1] - rest[part])
+        share = find_shade(np.nan_to_num(clean[part]), seen, off)[own]
+        shaded[rows], kept[rows] = changed[rows] * (1 + share), clean[rows] - share * seen[own]
+
+    in_bands(turn_to_light, detail.shape, margin=int(4 * MOTIF_PX))
+    return shaded.reshape(shading.shape), kept

@@ -15,6 +15,7 @@ from core.overlay.filters.shrinking import working_scale
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import palette
 from core.overlay.texel import Texel
+from core.overlay.tolerances import MOTIF_PX, SHADES
 
 COLOURS = 8
 """Colours that stand for those of the pattern."""
@@ -79,6 +80,16 @@ def find_reflectance(photo: Singles, light: Singles, shown: Singles, colours: Si
     share[1:] /= len(colours)
     seen = share[0][..., None] * shown + np.einsum("khw,kc->hwc", share[1:], colours)
     return np.asarray(seen / share.sum(0)[..., None], np.float32)
+
+
+def find_shade(detail: Singles, seen: Singles, off: float) -> Singles:
+    """Return by what share (H, W, 1) the light is more, or less, where a detail (H, W, 3) is a shade of the cloth.
+
+    `seen` (H, W, 3) is what cloth looks like without that; both are 0 where there is none. Shares are `SPREAD` wide.
+    """
+    along, square = (np.einsum("hwc,hwc->hw", plane, seen) for plane in (detail, seen))
+    share = gaussian(along, MOTIF_PX) / (gaussian(square, MOTIF_PX) + np.float32(off / SPREAD) ** 2)
+    return np.asarray(np.clip(share, SHADES[0] - 1, SHADES[1] - 1)[..., None], np.float32)
 
 
 def costs_of(photo: Singles, shown: Singles, colours: Singles, light: Singles, lights: Floats, off: float) -> Singles:

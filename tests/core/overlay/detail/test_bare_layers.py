@@ -84,6 +84,16 @@ def test_a_fold_that_is_narrower_than_the_light_is_seen_on_the_new_texture(in_li
     assert laid[fold > 0.99].mean() == pytest.approx(1, abs=0.02)
 
 
+def test_a_fold_is_as_deep_and_as_grey_on_a_dark_texture_as_on_a_bright_one() -> None:
+    fold = 1 - 0.3 * np.exp(-(((X + 0.4 * Y - 130) / 2.5) ** 2))
+    photo = SCENE.photo * fold[..., None]
+    shading, rest = find_bare_layers(*layers(photo, SCENE.uv, SCENE.shading), TEXEL, SCENE.basis)
+    for grey in (0.2, 0.95):
+        laid = (grey * shading[..., None] + rest) / (grey * SCENE.shading)[..., None]
+        assert laid[fold < 0.75].mean() == pytest.approx(fold[fold < 0.75].mean(), abs=0.1)
+        assert np.ptp(laid[fold < 0.75].mean(0)) < 0.02
+
+
 def test_colour_of_the_light_stays() -> None:
     tint = np.array([1.1, 1.0, 0.8])
     detail, uv, light = layers(SCENE.photo, SCENE.uv, SCENE.shading)

@@ -31,10 +31,10 @@ def alone(detail: Singles, uv: Singles) -> Singles:
     return without_old_pattern(detail, uv, SCENE.shading.astype(np.float32), TEXEL, SCENE.basis)
 
 
-def bare(detail: Floats | Singles, uv: Singles) -> Singles:
-    """Return the detail that goes with a new texture."""
+def bare(detail: Floats | Singles, uv: Singles) -> tuple[Singles, Singles]:
+    """Return the light and the detail that go with a new texture."""
     layers = detail.astype(np.float32), uv, SCENE.shading.astype(np.float32)
-    return find_bare_layers(*layers, TEXEL, SCENE.basis)[1]
+    return find_bare_layers(*layers, TEXEL, SCENE.basis)
 
 
 def near_edges() -> tuple[Floats, Floats]:
@@ -127,21 +127,22 @@ def test_other_contrast_in_one_part_of_the_cloth_leaves_no_pattern() -> None:
     dark = at.mean(-1) < 0.45
     light = at.mean(-1) > 0.6
     part = np.indices(SIZE)[1] > 110
-    before, after = (abs(float(d[dark & part].mean() - d[light & part].mean())) for d in (detail, bare(detail, uv)))
+    before, after = (abs(float(d[dark & part].mean() - d[light & part].mean())) for d in (detail, bare(detail, uv)[1]))
     assert before > 0.06
     assert after < 0.05 * before
 
 
 def left_of_spot(colour: Floats) -> float:
-    """Return how much is left of a spot of a colour on plain ground."""
+    """Return how much is left of a spot of a colour on plain ground, in detail and light."""
     detail, uv = missed(off_px=0.0)
     ground = np.argwhere((TEXEL(SCENE.uv) > [0.7, 0.67, 0.55]).all(-1))
     middle = ground[np.abs(ground - [85, 95]).sum(1).argmin()]
     spot = (slice(middle[0] - 2, middle[0] + 3), slice(middle[1] - 2, middle[1] + 3))
     model = (SCENE.photo - detail)[spot]
     detail[spot] = SCENE.shading[spot][..., None] * colour - model
-    kept = bare(detail, uv)[spot]
-    return float(np.abs(kept[2, 2]).max() / np.abs(detail[spot][2, 2]).max())
+    light, kept = bare(detail, uv)
+    left = (kept + (light / SCENE.shading - 1)[..., None] * SCENE.photo)[spot]
+    return float(np.abs(left[2, 2]).max() / np.abs(detail[spot][2, 2]).max())
 
 
 def test_motif_where_the_model_has_none_goes() -> None:
