@@ -1,14 +1,15 @@
 """What the detail keeps of the old pattern, which would shine through another one.
 
-The detail HF = I - ρ T(uv) holds the folds and the grain of the cloth, and what the model misses of the photo. That
-is, first, what recurs at the same place of the texels around: in other light the pattern has another contrast. Second,
-what a small shift and another sharpness leave; their amounts a and b hardly change over a neighbourhood:
+What a photo has over the colours of the pattern holds the folds and the grain of the cloth, and what those colours miss
+of it. That is, first, what recurs at the same place of the texels around: in other light the pattern has another
+contrast. Second, what a small shift and another sharpness leave; their amounts a and b hardly change over a
+neighbourhood:
 
     HF = ρ (a ∇T S⁻¹ + b (G * T - T)) + rest.
 
 The rest has noise of the photo's compression, and is stronger at the edges of motifs than elsewhere: of its fine part
 the grain of the cloth is kept. Its coarse part is the mean over a neighbourhood, mostly of the places where it is not
-stronger than usual. Where a motif lies that the model does not have, there is no fine part, and where many do, none.
+stronger than usual.
 """
 
 from dataclasses import dataclass
@@ -145,7 +146,7 @@ def find_recurring(values: Singles, uv: Singles, drawn: Bools, shape: tuple[int,
 
 
 def effects_of_errors(uv: Singles, shading: Singles, texel: Texel, soft: Texel, basis: Floats) -> list[Singles]:
-    """Return what a shift right, a shift down and blur do to that."""
+    """Return what a shift right, a shift down and blur do to ρ T, (H, W, 3) each."""
     at, to_uv = np.nan_to_num(uv).astype(np.float64), np.linalg.inv(basis).astype(np.float32)
     light = np.nan_to_num(shading)
     light = light if light.ndim == 3 else light[..., None]

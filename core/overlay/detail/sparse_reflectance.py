@@ -14,8 +14,8 @@ from core.overlay.filters.sampling import spread
 from core.overlay.filters.shrinking import working_scale
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import palette
-from core.overlay.texel import Texel
-from core.overlay.tolerances import MOTIF_PX, SHADES
+from core.overlay.texel import Texel, draw_sample
+from core.overlay.tolerances import DRAWN, MOTIF_PX, SHADES
 
 COLOURS = 8
 """Colours that stand for those of the pattern."""
@@ -28,7 +28,7 @@ OTHER, NONE = 2.0, 4.0
 SPEAK = 3.0
 """Pixels of a neighbourhood that speak for themselves: others follow from those."""
 SPREAD = 0.15
-"""Spread of the light around its mean over a texel, as its logarithm; and of what a neighbourhood has one of."""
+"""Spread of the light around its mean over a texel, as its logarithm, and of a fold's in that light."""
 LIGHTS = np.linspace(-0.9, 0.6, 13), np.linspace(-0.15, 0.15, 7)
 """Logarithms of the lights that are tried, over the mean over a texel, and then around what that tells."""
 WHOLE = 0.8
@@ -61,7 +61,7 @@ def estimate_bare_light(layers: tuple[Singles, Singles, Singles], texel: Texel, 
 
 def spread_of(detail: Singles, covered: Bools) -> float:
     """Return by how much a channel of a photo usually misses the colour that it shows; `detail` is (H, W, 3)."""
-    return max(float(np.median(np.abs(detail[covered]))), LEAST_SPREAD)
+    return max(float(np.median(np.abs(detail[draw_sample(covered, DRAWN)]))), LEAST_SPREAD)
 
 
 def find_reflectance(photo: Singles, light: Singles, shown: Singles, colours: Singles, off: float) -> Singles:
