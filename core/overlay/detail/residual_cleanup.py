@@ -5,7 +5,7 @@ of it. That is, first, what recurs at the same place of the texels around: in ot
 contrast. Second, what a small shift and another sharpness leave; their amounts a and b hardly change over a
 neighbourhood:
 
-    HF = ρ (a ∇T S⁻¹ + b (G * T - T)) + rest.
+    detail = ρ (a ∇T S⁻¹ + b (G * T - T)) + rest.
 
 The rest has noise of the photo's compression, and is stronger at the edges of motifs than elsewhere: of its fine part
 the grain of the cloth is kept. Its coarse part is the mean over a neighbourhood, mostly of the places where it is not
