@@ -27,12 +27,21 @@ def find_bare_layers(
     if not covered.any():
         return shading, detail
     box = around(covered)
+    light, kept = _find_bare(detail[box], uv[box], shading[box], texel, basis)
+    if kept.shape == detail.shape:
+        return light, kept
+    layers = np.full_like(shading, np.nan), np.full_like(detail, np.nan)
+    layers[0][box], layers[1][box] = light, kept
+    return layers
+
+
+def _find_bare(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats) -> tuple[Singles, Singles]:
+    """Do what `find_bare_layers` does for a picture that has cloth up to all of its edges."""
     colours = shading if shading.ndim == 3 else shading[..., None]
-    own = colours.mean(-1)
-    changed, rest = np.full_like(colours, np.nan), np.full_like(detail, np.nan)
-    light = estimate_bare_light((detail[box], uv[box], own[box]), texel, basis)
-    changed[box] = colours[box] * (light / np.maximum(own[box], 1e-6))[..., None]
-    known, off = palette(texel, COLOURS), spread_of(detail, covered)
+    own, rest = colours.mean(-1), np.empty_like(detail)
+    light = estimate_bare_light((detail, uv, own), texel, basis)
+    changed = colours * (light / np.maximum(own, 1e-6))[..., None]
+    known, off = palette(texel, COLOURS), spread_of(detail, finite(uv))
 
     def photo_of(rows: slice) -> tuple[Singles, Singles]:
         shown = texel.singles(np.nan_to_num(uv[rows]).astype(np.float64))

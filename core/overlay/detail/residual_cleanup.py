@@ -23,7 +23,6 @@ from core.overlay.detail.grain import even_out, grain_of
 from core.overlay.filters.bands import PIXELS, in_bands
 from core.overlay.filters.sampling import look_up
 from core.overlay.filters.smoothing import gaussian, mean
-from core.overlay.mesh import around
 from core.overlay.texel import Texel, draw_sample, splat
 from core.overlay.tolerances import DRAWN, LEAST_NOISE, MOTIF_PX, NEARBY_PX
 
@@ -37,22 +36,8 @@ def without_old_pattern(detail: Singles, uv: Singles, shading: Singles, texel: T
     """Return the detail (H, W, 3) of the cloth alone, to go with another texture.
 
     `uv` (H, W, 2), `shading` (H, W) or (H, W, 3) and `detail` are NaN outside the cloth; `basis` (2, 2) is pixels of
-    undeformed cloth a texel.
+    undeformed cloth a texel. There is some cloth.
     """
-    covered = finite(uv)
-    if not covered.any():
-        return detail
-    box = around(covered)
-    inside = _without(detail[box], uv[box], shading[box], texel, basis)
-    if inside.shape == detail.shape:
-        return inside
-    out = np.full_like(detail, np.nan)
-    out[box] = inside
-    return out
-
-
-def _without(detail: Singles, uv: Singles, shading: Singles, texel: Texel, basis: Floats) -> Singles:
-    """Do what `without_old_pattern` does for a picture that has cloth up to all of its edges."""
     covered = finite(uv)
     rest, drawn = np.nan_to_num(detail), draw_sample(covered, DRAWN)
     noise = max(float(np.median(np.abs(rest[drawn]), overwrite_input=True)), LEAST_NOISE)

@@ -86,7 +86,7 @@ def test_beyond_the_cloth_is_nothing_and_does_not_count() -> None:
 
 def test_no_cloth_at_all_is_no_fault() -> None:
     nothing = np.full((*SIZE, 3), np.nan, np.float32)
-    assert np.isnan(alone(nothing, nothing[..., :2])).all()
+    assert np.isnan(bare(nothing, nothing[..., :2])[1]).all()
 
 
 def test_light_of_its_own_in_each_channel_is_understood() -> None:
