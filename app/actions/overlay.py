@@ -7,7 +7,7 @@ from app.actions import Action, ActionGroup
 from app.editor.editor import Editor
 from app.files import document_io
 from app.model.requests import PICTURES, OpenFile
-from app.model.session import PaintedOnCloth, Shown
+from app.model.session import PaintedOnCloth, Session, Shown
 from core.document.document import Document
 from core.document.finding_again import find_again, find_whole_cloth
 from core.document.overlay_settings import Cloth, Search
@@ -17,7 +17,7 @@ from core.imaging.images import Image, load, save
 from core.progress import Job, in_one_step
 
 PHOTO_TOOLS = frozenset(("lattice", "texel", "region", "brush"))
-"""Tools that work on the photo, and so show it in place of the result."""
+"""Tools that work on the photo, and so show it in place of the result, but for the brush where that paints on it."""
 PART_FILES = ("png", "tif", "tiff", "exr")
 
 
@@ -33,7 +33,7 @@ def has_layers(editor: Editor) -> bool:
 
 def show(editor: Editor, shown: Shown) -> None:
     """Show the result or a part of what was found; a tool that works on the photo is put away for the result."""
-    if shown == "result" and in_mode(editor) and editor.session.tool in PHOTO_TOOLS:
+    if shown == "result" and in_mode(editor) and works_on_photo(editor.session):
         editor.choose_tool("drape")
     editor.show(shown=shown, compare="result")
 
@@ -41,8 +41,12 @@ def show(editor: Editor, shown: Shown) -> None:
 def seen(editor: Editor) -> Shown:
     """Return what is on the canvas: the photo where the tool in hand works on it, though the result is chosen."""
     shown = editor.session.shown
-    works_on_photo = has_layers(editor) and editor.session.tool in PHOTO_TOOLS
-    return "photo" if shown == "result" and works_on_photo else shown
+    return "photo" if shown == "result" and has_layers(editor) and works_on_photo(editor.session) else shown
+
+
+def works_on_photo(session: Session) -> bool:
+    """Return whether the tool in hand works on the photo, and not on the result."""
+    return session.tool in PHOTO_TOOLS and not (session.tool == "brush" and session.painted_on_cloth != "region")
 
 
 def find(editor: Editor) -> None:
@@ -117,7 +121,7 @@ def old_pattern(editor: Editor) -> None:
 
 
 def paint(editor: Editor, name: PaintedOnCloth) -> None:
-    """Take the brush for the region of cloth, or for what on it stays as it is."""
+    """Take the brush for the region of cloth, or for what of it stays as it is or is covered by hand."""
     editor.show(painted_on_cloth=name)
     editor.choose_tool("brush")
 
@@ -266,7 +270,11 @@ OVERLAY = (
     ),
     _paint("region", "region", "draw-polygon", "Paint where the cloth is: the texture is laid there, and nowhere else"),
     _paint("protected", "protection", "shield-halved", "Paint what stays as it is: buttons, a label, a collar"),
+    _paint(
+        "covered", "cover", "paint-roller", "Paint what was left out: the texture goes on over it, whatever is there"
+    ),
     _clear("protected", "protection", "Protect nothing"),
+    _clear("covered", "cover", "Cover only what was found"),
     _clear("region", "region", "Look for the pattern everywhere"),
     _OVERLAY.action(
         "save_texel",

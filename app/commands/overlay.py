@@ -13,6 +13,7 @@ from core.grid import Grid
 from core.imaging import color
 from core.imaging.images import Image, check_writable_format, load, load_mask, save
 from core.overlay.composition import Placement
+from core.overlay.covering import cover_parts
 from core.overlay.laying.compositing import lay_over, texture_colours
 from core.overlay.laying.enlarging import EnlargedParts
 from core.overlay.storage.folder import PARTS, read
@@ -37,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--texture", type=Path, required=True, metavar="NEW", help="the picture to lay on")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="the result")
     parser.add_argument("--protect", type=Path, metavar="MASK", help="what stays as it is: grey levels are opacity")
+    parser.add_argument("--cover", type=Path, metavar="MASK", help="what is covered though it was left out, likewise")
     parser.add_argument("--detail", type=float, default=1.0, metavar="A", help="share of the fine detail (default: 1)")
     parser.add_argument("--shading", type=float, default=1.0, metavar="S", help="contrast of the shading (default: 1)")
     parser.add_argument("--repeat", type=pair, default=(1.0, 1.0), metavar="U,V", help="copies a texel (default: 1,1)")
@@ -66,6 +68,8 @@ def run(arguments: argparse.Namespace) -> None:
         tile=not arguments.once,
         upright=arguments.upright,
     )
+    if arguments.cover is not None:
+        parts = cover_parts(parts, color.unit(load_mask(arguments.cover, parts.source.size_px)))
     if arguments.protect is not None:
         kept = color.unit(load_mask(arguments.protect, parts.source.size_px))
         parts = replace(parts, coverage=parts.coverage * (1 - kept))

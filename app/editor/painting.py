@@ -10,7 +10,7 @@ from core.mesh import Mesh
 from core.rasters.raster import Raster
 from core.selection.features import only_marked
 
-Layer: TypeAlias = Literal["mask", "matte", "source_mask", "regrow", "region", "protected"]
+Layer: TypeAlias = Literal["mask", "matte", "source_mask", "regrow", "region", "protected", "covered"]
 Side: TypeAlias = Literal["before", "result"]
 LAYERS: dict[Layer, str] = {
     "mask": "mask",
@@ -19,11 +19,12 @@ LAYERS: dict[Layer, str] = {
     "regrow": "what is regrown",
     "region": "region",
     "protected": "protection",
+    "covered": "cover",
 }
 """What the brush can paint, by its part of the document."""
 BLANK: dict[Layer, int] = {"regrow": UNSAID}
 """What each holds where nothing was painted, if not 0."""
-OF_CLOTH = ("region", "protected")
+OF_CLOTH = ("region", "protected", "covered")
 """Those that Overlay mode paints."""
 
 

@@ -7,13 +7,14 @@ from app.model.jobs import Jobs, Task, Ticket
 from app.model.session import Shown
 from core.arrays import Ints, Points
 from core.document.document import Document
-from core.document.overlay import OverlayLayers, find_layers, get_layers
+from core.document.overlay import OverlayLayers, find_layers, get_found, get_layers
 from core.document.overlay_settings import Search
 from core.document.parts import picture_of
 from core.grid import Grid
 from core.imaging.images import Image
 from core.mesh import Mesh
 from core.overlay.detection.stages import Stage
+from core.rasters.raster import Raster
 
 FLAT_CELLS = 16
 """Cells along the longer side of a picture that nothing bends: more take time, larger ones round places more."""
@@ -32,6 +33,7 @@ class LiveOverlay:
         self._jobs = jobs
         self._image: Image | None = None
         self._search: Search | None = None
+        self._covered: Raster | None = None
         self._layers: OverlayLayers | None = None
         self._is_final = False
         self._flat: Answer | None = None
@@ -67,6 +69,8 @@ class LiveOverlay:
         """
         if document.image is not self._image or document.cloth.search is not self._search:
             self._follow(document)
+        elif document.cloth.covered is not self._covered:
+            self._follow_cover(document)
         is_open = self._search is not None and not self._is_final and self.fault is None and self.ticket is None
         if is_open and not held:
             self._start(document)
@@ -75,10 +79,21 @@ class LiveOverlay:
     def _follow(self, document: Document) -> None:
         """Forget what belongs to other inputs."""
         image, search = document.image, document.cloth.search
-        self.cancel()
         if image is not self._image or search is None:
             self._layers = None
-        self._image, self._search = image, search
+        self._image, self._search, self._covered = image, search, document.cloth.covered
+        self._begin_anew(document)
+        self._layers = self._layers or get_found(document)
+
+    def _follow_cover(self, document: Document) -> None:
+        """Take what is covered by hand now; while the pattern is looked for, that goes on."""
+        self._covered = document.cloth.covered
+        if get_found(document) is not None:
+            self._begin_anew(document)
+
+    def _begin_anew(self, document: Document) -> None:
+        """Forget the job under way, and take the layers if they are known."""
+        self.cancel()
         self.fault = self.ticket = self.stage_lattice = None
         layers = get_layers(document)
         self._is_final = layers is not None
@@ -113,13 +128,16 @@ class LiveOverlay:
 
         def deliver(layers: OverlayLayers) -> None:
             if is_present():
-                self._layers, self._is_final = layers, True
+                self._layers, self._is_final = layers, document.cloth.covered is self._covered
+                if not self._is_final:
+                    self.ticket = None
 
         def fail(fault: Exception) -> None:
             if is_present():
                 self._take_fault(fault)
 
-        self.ticket = self._jobs.start(Task("Find pattern", lambda: find_layers(document), deliver, fail))
+        name = "Find pattern" if get_found(document) is None else "Cover"
+        self.ticket = self._jobs.start(Task(name, lambda: find_layers(document), deliver, fail))
 
     def _take_stage(self) -> None:
         """Take the newest lattice that the job has to show."""

@@ -23,8 +23,8 @@ Before: TypeAlias = Literal["original", "deformed"]
 Painted: TypeAlias = Literal["matte", "source_mask", "regrow"]
 """What the brush paints in Retexture mode: where the result may differ, or where texture is taken from."""
 
-PaintedOnCloth: TypeAlias = Literal["region", "protected"]
-"""What the brush paints in Overlay mode: where cloth is, or what on it stays as it is."""
+PaintedOnCloth: TypeAlias = Literal["region", "protected", "covered"]
+"""What the brush paints in Overlay mode: where cloth is, what of it stays as it is, what else is covered."""
 
 
 Part: TypeAlias = Literal["joined", "new", "chosen"]

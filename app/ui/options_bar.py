@@ -64,6 +64,7 @@ TOOL_ACTIONS = {
     "brush in overlay": (
         "overlay.paint_region",
         "overlay.paint_protected",
+        "overlay.paint_covered",
         "mask.fill",
         "mask.clear",
         "mask.invert",

@@ -18,7 +18,7 @@ from core.document.document import Document, pixels_from_places, places_from_pix
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.composition import finite, light_of
+from core.overlay.composition import finite, light_of, middle_of
 from core.overlay.detail.bare_layers import find_bare_layers
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.correlation import Proposal
@@ -29,6 +29,7 @@ from core.overlay.mending import Corrections, LaidCloth, mend
 from core.overlay.storage.layers_file import detail_of, lattice_of, pack, unpacked
 from core.overlay.texel import Texel
 from core.progress import Job, Progress, part
+from core.rasters.raster import Raster
 
 if TYPE_CHECKING:
     from core.overlay.decomposition import Decomposition
@@ -46,6 +47,8 @@ UNSOUGHT = "no pattern was found yet that a texture could take the place of: fin
 """Why nothing can be laid on the cloth of a document in which no search was begun."""
 _PACKED: "WeakKeyDictionary[OverlayLayers, dict[str, bytes]]" = WeakKeyDictionary()
 """Layers as files: those of a project are packed once, however often it is saved."""
+_COVERED: "WeakKeyDictionary[OverlayLayers, tuple[Raster, OverlayLayers]]" = WeakKeyDictionary()
+"""Layers with what was covered by hand last."""
 COPIES = 2.5
 """How many copies of a new texture go across the cloth unless the artist says otherwise."""
 
@@ -75,6 +78,8 @@ class OverlayLayers:
     """What speaks for it beside another find of the same photo (`Evidence`)."""
     found: "FoundCloth | None" = None
     """What was split, from which a search for more of the cloth goes on; None where the layers come from files."""
+    uncovered: "OverlayLayers | None" = None
+    """The layers before some were covered by hand: a texture lies as on those."""
 
     @cached_property
     def pattern(self) -> Image:
@@ -89,8 +94,15 @@ class OverlayLayers:
     @cached_property
     def usual_size(self) -> float:
         """Whole texels of which about `COPIES` go across the cloth, 1 at least."""
+        if self.uncovered is not None:
+            return self.uncovered.usual_size
         texel_px = float(np.linalg.norm(self.basis[:, 0]))
         return float(max(1, round(np.sqrt(self.covered.sum()) / texel_px / COPIES)))
+
+    @cached_property
+    def middle(self) -> Floats:
+        """What a texture is turned and scaled about (2,), texels: the middle of the cloth."""
+        return middle_of(self.uv) if self.uncovered is None else self.uncovered.middle
 
     @cached_property
     def bare(self) -> "OverlayLayers":
@@ -154,20 +166,53 @@ _kept = _Kept()
 
 
 def get_layers(document: Document) -> OverlayLayers | None:
-    """Return the document's layers if they are found already."""
+    """Return the document's layers if they are known already."""
+    found = get_found(document)
+    painted = _painted(document)
+    if found is None or painted is None:
+        return found
+    known = _COVERED.get(found)
+    return known[1] if known is not None and known[0] is painted else None
+
+
+def get_found(document: Document) -> OverlayLayers | None:
+    """Return the layers that are found, without what is covered by hand, if they are known already."""
     search = document.cloth.search
     outcome = None if search is None else _kept.get(document.image, search)
     return outcome if isinstance(outcome, OverlayLayers) else None
 
 
 def find_layers(document: Document) -> Job[OverlayLayers]:
-    """Return the document's layers, found now or before; raise `NoPatternError` where there are none."""
+    """Return the document's layers, found now or before; raise `NoPatternError` where there are none.
+
+    What is covered by hand is laid too.
+    """
+    painted = _painted(document)
+    if painted is None:
+        return (yield from _find(document))
+    found = yield from part(_find(document), 0.0, FINDING)
+    known = get_layers(document)
+    if known is None:
+        yield Progress(FINDING, "covering what is painted")
+        known = _cover(document, found, painted)
+        _COVERED[found] = painted, known
+    return known
+
+
+def _painted(document: Document) -> Raster | None:
+    """Return what is covered by hand, None for nothing."""
+    painted = document.cloth.covered
+    return None if painted is None or painted.is_empty else painted
+
+
+def _find(document: Document) -> Job[OverlayLayers]:
+    """Return what `get_found` does, found now or before; raise `NoPatternError` where there is none."""
     search = document.cloth.search
     if search is None:
         raise InputError(UNSOUGHT)
     outcome = _kept.get(document.image, search)
     if outcome is None and search.mending is not None:
-        before = yield from part(find_layers(document.with_cloth(search=search.mending.of)), 0.0, AGAIN)
+        before = yield from part(_find(document.with_cloth(search=search.mending.of)), 0.0, AGAIN)
         yield Progress(AGAIN, "mending the lattice")
         outcome = _mended(document, before, search.mending)
         _kept.put(document.image, search, outcome)
@@ -187,7 +232,7 @@ def find_layers(document: Document) -> Job[OverlayLayers]:
 
 def files_of(document: Document) -> dict[str, bytes]:
     """Return the files in which a project keeps what was found of its photo; none where nothing is known."""
-    layers = get_layers(document)
+    layers = get_found(document)
     if layers is None:
         return {}
     if layers not in _PACKED:
@@ -239,18 +284,28 @@ def _mended(document: Document, layers: OverlayLayers, mending: Mending) -> Over
     cloth = mend(LaidCloth(layers.uv, layers.shading, layers.coverage, layers.lattice), wanted)
     if not finite(cloth.uv).any():
         raise NoPatternError("what is left of the lattice")
+    return replace(_laid_as(document, layers, cloth.uv, cloth.shading, cloth.coverage), lattice=cloth.lattice)
+
+
+def _cover(document: Document, layers: OverlayLayers, painted: Raster) -> OverlayLayers:
+    """Return the layers that go on over what is painted."""
+    # A window opens sooner without the engine.
+    from core.overlay.covering import cover_painted
+
+    before, opacity = (layers.uv, layers.shading), color.unit(painted.array)
+    laid, coverage = cover_painted(before, layers.coverage, opacity, layers.basis)
+    return replace(_laid_as(document, layers, *laid, coverage), uncovered=layers)
+
+
+def _laid_as(
+    document: Document, layers: OverlayLayers, uv: Singles, shading: Singles, coverage: Singles
+) -> OverlayLayers:
+    """Return the layers of cloth that is laid otherwise, with the detail that is left then."""
     texel = Texel(layers.texel)
-    detail = detail_of(encode(document.image), cloth.uv, cloth.shading, texel)
-    bare_shading, bare_detail = find_bare_layers(detail, cloth.uv, cloth.shading, texel, layers.basis)
+    detail = detail_of(encode(document.image), uv, shading, texel)
+    light, bare = find_bare_layers(detail, uv, shading, texel, layers.basis)
     return replace(
-        layers,
-        uv=cloth.uv,
-        shading=cloth.shading,
-        detail=detail,
-        bare_shading=bare_shading,
-        bare_detail=bare_detail,
-        coverage=cloth.coverage,
-        lattice=cloth.lattice,
+        layers, uv=uv, shading=shading, detail=detail, bare_shading=light, bare_detail=bare, coverage=coverage
     )
 
 
@@ -283,7 +338,7 @@ def _decompose_whole_cloth(document: Document, before: Search, seed: int) -> "Jo
 def _finds_of(document: Document, search: Search) -> "Job[list[FoundCloth]]":
     """Return what a search has found; none where that is no pattern."""
     try:
-        found = (yield from part(find_layers(document.with_cloth(search=search)), 0.0, 0.5)).found
+        found = (yield from part(_find(document.with_cloth(search=search)), 0.0, 0.5)).found
     except NoPatternError:
         return []
     if found is None:

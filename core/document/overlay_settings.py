@@ -101,6 +101,8 @@ class Cloth:
     """What is painted now; the next search takes it."""
     protected: Raster | None = None
     """The picture's size; how much of the photo stays as it is, though it lies on the cloth: buttons, a label."""
+    covered: Raster | None = None
+    """The picture's size; how much is covered though it was left out: a thing on the cloth, or a part not found."""
     search: Search | None = None
     """None while no pattern is sought."""
     texture: Image | None = None
@@ -125,4 +127,5 @@ class Cloth:
         region = self.region and self.region.resized(width_px, height_px)
         search = self.search and self.search.resized(width_px, height_px)
         protected = self.protected and self.protected.resized(width_px, height_px)
-        return self.changed(region=region, protected=protected, search=search)
+        covered = self.covered and self.covered.resized(width_px, height_px)
+        return self.changed(region=region, protected=protected, covered=covered, search=search)

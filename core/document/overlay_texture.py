@@ -77,7 +77,7 @@ def lay_on(image: Image, layers: OverlayLayers, cloth: Cloth) -> Image:
     if not is_changed(cloth):
         return image
     worn, laying = layers_under(cloth, layers), cloth.laying
-    parts = Parts(image, worn.uv, worn.shading, worn.detail, worn.coverage, worn.basis, worn.texel)
+    parts = Parts(image, worn.uv, worn.shading, worn.detail, worn.coverage, worn.basis, worn.texel, worn.middle)
     is_larger = image.size_px != worn.uv.shape[1::-1]
     return lay_over(
         EnlargedParts(parts, image) if is_larger else parts,

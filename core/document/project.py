@@ -93,7 +93,8 @@ def _document(path: Path, members: Members) -> Document:
         mask = getattr(document, name)
         if mask is not None and (mask.width_px, mask.height_px) != document.size_px:
             raise InputError(f"{path}: damaged project: the {name} has another size than the picture")
-    for name, raster in (("region of cloth", document.cloth.region), ("protection", document.cloth.protected)):
+    cloth = document.cloth
+    for name, raster in (("region of cloth", cloth.region), ("protection", cloth.protected), ("cover", cloth.covered)):
         if raster is not None and (raster.width_px, raster.height_px) != document.size_px:
             raise InputError(f"{path}: damaged project: the {name} has another size than the picture")
     _take_found(path, document, members)

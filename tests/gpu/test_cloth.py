@@ -14,7 +14,7 @@ from app.render.sources.overlay_parameters import OverlayParameters
 from core.arrays import Floats, Singles
 from core.imaging import color
 from core.imaging.images import Image
-from core.overlay.composition import Placement, compose
+from core.overlay.composition import Placement, compose, middle_of
 from core.overlay.laying.compositing import encode
 from tests.gpu import scenes
 
@@ -29,6 +29,10 @@ class Cloth:
     detail: Singles
     coverage: Singles
     basis: Floats
+
+    @property
+    def middle(self) -> Floats:
+        return middle_of(self.uv)
 
 
 def cloth() -> Cloth:

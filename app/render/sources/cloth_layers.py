@@ -10,7 +10,7 @@ from app.render.sources.source import Box
 from core import tracing
 from core.arrays import Pixels
 from core.imaging.images import Image
-from core.overlay.composition import light_of, middle_of
+from core.overlay.composition import light_of
 
 UNITS = {"coordinates": 0, "shading": 1, "detail": 2, "photo": 3, "coverage": 4}
 """Texture units; coarser levels have the coverage beside the coordinates."""
@@ -24,7 +24,7 @@ class ClothLayers:
     """The textures of the window that was asked for last: the layers as they are, or their means from half size on."""
 
     def __init__(self, context: moderngl.Context, parts: ClothParts, photo: Image) -> None:
-        self.middle = middle_of(parts.uv)
+        self.middle = parts.middle
         self.usual_light = light_of(parts.shading)
         self._context, self._programs = context, programs_of(context)
         self._parts, self._photo = parts, photo

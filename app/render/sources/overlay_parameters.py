@@ -33,6 +33,10 @@ class ClothParts(Protocol):
     def basis(self) -> Floats:
         """(2, 2), pixels of undeformed cloth a texel."""
 
+    @property
+    def middle(self) -> Floats:
+        """(2,), texels, what a texture is turned and scaled about."""
+
 
 @dataclass(frozen=True, eq=False)
 class OverlayParameters:

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from app.actions.overlay import PHOTO_TOOLS
+from app.actions.overlay import works_on_photo
 from app.editor.editor import Editor
 from app.live.answer import Answer
 from app.marking.feature_list import feature_list
@@ -192,7 +192,7 @@ def _overlay_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canvas
     document, session = editor.document, editor.session
     layers, cloth = editor.overlay.layers, document.cloth
     overlay = None
-    is_worn = session.shown == "result" and session.tool not in PHOTO_TOOLS and is_changed(cloth)
+    is_worn = session.shown == "result" and not works_on_photo(session) and is_changed(cloth)
     if layers is not None and is_worn:
         laying = cloth.laying
         placement = placement_of(layers, cloth.texture, laying)
@@ -200,7 +200,10 @@ def _overlay_scene(scene: CanvasScene, editor: Editor, motion: Motion) -> Canvas
             layers_under(cloth, layers), pattern_of(cloth, layers), placement, laying.detail, laying.shading
         )
     part = editor.overlay.part(document, session.shown)
-    mask = cloth.protected if session.tool == "brush" and session.painted_on_cloth == "protected" else cloth.region
+    mask = getattr(cloth, session.painted_on_cloth) if session.tool == "brush" else cloth.region
+    if session.painted_on_cloth == "covered" and editor.overlay.is_final and is_worn and not session.brush.erase:
+        # What is covered shows the texture.
+        mask = None
     return replace(
         scene,
         image=document.image if part is None or session.compare == "before" else part,

@@ -67,7 +67,7 @@ ADVICE_UNPAINTED = (
 UNSOUGHT = "The whole picture is searched, or what the brush (B) or a rectangle (R) marks as cloth."
 STOPPED = "The search was stopped. Go on with it, or find the pattern anew."
 FOUND = "{} repeat{} found on {:.0f} % of the picture. {}"
-MORE = "For more, take the whole cloth, paint it (B) and find anew, or mend the lattice (L)."
+MORE = "For more, take the whole cloth, paint the region and find anew, or paint the cover (B)."
 EARLIER = "That was before the last change."
 STATES = (UNSOUGHT, STOPPED, f"{FOUND} {MORE}", f"A fault that is said in a line.\n{ADVICE_UNPAINTED}")
 """What can be said of the search: its place on the panel has room for any of them."""

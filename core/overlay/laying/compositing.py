@@ -8,7 +8,7 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.composition import Norm, Placement, compose_prepared, fit_samples, premultiply
+from core.overlay.composition import Norm, Placement, compose_prepared, fit_samples, light_of, middle_of, premultiply
 from core.overlay.detail.bare_layers import find_bare_layers
 from core.overlay.filters.bands import in_bands
 from core.overlay.texel import Texel
@@ -26,11 +26,18 @@ class Parts:
     basis: Floats
     texel: Floats
     """(h, w, 3), the old pattern."""
+    about: Floats | None = None
+    """(2,), texels, what a texture is turned and scaled about; None for the middle of the cloth."""
+
+    @property
+    def middle(self) -> Floats:
+        """What a texture is turned and scaled about (2,), texels."""
+        return middle_of(self.uv) if self.about is None else self.about
 
     @property
     def norm(self) -> Norm:
         """What placement and light are relative to."""
-        return Norm.of(self.uv, self.shading, self.basis)
+        return Norm(self.basis, self.middle, light_of(self.shading))
 
     def rows(self, first: int, last: int) -> tuple[Floats, Floats, Floats, Floats]:
         """Return uv, shading, detail and coverage of the rows from `first` up to `last`."""

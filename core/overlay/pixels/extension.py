@@ -13,7 +13,7 @@ from core.overlay.filters.texture_filter import steepness
 from core.overlay.tolerances import STRETCH
 
 Layers = tuple[Singles, Singles]
-"""Texture coordinates (H, W, 2) and shading (H, W), NaN where there are none."""
+"""Texture coordinates (H, W, 2) and shading (H, W) or (H, W, 3), NaN where there are none."""
 
 
 def extend(layers: Layers, wanted: Bools, texel_px: float, sigma_px: float, scale: int = 1) -> Layers:
@@ -24,13 +24,13 @@ def extend(layers: Layers, wanted: Bools, texel_px: float, sigma_px: float, scal
     is looked at.
     """
     few = slice(None, None, scale), slice(None, None, scale)
-    uv, light = layers[0][few].astype(np.float64), layers[1][few]
-    slopes = slopes_of(uv)
-    sound = np.asarray(np.isfinite(light) & find_sound(slopes, texel_px), np.bool_)
-    rows, columns = np.nonzero(wanted & np.isnan(layers[1]))
+    light = layers[1] if layers[1].ndim == 3 else layers[1][..., None]
+    uv, slopes = layers[0][few].astype(np.float64), slopes_of(layers[0][few].astype(np.float64))
+    sound = np.asarray(np.isfinite(light[few][..., 0]) & find_sound(slopes, texel_px), np.bool_)
+    rows, columns = np.nonzero(wanted & np.isnan(light[..., 0]))
     if not sound.any() or not len(rows):
         return layers
-    planes = np.where(sound[..., None], np.concatenate([slopes, light[..., None]], -1), 0).astype(np.float32)
+    planes = np.where(sound[..., None], np.concatenate([slopes, light[few]], -1), 0).astype(np.float32)
     planes = mean(planes, sound[..., None].astype(np.float32), sigma_px)
     places = np.stack([rows, columns], -1) / scale
     down, across = nearest_to(places, nearest_of(sound)[1])
@@ -38,7 +38,7 @@ def extend(layers: Layers, wanted: Bools, texel_px: float, sigma_px: float, scal
     away = places - np.stack([down, across], -1)
     out = layers[0].copy(), layers[1].copy()
     out[0][rows, columns] = uv[down, across] + np.einsum("nij,ni->nj", usual[:, :4].reshape(-1, 2, 2), away)
-    out[1][rows, columns] = usual[:, 4]
+    out[1][rows, columns] = usual[:, 4:].reshape(-1, *layers[1].shape[2:])
     return out
 
 

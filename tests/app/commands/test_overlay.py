@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from core.files.npy_file import write_npz
 from core.imaging.images import Image, load, save
 from core.overlay.storage.folder import read
 from tests.core.overlay.overlay_scenes import stored
@@ -76,6 +77,33 @@ def test_what_is_protected_stays_by_its_grey_levels(photo: Path, parts: Path, tm
     half = slice(100, 120), slice(100, 120)
     assert np.abs(kept[half] - (plain[half] + before[half].astype(int)) / 2).mean() < 1.5
     assert np.abs(plain - before)[half].mean() > 10
+
+
+def test_what_is_covered_by_hand_is_laid_by_its_grey_levels(photo: Path, parts: Path, tmp_path: Path) -> None:
+    new, mask, out = tmp_path / "new.png", tmp_path / "mask.png", tmp_path / "out.png"
+    before, holed = load(photo).pixels, copied(parts, tmp_path / "holed")
+    known, hole = read(parts), (slice(60, 80), slice(60, 80))
+    for name, key, layer in (("texture_coords", "uv", known.uv), ("shading", "shading", known.shading)):
+        torn = layer.copy()
+        torn[hole] = np.nan
+        write_npz(holed / f"{name}.npz", **{key: torn})
+    shares = known.coverage.copy()
+    shares[hole] = 0
+    np.savez(holed / "coverage.npz", coverage=shares)
+    levels = np.zeros((*before.shape[:2], 1), np.uint8)
+    levels[60:70, 60:80], levels[70:80, 60:80] = 255, 128
+    save(Image(np.full((8, 8, 3), (250, 240, 20), np.uint8)), new)
+    save(Image(levels), mask)
+    pictures = []
+    for folder, extra in ((parts, ()), (holed, ()), (holed, ("--cover", str(mask)))):
+        words = ["overlay", str(folder), "--texture", str(new), "-o", str(out), "--detail", "0", *extra]
+        assert main(words) == 0
+        pictures.append(load(out).pixels.astype(int))
+    whole, torn_out, covered = pictures
+    np.testing.assert_array_equal(torn_out[hole], before[hole])
+    assert np.abs(covered - whole)[60:70, 60:80].mean() < 8
+    assert np.abs(covered - (whole + before) / 2)[70:80, 60:80].mean() < 8
+    assert np.abs(whole - before)[hole].mean() > 30
 
 
 def test_upright_copies_do_not_lean(parts: Path, tmp_path: Path) -> None:

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.document.document import Document
-from core.document.overlay import OverlayLayers, get_layers
+from app.model.jobs import InlineExecutor, Jobs
+from core.document.document import Document, pixels_from_places
+from core.document.overlay import OverlayLayers, get_layers, vertices_of
+from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.document.overlay_texture import lay_on
 from core.document.project import load_project, save_project
 from core.files.text import begin_sentence
@@ -18,7 +20,8 @@ from core.overlay import decomposition
 from core.overlay.found_cloth import FoundCloth
 from core.progress import Job, Progress
 from core.rasters.raster import Raster
-from tests.app.overlay.driver import PHOTO, TEXTURE, OverlayDriver
+from tests.app.driver import EditorDriver, Later
+from tests.app.overlay.driver import PHOTO, TABLE, TEXTURE, OverlayDriver
 
 
 def layers_of(document: Document) -> OverlayLayers:
@@ -56,6 +59,78 @@ def test_second_brush_paints_what_is_protected_and_searches_nothing(drive: Overl
     assert drive.cloth.protected is None
     drive.run("overlay.paint_region").drag((50, 50), (52, 50))
     assert drive.cloth.region is not None
+
+
+def test_what_is_painted_as_cover_is_laid_and_searches_nothing(
+    drive: OverlayDriver, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(decomposition, "decompose", never)
+    drive.editor.edit("Texture", drive.document.with_cloth(texture=TEXTURE))
+    drive.editor.edit("Removed", without_vertices(drive, (75, 65)))
+    drive.frame()
+    before = drive.editor.overlay.layers
+    assert before is not None
+    assert not before.covered[65, 75]
+    size = before.usual_size
+    drive.run("overlay.paint_covered").drag((75, 65), (77, 65)).frame()
+    layers, cover = drive.editor.overlay.layers, drive.cloth.covered
+    assert layers is not None
+    assert cover is not None
+    assert drive.labels[-1] == "Paint cover"
+    assert drive.editor.overlay.is_final
+    assert layers.covered[65, 75]
+    assert layers.coverage[65, 75] == 1
+    assert layers.usual_size == size
+    np.testing.assert_array_equal(layers.middle, before.middle)
+    np.testing.assert_array_equal(layers.uv[before.covered], before.uv[before.covered])
+    laid = lay_on(PHOTO, layers, drive.cloth).pixels
+    assert np.abs(laid[65, 75].astype(int) - PHOTO.pixels[65, 75]).max() > 10
+    save_project(drive.document, tmp_path / "a.weft")
+    again = OverlayDriver(load_project(tmp_path / "a.weft"))
+    reopened = again.editor.overlay.layers
+    assert reopened is not None
+    np.testing.assert_array_equal(reopened.uv, layers.uv)
+    drive.editor.undo()
+    drive.frame()
+    assert drive.editor.overlay.layers is before
+    drive.editor.redo()
+    drive.frame()
+    drive.run("overlay.clear_covered")
+    assert drive.cloth.covered is None
+    assert drive.editor.overlay.layers is before
+
+
+def without_vertices(drive: OverlayDriver, around: tuple[float, float]) -> Document:
+    """Return the document with the vertices within 30 pixels of a place removed."""
+    search = drive.cloth.search
+    assert search is not None
+    known = vertices_of(drive.document, layers_of(drive.document))
+    points = pixels_from_places(drive.document.size_px, known.places)
+    kept = np.linalg.norm(points - around, axis=1) > 30
+    lattice = LatticeVertices(known.keys[kept], known.places[kept])
+    mending = Mending(search, lattice, np.empty((0, 2)), (), known.places[~kept])
+    return drive.document.with_cloth(search=replace(search, mending=mending))
+
+
+def test_painting_cover_does_not_stop_a_search() -> None:
+    jobs = Jobs(live=InlineExecutor(), long=(later := Later()), beside=InlineExecutor())
+    drive = EditorDriver(Document.of(PHOTO).changed(mode="overlay"), jobs=jobs)
+    drive.editor.edit("Find pattern", drive.document.with_cloth(search=Search()))
+    ticket = drive.frame().editor.overlay.ticket
+    assert ticket is not None
+    assert TABLE.run("overlay.paint_covered", drive.editor)
+    drive.drag((75, 65), (77, 65))
+    assert not ticket.cancelled
+    later.run()
+    overlay = drive.frame().editor.overlay
+    assert overlay.layers is not None
+    assert not overlay.is_final
+    later.run()
+    drive.frame()
+    assert overlay.is_final
+    assert overlay.ticket is not None
+    assert overlay.ticket.name == "Cover"
+    assert overlay.layers.uncovered is not None
 
 
 def test_reopened_project_shows_its_result_without_a_search(

@@ -106,6 +106,46 @@ def test_a_region_and_a_texel_are_drawn_on_the_photo(editor: Editor) -> None:
     assert np.linalg.det(layers.basis) == pytest.approx(np.linalg.det(usual_vectors(SCENE, inside)), rel=0.02)
 
 
+def test_cover_is_painted_on_the_result(editor: Editor, tmp_path: Path) -> None:
+    save(picture(80, 60), tmp_path / "new.png")
+    seen = {}
+
+    def script(window: WindowDriver) -> None:
+        window.wait(8).move(*place(editor, 5, 5)).key(imgui.Key.r).wait(3)
+        window.drag(place(editor, 5, 5), place(editor, 20, 60), place(editor, 70, 125)).wait(3)
+        window.item("//Overlay/Find pattern").wait_until(lambda: editor.overlay.is_final).wait(6)
+        window.shell.workspace.drop([tmp_path / "new.png"])
+        window.wait_until(lambda: editor.document.cloth.texture is not None).wait(20)
+        window.shell.workspace.table.run("overlay.paint_covered", editor)
+        window.move(*place(editor, 5, 5)).wait(40)
+        seen["before"] = cloth_in(window, tmp_path / "before.png")
+        window.press(*place(editor, 85, 60))
+        for step in range(1, 8):
+            window.move(*place(editor, 85 + 2 * step, 60)).wait(1)
+        seen["painted"] = cloth_in(window, tmp_path / "painted.png")
+        window.release().wait_until(lambda: editor.overlay.is_final)
+        window.move(*place(editor, 5, 5)).wait(40)
+        seen["covered"] = cloth_in(window, tmp_path / "covered.png")
+
+    drive(editor, script)
+    assert editor.history.labels[-1] == "Paint cover"
+    layers = editor.overlay.layers
+    assert layers is not None
+    assert layers.uncovered is not None
+    assert layers.covered[60, 90]
+    assert not layers.uncovered.covered[60, 90]
+    changed = {name: np.abs(shot.astype(int) - seen["before"]).mean(-1) for name, shot in seen.items()}
+    middle, scale = changed["covered"].shape[0] * 20 // 50, changed["covered"].shape[1] / 70
+    there, beside = round(50 * scale), round(15 * scale)
+    spot = (slice(middle - 5, middle + 5), slice(there - 5, there + 5))
+    assert changed["painted"][spot].mean() > 10, "what is painted is tinted at once"
+    assert changed["covered"][spot].mean() > 10
+    assert np.abs(seen["covered"].astype(int) - seen["painted"])[spot].mean() > 10, (
+        "there is the texture then, untinted"
+    )
+    assert changed["covered"][:, : 2 * beside].mean() < 1, "the texture stays where it was"
+
+
 def test_vertex_is_dragged_on_the_canvas(editor: Editor) -> None:
     def script(window: WindowDriver) -> None:
         window.wait(8).item("//Overlay/Find pattern").wait_until(lambda: editor.overlay.is_final).wait(4)

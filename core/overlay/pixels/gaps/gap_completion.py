@@ -95,10 +95,19 @@ def between_sheets(uv: Floats, sure: Bools, basis: Floats, step_px: float) -> Se
     moved = np.where(fixed[..., None], find_translations(uv, sheet, slopes, basis, step_px)[sheet], 0.0)
     found, free = uv + moved, covered & ~fixed
     if free.any():
-        plate = Plate(found @ basis.T, fixed, free, slopes)
-        found[free] = plate.weakened(TEAR * step_px) @ np.linalg.inv(basis).T
-        found[free & ~find_sound(slopes_of(found), abs(float(np.linalg.det(basis))))] = np.nan
+        found = bridge(found, fixed, free, slopes, basis, step_px)
     return Sewn(sheet, moved, found)
+
+
+def bridge(uv: Floats, fixed: Bools, free: Bools, slopes: Floats, basis: Floats, step_px: float) -> Floats:
+    """Return coordinates (H, W, 2) that go on from where the cloth is `fixed` (H, W) over what is `free`.
+
+    They are NaN where it would be torn or crushed; `slopes` are those of `slopes_around`.
+    """
+    found, plate = uv.copy(), Plate(uv @ basis.T, fixed, free, slopes)
+    found[free] = plate.weakened(TEAR * step_px) @ np.linalg.inv(basis).T
+    found[free & ~find_sound(slopes_of(found), abs(float(np.linalg.det(basis))))] = np.nan
+    return found
 
 
 def find_sheets(uv: Floats, sure: Bools, basis: Floats, least: float) -> Ints:
