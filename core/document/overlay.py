@@ -18,16 +18,19 @@ from core.document.document import Document, pixels_from_places, places_from_pix
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.imaging import color
 from core.imaging.image import Image
-from core.overlay.composition import finite, light_of, middle_of
-from core.overlay.detail.bare_layers import find_bare_layers
+from core.overlay.composition import differ, finite, light_of, middle_of
+from core.overlay.detail.bare_layers import find_bare_layers, update_bare_layers
 from core.overlay.detection.corrections import lattices_of, texel_between
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
+from core.overlay.filters.distances import within
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.mending import Corrections, LaidCloth, mend
+from core.overlay.mesh import boxes_of
 from core.overlay.storage.layers_file import detail_of, lattice_of, pack, unpacked
 from core.overlay.texel import Texel
+from core.overlay.tolerances import RIM_PX
 from core.progress import Job, Progress, part
 from core.rasters.raster import Raster
 
@@ -300,10 +303,16 @@ def _cover(document: Document, layers: OverlayLayers, painted: Raster) -> Overla
 def _laid_as(
     document: Document, layers: OverlayLayers, uv: Singles, shading: Singles, coverage: Singles
 ) -> OverlayLayers:
-    """Return the layers of cloth that is laid otherwise, with the detail that is left then."""
-    texel = Texel(layers.texel)
-    detail = detail_of(encode(document.image), uv, shading, texel)
-    light, bare = find_bare_layers(detail, uv, shading, texel, layers.basis)
+    """Return the layers of cloth that is laid otherwise, with the detail that is left then around what differs."""
+    texel, detail = Texel(layers.texel), layers.detail.copy()
+    # What a pixel shows of the texture depends on those beside it, too.
+    changed = within(differ(uv, layers.uv) | differ(shading, layers.shading), RIM_PX)
+    for box in boxes_of(changed, 2 * RIM_PX):
+        part = document.image.with_pixels(document.image.pixels[box])
+        known = detail_of(encode(part), uv[box], shading[box], texel)
+        detail[box][changed[box]] = known[changed[box]]
+    before = layers.bare_shading, layers.bare_detail
+    light, bare = update_bare_layers(before, detail, uv, shading, texel, layers.basis, changed)
     return replace(
         layers, uv=uv, shading=shading, detail=detail, bare_shading=light, bare_detail=bare, coverage=coverage
     )

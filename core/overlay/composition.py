@@ -156,6 +156,12 @@ def premultiply(texture: F) -> F:
     return np.concatenate([texture[..., :3] * alpha, alpha], -1)
 
 
+def differ(layer: Singles, other: Singles) -> Bools:
+    """Return where (H, W) two layers (H, W) or (H, W, C), NaN outside the cloth, are not the same."""
+    off = (layer != other) & ~(np.isnan(layer) & np.isnan(other))
+    return np.asarray(off if off.ndim == 2 else off.any(-1), np.bool_)
+
+
 def middle_of(uv: Floats | Singles) -> Floats:
     """Return the middle (2,) of the cloth, in texels."""
     uv = _some(uv)

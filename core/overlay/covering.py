@@ -55,7 +55,7 @@ def go_on(layers: Layers, wanted: Bools, basis: Floats, every: int) -> Layers:
     """
     few, fine = (slice(None, None, every),) * 2, basis / every
     side_px = float(np.sqrt(abs(np.linalg.det(basis))))
-    straight, light = extend(layers, wanted, side_px**2, AROUND * side_px)
+    straight, light = extend(layers, wanted, (side_px / every) ** 2, AROUND * side_px / every, every)
     uv, fixed = straight[few].astype(np.float64), finite(layers[0][few])
     free = finite(uv) & ~fixed
     if free.any() and fixed.any():

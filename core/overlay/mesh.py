@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias, TypeVar
 
+import cv2
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -171,6 +172,20 @@ def around(used: Bools, margin: int = 0) -> Box:
         first, last = (marked[0], marked[-1]) if len(marked) else (0, -1)
         spans.append(slice(max(int(first) - margin, 0), int(last) + 1 + margin))
     return spans[0], spans[1]
+
+
+def boxes_of(used: Bools, margin: int) -> list[Box]:
+    """Return boxes of a mask (H, W) that together hold all its marks and what is within a margin of them.
+
+    They are of parts that lie apart, unless one around all has no more pixels.
+    """
+    everything = around(used, margin)
+    near = cv2.dilate(used[everything].astype(np.uint8), np.ones((2 * margin + 1,) * 2, np.uint8))
+    left, top, width, height, _ = cv2.connectedComponentsWithStats(near)[2][1:].T
+    if (width * height).sum() >= near.size:
+        return [everything]
+    left, top = left + everything[1].start, top + everything[0].start
+    return [(slice(y, y + h), slice(x, x + w)) for x, y, w, h in zip(left, top, width, height, strict=True)]
 
 
 def nodes_in(box: Box) -> Box:

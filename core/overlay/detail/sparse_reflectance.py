@@ -11,7 +11,6 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.sampling import spread
-from core.overlay.filters.shrinking import working_scale
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import palette
 from core.overlay.texel import Texel, draw_sample
@@ -35,14 +34,13 @@ WHOLE = 0.8
 """Width of a neighbourhood that has every colour of a texel in its share, over the texel's longer side."""
 
 
-def estimate_bare_light(layers: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats) -> Singles:
+def estimate_bare_light(layers: tuple[Singles, Singles, Singles], texel: Texel, basis: Floats, scale: int) -> Singles:
     """Return the light (H, W) of a photo without what the model's has of the pattern.
 
     `layers` are detail (H, W, 3), uv (H, W, 2) and light (H, W), NaN outside the cloth; `basis` (2, 2) is pixels of
-    undeformed cloth a texel.
+    undeformed cloth a texel, `scale` how much larger the photo is than one of the working size.
     """
     shape, side = layers[2].shape, float(np.sqrt(abs(np.linalg.det(basis))))
-    scale = working_scale(shape)
     width = min(WIDTH * side, MOST_PX * scale)
     every = max(scale, int(width / 2))
     few = slice(None, None, every), slice(None, None, every)

@@ -5,7 +5,7 @@ import pytest
 
 from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
-from core.overlay.mesh import ClothMesh
+from core.overlay.mesh import ClothMesh, boxes_of
 from core.overlay.registration.region import Tolerance, judge, misfit, sums
 from core.overlay.registration.thin_plate import spread
 from core.overlay.texel import draw_sample, estimate_texel
@@ -23,6 +23,14 @@ def test_a_box_of_pixels_has_the_values_of_the_whole() -> None:
     whole = mesh.smooth_to_pixels(values, (slice(0, 53), slice(0, 71)))
     assert box == (slice(36, 53), slice(12, 36))
     assert np.allclose(mesh.smooth_to_pixels(values, box), whole[box])
+
+
+def test_boxes_are_of_parts_that_lie_apart() -> None:
+    used = np.zeros((60, 90), bool)
+    used[5:8, 10:12] = used[9, 20] = used[40:45, 70:80] = True
+    assert boxes_of(used, 5) == [(slice(0, 15), slice(5, 26)), (slice(35, 50), slice(65, 85))]
+    assert boxes_of(used, 60) == [(slice(0, 105), slice(0, 140))]
+    assert boxes_of(np.zeros((60, 90), bool), 5) == []
 
 
 def test_areas_are_those_of_the_marked_cells_triangles() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.detail.bare_layers import find_bare_layers
+from core.overlay.detail.bare_layers import find_bare_layers, update_bare_layers
 from core.overlay.filters import shrinking
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.texel import estimate_texel
@@ -119,3 +119,18 @@ def test_a_large_photo_is_looked_at_at_fewer_places_to_the_same_light(monkeypatc
     monkeypatch.setattr(shrinking, "WORKING_PX", 95)
     bare, _ = find_bare_layers(detail, at, light, TEXEL, SCENE.basis)
     assert off(bare, DEEP) < 0.03
+
+
+def test_what_has_changed_is_told_from_what_is_around_it() -> None:
+    scene = make_scene(motif(), size=(300, 340))
+    y, x = np.indices((300, 340))
+    changed = np.hypot(y - 150, x - 170) < 25
+    beside = scene.uv + gaussian(changed.astype(np.float32), 2.0)[..., None] * [0.45, 0.4]
+    wrong, right = (layers(scene.photo, uv, scene.shading) for uv in (beside, scene.uv))
+    before, whole = (find_bare_layers(*some, TEXEL, scene.basis) for some in (wrong, right))
+    after = update_bare_layers(before, *right, TEXEL, scene.basis, changed)
+    for old, new, wanted, most in zip(before, after, whole, (0.03, 0.02), strict=True):
+        np.testing.assert_array_equal(new[~changed], old[~changed])
+        assert np.abs(new - wanted)[changed].mean() < most / 5
+        assert np.abs(new - wanted)[changed].max() < 5 * most
+    assert update_bare_layers(before, *right, TEXEL, scene.basis, np.zeros_like(changed)) is before
