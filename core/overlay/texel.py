@@ -4,13 +4,13 @@ Sample (i, j) of an h x w texel lies at u = (j + 0.5) / w, v = (i + 0.5) / h; it
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
 import scipy
 
-from core.arrays import Bools, Floats, Ints, Singles
+from core.arrays import Bools, Floats, Ints, Singles, readonly
 from core.overlay.filters.bands import PIXELS
 from core.overlay.filters.sampling import look_up, remap
 from core.overlay.tolerances import TYPICAL
@@ -145,14 +145,10 @@ class Texel:
 
         The mean, which changes in none, has the direction 0 and no power.
         """
-        h, w = self.shape
-        u, v = np.meshgrid(*((np.fft.fftfreq(n) * n).astype(np.int64) for n in (w, h)))
-        steps = np.maximum(np.gcd(u, v), 1) * np.where((u < 0) | ((u == 0) & (v < 0)), -1, 1)
-        of_each = np.stack([u // steps, v // steps], -1).reshape(-1, 2)
-        directions, group = np.unique(of_each, axis=0, return_inverse=True)
+        directions, group = harmonics_of(self.shape)
         power = np.bincount(group.ravel(), (np.abs(self._spectrum) ** 2).sum(-1).ravel()).astype(np.float64)
-        power[group.ravel()[0]] = 0
-        return directions.astype(np.float64), power, group.reshape(h, w).astype(np.int64)
+        power[group[0, 0]] = 0
+        return directions, power, group
 
     @cached_property
     def _spectrum(self) -> "np.typing.NDArray[np.complex128]":
@@ -178,6 +174,20 @@ class Texel:
     def tiled(self, rows: int, columns: int) -> Floats:
         """Return the regular texture of that many texels."""
         return np.tile(self.pixels, (rows, columns, 1))
+
+
+@lru_cache(maxsize=4)
+def harmonics_of(shape: tuple[int, int]) -> tuple[Floats, Ints]:
+    """Return the directions (k, 2) in which harmonics of a texel of `shape` (h, w) change, and that of each one (h, w).
+
+    A search asks for the same shape again and again. The mean, which changes in none, has the direction 0.
+    """
+    h, w = shape
+    u, v = np.meshgrid(*((np.fft.fftfreq(n) * n).astype(np.int64) for n in (w, h)))
+    steps = np.maximum(np.gcd(u, v), 1) * np.where((u < 0) | ((u == 0) & (v < 0)), -1, 1)
+    of_each = np.stack([u // steps, v // steps], -1).reshape(-1, 2)
+    directions, group = np.unique(of_each, axis=0, return_inverse=True)
+    return readonly(directions.astype(np.float64)), readonly(group.reshape(h, w).astype(np.int64))
 
 
 def estimate_texel(
