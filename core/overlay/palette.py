@@ -6,8 +6,8 @@ from core.arrays import Floats, Singles
 from core.overlay.filters.k_means import find_groups
 from core.overlay.texel import Texel
 
-COLOURS, GROUPS = 5, 3
-"""Colours that stand for those of a texel, and of which the patches are told apart."""
+MANY, COLOURS, GROUPS = 8, 5, 3
+"""Colours that stand for all of a texel's, for those that have patches, and of which the patches are told apart."""
 SAMPLES = 40_000
 """Samples of a texel that tell its colours at least: four times as many are thinned out."""
 

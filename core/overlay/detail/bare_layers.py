@@ -7,11 +7,11 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.overlay.composition import finite
 from core.overlay.detail.residual_cleanup import without_old_pattern
-from core.overlay.detail.sparse_reflectance import COLOURS, estimate_bare_light, find_reflectance, find_shade, spread_of
+from core.overlay.detail.sparse_reflectance import estimate_bare_light, find_reflectance, find_shade, spread_of
 from core.overlay.filters.bands import in_bands
 from core.overlay.filters.shrinking import working_scale
 from core.overlay.mesh import around, boxes_of
-from core.overlay.palette import palette
+from core.overlay.palette import MANY, palette
 from core.overlay.texel import Texel
 from core.overlay.tolerances import MOTIF_PX
 
@@ -82,7 +82,7 @@ def _find_bare(
     own, rest = colours.mean(-1), np.empty_like(detail)
     light = estimate_bare_light((detail, uv, own), texel, basis, scale)
     changed = colours * (light / np.maximum(own, 1e-6))[..., None]
-    known, off = palette(texel, COLOURS), spread_of(detail, finite(uv))
+    known, off = palette(texel, MANY), spread_of(detail, finite(uv))
 
     def photo_of(rows: slice) -> tuple[Singles, Singles]:
         shown = texel.singles(np.nan_to_num(uv[rows]).astype(np.float64))

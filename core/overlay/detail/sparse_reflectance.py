@@ -12,12 +12,10 @@ import numpy as np
 from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.sampling import spread
 from core.overlay.filters.smoothing import gaussian
-from core.overlay.palette import palette
+from core.overlay.palette import MANY, palette
 from core.overlay.texel import Texel, draw_sample
 from core.overlay.tolerances import DRAWN, MOTIF_PX, SHADES
 
-COLOURS = 8
-"""Colours that stand for those of the pattern."""
 WIDTH, MOST_PX = 0.2, 5.0
 """Width of the neighbourhood that has one light, over the side of a texel, and in pixels of the working size."""
 LEAST_SPREAD, LEAST = 0.015, 1e-3
@@ -52,7 +50,7 @@ def estimate_bare_light(layers: tuple[Singles, Singles, Singles], texel: Texel, 
     off = 2 * spread_of(detail, covered)
     change = np.zeros_like(whole)
     for lights in LIGHTS:
-        costs = costs_of(photo, shown, palette(texel, COLOURS), whole + change, lights, off)
+        costs = costs_of(photo, shown, palette(texel, MANY), whole + change, lights, off)
         change += choose(costs, lights, change, covered, width / every)
     return np.where(np.isfinite(layers[2]), np.exp(spread(whole + change, shape, every)), np.float32(np.nan))
 

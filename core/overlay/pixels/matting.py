@@ -6,7 +6,9 @@ a0 ± `DOUBT` from the outline alone, the likeliest share is
 
     α = ((I - B) · (F - B) / σ² + a0 / DOUBT²) / (|F - B|² / σ² + 1 / DOUBT²).
 
-A new texture F' in place of F gives I + α (F' - F): neither a rim of the old one nor a halo is left.
+F may also be any other colour of the pattern in that light, for the model may lie beside it: α is the mean over them
+all, each by how likely it is. A new texture F' in place of F gives I + α (F' - F): neither a rim of the old one nor a
+halo is left.
 """
 
 from collections.abc import Callable
@@ -27,12 +29,17 @@ LEAST_SEEN = 0.01
 
 
 def matte_of(
-    photo: Floats | Singles, modelled_at: Callable[[Bools], Singles], inside: Bools, carried: Bools
+    photo: Floats | Singles,
+    modelled_at: Callable[[Bools], Singles],
+    light_at: Callable[[Bools], Singles],
+    colours: Singles,
+    inside: Bools,
+    carried: Bools,
 ) -> Singles:
     """Return the share of cloth (H, W) in each pixel: 1 inside, 0 outside what is `carried`, soft in a band between.
 
-    `photo` is (H, W, 3), `modelled_at` returns the model (n, 3) at marked pixels (H, W) as far as it is `carried`
-    (H, W); `inside` (H, W) is the outline.
+    `photo` is (H, W, 3); `modelled_at` and `light_at` return the model (n, 3) and its light (n, 1 or 3) at marked
+    pixels (H, W) as far as it is `carried` (H, W); `colours` (k, 3) are the pattern's, `inside` (H, W) the outline.
     """
     depth = distance(~inside)
     depth -= distance(inside)
@@ -55,10 +62,28 @@ def matte_of(
     variance = max(1.4826 * float(np.median(errors, overwrite_input=True)), LEAST_NOISE) ** 2
     # The outline runs half a pixel from the first pixels to its sides.
     known = np.clip(0.5 + (depth[near] - 0.5 * np.sign(depth[near])) / RIM_PX, 0, 1)
-    cloth = modelled_at(near) - ground
-    seen = ((photo[near] - ground) * cloth).sum(-1) / variance + known / DOUBT**2
-    certain = (cloth**2).sum(-1) / variance + 1 / DOUBT**2
-    found = np.clip(seen / certain, 0, 1)
+    cloth = [modelled_at(near) - ground, *(light_at(near) * colour - ground for colour in colours)]
+    told = [tell(photo[near] - ground, one, known, variance) for one in cloth]
+    costs, found, spread = (np.stack(part) for part in zip(*told, strict=True))
+    costs[1:] += np.log(len(colours))
+    odds = np.exp(costs.min(0) - costs)
+    odds /= odds.sum(0)
+    mean = (odds * found).sum(0)
+    variance_of_mean = (odds * (spread + (found - mean) ** 2)).sum(0)
     # What is less than its own error is none.
-    share[near] = np.where(found > 1 / np.sqrt(certain), found, 0)
+    share[near] = np.where(mean > np.sqrt(variance_of_mean), mean, 0)
     return share
+
+
+def tell(
+    seen: Floats | Singles, cloth: Singles, known: Floats, variance: float
+) -> tuple[Floats | Singles, Floats | Singles, Floats | Singles]:
+    """Return how unlikely (n,), as a logarithm, pixels are a share of one colour, that share, and its variance.
+
+    What is `seen` (n, 3), and the colour of the `cloth` (n, 3), are beyond the surroundings; `known` (n,) is the share
+    that the outline tells.
+    """
+    certain = (cloth**2).sum(-1) / variance + 1 / DOUBT**2
+    share = np.clip(((seen * cloth).sum(-1) / variance + known / DOUBT**2) / certain, 0, 1)
+    missed = ((seen - share[:, None] * cloth) ** 2).sum(-1) / variance + ((share - known) / DOUBT) ** 2
+    return (missed + np.log(certain)) / 2, share, 1 / certain

@@ -16,15 +16,13 @@ import numpy as np
 from core.arrays import Bools, Floats
 from core.overlay.filters.distances import distance
 from core.overlay.filters.smoothing import mean
-from core.overlay.palette import GROUPS, from_shades, palette
+from core.overlay.palette import GROUPS, MANY, from_shades, palette
 from core.overlay.pixels.graph_cut import EVIDENCE, SURELY, cut_out
 from core.overlay.texel import Texel
 from core.overlay.tolerances import LEAST_LIGHT, LEAST_NOISE, MOTIF, MOTIF_PX, RIM_PX, SHADES
 
 WINDOW = 0.15
 """Width of the neighbourhood that shows the pattern or does not, over the side of a texel."""
-COLOURS = 8
-"""Colours that stand for those of the pattern."""
 MISSED, LARGER, PRIOR = 0.6, 2.5, 4.25
 """How much speaks for a thing for each time that shades are missed, or patches large, as is usual, and for cloth before
 that."""
@@ -69,7 +67,7 @@ def missed_shades(photo: Floats, texture: Floats, rho: Floats, texel: Texel, cov
     nearest to one colour does not count.
     """
     light, seen, drawn = rho[covered][:, None], photo[covered], texture[covered]
-    colours = palette(texel, COLOURS).astype(np.float64)
+    colours = palette(texel, MANY).astype(np.float64)
     along = np.concatenate([seen @ colours.T, (seen * drawn).sum(1, keepdims=True)], axis=1)
     of_colours = np.broadcast_to((colours**2).sum(1), (len(seen), len(colours)))
     squares = np.concatenate([of_colours, (drawn**2).sum(1, keepdims=True)], axis=1)

@@ -10,10 +10,11 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.filters.distances import within
+from core.overlay.filters.distances import open_by_disc, within
 from core.overlay.filters.texture_filter import filter_large
 from core.overlay.laying.albedo_scale import gauge_of
 from core.overlay.mesh import around
+from core.overlay.palette import MANY, palette
 from core.overlay.pixels.extension import extend
 from core.overlay.pixels.filling import filled
 from core.overlay.pixels.gaps.gap_completion import sew
@@ -79,7 +80,8 @@ def cut_surroundings(model: PixelModel) -> PixelModel:
     if model.is_told:
         return model
     seen, _, _, covered = layers_of(model)
-    return hide(model, find_surroundings(seen, covered, model.cloth.side_px))
+    # What is thinner is told pixel by pixel, by the outline.
+    return hide(model, open_by_disc(find_surroundings(seen, covered, model.cloth.side_px), RIM_PX))
 
 
 def cut_occluders(model: PixelModel) -> PixelModel:
@@ -192,7 +194,8 @@ def tint_light(model: PixelModel) -> PixelModel:
 def matte_border(model: PixelModel) -> PixelModel:
     """Tell what share of a pixel is cloth, where the border is soft; nothing is laid where none is."""
     inside = model.inside
-    coverage = matte_of(model.photo, model.modelled_at, model.outline, inside)
+    colours, light_at = palette(model.texel, MANY), model.light.__getitem__
+    coverage = matte_of(model.photo, model.modelled_at, light_at, colours, model.outline, inside)
     seen, off = without_pixels(model, coverage == 0), (coverage == 0)[..., None]
     return replace(seen, coverage=coverage, light=np.where(off, np.float32(np.nan), model.light))
 

@@ -116,7 +116,9 @@ def follow_over(monkeypatch: pytest.MonkeyPatch, region: Bools) -> None:
 def test_ground_is_cut_off_where_nobody_said_that_there_is_cloth(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, is_told: bool
 ) -> None:
-    ground = np.indices(scene.photo.shape[:2])[1] > 120
+    y, x = np.indices(scene.photo.shape[:2])
+    sliver = (y == 60) & (x > 40) & (x < 52)
+    ground = (x > 120) | sliver
     monkeypatch.setattr(stages, "find_surroundings", lambda _photo, covered, _side: covered & ground)
     region = np.ones(ground.shape, bool)
     if is_told:
@@ -127,6 +129,7 @@ def test_ground_is_cut_off_where_nobody_said_that_there_is_cloth(
         found = run(decompose_whole_cloth(photo))
     assert found.covered[:, :110].mean() > 0.9
     assert found.covered[:, 125:].mean() == pytest.approx(float(is_told), abs=0.1)
+    assert found.coverage[sliver].mean() > 0.9, "what is so thin is left to the outline"
 
 
 def test_light_that_changes_colour_has_a_shading_per_channel(scene: Scene, found: Decomposition) -> None:
