@@ -13,7 +13,7 @@ BORDER = 0.5
 EDGE, LEAST_BORDER = 4.0, 0.02
 """Squared difference of neighbours, over the usual one, at an edge, and what a pixel of the outline costs, over that
 without an edge, at the sharpest one."""
-EVIDENCE, SURELY = 0.1, 8.0
+EVIDENCE, SURELY = 0.05, 8.0
 """How much evidence at a pixel, the logarithm of a ratio of likelihoods, counts over a pixel of the outline where the
 photo has no edge, and most that one pixel's evidence is."""
 MOST = 1e3

@@ -23,7 +23,7 @@ from core.overlay.tolerances import LEAST_LIGHT, LEAST_NOISE, MOTIF, MOTIF_PX, R
 
 WINDOW = 0.15
 """Width of the neighbourhood that shows the pattern or does not, over the side of a texel."""
-MISSED, LARGER, PRIOR = 0.6, 2.5, 4.25
+MISSED, LARGER, PRIOR = 0.7, 2.5, 4.25
 """How much speaks for a thing for each time that shades are missed, or patches large, as is usual, and for cloth before
 that."""
 LIKELY = 1.75
