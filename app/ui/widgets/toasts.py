@@ -1,6 +1,10 @@
-"""Messages that come up over the canvas and go by themselves; faults stay longer, and go at a click."""
+"""Messages that come up over the canvas and go by themselves; faults stay longer, and go at a click.
+
+A fault goes only once the pointer has moved: a long job may fail while nobody is there.
+"""
 
 from dataclasses import dataclass
+from math import inf
 
 from imgui_bundle import ImVec2, imgui
 
@@ -41,8 +45,12 @@ class Toasts:
         now = imgui.get_time()
         for notice in self._editor.notices:
             self._shown = [toast for toast in self._shown if toast.notice != notice]
-            self._shown.append(Toast(notice, now + SECONDS[notice.level]))
+            self._shown.append(Toast(notice, inf if notice.level == "error" else now + SECONDS[notice.level]))
         self._editor.notices.clear()
+        moved = imgui.get_io().mouse_delta
+        if (moved.x, moved.y) != (0, 0) or imgui.is_any_mouse_down():
+            for toast in self._shown:
+                toast.ends = min(toast.ends, now + SECONDS[toast.notice.level])
         self._shown = [toast for toast in self._shown[-4:] if toast.ends > now and toast.notice.still_holds]
         bottom = area.y + area.height - em(1)
         for number, toast in reversed(list(enumerate(self._shown))):
@@ -50,6 +58,8 @@ class Toasts:
         if not self._shown:
             return None
         least = min(toast.ends for toast in self._shown) - now
+        if least == inf:
+            return None
         return 0.0 if least < FADE_S else least - FADE_S
 
     def _draw_one(self, number: int, toast: Toast, area: Area, bottom: float, now: float) -> float:

@@ -1,6 +1,7 @@
 """The window as a whole: it shows the picture, hands mouse and keys to the tools, and every action runs."""
 
 import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from imgui_bundle import imgui
 from app.editor.editor import Editor
 from app.model.requests import AskRecover, Offer, OpenFile
 from app.model.spaces import canvas_from_screen
+from app.ui.widgets import toasts
 from core.imaging.images import Image, save
 from tests.gui.window_driver import WindowDriver, drive
 
@@ -273,6 +275,27 @@ def test_a_bad_file_dropped_is_said_and_changes_nothing(editor: Editor, tmp_path
 
     drive(editor, script)
     assert editor.document is start
+
+
+def test_a_fault_stays_until_somebody_is_there(editor: Editor, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(toasts.SECONDS, "error", 0.2)
+    monkeypatch.setitem(toasts.SECONDS, "info", 0.2)
+    seen: list[tuple[str, ...]] = []
+
+    def script(window: WindowDriver) -> None:
+        window.move(300, 300).wait(3)
+        editor.notify("It failed.", "error")
+        editor.notify("It is done.")
+        window.wait(3)
+        seen.append(window.shell.workspace.toasts.texts)
+        window.wait_until(lambda: window.shell.workspace.toasts.texts == ("It failed.",))
+        ends = time.monotonic() + 0.5
+        window.wait_until(lambda: time.monotonic() > ends)
+        seen.append(window.shell.workspace.toasts.texts)
+        window.move(310, 300).wait_until(lambda: not window.shell.workspace.toasts.texts)
+
+    drive(editor, script)
+    assert seen == [("It failed.", "It is done."), ("It failed.",)]
 
 
 def test_the_title_has_a_star_while_there_are_unsaved_changes(editor: Editor) -> None:
