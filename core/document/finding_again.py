@@ -27,7 +27,8 @@ def find_whole_cloth(document: Document) -> Job[Cloth]:
         before = before.mending.of
     cloth = yield from find_again(document, Search(seed=seed, whole_of=before))
     layers = yield from find_layers(document.changed(cloth=cloth))
-    return cloth.changed(region=Raster.from_array(as_bytes(layers.covered)))
+    found = layers.uncovered or layers
+    return cloth.changed(region=Raster.from_array(as_bytes(found.covered)))
 
 
 def find_again(document: Document, search: Search) -> Job[Cloth]:

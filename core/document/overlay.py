@@ -50,8 +50,6 @@ UNSOUGHT = "no pattern was found yet that a texture could take the place of: fin
 """Why nothing can be laid on the cloth of a document in which no search was begun."""
 _PACKED: "WeakKeyDictionary[OverlayLayers, dict[str, bytes]]" = WeakKeyDictionary()
 """Layers as files: those of a project are packed once, however often it is saved."""
-_COVERED: "WeakKeyDictionary[OverlayLayers, tuple[Raster, OverlayLayers]]" = WeakKeyDictionary()
-"""Layers with what was covered by hand last."""
 COPIES = 2.5
 """How many copies of a new texture go across the cloth unless the artist says otherwise."""
 
@@ -83,6 +81,8 @@ class OverlayLayers:
     """What was split, from which a search for more of the cloth goes on; None where the layers come from files."""
     uncovered: "OverlayLayers | None" = None
     """The layers before some were covered by hand: a texture lies as on those."""
+    painted: Raster | None = None
+    """What was covered by hand."""
 
     @cached_property
     def pattern(self) -> Image:
@@ -141,6 +141,8 @@ class _Kept:
 
     entries: list[tuple[Image, Search, OverlayLayers | NoPatternError]] = field(default_factory=list)
     lock: threading.Lock = field(default_factory=threading.Lock)
+    covered: OverlayLayers | None = None
+    """The last layers that were covered by hand."""
 
     def get(self, image: Image, search: Search) -> OverlayLayers | NoPatternError | None:
         """Return what is kept, which is the last to go from then on."""
@@ -174,8 +176,8 @@ def get_layers(document: Document) -> OverlayLayers | None:
     painted = _painted(document)
     if found is None or painted is None:
         return found
-    known = _COVERED.get(found)
-    return known[1] if known is not None and known[0] is painted else None
+    last = _kept.covered
+    return last if last is not None and last.uncovered is found and last.painted is painted else None
 
 
 def get_found(document: Document) -> OverlayLayers | None:
@@ -197,8 +199,7 @@ def find_layers(document: Document) -> Job[OverlayLayers]:
     known = get_layers(document)
     if known is None:
         yield Progress(FINDING, "covering what is painted")
-        known = _cover(document, found, painted)
-        _COVERED[found] = painted, known
+        known = _kept.covered = _cover(document, found, painted)
     return known
 
 
@@ -297,7 +298,7 @@ def _cover(document: Document, layers: OverlayLayers, painted: Raster) -> Overla
 
     before, opacity = (layers.uv, layers.shading), color.unit(painted.array)
     laid, coverage = cover_painted(before, layers.coverage, opacity, layers.basis)
-    return replace(_laid_as(document, layers, *laid, coverage), uncovered=layers)
+    return replace(_laid_as(document, layers, *laid, coverage), uncovered=layers, painted=painted)
 
 
 def _laid_as(
