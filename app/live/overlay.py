@@ -109,8 +109,9 @@ class LiveOverlay:
 
     @property
     def is_stopped(self) -> bool:
-        """Whether the present document's layers are not there and nothing is looking for them."""
-        return self._search is not None and not self._is_final and not self.is_running
+        """Whether the present document's layers were looked for, are not there, and nothing is looking for them."""
+        was_sought = self._search is not None and self.ticket is not None
+        return was_sought and not self._is_final and not self.is_running
 
     def go_on(self) -> None:
         """Begin the job anew that was cancelled or failed."""

@@ -72,7 +72,11 @@ def test_what_is_painted_as_cover_is_laid_and_searches_nothing(
     assert before is not None
     assert not before.covered[65, 75]
     size = before.usual_size
-    drive.run("overlay.paint_covered").drag((75, 65), (77, 65)).frame()
+    drive.run("overlay.paint_covered").press(75, 65).move(77, 65)
+    assert drive.editor.overlay.layers is before
+    assert not drive.editor.overlay.is_final
+    assert not drive.editor.overlay.is_stopped, "it waits for the end of the stroke"
+    drive.release().frame()
     layers, cover = drive.editor.overlay.layers, drive.cloth.covered
     assert layers is not None
     assert cover is not None
