@@ -7,7 +7,8 @@ from app.model.jobs import Jobs, Task, Ticket
 from app.model.session import Shown
 from core.arrays import Ints, Points
 from core.document.document import Document
-from core.document.overlay import OverlayLayers, find_layers, get_found, get_layers
+from core.document.overlay import find_layers, get_found, get_layers
+from core.document.overlay_layers import OverlayLayers
 from core.document.overlay_settings import Search
 from core.document.parts import picture_of
 from core.grid import Grid

@@ -6,7 +6,8 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Ints, Points
 from core.document.document import Document, pixels_from_places
-from core.document.overlay import OverlayLayers, find_layers, vertices_of
+from core.document.overlay import find_layers
+from core.document.overlay_layers import OverlayLayers, vertices_of
 from core.document.overlay_settings import Cloth, LatticeVertices, Mending, Search
 from core.masks.object_masks import as_bytes
 from core.overlay.mending import CELL

@@ -6,7 +6,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from core.document.document import Document
-from core.document.overlay import OverlayLayers, find_layers
+from core.document.overlay import find_layers
+from core.document.overlay_layers import OverlayLayers
 from core.document.overlay_settings import Cloth, Laying
 from core.imaging import color
 from core.imaging.image import Image
@@ -18,7 +19,7 @@ from core.rasters.raster import Raster
 
 LAYING = 0.95
 """Share of an export's work that finding the pattern takes."""
-_UNCOVERED: "WeakKeyDictionary[OverlayLayers, tuple[Raster, OverlayLayers]]" = WeakKeyDictionary()
+_PROTECTED: "WeakKeyDictionary[OverlayLayers, tuple[Raster, OverlayLayers]]" = WeakKeyDictionary()
 """Layers without what was protected last."""
 
 
@@ -55,10 +56,10 @@ def layers_under(cloth: Cloth, layers: OverlayLayers) -> OverlayLayers:
     worn = layers if cloth.texture is None else layers.bare
     if cloth.protected is None or cloth.protected.is_empty:
         return worn
-    if worn not in _UNCOVERED or _UNCOVERED[worn][0] is not cloth.protected:
+    if worn not in _PROTECTED or _PROTECTED[worn][0] is not cloth.protected:
         share = (1 - color.unit(cloth.protected.array)).astype(np.float32)
-        _UNCOVERED[worn] = cloth.protected, replace(worn, coverage=worn.coverage * share)
-    return _UNCOVERED[worn][1]
+        _PROTECTED[worn] = cloth.protected, replace(worn, coverage=worn.coverage * share)
+    return _PROTECTED[worn][1]
 
 
 def picture(document: Document, image: Image) -> Job[Image]:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from core.arrays import Floats
-from core.document.overlay import OverlayLayers
+from core.document.overlay_layers import OverlayLayers
 from core.imaging import color
 from core.imaging.image import Image
 from core.overlay.filters.texture_filter import filter_texture

@@ -7,7 +7,7 @@ from app.render import gpu
 from app.render.sources.cloth import DressedSource
 from app.render.sources.overlay_parameters import OverlayParameters
 from core.arrays import Floats, Singles
-from core.document.overlay import OverlayLayers
+from core.document.overlay_layers import OverlayLayers
 from core.document.overlay_settings import Cloth, Laying
 from core.document.overlay_texture import lay_on, layers_under, pattern_of, placement_of
 from core.imaging import color

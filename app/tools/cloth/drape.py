@@ -11,7 +11,7 @@ from app.model.gestures import Gesture
 from app.model.spaces import canvas_from_screen
 from app.tools.points.grips import NUDGES, drag_from
 from core.arrays import Floats, Points
-from core.document.overlay import OverlayLayers
+from core.document.overlay_layers import OverlayLayers
 from core.document.overlay_settings import Laying
 from core.document.overlay_texture import placement_of, size_of
 from core.overlay.composition import finite

@@ -18,7 +18,7 @@ from app.tools.points.grips import drag_from, nearest
 from app.tools.points.selection import Selection
 from core.arrays import Floats, Points
 from core.document.document import pixels_from_places, places_from_pixels
-from core.document.overlay import OverlayLayers, vertices_of
+from core.document.overlay_layers import OverlayLayers, vertices_of
 from core.document.overlay_settings import LatticeVertices
 
 VERTEX_PX, LEAST_VERTEX_PX = 3.5, 1.6

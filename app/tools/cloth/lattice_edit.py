@@ -7,7 +7,8 @@ import numpy as np
 
 from app.editor.editor import Editor
 from core.arrays import Bools, Points
-from core.document.overlay import get_layers, vertices_of
+from core.document.overlay import get_layers
+from core.document.overlay_layers import vertices_of
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 
 

@@ -9,7 +9,8 @@ import pytest
 
 from app.model.jobs import InlineExecutor, Jobs
 from core.document.document import Document, pixels_from_places
-from core.document.overlay import OverlayLayers, get_layers, vertices_of
+from core.document.overlay import get_layers
+from core.document.overlay_layers import OverlayLayers, vertices_of
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.document.overlay_texture import lay_on
 from core.document.project import load_project, save_project

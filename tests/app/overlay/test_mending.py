@@ -10,7 +10,7 @@ from app.tools.cloth.lattice import free_key, on_screen, vertices
 from app.tools.cloth.lattice_edit import is_held
 from core.arrays import Ints, Points
 from core.document.document import Document
-from core.document.overlay import OverlayLayers
+from core.document.overlay_layers import OverlayLayers
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.document.project import load_project, save_project
 from core.overlay import decomposition
