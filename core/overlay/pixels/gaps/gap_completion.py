@@ -18,6 +18,7 @@ from core.overlay.filters.distances import nearest_of
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import steepness
 from core.overlay.pixels.extension import extend, find_sound, slopes_of
+from core.overlay.pixels.filling import parts_with
 from core.overlay.pixels.gaps.sheet_translation import find_translations
 from core.overlay.pixels.gaps.weak_plate import Plate
 from core.overlay.pixels.jacobian_validity import jumps, no_cloth
@@ -43,7 +44,7 @@ class Sewn:
     sheet: Ints
     """(h, w), the number of the sheet that a place is surely of, -1 for none."""
     moved: Floats
-    """(h, w, 2), whole texels by which what is surely of a sheet is moved."""
+    """(h, w, 2), whole texels by which the sheet is moved that a place is of, or nearest to."""
     uv: Floats
     """(h, w, 2), what is found, NaN where it is torn or crushed."""
 
@@ -92,18 +93,19 @@ def between_sheets(uv: Floats, sure: Bools, basis: Floats, step_px: float) -> Se
     if not fixed.any():
         return None
     slopes = slopes_around(uv @ basis.T, fixed, AROUND * step_px)
-    moved = np.where(fixed[..., None], find_translations(uv, sheet, slopes, basis, step_px)[sheet], 0.0)
-    found, free = uv + moved, covered & ~fixed
-    if free.any():
-        found = bridge(found, fixed, free, slopes, basis, step_px)
-    return Sewn(sheet, moved, found)
+    moved = find_translations(uv, sheet, slopes, basis, step_px)[sheet.ravel()[nearest_of(fixed)[1]]]
+    return Sewn(sheet, moved, bridge(uv + moved, fixed, covered & ~fixed, slopes, basis, step_px))
 
 
 def bridge(uv: Floats, fixed: Bools, free: Bools, slopes: Floats, basis: Floats, step_px: float) -> Floats:
     """Return coordinates (H, W, 2) that go on from where the cloth is `fixed` (H, W) over what is `free`.
 
-    They are NaN where it would be torn or crushed; `slopes` are those of `slopes_around`.
+    They are NaN where it would be torn or crushed; what does not hang together with anything fixed stays as it is.
+    `slopes` are those of `slopes_around`.
     """
+    free = free & parts_with(fixed, fixed | free)
+    if not free.any():
+        return uv
     found, plate = uv.copy(), Plate(uv @ basis.T, fixed, free, slopes)
     found[free] = plate.weakened(TEAR * step_px) @ np.linalg.inv(basis).T
     found[free & ~find_sound(slopes_of(found), abs(float(np.linalg.det(basis))))] = np.nan

@@ -143,3 +143,10 @@ def test_beyond_the_cloth_is_nothing_and_scattered_cloth_stays() -> None:
     same, none = laid(chaos)
     np.testing.assert_array_equal(same, chaos)
     assert not none.any()
+
+
+def test_unsure_cloth_that_hangs_together_with_no_sheet_moves_with_the_one_beside_it() -> None:
+    fold, gap = (X > 90) & (X < 96), (X > 170) & (X < 176)
+    uv = np.where(gap[..., None], np.nan, UV + np.where((X > 93)[..., None], [3.0, -2.0], 0.0))
+    found, _ = laid(uv, np.where((fold | (X >= 176))[..., None], 0.5, PHOTO))
+    assert off_px(found)[~gap].max() < 1
