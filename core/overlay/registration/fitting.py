@@ -102,7 +102,10 @@ def with_the_rest(cloth: FittedCloth, found: Fit, seed: int) -> Job[Fit]:
     """
     rng = np.random.default_rng(seed)
     for fraction in (0.4, 0.6):
+        before = found
         found = yield from with_more_pieces(cloth, found, rng, fraction)
+        if found is before:
+            break
     yield Progress(0.8, "registering finely", stage(cloth, found))
     found = refit(cloth, found, rounds=3)
     # What is wrong shows now that the texel is sharp; the rest of the cloth may lead there another way.

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+import scipy
 
-from core.arrays import Bools, Floats, Points
+from core.arrays import Bools, Floats, Ints, Points, Singles
 from core.overlay.detection.displacement_votes import ALIKE, BLOCK_PX, LIKELY, SAME_SIZE, surplus
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.orientation import slopes
@@ -44,13 +45,17 @@ class Matches:
         """Side of a square of the area of a texel."""
         return float(np.sqrt(abs(np.linalg.det(self.basis))))
 
-    def agreeing(self, at: Points, uv: Points, slopes: Floats) -> tuple[Bools, Bools]:
-        """Return which (k, n) are near each of k places (k, 2), and which of them lie as `uv` and `slopes` foretell."""
-        away = self.points - at[:, None]
-        missed = self.uv - uv[:, None] - np.einsum("kij,knj->kni", slopes, away)
-        missed = (missed - np.rint(missed)) @ self.basis.T
+    def agreeing(self, at: Points, uv: Points, slopes: Floats) -> Bools:
+        """Return which (n,) are near a place (2,), and lie as its `uv` (2,) and `slopes` (2, 2) foretell."""
+        away = self.points - at
         near = np.asarray(np.linalg.norm(away, axis=-1) < REACH * self.side_px, np.bool_)
-        return near, near & (np.linalg.norm(missed, axis=-1) < OFF * self.side_px)
+        return near & self.agree(away, self.uv - uv, slopes)
+
+    def agree(self, away: Points, apart: Points, slopes: Floats) -> Bools:
+        """Return which of n pairs, (n, 2) pixels `away` and texels `apart`, are so by slopes (2, 2) or (n, 2, 2)."""
+        missed = apart - (slopes @ away[..., None])[..., 0]
+        missed = (missed - np.rint(missed)) @ self.basis.T
+        return np.asarray(np.linalg.norm(missed, axis=-1) < OFF * self.side_px, np.bool_)
 
 
 def find_starts(cloth: FittedCloth, found: Fit) -> Iterator[ClothState]:
@@ -100,21 +105,32 @@ def match(cloth: FittedCloth, found: Fit) -> Matches:
     return Matches(keypoints.points[here], uv[there], lie[row[there], column[there]] @ scaled, cloth.basis)
 
 
-def agreement(matches: Matches) -> tuple[Floats, Bools]:
-    """Return by how many standard deviations (n,) those that agree with a match surpass chance, and which (n, n) do.
+def agreement(matches: Matches) -> tuple[Floats, list[Ints]]:
+    """Return by how many standard deviations (n,) those that agree with a match surpass chance, and which those are.
 
     Those that lie in one block are one motif, and count once.
     """
-    near, agree = matches.agreeing(matches.points, matches.uv, matches.slopes)
-    places = (matches.points // BLOCK_PX).astype(np.int64)
-    blocks, block = np.unique(places, axis=0, return_inverse=True)
-    member = np.eye(len(blocks), dtype=np.float32)[block.ravel()]
-    seen, asked = (((which.astype(np.float32) @ member) > 0).sum(1).astype(np.float32) for which in (agree, near))
-    return np.asarray(surplus(seen, asked * np.float32(np.pi * OFF**2)), np.float64), agree
+    points, count = matches.points, len(matches.points)
+    one, other = scipy.spatial.KDTree(points).query_pairs(REACH * matches.side_px, output_type="ndarray").T
+    own = np.arange(count)
+    here, there = np.concatenate([own, one, other]), np.concatenate([own, other, one])
+    apart = matches.uv[there] - matches.uv[here]
+    agree = matches.agree(points[there] - points[here], apart, matches.slopes[here])
+    blocks = np.unique((points // BLOCK_PX).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
+    seen, asked = (count_blocks(here[which], blocks[there[which]], count) for which in (agree, np.s_[:]))
+    order = np.argsort(here[agree], kind="stable")
+    agreeing = np.split(there[agree][order], np.cumsum(np.bincount(here[agree], minlength=count))[:-1])
+    return np.asarray(surplus(seen, asked * np.float32(np.pi * OFF**2)), np.float64), agreeing
 
 
-def state_around(cloth: FittedCloth, matches: Matches, best: int, agree: Bools) -> ClothState:
-    """Return coordinates that agree with a match and those (n,) that agree with it, near which they count."""
+def count_blocks(matches: Ints, blocks: Ints, count: int) -> Singles:
+    """Return how many different blocks (m,) stand beside each of `count` matches (m,)."""
+    beside = scipy.sparse.csr_array((np.ones(len(blocks), np.float32), (matches, blocks)), shape=(count, count))
+    return np.diff(beside.indptr).astype(np.float32)
+
+
+def state_around(cloth: FittedCloth, matches: Matches, best: int, agree: Ints) -> ClothState:
+    """Return coordinates that agree with a match and those of numbers `agree`, near which they count."""
     at, uv, lie = matches.points[best], matches.uv[best], matches.slopes[best]
     for _ in range(ROUNDS):
         # A few in a row say nothing of the slopes across it: what the first one says counts as much as one a side away.
@@ -124,6 +140,6 @@ def state_around(cloth: FittedCloth, matches: Matches, best: int, agree: Bools) 
         targets = np.concatenate([whole, matches.side_px * lie.T])
         change = np.linalg.lstsq(rows, targets, rcond=None)[0]
         lie, uv = change[:2].T, uv + change[2]
-        agree = matches.agreeing(at[None], uv[None], lie[None])[1][0]
+        agree = np.flatnonzero(matches.agreeing(at, uv, lie))
     _, cells = cloth.near_points(matches.points[agree])
     return ClothState(uv + (cloth.mesh.positions() - at) @ lie.T, cloth.brightness, cells)

@@ -24,7 +24,7 @@ from core.overlay.filters.shrinking import to_small
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_divided_cloth, measure
 from core.overlay.registration.coarse_mesh import at_finer_nodes
-from core.overlay.registration.evidence import Evidence, choose_weave, weigh
+from core.overlay.registration.evidence import Evidence, or_woven, register_as, weigh
 from core.overlay.registration.fitting import refit
 from core.overlay.registration.region_growing import followed, prune
 from core.overlay.registration.registration import ClothState
@@ -63,9 +63,10 @@ class LaidLattice:
 
     sure: float
     """Surplus of its votes."""
-    cloth: FittedCloth
-    fit: Fit
-    weight: Evidence
+    start: Fit
+    """The cloth as the pairs lay it."""
+    registered: tuple[FittedCloth, Fit, Evidence]
+    """The same registered, with any texel, and what speaks for it."""
 
 
 def find_large(
@@ -92,17 +93,18 @@ def find_large(
     step = Progress(0.5, NOTE)
     for one in in_turn(laid):
         is_certain = is_bounded and one.sure > SURE
-        if not (is_cloth or is_certain or one.weight.explained > 0):
-            continue
         yield step
-        found = yield from followed(one.cloth, prune(one.cloth, one.fit), step)
+        cloth, found, weight = or_woven(one.registered, one.start, register_coarsely)
+        if not (is_cloth or is_certain or weight.explained > 0):
+            continue
+        found = yield from followed(cloth, prune(cloth, found), step)
         if not found.cells.any():
             continue
-        found = refit(one.cloth, found, rounds=3)
-        texels = float((one.cloth.valid & one.cloth.mesh.pixels_of(found.cells)).sum()) / one.cloth.side_px**2
-        weight = weigh(one.cloth, found)
+        found = refit(cloth, found, rounds=3)
+        texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / cloth.side_px**2
+        weight = weigh(cloth, found)
         if (is_certain or weight.explained > 0) and (is_cloth or texels > least):
-            return one.cloth, found, weight
+            return cloth, found, weight
     raise NoPatternError
 
 
@@ -124,14 +126,15 @@ def lay_likely(
         yield Progress(0.5 * number / TRIED, NOTE)
         with suppress(NoPatternError):
             # Of what the user says is cloth all is seen, however much of it can be followed.
-            laid.append(LaidLattice(sure, *lay(photo, canvas, pairs, basis, 0.0 if is_cloth else least * area_px)))
+            cloth, start = lay(photo, canvas, pairs, basis, 0.0 if is_cloth else least * area_px)
+            laid.append(LaidLattice(sure, start, register_as(cloth, start, register_coarsely)))
     return laid
 
 
 def in_turn(laid: list[LaidLattice]) -> list[LaidLattice]:
     """Return what is nearly as sure as the surest first, and what explains most of that and of the rest first."""
     as_sure = NEARLY * max((one.sure for one in laid), default=0.0)
-    return sorted(laid, key=lambda one: (one.sure < as_sure, -max(one.weight.share, 0.0)))
+    return sorted(laid, key=lambda one: (one.sure < as_sure, -max(one.registered[2].share, 0.0)))
 
 
 def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]:
@@ -158,10 +161,8 @@ def find_likely_of_patches(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float
     return pairs, find_bases(count_votes(pairs, LARGE_PX))
 
 
-def lay(
-    photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_px: float
-) -> tuple[FittedCloth, Fit, Evidence]:
-    """Return the cloth registered around the pairs that lie whole texels of a `basis` (2, 2), pixels, apart.
+def lay(photo: Floats, canvas: FlatPicture, pairs: Pairs, basis: Floats, least_px: float) -> tuple[FittedCloth, Fit]:
+    """Return the cloth laid around the pairs that lie whole texels of a `basis` (2, 2), pixels, apart.
 
     The plate through them is told on every second node: between nodes so close to one another it hardly bends. Raises
     `NoPatternError` where no more than `least_px` pixels of cloth lie near the pairs.
@@ -177,7 +178,7 @@ def lay(
     if near.sum() <= least_px or not cells.any():
         raise NoPatternError
     rough = ClothState(at_finer_nodes(plate, cloth.mesh.nodes), cloth.brightness, cells)
-    return choose_weave(cloth, measure(cloth, estimate(cloth, (rough,)), (rough,)), register_coarsely)
+    return cloth, measure(cloth, estimate(cloth, (rough,)), (rough,))
 
 
 def register_coarsely(cloth: FittedCloth, found: Fit) -> Fit:

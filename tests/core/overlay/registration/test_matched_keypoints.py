@@ -88,10 +88,11 @@ def test_matches_agree_by_whole_texels_only(sewn: tuple[FittedCloth, Fit, Floats
     matches = match(cloth, fit)
     sure, agree = agreement(matches)
     best = int(sure.argmax())
-    at, uv, slopes = matches.points[[best]], matches.uv[[best]], matches.slopes[[best]]
-    assert agree[best].sum() > 10
-    np.testing.assert_array_equal(matches.agreeing(at, uv + [[2.0, -1.0]], slopes)[1][0], agree[best])
-    assert (matches.agreeing(at, uv + [[0.5, 0.0]], slopes)[1][0] & agree[best]).sum() == 0
+    at, uv, slopes = matches.points[best], matches.uv[best], matches.slopes[best]
+    assert len(agree[best]) > 10
+    same = matches.agreeing(at, uv + [2.0, -1.0], slopes)
+    np.testing.assert_array_equal(np.flatnonzero(same), np.sort(agree[best]))
+    assert not matches.agreeing(at, uv + [0.5, 0.0], slopes)[agree[best]].any()
 
 
 def test_where_nothing_is_followed_or_left_there_is_no_match(sewn: tuple[FittedCloth, Fit, Floats]) -> None:
