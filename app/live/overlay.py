@@ -43,7 +43,7 @@ class LiveOverlay:
 
     @property
     def layers(self) -> OverlayLayers | None:
-        """What is shown: the present document's layers, or while those are being found, the ones before."""
+        """What is shown: the present document's layers, or while those are being found, the ones before, or rough."""
         return self._layers
 
     @property
@@ -75,7 +75,7 @@ class LiveOverlay:
         is_open = self._search is not None and not self._is_final and self.fault is None and self.ticket is None
         if is_open and not held:
             self._start(document)
-        self._take_stage()
+        self._take_preview()
 
     def _follow(self, document: Document) -> None:
         """Forget what belongs to other inputs."""
@@ -141,10 +141,13 @@ class LiveOverlay:
         name = "Find pattern" if get_found(document) is None else "Cover"
         self.ticket = self._jobs.start(Task(name, lambda: find_layers(document), deliver, fail))
 
-    def _take_stage(self) -> None:
-        """Take the newest lattice that the job has to show."""
+    def _take_preview(self) -> None:
+        """Take the newest lattice that the job has to show, or the layers as they lie, with the light of before."""
         stage = self.ticket.progress.preview if self.ticket is not None and self.is_running else None
-        if isinstance(stage, Stage) and stage.lattice is not None and stage.shape is not None:
+        if isinstance(stage, OverlayLayers):
+            # On these nothing is laid yet of what is covered by hand.
+            self._layers = stage if self._covered is None or self._covered.is_empty else self._layers
+        elif isinstance(stage, Stage) and stage.lattice is not None and stage.shape is not None:
             assert self._image is not None
             scale = -(-self._image.height_px // stage.shape[0])
             points = scale * stage.lattice.frames.points + (scale - 1) / 2

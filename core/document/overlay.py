@@ -129,8 +129,7 @@ def _find(document: Document) -> Job[OverlayLayers]:
     outcome = _kept.get(document.image, search)
     if outcome is None and search.mending is not None:
         before = yield from part(_find(document.with_cloth(search=search.mending.of)), 0.0, AGAIN)
-        yield Progress(AGAIN, "mending the lattice")
-        outcome = mend_layers(document, before, search.mending)
+        outcome = yield from part(mend_layers(document, before, search.mending), AGAIN, 1.0)
         _kept.put(document.image, search, outcome)
     elif outcome is None:
         try:

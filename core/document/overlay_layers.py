@@ -22,12 +22,16 @@ from core.overlay.mesh import boxes_of
 from core.overlay.storage.layers_file import detail_of
 from core.overlay.texel import Texel
 from core.overlay.tolerances import RIM_PX
+from core.progress import Job, Progress
 from core.rasters.raster import Raster
 
 if TYPE_CHECKING:
     from core.overlay.decomposition import Decomposition
     from core.overlay.found_cloth import FoundCloth
 
+MENDING = "mending the lattice"
+LAID = 0.2
+"""How far mending is once the cloth lies as wanted, but for its light and detail."""
 COPIES = 2.5
 """How many copies of a new texture go across the cloth unless the artist says otherwise."""
 
@@ -113,8 +117,11 @@ class OverlayLayers:
         return max(round(float(self.covered.sum()) / abs(float(np.linalg.det(self.basis)))), 1)
 
 
-def mend_layers(document: Document, layers: OverlayLayers, mending: Mending) -> OverlayLayers:
-    """Return the layers put right around the vertices that were moved, removed or added."""
+def mend_layers(document: Document, layers: OverlayLayers, mending: Mending) -> Job[OverlayLayers]:
+    """Return the layers put right around the vertices that were moved, removed or added.
+
+    The first step shows them as they lie then, in the light and with the detail of before; an added vertex has none.
+    """
     keys, size_px = np.rint(mending.lattice.keys).astype(np.int64), document.size_px
     held = {(int(i), int(j)) for i, j in np.rint(mending.held)}
     wanted = Corrections(
@@ -123,10 +130,15 @@ def mend_layers(document: Document, layers: OverlayLayers, mending: Mending) -> 
         np.array([(i, j) in held for i, j in keys.tolist()], np.bool_),
         tuple(pixels_from_places(size_px, seam) for seam in mending.seams),
     )
+    yield Progress(0.0, MENDING)
     cloth = mend(LaidCloth(layers.uv, layers.shading, layers.coverage, layers.lattice), wanted)
     if not finite(cloth.uv).any():
         raise NoPatternError("what is left of the lattice")
-    return replace(_laid_as(document, layers, cloth.uv, cloth.shading, cloth.coverage), lattice=cloth.lattice)
+    laid = cloth.uv, cloth.shading, cloth.coverage
+    is_lit = set(map(tuple, keys.tolist())) <= set(map(tuple, layers.lattice.keys.tolist()))
+    moved = replace(layers, uv=laid[0], shading=laid[1], coverage=laid[2], lattice=cloth.lattice)
+    yield Progress(LAID, MENDING, moved if is_lit else None)
+    return replace(_laid_as(document, layers, *laid), lattice=cloth.lattice)
 
 
 def cover_layers(document: Document, layers: OverlayLayers, painted: Raster) -> OverlayLayers:

@@ -158,6 +158,8 @@ def premultiply(texture: F) -> F:
 
 def differ(layer: Singles, other: Singles) -> Bools:
     """Return where (H, W) two layers (H, W) or (H, W, C), NaN outside the cloth, are not the same."""
+    if layer is other:
+        return np.zeros(layer.shape[:2], np.bool_)
     off = (layer != other) & ~(np.isnan(layer) & np.isnan(other))
     return np.asarray(off if off.ndim == 2 else off.any(-1), np.bool_)
 

@@ -1,6 +1,7 @@
 """Stories of a lattice that is mended by hand: no search is run for it, and what was put right stays."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ from app.model.jobs import InlineExecutor, Jobs
 from app.tools.cloth.lattice import free_key, on_screen, vertices
 from app.tools.cloth.lattice_edit import is_held
 from core.arrays import Ints, Points
+from core.document import overlay_layers
 from core.document.document import Document
+from core.document.overlay import get_found
 from core.document.overlay_layers import OverlayLayers
 from core.document.overlay_settings import LatticeVertices, Mending, Search
 from core.document.project import load_project, save_project
@@ -254,3 +257,47 @@ def test_the_lattice_of_another_search_is_not_mended_while_one_is_under_way(foun
     before = drive.labels
     drive.drag((60, 60), (64, 60), (70, 70))
     assert drive.labels == before
+
+
+def test_moved_cloth_shows_where_it_lies_before_its_light_and_detail_are_told(
+    found: Document, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    later, shown = Later(), list[OverlayLayers | None]()
+    drive = EditorDriver(found, jobs=Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
+    drive.tool("lattice").frame()
+    overlay, in_full = drive.editor.overlay, overlay_layers._laid_as
+    before = overlay.layers
+
+    def watch(*arguments: Any) -> OverlayLayers:
+        drive.frame()
+        shown.append(overlay.layers)
+        return in_full(*arguments)
+
+    monkeypatch.setattr(overlay_layers, "_laid_as", watch)
+    lattice = vertices(drive.editor)
+    assert lattice is not None
+    x, y = on_screen(drive.editor, lattice)[len(lattice.keys) // 2].tolist()
+    drive.drag((x, y), (x + 5, y), (x + 4, y + 3)).frame()
+    later.run()
+    drive.frame()
+    [rough], final = shown, overlay.layers
+    assert before is not None
+    assert rough is not None
+    assert final is not None
+    np.testing.assert_array_equal(rough.uv, final.uv)
+    np.testing.assert_array_equal(rough.lattice.frames.points, final.lattice.frames.points)
+    assert rough.bare_detail is before.bare_detail
+    assert not np.array_equal(final.bare_detail, before.bare_detail, equal_nan=True)
+
+
+@pytest.mark.parametrize("is_new", [False, True])
+def test_cloth_that_has_no_light_yet_is_not_shown(found: Document, is_new: bool) -> None:
+    layers, search = get_found(found), found.cloth.search
+    assert layers is not None
+    assert search is not None
+    lattice = overlay_layers.vertices_of(found, layers)
+    key, place = lattice.keys.max(0) + 1, lattice.places.max(0)
+    more = LatticeVertices(np.vstack([lattice.keys, key]), np.vstack([lattice.places, place]))
+    mending = Mending(search, more if is_new else lattice, key[None])
+    previews = [step.preview for step in overlay_layers.mend_layers(found, layers, mending)]
+    assert any(previews) == (not is_new)
