@@ -69,10 +69,15 @@ def fill_gaps(model: PixelModel) -> PixelModel:
 def find_border(model: PixelModel) -> PixelModel:
     """Carry the cloth on to where its outline is seen, and take away what lies beyond that."""
     seen, _, rho, covered = layers_of(model)
-    width_px = max(NEARBY_PX, model.cloth.sigma_px)
+    width_px = border_width_px(model)
     further = reach(covered, width_px) & model.valid & ~model.hidden
     inside = find_outline(seen, model.texel, rho, covered, further, width_px)
     return without_pixels(extend_to(model, further & inside), covered & ~inside)
+
+
+def border_width_px(model: PixelModel) -> float:
+    """Return the width of the neighbourhood that tells where the cloth ends."""
+    return max(NEARBY_PX, model.cloth.sigma_px)
 
 
 def cut_surroundings(model: PixelModel) -> PixelModel:
@@ -80,8 +85,9 @@ def cut_surroundings(model: PixelModel) -> PixelModel:
     if model.is_told:
         return model
     seen, _, _, covered = layers_of(model)
+    beyond = ~(covered | reach(covered, border_width_px(model)))
     # What is thinner is told pixel by pixel, by the outline.
-    return hide(model, open_by_disc(find_surroundings(seen, covered, model.cloth.side_px), RIM_PX))
+    return hide(model, open_by_disc(find_surroundings(seen, covered, beyond, model.cloth.side_px), RIM_PX))
 
 
 def cut_occluders(model: PixelModel) -> PixelModel:

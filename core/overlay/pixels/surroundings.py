@@ -1,9 +1,10 @@
 """Ground that a mesh has gone on over, told from the cloth by colour and contrast in windows of a part of a texel.
 
-Where ground has the cloth's colour, little contradicts a mesh whose motifs fold away. What is covered and what is not
-are a Gaussian and a mixture of them, of the windows' colours and contrasts; how much likelier a window is under the
-second one speaks for ground, and the outline is the cheapest one, along edges in the photo (GrabCut, Rother et al.
-2004). Windows hold pixels of one side only, so that they do not tell of the other one beside a border that is right.
+Where ground has the cloth's colour, little contradicts a mesh whose motifs fold away. What is covered, and what lies
+further from that than its border is looked for, are a Gaussian and a mixture of them, of the windows' colours and
+contrasts; how much likelier a window is under the second one speaks for ground, and the outline is the cheapest one,
+along edges in the photo (GrabCut, Rother et al. 2004). Windows hold pixels of one side only, so that they do not tell
+of the other one beside a border that is right.
 """
 
 from dataclasses import dataclass
@@ -50,31 +51,33 @@ class GaussianMixture:
         return np.asarray(np.logaddexp.reduce(scale - squares / 2, axis=1), np.float64)
 
 
-def find_surroundings(photo: Floats, covered: Bools, side_px: float) -> Bools:
+def find_surroundings(photo: Floats, covered: Bools, beyond: Bools, side_px: float) -> Bools:
     """Return which covered pixels (H, W) show what surrounds the cloth of a photo (H, W, 3), and are connected with it.
 
-    `side_px` is the side of a texel.
+    What lies `beyond` (H, W) is surely none; nearer there may be cloth that is not covered. `side_px` is the side of a
+    texel.
     """
     width_px = WIDTH * side_px
     least_px, off = max(4 * np.pi * width_px**2, LEAST_PX), np.zeros(covered.shape, bool)
-    if min(covered.sum(), (~covered).sum()) < least_px:
+    if min(covered.sum(), beyond.sum()) < least_px:
         return off
-    speaks = speaks_for_ground(photo, covered, covered, width_px)
-    cloth = covered & ~from_outside(covered & (speaks > 0), covered)
+    speaks = speaks_for_ground(photo, covered, covered, beyond, width_px)
+    ground = from_outside(covered & (speaks > 0), covered)
+    cloth = covered & ~ground
     if cloth.sum() < least_px:
         return off
-    speaks = EVIDENCE / width_px**2 * speaks_for_ground(photo, covered, cloth, width_px)
+    speaks = EVIDENCE / width_px**2 * speaks_for_ground(photo, covered, cloth, beyond | ground, width_px)
     speaks[~covered] = MOST
     found = cut_out(photo, covered, speaks) & covered
     return from_outside(found, covered)
 
 
-def speaks_for_ground(photo: Floats, covered: Bools, cloth: Bools, width_px: float) -> Floats:
-    """Return how much likelier (H, W), as a logarithm, covered pixels show ground: what is not taken for `cloth`."""
+def speaks_for_ground(photo: Floats, covered: Bools, cloth: Bools, ground: Bools, width_px: float) -> Floats:
+    """Return how much likelier (H, W), as a logarithm, covered pixels show what `ground` (H, W) does than `cloth`."""
     seen = np.where(cloth[..., None], look(photo, cloth, width_px), look(photo, ~cloth, width_px))
     # A cloth looks alike throughout.
     of_cloth = find_mixture(seen[draw_sample(cloth, SAMPLES)], 1)
-    of_ground = find_mixture(seen[draw_sample(~cloth, SAMPLES)], GROUPS)
+    of_ground = find_mixture(seen[draw_sample(ground, SAMPLES)], GROUPS)
     out = np.zeros(covered.shape)
     odds = of_ground.log_likelihood(seen[covered]) - of_cloth.log_likelihood(seen[covered]) - PRIOR
     out[covered] = np.clip(odds, -SURELY, SURELY)

@@ -119,7 +119,7 @@ def test_ground_is_cut_off_where_nobody_said_that_there_is_cloth(
     y, x = np.indices(scene.photo.shape[:2])
     sliver = (y == 60) & (x > 40) & (x < 52)
     ground = (x > 120) | sliver
-    monkeypatch.setattr(stages, "find_surroundings", lambda _photo, covered, _side: covered & ground)
+    monkeypatch.setattr(stages, "find_surroundings", lambda _photo, covered, *_: covered & ground)
     region = np.ones(ground.shape, bool)
     if is_told:
         found = run(decompose(scene.photo, region=region))
