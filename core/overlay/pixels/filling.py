@@ -16,7 +16,7 @@ from core.overlay.detail.sparse_reflectance import mean_light
 from core.overlay.filters.distances import distance, open_by_disc
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import DENSITY
-from core.overlay.mesh import ClothMesh, around
+from core.overlay.mesh import around
 from core.overlay.palette import GROUPS, from_shades, palette
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.region import clean, continue_on
@@ -66,9 +66,9 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
     coloured, alike = np.zeros(covered.shape, bool), np.zeros(covered.shape, bool)
     for number, piece in enumerate(pieces):
         mine = open_to & (owner == number)
-        further, sound = carried_on(cloth.mesh, piece, mine, abs(float(np.linalg.det(cloth.basis))))
+        further, sound = carried_on(cloth, piece, mine)
         carried.append(further)
-        possible.append(mine & (gaussian(cloth.mesh.pixels_of(sound).astype(np.float64), cloth.mesh.cell / 2) > 0.5))
+        possible.append(sound)
         rows, columns = around(mine, margin)
         box = slice(rows.start, min(rows.stop, len(mine))), slice(columns.start, min(columns.stop, mine.shape[1]))
         light = cloth.mesh.smooth_to_pixels(further.rho[..., None], box)
@@ -108,19 +108,20 @@ def find_enclosed(covered: Bools, width_px: float) -> Bools:
     return np.asarray(~covered & (hole | (closed > 0)), np.bool_)
 
 
-def carried_on(mesh: ClothMesh, piece: ClothState, wanted: Bools, texel_area: float) -> tuple[ClothState, Bools]:
-    """Return a piece with values at the nodes around wanted pixels (H, W), and the cells that have sound ones."""
+def carried_on(cloth: FittedCloth, piece: ClothState, wanted: Bools) -> tuple[ClothState, Bools]:
+    """Return a piece with values at the nodes around wanted pixels (H, W), and those at which they are sound."""
+    mesh, texel_px = cloth.mesh, abs(float(np.linalg.det(cloth.basis)))
     cells = piece.cells | (mesh.cell_means(wanted.astype(float)) > 0)
     cells = np.asarray(cv2.dilate(cells.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0, np.bool_)
     further = continue_on(mesh, piece, cells)
     low, usual, high = np.percentile(piece.rho[mesh.nodes_of(piece.cells)], [2, 50, 98])
     rho = np.where(mesh.nodes_of(cells), np.clip(further.rho, low, high), usual)
-    further = replace(further, rho=rho)
-    areas = mesh.areas(further.uv, cells) * texel_area / mesh.cell**2
+    areas = mesh.areas(further.uv, cells) * texel_px / mesh.cell**2
     areas *= np.sign(np.median(mesh.areas(piece.uv, piece.cells)))
     sound = cells.copy()
     sound[cells] = (areas.min(1) > 1 / STRETCH) & (areas.max(1) < STRETCH)
-    return replace(further, cells=piece.cells), np.asarray(sound | piece.cells, np.bool_)
+    near = gaussian(mesh.pixels_of(sound | piece.cells).astype(np.float64), mesh.cell / 2) > 0.5
+    return replace(further, rho=rho, cells=piece.cells), np.asarray(wanted & near, np.bool_)
 
 
 def parts_with(marks: Bools, mask: Bools) -> Bools:

@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
-from core.overlay.filters.distances import open_by_disc, within
+from core.overlay.filters.distances import distance, open_by_disc, within
 from core.overlay.filters.texture_filter import filter_large
 from core.overlay.laying.albedo_scale import gauge_of
 from core.overlay.mesh import around
 from core.overlay.palette import MANY, palette
 from core.overlay.pixels.extension import extend
-from core.overlay.pixels.filling import filled
+from core.overlay.pixels.filling import carried_on, filled
 from core.overlay.pixels.gaps.gap_completion import sew
 from core.overlay.pixels.jacobian_validity import find_untorn
 from core.overlay.pixels.layers import explained, paint, spread_mask, spread_plane
@@ -29,7 +29,7 @@ from core.overlay.pixels.shading.chromatic_shading import find_tint
 from core.overlay.pixels.shading.multiscale_light import estimate_light
 from core.overlay.pixels.shading.relighting import recover
 from core.overlay.pixels.surroundings import find_surroundings
-from core.overlay.registration.constrained_registration import settle
+from core.overlay.registration.constrained_registration import FIRM, settle
 from core.overlay.texel import Texel, draw_sample, estimate_texel
 from core.overlay.tolerances import DRAWN, NEARBY_PX, RIM_PX
 
@@ -72,7 +72,25 @@ def find_border(model: PixelModel) -> PixelModel:
     width_px = border_width_px(model)
     further = reach(covered, width_px) & model.valid & ~model.hidden
     inside = find_outline(seen, model.texel, rho, covered, further, width_px)
-    return without_pixels(extend_to(model, further & inside), covered & ~inside)
+    border = without_pixels(extend_to(model, further & inside), covered & ~inside)
+    return settle_border(border, further & inside, covered & inside)
+
+
+def settle_border(model: PixelModel, wanted: Bools, covered: Bools) -> PixelModel:
+    """Register what was carried straight on to wanted pixels (H, W), where the mesh can go on from `covered` ones."""
+    if not wanted.any():
+        return model
+    layers, owner = (
+        (model.uv.copy(), model.shading.copy()),
+        np.stack([distance(mask) for mask in model.masks]).argmin(0),
+    )
+    for number, piece in enumerate(model.pieces):
+        further, sound = carried_on(model.cloth, piece, wanted & (owner == number))
+        for layer in layers:
+            layer[sound] = np.nan
+        settled = settle(model.cloth, model.found, further, sound, covered, FIRM)
+        paint(layers, model.cloth.mesh, [settled], [sound], model.valid)
+    return replace(model, uv=layers[0], shading=layers[1])
 
 
 def border_width_px(model: PixelModel) -> float:

@@ -18,14 +18,18 @@ from core.overlay.tolerances import SMOOTH_PX
 
 ROUNDS = 4
 """Steps under each blur."""
+FIRM = 3.0
+"""Smoothness over the usual one of a border: it is held from one side only."""
 HOLDING = 2
 """Width, in cells, of the cloth that was followed and holds the rest."""
 
 
-def settle(cloth: FittedCloth, found: Fit, piece: ClothState, wanted: Bools, covered: Bools) -> ClothState:
+def settle(
+    cloth: FittedCloth, found: Fit, piece: ClothState, wanted: Bools, covered: Bools, firm: float = 1.0
+) -> ClothState:
     """Return a piece that has values at the nodes around wanted pixels (H, W) with these nodes registered.
 
-    `covered` (H, W) is what was followed; the piece's cells stay.
+    `covered` (H, W) is what was followed; the piece's cells stay. `firm` is its smoothness over the usual one.
     """
     trial = np.asarray((cloth.mesh.cell_means(wanted.astype(float)) > 0) & ~piece.cells, np.bool_)
     free = cloth.mesh.nodes_of(trial) & ~cloth.mesh.nodes_of(piece.cells)
@@ -33,6 +37,7 @@ def settle(cloth: FittedCloth, found: Fit, piece: ClothState, wanted: Bools, cov
         return piece
     registration = cloth.registration.weighted((wanted | covered).astype(np.float64))
     band = replace(piece, cells=trial | ring(trial, piece.cells, HOLDING))
+    smoothness = Smoothness(firm * Smoothness.geometry, firm * Smoothness.shading)
     for blur_px in (COARSE * cloth.step_px, SMOOTH_PX):
-        band = registration.run(band, found.texel, Smoothness(), rounds=ROUNDS, blur_px=blur_px, free=free)
+        band = registration.run(band, found.texel, smoothness, rounds=ROUNDS, blur_px=blur_px, free=free)
     return replace(band, cells=piece.cells)
