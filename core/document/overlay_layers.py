@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from core.overlay.found_cloth import FoundCloth
 
 MENDING = "mending the lattice"
-LAID = 0.2
-"""How far mending is once the cloth lies as wanted, but for its light and detail."""
 COPIES = 2.5
 """How many copies of a new texture go across the cloth unless the artist says otherwise."""
 
@@ -134,11 +132,10 @@ def mend_layers(document: Document, layers: OverlayLayers, mending: Mending) -> 
     cloth = mend(LaidCloth(layers.uv, layers.shading, layers.coverage, layers.lattice), wanted)
     if not finite(cloth.uv).any():
         raise NoPatternError("what is left of the lattice")
-    laid = cloth.uv, cloth.shading, cloth.coverage
+    laid = replace(layers, uv=cloth.uv, shading=cloth.shading, coverage=cloth.coverage, lattice=cloth.lattice)
     is_lit = set(map(tuple, keys.tolist())) <= set(map(tuple, layers.lattice.keys.tolist()))
-    moved = replace(layers, uv=laid[0], shading=laid[1], coverage=laid[2], lattice=cloth.lattice)
-    yield Progress(LAID, MENDING, moved if is_lit else None)
-    return replace(_laid_as(document, layers, *laid), lattice=cloth.lattice)
+    yield Progress(0.0, MENDING, laid if is_lit else None)
+    return _with_detail(document, layers, laid)
 
 
 def cover_layers(document: Document, layers: OverlayLayers, painted: Raster) -> OverlayLayers:
@@ -147,26 +144,23 @@ def cover_layers(document: Document, layers: OverlayLayers, painted: Raster) -> 
     from core.overlay.covering import cover_painted
 
     before, opacity = (layers.uv, layers.shading), color.unit(painted.array)
-    laid, coverage = cover_painted(before, layers.coverage, opacity, layers.basis)
-    return replace(_laid_as(document, layers, *laid, coverage), uncovered=layers, painted=painted)
+    (uv, shading), coverage = cover_painted(before, layers.coverage, opacity, layers.basis)
+    laid = replace(layers, uv=uv, shading=shading, coverage=coverage, uncovered=layers, painted=painted)
+    return _with_detail(document, layers, laid)
 
 
-def _laid_as(
-    document: Document, layers: OverlayLayers, uv: Singles, shading: Singles, coverage: Singles
-) -> OverlayLayers:
-    """Return the layers of cloth that is laid otherwise, with the detail that is left then around what differs."""
-    texel, detail = Texel(layers.texel), layers.detail.copy()
+def _with_detail(document: Document, before: OverlayLayers, laid: OverlayLayers) -> OverlayLayers:
+    """Return layers of cloth that is `laid` otherwise than before, with the detail that is left around what differs."""
+    texel, detail = Texel(laid.texel), before.detail.copy()
     # What a pixel shows of the texture depends on those beside it, too.
-    changed = within(differ(uv, layers.uv) | differ(shading, layers.shading), RIM_PX)
+    changed = within(differ(laid.uv, before.uv) | differ(laid.shading, before.shading), RIM_PX)
     for box in boxes_of(changed, 2 * RIM_PX):
         part = document.image.with_pixels(document.image.pixels[box])
-        known = detail_of(encode(part), uv[box], shading[box], texel)
+        known = detail_of(encode(part), laid.uv[box], laid.shading[box], texel)
         detail[box][changed[box]] = known[changed[box]]
-    before = layers.bare_shading, layers.bare_detail
-    light, bare = update_bare_layers(before, detail, uv, shading, texel, layers.basis, changed)
-    return replace(
-        layers, uv=uv, shading=shading, detail=detail, bare_shading=light, bare_detail=bare, coverage=coverage
-    )
+    bare = before.bare_shading, before.bare_detail
+    light, rest = update_bare_layers(bare, detail, laid.uv, laid.shading, texel, laid.basis, changed)
+    return replace(laid, detail=detail, bare_shading=light, bare_detail=rest)
 
 
 def layers_of(result: "Decomposition") -> OverlayLayers:

@@ -265,7 +265,7 @@ def test_moved_cloth_shows_where_it_lies_before_its_light_and_detail_are_told(
     later, shown = Later(), list[OverlayLayers | None]()
     drive = EditorDriver(found, jobs=Jobs(live=InlineExecutor(), long=later, beside=InlineExecutor()))
     drive.tool("lattice").frame()
-    overlay, in_full = drive.editor.overlay, overlay_layers._laid_as
+    overlay, in_full = drive.editor.overlay, overlay_layers._with_detail
     before = overlay.layers
 
     def watch(*arguments: Any) -> OverlayLayers:
@@ -273,7 +273,7 @@ def test_moved_cloth_shows_where_it_lies_before_its_light_and_detail_are_told(
         shown.append(overlay.layers)
         return in_full(*arguments)
 
-    monkeypatch.setattr(overlay_layers, "_laid_as", watch)
+    monkeypatch.setattr(overlay_layers, "_with_detail", watch)
     lattice = vertices(drive.editor)
     assert lattice is not None
     x, y = on_screen(drive.editor, lattice)[len(lattice.keys) // 2].tolist()
