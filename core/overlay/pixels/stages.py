@@ -80,10 +80,8 @@ def settle_border(model: PixelModel, wanted: Bools, covered: Bools) -> PixelMode
     """Register what was carried straight on to wanted pixels (H, W), where the mesh can go on from `covered` ones."""
     if not wanted.any():
         return model
-    layers, owner = (
-        (model.uv.copy(), model.shading.copy()),
-        np.stack([distance(mask) for mask in model.masks]).argmin(0),
-    )
+    layers = model.uv.copy(), model.shading.copy()
+    owner = np.stack([distance(mask) for mask in model.masks]).argmin(0)
     for number, piece in enumerate(model.pieces):
         further, sound = carried_on(model.cloth, piece, wanted & (owner == number))
         for layer in layers:
