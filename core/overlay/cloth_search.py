@@ -91,7 +91,8 @@ def find_on_whole_object(
 ) -> Job[list[FoundCloth]]:
     """Return what is found in all of the photo, or given, and, if none of it is clear there, on what stands out.
 
-    What stands out is searched as a region is. Large texels are looked for in all of the photo only where nothing does.
+    What stands out is searched as a region is, and what was found beside it does not count if anything is found there.
+    Large texels are looked for in all of the photo only where nothing stands out.
     """
     try:
         inside = yield from part(find_object(photo), 0.0, 0.1)
@@ -106,7 +107,8 @@ def find_on_whole_object(
     if not any(found.is_sure for found in more):
         with suppress(NoPatternError):
             more.append((yield from part(find_alike(photo, within), 0.7, 1.0)))
-    return [*finds, *more]
+    # Ground with a pattern of its own may explain more than the garment on it.
+    return [*(found for found in finds if not more or lies_on(found.covered, inside)), *more]
 
 
 def lies_on(covered: Bools, inside: Bools) -> bool:

@@ -47,7 +47,9 @@ class FoundCloth:
     def laid(self) -> PixelModel:
         """What is told at every pixel of the photo as it was searched."""
         with one_thread():
-            return go_through(begun_model(self), LAYING)
+            laid = go_through(begun_model(self), LAYING)
+        # What the registration keeps for its next step is not needed any more, and takes memory.
+        return replace(laid, cloth=laid.cloth.without_results)
 
     @cached_property
     def model(self) -> PixelModel:
