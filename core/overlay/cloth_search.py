@@ -211,4 +211,7 @@ def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int
     """Return what was found on the working picture as that of the photo (H, W, 3)."""
     valid, opacity = may_be_cloth(photo, region), opacity_of(region)
     doubts = found.is_sure, found.is_clear
-    return FoundCloth(found.cloth, found.followed, photo, valid, scale, opacity, *doubts, is_told=region is not None)
+    # What the registration keeps for its next step takes memory.
+    return FoundCloth(
+        found.cloth.without_results, found.followed, photo, valid, scale, opacity, *doubts, is_told=region is not None
+    )

@@ -164,8 +164,7 @@ def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomp
     started = time.perf_counter()
     best = choose(finds)
     result = split(best)
-    kept = replace(best.searched, cloth=best.cloth.without_results)
-    return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started}, found=kept)
+    return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started}, found=best.searched)
 
 
 def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:

@@ -48,7 +48,6 @@ class FoundCloth:
         """What is told at every pixel of the photo as it was searched."""
         with one_thread():
             laid = go_through(begun_model(self), LAYING)
-        # What the registration keeps for its next step is not needed any more, and takes memory.
         return replace(laid, cloth=laid.cloth.without_results)
 
     @cached_property
