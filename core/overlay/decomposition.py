@@ -164,7 +164,8 @@ def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomp
     started = time.perf_counter()
     best = choose(finds)
     result = split(best)
-    return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started}, found=best.searched)
+    kept = replace(best.searched, cloth=best.cloth.without_results)
+    return replace(result, seconds=seconds | {SPLITTING: time.perf_counter() - started}, found=kept)
 
 
 def split_without(found: FoundCloth, names: Collection[str]) -> Iterator[tuple[str, Decomposition | None]]:

@@ -47,8 +47,7 @@ class FoundCloth:
     def laid(self) -> PixelModel:
         """What is told at every pixel of the photo as it was searched."""
         with one_thread():
-            laid = go_through(begun_model(self), LAYING)
-        return replace(laid, cloth=laid.cloth.without_results)
+            return go_through(begun_model(self), LAYING)
 
     @cached_property
     def model(self) -> PixelModel:

@@ -12,8 +12,6 @@ from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.region import LIMIT, clean, misfit, ring, without_specks
 from core.overlay.registration.registration import LEAST_SHADING, ClothState
 
-REACH = 0.25
-"""Lattice steps past its cells in which a piece may explain the photo."""
 LENIENCE = 1.6
 """Times the limit that a misfit may have in the middle of a piece."""
 GLARE = 1.8
@@ -26,13 +24,12 @@ LEAST_PART = (2.0, 0.5)
 def explained(cloth: FittedCloth, found: Fit, pieces: list[ClothState]) -> list[Bools]:
     """Return the pixels (H, W) that each piece explains, as seen by the fit; they do not overlap.
 
-    Every piece reaches a little past its own cells; of two that explain a pixel the better one has it.
+    Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
     """
-    past = max(1, round(REACH * cloth.step_px / cloth.mesh.cell))
     mesh, best, owner = cloth.mesh, np.full(cloth.valid.shape, LIMIT), np.full(cloth.valid.shape, -1)
     brightest = float(np.percentile(found.texel.pixels, 99.5))
     for number, piece in enumerate(pieces):
-        box = mesh.box_of(piece.cells, past + round(2 * cloth.sigma_px / mesh.cell))
+        box = mesh.box_of(piece.cells, 1 + round(2 * cloth.sigma_px / mesh.cell))
         at, valid = mesh.smooth_to_pixels(piece.values, box), cloth.valid[box]
         rho = np.maximum(at[..., 2], LEAST_SHADING)
         modelled = rho[..., None] * found.texel(at[..., :2])
@@ -41,7 +38,7 @@ def explained(cloth: FittedCloth, found: Fit, pieces: list[ClothState]) -> list[
         whole = without_specks(piece.cells, round(LEAST_PART[cloth.few] * (cloth.step_px / mesh.cell) ** 2))
         core = cv2.erode(np.pad(whole, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
         bad = np.where(mesh.pixels_of(core > 0)[box], mild / LENIENCE, strict)
-        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), past))[box] & valid
+        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1))[box] & valid
         near &= rho * brightest < GLARE
         better = clean(near & (bad < best[box]), cloth.sigma_px) & near
         owner[box][better], best[box][better] = number, bad[better]

@@ -22,8 +22,6 @@ IN_REGION = 1.25
 """Leniency where a region is given: nothing but cloth should be there."""
 CELLS = 8
 """Cells along a side of a texel at least, where the mesh is coarsened."""
-BENDING, BENDING_PX = 0.2, 5.0
-"""Length within which cloth bends, in lattice steps, and at most: what folds within less shows no motif."""
 STEP_PX = 24.0
 """Side of the steps into which large texels are divided."""
 NEAR = 0.3
@@ -114,7 +112,7 @@ class FittedCloth:
     def without_results(self) -> "FittedCloth":
         """The cloth without what was worked out and kept of it, which takes memory."""
         weight = self.canvas.valid[..., 0].astype(np.float64)
-        return replace(self, registration=register_on(self.mesh, self.photo, weight, self.lattice, self.M))
+        return replace(self, registration=Registration(self.mesh, self.photo, weight, self.basis))
 
     @property
     def can_be_coarser(self) -> bool:
@@ -127,7 +125,7 @@ class FittedCloth:
         photo, flat, valid = (shrunk(plane, 2) for plane in (self.photo, self.canvas.image, self.canvas.valid))
         canvas = FlatPicture(flat.astype(np.float32), (valid > 0.5).astype(np.float32))
         mesh, lattice = ClothMesh(photo.shape[:2], self.mesh.cell), self.lattice.shrunk(2)
-        registration = register_on(mesh, photo, valid[..., 0], lattice, self.M)
+        registration = Registration(mesh, photo, valid[..., 0], lattice.basis @ self.M)
         return replace(self, photo=photo, canvas=canvas, lattice=lattice, mesh=mesh, registration=registration)
 
     def near_points(self, points: Points) -> tuple[Bools, Bools]:
@@ -166,16 +164,8 @@ def make_cloth(photo: Floats, canvas: FlatPicture, lattice: Lattice, M: Floats) 
     # About four cells to a step (NRT sec. 3.2: finer than the lattice).
     cell = int(np.clip(2 * round(np.sqrt(lattice.texel_area) / 8), 4, 14))
     mesh = ClothMesh(photo.shape[:2], cell)
-    registration = register_on(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice, M)
+    registration = Registration(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice.basis @ M)
     return FittedCloth(photo, canvas, lattice, M, mesh, registration)
-
-
-def register_on(mesh: ClothMesh, photo: Floats, weight: Floats, lattice: Lattice, M: Floats) -> Registration:
-    """Return the registration on a mesh of a photo (H, W, 3), by weights (H, W), of a texel of M steps of a lattice."""
-    step_px = float(np.sqrt(lattice.texel_area))
-    length = min(BENDING * step_px, BENDING_PX)
-    # Within a cell of a mesh that is coarser light would stand for the pattern.
-    return Registration(mesh, photo, weight, lattice.basis @ M, (length, max(length, mesh.cell)))
 
 
 def make_divided_cloth(photo: Floats, canvas: FlatPicture, lattice: Lattice) -> FittedCloth:

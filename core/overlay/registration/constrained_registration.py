@@ -10,6 +10,7 @@ import numpy as np
 
 from core.arrays import Bools
 from core.overlay.registration.cloth import Fit, FittedCloth
+from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import ring
 from core.overlay.registration.region_growing import COARSE
 from core.overlay.registration.registration import ClothState
@@ -17,8 +18,8 @@ from core.overlay.tolerances import SMOOTH_PX
 
 ROUNDS = 4
 """Steps under each blur."""
-FIRM = 1.5
-"""Length within which a border bends over the usual one: it is held from one side only."""
+FIRM = 3.0
+"""Smoothness over the usual one of a border: it is held from one side only."""
 HOLDING = 2
 """Width, in cells, of the cloth that was followed and holds the rest."""
 
@@ -28,7 +29,7 @@ def settle(
 ) -> ClothState:
     """Return a piece that has values at the nodes around wanted pixels (H, W) with these nodes registered.
 
-    `covered` (H, W) is what was followed; the piece's cells stay. It bends within `firm` times the usual length.
+    `covered` (H, W) is what was followed; the piece's cells stay. `firm` is its smoothness over the usual one.
     """
     trial = np.asarray((cloth.mesh.cell_means(wanted.astype(float)) > 0) & ~piece.cells, np.bool_)
     free = cloth.mesh.nodes_of(trial) & ~cloth.mesh.nodes_of(piece.cells)
@@ -36,6 +37,7 @@ def settle(
         return piece
     registration = cloth.registration.weighted((wanted | covered).astype(np.float64))
     band = replace(piece, cells=trial | ring(trial, piece.cells, HOLDING))
+    smoothness = Smoothness(firm * Smoothness.geometry, firm * Smoothness.shading)
     for blur_px in (COARSE * cloth.step_px, SMOOTH_PX):
-        band = registration.run(band, found.texel, rounds=ROUNDS, blur_px=blur_px, free=free, firm=firm)
+        band = registration.run(band, found.texel, smoothness, rounds=ROUNDS, blur_px=blur_px, free=free)
     return replace(band, cells=piece.cells)

@@ -4,7 +4,7 @@ The weights of a cell's pixels are the same in every cell, so a cell's part of t
 its pixels, g = (∂r/∂m, ∂r/∂ρ) as in `registration`, times constant products of weights.
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -23,11 +23,12 @@ _DAMPING = 64 * float(np.finfo(np.float32).eps)
 """Share of itself by which each unknown's own entry is raised: what it is a sum of is rounded to single precision."""
 
 
-class Smoothness(NamedTuple):
-    """Weights of the second differences, λ² and λ² λp of NRT eqs. 6 and 8, over the usual weight of a node's data."""
+@dataclass(frozen=True)
+class Smoothness:
+    """Weights of the second differences, λ² and λ² λp of NRT eqs. 6 and 8, over the median weight of a node's data."""
 
-    geometry: float
-    shading: float
+    geometry: float = 0.3
+    shading: float = 1.0
 
 
 class System:
@@ -106,13 +107,10 @@ class System:
         return np.asarray(np.bincount(self.corners.ravel() + 1, at_corners.ravel(), self.count + 1)[1:], np.float64)
 
     def _stiffness(self, blocks: Singles, smoothness: Smoothness) -> Floats:
-        """Return the weights (3,) of the second differences of m_x, m_y and ρ, from the data's own (6, 10, K).
-
-        Of motifs on plain ground most nodes see ground, which tells where they are by its noise alone, but their light.
-        """
+        """Return the weights (3,) of the second differences of m_x, m_y and ρ, from the data's own (6, 10, K)."""
         own = [PAIRS.index((a, a)) for a in range(4)]
         x, y, rho = (self._gathered(blocks[SYMMETRIC.index((i, i))][own].T) for i in range(3))
-        geometry = smoothness.geometry * float((x + y).mean()) / 2
+        geometry = smoothness.geometry * float(np.median(x + y)) / 2
         return np.array([geometry, geometry, smoothness.shading * float(np.median(rho))]) + 1e-9
 
 

@@ -8,8 +8,7 @@ Unknown at each node of the mesh: the place m = S uv of the cloth, in pixels of 
 S⁻¹ is the same everywhere, so that it is applied to sums over pixels.
 
 Minimised is Σ ψ(r) + λ² (|L m|² + λp² |L ρ|²) with Huber's ψ and L the second differences of the mesh, by Gauss-Newton
-with reweighting (`normal_equations`). λ² is (l / cell)⁴ times the usual weight of a node's data, l a length: what bends
-within less is smoothed away, on a mesh of any cells.
+with reweighting (`normal_equations`).
 """
 
 from collections.abc import Callable
@@ -72,14 +71,10 @@ class Registration:
         (H, W), 0 where a pixel says nothing: outside the region, transparent.
     scale
         S (2, 2), pixels of the undeformed texture from texels.
-    bending_px
-        l of geometry and of shading, pixels.
     """
 
-    def __init__(
-        self, mesh: ClothMesh, photo: Floats, weight: Floats, scale: Floats, bending_px: tuple[float, float]
-    ) -> None:
-        self.mesh, self.photo, self.scale, self._bending_px = mesh, photo, scale, bending_px
+    def __init__(self, mesh: ClothMesh, photo: Floats, weight: Floats, scale: Floats) -> None:
+        self.mesh, self.photo, self.scale = mesh, photo, scale
         self._weight = mesh.in_cells(weight[..., None].astype(np.float32))[..., 0]
         self._blurred: dict[float, Singles] = {}
         self._room: dict[str, Singles] = {}
@@ -89,15 +84,15 @@ class Registration:
         self,
         state: ClothState,
         texel: Texel,
+        smoothness: Smoothness,
         *,
         rounds: int,
         blur_px: float = 0.0,
         free: Bools | None = None,
-        firm: float = 1.0,
     ) -> ClothState:
         """Return the state after up to `rounds` Gauss-Newton steps on pictures blurred by `blur_px`  [NRT eqs. 6, 7].
 
-        Only the nodes `free` (R, C) move, all if it is not given. It bends within `firm` times the usual length.
+        Only the nodes `free` (R, C) move, all if it is not given.
         """
         box = around(state.cells)
         near, part, nodes = self._cropped(box), state.part(box), nodes_in(box)
@@ -105,8 +100,6 @@ class Registration:
         photo = planes_of(self._photo(blur_px)[box][part.cells])
         system = self._system_of(near.mesh, part.cells, np.ones(near.mesh.nodes, bool) if free is None else free[nodes])
         turn = float(np.sign(np.median(near.mesh.areas(part.uv, part.cells))))
-        weights = ((firm * length / self.mesh.cell) ** 4 for length in self._bending_px)
-        smoothness = Smoothness(*weights)
         for _ in range(rounds):
             with span("registration step", unknowns=3 * system.count):
                 part, moved = near._step(system, part, texel, photo, smoothness, turn)

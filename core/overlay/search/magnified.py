@@ -13,7 +13,8 @@ from core.overlay.detection.correlation import SIDES_PX
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.filters.magnifying import TIMES, enlarged, enlarged_mask
 from core.overlay.mesh import ClothMesh
-from core.overlay.registration.cloth import Fit, FittedCloth, estimate, measure, register_on
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate, measure
+from core.overlay.registration.registration import Registration
 
 MOST_PX = float(TIMES * SIDES_PX[0])
 """Side of a texel of an enlarged photo up to which it is looked for there: the least exemplar holds it in the photo."""
@@ -34,7 +35,7 @@ def restrict(
     """
     mesh = ClothMesh(photo.shape[:2], cloth.mesh.cell // times)
     lattice = cloth.lattice.shrunk(times)
-    registration = register_on(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice, cloth.M)
+    registration = Registration(mesh, photo, canvas.valid[..., 0].astype(np.float64), lattice.basis @ cloth.M)
     small = replace(cloth, photo=photo, canvas=canvas, lattice=lattice, mesh=mesh, registration=registration)
     pieces = [replace(piece, cells=np.asarray(piece.cells & small.allowed, np.bool_)) for piece in found.pieces]
     # The last piece is the one that is followed on.

@@ -110,7 +110,7 @@ def test_a_find_in_a_region_that_leaves_doubts_is_followed_once_more_and_the_bet
 ) -> None:
     def find_doubtful(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
         (found,) = yield from find(photo, known)
-        return [replace(bent(found, 0.2, 1.0) if is_better else found, is_sure=True, is_clear=is_clear)]
+        return [replace(bent(found, 0.1, 1.0) if is_better else found, is_sure=True, is_clear=is_clear)]
 
     def follow_badly(*asked: Any) -> Job[FoundCloth]:
         return bent((yield from follow(*asked)), 0.1, 1.0)

@@ -50,12 +50,10 @@ def begun_with(photo: Floats, side: float, height: float | None = None) -> tuple
 
 
 def test_the_true_lattice_explains_most(scene: Scene) -> None:
-    true, wrong = weighed(scene.photo, 24.0), [weighed(scene.photo, side) for side in (14.0, 17.0, 34.0)]
+    true, wrong = weighed(scene.photo, 24.0), weighed(scene.photo, 17.0)
     assert true.is_clear
-    # A mesh may bend so that one explains a little by chance.
-    assert sum(other.is_credible for other in wrong) <= 1
-    assert true.explained > 2 * max(other.explained for other in wrong)
-    assert max(other.share for other in wrong) < 0.2
+    assert not wrong.is_credible
+    assert true.explained > 2 * wrong.explained
 
 
 def test_stripes_and_a_border_are_no_evidence() -> None:
@@ -134,7 +132,7 @@ def test_folds_are_no_part_of_a_plaid(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.allclose(across_threads(found.texel), 0)
     monkeypatch.setattr(Texel, "woven", lambda texel, _: texel)
     any_texel = begun_with(with_folds(scene, 1), 30.0)
-    assert error_px(cloth, found, scene) < 0.95 * error_px(*any_texel, scene)
+    assert error_px(cloth, found, scene) < 0.9 * error_px(*any_texel, scene)
 
 
 def test_a_print_with_folds_is_no_plaid() -> None:

@@ -10,7 +10,7 @@ from core.overlay.detection.alignment import PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.registration import cloth as cloth_module
-from core.overlay.registration import fine_mesh, fitting
+from core.overlay.registration import fitting
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.fitting import begun, complete
 from core.overlay.registration.pieces import join_by
@@ -49,8 +49,6 @@ def test_large_texels_are_registered_on_a_mesh_as_fine_as_narrow_folds(
     photo = np.clip(scene.shading[..., None] * print_of_blots(0)(uv), 0, 1)
     lattice = [lattice_of(replace(scene, uv=uv), slice(0, SIZE[1]))]
     inside = np.pad(np.ones((SIZE[0] - 4, SIZE[1] - 4), np.float32), 2)
-    # The mesh that is followed is looked at, not the finer one of the end.
-    monkeypatch.setattr(fine_mesh, "CELL_PX", SIZE[1])
     fine = run(decompose(photo, region=inside, lattice=lattice)).explained
     monkeypatch.setattr(cloth_module, "STEP_PX", 1e3)
     coarse = run(decompose(photo, region=inside, lattice=lattice)).explained

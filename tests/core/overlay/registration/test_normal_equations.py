@@ -25,7 +25,7 @@ def test_pixels_that_say_little_in_some_directions_leave_a_solution(said: float,
         for out, (i, j) in zip(moments, SYMMETRIC, strict=True):
             out += strength.astype(np.float32) * np.float32(along[i]) * np.float32(along[j])
     gradient = np.ones((3, *shape), np.float32)
-    step = system.solve(moments, gradient, np.zeros((3, len(system.around))), Smoothness(0.3, 1.0), np.eye(3))
+    step = system.solve(moments, gradient, np.zeros((3, len(system.around))), Smoothness(), np.eye(3))
     assert np.isfinite(step).all()
 
 
@@ -40,7 +40,7 @@ def test_variables_are_changed_after_the_sums_as_before_them() -> None:
 
     def step(slopes: Floats, change: Floats) -> Floats:
         moments = np.array([slopes[i] * slopes[j] for i, j in SYMMETRIC], np.float32)
-        return system.solve(moments, (slopes * missing).astype(np.float32), theta, Smoothness(0.3, 1.0), change)
+        return system.solve(moments, (slopes * missing).astype(np.float32), theta, Smoothness(), change)
 
     changed = np.einsum("ki,k...->i...", change, slopes)
     assert np.allclose(step(slopes, change), step(changed, np.eye(3)), rtol=1e-3, atol=1e-3)
