@@ -47,7 +47,8 @@ class FoundCloth:
     def laid(self) -> PixelModel:
         """What is told at every pixel of the photo as it was searched."""
         with one_thread():
-            return go_through(begun_model(self), LAYING)
+            laid = go_through(begun_model(self), LAYING)
+        return replace(laid, cloth=laid.cloth.without_results)
 
     @cached_property
     def model(self) -> PixelModel:

@@ -24,12 +24,13 @@ LEAST_PART = (2.0, 0.5)
 def explained(cloth: FittedCloth, found: Fit, pieces: list[ClothState]) -> list[Bools]:
     """Return the pixels (H, W) that each piece explains, as seen by the fit; they do not overlap.
 
-    Every piece reaches one cell past its own; of two that explain a pixel the better one has it.
+    Every piece reaches a quarter of a lattice step past its cells; of two that explain a pixel the better one has it.
     """
-    mesh, best, owner = cloth.mesh, np.full(cloth.valid.shape, LIMIT), np.full(cloth.valid.shape, -1)
+    past, mesh = cloth.quarter_step, cloth.mesh
+    best, owner = np.full(cloth.valid.shape, LIMIT), np.full(cloth.valid.shape, -1)
     brightest = float(np.percentile(found.texel.pixels, 99.5))
     for number, piece in enumerate(pieces):
-        box = mesh.box_of(piece.cells, 1 + round(2 * cloth.sigma_px / mesh.cell))
+        box = mesh.box_of(piece.cells, past + round(2 * cloth.sigma_px / mesh.cell))
         at, valid = mesh.smooth_to_pixels(piece.values, box), cloth.valid[box]
         rho = np.maximum(at[..., 2], LEAST_SHADING)
         modelled = rho[..., None] * found.texel(at[..., :2])
@@ -38,7 +39,7 @@ def explained(cloth: FittedCloth, found: Fit, pieces: list[ClothState]) -> list[
         whole = without_specks(piece.cells, round(LEAST_PART[cloth.few] * (cloth.step_px / mesh.cell) ** 2))
         core = cv2.erode(np.pad(whole, 1, mode="edge").astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1]
         bad = np.where(mesh.pixels_of(core > 0)[box], mild / LENIENCE, strict)
-        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), 1))[box] & valid
+        near = mesh.pixels_of(whole | ring(whole, np.ones_like(whole), past))[box] & valid
         near &= rho * brightest < GLARE
         better = clean(near & (bad < best[box]), cloth.sigma_px) & near
         owner[box][better], best[box][better] = number, bad[better]

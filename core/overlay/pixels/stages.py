@@ -21,7 +21,7 @@ from core.overlay.pixels.gaps.gap_completion import sew
 from core.overlay.pixels.jacobian_validity import find_untorn
 from core.overlay.pixels.layers import explained, paint, spread_mask, spread_plane
 from core.overlay.pixels.matting import matte_of
-from core.overlay.pixels.model import PixelModel
+from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.occluders import find_occluders
 from core.overlay.pixels.outline import find_outline, reach
 from core.overlay.pixels.refinement import refine
@@ -30,6 +30,7 @@ from core.overlay.pixels.shading.multiscale_light import estimate_light
 from core.overlay.pixels.shading.relighting import recover
 from core.overlay.pixels.surroundings import find_surroundings
 from core.overlay.registration.constrained_registration import FIRM, settle
+from core.overlay.registration.fine_mesh import register_finely
 from core.overlay.texel import Texel, draw_sample, estimate_texel
 from core.overlay.tolerances import DRAWN, NEARBY_PX, RIM_PX
 
@@ -39,6 +40,12 @@ TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
 TINT_SAMPLES = 12
 """Samples to that width."""
+
+
+def refine_mesh(model: PixelModel) -> PixelModel:
+    """Register the pieces on a mesh whose cells are small beside folds."""
+    cloth, found = register_finely(model.cloth, model.found)
+    return begin(cloth, found, model.own_photo, model.own_valid, is_told=model.is_told)
 
 
 def explain_pixels(model: PixelModel) -> PixelModel:
@@ -223,6 +230,7 @@ def matte_border(model: PixelModel) -> PixelModel:
 
 
 LAYING: tuple[PixelStage, ...] = (
+    refine_mesh,
     explain_pixels,
     paint_pieces,
     fill_gaps,

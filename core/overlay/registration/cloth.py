@@ -88,6 +88,11 @@ class FittedCloth:
         return float(np.sqrt(self.lattice.texel_area))
 
     @property
+    def quarter_step(self) -> int:
+        """Cells to a quarter of a lattice step: one, or about so, of the mesh that is followed."""
+        return max(1, round(self.step_px / 4 / self.mesh.cell))
+
+    @property
     def side_px(self) -> float:
         """Side of a square of the area of one texel."""
         return float(np.sqrt(abs(np.linalg.det(self.basis))))
@@ -112,7 +117,8 @@ class FittedCloth:
     def without_results(self) -> "FittedCloth":
         """The cloth without what was worked out and kept of it, which takes memory."""
         weight = self.canvas.valid[..., 0].astype(np.float64)
-        return replace(self, registration=Registration(self.mesh, self.photo, weight, self.basis))
+        smoothness = self.registration.smoothness
+        return replace(self, registration=Registration(self.mesh, self.photo, weight, self.basis, smoothness))
 
     @property
     def can_be_coarser(self) -> bool:

@@ -40,7 +40,10 @@ def correct(state: ClothState, before: ClothState, after: ClothState) -> ClothSt
     return ClothState(uv, np.maximum(state.rho + change[..., 2], LEAST_SHADING), state.cells)
 
 
-def at_finer_nodes(values: Floats, nodes: tuple[int, int]) -> Floats:
-    """Return what has values (R, C, K) at every second one of so many `nodes` at all of them, by cubic convolution."""
-    down, across = (cubic_weights(np.arange(n) / 2, known) for n, known in zip(nodes, values.shape, strict=False))
+def at_finer_nodes(values: Floats, nodes: tuple[int, int], every: float = 2.0) -> Floats:
+    """Return what has values (R, C, K) at every so many of some `nodes` at all of them, by cubic convolution."""
+    down, across = (
+        cubic_weights(np.minimum(np.arange(n) / every, known - 1.0), known)
+        for n, known in zip(nodes, values.shape, strict=False)
+    )
     return np.stack([(across @ (down @ plane).T).T for plane in np.moveaxis(values, -1, 0)], -1)

@@ -10,7 +10,6 @@ import numpy as np
 
 from core.arrays import Bools
 from core.overlay.registration.cloth import Fit, FittedCloth
-from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import ring
 from core.overlay.registration.region_growing import COARSE
 from core.overlay.registration.registration import ClothState
@@ -21,7 +20,7 @@ ROUNDS = 4
 FIRM = 3.0
 """Smoothness over the usual one of a border: it is held from one side only."""
 HOLDING = 2
-"""Width, in cells, of the cloth that was followed and holds the rest."""
+"""Width, in quarters of a lattice step, of the cloth that was followed and holds the rest."""
 
 
 def settle(
@@ -36,8 +35,7 @@ def settle(
     if not free.any():
         return piece
     registration = cloth.registration.weighted((wanted | covered).astype(np.float64))
-    band = replace(piece, cells=trial | ring(trial, piece.cells, HOLDING))
-    smoothness = Smoothness(firm * Smoothness.geometry, firm * Smoothness.shading)
+    band = replace(piece, cells=trial | ring(trial, piece.cells, HOLDING * cloth.quarter_step))
     for blur_px in (COARSE * cloth.step_px, SMOOTH_PX):
-        band = registration.run(band, found.texel, smoothness, rounds=ROUNDS, blur_px=blur_px, free=free)
+        band = registration.run(band, found.texel, rounds=ROUNDS, blur_px=blur_px, free=free, firm=firm)
     return replace(band, cells=piece.cells)

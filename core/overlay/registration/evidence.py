@@ -19,7 +19,7 @@ import scipy
 from core.arrays import Floats, Ints
 from core.linalg.factor import Factor
 from core.overlay.registration.cloth import Fit, FittedCloth, estimate_from, measure
-from core.overlay.registration.normal_equations import Smoothness
+from core.overlay.registration.normal_equations import USUAL
 from core.overlay.registration.region import LEAST_NOISE, SeenCells, look_at
 from core.overlay.registration.registration import LEAST_SHADING, ClothState, huber
 from core.overlay.texel import Texel
@@ -179,7 +179,7 @@ def relight(cloth: FittedCloth, piece: ClothState, texel: Texel) -> ClothState:
         blocks = (robust * squares) @ shares
         data = scipy.sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(len(rho), len(rho)))
         pull = np.bincount(corners.ravel(), ((robust * products) @ mesh.weights).ravel(), len(rho))
-        stiffness = Smoothness().shading * float(np.median(data.diagonal())) + 1e-9
+        stiffness = USUAL.shading * float(np.median(data.diagonal())) + 1e-9
         system = data + stiffness * (bending.T @ bending + 1e-6 * scipy.sparse.eye_array(len(rho)))
         rho = np.maximum(np.asarray(Factor(system).solve(pull), np.float64), LEAST_SHADING)
     whole = piece.rho.ravel().copy()

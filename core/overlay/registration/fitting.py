@@ -24,7 +24,6 @@ from core.overlay.registration.cloth import (
 )
 from core.overlay.registration.coarse_mesh import coarsen, correct
 from core.overlay.registration.evidence import choose_weave
-from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.pieces import join_by, with_more_pieces
 from core.overlay.registration.region import look_at
 from core.overlay.registration.region_growing import followed, prune
@@ -160,5 +159,5 @@ def register_under(
         texel, ends = register_under(cloth.coarser, texel, starts, rounds, blur_px / 2)
         return texel, tuple(map(correct, pieces, starts, ends))
     run = cloth.registration.run
-    pieces = tuple(run(piece, texel, Smoothness(), rounds=rounds, blur_px=blur_px) for piece in pieces)
+    pieces = tuple(run(piece, texel, rounds=rounds, blur_px=blur_px) for piece in pieces)
     return estimate(cloth, pieces), pieces

@@ -4,7 +4,7 @@ The weights of a cell's pixels are the same in every cell, so a cell's part of t
 its pixels, g = (∂r/∂m, ∂r/∂ρ) as in `registration`, times constant products of weights.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -25,10 +25,21 @@ _DAMPING = 64 * float(np.finfo(np.float32).eps)
 
 @dataclass(frozen=True)
 class Smoothness:
-    """Weights of the second differences, λ² and λ² λp of NRT eqs. 6 and 8, over the median weight of a node's data."""
+    """Weights of the second differences, λ² and λ² λp of NRT eqs. 6 and 8, over the usual weight of a node's data."""
 
     geometry: float = 0.3
     shading: float = 1.0
+    by_mean: bool = False
+    """Whether the mean is the usual weight that tells geometry, not the median: on small cells between motifs most
+    nodes see plain ground, which tells nothing."""
+
+    def times(self, factor: float) -> "Smoothness":
+        """Return weights so many times as large."""
+        return replace(self, geometry=factor * self.geometry, shading=factor * self.shading)
+
+
+USUAL = Smoothness()
+"""On cells of about a quarter of a lattice step."""
 
 
 class System:
@@ -110,7 +121,8 @@ class System:
         """Return the weights (3,) of the second differences of m_x, m_y and ρ, from the data's own (6, 10, K)."""
         own = [PAIRS.index((a, a)) for a in range(4)]
         x, y, rho = (self._gathered(blocks[SYMMETRIC.index((i, i))][own].T) for i in range(3))
-        geometry = smoothness.geometry * float(np.median(x + y)) / 2
+        usual = float(np.mean(x + y) if smoothness.by_mean else np.median(x + y))
+        geometry = smoothness.geometry * usual / 2
         return np.array([geometry, geometry, smoothness.shading * float(np.median(rho))]) + 1e-9
 
 

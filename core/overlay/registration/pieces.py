@@ -16,7 +16,6 @@ from core.overlay.detection.seeding import find_texels, grown_piece
 from core.overlay.mesh import ClothMesh
 from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells, misfits, stage, starting_state
 from core.overlay.registration.matched_keypoints import OFF, find_starts
-from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.orientation import turned
 from core.overlay.registration.region import LIMIT, continue_on, ring
 from core.overlay.registration.region_growing import followed
@@ -94,7 +93,7 @@ def follow_from(cloth: FittedCloth, found: Fit, start: ClothState, step: Progres
     if cloth.steps_of(start.cells) < LEAST_START[cloth.few]:
         return start
     for blur_px in (OFF * cloth.side_px / 2, OFF * cloth.side_px / 4, SMOOTH_PX):
-        start = cloth.registration.run(start, found.texel, Smoothness(), rounds=4, blur_px=blur_px)
+        start = cloth.registration.run(start, found.texel, rounds=4, blur_px=blur_px)
     return (yield from follow_registered(cloth, found, start, step))
 
 
@@ -153,11 +152,11 @@ def in_step(cloth: FittedCloth, state: ClothState, found: Fit) -> ClothState:
     run, tried = cloth.registration.run, list[tuple[float, ClothState]]()
     for shift in classes(cloth.M, count):
         moved = replace(state, uv=(state.uv + shift) @ inverse.T)
-        moved = run(moved, found.texel, Smoothness(), rounds=6 if count == 1 else 4, blur_px=1.0)
+        moved = run(moved, found.texel, rounds=6 if count == 1 else 4, blur_px=1.0)
         tried.append((float(misfits(cloth, moved, found)[state.cells].mean()), moved))
     best = min(tried, key=lambda pair: pair[0])[1]
     lying = turned(cloth.mesh, best, found.pieces, found.texel, cloth.basis)
-    return best if lying is best else run(lying, found.texel, Smoothness(), rounds=4, blur_px=1.0)
+    return best if lying is best else run(lying, found.texel, rounds=4, blur_px=1.0)
 
 
 def classes(M: Floats, count: int) -> Floats:

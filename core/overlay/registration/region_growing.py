@@ -6,7 +6,6 @@ import numpy as np
 
 from core.arrays import Bools
 from core.overlay.registration.cloth import Fit, FittedCloth, fitting_cells
-from core.overlay.registration.normal_equations import Smoothness
 from core.overlay.registration.region import LIMIT, continue_on, ring, without_specks
 from core.overlay.registration.registration import ClothState
 from core.overlay.tolerances import SMOOTH_PX
@@ -56,7 +55,7 @@ def widen(cloth: FittedCloth, state: ClothState, trial: Bools, found: Fit) -> Cl
     free = cloth.mesh.nodes_of(trial)
     moved = replace(wider, cells=trial | ring(trial, state.cells, 2))
     for blur_px in (COARSE * cloth.step_px, SMOOTH_PX):
-        moved = cloth.registration.run(moved, found.texel, Smoothness(), rounds=2, blur_px=blur_px, free=free)
+        moved = cloth.registration.run(moved, found.texel, rounds=2, blur_px=blur_px, free=free)
     band = trial | ring(trial, state.cells, 4)
     wider = replace(wider, uv=moved.uv, rho=moved.rho)
     kept = fitting_cells(cloth, replace(wider, cells=band), found, limit=LIMIT)

@@ -21,7 +21,7 @@ import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.overlay.mesh import Box, ClothMesh, areas, around, nodes_in
-from core.overlay.registration.normal_equations import SYMMETRIC, Smoothness, System
+from core.overlay.registration.normal_equations import SYMMETRIC, USUAL, Smoothness, System
 from core.overlay.texel import Texel
 from core.tracing import span
 
@@ -71,10 +71,14 @@ class Registration:
         (H, W), 0 where a pixel says nothing: outside the region, transparent.
     scale
         S (2, 2), pixels of the undeformed texture from texels.
+    smoothness
+        Weights of the second differences.
     """
 
-    def __init__(self, mesh: ClothMesh, photo: Floats, weight: Floats, scale: Floats) -> None:
-        self.mesh, self.photo, self.scale = mesh, photo, scale
+    def __init__(
+        self, mesh: ClothMesh, photo: Floats, weight: Floats, scale: Floats, smoothness: Smoothness = USUAL
+    ) -> None:
+        self.mesh, self.photo, self.scale, self.smoothness = mesh, photo, scale, smoothness
         self._weight = mesh.in_cells(weight[..., None].astype(np.float32))[..., 0]
         self._blurred: dict[float, Singles] = {}
         self._room: dict[str, Singles] = {}
@@ -84,15 +88,15 @@ class Registration:
         self,
         state: ClothState,
         texel: Texel,
-        smoothness: Smoothness,
         *,
         rounds: int,
         blur_px: float = 0.0,
         free: Bools | None = None,
+        firm: float = 1.0,
     ) -> ClothState:
         """Return the state after up to `rounds` Gauss-Newton steps on pictures blurred by `blur_px`  [NRT eqs. 6, 7].
 
-        Only the nodes `free` (R, C) move, all if it is not given.
+        Only the nodes `free` (R, C) move, all if it is not given. It is `firm` times as smooth as usual.
         """
         box = around(state.cells)
         near, part, nodes = self._cropped(box), state.part(box), nodes_in(box)
@@ -100,6 +104,7 @@ class Registration:
         photo = planes_of(self._photo(blur_px)[box][part.cells])
         system = self._system_of(near.mesh, part.cells, np.ones(near.mesh.nodes, bool) if free is None else free[nodes])
         turn = float(np.sign(np.median(near.mesh.areas(part.uv, part.cells))))
+        smoothness = self.smoothness.times(firm)
         for _ in range(rounds):
             with span("registration step", unknowns=3 * system.count):
                 part, moved = near._step(system, part, texel, photo, smoothness, turn)

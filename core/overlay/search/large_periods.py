@@ -4,8 +4,10 @@ Votes of pairs of them, keypoints or patches, tell the lattice (`displacement_vo
 a thin plate whose coordinates differ by whole numbers between the two places of a pair.
 """
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -63,10 +65,14 @@ class LaidLattice:
 
     sure: float
     """Surplus of its votes."""
+    cloth: FittedCloth
     start: Fit
     """The cloth as the pairs lay it."""
-    registered: tuple[FittedCloth, Fit, Evidence]
-    """The same registered, with any texel, and what speaks for it."""
+
+    @cached_property
+    def registered(self) -> tuple[FittedCloth, Fit, Evidence]:
+        """The same registered, with any texel, and what speaks for it."""
+        return register_as(self.cloth, self.start, register_coarsely)
 
 
 def find_large(
@@ -80,7 +86,8 @@ def find_large(
     """Return the cloth registered and followed from pairs of alike places that lie whole large texels apart.
 
     Of lattices that are nearly as sure as the surest one that is followed of which the texel takes away most of the
-    error where it is laid. More has to speak for it than against it, unless the votes are certain of it in a region.
+    error where it is laid. More has to speak for it than against it, unless the votes are certain of it in a region,
+    and what one texel foretells of another has to be related to that (`Evidence.is_related`).
     `least` tells how many texels have to be seen; without it those of a region count, which the user says is cloth.
     `texel_px` is about the side of a texel where that is known. Raises `NoPatternError` where there is none, or too
     little of it.
@@ -103,7 +110,7 @@ def find_large(
         found = refit(cloth, found, rounds=3)
         texels = float((cloth.valid & cloth.mesh.pixels_of(found.cells)).sum()) / cloth.side_px**2
         weight = weigh(cloth, found)
-        if (is_certain or weight.explained > 0) and (is_cloth or texels > least):
+        if weight.is_related and (is_certain or weight.explained > 0) and (is_cloth or texels > least):
             return cloth, found, weight
     raise NoPatternError
 
@@ -126,15 +133,19 @@ def lay_likely(
         yield Progress(0.5 * number / TRIED, NOTE)
         with suppress(NoPatternError):
             # Of what the user says is cloth all is seen, however much of it can be followed.
-            cloth, start = lay(photo, canvas, pairs, basis, 0.0 if is_cloth else least * area_px)
-            laid.append(LaidLattice(sure, start, register_as(cloth, start, register_coarsely)))
+            laid.append(LaidLattice(sure, *lay(photo, canvas, pairs, basis, 0.0 if is_cloth else least * area_px)))
     return laid
 
 
-def in_turn(laid: list[LaidLattice]) -> list[LaidLattice]:
-    """Return what is nearly as sure as the surest first, and what explains most of that and of the rest first."""
+def in_turn(laid: list[LaidLattice]) -> Iterator[LaidLattice]:
+    """Yield what is nearly as sure as the surest first, and what explains most of that and of the rest first.
+
+    The rest is registered only if it is asked for.
+    """
     as_sure = NEARLY * max((one.sure for one in laid), default=0.0)
-    return sorted(laid, key=lambda one: (one.sure < as_sure, -max(one.registered[2].share, 0.0)))
+    for is_as_sure in (True, False):
+        alike = (one for one in laid if (one.sure >= as_sure) == is_as_sure)
+        yield from sorted(alike, key=lambda one: -max(one.registered[2].share, 0.0))
 
 
 def find_likely(canvas: FlatPicture) -> tuple[Pairs, list[tuple[float, Floats]]]:

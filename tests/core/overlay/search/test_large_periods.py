@@ -2,6 +2,7 @@
 
 from contextlib import nullcontext
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -117,6 +118,24 @@ def test_of_lattices_that_are_as_likely_that_is_kept_whose_texel_explains_most(
         assert weight.is_clear == (kept is basis)
 
 
+def test_what_is_less_sure_is_not_registered_where_the_surest_is_found(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    canvas = painted(printed.photo)
+    pairs, ((sure, basis), *_) = find_likely(canvas)
+    other = basis @ np.array([[1.0, 1.0], [0.0, 1.0]])
+    monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.5 * sure, basis), (sure, other)]))
+    registered: list[Floats] = []
+
+    def register(cloth: FittedCloth, *others: Any) -> tuple[FittedCloth, Fit, Evidence]:
+        registered.append(cloth.basis)
+        return evidence.register_as(cloth, *others)
+
+    monkeypatch.setattr(large_periods, "register_as", register)
+    assert np.allclose(run(find_large(printed.photo, canvas))[0].basis, basis, atol=1e-6)
+    assert len(registered) == 1
+
+
 def test_where_no_texel_takes_error_away_votes_decide(printed: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     canvas = painted(printed.photo)
     pairs, ((sure, basis), *_) = find_likely(canvas)
@@ -124,6 +143,21 @@ def test_where_no_texel_takes_error_away_votes_decide(printed: Scene, monkeypatc
     monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.1 * sure, basis), (sure, other)]))
     shares = iter((-0.4, -0.2, -0.4))
     monkeypatch.setattr(large_periods, "weigh", lambda *_: Evidence(1.0, next(shares)))
+    assert np.allclose(run(find_large(printed.photo, canvas))[0].basis, basis, atol=1e-6)
+
+
+def test_a_lattice_whose_texels_have_nothing_to_do_with_one_another_leaves_the_next_one_to_be_tried(
+    printed: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    canvas = painted(printed.photo)
+    pairs, ((sure, basis), *_) = find_likely(canvas)
+    other = basis @ np.array([[1.0, 1.0], [0.0, 1.0]])
+    monkeypatch.setattr(large_periods, "find_likely", lambda _: (pairs, [(1.5 * sure, other), (sure, basis)]))
+
+    def weigh(cloth: FittedCloth, _found: Fit) -> Evidence:
+        return Evidence(1.0, -1.5 if np.allclose(cloth.basis, other) else 0.9)
+
+    monkeypatch.setattr(large_periods, "weigh", weigh)
     assert np.allclose(run(find_large(printed.photo, canvas))[0].basis, basis, atol=1e-6)
 
 
