@@ -44,6 +44,8 @@ class FittedCloth:
     """(2, 2), columns are the texel's sides in steps of the lattice."""
     mesh: ClothMesh
     registration: Registration
+    is_divided: bool = False
+    """Whether the lattice's steps are parts of a texel that look like nothing of one another."""
     is_woven: bool = False
     """Whether the texel is taken for that of a plaid, which changes along the warp and along the weft alone."""
 
@@ -177,7 +179,8 @@ def make_cloth(photo: Floats, canvas: FlatPicture, lattice: Lattice, M: Floats) 
 def make_divided_cloth(photo: Floats, canvas: FlatPicture, lattice: Lattice) -> FittedCloth:
     """Return the cloth of a photo whose texels are a lattice's, divided into steps as small as motifs."""
     steps = max(1, round(float(np.sqrt(lattice.texel_area)) / STEP_PX))
-    return make_cloth(photo, canvas, lattice.divided(steps), steps * np.eye(2))
+    cloth = make_cloth(photo, canvas, lattice.divided(steps), steps * np.eye(2))
+    return replace(cloth, is_divided=steps > 1)
 
 
 def starting_state(cloth: FittedCloth, lattice: Lattice) -> ClothState:

@@ -1,6 +1,7 @@
 """Further pieces of the cloth: beyond seams, sleeves, folds that hide the connection.
 
-They begin at places that look like texels of the cloth that is followed, then at keypoints that match its own.
+They begin at places that look like texels of the cloth that is followed, then at keypoints that match its own. Of large
+texels, divided into steps that look like nothing of one another, only keypoints tell.
 """
 
 from dataclasses import replace
@@ -43,12 +44,22 @@ def with_more_pieces(
 
     `fraction` is the progress made. Where one was followed in vain none is looked for again.
     """
-    tried = found.cells
-    rest = free(cloth, tried)
-    if rest.valid.sum() < 3 * cloth.step_px**2:
+    if free(cloth, found.cells).valid.sum() < 3 * cloth.step_px**2:
         return found
     yield Progress(fraction, "looking for further pieces", stage(cloth, found))
     step = Progress(fraction, "following the cloth")
+    if not cloth.is_divided:
+        found = yield from with_like_texels(cloth, found, rng, step)
+    for start in islice(find_starts(cloth, found), MOST_CANDIDATES):
+        if len(found.pieces) < MOST_PIECES:
+            found = join(cloth, found, (yield from follow_from(cloth, found, start, step)))
+    return found
+
+
+def with_like_texels(cloth: FittedCloth, found: Fit, rng: "np.random.Generator", step: Progress) -> Job[Fit]:
+    """Return the fit with the pieces that begin at places which look like the mean step of the lattice."""
+    tried = found.cells
+    rest = free(cloth, tried)
     template = mean_template(cloth.canvas.everywhere(), cloth.lattice.frames)
     candidates = find_texels(rest, cloth.lattice, rng)
     for row in range(min(len(candidates), MOST_CANDIDATES)):
@@ -60,9 +71,6 @@ def with_more_pieces(
                 new = yield from follow_steps(cloth, found, start, step)
                 found, tried = join(cloth, found, new), tried | start.cells | new.cells
                 rest = free(cloth, tried)
-    for start in islice(find_starts(cloth, found), MOST_CANDIDATES):
-        if len(found.pieces) < MOST_PIECES:
-            found = join(cloth, found, (yield from follow_from(cloth, found, start, step)))
     return found
 
 

@@ -1,13 +1,16 @@
 """Further pieces of cloth with large texels: a sleeve that lies turned beside a belt."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from core.arrays import Bools, Floats
-from core.overlay.detection.alignment import PatchFrames
+from core.overlay.detection.alignment import FlatPicture, PatchFrames
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import flat_canvas
-from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, measure
+from core.overlay.registration import pieces
+from core.overlay.registration.cloth import Fit, FittedCloth, estimate, make_cloth, make_divided_cloth, measure
 from core.overlay.registration.matched_keypoints import agreement, find_starts, match
 from core.overlay.registration.pieces import with_more_pieces
 from core.overlay.registration.registration import ClothState
@@ -76,6 +79,32 @@ def test_it_is_followed_from_there(sewn: tuple[FittedCloth, Fit, Floats]) -> Non
     found = run(with_more_pieces(cloth, fit, np.random.default_rng(0), 0.5))
     assert cloth.mesh.pixels_of(found.cells)[SLEEVE].mean() > 0.8
     assert np.percentile(missed_px(cloth, found.pieces[-1], uv), 90) < 1.0
+
+
+@pytest.mark.parametrize("is_divided", [True, False])
+def test_what_looks_like_a_step_is_not_looked_for_where_steps_are_parts_of_a_texel(
+    sewn: tuple[FittedCloth, Fit, Floats], monkeypatch: pytest.MonkeyPatch, *, is_divided: bool
+) -> None:
+    cloth, fit, _ = sewn
+    asked: list[Lattice] = []
+
+    def find_none(_canvas: FlatPicture, known: Lattice, _rng: "np.random.Generator") -> PatchFrames:
+        asked.append(known)
+        return known.frames[np.zeros(0, np.int64)]
+
+    monkeypatch.setattr(pieces, "find_texels", find_none)
+    found = run(with_more_pieces(replace(cloth, is_divided=is_divided), fit, np.random.default_rng(0), 0.5))
+    assert len(asked) == (not is_divided)
+    assert cloth.mesh.pixels_of(found.cells)[SLEEVE].mean() > 0.8
+
+
+def test_texels_larger_than_a_motif_are_divided() -> None:
+    photo, _ = photo_with_sleeve()
+    canvas = flat_canvas(photo, np.ones(SIZE, np.bool_))
+    for times, is_divided in ((1.0, True), (0.3, False)):
+        frames = PatchFrames(np.array([[80.0, 100.0]]), times * SIDE[None], np.ones(1))
+        lattice = Lattice(np.zeros((1, 2), np.int64), frames)
+        assert make_divided_cloth(photo, canvas, lattice).is_divided == is_divided
 
 
 def test_keypoints_of_another_print_do_not_agree() -> None:
