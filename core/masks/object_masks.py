@@ -74,12 +74,13 @@ def _sample_ground(labels: Bytes, box: tuple[float, ...], ground: Singles) -> Bo
     return np.asarray(inside & in_corner & at_border)
 
 
-def object_under(image: Image, painted: Bytes) -> Job[Bytes]:
+def object_under(image: Image, painted: Bytes, *, may_be_far: bool = False) -> Job[Bytes]:
     """Return the mask (H, W), 0 to 255, of the objects over which somebody has painted (H, W) roughly.
 
-    Raises `InputError` where nothing, or too much, is painted, and where no object stands out.
+    What is far from the paint is ground, for certain unless an object `may_be_far` from what is a guess only. Raises
+    `InputError` where nothing, or too much, is painted, and where no object stands out.
     """
-    return (yield from _cut_around(image, painted, cv2.GC_BGD))
+    return (yield from _cut_around(image, painted, cv2.GC_PR_BGD if may_be_far else cv2.GC_BGD))
 
 
 def _cut_around(image: Image, painted: Bytes, far: int) -> Job[Bytes]:
@@ -107,7 +108,7 @@ def whole_object(image: Image, known: Bools) -> Job[Bools]:
     Raises `InputError` where hardly more stands out.
     """
     try:
-        inside = known | ((yield from _cut_around(image, as_bytes(known), cv2.GC_PR_BGD)) > 127)
+        inside = known | ((yield from object_under(image, as_bytes(known), may_be_far=True)) > 127)
     except InputError:  # It does not stand out from its ground, or there is no ground.
         inside = known
     if inside.sum() < GROWS * known.sum():

@@ -8,7 +8,6 @@ import numpy as np
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.linalg.blas import on_one_thread
-from core.masks.object_masks import object_under
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
@@ -18,11 +17,8 @@ from core.overlay.found_cloth import FoundCloth, choose, may_be_cloth, opacity_o
 from core.overlay.search.finding import Find, find_cloth, find_print, follow_within, register_lattice
 from core.overlay.search.large_periods import Correspondences
 from core.progress import Job, part
-from core.selection.features import MARKED
-from core.selection.importance import importance, propose
+from core.selection.salient_object import find_salient_object
 
-OBJECTS = 0.4
-"""Share of a photo that is taken for what stands out, before the object is cut out: garments fill about so much."""
 LEAST_UNTOLD = 5.0
 """Texels, large ones, that are seen at least where nobody said that there is cloth: a leopard's spots show four."""
 
@@ -164,10 +160,8 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 
 def find_object(photo: Floats | Singles) -> Job[Bools]:
     """Return where (H, W) the object is that stands out in a photo; raise `NoPatternError` where none does."""
-    image = Image(photo.astype(np.float32))
     try:
-        rough = propose((yield from part(importance(image), 0.0, 0.5)), OBJECTS, image.size_px)
-        return np.asarray((yield from part(object_under(image, rough), 0.5, 1.0)) > MARKED, np.bool_)
+        return (yield from find_salient_object(Image(photo.astype(np.float32))))
     except InputError as error:
         raise NoPatternError from error
 
