@@ -13,11 +13,11 @@ SEED := 0
 run: install
 	@$(BIN)/weft
 
-# Tests run on all cores, each process with a display of its own; what compares timings is alone.
+# Tests run on all cores, each process with a display of its own and one thread for BLAS; what compares timings is alone.
 ALONE := tests/benchmarks
 
 test: install check
-	$(BIN)/python -m pytest --numprocesses logical --dist worksteal --benchmark-disable --ignore=$(ALONE)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses logical --dist worksteal --benchmark-disable --ignore=$(ALONE)
 	$(BIN)/python -m pytest $(ALONE)
 
 check: .venv/installed
@@ -36,9 +36,9 @@ install: .venv/installed
 	@test -n "$(PYTHON)" || { echo "weft: needs Python 3.11 or newer" >&2; exit 1; }
 	@PYTHON=$(PYTHON) sh system-packages.sh
 	@test -x $(BIN)/python && $(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
-	@$(BIN)/python -m compileall -q app core
+	@$(BIN)/python -m compileall -qq -j 0 .venv/lib app core || true
 	@touch $@
 
 bench: install
