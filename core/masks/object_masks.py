@@ -80,17 +80,13 @@ def object_under(image: Image, painted: Bytes, *, may_be_far: bool = False) -> J
     What is far from the paint is ground, for certain unless an object `may_be_far` from what is a guess only. Raises
     `InputError` where nothing, or too much, is painted, and where no object stands out.
     """
-    return (yield from _cut_around(image, painted, cv2.GC_PR_BGD if may_be_far else cv2.GC_BGD))
-
-
-def _cut_around(image: Image, painted: Bytes, far: int) -> Job[Bytes]:
-    """Return what `object_under` does; `far` is GrabCut's label of what is not near the paint."""
     scale = scale_for(image, PIXELS)
     picture = proxy(image, scale)
     size = picture.shape[1::-1]
     marked = np.asarray(cv2.resize(painted, size, interpolation=cv2.INTER_AREA)) > 127
     if not marked.any():
         raise InputError("paint over an object first, roughly")
+    far = cv2.GC_PR_BGD if may_be_far else cv2.GC_BGD
     labels = _labels(marked, far)
     if not (labels == far).any():
         raise InputError("too much is painted: no ground is left around the object")

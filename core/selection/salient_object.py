@@ -23,8 +23,7 @@ PIXELS = 100_000
 IMPORTANT = 0.4
 """Share of a picture that is taken for important: garments fill about so much."""
 MIDDLE = 0.25
-"""Share of a picture that is its middle, an ellipse: what belongs to few objects would be learnt from more."""
-NOTHING = "no object stands out from its ground"
+"""Share of a picture that is its middle, an ellipse: a larger one holds more ground."""
 BIN = 16
 """Levels of each of the channels of CIELAB, of 256, that are one colour."""
 
@@ -41,7 +40,7 @@ def find_salient_object(image: Image) -> Job[Bools]:
             found.append(np.asarray(mask > MARKED, np.bool_))
     found = [inside for inside in found if inside.any() and not inside.all()]
     if not found:
-        raise InputError(NOTHING)
+        raise InputError("no object stands out from its ground")
     likeliest = min(found, key=lambda inside: common_colours(small.pixels, inside) + share_of_border(inside))
     return cv2.resize(likeliest.astype(np.uint8), image.size_px, interpolation=cv2.INTER_LINEAR) > 0
 
