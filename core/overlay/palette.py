@@ -26,10 +26,11 @@ def find_palette(texel: Texel, most: int) -> Singles:
     return find_groups(pixels, most)[1]
 
 
-def from_shades(photo: Floats, colour: Floats, shades: tuple[float, float]) -> Floats:
+def from_shades(photo: Floats | Singles, colour: Floats | Singles, shades: tuple[float, float]) -> Floats | Singles:
     """Return how far (...) a photo is from any shade of colours (..., 3), of the darkest to the brightest one."""
     # Channel by channel: operations on three numbers at a time take several times as long.
     planes = [(photo[..., c], colour[..., c]) for c in range(photo.shape[-1])]
     both, own = sum(seen * wanted for seen, wanted in planes), sum(wanted**2 for _, wanted in planes)
     shade = np.clip(both / np.maximum(own, 1e-9), *shades)
-    return np.asarray(np.sqrt(sum((seen - shade * wanted) ** 2 for seen, wanted in planes)), np.float64)
+    off: Floats | Singles = np.sqrt(sum((seen - shade * wanted) ** 2 for seen, wanted in planes))
+    return off

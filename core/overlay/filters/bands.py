@@ -6,7 +6,7 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-ROWS = 128
+ROWS = 256
 """Most rows of a band."""
 PIXELS = 131_072
 """Pixels of a band of a wide picture: what is computed of them stays near the processor, and its memory is kept."""

@@ -16,7 +16,7 @@ from core.overlay.detail.sparse_reflectance import mean_light
 from core.overlay.filters.distances import distance, open_by_disc
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.filters.texture_filter import DENSITY
-from core.overlay.mesh import around
+from core.overlay.mesh import Box, around
 from core.overlay.palette import GROUPS, from_shades, palette
 from core.overlay.registration.cloth import Fit, FittedCloth
 from core.overlay.registration.region import clean, continue_on
@@ -62,27 +62,29 @@ def filled(cloth: FittedCloth, found: Fit, pieces: list[ClothState], masks: list
     owner = gaps.argmin(0)
     carried, possible = [], []
     # What is further away changes neither a pixel's colour nor the width of its patch.
-    margin = 2 * int(WIDER * max(radii(found.texel, palette(found.texel, GROUPS))) + 1) + 8
+    widest = radii(found.texel, palette(found.texel, GROUPS))
+    margin = 2 * int(WIDER * max(widest) + 1) + 8
+    photo = cloth.photo.astype(np.float32)
     coloured, alike = np.zeros(covered.shape, bool), np.zeros(covered.shape, bool)
     for number, piece in enumerate(pieces):
         mine = open_to & (owner == number)
         further, sound = carried_on(cloth, piece, mine)
         carried.append(further)
         possible.append(sound)
-        rows, columns = around(mine, margin)
-        box = slice(rows.start, min(rows.stop, len(mine))), slice(columns.start, min(columns.stop, mine.shape[1]))
-        light = cloth.mesh.smooth_to_pixels(further.rho[..., None], box)
-        own, wide = colours_of(cloth.photo[box], found, light)
+        box = box_around(mine, margin)
+        light = cloth.mesh.smooth_to_pixels(further.rho[..., None], box).astype(np.float32)
+        own, wide = colours_of(photo[box], found, light, widest)
         coloured[box] |= mine[box] & own
         alike[box] |= mine[box] & own & ~wide
     # Straight on, the pattern soon lies beside what the photo shows.
     reached = np.any(possible, axis=0) & (gaps.min(0) < cloth.step_px)
     whole = covered | (alike & (reached | (gaps.min(0) < STRAIGHT * cloth.step_px)))
     if cloth.in_region:
-        light = mean_light(cloth.photo, cloth.valid, found.texel, cloth.basis)[..., None].astype(np.float64)
-        own = find_coloured_as(palette(found.texel), cloth.photo, found, light, SHADES)
-        alike |= open_to & own & ~colours_of(cloth.photo, found, light)[1]
-        coloured |= open_to & find_coloured_as(palette(found.texel), cloth.photo, found, light, (SHADES[0], GLARING))
+        box = box_around(open_to, margin)
+        seen, light = photo[box], mean_light(photo, cloth.valid, found.texel, cloth.basis)[box][..., None]
+        own = find_coloured_as(palette(found.texel), seen, found, light, SHADES)
+        alike[box] |= open_to[box] & own & ~colours_of(seen, found, light, widest)[1]
+        coloured[box] |= open_to[box] & find_coloured_as(palette(found.texel), seen, found, light, (SHADES[0], GLARING))
         whole |= open_by_disc(covered | alike, SOLID * cloth.step_px)
     whole = clean(whole, cloth.sigma_px / 2)
     # What is left amid cloth, and no larger than this, is no belt.
@@ -144,7 +146,15 @@ def amid(mask: Bools, covered: Bools, most: float) -> Bools:
     return np.asarray(mask & ((stats[:, cv2.CC_STAT_AREA] <= most) & (share >= AMID))[labels], np.bool_)
 
 
-def find_coloured_as(colours: Singles, photo: Floats, found: Fit, light: Floats, shades: tuple[float, float]) -> Bools:
+def box_around(mask: Bools, margin: int) -> Box:
+    """Return the rows and columns in which a mask (H, W) has marks, and `margin` more on each side where there are."""
+    rows, columns = around(mask, margin)
+    return slice(rows.start, min(rows.stop, len(mask))), slice(columns.start, min(columns.stop, mask.shape[1]))
+
+
+def find_coloured_as(
+    colours: Singles, photo: Singles, found: Fit, light: Singles, shades: tuple[float, float]
+) -> Bools:
     """Return which pixels (H, W) of a photo (H, W, 3) have one of the colours (k, 3) in a shade of light (H, W, 1)."""
     off = np.min([from_shades(photo, light * colour, shades) for colour in colours], axis=0)
     return mostly(off < limit_of(found) * light[..., 0])
@@ -152,7 +162,7 @@ def find_coloured_as(colours: Singles, photo: Floats, found: Fit, light: Floats,
 
 def mostly(marks: Bools) -> Bools:
     """Return the pixels (H, W) around which most are marked (H, W)."""
-    return np.asarray(gaussian(marks.astype(np.float64), 1.5) > 0.6, np.bool_)
+    return np.asarray(gaussian(marks.astype(np.float32), 1.5) > 0.6, np.bool_)
 
 
 def limit_of(found: Fit) -> float:
@@ -160,16 +170,16 @@ def limit_of(found: Fit) -> float:
     return max(OFF, 3 * float(np.sqrt(found.tolerance.noise)))
 
 
-def colours_of(photo: Floats, found: Fit, light: Floats) -> tuple[Bools, Bools]:
+def colours_of(photo: Singles, found: Fit, light: Singles, widest: Floats) -> tuple[Bools, Bools]:
     """Return which pixels (H, W) have a colour of the texel, and which are in a patch wider than its are.
 
-    `photo` is (H, W, 3), `light` (H, W, 1).
+    `photo` is (H, W, 3), `light` (H, W, 1), `widest` (k,) the `radii` of the texel's colours.
     """
     colours, limit = palette(found.texel, GROUPS), limit_of(found) * light[..., 0]
     off = np.stack([from_shades(photo, light * colour, SHADES) for colour in colours])
     least, nearest = off.min(0), off.argmin(0)
     wide = np.zeros(least.shape, bool)
-    for number, radius in enumerate(radii(found.texel, colours)):
+    for number, radius in enumerate(widest):
         wide |= open_by_disc(np.asarray((least < 2 * limit) & (nearest == number), np.bool_), int(WIDER * radius + 1))
     return mostly(least < limit), wide
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools, Floats, Singles
 from core.graphs.minimum_cut import LEAST_COST, minimum_cut
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.neighbours import STEPS
@@ -20,14 +20,16 @@ MOST = 1e3
 """What speaks for what must be."""
 
 
-def cut_out(photo: Floats, alike: Bools, speaks: Floats) -> Bools:
+def cut_out(photo: Floats | Singles, alike: Bools, speaks: Floats) -> Bools:
     """Return the pixels (H, W) of a thing: those by which what `speaks` for it, less what the outline costs, is most.
 
-    What `speaks` (H, W) is negative where a pixel is rather none of it, `MOST` at most either way; edges in the photo
-    (H, W, 3) are measured over what neighbours usually differ by that are `alike` (H, W).
+    What `speaks` (H, W) is negative where a pixel is rather none of it, `MOST` either way where that is certain; edges
+    in the photo (H, W, 3) are measured over what neighbours usually differ by that are `alike` (H, W).
     """
-    shape, soft = speaks.shape, gaussian(photo, SMOOTH_PX)
-    nodes, costs = np.arange(speaks.size).reshape(shape), list[Floats]()
+    is_open, thing = np.abs(speaks.ravel()) < MOST, speaks.ravel() > 0
+    if not is_open.any():
+        return thing.reshape(speaks.shape)
+    shape, soft, costs = speaks.shape, gaussian(photo, SMOOTH_PX), list[Floats]()
     pairs = [pair(shape, *step) for step in STEPS]
     changes = [((soft[here] - soft[there]) ** 2).sum(-1) for here, there in pairs]
     inside = [change[alike[here] & alike[there]] for change, (here, there) in zip(changes[:2], pairs[:2], strict=True)]
@@ -36,9 +38,18 @@ def cut_out(photo: Floats, alike: Bools, speaks: Floats) -> Bools:
         length = float(np.hypot(down, across))
         kept = np.maximum(np.exp(-change / (2 * length**2 * max(usual, 1e-9))), LEAST_BORDER)
         costs.append(np.rint(BORDER / length * kept / LEAST_COST).ravel())
-    one, other = (np.concatenate([nodes[pair[end]].ravel() for pair in pairs]) for end in (0, 1))
-    against, in_favour = (np.rint(np.clip(part, 0, MOST) / LEAST_COST).ravel() for part in (-speaks, speaks))
-    return minimum_cut(one, other, np.concatenate(costs), against, in_favour).reshape(shape)
+    # Certain pixels are no nodes: one beside them that is not has what the outline costs there as its evidence.
+    between, number = np.concatenate(costs), np.arange(speaks.size).reshape(shape)
+    one, other = (np.concatenate([number[pair[end]].ravel() for pair in pairs]) for end in (0, 1))
+    node = np.cumsum(is_open) - 1
+    own = speaks.ravel()[is_open] / LEAST_COST
+    for here, there in ((one, other), (other, one)):
+        beside = is_open[here] & ~is_open[there]
+        own += np.bincount(node[here[beside]], np.where(thing[there], between, -between)[beside], len(own))
+    kept = is_open[one] & is_open[other]
+    against, in_favour = (np.rint(np.maximum(part, 0)) for part in (-own, own))
+    thing[is_open] = minimum_cut(node[one[kept]], node[other[kept]], between[kept], against, in_favour)
+    return thing.reshape(shape)
 
 
 def pair(shape: tuple[int, ...], down: int, across: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:

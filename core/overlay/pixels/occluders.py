@@ -10,16 +10,20 @@ A thing hides the pattern, and one of the other two holds. Things are the pixels
 the outline costs where the photo has no edge, are most (Boykov and Jolly 2001).
 """
 
+from typing import TypeAlias
+
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.distances import distance
 from core.overlay.filters.smoothing import mean
 from core.overlay.palette import GROUPS, MANY, from_shades, palette
 from core.overlay.pixels.graph_cut import EVIDENCE, SURELY, cut_out
 from core.overlay.texel import Texel
 from core.overlay.tolerances import LEAST_LIGHT, LEAST_NOISE, MOTIF, MOTIF_PX, RIM_PX, SHADES
+
+Planes: TypeAlias = Floats | Singles
 
 WINDOW = 0.15
 """Width of the neighbourhood that shows the pattern or does not, over the side of a texel."""
@@ -32,7 +36,7 @@ USUAL, STEP = (0.8, 0.95), 1.2
 """Share of a colour in patches whose radius is usual, and area; and the ratio of radii that are told apart."""
 
 
-def find_occluders(photo: Floats, texture: Floats, rho: Floats, texel: Texel, side_px: float, covered: Bools) -> Bools:
+def find_occluders(photo: Planes, texture: Planes, rho: Planes, texel: Texel, side_px: float, covered: Bools) -> Bools:
     """Return the `covered` pixels (H, W) of things that lie on the cloth.
 
     `photo` and `texture`, which is T(uv), are (H, W, 3), `rho` is ρ (H, W), `side_px` the side of a texel.
@@ -46,7 +50,7 @@ def find_occluders(photo: Floats, texture: Floats, rho: Floats, texel: Texel, si
     return cut_out(photo, covered, np.where(covered, EVIDENCE * thing, 0.0)) & covered
 
 
-def hidden_pattern(photo: Floats, texture: Floats, covered: Bools, sigma_px: float) -> Floats:
+def hidden_pattern(photo: Planes, texture: Planes, covered: Bools, sigma_px: float) -> Floats:
     """Return how much likelier (H, W), as a logarithm, a neighbourhood has one colour than the texture's.
 
     `photo` and `texture`, which is T(uv), are (H, W, 3). The colour, and the light of each channel, are those that suit
@@ -60,7 +64,7 @@ def hidden_pattern(photo: Floats, texture: Floats, covered: Bools, sigma_px: flo
     return np.asarray(photo.shape[-1] / 2 * np.log(drawn / even), np.float64)
 
 
-def missed_shades(photo: Floats, texture: Floats, rho: Floats, texel: Texel, covered: Bools, sigma_px: float) -> Floats:
+def missed_shades(photo: Planes, texture: Planes, rho: Planes, texel: Texel, covered: Bools, sigma_px: float) -> Floats:
     """Return by what (H, W) colours miss the nearest shade throughout a neighbourhood, over what is usual.
 
     Shades are those of the pattern's colours and of the texture's T(uv) (H, W, 3) there. By what all misses that is
@@ -84,7 +88,7 @@ def missed_shades(photo: Floats, texture: Floats, rho: Floats, texel: Texel, cov
     return np.asarray(size / max(float(np.median(size[covered])), LEAST_NOISE), np.float64)
 
 
-def patch_sizes(photo: Floats, texture: Floats, rho: Floats, colours: Floats, covered: Bools) -> Floats:
+def patch_sizes(photo: Planes, texture: Planes, rho: Planes, colours: Floats, covered: Bools) -> Floats:
     """Return the size (H, W) of the patch of one of the `colours` (k, 3) that each pixel is in, over the usual one.
 
     A size is the radius of the largest disc around the pixel in its patch, or the side of a square as large as the

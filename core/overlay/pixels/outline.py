@@ -15,7 +15,7 @@ along edges in the photo.
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.distances import distance, within
 from core.overlay.filters.smoothing import gaussian
 from core.overlay.palette import GROUPS, from_shades, palette
@@ -37,7 +37,9 @@ def reach(covered: Bools, width_px: float) -> Bools:
     return within(covered, REACH * width_px) & ~covered
 
 
-def find_outline(photo: Floats, texel: Texel, rho: Floats, covered: Bools, further: Bools, width_px: float) -> Bools:
+def find_outline(
+    photo: Floats | Singles, texel: Texel, rho: Floats | Singles, covered: Bools, further: Bools, width_px: float
+) -> Bools:
     """Return which covered and further pixels (H, W) show the cloth, up to its outline.
 
     `photo` is (H, W, 3), `rho` (H, W) the light where it is covered. At most `width_px` are taken off what is covered;
@@ -50,6 +52,7 @@ def find_outline(photo: Floats, texel: Texel, rho: Floats, covered: Bools, furth
         band &= within(sides, (REACH + 1.5) * width_px)
     if not band.any():
         return covered
+    photo = np.asarray(photo, np.float32)
     speaks = np.where(covered, -MOST, MOST)
     light = nearby(rho, core, width_px)[..., None]
     unlike = misfit(photo, [light * colour for colour in palette(texel, GROUPS)], core, width_px)
@@ -61,7 +64,7 @@ def find_outline(photo: Floats, texel: Texel, rho: Floats, covered: Bools, furth
     return parts_with(covered & ~outside, whole & ~outside)
 
 
-def misfit(photo: Floats, colours: list[Floats], where: Bools, width_px: float) -> Floats:
+def misfit(photo: Singles, colours: list[Singles], where: Bools, width_px: float) -> Singles:
     """Return how unlikely (H, W), as a logarithm, pixels are a shade of one of the colours, each (H, W, 3).
 
     What is usual `where` (H, W) something surely is a shade of them tells, within `width_px`.
@@ -69,7 +72,7 @@ def misfit(photo: Floats, colours: list[Floats], where: Bools, width_px: float) 
     off = np.min([from_shades(photo, colour, SHADES) ** 2 for colour in colours], axis=0)
     # Shades leave two of three channels.
     variance = nearby(off, where, width_px) / 2 + LEAST_SPREAD**2
-    return np.asarray(off / (2 * variance) + 1.5 * np.log(variance), np.float64)
+    return np.asarray(off / (2 * variance) + 1.5 * np.log(variance), np.float32)
 
 
 def from_outside(candidates: Bools, covered: Bools) -> Bools:
@@ -78,10 +81,10 @@ def from_outside(candidates: Bools, covered: Bools) -> Bools:
     return np.asarray(candidates & np.isin(labels, np.unique(labels[~covered])), np.bool_)
 
 
-def nearby(values: Floats, where: Bools, sigma_px: float) -> Floats:
+def nearby(values: Floats | Singles, where: Bools, sigma_px: float) -> Singles:
     """Return the mean of values (H, W) or (H, W, C) over the marked pixels of a neighbourhood."""
-    weight = where.astype(np.float64)
+    weight = where.astype(np.float32)
     spread = weight if values.ndim == 2 else weight[..., None]
-    sums = gaussian(np.where(spread > 0, values, 0.0), sigma_px)
+    sums = gaussian(np.where(spread > 0, values.astype(np.float32), np.float32(0)), sigma_px)
     mass = gaussian(weight, sigma_px)
-    return np.asarray(sums / np.maximum(mass if values.ndim == 2 else mass[..., None], 1e-9), np.float64)
+    return np.asarray(sums / np.maximum(mass if values.ndim == 2 else mass[..., None], 1e-9), np.float32)

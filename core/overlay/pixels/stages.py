@@ -9,7 +9,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from core.arrays import Bools, Floats, Singles
+from core.arrays import Bools, Singles
 from core.overlay.filters.distances import distance, open_by_disc, within
 from core.overlay.filters.texture_filter import filter_large
 from core.overlay.laying.albedo_scale import gauge_of
@@ -36,6 +36,8 @@ from core.overlay.tolerances import DRAWN, NEARBY_PX, RIM_PX
 
 PixelStage = Callable[[PixelModel], PixelModel]
 
+AROUND = 8
+"""Widths of a neighbourhood around the cloth that tell where it ends."""
 TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
 TINT_SAMPLES = 12
@@ -78,7 +80,8 @@ def find_border(model: PixelModel) -> PixelModel:
     seen, _, rho, covered = layers_of(model)
     width_px = border_width_px(model)
     further = reach(covered, width_px) & model.valid & ~model.hidden
-    inside = find_outline(seen, model.texel, rho, covered, further, width_px)
+    box, inside = around(covered | further, int(AROUND * width_px)), np.zeros_like(covered)
+    inside[box] = find_outline(seen[box], model.texel, rho[box], covered[box], further[box], width_px)
     border = without_pixels(extend_to(model, further & inside), covered & ~inside)
     return settle_border(border, further & inside, covered & inside)
 
@@ -116,7 +119,10 @@ def cut_surroundings(model: PixelModel) -> PixelModel:
 def cut_occluders(model: PixelModel) -> PixelModel:
     """Tell what lies on the cloth."""
     seen, texture, rho, covered = layers_of(model)
-    return hide(model, find_occluders(seen, texture, rho, model.texel, model.cloth.side_px, covered))
+    box, things = around(covered, int(AROUND * RIM_PX)), np.zeros_like(covered)
+    layers = seen[box], texture[box], rho[box]
+    things[box] = find_occluders(*layers, model.texel, model.cloth.side_px, covered[box])
+    return hide(model, things)
 
 
 def complete_gaps(model: PixelModel) -> PixelModel:
@@ -149,8 +155,11 @@ def refine_pixels(model: PixelModel) -> PixelModel:
 
 def refine_by(model: PixelModel, texel: Texel) -> PixelModel:
     """Return the model with single pixels moved to where a texel explains them best, and the texel told from there."""
-    layers, every = (model.photo, model.uv, model.shading), max(1, model.scale - 1)
-    return estimate_finer_texel(replace(model, uv=refine(*layers, texel, model.basis, every=every)))
+    every, uv = max(1, model.scale - 1), model.uv.copy()
+    box = around(model.inside, int(AROUND * every * RIM_PX))
+    layers = model.photo[box], uv[box], model.shading[box]
+    uv[box] = refine(*layers, texel, model.basis, every=every)
+    return estimate_finer_texel(replace(model, uv=uv))
 
 
 def enlarge(model: PixelModel) -> PixelModel:
@@ -286,11 +295,11 @@ def extend_to(model: PixelModel, wanted: Bools) -> PixelModel:
     return replace(model, uv=uv, shading=shading)
 
 
-def layers_of(model: PixelModel) -> tuple[Floats, Floats, Floats, Bools]:
+def layers_of(model: PixelModel) -> tuple[Singles, Singles, Singles, Bools]:
     """Return photo, T(uv) (H, W, 3) and shading (H, W), 0 where there is none, and which pixels show cloth so far."""
-    texture = model.texel(np.nan_to_num(model.uv.astype(np.float64)))
+    texture = model.texel.singles(np.nan_to_num(model.uv.astype(np.float64)))
     covered = np.asarray(np.isfinite(model.shading) & ~model.hidden, np.bool_)
-    return model.photo.astype(np.float64), texture, np.nan_to_num(model.shading.astype(np.float64)), covered
+    return np.asarray(model.photo, np.float32), texture, np.nan_to_num(model.shading), covered
 
 
 def hide(model: PixelModel, off: Bools) -> PixelModel:

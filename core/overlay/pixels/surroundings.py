@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Bools, Floats
+from core.arrays import Bools, Floats, Singles
 from core.overlay.filters.k_means import find_groups
 from core.overlay.filters.smoothing import mean
 from core.overlay.pixels.graph_cut import MOST, cut_out
@@ -43,7 +43,7 @@ class GaussianMixture:
     means: Floats
     covariances: Floats
 
-    def log_likelihood(self, values: Floats) -> Floats:
+    def log_likelihood(self, values: Singles) -> Floats:
         """Return the logarithm of the density (n,) at values (n, d), but for a constant."""
         away = values[:, None] - self.means
         squares = np.einsum("nki,kij,nkj->nk", away, np.linalg.inv(self.covariances), away, optimize=True)
@@ -51,7 +51,7 @@ class GaussianMixture:
         return np.asarray(np.logaddexp.reduce(scale - squares / 2, axis=1), np.float64)
 
 
-def find_surroundings(photo: Floats, covered: Bools, beyond: Bools, side_px: float) -> Bools:
+def find_surroundings(photo: Floats | Singles, covered: Bools, beyond: Bools, side_px: float) -> Bools:
     """Return which covered pixels (H, W) show what surrounds the cloth of a photo (H, W, 3), and are connected with it.
 
     What lies `beyond` (H, W) is surely none; nearer there may be cloth that is not covered. `side_px` is the side of a
@@ -72,9 +72,9 @@ def find_surroundings(photo: Floats, covered: Bools, beyond: Bools, side_px: flo
     return from_outside(found, covered)
 
 
-def speaks_for_ground(photo: Floats, covered: Bools, cloth: Bools, ground: Bools, width_px: float) -> Floats:
+def speaks_for_ground(photo: Floats | Singles, covered: Bools, cloth: Bools, ground: Bools, width_px: float) -> Floats:
     """Return how much likelier (H, W), as a logarithm, covered pixels show what `ground` (H, W) does than `cloth`."""
-    seen = np.where(cloth[..., None], look(photo, cloth, width_px), look(photo, ~cloth, width_px))
+    seen = look(np.asarray(photo, np.float32), cloth, width_px)
     # A cloth looks alike throughout.
     of_cloth = find_mixture(seen[draw_sample(cloth, SAMPLES)], 1)
     of_ground = find_mixture(seen[draw_sample(ground, SAMPLES)], GROUPS)
@@ -84,18 +84,21 @@ def speaks_for_ground(photo: Floats, covered: Bools, cloth: Bools, ground: Bools
     return out
 
 
-def look(photo: Floats, mask: Bools, width_px: float) -> Floats:
-    """Return the logarithms (H, W, 4) of green, red and blue over green, and contrast, in windows of a mask (H, W)."""
-    inside = mask[..., None].astype(np.float32)
-    colours = np.concatenate([photo, (photo**2).sum(-1, keepdims=True)], -1).astype(np.float32)
-    middle = mean(colours, inside, width_px).astype(np.float64)
+def look(photo: Singles, mask: Bools, width_px: float) -> Singles:
+    """Return the logarithms (H, W, 4) of green, red and blue over green, and contrast, in windows of a photo (H, W, 3).
+
+    A window holds those pixels alone that are on the same side of a mask (H, W) as its middle.
+    """
+    inside = mask[..., None]
+    colours = np.concatenate([photo, (photo**2).sum(-1, keepdims=True)], -1)
+    middle = np.where(inside, *(mean(colours, side.astype(np.float32), width_px) for side in (inside, ~inside)))
     variance = np.maximum(middle[..., 3] - (middle[..., :3] ** 2).sum(-1), 0)
     contrast = np.log(variance / np.maximum(middle[..., :3].mean(-1), 1e-3) ** 2 + LEAST_CONTRAST**2) / 2
     red, green, blue = np.moveaxis(np.log(middle[..., :3] + LEAST_COLOUR), -1, 0)
     return np.stack([green, red - green, blue - green, contrast], -1)
 
 
-def find_mixture(values: Floats, count: int) -> GaussianMixture:
+def find_mixture(values: Singles, count: int) -> GaussianMixture:
     """Return the Gaussians of the `count` groups that values (n, d) fall into."""
     labels = find_groups(values, count)[0]
     groups = [values[labels == number] for number in range(count)]

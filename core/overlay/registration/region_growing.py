@@ -29,7 +29,7 @@ def followed(cloth: FittedCloth, found: Fit, step: Progress) -> Job[Fit]:
     state = found.pieces[-1]
     free_cells = cloth.allowed & ~(found.cells & ~state.cells)
     refused = np.zeros(state.cells.shape, np.int64)
-    width = max(1, round(0.4 * cloth.step_px / cloth.mesh.cell))
+    width = max(1, round(0.8 * cloth.step_px / cloth.mesh.cell))
     known = {state.cells.tobytes()}
     for _ in range(60):
         trial = ring(state.cells, free_cells & (refused < 2), width)
