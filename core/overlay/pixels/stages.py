@@ -37,7 +37,7 @@ from core.overlay.tolerances import DRAWN, NEARBY_PX, RIM_PX
 PixelStage = Callable[[PixelModel], PixelModel]
 
 AROUND = 8
-"""Widths of a neighbourhood around the cloth that tell where it ends."""
+"""Widths of a neighbourhood around the cloth beyond which nothing tells of it."""
 TINT_STEPS = 1.5
 """Lattice steps over which the light's colour is taken as one."""
 TINT_SAMPLES = 12
