@@ -25,6 +25,16 @@ Pixels: TypeAlias = NDArray[Any]
 class WeftError(Exception):
     """A fault that the program can explain in one line."""
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Go to another process as it is: what a class is made from need not be what its message says."""
+        return _fault_again, (type(self), self.args, vars(self))
+
+
+def _fault_again(kind: type[WeftError], arguments: tuple[Any, ...], state: dict[str, Any]) -> WeftError:
+    fault = kind.__new__(kind, *arguments)
+    vars(fault).update(state)
+    return fault
+
 
 class InputError(WeftError):
     """What the user gave cannot be used; the message names it and the fault, in one line."""

@@ -1,9 +1,10 @@
 """What the timings were taken on."""
 
-import os
 import platform
 from importlib import metadata
 from pathlib import Path
+
+from core.linalg.jobs_beside import count_processors
 
 PACKAGES = ("numpy", "scipy", "cvxopt", "opencv-contrib-python-headless", "moderngl")
 
@@ -11,8 +12,8 @@ PACKAGES = ("numpy", "scipy", "cvxopt", "opencv-contrib-python-headless", "moder
 def describe() -> str:
     """Return processor, cores, system and the versions that matter, in one line."""
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return f"{_processor()}, {cores} cores, {platform.system()}, Python {platform.python_version()}, {versions}"
+    python, cores = platform.python_version(), count_processors()
+    return f"{_processor()}, {cores} cores, {platform.system()}, Python {python}, {versions}"
 
 
 def _processor() -> str:

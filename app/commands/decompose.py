@@ -14,6 +14,7 @@ from core.files.faults import faults_named
 from core.imaging import color
 from core.imaging.images import Image, load, load_mask
 from core.imaging.images import write as write_picture
+from core.linalg.jobs_beside import use_all_processors
 from core.overlay.decomposition import decompose, decompose_whole_cloth
 from core.overlay.detection.corrections import lattices_of
 from core.overlay.detection.lattice import Lattice
@@ -55,7 +56,8 @@ def run(arguments: argparse.Namespace) -> None:
     job = finding(region=region, texel_px=arguments.texel_size, lattice=lattice, seed=arguments.seed)
     shown: list[Stage] = []
     try:
-        found = run_shown(watch(job, shown))
+        with use_all_processors():
+            found = run_shown(watch(job, shown))
     except NoPatternError:
         write_stages(arguments.stages, photo, shown)
         along = "" if arguments.lattice is None else f" along {arguments.lattice}"

@@ -25,6 +25,7 @@ from core.files.journal import tidy
 from core.files.litter import sweep_scratch
 from core.files.text import legible
 from core.imaging.images import load
+from core.linalg.jobs_beside import use_all_processors
 from core.notices import hear_notices
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def run(arguments: argparse.Namespace) -> None:
         render_without_window(bent(document) if arguments.file is None else document, arguments.file)
         return
     editor = editor_on(document, arguments.file, Jobs(wake=shell.wake))
-    with keep_at_an_end(editor):
+    with keep_at_an_end(editor), use_all_processors():
         shell.show(editor, welcomes=arguments.file is None)
 
 

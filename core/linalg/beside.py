@@ -44,6 +44,11 @@ class Process:
         """Whether it has not ended."""
         return self._child.poll() is None
 
+    def kill(self) -> None:
+        """End it now, whatever it does."""
+        self._child.kill()
+        self._child.wait()
+
     def make(self, make: Callable[..., object], *arguments: object) -> "Beside":
         """Make an object there."""
         with self._lock:
@@ -59,7 +64,7 @@ class Process:
                 self._send((self._take_dropped(), number, method, arguments))
                 answer = _read(self._child.stdout)  # type: ignore[arg-type]
         except (OSError, EOFError, pickle.UnpicklingError):
-            self._child.kill()
+            self.kill()
             raise WeftError("a process that worked for this one has ended; try again") from None
         if isinstance(answer, Exception):
             raise answer

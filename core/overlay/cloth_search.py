@@ -2,22 +2,27 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
 from core.linalg.blas import on_one_thread
+from core.linalg.jobs_beside import HERE, PlannedJob, Pool
 from core.overlay.detection.alignment import FlatPicture
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError, flat_canvas
 from core.overlay.filters.shrinking import shrunk, shrunk_mask, to_small, working_scale
-from core.overlay.found_cloth import FoundCloth, choose, may_be_cloth, opacity_of
+from core.overlay.found_cloth import FoundCloth, at_photo_size, choose, explain_each, may_be_cloth, opacity_of
 from core.overlay.search.finding import Find, find_cloth, find_print, follow_within, register_lattice
-from core.overlay.search.large_periods import Correspondences
-from core.progress import Job, part
+from core.overlay.search.large_periods import NOTE, Correspondences
+from core.progress import Job, Steps, part
 from core.selection.salient_object import find_salient_object
+
+S = TypeVar("S")
+T = TypeVar("T")
 
 LEAST_UNTOLD = 5.0
 """Texels, large ones, that are seen at least where nobody said that there is cloth: a leopard's spots show four."""
@@ -25,7 +30,7 @@ LEAST_UNTOLD = 5.0
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of a cloth before it is looked for, as `decompose` takes it."""
+    """What is known of a cloth before it is looked for, as `decompose` takes it, on the photo that it is known of."""
 
     region: Bools | Singles | None = None
     texel_px: float | None = None
@@ -40,71 +45,112 @@ class Known:
         """Whether somebody said where the cloth is."""
         return self.region is not None or self.start is not None or self.lattice is not None
 
-    def side_px(self, scale: int) -> float | None:
-        """Return about the side of a texel, pixels of a photo 1 / `scale` of the size, if that is known."""
-        return None if self.texel_px is None else self.texel_px / scale
+    def shrunk(self, scale: int) -> "Known":
+        """Return what is known on a photo 1 / `scale` of the size."""
+        if scale == 1:
+            return self
+        return replace(
+            self,
+            region=None if self.region is None else shrunk_mask(np.asarray(self.region > 0, np.bool_), scale),
+            texel_px=None if self.texel_px is None else self.texel_px / scale,
+            start=self.start and Proposal(to_small(self.start.point, scale), self.start.basis / scale, 1.0),
+            lattice=self.lattice and [piece.shrunk(scale) for piece in self.lattice],
+        )
 
 
-def find_all(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
+def find_all(photo: Floats | Singles, known: Known, pool: Pool = HERE) -> Job[list[FoundCloth]]:
     """Return the finds that are compared; raise `NoPatternError` if there is none.
 
     Where a find leaves doubts it is looked for otherwise too: within a region by alike patches, or else in all of the
-    photo; without one on the object that stands out. Where doubts are left in a region still, the best find is followed
-    there once more, with the texel as it is known by then.
+    photo; without one on the object that stands out. That is begun at once where the `pool` has other processes. Where
+    doubts are left in a region still, the best find is followed there once more, with the texel as it is known by then.
     """
-    finds = yield from part(find_if_any(photo, known), 0.0, 0.5)
+    scale = working_scale(photo.shape)
+    finds = yield from find_all_searched(searched(photo), known.shrunk(scale), pool)
+    return [at_photo_size(found, photo, known.region) for found in finds]
+
+
+def find_all_searched(photo: Floats | Singles, known: Known, pool: Pool) -> Job[list[FoundCloth]]:
+    """Return what `find_all` does, of the photo as it is searched."""
     is_given = known.start is not None or known.lattice is not None
+    other = pool.plan(find_on_object if known.region is None else find_again, photo, known)
+    finds = yield from part(in_doubt(pool.run(find_if_any, photo, known), other), 0.0, 0.5)
     is_enough = any(found.is_clear if known.region is None else found.is_sure for found in finds)
-    if not is_given and not is_enough:
-        more = find_on_object(photo, known) if known.region is None else find_again(photo, known)
+    if is_given or is_enough:
+        other.stop()
+    else:
         with suppress(NoPatternError):
-            finds.append((yield from part(more, 0.5, 0.9)))
+            finds.append((yield from part(other.result(), 0.5, 0.9)))
     if not finds:
         raise NoPatternError
     if not is_given and known.region is not None and not any(found.is_clear for found in finds):
+        yield from explain_each(finds, pool)
         with suppress(NoPatternError):
-            finds.append((yield from part(follow(choose(finds), known.region, known.seed), 0.9, 1.0)))
+            job = pool.begin(follow, choose(finds), known.region, known.seed).result()
+            finds.append((yield from part(job, 0.9, 1.0)))
     return finds
 
 
-def find_whole(photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None = None) -> Job[list[FoundCloth]]:
+def find_whole(
+    photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None = None, pool: Pool = HERE
+) -> Job[list[FoundCloth]]:
     """Return what `find_all` does where the whole cloth is asked for: then what stands out is said to be cloth.
 
     So where nothing is painted, and no find lies on that without doubt, it is searched as a region is. `finds` may be
-    what was found already, none if there is none.
+    what was found already, as it was searched, none if there is none.
     """
     if not known.is_told:
-        finds = yield from find_on_whole_object(photo, known, finds)
+        finds = yield from find_on_whole_object(searched(photo), known.shrunk(working_scale(photo.shape)), finds, pool)
+        finds = [at_photo_size(found, photo, None) for found in finds]
     elif finds is None:
-        finds = yield from find_all(photo, known)
+        finds = yield from find_all(photo, known, pool)
+    else:
+        finds = [at_photo_size(found, photo, known.region) for found in finds]
     if not finds:
         raise NoPatternError
     return finds
 
 
 def find_on_whole_object(
-    photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None
+    photo: Floats | Singles, known: Known, finds: list[FoundCloth] | None, pool: Pool
 ) -> Job[list[FoundCloth]]:
     """Return what is found in all of the photo, or given, and, if none of it is clear there, on what stands out.
 
     What stands out is searched as a region is, and what was found beside it does not count if anything is found there.
     Large texels are looked for in all of the photo only where nothing stands out.
     """
+    bare = None if finds is not None else pool.begin(find_if_any, photo, replace(known, may_be_large=False))
     try:
         inside = yield from part(find_object(photo), 0.0, 0.1)
     except NoPatternError:
-        return (yield from find_if_any(photo, known)) if finds is None else finds
-    if finds is None:
-        finds = yield from part(find_if_any(photo, replace(known, may_be_large=False)), 0.1, 0.3)
+        if bare is None:
+            return finds or []
+        bare.stop()
+        return (yield from pool.begin(find_if_any, photo, known).result())
+    within = replace(known, region=inside)
+    finds = finds or []
+    if bare is not None:
+        finds = yield from part(bare.result(), 0.1, 0.3)
     if any(found.is_clear and lies_on(found.covered, inside) for found in finds):
         return finds
-    within = replace(known, region=inside)
-    more = yield from part(find_if_any(photo, within), 0.3, 0.7)
-    if not any(found.is_sure for found in more):
+    alike = pool.begin(find_alike, photo, within)
+    more = yield from part(pool.run(find_if_any, photo, within), 0.3, 0.7)
+    if any(found.is_sure for found in more):
+        alike.stop()
+    else:
         with suppress(NoPatternError):
-            more.append((yield from part(find_alike(photo, within), 0.7, 1.0)))
+            more.append((yield from part(alike.result(), 0.7, 1.0)))
     # Ground with a pattern of its own may explain more than the garment on it.
     return [*(found for found in finds if not more or lies_on(found.covered, inside)), *more]
+
+
+def in_doubt(first: Job[T], other: PlannedJob[S]) -> Job[T]:
+    """Return what the `first` job does; the other one begins when that looks for large texels, since it has doubts."""
+    for step in (steps := Steps(first)):
+        if step.note == NOTE:
+            other.begin()
+        yield step
+    return steps.result
 
 
 def lies_on(covered: Bools, inside: Bools) -> bool:
@@ -129,9 +175,9 @@ def find_again(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
 
 def find_alike(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     """Return the cloth of a region told by alike patches; raise `NoPatternError` if there is none."""
-    small, canvas, scale = working_picture(photo, known.region)
-    job = find_print(small, canvas, known.seed, alike="patches", texel_px=known.side_px(scale))
-    return found_on(photo, known.region, scale, (yield from on_one_thread(job)))
+    picture = working_picture(photo, known.region)
+    job = find_print(*picture, known.seed, alike="patches", texel_px=known.texel_px)
+    return found_on(photo, known.region, (yield from on_one_thread(job)))
 
 
 def find_in_all(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
@@ -148,13 +194,13 @@ def find_on_object(photo: Floats | Singles, known: Known) -> Job[FoundCloth]:
     lattice begins wherever its texels are alike.
     """
     inside = yield from part(find_object(photo), 0.0, 0.1)
-    small, canvas, scale = working_picture(photo, inside)
+    picture = working_picture(photo, inside)
     ways: tuple[tuple[Correspondences, float], ...] = ("keypoints", 0.1), ("patches", 0.55)
     for alike, done in ways:
-        job = find_print(small, canvas, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.side_px(scale))
+        job = find_print(*picture, known.seed, alike=alike, least=LEAST_UNTOLD, texel_px=known.texel_px)
         with suppress(NoPatternError):
             found = yield from part(on_one_thread(job), done, done + 0.45)
-            return replace(found_on(photo, inside, scale, found), is_told=False)
+            return replace(found_on(photo, inside, found), is_told=False)
     raise NoPatternError
 
 
@@ -168,44 +214,46 @@ def find_object(photo: Floats | Singles) -> Job[Bools]:
 
 def find(photo: Floats | Singles, known: Known) -> Job[list[FoundCloth]]:
     """Return what may be the cloth of a photo, registered; raise `NoPatternError` if there is none."""
-    small, canvas, scale = working_picture(photo, known.region)
+    picture = working_picture(photo, known.region)
     if known.lattice is None:
-        start = known.start
-        marked = None if start is None else Proposal(to_small(start.point, scale), start.basis / scale, 1.0)
         job = find_cloth(
-            small, canvas, known.seed, texel_px=known.side_px(scale), start=marked, with_large=known.may_be_large
+            *picture, known.seed, texel_px=known.texel_px, start=known.start, with_large=known.may_be_large
         )
     else:
-        job = register_lattice(small, canvas, [piece.shrunk(scale) for piece in known.lattice], known.seed)
-    return [found_on(photo, known.region, scale, found) for found in (yield from on_one_thread(job))]
+        job = register_lattice(*picture, known.lattice, known.seed)
+    return [found_on(photo, known.region, found) for found in (yield from on_one_thread(job))]
 
 
 def follow(found: FoundCloth, region: Bools | Singles | None, seed: int, *, is_told: bool = True) -> Job[FoundCloth]:
-    """Return a cloth restricted to a `region` (H, W) and followed there; raise `NoPatternError` where nothing is left.
+    """Return a cloth restricted to a `region` (h, w) and followed there; raise `NoPatternError` where nothing is left.
 
-    `region` and `seed` are as for `decompose`; `is_told` says whether the user gave the region. Else where it ends is a
-    guess, beyond which the outline is looked for too.
+    Photo and region are as they are searched; `seed` is as for `decompose`; `is_told` says whether the user gave the
+    region. Else where it ends is a guess, beyond which the outline is looked for too.
     """
-    small, canvas, scale = working_picture(found.photo, region)
-    job = follow_within(found.cloth, found.fit, small, canvas, seed)
-    followed = found_on(found.photo, region, scale, (yield from on_one_thread(job)))
+    job = follow_within(found.cloth, found.fit, *working_picture(found.photo, region), seed)
+    followed = found_on(found.photo, region, (yield from on_one_thread(job)))
     if is_told:
         return followed
     return replace(followed, is_told=False, valid=found.valid, opacity=found.opacity)
 
 
-def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture, int]:
-    """Return the photo (h, w, 3) as it is searched, its canvas with what may be cloth, and how much smaller it is."""
+def searched(photo: Floats | Singles) -> Floats | Singles:
+    """Return a photo (H, W, 3) as it is searched: (h, w, 3)."""
     scale = working_scale(photo.shape)
-    small = shrunk(photo, scale)
-    return small, flat_canvas(small, shrunk_mask(may_be_cloth(photo, region), scale)), scale
+    return photo if scale == 1 else shrunk(photo, scale)
 
 
-def found_on(photo: Floats | Singles, region: Bools | Singles | None, scale: int, found: Find) -> FoundCloth:
-    """Return what was found on the working picture as that of the photo (H, W, 3)."""
+def working_picture(photo: Floats | Singles, region: Bools | Singles | None) -> tuple[Floats, FlatPicture]:
+    """Return the photo (h, w, 3) as it is worked on, and its canvas with what may be cloth."""
+    small = shrunk(photo, 1)
+    return small, flat_canvas(small, may_be_cloth(photo, region))
+
+
+def found_on(photo: Floats | Singles, region: Bools | Singles | None, found: Find) -> FoundCloth:
+    """Return what was found on the photo (h, w, 3) as it is searched."""
     valid, opacity = may_be_cloth(photo, region), opacity_of(region)
     doubts = found.is_sure, found.is_clear
     # What the registration keeps for its next step takes memory.
     return FoundCloth(
-        found.cloth.without_results, found.followed, photo, valid, scale, opacity, *doubts, is_told=region is not None
+        found.cloth.without_results, found.followed, photo, valid, 1, opacity, *doubts, is_told=region is not None
     )

@@ -6,17 +6,31 @@ I(x) = Wp(x) T(Wg(x)) + HF(x)
 import time
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TypeVar
 
 from core.arrays import Bools, Floats, InputError, Singles
 from core.imaging.image import Image
+from core.linalg.jobs_beside import Pool
 from core.masks.object_masks import whole_object
 from core.overlay.cloth_search import Known, find_all, find_whole, follow
 from core.overlay.composition import difference, finite
 from core.overlay.detection.correlation import Proposal
 from core.overlay.detection.lattice import Lattice
 from core.overlay.detection.seeding import NoPatternError
-from core.overlay.found_cloth import FoundCloth, at_photo_size, begun_model, choose, finished_model, within
+from core.overlay.filters.shrinking import shrunk_mask
+from core.overlay.found_cloth import (
+    FoundCloth,
+    at_photo_size,
+    begin_to_explain,
+    begun_model,
+    choose,
+    explain_each,
+    finished_model,
+    may_be_cloth,
+    take_explained,
+    within,
+)
 from core.overlay.laying.compositing import encode, searchable
 from core.overlay.likelihood import count_explained
 from core.overlay.pixels.laid_lattice import measure_basis, read_lattice
@@ -84,11 +98,14 @@ def decompose(
     Where the find within a region leaves doubts alike patches of the region are asked too, and if they tell nothing all
     of the photo is searched; of both finds that is kept that explains the region better. Where a find without a region
     leaves doubts, it is looked for on the object that stands out.
+
+    Under `use_all_processors` other processes work too, at once on what may be needed, and it comes to the same.
     """
     seconds: dict[str, float] = {}
-    job = find_all(photo, Known(region, texel_px, start, lattice, seed))
-    finds = yield from part(time_stages(job, seconds), 0.0, 0.9)
-    return (yield from part(split_best(finds, seconds), 0.9, 1.0))
+    with Pool() as pool:
+        job = find_all(photo, Known(region, texel_px, start, lattice, seed), pool)
+        finds = yield from part(time_stages(job, seconds), 0.0, 0.9)
+        return (yield from part(split_best(finds, seconds, pool), 0.9, 1.0))
 
 
 def decompose_whole_cloth(
@@ -110,28 +127,36 @@ def decompose_whole_cloth(
     """
     seconds: dict[str, float] = {}
     photo = encode(image)
-    had = None if finds is None else [at_photo_size(found, photo) for found in finds]
-    job = find_whole(photo, Known(region, texel_px, start, lattice, seed), had)
-    best = choose((yield from part(time_stages(job, seconds), 0.0, 0.6)))
-    fault = InputError(NO_BETTER)
-    try:
-        wider = yield from part(time_stages(follow_on(image, best, seed), seconds), 0.6, 0.9)
-        best = choose([best, wider])
-    except InputError as reason:
-        fault = reason
-    if had is not None and any(best is found for found in had):
-        raise fault
-    return (yield from part(split_best([best], seconds), 0.9, 1.0))
+    with Pool() as pool:
+        job = find_whole(photo, Known(region, texel_px, start, lattice, seed), finds, pool)
+        found = yield from part(time_stages(job, seconds), 0.0, 0.6)
+        if len(found) > 1:
+            yield from explain_each(found, pool)
+        best = choose(found)
+        begun = begin_to_explain([best], pool)
+        compared, fault = [best], InputError(NO_BETTER)
+        try:
+            compared.append((yield from part(time_stages(follow_on(image, best, seed, pool), seconds), 0.6, 0.9)))
+        except InputError as reason:
+            fault = reason
+        yield from part(explain_each(compared[1:], pool), 0.9, 0.9)
+        yield from part(take_explained(begun), 0.9, 0.9)
+        best = choose(compared)
+        if finds is not None and any(best.cloth is known.cloth for known in finds):
+            raise fault
+        return (yield from part(split_best([best], seconds, pool), 0.9, 1.0))
 
 
-def follow_on(image: Image, found: FoundCloth, seed: int) -> Job[FoundCloth]:
+def follow_on(image: Image, found: FoundCloth, seed: int, pool: Pool) -> Job[FoundCloth]:
     """Return a find followed on over the object that is cut out of the `image` around it.
 
     Raises `InputError` where it is all of the object.
     """
     cloth = yield from part(whole_object(image, found.covered), 0.0, 0.1)
     whole = within(found, searchable(image, None))
-    return (yield from part(follow(whole, searchable(image, cloth), seed, is_told=False), 0.1, 1.0))
+    inside = shrunk_mask(may_be_cloth(found.photo, searchable(image, cloth)), found.scale)
+    wider = yield from part(pool.run(partial(follow, is_told=False), whole.searched, inside, seed), 0.1, 1.0)
+    return at_photo_size(wider, whole.photo, searchable(image, None))
 
 
 def time_stages(job: Job[T], seconds: dict[str, float]) -> Job[T]:
@@ -155,13 +180,15 @@ def split(found: FoundCloth) -> Decomposition:
     return finish(found, found.model if found.scale == 1 else finished_model(found.laid))
 
 
-def split_best(finds: list[FoundCloth], seconds: dict[str, float]) -> Job[Decomposition]:
+def split_best(finds: list[FoundCloth], seconds: dict[str, float], pool: Pool) -> Job[Decomposition]:
     """Return the parts of that find that explains most, with the `seconds` that stages took.
 
     Raises `NoPatternError` where no find explains a pixel.
     """
     yield Progress(0.0, SPLITTING)
     started = time.perf_counter()
+    if len(finds) > 1 or finds[0].scale == 1:
+        yield from part(explain_each(finds, pool), 0.0, 0.5)
     best = choose(finds)
     result = split(best)
     kept = replace(best.searched, cloth=best.cloth.without_results)

@@ -4,11 +4,13 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
+from typing import TypeAlias
 
 import numpy as np
 
 from core.arrays import Bools, Floats, Singles
 from core.linalg.blas import one_thread
+from core.linalg.jobs_beside import PlannedJob, Pool
 from core.overlay.detection.seeding import NoPatternError
 from core.overlay.filters.shrinking import shrunk_mask, working_scale
 from core.overlay.likelihood import count_explained
@@ -16,6 +18,11 @@ from core.overlay.pixels.layers import spread_mask
 from core.overlay.pixels.model import PixelModel, begin
 from core.overlay.pixels.stages import FINISHING, LAYING, go_through
 from core.overlay.registration.cloth import Fit, FittedCloth
+from core.progress import Job, Progress, part
+
+Explaining: TypeAlias = PlannedJob[tuple[float, PixelModel]]
+
+EXPLAINING = "comparing with the photo"
 
 
 @dataclass(frozen=True)
@@ -64,6 +71,16 @@ class FoundCloth:
         model = self.model if self.scale == 1 else finished_model(self.laid.as_searched)
         return count_explained(model.photo, model.modelled, model.inside) if model.has_cloth else -math.inf
 
+    def is_to_explain(self, pool: Pool) -> bool:
+        """Return whether what speaks for it is not known, and may be told in another process."""
+        return pool.is_beside and "explained" not in vars(self)
+
+    def take(self, explained: float, model: PixelModel | None) -> None:
+        """Keep what speaks for it, and what all stages tell if that is of the photo's size, as told in a job."""
+        vars(self)["explained"] = explained
+        if model is not None and self.scale == 1:
+            vars(self)["model"] = model
+
     @property
     def searched(self) -> "FoundCloth":
         """The find on the photo as it was searched."""
@@ -83,6 +100,30 @@ def choose(finds: list[FoundCloth]) -> FoundCloth:
     return best
 
 
+def explain_each(finds: list[FoundCloth], pool: Pool) -> Job[None]:
+    """Tell what speaks for each find, at once where the `pool` has other processes; else it is told when asked for."""
+    begun = begin_to_explain(finds[1:], pool)
+    first = [(found, pool.plan(explain, found.searched)) for found in finds[:1] if found.is_to_explain(pool)]
+    yield from take_explained(first + begun)
+
+
+def begin_to_explain(finds: list[FoundCloth], pool: Pool) -> list[tuple[FoundCloth, Explaining]]:
+    """Begin to tell what speaks for each find, where that is not known and the `pool` has other processes."""
+    return [(found, pool.begin(explain, found.searched)) for found in finds if found.is_to_explain(pool)]
+
+
+def take_explained(begun: list[tuple[FoundCloth, Explaining]]) -> Job[None]:
+    """Keep with each find what is told of it."""
+    for found, explaining in begun:
+        found.take(*(yield from part(explaining.result(), 1.0, 1.0)))
+
+
+def explain(found: FoundCloth) -> Job[tuple[float, PixelModel]]:
+    """Return what speaks for a find of a photo as it was searched, and what all stages tell of it."""
+    yield Progress(0.0, EXPLAINING)
+    return found.explained, found.model
+
+
 def begun_model(found: FoundCloth) -> PixelModel:
     """Return what is known of a find before any stage."""
     return begin(found.cloth, found.fit, found.photo, found.valid, is_told=found.is_told)
@@ -94,11 +135,24 @@ def finished_model(laid: PixelModel) -> PixelModel:
         return go_through(laid, FINISHING)
 
 
-def at_photo_size(found: FoundCloth, photo: Floats | Singles) -> FoundCloth:
-    """Return a find that is kept as it was searched on the photo (H, W, 3)."""
-    return replace(
-        found, photo=photo, valid=spread_mask(found.valid, photo.shape[:2]), scale=working_scale(photo.shape)
-    )
+def at_photo_size(found: FoundCloth, photo: Floats | Singles, region: Bools | Singles | None) -> FoundCloth:
+    """Return a find on a photo as it was searched on the photo (H, W, 3); what may be cloth is that in a region told.
+
+    What speaks for it stays known.
+    """
+    scale, shape = working_scale(photo.shape), photo.shape[:2]
+    if scale == 1:
+        return found
+    if region is None:
+        opacity = found.opacity
+        if isinstance(opacity, np.ndarray):
+            opacity = spread_mask(np.asarray(opacity > 0, np.bool_), shape).astype(np.float32)
+        large = replace(found, photo=photo, valid=spread_mask(found.valid, shape), scale=scale, opacity=opacity)
+    else:
+        large = within(replace(found, photo=photo, scale=scale), region)
+    if "explained" in vars(found):
+        large.take(found.explained, None)
+    return large
 
 
 def within(found: FoundCloth, region: Bools | Singles | None) -> FoundCloth:

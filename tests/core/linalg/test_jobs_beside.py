@@ -1,0 +1,115 @@
+import math
+import os
+import pickle
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
+
+import pytest
+
+from core.arrays import CurveError
+from core.linalg import jobs_beside
+from core.linalg.beside import Process
+from core.linalg.jobs_beside import HERE, PlannedJob, Pool, use_all_processors
+from core.overlay.detection.seeding import NoPatternError
+from core.progress import in_one_step, run
+
+T = TypeVar("T")
+NUMBER, LONG = (in_one_step, "counting", os.getpid), (in_one_step, "waiting", time.sleep, 600)
+
+
+@pytest.fixture
+def pool(monkeypatch: pytest.MonkeyPatch) -> Iterator[Pool]:
+    """Return a pool on a machine with two processors."""
+    monkeypatch.setattr(jobs_beside, "count_processors", lambda: 2)
+    with use_all_processors(), Pool() as pool:
+        yield pool
+
+
+def on_another_thread(work: Callable[[], T]) -> T:
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(work).result()
+
+
+def begun(job: PlannedJob[T]) -> PlannedJob[T]:
+    """Return a job that has said something."""
+    while not job._steps:
+        time.sleep(0.01)
+    return job
+
+
+def process_of(job: PlannedJob[Any]) -> Process:
+    """Return the process in which a long job has begun."""
+    process = begun(job)._process
+    assert process is not None
+    return process
+
+
+def test_without_leave_all_jobs_are_done_here() -> None:
+    assert run(HERE.begin(*NUMBER).result()) == os.getpid()
+    assert on_another_thread(lambda: run(Pool().run(*NUMBER))) == os.getpid()
+
+
+def test_what_is_begun_is_done_in_another_process_and_what_the_main_thread_asks_for_first_in_this_one(
+    pool: Pool,
+) -> None:
+    other, planned = begun(pool.begin(*NUMBER)), pool.plan(*NUMBER)
+    assert run(planned.result()) == os.getpid() != run(other.result())
+
+
+def test_the_main_thread_does_what_waits_for_a_process(pool: Pool) -> None:
+    process = process_of(pool.begin(*LONG))
+    assert run(pool.begin(*NUMBER).result()) == os.getpid()
+    assert process.runs
+
+
+@pytest.mark.usefixtures("pool")
+def test_another_thread_does_none_of_them() -> None:
+    def work() -> set[int]:
+        with Pool() as pool:
+            return {run(pool.run(*NUMBER)), *(run(job.result()) for job in [pool.begin(*NUMBER) for _ in range(3)])}
+
+    numbers = on_another_thread(work)
+    assert os.getpid() not in numbers
+    assert len(numbers) <= 2
+
+
+def test_steps_and_faults_come_through(pool: Pool) -> None:
+    steps = pool.begin(*NUMBER).result()
+    assert {step.note for step in steps} <= {"", "counting"}
+    failing = begun(pool.begin(in_one_step, "", math.sqrt, -1.0))
+    with pytest.raises(ValueError, match="math domain"):
+        run(failing.result())
+
+
+def test_a_job_that_is_stopped_ends_with_its_process_and_the_next_one_has_another(pool: Pool) -> None:
+    long = pool.begin(*LONG)
+    process = process_of(long)
+    long.stop()
+    assert not process.runs
+    assert run(begun(pool.begin(*NUMBER)).result()) != os.getpid()
+
+
+def test_all_jobs_end_with_the_pool(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jobs_beside, "count_processors", lambda: 3)
+    with use_all_processors(), Pool() as pool:
+        processes = [process_of(pool.begin(*LONG)) for _ in range(2)]
+        waiting = pool.begin(*NUMBER)
+    assert not any(process.runs for process in processes)
+    assert waiting._turn is not None
+    assert waiting._turn.cancelled()
+
+
+def test_faults_are_the_same_in_another_process() -> None:
+    other = pickle.loads(pickle.dumps(CurveError(3, "it ends")))  # noqa: S301
+    assert (type(other), str(other), other.number) == (CurveError, "curve 3: it ends", 3)
+    assert str(pickle.loads(pickle.dumps(NoPatternError("there")))) == str(NoPatternError("there"))  # noqa: S301
+
+
+def test_who_waits_for_a_step_can_turn_away(pool: Pool) -> None:
+    job = pool.begin(*LONG)
+    process_of(job)
+    steps = job.result()
+    assert [next(steps).note for _ in range(3)] == ["waiting"] * 3
+    steps.close()

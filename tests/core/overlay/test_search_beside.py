@@ -1,0 +1,80 @@
+"""Searches of which other processes do a part come to the same."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from core.arrays import Floats
+from core.imaging.image import Image
+from core.linalg import jobs_beside
+from core.linalg.jobs_beside import PlannedJob, use_all_processors
+from core.overlay import cloth_search
+from core.overlay.cloth_search import Known, find
+from core.overlay.decomposition import Decomposition, decompose, decompose_whole_cloth
+from core.overlay.filters import shrinking
+from core.overlay.found_cloth import FoundCloth
+from core.overlay.search.large_periods import NOTE
+from core.progress import Job, Progress, run
+from tests.core.overlay.overlay_scenes import make_scene, motif
+
+SCENE = make_scene(motif(), noise=0.01)
+HALF = np.ones(SCENE.photo.shape[:2], bool)
+HALF[:, :55] = False
+GROUND = np.random.default_rng(0).random((260, 280, 3)) * 0.1 + [0.1, 0.25, 0.5]
+
+
+def on_ground() -> Image:
+    """Return the scene on plain ground, 8 bits a sample."""
+    photo = GROUND.copy()
+    height, width = SCENE.photo.shape[:2]
+    photo[40 : 40 + height, 40 : 40 + width] = SCENE.photo
+    return Image(np.rint(255 * np.clip(photo, 0, 1)).astype(np.uint8))
+
+
+@pytest.fixture
+def done_beside(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the names of the jobs that another process has done, on a machine with two processors."""
+    done: list[str] = []
+    run_in_turn = PlannedJob._run
+
+    def note(job: PlannedJob[Any]) -> None:
+        run_in_turn(job)
+        if job._is_wanted:
+            done.append(getattr(job._make, "__name__", "follow"))
+
+    monkeypatch.setattr(PlannedJob, "_run", note)
+    monkeypatch.setattr(jobs_beside, "count_processors", lambda: 2)
+    return done
+
+
+def assert_alike(search: Callable[[], Job[Decomposition]]) -> None:
+    alone = run(search())
+    with use_all_processors():
+        together = run(search())
+    assert alone.covered.any()
+    for name in ("uv", "shading", "detail", "reconstruction", "coverage", "basis"):
+        assert np.array_equal(getattr(alone, name), getattr(together, name), equal_nan=True), name
+    assert alone.explained == together.explained
+
+
+@pytest.mark.parametrize("working_px", [800, 200])
+def test_the_whole_cloth(monkeypatch: pytest.MonkeyPatch, done_beside: list[str], working_px: int) -> None:
+    monkeypatch.setattr(shrinking, "WORKING_PX", working_px)
+    assert_alike(lambda: decompose_whole_cloth(on_ground()))
+    assert done_beside[:2] == ["find_if_any", "explain"]
+
+
+def test_a_region_in_which_the_first_find_leaves_doubts(
+    monkeypatch: pytest.MonkeyPatch, done_beside: list[str]
+) -> None:
+    def find_doubtful(photo: Floats, known: Known) -> Job[list[FoundCloth]]:
+        yield Progress(0.0, NOTE)
+        return [replace(found, is_sure=False, is_clear=False) for found in (yield from find(photo, known))]
+
+    monkeypatch.setattr(cloth_search, "find", find_doubtful)
+    assert_alike(lambda: decompose(SCENE.photo, region=HALF))
+    assert "find_again" in done_beside
+    assert "explain" in done_beside
